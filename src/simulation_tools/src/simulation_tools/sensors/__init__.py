@@ -1,0 +1,1 @@
+"""Simulated sensors: lidar, inertial measurement unit, drifting odometry."""

@@ -1,0 +1,1 @@
+"""The physical world: PyBullet bodies and Embree rays."""
