@@ -1,0 +1,17 @@
+"""What can go wrong in this package, each told in one sentence that names what, where and what to do."""
+
+
+class MasterThesisError(Exception):
+    """Base of this package's exceptions."""
+
+
+class ScenarioError(MasterThesisError):
+    """A scenario, algorithm, lidar, start or goal that does not exist or makes no sense."""
+
+
+class ResultsError(MasterThesisError):
+    """The results folder cannot be made or written."""
+
+
+class FlightError(MasterThesisError):
+    """A flight that cannot be flown or measured as asked."""
