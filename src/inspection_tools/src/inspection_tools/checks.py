@@ -1,0 +1,20 @@
+"""Checks that the parameter classes share; each raises one sentence that names the parameter."""
+
+from __future__ import annotations
+
+import math
+
+from inspection_tools.errors import ParameterError
+
+
+def check_whole(name: str, value, low: int, high: int) -> None:
+    """Raise ParameterError unless `value` is a whole number from `low` to `high`."""
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise ParameterError(f"{name} is {value!r}; it must be a whole number from {low} to {high}.")
+
+
+def check_number(name: str, value, low: float, high: float) -> None:
+    """Raise ParameterError unless `value` is a finite number from `low` to `high`."""
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    if not is_number or not low <= value <= high:
+        raise ParameterError(f"{name} is {value!r}; it must be a number from {low:g} to {high:g}.")

@@ -1,0 +1,21 @@
+"""The exceptions of this package: one base class, so that a caller can catch them all."""
+
+
+class InspectionToolsError(Exception):
+    """Base of every error that this package raises; its message is one sentence for the user."""
+
+
+class ParameterError(InspectionToolsError):
+    """A parameter, or a combination of parameters, that makes no sense."""
+
+
+class ScanError(InspectionToolsError):
+    """A scan that cannot be used: its geometry, its length or its limits are wrong."""
+
+
+class PoseError(InspectionToolsError):
+    """A pose or a setpoint that cannot be used: not finite, or with no orientation."""
+
+
+class VelocityError(InspectionToolsError):
+    """A velocity that cannot be used: not finite."""

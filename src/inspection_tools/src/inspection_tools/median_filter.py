@@ -1,0 +1,146 @@
+"""Sliding median over neighbouring beams, and optionally over the last scans (thesis, 5.2.2).
+
+Order of the readings (REP-117): -inf (too close) is smaller than every range, +inf (no return) larger,
+and NaN (invalid) is absent: it has no vote.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspection_tools.checks import check_whole
+from inspection_tools.errors import ParameterError, ScanError
+from inspection_tools.scan import ScanGeometry, check_range_limits
+
+MAX_WINDOW_BEAMS = 31
+MAX_SCANS = 15
+
+
+@dataclass(frozen=True)
+class MedianFilterParameters:
+    """What the median is taken over.
+
+    An obstacle k beams wide keeps its full width when k > window / 2 and vanishes otherwise. The default of 3
+    therefore gives up single beams only (within 1.2 m: things thinner than 1.5 cm at 0.35 degrees), and takes
+    a third off the lidar's Gaussian noise: the median of three has the variance 1 - sqrt(3) / pi of one.
+    An obstacle that appears at once is seen `scans // 2` scans later; the default of 1 adds no delay.
+
+    Attributes:
+        window: Beams, odd; the beam itself and (window - 1) / 2 on each side. 1 leaves out the neighbours.
+        scans: Scans, this one and the scans - 1 before it.
+
+    Raises:
+        ParameterError: out of range, or an even window.
+    """
+
+    window: int = 3
+    scans: int = 1
+
+    def __post_init__(self):
+        check_whole("window", self.window, 1, MAX_WINDOW_BEAMS)
+        check_whole("scans", self.scans, 1, MAX_SCANS)
+        if self.window % 2 == 0:
+            raise ParameterError(f"window is {self.window}; it must be odd, so that it has a middle.")
+
+
+class LidarMedianFilter:
+    """Median filter of one lidar's scans.
+
+    Rules, each chosen so that the filter errs towards seeing an obstacle:
+      - The result is always one of the readings: of an even number of votes the nearer of the middle two.
+      - A valid beam stays valid, however many of its neighbours are NaN.
+      - A NaN takes the median of its window, unless invalid readings outnumber the valid ones there.
+      - At the edges of a limited field of view the window is cut off; a full circle wraps.
+      - Finite readings outside the limits: above range_max is no return (+inf), between 0 and range_min is
+        too close (-inf), zero or less is a driver's error code (NaN).
+    """
+
+    def __init__(self, parameters: MedianFilterParameters | None = None):
+        self._parameters = parameters or MedianFilterParameters()
+        self._geometry = None
+        self._history = deque(maxlen=self._parameters.scans)  # of cleaned scans, oldest first
+
+    @property
+    def parameters(self) -> MedianFilterParameters:
+        """The parameters in use; setting them keeps as much of the history as still applies."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: MedianFilterParameters) -> None:
+        self._parameters = parameters
+        self._history = deque(self._history, maxlen=parameters.scans)
+
+    def reset(self) -> None:
+        """Forget the earlier scans, as after a clock that jumped back."""
+        self._geometry = None
+        self._history.clear()
+
+    def filter(
+        self, ranges: np.ndarray, geometry: ScanGeometry, range_min_m: float, range_max_m: float
+    ) -> np.ndarray:
+        """Return the filtered ranges.
+
+        Args:
+            ranges: (beams,) metres, REP-117; not changed.
+            geometry: Of this scan; another one than the last scan's clears the history.
+            range_min_m: The lidar's least range.
+            range_max_m: The lidar's greatest range.
+
+        Returns:
+            (beams,) float32, metres, REP-117.
+
+        Raises:
+            ScanError: wrong length or limits; the history is then as before.
+        """
+        check_range_limits(range_min_m, range_max_m)
+        if np.shape(ranges) != (geometry.beams,):
+            raise ScanError(f"The scan has {np.size(ranges)} ranges, but its geometry says {geometry.beams}.")
+        if geometry != self._geometry:
+            self.reset()
+            self._geometry = geometry
+        self._history.append(_clean(ranges, range_min_m, range_max_m))
+        return _lower_median(self._history, self._parameters.window, geometry.closes_circle)
+
+
+def _clean(ranges: np.ndarray, range_min_m: float, range_max_m: float) -> np.ndarray:
+    """Bring finite readings outside the limits into REP-117's terms; returns a float32 copy."""
+    cleaned = np.array(ranges, dtype=np.float32)
+    cleaned[cleaned > np.float32(range_max_m)] = np.inf
+    too_small = cleaned < np.float32(range_min_m)
+    if too_small.any():
+        error_code = too_small & (cleaned <= 0.0) & np.isfinite(cleaned)
+        cleaned[too_small] = -np.inf
+        cleaned[error_code] = np.nan
+    return cleaned
+
+
+def _lower_median(scans, window: int, wraps: bool) -> np.ndarray:
+    """Median of each beam's window over all `scans` ((beams,) each, the newest last)."""
+    newest = scans[-1]
+    beams = newest.size
+    half = window // 2
+    if wraps:
+        half = min(half, (beams - 1) // 2)  # no beam votes twice
+    extended = [_extend(scan, half, wraps) for scan in scans]
+    votes = np.stack([scan[shift : shift + beams] for scan in extended for shift in range(2 * half + 1)])
+    votes.sort(axis=0)  # NaN comes last
+    valid = len(votes) - np.isnan(votes).sum(axis=0)
+    beam = np.arange(beams)
+    median = votes[np.maximum(valid - 1, 0) // 2, beam]
+
+    in_view = 2 * half + 1 if wraps else np.minimum(beam, half) + np.minimum(beam[::-1], half) + 1
+    median[np.isnan(newest) & (2 * valid < in_view * len(scans))] = np.nan
+    return median
+
+
+def _extend(scan: np.ndarray, half: int, wraps: bool) -> np.ndarray:
+    """Add `half` beams on each side: the other end of a full circle, or NaN where there is no beam."""
+    if half == 0:
+        return scan
+    if wraps:
+        return np.concatenate((scan[-half:], scan, scan[:half]))
+    absent = np.full(half, np.nan, dtype=scan.dtype)
+    return np.concatenate((absent, scan, absent))

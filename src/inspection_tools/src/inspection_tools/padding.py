@@ -1,0 +1,133 @@
+"""A full turn of beams out of any field of view (thesis, 5.2.2), with the added beams marked as unseen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspection_tools.checks import check_number
+from inspection_tools.errors import ParameterError, ScanError
+from inspection_tools.scan import ScanGeometry, check_range_limits
+
+UNSEEN_INTENSITY = -1.0
+"""LaserScan.intensities of a beam that no lidar looked along."""
+
+MAX_VALUE_M = 1000.0
+
+
+@dataclass(frozen=True)
+class PaddingParameters:
+    """What the added beams say.
+
+    Attributes:
+        value: "range_max" (the lidar's greatest range), "inf" (no return), "nan" (invalid: claims nothing),
+            or a range in metres, as a number or its text.
+
+    Raises:
+        ParameterError: anything else.
+    """
+
+    value: str | float = "nan"
+
+    def __post_init__(self):
+        if self.value in ("range_max", "inf", "nan"):
+            return
+        try:
+            number = float(self.value)
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f'value is {self.value!r}; it must be "range_max", "inf", "nan" or a range in metres.'
+            ) from None
+        check_number("value", number, 0.0, MAX_VALUE_M)
+
+    def range_m(self, range_max_m: float) -> float:
+        """Return the range of an added beam of a lidar that reaches `range_max_m`."""
+        return range_max_m if self.value == "range_max" else float(self.value)
+
+
+@dataclass(frozen=True)
+class PaddedScan:
+    """A full turn of beams, on the grid of the scan it came from.
+
+    Attributes:
+        ranges: (n,) float32, metres.
+        seen: (n,) bool; False where a beam was added.
+        geometry: Of the n beams. Starts within one beam of -180 degrees (+180 for a negative increment)
+            whenever that keeps the source's beams together.
+        first_beam: Index of the source's first beam.
+    """
+
+    ranges: np.ndarray
+    seen: np.ndarray
+    geometry: ScanGeometry
+    first_beam: int
+
+    @property
+    def angle_max_rad(self) -> float:
+        """Direction of the last beam."""
+        return self.geometry.angle_min_rad + (self.geometry.beams - 1) * self.geometry.angle_increment_rad
+
+    def intensities(self, source: np.ndarray | None = None) -> np.ndarray:
+        """Return the (n,) float32 intensities: the source's, or 0 without a source, and -1 where unseen."""
+        result = np.where(self.seen, np.float32(0.0), np.float32(UNSEEN_INTENSITY))
+        if source is not None and len(source):
+            beams = min(len(source), self.geometry.beams)  # what goes beyond a turn repeats the first beams
+            result[self.first_beam : self.first_beam + beams] = source[:beams]
+        return result
+
+
+class LidarPadding:
+    """Pads the scans of one lidar; keeps no state but its parameters."""
+
+    def __init__(self, parameters: PaddingParameters | None = None):
+        self.parameters = parameters or PaddingParameters()
+
+    def pad(
+        self, ranges: np.ndarray, geometry: ScanGeometry, range_min_m: float, range_max_m: float
+    ) -> PaddedScan:
+        """Return a full turn that holds `ranges` unchanged.
+
+        A scan of more than a turn (such as a first beam repeated at the end) has its repeated directions
+        merged: the nearer reading stays, NaN gives way to any other.
+
+        Args:
+            ranges: (beams,) metres, REP-117.
+            geometry: Of this scan; its increment divides 360 degrees.
+            range_min_m: The lidar's least range.
+            range_max_m: The lidar's greatest range.
+
+        Raises:
+            ScanError: wrong length or limits, an increment that does not divide a turn, more than two turns.
+        """
+        check_range_limits(range_min_m, range_max_m)
+        if np.shape(ranges) != (geometry.beams,):
+            raise ScanError(f"The scan has {np.size(ranges)} ranges, but its geometry says {geometry.beams}.")
+        turn = geometry.beams_per_turn
+        if geometry.beams > 2 * turn:
+            raise ScanError(
+                f"The scan's {geometry.beams} beams go round more than twice; check its angle_increment."
+            )
+        before = _beams_before(geometry, turn)
+        kept = min(geometry.beams, turn)
+        padded = np.full(turn, self.parameters.range_m(range_max_m), dtype=np.float32)
+        padded[before : before + kept] = ranges[:kept]
+        repeated = geometry.beams - kept
+        if repeated:
+            padded[:repeated] = np.fmin(padded[:repeated], np.asarray(ranges[kept:], dtype=np.float32))
+        seen = np.zeros(turn, dtype=bool)
+        seen[before : before + kept] = True
+        start_rad = geometry.angle_min_rad - before * geometry.angle_increment_rad
+        return PaddedScan(
+            padded, seen, ScanGeometry(turn, start_rad, geometry.angle_increment_rad), first_beam=before
+        )
+
+
+def _beams_before(geometry: ScanGeometry, turn: int) -> int:
+    """How many beams to add before the first, so that the turn starts at -180 degrees where it can."""
+    missing = max(turn - geometry.beams, 0)
+    sign = math.copysign(1.0, geometry.angle_increment_rad)
+    room_rad = math.pi + sign * geometry.angle_min_rad
+    rounding = 0.001  # beams; float32 angles must not cost the last beam
+    return min(max(math.floor(room_rad / abs(geometry.angle_increment_rad) + rounding), 0), missing)

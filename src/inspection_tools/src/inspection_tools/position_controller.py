@@ -1,0 +1,188 @@
+"""Velocity straight towards a position setpoint, limited in speed and acceleration (thesis, 5.2.2)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from inspection_tools.checks import check_number
+from inspection_tools.errors import ParameterError, PoseError
+
+MAX_TIME_STEP_S = 0.1
+"""A longer gap between poses counts as this, so that the velocity never jumps after a gap."""
+
+
+@dataclass(frozen=True)
+class PositionControllerParameters:
+    """Limits and gains of the position controller.
+
+    Far from the setpoint the speed is the limit; nearer it falls as under constant `braking_deceleration`,
+    and at last in proportion to the distance (`gain`). The two meet without a kink at the distance
+    braking_deceleration / gain^2. The vertical axis is independent and works alike.
+
+    Attributes:
+        max_speed: Horizontal speed limit, m/s.
+        max_acceleration: Limit of every change of the horizontal velocity, m/s^2.
+        braking_deceleration: Of the approach, m/s^2; at most `max_acceleration`, so that this limit never
+            delays the braking.
+        gain: Speed per distance near the setpoint, 1/s.
+        max_vertical_speed: m/s.
+        max_vertical_acceleration: Limit of every change, and twice the approach's deceleration, m/s^2.
+        vertical_gain: 1/s.
+        goal_tolerance_m: Nearer than this (in space) is reached, m.
+        goal_hysteresis_m: It stays reached until the distance exceeds tolerance + hysteresis, m.
+
+    Raises:
+        ParameterError: a value out of range, or braking harder than `max_acceleration`.
+    """
+
+    max_speed: float = 2.0
+    max_acceleration: float = 2.0
+    braking_deceleration: float = 1.0
+    gain: float = 1.0
+    max_vertical_speed: float = 1.0
+    max_vertical_acceleration: float = 1.0
+    vertical_gain: float = 1.0
+    goal_tolerance_m: float = 0.2
+    goal_hysteresis_m: float = 0.1
+
+    def __post_init__(self):
+        check_number("max_speed", self.max_speed, 0.0, 15.0)
+        check_number("max_acceleration", self.max_acceleration, 0.1, 10.0)
+        check_number("braking_deceleration", self.braking_deceleration, 0.1, 10.0)
+        check_number("gain", self.gain, 0.1, 5.0)
+        check_number("max_vertical_speed", self.max_vertical_speed, 0.0, 5.0)
+        check_number("max_vertical_acceleration", self.max_vertical_acceleration, 0.1, 10.0)
+        check_number("vertical_gain", self.vertical_gain, 0.1, 5.0)
+        check_number("goal_tolerance_m", self.goal_tolerance_m, 0.01, 10.0)
+        check_number("goal_hysteresis_m", self.goal_hysteresis_m, 0.0, 10.0)
+        if self.braking_deceleration > self.max_acceleration:
+            raise ParameterError(
+                f"braking_deceleration is {self.braking_deceleration} m/s^2, above max_acceleration "
+                f"({self.max_acceleration} m/s^2); lower the one or raise the other."
+            )
+
+
+@dataclass(frozen=True)
+class PositionCommand:
+    """Answer to one pose.
+
+    Attributes:
+        velocity_m_s: (x, y, z) in the levelled body frame: rotated from the pose's frame by yaw only.
+        goal_reached: Whether the setpoint is reached (False without one).
+        clock_jumped_back: Whether this pose was older than the last one, so that the velocity started anew.
+    """
+
+    velocity_m_s: tuple
+    goal_reached: bool
+    clock_jumped_back: bool
+
+
+class PositionController:
+    """Driven by poses: one command for each, its time step taken from their stamps.
+
+    The commanded velocity starts at zero, and it alone is limited in acceleration: the controller ignores
+    the UAV's own velocity. Without a setpoint the velocity is zero: hover.
+    """
+
+    def __init__(self, parameters: PositionControllerParameters | None = None):
+        self.parameters = parameters or PositionControllerParameters()
+        self._setpoint_m = None
+        self.reset()
+
+    @property
+    def setpoint_m(self) -> tuple | None:
+        """The (x, y, z) to go to, in the poses' frame, or None."""
+        return self._setpoint_m
+
+    def set_setpoint(self, position_m) -> None:
+        """Go to `position_m` (x, y, z) in the poses' frame.
+
+        Raises:
+            PoseError: a coordinate is not finite; the old setpoint stays.
+        """
+        setpoint_m = tuple(float(coordinate) for coordinate in position_m)
+        if not all(math.isfinite(coordinate) for coordinate in setpoint_m):
+            raise PoseError("The position setpoint has a coordinate that is not finite; it is ignored.")
+        if setpoint_m != self._setpoint_m:
+            self._setpoint_m = setpoint_m
+            self._goal_reached = False
+
+    def reset(self) -> None:
+        """Start anew from rest, as after a clock that jumped back; the setpoint stays."""
+        self._stamp_s = None
+        self._velocity_m_s = (0.0, 0.0, 0.0)  # in the poses' frame
+        self._goal_reached = False
+
+    def update(self, stamp_s: float, position_m, yaw_rad: float) -> PositionCommand:
+        """Return the command for a pose.
+
+        Args:
+            stamp_s: The pose's time.
+            position_m: (x, y, z) in the setpoint's frame.
+            yaw_rad: Heading in that frame.
+
+        Raises:
+            PoseError: a value is not finite; the state is then as before.
+        """
+        if not all(math.isfinite(value) for value in (stamp_s, yaw_rad, *position_m)):
+            raise PoseError("The pose has a value that is not finite.")
+        jumped_back = self._stamp_s is not None and stamp_s < self._stamp_s
+        if jumped_back:
+            self.reset()
+        step_s = 0.0 if self._stamp_s is None else min(stamp_s - self._stamp_s, MAX_TIME_STEP_S)
+        self._stamp_s = stamp_s
+        if self._setpoint_m is None:
+            self._velocity_m_s = (0.0, 0.0, 0.0)
+        else:
+            error_m = tuple(goal - here for goal, here in zip(self._setpoint_m, position_m))
+            self._velocity_m_s = self._step_towards(error_m, step_s)
+            self._goal_reached = self._is_reached(error_m)
+        return PositionCommand(_level(self._velocity_m_s, yaw_rad), self._goal_reached, jumped_back)
+
+    def _step_towards(self, error_m, step_s: float) -> tuple:
+        """Velocity after this step: the approach's, as far as the acceleration limits let it change."""
+        p = self.parameters
+        distance_m = math.hypot(error_m[0], error_m[1])
+        speed = approach_speed(distance_m, p.max_speed, p.braking_deceleration, p.gain)
+        scale = speed / distance_m if distance_m > 0.0 else 0.0
+        change_x = error_m[0] * scale - self._velocity_m_s[0]
+        change_y = error_m[1] * scale - self._velocity_m_s[1]
+        change = math.hypot(change_x, change_y)
+        allowed = p.max_acceleration * step_s
+        share = 1.0 if change <= allowed else allowed / change
+
+        climb = approach_speed(
+            abs(error_m[2]), p.max_vertical_speed, 0.5 * p.max_vertical_acceleration, p.vertical_gain
+        )
+        change_z = math.copysign(climb, error_m[2]) - self._velocity_m_s[2]
+        allowed_z = p.max_vertical_acceleration * step_s
+        return (
+            self._velocity_m_s[0] + share * change_x,
+            self._velocity_m_s[1] + share * change_y,
+            self._velocity_m_s[2] + min(max(change_z, -allowed_z), allowed_z),
+        )
+
+    def _is_reached(self, error_m) -> bool:
+        distance_m = math.sqrt(sum(e * e for e in error_m))
+        p = self.parameters
+        margin_m = p.goal_hysteresis_m if self._goal_reached else 0.0
+        return distance_m <= p.goal_tolerance_m + margin_m
+
+
+def approach_speed(distance_m: float, max_speed_m_s: float, deceleration_m_s2: float, gain: float) -> float:
+    """Speed at `distance_m` from the goal: proportional, then of constant deceleration, then the limit.
+
+    From a speed v beyond the proportional part the way to the goal is v^2 / (2 a) + a / (2 gain^2).
+    """
+    joint_m = deceleration_m_s2 / gain**2
+    if distance_m <= joint_m:
+        return min(gain * distance_m, max_speed_m_s)
+    return min(math.sqrt(2.0 * deceleration_m_s2 * (distance_m - 0.5 * joint_m)), max_speed_m_s)
+
+
+def _level(velocity_m_s, yaw_rad: float) -> tuple:
+    """Turn a vector of the poses' frame into the levelled body frame."""
+    cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+    x, y, z = velocity_m_s
+    return (cos * x + sin * y, cos * y - sin * x, z)

@@ -1,0 +1,101 @@
+"""Yaw rate that turns the front of the UAV towards its direction of travel (thesis, 5.2.2)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from inspection_tools.checks import check_number
+from inspection_tools.errors import ParameterError, VelocityError
+
+NO_VELOCITY = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class YawRegulatorParameters:
+    """Gain, limit and thresholds of the yaw regulator.
+
+    Attributes:
+        gain: Yaw rate per angle to the direction of travel, 1/s.
+        max_yaw_rate: rad/s.
+        speed_on: The regulator switches on above this horizontal speed, m/s.
+        speed_off: It switches off below this one, m/s; less than `speed_on`.
+        turn_margin: Near the exact rear the sense of turn is kept for this angle past it, rad, so that noise
+            cannot make the UAV turn to and fro.
+        reference_max_age: An older reference velocity counts as none, s.
+
+    Raises:
+        ParameterError: a value out of range, or thresholds the wrong way round.
+    """
+
+    gain: float = 1.5
+    max_yaw_rate: float = 1.0
+    speed_on: float = 0.25
+    speed_off: float = 0.15
+    turn_margin: float = 0.5
+    reference_max_age: float = 0.5
+
+    def __post_init__(self):
+        check_number("gain", self.gain, 0.0, 5.0)
+        check_number("max_yaw_rate", self.max_yaw_rate, 0.0, 5.0)
+        check_number("speed_on", self.speed_on, 0.01, 5.0)
+        check_number("speed_off", self.speed_off, 0.0, 5.0)
+        check_number("turn_margin", self.turn_margin, 0.0, 1.5)
+        check_number("reference_max_age", self.reference_max_age, 0.0, 10.0)
+        if self.speed_off >= self.speed_on:
+            raise ParameterError(
+                f"speed_off is {self.speed_off} m/s; it must be below speed_on ({self.speed_on} m/s)."
+            )
+
+
+class YawRegulator:
+    """P-regulator of the angle between the UAV's front and where it goes.
+
+    Its only state are hystereses: moving or not, reference wanted or not, and the sense of turn.
+    """
+
+    def __init__(self, parameters: YawRegulatorParameters | None = None):
+        self.parameters = parameters or YawRegulatorParameters()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the hystereses, as after a clock that jumped back."""
+        self._moving = False
+        self._looking = False
+        self._sense = 0.0  # +1 turning left, -1 right, 0 not turning
+
+    def update(self, velocity_m_s, reference_m_s=NO_VELOCITY) -> float:
+        """Return the yaw rate in rad/s, positive to the left.
+
+        Args:
+            velocity_m_s: (x, y) of the velocity that will be flown, levelled body frame.
+            reference_m_s: (x, y) of the velocity that was wanted, same frame. Where it is not zero but the
+                flown one is, the UAV turns towards it on the spot: the lidar looks there, the way may open.
+
+        Raises:
+            VelocityError: a component is not finite; the state is then as before.
+        """
+        if not all(math.isfinite(value) for value in (*velocity_m_s, *reference_m_s)):
+            raise VelocityError("The velocity has a component that is not finite.")
+        self._moving = self._passes(math.hypot(*velocity_m_s), self._moving)
+        self._looking = self._passes(math.hypot(*reference_m_s), self._looking)
+        if self._moving:
+            return self._turn_towards(velocity_m_s)
+        if self._looking:
+            return self._turn_towards(reference_m_s)
+        self._sense = 0.0
+        return 0.0
+
+    def _passes(self, speed_m_s: float, was_on: bool) -> bool:
+        return speed_m_s > (self.parameters.speed_off if was_on else self.parameters.speed_on)
+
+    def _turn_towards(self, direction) -> float:
+        p = self.parameters
+        error_rad = math.atan2(direction[1], direction[0])
+        if error_rad == -math.pi:  # atan2(-0.0, -1): the rear is one direction, and its tie goes left
+            error_rad = math.pi
+        past_rear = abs(error_rad) > math.pi - p.turn_margin and error_rad * self._sense < 0.0
+        if past_rear:
+            error_rad += 2.0 * math.pi * self._sense
+        self._sense = math.copysign(1.0, error_rad)
+        return min(max(p.gain * error_rad, -p.max_yaw_rate), p.max_yaw_rate)
