@@ -1,0 +1,179 @@
+"""The course of one run, free of ROS: wait until ready, fly to the goal, hover, land, done.
+
+Whoever drives it (the ROS node, the ROS-free closed loop) reports what happens and carries out the actions
+that come back. Time is simulation time, in seconds; nothing here waits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from master_thesis.errors import FlightError
+
+GROUND = "ground_plane"
+
+
+class Phase(Enum):
+    """Where a run stands."""
+
+    WAITING = "waiting for the hover"
+    FLYING = "flying to the goal"
+    HOVERING = "hovering at the goal"
+    LANDING = "landing"
+    DONE = "done"
+
+
+class Action(Enum):
+    """What the driver has to do."""
+
+    SEND_GOAL = "send the goal"
+    LAND = "land"
+    FINISH = "finish"
+
+
+@dataclass(frozen=True)
+class ExperimentParameters:
+    """How long each phase may last.
+
+    hover_s: hover at the goal before landing. ready_timeout_s: from the first moment to the hover over the
+    start. flight_timeout_s: from sending the goal to reaching it. landing_timeout_s: from the order to land
+    to disarmed.
+    """
+
+    hover_s: float = 2.0
+    ready_timeout_s: float = 60.0
+    flight_timeout_s: float = 180.0
+    landing_timeout_s: float = 60.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 0.0 < value < 1e6:
+                raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run went.
+
+    times_s: when each phase began. failure: None, or the sentence that says why the run did not do what it
+    should. touched: the obstacles that were touched.
+    """
+
+    reached_goal: bool
+    collision: bool
+    landed: bool
+    failure: str | None
+    times_s: dict[Phase, float]
+    touched: tuple[str, ...]
+
+    @property
+    def success(self) -> bool:
+        """The goal was reached without touching anything, and the UAV stands on the ground again."""
+        return self.reached_goal and self.landed and not self.collision and self.failure is None
+
+
+class Experiment:
+    """State machine of a run; every `on_...` returns the actions that it calls for."""
+
+    def __init__(self, parameters: ExperimentParameters) -> None:
+        self._parameters = parameters
+        self._phase = Phase.WAITING
+        self._times: dict[Phase, float] = {}
+        self._reached = False
+        self._landed = False
+        self._failure: str | None = None
+        self._touched: dict[str, None] = {}
+        self._ready = False
+
+    @property
+    def phase(self) -> Phase:
+        """Where the run stands."""
+        return self._phase
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the run went so far."""
+        return Outcome(
+            reached_goal=self._reached,
+            collision=bool(self._touched),
+            landed=self._landed,
+            failure=self._failure_sentence(),
+            times_s=dict(self._times),
+            touched=tuple(self._touched),
+        )
+
+    def on_ready(self, ready: bool) -> None:
+        """Take note that the UAV hovers over the start and takes orders (or no longer does)."""
+        self._ready = ready
+
+    def on_time(self, t_s: float) -> list[Action]:
+        """Let time pass; call at every true pose."""
+        self._times.setdefault(Phase.WAITING, t_s)
+        in_phase = t_s - self._times[self._phase]
+        if self._phase is Phase.WAITING and self._ready:
+            return self._enter(Phase.FLYING, t_s, Action.SEND_GOAL)
+        if self._phase is Phase.HOVERING and in_phase >= self._parameters.hover_s:
+            return self._enter(Phase.LANDING, t_s, Action.LAND)
+        return self._on_too_late(t_s, in_phase)
+
+    def on_goal_reached(self, t_s: float, reached: bool) -> None:
+        """Take note that the position controller is at the goal."""
+        if reached and self._phase is Phase.FLYING:
+            self._reached = True
+            self._enter(Phase.HOVERING, t_s)
+
+    def on_contact(self, t_s: float, collision_1: str, collision_2: str) -> None:
+        """Take note of a contact between two collision shapes, named model::link::collision.
+
+        Touching the ground is part of take-off and landing, and a collision in between.
+        """
+        others = [name.split("::")[0] for name in (collision_1, collision_2)]
+        ground_is_fine = self._phase not in (Phase.FLYING, Phase.HOVERING)
+        if GROUND in others and ground_is_fine:
+            return
+        self._touched.setdefault(collision_2 if others[1] != others[0] else collision_1)
+
+    def on_armed(self, t_s: float, armed: bool) -> list[Action]:
+        """Take note whether the motors may turn: disarmed after landing is the end."""
+        if armed or self._phase in (Phase.WAITING, Phase.DONE):
+            return []
+        if self._phase is Phase.LANDING:
+            self._landed = True
+        else:
+            self._fail(f"The flight controller disarmed while {self._phase.value}, at {t_s:.1f} s.")
+        return self._enter(Phase.DONE, t_s, Action.FINISH)
+
+    def abort(self, t_s: float, why: str) -> list[Action]:
+        """End the run at once, for a reason given as a sentence."""
+        if self._phase is Phase.DONE:
+            return []
+        self._fail(why)
+        return self._enter(Phase.DONE, t_s, Action.FINISH)
+
+    def _on_too_late(self, t_s: float, in_phase_s: float) -> list[Action]:
+        limits = {
+            Phase.WAITING: self._parameters.ready_timeout_s,
+            Phase.FLYING: self._parameters.flight_timeout_s,
+            Phase.LANDING: self._parameters.landing_timeout_s,
+        }
+        limit_s = limits.get(self._phase)
+        if limit_s is None or in_phase_s < limit_s:
+            return []
+        self._fail(f"Still {self._phase.value} after {limit_s:g} s.")
+        if self._phase is Phase.FLYING:
+            return self._enter(Phase.LANDING, t_s, Action.LAND)
+        return self._enter(Phase.DONE, t_s, Action.FINISH)
+
+    def _enter(self, phase: Phase, t_s: float, *actions: Action) -> list[Action]:
+        self._phase = phase
+        self._times.setdefault(phase, t_s)
+        return list(actions)
+
+    def _fail(self, why: str) -> None:
+        self._failure = self._failure or why
+
+    def _failure_sentence(self) -> str | None:
+        if self._failure is None and self._touched:
+            return f"The UAV touched {', '.join(self._touched)}."
+        return self._failure

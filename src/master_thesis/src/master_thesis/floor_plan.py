@@ -1,0 +1,105 @@
+"""A world seen from above, drawn from its SDF: the outline and the height of every solid shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import Box, Cylinder, Mesh, Plane, Sphere, World
+
+_CIRCLE = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A shape from above. outline_xy: corners (n, 2) in `world`; bottom_m, top_m: its extent in height."""
+
+    name: str
+    outline_xy: np.ndarray
+    bottom_m: float
+    top_m: float
+
+    def blocks(self, height_m: float) -> bool:
+        """Tell whether the shape stands in the way at this height."""
+        return self.bottom_m <= height_m <= self.top_m
+
+
+def outlines(world: World) -> list[Outline]:
+    """Return the outlines of all collision shapes of a world but planes, in the file's order.
+
+    A shape is drawn as the convex hull of its points from above; a mesh as the hull of each of its
+    connected pieces.
+    """
+    found = []
+    for model in world.models:
+        for link in model.links:
+            for collision in link.collisions:
+                pose = model.pose @ link.pose @ collision.pose
+                name = f"{model.name}::{link.name}::{collision.name}"
+                for points in _point_clouds(collision.geometry):
+                    found.append(_outline(name, pose, points))
+    return found
+
+
+def _outline(name: str, pose: Pose, points: np.ndarray) -> Outline:
+    placed = pose.transform(points)
+    return Outline(name, convex_hull(placed[:, :2]), float(placed[:, 2].min()), float(placed[:, 2].max()))
+
+
+def _point_clouds(geometry) -> list[np.ndarray]:
+    """Return points (n, 3) whose hull is the shape, one array for each convex piece."""
+    if isinstance(geometry, Box):
+        corners = np.array(np.meshgrid((-0.5, 0.5), (-0.5, 0.5), (-0.5, 0.5))).reshape(3, -1).T
+        return [corners * np.array(geometry.size_m)]
+    if isinstance(geometry, Cylinder):
+        ring = _ring(geometry.radius_m)
+        half = np.array([0.0, 0.0, geometry.length_m / 2])
+        return [np.concatenate((ring - half, ring + half))]
+    if isinstance(geometry, Sphere):
+        rings = [
+            _ring(geometry.radius_m * np.cos(a), geometry.radius_m * np.sin(a))
+            for a in (-1.2, -0.6, 0, 0.6, 1.2)
+        ]
+        poles = np.array([[0.0, 0.0, -geometry.radius_m], [0.0, 0.0, geometry.radius_m]])
+        return [np.concatenate((*rings, poles))]
+    if isinstance(geometry, Mesh):
+        return _mesh_pieces(geometry)
+    assert isinstance(geometry, Plane)  # the ground is no outline
+    return []
+
+
+def _ring(radius_m: float, height_m: float = 0.0) -> np.ndarray:
+    ring = np.zeros((len(_CIRCLE), 3))
+    ring[:, 0], ring[:, 1], ring[:, 2] = radius_m * np.cos(_CIRCLE), radius_m * np.sin(_CIRCLE), height_m
+    return ring
+
+
+def _mesh_pieces(geometry: Mesh) -> list[np.ndarray]:
+    import trimesh  # costs half a second, and only worlds with meshes need it
+
+    mesh = trimesh.load(geometry.path, force="mesh")
+    return [np.asarray(piece.vertices) * geometry.scale for piece in mesh.split(only_watertight=False)]
+
+
+def convex_hull(points_xy: np.ndarray) -> np.ndarray:
+    """Return the corners (m, 2) of the convex hull of points (n, 2), counter-clockwise (Andrew, 1979)."""
+    points = np.unique(np.round(points_xy, 9), axis=0)
+    if len(points) < 3:
+        return points
+    return np.array(_half_hull(points)[:-1] + _half_hull(points[::-1])[:-1])
+
+
+def _half_hull(points: np.ndarray) -> list[np.ndarray]:
+    hull: list[np.ndarray] = []
+    for point in points:
+        while len(hull) >= 2 and _turn(hull[-2], hull[-1], point) <= 0.0:
+            hull.pop()
+        hull.append(point)
+    return hull
+
+
+def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
+    """Twice the signed area of the triangle a b c; positive for a turn to the left."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

@@ -1,0 +1,149 @@
+"""The folder of one run: results/<experiment>/<time>/ with result.json, CSV series and pictures.
+
+A folder is never written twice, and a file appears under its name only when it is complete.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import platform
+import subprocess
+import tempfile
+from datetime import datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Iterable, Sequence
+
+from master_thesis.errors import ResultsError
+
+_PACKAGES = ("numpy", "numba", "pybullet", "embreex", "trimesh", "pymavlink", "matplotlib", "scipy")
+
+
+class RunFolder:
+    """A new folder for one run."""
+
+    def __init__(self, root: Path, experiment: str, started: datetime) -> None:
+        """Make ROOT/EXPERIMENT/YYYY-mm-dd_HH-MM-SS, with _1, _2, ... when there is one already.
+
+        Raises:
+            ResultsError: it cannot be made.
+        """
+        parent = Path(root).expanduser() / experiment
+        stamp = started.strftime("%Y-%m-%d_%H-%M-%S")
+        try:
+            parent.mkdir(parents=True, exist_ok=True)
+            self.path = _make_unused(parent, stamp)
+        except OSError as error:
+            raise ResultsError(_sentence(f"make a results folder in {parent}", error)) from error
+
+    def write_json(self, name: str, content: dict) -> Path:
+        """Write a JSON file; what is not a finite number becomes null, since JSON knows no other."""
+        text = json.dumps(_plain(content), indent=2, allow_nan=False) + "\n"
+        return self._write(name, text.encode("utf-8"))
+
+    def write_csv(self, name: str, columns: Sequence[str], rows: Iterable[Sequence]) -> Path:
+        """Write a CSV file with a header line; floats with nine significant digits."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
+        return self._write(name, text.getvalue().encode("utf-8"))
+
+    def write_bytes(self, name: str, content: bytes) -> Path:
+        """Write any other file."""
+        return self._write(name, content)
+
+    def _write(self, name: str, content: bytes) -> Path:
+        target = self.path / name
+        temporary = None
+        try:
+            handle, temporary = tempfile.mkstemp(dir=self.path, prefix=f".{name}.")
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, target)
+        except OSError as error:
+            if temporary and os.path.exists(temporary):
+                os.unlink(temporary)
+            raise ResultsError(_sentence(f"write {target}", error)) from error
+        return target
+
+
+def _make_unused(parent: Path, stamp: str) -> Path:
+    for attempt in range(10_000):
+        path = parent / (f"{stamp}_{attempt}" if attempt else stamp)
+        try:
+            path.mkdir()
+        except FileExistsError:
+            continue
+        return path
+    raise FileExistsError(17, "ten thousand runs within a second", str(parent / stamp))
+
+
+def _sentence(what: str, error: OSError) -> str:
+    return f"Cannot {what}: {error.strerror}; free some space or choose another folder with results:=FOLDER."
+
+
+def _plain(value):
+    """Turn tuples, numpy scalars and paths into what JSON holds; NaN and infinities into None."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def machine() -> dict:
+    """Return what the run ran on."""
+    return {
+        "cpu": _first_line_after("/proc/cpuinfo", "model name"),
+        "cores": os.cpu_count(),
+        "memory": _first_line_after("/proc/meminfo", "MemTotal"),
+        "system": platform.platform(),
+    }
+
+
+def versions() -> dict:
+    """Return the versions of Python, ROS and the packages that decide how a flight goes."""
+    found = {"python": platform.python_version(), "ros_distro": os.environ.get("ROS_DISTRO")}
+    for package in _PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = None
+    return found
+
+
+def commit(folder: Path) -> str | None:
+    """Return the git commit of the sources in a folder, with "+changes" when edited; None without git."""
+    try:
+        revision = _git(folder, "rev-parse", "HEAD")
+        changes = _git(folder, "status", "--porcelain", "--untracked-files=no")
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return f"{revision}+changes" if changes else revision
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(folder), *arguments]
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=10).stdout.strip()
+
+
+def _first_line_after(path: str, key: str) -> str | None:
+    try:
+        with open(path, encoding="utf-8") as stream:
+            return next((line.split(":", 1)[1].strip() for line in stream if line.startswith(key)), None)
+    except OSError:
+        return None

@@ -1,0 +1,96 @@
+"""The pictures of a run's results folder: the world from above with the path, and the flight over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from master_thesis import figures
+from master_thesis.experiment import Outcome, Phase
+from master_thesis.flight_log import FlightLog
+from master_thesis.floor_plan import Outline
+from master_thesis.results import RunFolder
+from master_thesis.run_report import HIT_THINNING, RunDescription, flight_interval_s, least
+
+
+@dataclass(frozen=True)
+class Run:
+    """A flown run: what, how it went, its figures of merit, clearances (n, 2) and its world's outlines."""
+
+    description: RunDescription
+    log: FlightLog
+    outcome: Outcome
+    merit: dict
+    clearances: np.ndarray
+    outlines: list[Outline]
+
+    @property
+    def interval_s(self) -> tuple[float, float]:
+        """From sending the goal to landing."""
+        start_s, end_s = flight_interval_s(self.log, self.outcome)
+        return start_s, self.outcome.times_s.get(Phase.LANDING, end_s)
+
+    def within(self, rows: np.ndarray) -> np.ndarray:
+        """Return those rows (n, k), time first, that lie within the interval."""
+        start_s, end_s = self.interval_s
+        return rows[(rows[:, 0] >= start_s) & (rows[:, 0] <= end_s)]
+
+
+def write_pictures(folder: RunFolder, run: Run) -> None:
+    """Write path_speed.png and path_computation.png (from above) and flight.png (over time).
+
+    Nothing is written of a run that never flew.
+    """
+    if len(run.log.between(*run.interval_s)) < 2:
+        return
+    speeds = run.within(run.log.speeds())
+    computation = run.within(run.log.decisions.array("t_s", "computation_ms"))
+    folder.write_bytes("path_speed.png", figures.top_view_png(top_view(run, speeds, "speed [m/s]")))
+    if len(computation):
+        view = top_view(run, computation, "computation time [ms]")
+        folder.write_bytes("path_computation.png", figures.top_view_png(view))
+    folder.write_bytes("flight.png", figures.time_series_png(title(run), _panels(run, speeds, computation)))
+
+
+def top_view(run: Run, values: np.ndarray, label: str) -> figures.TopView:
+    """Return the world from above with the path coloured by `values` (n, 2: time, value)."""
+    poses = run.log.between(*run.interval_s)
+    emergencies = run.within(run.log.decisions.array("t_s", "emergency"))
+    times_s = emergencies[emergencies[:, 1] > 0, 0]
+    scenario = run.description.scenario
+    return figures.TopView(
+        title=title(run),
+        outlines=run.outlines,
+        path=np.column_stack((poses[:, 1:3], np.interp(poses[:, 0], values[:, 0], values[:, 1]))),
+        value_label=label,
+        start_xy=scenario.start_xyz_yaw[:2],
+        goal_xy=scenario.goal_xyz_m[:2],
+        hits_xy=run.within(run.log.hits(run.description.lidar_in_body_xyz_m))[::HIT_THINNING, 1:3],
+        emergencies_xy=np.column_stack([np.interp(times_s, poses[:, 0], poses[:, axis]) for axis in (1, 2)]),
+        flight_height_m=scenario.goal_xyz_m[2],
+    )
+
+
+def _panels(run: Run, speeds: np.ndarray, computation: np.ndarray) -> tuple[figures.TimeSeries, ...]:
+    reference = run.within(run.log.v_ref.array("t_s", "vx_m_s", "vy_m_s"))
+    wanted = np.column_stack((reference[:, 0], np.hypot(reference[:, 1], reference[:, 2])))
+    panels = [figures.TimeSeries("speed [m/s]", (("flown", speeds), ("reference", wanted)))]
+    if least(run.clearances) is not None:
+        panels.append(figures.TimeSeries("clearance [m]", (("nearest obstacle", run.clearances),)))
+    if len(computation):
+        panels.append(figures.TimeSeries("CEPA [ms]", (("computation time", computation),)))
+    return tuple(panels)
+
+
+def title(run: Run) -> str:
+    """Return a run's figures in one line."""
+    what = run.description
+    words = [f"{what.scenario.name}: {what.algorithm} CEPA, {what.lidar}, seed {what.seed}"]
+    if run.merit["flight_time_s"] is not None:
+        words.append(f"{run.merit['path_length_m']:.1f} m in {run.merit['flight_time_s']:.1f} s")
+    if least(run.clearances) is not None:
+        words.append(f"least clearance {least(run.clearances):.2f} m")
+    if run.merit["collision"]:
+        words.append("COLLISION")
+    return " · ".join(words)

@@ -1,0 +1,75 @@
+"""What is flown: a world, a start and a goal; and the choices of algorithm and lidar."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Sequence
+
+from master_thesis.errors import ScenarioError
+
+ALGORITHMS = ("improved", "original")
+LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
+SCENARIOS = ("empty", "sparse", "forest", "hallway")
+FLIGHT_HEIGHT_M = 2.0
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A world file, where the UAV stands in it (x, y, z, yaw) and where it is to fly, in `world`."""
+
+    name: str
+    world_path: Path
+    start_xyz_yaw: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    goal_xyz_m: tuple[float, float, float] = (40.0, 0.0, FLIGHT_HEIGHT_M)
+
+    def __post_init__(self) -> None:
+        if not Path(self.world_path).is_file():
+            raise ScenarioError(
+                f"There is no world file {self.world_path}; give the path of an SDF world with world:=FILE."
+            )
+        straight = math.dist(self.start_xyz_yaw[:2], self.goal_xyz_m[:2])
+        if not 1.0 <= straight <= 10_000.0:
+            raise ScenarioError(
+                f"The goal lies {straight:.2f} m from the start; it must be 1 m to 10 km away."
+            )
+
+
+def scenario(name: str, worlds_folder: Path) -> Scenario:
+    """Return one of Experiment 1's scenarios (thesis, figures 8.1 and 8.2).
+
+    Raises:
+        ScenarioError: there is none of this name.
+    """
+    choose("scenario", name, SCENARIOS)
+    return Scenario(name, Path(worlds_folder) / f"{name}.world")
+
+
+def choose(what: str, given: str, choices: Sequence[str]) -> str:
+    """Return `given` if it is one of the choices.
+
+    Raises:
+        ScenarioError: a sentence that lists the choices.
+    """
+    if given not in choices:
+        raise ScenarioError(f"There is no {what} '{given}'; choose {what}:={'|'.join(choices)}.")
+    return given
+
+
+def numbers(what: str, text: str, names: Sequence[str]) -> tuple[float, ...]:
+    """Read "1 2 0.5" as that many finite numbers as there are names.
+
+    Raises:
+        ScenarioError: a sentence that says what is expected.
+    """
+    try:
+        values = tuple(float(word) for word in str(text).replace(",", " ").split())
+    except ValueError:
+        values = ()
+    if len(values) != len(names) or not all(math.isfinite(value) for value in values):
+        form = " ".join(names)
+        raise ScenarioError(
+            f"'{text}' is no {what}; give {len(names)} numbers in metres and radians: {form}."
+        )
+    return values
