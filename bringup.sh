@@ -1,0 +1,128 @@
+#!/usr/bin/env bash
+# The one entry: makes the machine ready (once), then flies, tests or measures. `./bringup.sh --help` tells the rest.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)
+log_file=$root/logs/bringup.log
+# Debian's ROS runs on Debian's Python, whichever other one the user has put first.
+export PATH="/usr/sbin:/usr/bin:/sbin:/bin:$PATH"
+unset PYTHONHOME
+cd "$root"
+# shellcheck source=scripts/console.sh
+source scripts/console.sh
+# shellcheck source=scripts/setup.sh
+source scripts/setup.sh
+
+usage() {
+  cat <<'TEXT'
+./bringup.sh                                     flies Experiment 1 in the forest and says where the results lie
+./bringup.sh <launch file> [arg:=value ...]      a launch file of master_thesis, with its arguments
+./bringup.sh test [pytest arguments]             every test; arguments go to pytest
+./bringup.sh bench [name]                        the benchmarks, or the one of that name
+./bringup.sh setup                               set-up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
+
+Each first does what is missing of the set-up: distribution packages, .venv, build. Details go to logs/bringup.log.
+TEXT
+  echo
+  echo "Launch files:"
+  (cd src/master_thesis/launch && printf '  %s\n' *.launch)
+}
+
+# load_workspace: what `source devel/setup.bash` gives, and names that ROS can use
+load_workspace() {
+  load_distribution
+  set +u
+  # shellcheck disable=SC1091
+  source devel/setup.bash
+  set -u
+  if [[ -z ${ROS_IP:-}${ROS_HOSTNAME:-} ]] && ! getent hosts "$(hostname)" >/dev/null; then
+    export ROS_IP=127.0.0.1 # the machine's own name leads nowhere
+  fi
+}
+
+# takes_argument LAUNCH_FILE NAME
+takes_argument() { grep -q "<arg name=\"$2\"" "src/master_thesis/launch/$1"; }
+
+# launch FILE [arg:=value ...]: flies, then reports what the run wrote; the code says whether it did what it should
+launch() {
+  local file=$1 results=$root/results given marker child code=0
+  shift
+  set_up
+  load_workspace
+  given=" $*"
+  if [[ $given == *" results:="* ]]; then
+    results=${given##* results:=} results=${results%% *}
+  elif takes_argument "$file" results; then
+    set -- "$@" "results:=$results"
+  fi
+  if takes_argument "$file" headless && [[ -z ${DISPLAY:-} && $given != *" headless:="* ]]; then
+    say "no display is there, so this runs headless"
+    set -- "$@" headless:=true
+  fi
+  mkdir -p "$results"
+  marker=$(mktemp)
+  say "roslaunch master_thesis $file $*"
+  set -m # its own process group, and Ctrl-C as roslaunch expects it
+  roslaunch master_thesis "$file" "$@" &
+  child=$!
+  set +m
+  trap 'kill -INT "$child" 2>/dev/null' INT TERM
+  wait "$child" || code=$?
+  while kill -0 "$child" 2>/dev/null; do wait "$child" || code=$?; done
+  trap - INT TERM
+  report_results "$file" "$results" "$marker" "$code"
+}
+
+# report_results LAUNCH_FILE FOLDER MARKER CODE: the figures of the run that ended after the marker was made
+report_results() {
+  local newest
+  newest=$(find "$2" -name result.json -newer "$3" -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
+  rm -f "$3"
+  if [[ -n $newest ]]; then
+    .venv/bin/python scripts/summarise.py "$newest"
+  elif takes_argument "$1" results; then
+    fail "The run ended without a result; ROS's own logs are in ${ROS_LOG_DIR:-${ROS_HOME:-$HOME/.ros}/log}/latest."
+  else
+    return "$4"
+  fi
+}
+
+run_tests() {
+  set_up
+  load_workspace
+  # Tests leave nothing elsewhere, and their scripts run on .venv's Python as the nodes do.
+  rm -rf logs/test
+  export ROS_HOME=$root/logs/test ROS_LOG_DIR=$root/logs/test/log PATH="$root/.venv/bin:$PATH"
+  mkdir -p "$ROS_LOG_DIR"
+  exec .venv/bin/python -m pytest "$@"
+}
+
+run_benchmarks() {
+  local benchmarks benchmark code=0
+  mapfile -t benchmarks < <(find benchmarks -maxdepth 1 -name "${1:-*}.py" 2>/dev/null | sort)
+  ((${#benchmarks[@]} > 0)) || fail "There is no benchmark${1:+ of the name $1}: benchmarks/ holds no ${1:-*}.py."
+  set_up
+  load_workspace
+  for benchmark in "${benchmarks[@]}"; do
+    say "benchmark $(basename "$benchmark" .py)"
+    .venv/bin/python "$benchmark" || code=1
+  done
+  return "$code"
+}
+
+main() {
+  case ${1:-} in
+    "") launch experiment_1.launch scenario:=forest ;;
+    -h | --help | help) usage ;;
+    setup) set_up && say "ready; 'source devel/setup.bash' and use roslaunch, rosrun, rosbag as you like" ;;
+    test) run_tests "${@:2}" ;;
+    bench) run_benchmarks "${@:2}" ;;
+    *)
+      local file=${1%.launch}.launch
+      [[ -f src/master_thesis/launch/$file ]] || fail "There is no launch file '$file' in src/master_thesis/launch, and no other call of that name. See ./bringup.sh --help."
+      launch "$file" "${@:2}"
+      ;;
+  esac
+}
+
+main "$@"

@@ -1,0 +1,187 @@
+# shellcheck shell=bash
+# Makes the machine and the workspace ready: distribution packages, .venv, catkin build. To be sourced by bringup.sh,
+# which sets `root` and `log_file`. Every step looks at what is there and does only what is missing.
+
+: "${root:?is set by bringup.sh}" "${log_file:?is set by bringup.sh}"
+readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs)
+readonly packages_need_mb=1500 venv_needs_mb=1200 build_needs_mb=100
+
+set_up() {
+  [[ $root != *[[:space:]]* ]] || fail "catkin cannot build in a folder with a space in its path: $root. Move the workspace."
+  if ! mkdir -p logs 2>/dev/null || [[ ! -w logs || ! -w . ]]; then
+    fail "$(id -un) may not write to $root. Change its owner, or clone it elsewhere."
+  fi
+  exec 9>>logs/.setup.lock
+  flock -n 9 || { say "another set-up is at work in this folder; waiting for it" && flock 9; }
+  echo "==== $(date '+%F %T') set-up of $root" >>"$log_file"
+  detect_platform
+  install_packages
+  check_names
+  make_venv
+  load_distribution
+  build_workspace
+  compile_kernels
+  exec 9>&-
+}
+
+# --- the distribution's packages -------------------------------------------------------------------------------
+
+detect_platform() {
+  local id version
+  id=$(. /etc/os-release && echo "${ID:-unknown}") version=$(. /etc/os-release && echo "${VERSION_ID:-unknown}")
+  platform=$id-$version
+  [[ -f scripts/packages/$platform.txt ]] || fail \
+    "This is $id $version; ROS 1 Noetic is supported on Debian 12 and on Ubuntu 20.04 only." \
+    "A container of either does as well, for example: docker run -it -v \"\$PWD\":/ws -w /ws debian:12 ./bringup.sh"
+  [[ $id != ubuntu || -d /opt/ros/noetic ]] || apt-cache show ros-noetic-ros-base >/dev/null 2>&1 || fail \
+    "Ubuntu gets ROS from packages.ros.org, which is not among this machine's package sources." \
+    "Add it as on http://wiki.ros.org/noetic/Installation/Ubuntu (1.1 to 1.3), then call again."
+}
+
+# missing_packages: those of the list that are not installed, one per line
+missing_packages() {
+  # shellcheck disable=SC2016  # dpkg-query expands it
+  local wanted format='${db:Status-Status} ${Package}\n'
+  wanted=$(grep -v '^#' "scripts/packages/$platform.txt" | sed '/^$/d' | sort)
+  comm -23 <(echo "$wanted") <(xargs <<<"$wanted" dpkg-query -W -f "$format" 2>/dev/null | sed -n 's/^installed //p' | sort)
+}
+
+install_packages() {
+  local missing as_root=(env)
+  mapfile -t missing < <(missing_packages)
+  ((${#missing[@]} > 0)) || return 0
+  local line="apt-get install -y --no-install-recommends ${missing[*]}"
+  if ((EUID != 0)); then
+    sudo -n true 2>/dev/null || fail "${#missing[@]} packages are missing and this is not root. Run these lines, then call again:" \
+      "sudo apt-get update" "sudo $line"
+    as_root=(sudo -n env)
+  fi
+  check_disk / "$packages_need_mb" "the distribution's packages"
+  as_root+=(DEBIAN_FRONTEND=noninteractive LC_ALL=C)
+  local lock=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
+  # An update that fails is not the end: another source's fault may not matter. The installation will tell.
+  run_step "looking for the newest packages" "${as_root[@]}" apt-get "${lock[@]}" update || true
+  # shellcheck disable=SC2086  # the line is the one that is shown to those who are not root
+  run_step "installing ${#missing[@]} packages of $platform and what they need" "${as_root[@]}" ${line/apt-get/apt-get ${lock[*]}} || explain_failure \
+    "The distribution's packages could not be installed." "sudo $line"
+  [[ -z $(missing_packages) ]] || fail "apt-get did not complain, and yet these are not installed: $(missing_packages | xargs). See $log_file."
+}
+
+# check_names: ROS talks to itself through host names
+check_names() {
+  getent hosts localhost >/dev/null && return 0
+  local line="127.0.0.1 localhost"
+  [[ -w /etc/hosts ]] || fail "The name localhost does not resolve, and ROS needs it. Run: echo '$line' | sudo tee -a /etc/hosts"
+  echo "$line" >>/etc/hosts && say "added '$line' to /etc/hosts: ROS needs that name"
+}
+
+# --- Python packages -------------------------------------------------------------------------------------------
+
+make_venv() {
+  local stamp=.venv/.bringup inputs
+  inputs=$(cat requirements.txt <(/usr/bin/python3 --version) <(echo "$root") | sha256sum)
+  [[ ! -f $stamp || $(<"$stamp") != "$inputs" ]] || return 0
+  check_disk "$root" "$venv_needs_mb" "the Python packages"
+  # A moved or half-made environment cannot be mended; one that works is only brought up to date.
+  if [[ $(.venv/bin/python -c 'import sys; print(sys.prefix)' 2>/dev/null) != "$root/.venv" ]]; then
+    run_step "making the Python environment .venv" /usr/bin/python3 -m venv --clear --system-site-packages .venv ||
+      explain_failure "The Python environment .venv could not be made."
+  fi
+  run_step "installing Python packages into .venv" install_python_packages ||
+    explain_failure "The Python packages of requirements.txt could not be installed."
+  echo "$inputs" >"$stamp"
+}
+
+install_python_packages() {
+  local pip=(env -u PYTHONPATH .venv/bin/python -m pip install --no-input --disable-pip-version-check --prefer-binary)
+  # Ubuntu 20.04's pip 20 does not know today's wheels
+  "${pip[@]}" "pip>=21" && "${pip[@]}" -r requirements.txt
+}
+
+# --- the build -------------------------------------------------------------------------------------------------
+
+# load_distribution: ROS of Ubuntu lies in /opt; Debian's is where everything is
+load_distribution() {
+  [[ -f /opt/ros/noetic/setup.bash ]] || return 0
+  set +u
+  # shellcheck disable=SC1091
+  source /opt/ros/noetic/setup.bash
+  set -u
+}
+
+# upstream_interfaces: those of our message packages which the machine has from upstream; ours stay unbuilt then
+upstream_interfaces() {
+  local package prefix prefixes
+  IFS=: read -ra prefixes <<<"${CMAKE_PREFIX_PATH:-}:/usr"
+  for package in "${interfaces[@]}"; do
+    for prefix in "${prefixes[@]}"; do
+      [[ $prefix != "$root/devel" && -f $prefix/share/$package/cmake/${package}Config.cmake ]] || continue
+      echo "$package" && break
+    done
+  done
+}
+
+# build_inputs: a digest of everything that catkin generates something from; Python code is used where it lies
+build_inputs() {
+  {
+    echo "$root" "$*"
+    find src -type f \( -name package.xml -o -name 'CMakeLists.txt' -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
+      -o -name '*.action' -o -name '*.cfg' -o -path '*/env-hooks/*' \) -print0 | sort -z | xargs -0 sha256sum
+    find src -path '*/nodes/*' -type f -not -name '*.pyc' | sort
+  } | sha256sum
+}
+
+build_workspace() {
+  local stamp=build/.bringup present inputs
+  present=$(upstream_interfaces | paste -sd ';')
+  inputs=$(build_inputs "$present")
+  [[ ! -f $stamp || $(<"$stamp") != "$inputs" ]] || return 0
+  check_disk "$root" "$build_needs_mb" "the build"
+  [[ -z $present ]] || say "built against the machine's own ${present//;/, }"
+  if [[ -f build/CMakeCache.txt ]] && ! grep -qx "CMAKE_HOME_DIRECTORY:INTERNAL=$root/src" build/CMakeCache.txt; then
+    rm -rf build devel # made where the workspace lay before
+  fi
+  run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR catkin_make --directory "$root" \
+    -DPYTHON_EXECUTABLE="$root/.venv/bin/python" -DCATKIN_BLACKLIST_PACKAGES="$present" ||
+    explain_failure "The build failed."
+  echo "$inputs" >"$stamp"
+}
+
+# compile_kernels: numba keeps what it compiles; once here, so that no flight waits for it
+compile_kernels() {
+  local stamp=build/.bringup_kernels inputs module
+  local modules=(src/*/src/*/warm_up.py)
+  [[ -f ${modules[0]} ]] || return 0
+  inputs=$(for module in "${modules[@]}"; do find "$(dirname "$module")" -name '*.py' -print0; done | sort -z | xargs -0 sha256sum | sha256sum)
+  [[ ! -f $stamp || $(<"$stamp") != "$inputs" ]] || return 0
+  for module in "${modules[@]}"; do
+    module=$(basename "$(dirname "$module")")
+    run_step "compiling the kernels of $module" env PYTHONPATH="$root/src/$module/src" .venv/bin/python -m "$module.warm_up" ||
+      explain_failure "The kernels of $module could not be compiled."
+  done
+  echo "$inputs" >"$stamp"
+}
+
+# --- when something is missing ---------------------------------------------------------------------------------
+
+# check_disk FOLDER MEGABYTES WHAT
+check_disk() {
+  local free
+  free=$(df -Pm "$1" | awk 'NR == 2 {print $4}')
+  ((free >= $2)) || fail "Not enough disk: $3 need some $2 MB, and the disk of $1 has $free MB left."
+}
+
+# explain_failure SENTENCE [COMMAND]: says which of the usual reasons it was, from the log of the last step
+explain_failure() {
+  local said
+  said=$(tac "$log_file" | sed '/^== /q' | tac)
+  if grep -qiE 'no space left|enough free space' <<<"$said"; then
+    fail "$1 The disk is full." "Details: $log_file"
+  elif grep -qiE 'temporary failure|could not resolve|unable to connect|could not connect|cannot initiate the connection|failed to establish a new connection|network is unreachable|connection timed out|failed to fetch|unable to locate package' <<<"$said"; then
+    fail "$1 No package registry answers: check the network, or the proxy settings, and call again." "Details: $log_file"
+  elif grep -qE 'Could not get lock' <<<"$said"; then
+    fail "$1 Another package manager is at work; call again when it is done." "Details: $log_file"
+  fi
+  tail -n 15 "$log_file" >&2
+  fail "$1 The lines above are the end of $log_file." "${@:2}"
+}
