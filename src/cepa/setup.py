@@ -4,4 +4,4 @@ from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(**generate_distutils_setup(packages=["cepa"], package_dir={"": "src"}))
+setup(**generate_distutils_setup(packages=["cepa", "cepa.kernels"], package_dir={"": "src"}))

@@ -1,1 +1,25 @@
-"""See README.md."""
+"""Cushioned Extended-Periphery Avoidance (CEPA), after chapter 6 of the thesis. See README.md."""
+
+from cepa.decision import Decision, Reason
+from cepa.errors import CepaError, ParameterError, ScanError, VelocityError
+from cepa.improved import Improved
+from cepa.original import Original
+from cepa.parameters import CepaParameters
+from cepa.scan import LaserScan2D
+
+ALGORITHMS = {"improved": Improved, "original": Original}
+"""The algorithms by the names that launch files use."""
+
+__all__ = [
+    "ALGORITHMS",
+    "CepaError",
+    "CepaParameters",
+    "Decision",
+    "Improved",
+    "LaserScan2D",
+    "Original",
+    "ParameterError",
+    "Reason",
+    "ScanError",
+    "VelocityError",
+]

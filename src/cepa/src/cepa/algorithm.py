@@ -1,0 +1,81 @@
+"""What the two algorithms share: the scan's normal form, the reference velocity in it, and the answers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+
+from cepa.decision import Decision, Reason, Vector2
+from cepa.errors import VelocityError
+from cepa.parameters import CepaParameters
+from cepa.scan import Beams, Grid, LaserScan2D
+
+REFERENCE_INCREMENT_RAD = math.radians(0.25)
+"""The increment for which k3 is tuned; equation 6.3's sum is weighted so that one tuning serves every lidar."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The reference velocity, relative to beam 0."""
+
+    speed: float
+    """m/s"""
+    x: float
+    """cosine of its direction"""
+    y: float
+    """sine of its direction"""
+    beam: int
+    """The beam nearest to its direction."""
+
+
+class Algorithm:
+    """Base of ``Original`` and ``Improved``: scan, reference velocity, own velocity -> velocity and why."""
+
+    def __init__(self, parameters: Optional[CepaParameters] = None):
+        self.parameters = parameters or CepaParameters()
+        self._grid: Optional[Grid] = None
+
+    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+        """Return the velocity to fly. All velocities in m/s in the scan's frame; raises VelocityError unless finite."""
+        raise NotImplementedError
+
+    def beams(self, scan: LaserScan2D) -> Beams:
+        """Return the scan's normal form, and keep the grid that belongs to it."""
+        beams = scan.full_turn(self.parameters.dropout_beams)
+        if self._grid is None or not self._grid.matches(beams):
+            self._grid = Grid(beams.ranges.size, beams.increment)
+        return beams
+
+    def _eligible(self, beams: Beams) -> np.ndarray:
+        return np.ones_like(beams.seen) if self.parameters.unseen_is_free else beams.seen
+
+    def _reference(self, v_ref: Vector2, beams: Beams) -> Reference:
+        speed = math.hypot(*v_ref)
+        angle = math.atan2(v_ref[1], v_ref[0]) - beams.angle_0
+        return Reference(speed, math.cos(angle), math.sin(angle), self._grid.index(angle))
+
+    def _omega_weight(self) -> float:
+        return self.parameters.k3 * self._grid.increment / REFERENCE_INCREMENT_RAD
+
+    def _velocity(self, beam: int, speed: float, beams: Beams) -> Vector2:
+        angle = beams.angle_0 + beam * self._grid.increment
+        return speed * math.cos(angle), speed * math.sin(angle)
+
+
+def velocity(value_xy, name: str) -> Vector2:
+    """Return ``value_xy`` as two floats; raises VelocityError unless it is two finite numbers."""
+    try:
+        x, y = (float(component) for component in value_xy)
+    except (TypeError, ValueError):
+        raise VelocityError(f"{name} must be two numbers, not {value_xy!r}.") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise VelocityError(f"{name} must be finite, not ({x}, {y}).")
+    return x, y
+
+
+def hover(reason: Reason, cost: float, directions_tested: int = 0) -> Decision:
+    """Return the decision to stand still outside an emergency."""
+    return Decision((0.0, 0.0), False, cost, directions_tested, reason)

@@ -1,0 +1,123 @@
+"""The emergency avoidance: flee from what is within r_LB (thesis 6.1.2), but never into something else (6.2.2)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import List, Optional
+
+import numpy as np
+
+from cepa.decision import Reason, Vector2
+from cepa.kernels.emergency import direction_is_safe, k_filter, safe_directions, sum_of_intrusions
+from cepa.parameters import CepaParameters
+from cepa.scan import Beams, Grid
+
+
+def is_emergency(beams: Beams, parameters: CepaParameters) -> bool:
+    """Whether anything seen is within r_LB (equation 6.4 would forbid every direction)."""
+    return beams.nearest <= parameters.r_lb
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A proposed flight from danger, relative to beam 0."""
+
+    angle: float
+    """rad; meaningless while ``cancelled`` is 1."""
+    speed: float
+    """m/s"""
+    cancelled: float = 0.0
+    """0: all intrusions push one way; 1: they cancel out."""
+
+    def velocity(self, angle_0: float) -> Vector2:
+        """Return the velocity in the scan's frame, m/s."""
+        return self.speed * math.cos(self.angle + angle_0), self.speed * math.sin(self.angle + angle_0)
+
+
+def original_flight(beams: Beams, grid: Grid, parameters: CepaParameters) -> Flight:
+    """Return the sum of the intrusions into the circle of r_LB, after the K filter (thesis 6.1.2)."""
+    filtered = k_filter(beams.ranges, float(parameters.k_filter), grid.increment)
+    x, y, total = sum_of_intrusions(filtered, grid.cos, grid.sin, float(parameters.r_lb), grid.increment)
+    length = math.hypot(x, y)
+    if length <= 1e-9 * total:
+        return Flight(0.0, 0.0, 1.0)
+    speed = min(max(parameters.emergency_gain * length, parameters.v_min), parameters.v_max)
+    return Flight(math.atan2(y, x), speed, 1.0 - length / total)
+
+
+def improved_flight(flight: Flight, beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2):
+    """Return (flight, reason): ``flight`` if it is safe, else along the middle of an open section, else None.
+
+    ``v_uav``: the UAV's own velocity in the scan's frame, m/s. It decides between sections that are about as good, so
+    that noise does not make the UAV dither between them.
+    """
+    eligible = beams.seen | parameters.unseen_is_free
+    cancelled = 1.0 - flight.cancelled <= parameters.emergency_cancellation
+    if not cancelled and _is_safe(flight.angle, beams, eligible, grid, parameters):
+        return flight, Reason.EMERGENCY_SUM
+    corridor = float(parameters.body_radius), float(parameters.emergency_lookahead)
+    safe = safe_directions(beams.ranges, eligible, grid.cos, grid.sin, *corridor)
+    sections = open_sections(safe)
+    if not sections:
+        return None, Reason.BLOCKED
+    speed = max(flight.speed, parameters.v_min)
+    section = _choose(sections, None if cancelled else flight.angle, grid, parameters, v_uav, beams.angle_0)
+    return Flight(section.middle(grid), speed), Reason.EMERGENCY_OPEN_SECTION
+
+
+@dataclass(frozen=True)
+class Section:
+    """A run of safe directions."""
+
+    first: int
+    """Its first beam."""
+    beams: int
+    """Number of beams."""
+
+    def middle(self, grid: Grid) -> float:
+        """Return the angle in its middle, rad relative to beam 0."""
+        return (self.first + 0.5 * (self.beams - 1)) * grid.increment
+
+    def distance(self, angle: float, grid: Grid) -> float:
+        """Return the angle (rad) between ``angle`` and the section's nearer edge."""
+        edges = self.first * grid.increment, (self.first + self.beams - 1) * grid.increment
+        return min(abs(math.remainder(edge - angle, 2.0 * math.pi)) for edge in edges)
+
+
+def open_sections(safe: np.ndarray) -> List[Section]:
+    """Return the runs of True in the circular ``safe`` (N,)."""
+    if safe.all():
+        return [Section(0, safe.size)]
+    starts = np.flatnonzero(safe & ~np.roll(safe, 1))
+    ends = np.flatnonzero(safe & ~np.roll(safe, -1))
+    return [
+        Section(int(first), int((ends[ends >= first].min(initial=ends[0] + safe.size) - first) + 1))
+        for first in starts
+    ]
+
+
+def _is_safe(
+    angle: float, beams: Beams, eligible: np.ndarray, grid: Grid, parameters: CepaParameters
+) -> bool:
+    if not eligible[grid.index(angle)]:
+        return False
+    corridor = float(parameters.body_radius), float(parameters.emergency_lookahead)
+    return direction_is_safe(beams.ranges, grid.cos, grid.sin, math.cos(angle), math.sin(angle), *corridor)
+
+
+def _choose(
+    sections: List[Section], proposal: Optional[float], grid, parameters, v_uav: Vector2, angle_0
+) -> Section:
+    """Return the section whose edge is nearest to ``proposal``, or without one the widest; ties: along v_uav."""
+
+    def badness(section: Section) -> float:
+        return -section.beams * grid.increment if proposal is None else section.distance(proposal, grid)
+
+    def along_own_velocity(section: Section) -> float:
+        angle = section.middle(grid) + angle_0
+        return v_uav[0] * math.cos(angle) + v_uav[1] * math.sin(angle)
+
+    limit = min(map(badness, sections)) + parameters.emergency_tie_angle
+    tied = [section for section in sections if badness(section) <= limit]
+    return max(tied, key=lambda section: (along_own_velocity(section), -badness(section)))

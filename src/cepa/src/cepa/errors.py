@@ -1,0 +1,17 @@
+"""The exceptions of this package; every message is one sentence that can be shown to a user as it is."""
+
+
+class CepaError(Exception):
+    """Base of everything that this package raises on purpose."""
+
+
+class ParameterError(CepaError):
+    """A parameter, or a combination of parameters, makes no sense."""
+
+
+class ScanError(CepaError):
+    """A laser scan that cannot be interpreted."""
+
+
+class VelocityError(CepaError):
+    """A velocity that is not two finite numbers."""

@@ -1,0 +1,81 @@
+"""Kernels of the emergency avoidance."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def k_filter(ranges, slope, increment):
+    """Return LS' (N,): min over j of (LS_j + slope * angle(i, j)), circular, in two passes (thesis 6.1.2)."""
+    count = ranges.size
+    filtered = ranges.copy()
+    start = np.argmin(ranges)  # nothing can lower the least range, so that one turn each way is enough
+    closing = 2.0 * math.pi - (count - 1) * increment  # angle between the last beam and the first
+    for k in range(1, count):
+        i = (start + k) % count
+        step = closing if i == 0 else increment
+        filtered[i] = min(filtered[i], filtered[i - 1] + slope * step)
+    for k in range(1, count):
+        i = (start - k) % count
+        step = closing if i == count - 1 else increment
+        filtered[i] = min(filtered[i], filtered[(i + 1) % count] + slope * step)
+    return filtered
+
+
+@njit(cache=True)
+def sum_of_intrusions(filtered, cos, sin, r_lb, increment):
+    """Return (x, y, total): the integral of the intrusions as vectors away from the obstacles, and of their lengths; m rad."""
+    x = 0.0
+    y = 0.0
+    total = 0.0
+    for i in range(filtered.size):
+        depth = r_lb - filtered[i]
+        if depth > 0.0:
+            x -= depth * cos[i]
+            y -= depth * sin[i]
+            total += depth
+    return x * increment, y * increment, total * increment
+
+
+@njit(cache=True)
+def _blocks(ahead, aside, reading, radius, lookahead):
+    if ahead <= 0.0:
+        return False
+    beyond = ahead - lookahead
+    if beyond <= 0.0:
+        return abs(aside) <= radius or reading <= radius
+    return beyond * beyond + aside * aside <= radius * radius
+
+
+@njit(cache=True)
+def direction_is_safe(ranges, cos, sin, towards_x, towards_y, radius, lookahead):
+    """Tell whether nothing seen lies within ``radius`` of the first ``lookahead`` metres along a direction."""
+    for j in range(ranges.size):
+        if ranges[j] <= lookahead + radius:
+            ahead = ranges[j] * (cos[j] * towards_x + sin[j] * towards_y)
+            aside = ranges[j] * (sin[j] * towards_x - cos[j] * towards_y)
+            if _blocks(ahead, aside, ranges[j], radius, lookahead):
+                return False
+    return True
+
+
+@njit(cache=True)
+def safe_directions(ranges, eligible, cos, sin, radius, lookahead):
+    """Return (N,) bool: ``direction_is_safe`` of every eligible beam's direction."""
+    count = ranges.size
+    safe = eligible.copy()
+    for j in range(count):
+        if ranges[j] > lookahead + radius:
+            continue
+        for side in (1, -1):
+            width = 0 if side == 1 else 1
+            while 2 * width <= count:
+                ahead = ranges[j] * cos[width]
+                aside = ranges[j] * sin[width]
+                if not _blocks(ahead, aside, ranges[j], radius, lookahead):
+                    break
+                safe[(j + side * width) % count] = False
+                width += 1
+    return safe

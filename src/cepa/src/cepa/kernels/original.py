@@ -1,0 +1,44 @@
+"""Kernel of the original steering algorithm (thesis algorithm 1), compiled as it stands."""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def weight(ranges, cushion_lb, cushion_ub, offset):
+    """Return Omega (equations 6.3, 6.4; m2, unweighted); the cushions' edge at beam j is ``cushion[j + offset]``."""
+    total = 0.0
+    for j in range(ranges.size):
+        if ranges[j] <= cushion_lb[j + offset]:
+            return np.inf
+        if ranges[j] < cushion_ub[j + offset]:
+            total += (cushion_ub[j + offset] - ranges[j]) ** 2
+    return total
+
+
+@njit(cache=True)
+def best_of_all(ranges, eligible, alignment, speeds, cushions_lb, cushions_ub, k1, k2, k3):
+    """Try every eligible beam at every speed and return (beam, speed index, cost, directions tested); beam -1: none.
+
+    ``alignment`` (N,): cosine between each beam and v_ref; ``speeds`` (S,) m/s; ``cushions`` (S, 2N-1) m: the edge at
+    [s, j - i + N - 1] for beam j and direction i. ``k1`` is k1 |v_ref| and ``k2`` is k2 / |v_ref|, as in equation 6.5.
+    """
+    count = ranges.size
+    best_beam = -1
+    best_speed = -1
+    best_cost = np.inf
+    tested = 0
+    for i in range(count):
+        if not eligible[i]:
+            continue
+        for s in range(speeds.size):
+            tested += 1
+            omega = weight(ranges, cushions_lb[s], cushions_ub[s], count - 1 - i)
+            if omega == np.inf:
+                continue
+            cost = k3 * omega - speeds[s] * (k1 * alignment[i] + k2)
+            if cost < best_cost:
+                best_cost = cost
+                best_beam = i
+                best_speed = s
+    return best_beam, best_speed, best_cost, tested

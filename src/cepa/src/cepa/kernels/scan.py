@@ -1,0 +1,74 @@
+"""Kernel of the scan's normalisation."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+DROPOUT = -1.0
+
+
+@njit(cache=True)
+def normalise(raw, seen_raw, reverse, range_min, range_max, dropout_beams, ranges, seen):
+    """Put ``raw`` (n,), as REP-117 means it, onto a full turn: ``ranges`` (N,) with +inf for nothing, ``seen`` (N,)."""
+    _place(raw, seen_raw, reverse, range_min, range_max, ranges, seen)
+    _fill_dropouts(dropout_beams, ranges, seen)
+
+
+@njit(cache=True)
+def _place(raw, seen_raw, reverse, range_min, range_max, ranges, seen):
+    n = raw.size
+    count = ranges.size
+    ranges[:] = np.inf
+    seen[:] = False
+    for k in range(n):
+        source = n - 1 - k if reverse else k
+        if not seen_raw[source]:
+            continue
+        value = raw[source]
+        if value == -np.inf:
+            value = range_min
+        elif value > range_max:
+            value = np.inf
+        elif math.isnan(value) or value < range_min:
+            value = DROPOUT
+        target = k if k < count else k - count
+        if (
+            seen[target] and ranges[target] != DROPOUT
+        ):  # one beam more than a turn: the nearer of the two counts
+            value = ranges[target] if value == DROPOUT else min(value, ranges[target])
+        ranges[target] = value
+        seen[target] = True
+
+
+@njit(cache=True)
+def _fill_dropouts(dropout_beams, ranges, seen):
+    count = ranges.size
+    start = 0
+    while start < count and ranges[start] == DROPOUT:
+        start += 1
+    if start == count:
+        ranges[:] = np.inf
+        seen[:] = False
+        return
+    k = 0
+    while k < count:
+        i = (start + k) % count
+        if ranges[i] != DROPOUT:
+            k += 1
+            continue
+        width = 1
+        while ranges[(i + width) % count] == DROPOUT:
+            width += 1
+        before = (i - 1) % count
+        after = (i + width) % count
+        known = seen[before] or seen[after]
+        value = min(ranges[before], ranges[after])  # an unseen neighbour is +inf and never the smaller one
+        for step in range(width):
+            target = (i + step) % count
+            if known and width <= dropout_beams:
+                ranges[target] = value
+            else:
+                ranges[target] = np.inf
+                seen[target] = False
+        k += width

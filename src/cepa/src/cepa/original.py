@@ -1,0 +1,78 @@
+"""The original algorithm (thesis 6.1, algorithm 1): the baseline, neither crippled nor improved."""
+
+from __future__ import annotations
+
+import math
+from typing import Tuple
+
+import numpy as np
+
+from cepa.algorithm import Algorithm, Reference, hover, velocity
+from cepa.cushion import original_cushion
+from cepa.decision import Decision, Reason
+from cepa.emergency import is_emergency, original_flight
+from cepa.kernels.original import best_of_all, weight
+from cepa.scan import Beams, LaserScan2D
+
+
+class Original(Algorithm):
+    """CEPA as proposed: every beam's direction is tried at every speed, with the cushion of equation 6.2."""
+
+    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+        """Return the velocity to fly. All velocities in m/s in the scan's frame; raises VelocityError unless finite.
+
+        The numbers are the lines of algorithm 1. ``v_uav_xy`` does not matter here.
+        """
+        v_ref, _ = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
+        beams = self.beams(scan)
+        if is_emergency(beams, self.parameters):  # 2
+            proposal = original_flight(beams, self._grid, self.parameters).velocity(beams.angle_0)  # 3
+            return Decision(proposal, True, math.nan, 0, Reason.EMERGENCY_SUM, proposal)
+        reference = self._reference(v_ref, beams)
+        if reference.speed < self.parameters.reference_speed_min:
+            return hover(Reason.NO_REFERENCE, 0.0)
+        cost = self._cost_of_reference(reference, beams)
+        speeds = reference.speed * np.array(self.parameters.speed_fractions)
+        beam, index, best_cost, tested = self._best_of_all(reference, speeds, beams)  # 5-11
+        if math.isinf(cost) and beam < 0:
+            return hover(Reason.BLOCKED, math.inf, tested + 1)
+        if cost <= best_cost:
+            return Decision(v_ref, False, cost, tested + 1, Reason.STEERED)
+        return Decision(
+            self._velocity(beam, speeds[index], beams), False, best_cost, tested + 1, Reason.STEERED
+        )
+
+    def _best_of_all(
+        self, reference: Reference, speeds: np.ndarray, beams: Beams
+    ) -> Tuple[int, int, float, int]:
+        p, grid = self.parameters, self._grid
+        cushions = [
+            np.array(
+                [original_cushion(grid.offset_angles, speed, radius, p.time_horizon) for speed in speeds]
+            )
+            for radius in (p.r_lb, p.r_ub)
+        ]
+        alignment = grid.cos * reference.x + grid.sin * reference.y
+        return best_of_all(
+            beams.ranges, self._eligible(beams), alignment, speeds, *cushions, *self._weights(reference)
+        )
+
+    def _cost_of_reference(self, reference: Reference, beams: Beams) -> float:
+        """Return v_ref's own cost; its direction lies between two beams."""
+        if not self._eligible(beams)[reference.beam]:
+            return math.inf
+        p, grid = self.parameters, self._grid
+        psi = np.arctan2(
+            grid.sin * reference.x - grid.cos * reference.y, grid.cos * reference.x + grid.sin * reference.y
+        )
+        cushions = [
+            original_cushion(psi, reference.speed, radius, p.time_horizon) for radius in (p.r_lb, p.r_ub)
+        ]
+        k1, k2, k3 = self._weights(reference)
+        omega = weight(beams.ranges, *cushions, 0)
+        return k3 * omega - reference.speed * (k1 + k2) if math.isfinite(omega) else math.inf
+
+    def _weights(self, reference: Reference) -> Tuple[float, float, float]:
+        """Return the factors of |v| cos(psi), |v| and Omega in equation 6.5."""
+        p = self.parameters
+        return p.k1 * reference.speed, p.k2 / reference.speed, self._omega_weight()

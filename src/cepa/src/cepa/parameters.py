@@ -1,0 +1,133 @@
+"""Every parameter of CEPA, checked once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Tuple
+
+from cepa.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class CepaParameters:
+    """The parameters of both algorithms; a thesis symbol stands beside each name.
+
+    Raises ParameterError, in one sentence, for values that make no sense alone or together.
+    How the weights were tuned is told in the README.
+    """
+
+    r_lb: float = 0.5
+    """r_LB, m: radius of the inner cushion; an obstacle within it is an emergency."""
+    r_ub: float = 1.2
+    """r_UB, m: radius of the outer cushion, the comfort zone."""
+    time_horizon: float = 1.5
+    """T, s: the cushions reach |v| T ahead."""
+    k_filter: float = 50.0
+    """K, m/rad: greatest slope of the filtered scan of the emergency avoidance; lower weights near things more."""
+    k1: float = 8.0
+    """k_1, s2/m2, original only: weight of keeping v_ref's direction."""
+    k2: float = 6.0
+    """k_2: weight of keeping v_ref's magnitude."""
+    k3: float = 0.25
+    """k_3, 1/m2: weight of intrusions into the outer cushion."""
+    k4: float = 2.0
+    """k_4, s3/m3, improved only: k_1 = |v_UAV| k_4 + k_5."""
+    k5: float = 4.0
+    """k_5, s2/m2, improved only: see k4."""
+    speed_fractions: Tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
+    """Speeds tried in every direction, as fractions of |v_ref|, each in (0, 1]."""
+    body_radius: float = 0.35
+    """m: radius of the UAV; the emergency avoidance flies only where a body of this radius fits."""
+    emergency_lookahead: float = 1.2
+    """m: how far ahead an emergency's direction must be free."""
+    emergency_gain: float = 10.0
+    """1/(s rad): velocity for one metre radian of intrusion."""
+    v_min: float = 0.3
+    """m/s: least speed of an emergency's answer."""
+    v_max: float = 1.0
+    """m/s: greatest speed of an emergency's answer."""
+    emergency_cancellation: float = 0.1
+    """The sum counts as zero when it is a smaller part of the intrusions than this (0: opposite, 1: one side)."""
+    emergency_tie_angle: float = 0.3
+    """rad: open sections that differ by less are tied; the one along the UAV's own velocity wins."""
+    reference_speed_min: float = 0.05
+    """m/s: a slower v_ref means hover."""
+    dropout_beams: int = 4
+    """Invalid beams in a row that still take the smaller range of their neighbours; a longer gap is unseen."""
+    unseen_is_free: bool = False
+    """Whether a direction that no beam covers may be chosen."""
+
+    def __post_init__(self):
+        self._check_types()
+        self._check_signs()
+        self._check_combinations()
+
+    def _check_types(self):
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in ("speed_fractions", "unseen_is_free"):
+                continue
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+                raise ParameterError(f"{field.name} must be a finite number, not {value!r}.")
+        if not isinstance(self.unseen_is_free, bool):
+            raise ParameterError(f"unseen_is_free must be true or false, not {self.unseen_is_free!r}.")
+        try:
+            fractions = tuple(float(fraction) for fraction in self.speed_fractions)
+        except (TypeError, ValueError):
+            raise ParameterError(f"speed_fractions must be numbers, not {self.speed_fractions!r}.") from None
+        object.__setattr__(self, "speed_fractions", tuple(sorted(set(fractions), reverse=True)))
+
+    def _check_signs(self):
+        positive = (
+            "r_lb",
+            "time_horizon",
+            "k_filter",
+            "body_radius",
+            "emergency_lookahead",
+            "emergency_gain",
+        )
+        for name in positive:
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name} must be greater than 0, not {getattr(self, name)}.")
+        at_least_zero = (
+            "k1",
+            "k2",
+            "k3",
+            "k4",
+            "k5",
+            "v_min",
+            "emergency_cancellation",
+            "emergency_tie_angle",
+        )
+        for name in (*at_least_zero, "dropout_beams"):
+            if not getattr(self, name) >= 0:
+                raise ParameterError(f"{name} must be at least 0, not {getattr(self, name)}.")
+        if not self.reference_speed_min > 0.0:
+            raise ParameterError(
+                f"reference_speed_min must be greater than 0 (equation 6.5 divides by |v_ref|), "
+                f"not {self.reference_speed_min}."
+            )
+        if int(self.dropout_beams) != self.dropout_beams:
+            raise ParameterError(f"dropout_beams must be a whole number, not {self.dropout_beams}.")
+
+    def _check_combinations(self):
+        if not self.r_lb < self.r_ub:
+            raise ParameterError(f"r_lb must be less than r_ub, but {self.r_lb} >= {self.r_ub}.")
+        if not self.body_radius < self.r_lb:
+            raise ParameterError(
+                f"body_radius must be less than r_lb, or an emergency starts after the collision, "
+                f"but {self.body_radius} >= {self.r_lb}."
+            )
+        if not self.v_min <= self.v_max or not self.v_max > 0.0:
+            raise ParameterError(
+                f"v_min must be at most v_max and v_max greater than 0, not {self.v_min} and {self.v_max}."
+            )
+        if self.emergency_cancellation >= 1.0:
+            raise ParameterError(
+                f"emergency_cancellation must be less than 1, not {self.emergency_cancellation}."
+            )
+        if not self.speed_fractions or not all(0.0 < fraction <= 1.0 for fraction in self.speed_fractions):
+            raise ParameterError(
+                f"speed_fractions must be one or more numbers in (0, 1], not {list(self.speed_fractions)}."
+            )

@@ -1,0 +1,93 @@
+"""Slow and literal versions of what the compiled code does, straight from the equations: for tests and benchmarks."""
+
+from __future__ import annotations
+
+import math
+from typing import List, Tuple
+
+import numpy as np
+
+from cepa.algorithm import REFERENCE_INCREMENT_RAD
+from cepa.cushion import improved_cushion, original_cushion
+from cepa.decision import Vector2
+from cepa.parameters import CepaParameters
+from cepa.scan import Beams, LaserScan2D
+
+
+def improved_costs(
+    parameters: CepaParameters, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2 = (0.0, 0.0)
+):
+    """Return (velocities (M, 2), costs (M,)) of every candidate with the improved cushion and k1 (6.7, 6.2.1)."""
+    k1 = math.hypot(*v_uav) * parameters.k4 + parameters.k5
+    return _costs(parameters, scan, v_ref, k1, improved_cushion)
+
+
+def original_costs(parameters: CepaParameters, scan: LaserScan2D, v_ref: Vector2):
+    """Return (velocities (M, 2), costs (M,)) of every candidate with the original cushion and k1 (6.2)."""
+    return _costs(parameters, scan, v_ref, parameters.k1, original_cushion)
+
+
+def cost(parameters: CepaParameters, beams: Beams, v: Vector2, v_ref: Vector2, k1: float, cushion) -> float:
+    """Return equation 6.5 for the velocity ``v`` (m/s, scan's frame); inf when an obstacle is in the inner cushion."""
+    speed = math.hypot(*v)
+    psi = wrap(angles(beams) - math.atan2(v[1], v[0]))
+    edge_lb = cushion(psi, speed, parameters.r_lb, parameters.time_horizon)
+    edge_ub = cushion(psi, speed, parameters.r_ub, parameters.time_horizon)
+    if np.any(beams.ranges <= edge_lb):
+        return math.inf
+    depth = np.clip(edge_ub - beams.ranges, 0.0, None)
+    omega = np.sum(depth**2) * beams.increment / REFERENCE_INCREMENT_RAD
+    ratio = speed / math.hypot(*v_ref)
+    return parameters.k3 * omega - k1 * (v[0] * v_ref[0] + v[1] * v_ref[1]) - parameters.k2 * ratio
+
+
+def candidates(parameters: CepaParameters, beams: Beams, v_ref: Vector2) -> List[Vector2]:
+    """Return v_ref and every eligible beam's direction times every speed fraction."""
+    eligible = beams.seen | parameters.unseen_is_free
+    directions = angles(beams)
+    offset = np.abs(wrap(directions - math.atan2(v_ref[1], v_ref[0])))
+    found = [v_ref] if eligible[np.argmin(offset)] else []
+    for fraction in parameters.speed_fractions:
+        speed = fraction * math.hypot(*v_ref)
+        found += [(speed * math.cos(angle), speed * math.sin(angle)) for angle in directions[eligible]]
+    return found
+
+
+def k_filter(beams: Beams, slope: float) -> np.ndarray:
+    """Return LS' (N,): min over j of (LS_j + slope * angle(i, j)), by trying every pair."""
+    directions = angles(beams)
+    between = np.abs(wrap(directions[:, None] - directions[None, :]))
+    return np.min(beams.ranges[None, :] + slope * between, axis=1)
+
+
+def is_safe(parameters: CepaParameters, beams: Beams, angle: float) -> bool:
+    """Tell whether nothing seen lies within body_radius of the first emergency_lookahead metres along ``angle`` (rad).
+
+    What already is within body_radius of the UAV itself forbids only the directions that lead towards it.
+    """
+    psi = angles(beams) - angle
+    hits = np.isfinite(beams.ranges)
+    ahead = beams.ranges[hits] * np.cos(psi[hits])
+    aside = beams.ranges[hits] * np.sin(psi[hits])
+    beyond = np.clip(ahead - parameters.emergency_lookahead, 0.0, None)
+    within = (np.hypot(beyond, aside) <= parameters.body_radius) | (
+        beams.ranges[hits] <= parameters.body_radius
+    )
+    return not np.any((ahead > 0.0) & within)
+
+
+def angles(beams: Beams) -> np.ndarray:
+    """Return the beams' directions (N,), rad."""
+    return beams.angle_0 + np.arange(beams.ranges.size) * beams.increment
+
+
+def wrap(angle: np.ndarray) -> np.ndarray:
+    """Wrap to (-pi, pi]."""
+    return -((-angle + math.pi) % (2.0 * math.pi) - math.pi)
+
+
+def _costs(parameters, scan, v_ref, k1, cushion) -> Tuple[np.ndarray, np.ndarray]:
+    beams = scan.full_turn(parameters.dropout_beams)
+    velocities = candidates(parameters, beams, v_ref)
+    costs = [cost(parameters, beams, v, v_ref, k1, cushion) for v in velocities]
+    return np.array(velocities).reshape(-1, 2), np.array(costs)

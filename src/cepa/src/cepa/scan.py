@@ -1,0 +1,145 @@
+"""A planar laser scan, and its normal form: a full turn of beams in ascending order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+
+from cepa.errors import ScanError
+from cepa.kernels.scan import normalise
+
+FINEST_INCREMENT_RAD = math.radians(0.01)
+
+
+@dataclass(frozen=True, eq=False)
+class LaserScan2D:
+    """One scan as a lidar gives it; ranges mean what REP-117 says.
+
+    Raises ScanError when the scan cannot be interpreted.
+    """
+
+    ranges: np.ndarray
+    """(n,) m. +inf: no return; -inf: too close; NaN, or finite below range_min: invalid; above range_max: no return."""
+    angle_min: float
+    """rad: direction of the first beam, counter-clockwise from the frame's x axis."""
+    angle_increment: float
+    """rad between beams; negative for a lidar that turns clockwise."""
+    range_min: float
+    """m"""
+    range_max: float
+    """m"""
+    seen: Optional[np.ndarray] = None
+    """(n,) bool: False for beams that no sensor covers, such as padding. None: all are seen."""
+
+    def __post_init__(self):
+        self._check_numbers()
+        ranges = _vector(self.ranges, np.float64, "ranges")
+        seen = np.ones(ranges.size, np.bool_) if self.seen is None else _vector(self.seen, np.bool_, "seen")
+        if ranges.size == 0:
+            raise ScanError("The scan holds no beams; check the lidar's driver.")
+        if seen.size != ranges.size:
+            raise ScanError(f"The scan has {ranges.size} ranges but {seen.size} marks of what is seen.")
+        object.__setattr__(self, "ranges", ranges)
+        object.__setattr__(self, "seen", seen)
+        if ranges.size > self.beams_per_turn + 1:
+            raise ScanError(
+                f"The scan covers more than a full turn: {ranges.size} beams of "
+                f"{math.degrees(abs(self.angle_increment)):.4g} degrees."
+            )
+
+    def _check_numbers(self):
+        if not math.isfinite(self.angle_min):
+            raise ScanError(f"The scan's angle_min must be finite, not {self.angle_min}.")
+        if not FINEST_INCREMENT_RAD <= abs(self.angle_increment) <= math.pi:
+            raise ScanError(
+                f"The scan's angle_increment must be between 0.01 degrees and half a turn, not {self.angle_increment} rad."
+            )
+        if not 0.0 <= self.range_min < self.range_max:
+            raise ScanError(
+                f"The scan's range limits must fulfil 0 <= range_min < range_max, "
+                f"not {self.range_min} and {self.range_max}."
+            )
+
+    @property
+    def beams_per_turn(self) -> int:
+        """Number of beams of this increment in a full turn."""
+        return round(2.0 * math.pi / abs(self.angle_increment))
+
+    def full_turn(self, dropout_beams: int) -> Beams:
+        """Return the normal form; invalid beams, up to ``dropout_beams`` in a row, take their neighbours' smaller range."""
+        descending = self.angle_increment < 0.0
+        first = (
+            self.angle_min + (self.ranges.size - 1) * self.angle_increment if descending else self.angle_min
+        )
+        ranges = np.empty(self.beams_per_turn)
+        seen = np.empty(self.beams_per_turn, np.bool_)
+        limits = (float(self.range_min), float(self.range_max))
+        normalise(self.ranges, self.seen, descending, *limits, int(dropout_beams), ranges, seen)
+        return Beams(ranges, seen, float(first), abs(float(self.angle_increment)))
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """A full turn of beams in ascending order, beginning at ``angle_0``."""
+
+    ranges: np.ndarray
+    """(N,) m, +inf where nothing is seen."""
+    seen: np.ndarray
+    """(N,) bool"""
+    angle_0: float
+    """rad: direction of beam 0."""
+    increment: float
+    """rad, positive"""
+
+    @property
+    def nearest(self) -> float:
+        """The least range, m."""
+        return float(self.ranges.min())
+
+
+class Grid:
+    """What depends on the number of beams and their increment alone, computed once per lidar.
+
+    Angles here are relative to beam 0. The cushion of equation 6.7 is ``min(d, r / |sin psi|)`` for |psi| < 90 degrees
+    and ``r`` elsewhere, so that ``min(d, r * reach)`` with the table ``reach`` is the whole cushion.
+    """
+
+    def __init__(self, count: int, increment: float):
+        self.count = count
+        self.increment = increment
+        self.cos = np.cos(np.arange(count) * increment)
+        self.sin = np.sin(np.arange(count) * increment)
+        offset = np.abs(np.arange(1 - count, count)) * increment
+        self.offset_angles = np.minimum(offset, np.abs(2.0 * math.pi - offset))
+        """(2N-1,) rad: |psi| of beam j relative to beam i at [j - i + N - 1]."""
+        with np.errstate(divide="ignore"):
+            reach = 1.0 / np.sin(self.offset_angles)
+        self.reach = np.where(self.offset_angles < math.pi / 2, reach, 1.0)
+        """(2N-1,): 1 / |sin psi| ahead, 1 behind."""
+
+    def matches(self, beams: Beams) -> bool:
+        """Whether this grid is that of ``beams``."""
+        return self.count == beams.ranges.size and self.increment == beams.increment
+
+    def index(self, angle: float) -> int:
+        """Beam nearest to ``angle`` (rad, relative to beam 0)."""
+        turned = angle % (2.0 * math.pi)
+        beam = round(turned / self.increment)
+        if beam < self.count:
+            return beam
+        return (
+            0 if 2.0 * math.pi - turned < abs(turned - (self.count - 1) * self.increment) else self.count - 1
+        )
+
+
+def _vector(values, dtype, name: str) -> np.ndarray:
+    try:
+        vector = np.ascontiguousarray(values, dtype=dtype)
+    except (TypeError, ValueError):
+        raise ScanError(f"The scan's {name} must be numbers.") from None
+    if vector.ndim != 1:
+        raise ScanError(f"The scan's {name} must be one row, not an array of shape {vector.shape}.")
+    return vector
