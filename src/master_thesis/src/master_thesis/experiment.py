@@ -76,8 +76,10 @@ class Outcome:
 class Experiment:
     """State machine of a run; every `on_...` returns the actions that it calls for."""
 
-    def __init__(self, parameters: ExperimentParameters) -> None:
+    def __init__(self, parameters: ExperimentParameters, uav: str) -> None:
+        """Start a run of the model named `uav`."""
         self._parameters = parameters
+        self._uav = uav
         self._phase = Phase.WAITING
         self._times: dict[Phase, float] = {}
         self._reached = False
@@ -128,11 +130,10 @@ class Experiment:
 
         Touching the ground is part of take-off and landing, and a collision in between.
         """
-        others = [name.split("::")[0] for name in (collision_1, collision_2)]
-        ground_is_fine = self._phase not in (Phase.FLYING, Phase.HOVERING)
-        if GROUND in others and ground_is_fine:
-            return
-        self._touched.setdefault(collision_2 if others[1] != others[0] else collision_1)
+        obstacle = collision_2 if collision_1.split("::")[0] == self._uav else collision_1
+        in_flight = self._phase in (Phase.FLYING, Phase.HOVERING)
+        if in_flight or obstacle.split("::")[0] != GROUND:
+            self._touched.setdefault(obstacle)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
         """Take note whether the motors may turn: disarmed after landing is the end."""

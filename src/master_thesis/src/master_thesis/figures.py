@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
+from matplotlib.transforms import ScaledTranslation
 
 from master_thesis.floor_plan import Outline
 
@@ -63,7 +64,7 @@ def top_view_png(view: TopView) -> bytes:
     axes.set_ylabel("y [m]", **_STYLE)
     axes.set_title(view.title, fontsize=9)
     axes.tick_params(labelsize=7)
-    bar = figure.colorbar(path, ax=axes, pad=0.015, fraction=0.025, aspect=18)
+    bar = figure.colorbar(path, cax=axes.inset_axes((1.012, 0.0, 0.018, 1.0)))
     bar.set_label(view.value_label, **_STYLE)
     bar.ax.tick_params(labelsize=7)
     _legend(axes, view)
@@ -119,21 +120,18 @@ def _legend(axes, view: TopView) -> None:
         handles.append(Line2D([], [], marker=".", ls="", ms=4, color=_HIT, label="lidar"))
     if len(view.emergencies_xy):
         handles.append(Line2D([], [], marker="x", ls="", ms=4, color="black", label="emergency"))
+    below_the_label = ScaledTranslation(0.0, -0.36, axes.figure.dpi_scale_trans)
     axes.legend(
         handles=handles,
         loc="upper center",
-        bbox_to_anchor=(0.5, -0.16 if _is_flat(axes) else -0.08),
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=axes.transAxes + below_the_label,
         ncol=len(handles),
         fontsize=7,
         frameon=False,
         handletextpad=0.4,
         columnspacing=1.2,
     )
-
-
-def _is_flat(axes) -> bool:
-    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
-    return (y1 - y0) < 0.45 * (x1 - x0)
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ class FlightLog:
         if len(poses) < 2:
             return np.empty((0, 2))
         times = poses[:, 0]
-        before, after = (np.searchsorted(times, times + step) for step in (-0.05, 0.05))
+        before, after = (np.searchsorted(times, times + step - 1e-6) for step in (-0.05, 0.05))
         after = np.minimum(after, len(times) - 1)
         steps = np.linalg.norm(poses[after, 1:] - poses[before, 1:], axis=1)
         return np.column_stack((times, steps / np.maximum(times[after] - times[before], 1e-9)))

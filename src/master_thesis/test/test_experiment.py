@@ -1,0 +1,141 @@
+"""The course of a run: phases, time-outs, collisions, and the outcome's sentences."""
+
+import pytest
+
+from master_thesis.errors import FlightError
+from master_thesis.experiment import Action, Experiment, ExperimentParameters, Phase
+
+TREE, GROUND, UAV = "tree_007::link::trunk", "ground_plane::link::floor", "iris::base_link::body"
+
+
+@pytest.fixture
+def experiment():
+    limits = ExperimentParameters(2.0, ready_timeout_s=30.0, flight_timeout_s=60.0, landing_timeout_s=20.0)
+    run = Experiment(limits, uav="iris")
+    run.on_time(0.0)
+    return run
+
+
+def fly(run):
+    """Bring it to the goal at t = 30 s."""
+    run.on_ready(True)
+    assert run.on_time(10.0) == [Action.SEND_GOAL]
+    run.on_goal_reached(30.0, True)
+
+
+def test_the_course_of_a_successful_run(experiment):
+    # Given a run that waits, nothing is asked for until the UAV is ready
+    assert experiment.on_time(5.0) == []
+    # When it hovers, the goal is sent, once
+    experiment.on_ready(True)
+    assert experiment.on_time(10.0) == [Action.SEND_GOAL]
+    assert experiment.on_time(10.1) == []
+    # When it is there, it hovers for two seconds and is then told to land, once
+    experiment.on_goal_reached(30.0, True)
+    assert experiment.on_time(31.9) == []
+    assert experiment.on_time(32.0) == [Action.LAND]
+    assert experiment.on_time(33.0) == []
+    # When it disarms, the run is over
+    assert experiment.on_armed(33.0, True) == []
+    assert experiment.on_armed(38.0, False) == [Action.FINISH]
+    outcome = experiment.outcome
+    assert outcome.success
+    assert outcome.times_s == {
+        Phase.WAITING: 0.0,
+        Phase.FLYING: 10.0,
+        Phase.HOVERING: 30.0,
+        Phase.LANDING: 32.0,
+        Phase.DONE: 38.0,
+    }
+
+
+def test_a_goal_reached_before_it_was_sent_does_not_count(experiment):
+    experiment.on_goal_reached(1.0, True)
+    assert not experiment.outcome.reached_goal
+    assert experiment.phase is Phase.WAITING
+
+
+def test_leaving_the_goal_again_does_not_unreach_it(experiment):
+    fly(experiment)
+    experiment.on_goal_reached(30.5, False)
+    assert experiment.outcome.reached_goal
+
+
+def test_a_uav_that_never_gets_ready_ends_the_run(experiment):
+    assert experiment.on_time(29.9) == []
+    assert experiment.on_time(30.0) == [Action.FINISH]
+    assert experiment.outcome.failure == "Still waiting for the hover after 30 s."
+    assert not experiment.outcome.success
+
+
+def test_a_uav_that_is_stuck_lands_and_ends(experiment):
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    assert experiment.on_time(70.0) == [Action.LAND]
+    assert experiment.on_armed(75.0, False) == [Action.FINISH]
+    outcome = experiment.outcome
+    assert outcome.failure == "Still flying to the goal after 60 s."
+    assert outcome.landed
+    assert not outcome.reached_goal
+    assert not outcome.success
+
+
+def test_a_landing_that_does_not_end_ends_the_run(experiment):
+    fly(experiment)
+    experiment.on_time(32.0)
+    assert experiment.on_time(52.0) == [Action.FINISH]
+    assert experiment.outcome.failure == "Still landing after 20 s."
+
+
+def test_touching_an_obstacle_is_a_collision_in_every_phase(experiment):
+    experiment.on_contact(1.0, UAV, TREE)
+    assert experiment.outcome.collision
+    assert experiment.outcome.failure == f"The UAV touched {TREE}."
+
+
+def test_the_obstacle_is_named_whichever_side_it_stands_on(experiment):
+    experiment.on_contact(1.0, TREE, UAV)
+    experiment.on_contact(1.1, UAV, TREE)
+    assert experiment.outcome.touched == (TREE,)
+
+
+@pytest.mark.parametrize("pair", [(UAV, GROUND), (GROUND, UAV)])
+def test_the_ground_is_no_obstacle_while_taking_off_and_landing(experiment, pair):
+    experiment.on_contact(0.5, *pair)
+    fly(experiment)
+    experiment.on_time(32.0)
+    experiment.on_contact(37.0, *pair)
+    assert not experiment.outcome.collision
+
+
+@pytest.mark.parametrize("pair", [(UAV, GROUND), (GROUND, UAV)])
+def test_the_ground_is_an_obstacle_in_flight(experiment, pair):
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    experiment.on_contact(12.0, *pair)
+    assert experiment.outcome.touched == (GROUND,)
+
+
+def test_disarming_in_flight_is_a_failure(experiment):
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    assert experiment.on_armed(15.0, False) == [Action.FINISH]
+    assert experiment.outcome.failure == "The flight controller disarmed while flying to the goal, at 15.0 s."
+
+
+def test_being_disarmed_before_the_flight_is_how_every_run_starts(experiment):
+    assert experiment.on_armed(0.5, False) == []
+    assert experiment.phase is Phase.WAITING
+
+
+def test_an_interruption_ends_the_run_with_its_sentence(experiment):
+    assert experiment.abort(3.0, "Interrupted by the user.") == [Action.FINISH]
+    assert experiment.abort(3.1, "Something else.") == []
+    assert experiment.outcome.failure == "Interrupted by the user."
+    assert not experiment.outcome.reached_goal
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_absurd_limits_are_refused(value):
+    with pytest.raises(FlightError, match=r"hover_s is .* it must be a positive number of seconds"):
+        ExperimentParameters(hover_s=value)
