@@ -1,0 +1,65 @@
+"""The layers of the workspace: libraries know no ROS, and the tool packages do not know each other (thesis, 9.2.2).
+
+A package's library is `src/<package>/`; conversions that its nodes share may stand beside it in `src/<package>_ros/`.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def library_of(package: Path) -> Path:
+    return package / "src" / package.name
+
+
+LIBRARY = sorted(
+    path for package in ROOT.glob("src/*/package.xml") for path in library_of(package.parent).rglob("*.py")
+)
+TOOLS = {"simulation_tools", "inspection_tools", "cepa", "gridslam"}
+ROS = re.compile(
+    r"(rospy|roslib|ros(bag|graph|launch|lib|master|msg|node|param|pkg|service|test|topic|unit)|tf|tf2_\w+"
+    r"|\w+_msgs|std_srvs|genpy|genmsg|dynamic_reconfigure|message_filters|actionlib|cv_bridge)$"
+)
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: str(path.relative_to(ROOT / "src")))
+def test_library_imports_no_ros(path):
+    found = {name for name in imports(path) if ROS.match(name)}
+    assert not found, f"{path} imports {', '.join(sorted(found))}: that belongs into nodes/"
+
+
+@pytest.mark.parametrize("package", sorted(TOOLS & {path.name for path in ROOT.glob("src/*")}))
+def test_tool_packages_do_not_import_each_other(package):
+    sources = [*ROOT.glob(f"src/{package}/src/**/*.py"), *python_nodes(package)]
+    others = TOOLS - {package} | {"master_thesis"}
+    found = {(path.name, name) for path in sources for name in imports(path) if name in others}
+    assert not found
+
+
+def test_the_rule_finds_ros():
+    """The tests above can fail: the nodes do import ROS."""
+    nodes = [node for package in TOOLS for node in python_nodes(package)]
+    assert nodes
+    assert all(any(ROS.match(name) for name in imports(node)) for node in nodes)
+
+
+def imports(path):
+    """Return the top-level names of all that a file imports."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names.add(node.module)
+    return {name.split(".")[0] for name in names}
+
+
+def python_nodes(package):
+    files = (path for path in ROOT.glob(f"src/{package}/nodes/*") if path.is_file())
+    return [path for path in files if path.read_bytes().startswith(b"#!/usr/bin/env python3")]

@@ -1,0 +1,41 @@
+"""Every rostest of the workspace, as one pytest test each.
+
+A rostest brings its own master on a free port. They run one after the other: they fly in real time, and two flights
+at once would change each other's timing.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ROSTESTS = sorted(ROOT.glob("src/*/test/**/*.test"))
+TIMEOUT_S = 240.0
+
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(TIMEOUT_S + 30.0)]
+
+
+@pytest.mark.parametrize("path", ROSTESTS, ids=lambda path: f"{package_of(path)}/{path.stem}")
+def test_rostest(path, processes, tmp_path):
+    try:
+        run = processes.run("rostest", "--results-base-dir", str(tmp_path), str(path), timeout_s=TIMEOUT_S)
+    except subprocess.TimeoutExpired as error:
+        pytest.fail(
+            f"{path.name} did not end within {TIMEOUT_S:.0f} s; it said:\n{error.output}", pytrace=False
+        )
+    results = list(tmp_path.rglob("*.xml"))
+    if run.returncode != 0:
+        details = "\n".join(result.read_text(errors="replace") for result in results)
+        pytest.fail(
+            f"rostest {path.name} failed with {run.returncode}:\n{run.stdout}\n{details}", pytrace=False
+        )
+    ran = sum(len(list(ElementTree.parse(result).iter("testcase"))) for result in results)
+    assert ran > 0, f"{path.name} holds no test: {run.stdout}"
+
+
+def package_of(path: Path) -> str:
+    return path.relative_to(ROOT / "src").parts[0]
