@@ -1,4 +1,4 @@
-"""What all tests of the workspace share: libraries on the path, the `ros` marker, a ROS master of one's own."""
+"""What all tests share: the libraries on the path, the `ros` marker, a ROS master of one's own."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def free_port() -> int:
 
 
 class Processes:
-    """Starts commands in one environment; `stop` ends them and whatever they started, in any process group."""
+    """Starts commands in one environment; `stop` ends them and all that they started, in any group."""
 
     def __init__(self, environment: dict[str, str]) -> None:
         self._token = uuid.uuid4().hex

@@ -1,6 +1,6 @@
-"""The layers of the workspace: libraries know no ROS, and the tool packages do not know each other (thesis, 9.2.2).
+"""The layers of the workspace: libraries know no ROS, tool packages not each other (thesis, 9.2.2).
 
-A package's library is `src/<package>/`; conversions that its nodes share may stand beside it in `src/<package>_ros/`.
+A package's library is `src/<package>/`; what its nodes share may stand beside it, in `src/<package>_ros/`.
 """
 
 from __future__ import annotations
@@ -13,14 +13,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-
-def library_of(package: Path) -> Path:
-    return package / "src" / package.name
-
-
-LIBRARY = sorted(
-    path for package in ROOT.glob("src/*/package.xml") for path in library_of(package.parent).rglob("*.py")
-)
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
+LIBRARY = sorted(path for package in PACKAGES for path in package.glob(f"src/{package.name}/**/*.py"))
 TOOLS = {"simulation_tools", "inspection_tools", "cepa", "gridslam"}
 ROS = re.compile(
     r"(rospy|roslib|ros(bag|graph|launch|lib|master|msg|node|param|pkg|service|test|topic|unit)|tf|tf2_\w+"
@@ -31,7 +25,9 @@ ROS = re.compile(
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: str(path.relative_to(ROOT / "src")))
 def test_library_imports_no_ros(path):
     found = {name for name in imports(path) if ROS.match(name)}
-    assert not found, f"{path} imports {', '.join(sorted(found))}: that belongs into nodes/"
+    assert not found, (
+        f"{path} imports {', '.join(sorted(found))}: that belongs into nodes/ or src/<package>_ros/"
+    )
 
 
 @pytest.mark.parametrize("package", sorted(TOOLS & {path.name for path in ROOT.glob("src/*")}))
