@@ -1,8 +1,9 @@
 """Which transforms `tf_publisher` sends, and when: the pairing of odometry and ground truth by stamp.
 
-`base_frame` may have one parent only, so the ground truth goes out as its inverse, `base_frame` -> `world`, in the
-same message and with the same stamp as `odom` -> `base_frame` (DESIGN, section 2). The two arrive as separate ROS
-messages, in either order; either source may be missing (no odometry running, or a real UAV without ground truth).
+`base_frame` may have one parent only, so the ground truth goes out as its inverse, `base_frame` -> `world`,
+in the same message and with the same stamp as `odom` -> `base_frame` (DESIGN, section 2). The two arrive as
+separate ROS messages, in either order; either source may be missing (no odometry running, or a real UAV
+without ground truth).
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import Model
+from simulation_tools.sdf.frames import model_frames, root_link
 
 ABSENT_AFTER_NS = 500_000_000
 """A source that has said nothing for this long is not waited for."""
@@ -37,18 +40,14 @@ class Edge:
 class EdgePairer:
     """Pairs odometry and ground truth of one stamp; each call returns the edges that are due now, often none.
 
-    A stamp is published at most once and stamps only rise, because tf2 rejects repeated ones.
+    A stamp is published at most once and stamps only rise, because tf2 rejects repeated ones. When a source's
+    own stamps go back (reset, bag loop), everything is forgotten and `jumps_back` counts it.
     """
 
     def __init__(self, frames: FrameNames | None = None):
         self._frames = frames or FrameNames()
-        self.clear()
-
-    def clear(self) -> None:
-        """Forgets everything, as after a jump of the clock."""
-        self._waiting: dict[str, tuple[int, Edge]] = {}
-        self._heard_ns = {"odometry": None, "ground_truth": None}
-        self._published_ns = -1
+        self.jumps_back = 0
+        self._forget()
 
     def on_odometry(self, stamp_ns: int, base_in_odom: Pose) -> list[Edge]:
         """Takes the UAV's pose in the odometry frame."""
@@ -60,29 +59,46 @@ class EdgePairer:
         edge = Edge(stamp_ns, self._frames.base, self._frames.world, base_in_world.inverse())
         return self._on_edge("ground_truth", "odometry", edge)
 
+    def _forget(self) -> None:
+        self._waiting: dict[str, Edge] = {}
+        self._heard_ns: dict[str, int] = {}
+        self._published_ns = -1
+
     def _on_edge(self, source: str, other: str, edge: Edge) -> list[Edge]:
         stamp_ns = edge.stamp_ns
+        if stamp_ns < self._heard_ns.get(source, -1):
+            self.jumps_back += 1
+            self._forget()
         self._heard_ns[source] = stamp_ns
         if stamp_ns <= self._published_ns:
             return []
-        unpaired = self._waiting.get(source)
         partner = self._waiting.get(other)
         if partner is not None and partner.stamp_ns == stamp_ns:
-            return self._publish([edge, partner])
-        if self._is_absent(other, stamp_ns):
-            return self._publish([edge])
+            return self._publish(edge, partner)
+        # The edge before, when its partner was lost: one edge is better than none.
+        bereft = [old for old in (self._waiting.get(source),) if old is not None and old.stamp_ns < stamp_ns]
+        if stamp_ns - self._heard_ns.get(other, -ABSENT_AFTER_NS - 1) > ABSENT_AFTER_NS:
+            return self._publish(*bereft, edge)
         self._waiting[source] = edge
-        # Its partner of the stamp before never came: late is better than never.
-        return self._publish([unpaired], keep=edge) if unpaired is not None else []
+        return self._publish(*bereft) if bereft else []
 
-    def _is_absent(self, source: str, now_ns: int) -> bool:
-        heard_ns = self._heard_ns[source]
-        return heard_ns is None or now_ns - heard_ns > ABSENT_AFTER_NS
-
-    def _publish(self, edges: list[Edge], keep: Edge | None = None) -> list[Edge]:
-        newest_ns = max(edge.stamp_ns for edge in edges)
-        self._published_ns = newest_ns
+    def _publish(self, *edges: Edge) -> list[Edge]:
+        self._published_ns = edges[-1].stamp_ns
         self._waiting = {
-            source: waiting for source, waiting in self._waiting.items() if waiting.stamp_ns > newest_ns
+            source: edge for source, edge in self._waiting.items() if edge.stamp_ns > self._published_ns
         }
-        return edges
+        return list(edges)
+
+
+def static_edges(model: Model, base_frame: str, prefix: str = "") -> list[Edge]:
+    """Return every frame of an SDF model as an edge for /tf_static; joints that move stand at zero.
+
+    base_frame: TF name of the model frame. prefix: put before the names of links, sensors and joints, for
+    several UAVs in one tree.
+    """
+    root = root_link(model)
+    edges = [Edge(0, base_frame, prefix + root.name, root.pose)]
+    edges += [
+        Edge(0, prefix + frame.parent, prefix + frame.child, frame.pose) for frame in model_frames(model)
+    ]
+    return edges
