@@ -124,7 +124,9 @@ ARM = """
   <link name="finger"><pose>1 0 0.5 0 0 1.5707963267948966</pose>
     <sensor name="eye" type="imu"><pose>0.2 0 0 0 0 0</pose></sensor>
   </link>
-  <joint name="hinge" type="revolute"><parent>base</parent><child>finger</child><axis><xyz>0 0 1</xyz></axis></joint>
+  <joint name="hinge" type="revolute">
+    <parent>base</parent><child>finger</child><axis><xyz>0 0 1</xyz></axis>
+  </joint>
 </model></sdf>
 """
 
