@@ -1,7 +1,14 @@
-"""catkin's description of the Python package; run by catkin, not by hand."""
+"""catkin's description of the Python packages; run by catkin, not by hand."""
 
 from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(**generate_distutils_setup(packages=["inspection_tools"], package_dir={"": "src"}))
+# Two source folders, because the devel space puts a package's source folder first on sys.path: beside the
+# library, inspection_tools_ros would let Python find it there, without its generated inspection_tools.cfg.
+setup(
+    **generate_distutils_setup(
+        packages=["inspection_tools", "inspection_tools_ros"],
+        package_dir={"": "src", "inspection_tools_ros": "ros/inspection_tools_ros"},
+    )
+)

@@ -3,6 +3,7 @@
 from inspection_tools.errors import InspectionToolsError, ParameterError, PoseError, ScanError, VelocityError
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
 from inspection_tools.padding import UNSEEN_INTENSITY, LidarPadding, PaddedScan, PaddingParameters
+from inspection_tools.pairing import ReferencePairing
 from inspection_tools.position_controller import (
     PositionCommand,
     PositionController,
@@ -24,6 +25,7 @@ __all__ = [
     "PositionCommand",
     "PositionController",
     "PositionControllerParameters",
+    "ReferencePairing",
     "ScanError",
     "ScanGeometry",
     "VelocityError",

@@ -1,0 +1,71 @@
+"""From messages to the library's types; every fault of a message becomes one sentence."""
+
+from __future__ import annotations
+
+import math
+
+from inspection_tools.errors import PoseError, ScanError, VelocityError
+from inspection_tools.geometry import normalised
+from inspection_tools.scan import ScanGeometry
+
+
+def scan_geometry(scan) -> ScanGeometry:
+    """Return the geometry of a sensor_msgs/LaserScan whose array lengths agree with its angles.
+
+    A full turn may leave out the beam at angle_max, which is that at angle_min (as Velodyne's driver does).
+
+    Raises:
+        ScanError: no beams, impossible angles, or lengths that disagree.
+    """
+    beams = len(scan.ranges)
+    geometry = ScanGeometry(beams, scan.angle_min, scan.angle_increment)
+    steps = (scan.angle_max - scan.angle_min) / scan.angle_increment
+    fits = abs(steps - (beams - 1)) < 0.5
+    fits_open_turn = geometry.closes_circle and abs(steps - beams) < 0.5
+    if not (fits or fits_open_turn):
+        raise ScanError(
+            f"The scan has {beams} ranges, but its angles ask for {steps + 1.0:.0f}; check the driver."
+        )
+    if len(scan.intensities) not in (0, beams):
+        raise ScanError(
+            f"The scan has {len(scan.intensities)} intensities for {beams} ranges; give none or as many."
+        )
+    return geometry
+
+
+def pose_of(pose) -> tuple:
+    """Return position (x, y, z) and unit quaternion (x, y, z, w) of a geometry_msgs/Pose.
+
+    Raises:
+        PoseError: not finite, or without an orientation.
+    """
+    p, q = pose.position, pose.orientation
+    position_m = (p.x, p.y, p.z)
+    if not all(math.isfinite(coordinate) for coordinate in position_m):
+        raise PoseError("The pose has a position that is not finite.")
+    return position_m, normalised((q.x, q.y, q.z, q.w))
+
+
+def transform_of(transform) -> tuple:
+    """Return translation (x, y, z) and unit quaternion (x, y, z, w) of a geometry_msgs/Transform.
+
+    Raises:
+        PoseError: without an orientation.
+    """
+    t, q = transform.translation, transform.rotation
+    return (t.x, t.y, t.z), normalised((q.x, q.y, q.z, q.w))
+
+
+def velocity_of(command, base_frame: str) -> tuple:
+    """Return the linear velocity (x, y, z) of a geometry_msgs/TwistStamped in the body frame.
+
+    Raises:
+        VelocityError: not finite, or in another frame (none at all means the body frame).
+    """
+    frame = command.header.frame_id.lstrip("/")
+    if frame not in ("", base_frame):
+        raise VelocityError(f'The velocity is in frame "{frame}"; only "{base_frame}" is understood here.')
+    v = command.twist.linear
+    if not all(math.isfinite(component) for component in (v.x, v.y, v.z)):
+        raise VelocityError("The velocity has a component that is not finite.")
+    return (v.x, v.y, v.z)

@@ -1,0 +1,102 @@
+"""What every node here does alike: parameters, dynamic_reconfigure, warnings, a watch on the clock."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+
+import rospy
+from dynamic_reconfigure.server import Server
+
+from inspection_tools.errors import InspectionToolsError, ParameterError
+
+WARNING_PERIOD_S = 5.0
+
+
+def read_parameters(parameter_class):
+    """Return `parameter_class` (a dataclass that checks itself) filled from the private ROS parameters.
+
+    Written back as the types that they have, because dynamic_reconfigure does not convert them.
+
+    Raises:
+        ParameterError: a parameter is wrong.
+    """
+    values = {}
+    for field in dataclasses.fields(parameter_class):
+        value = rospy.get_param("~" + field.name, field.default)
+        if isinstance(field.default, float) and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        elif isinstance(field.default, str) and isinstance(value, (int, float)):
+            value = str(value)
+        values[field.name] = value
+    parameters = parameter_class(**values)
+    for name, value in values.items():
+        rospy.set_param("~" + name, value)
+    return parameters
+
+
+def serve_parameters(config_type, parameters, apply):
+    """Offer `parameters` in dynamic_reconfigure; `apply` is called with each new valid set.
+
+    A set that makes no sense is refused with a warning, and the last one stays.
+    """
+    parameter_class = type(parameters)
+    names = [field.name for field in dataclasses.fields(parameter_class)]
+    accepted = dataclasses.asdict(parameters)
+
+    def on_change(config, _level):
+        try:
+            new = parameter_class(**{name: config[name] for name in names})
+        except ParameterError as error:
+            rospy.logwarn("%s The change is refused; the old parameters stay.", error)
+            config.update(accepted)
+            return config
+        accepted.update(dataclasses.asdict(new))
+        apply(new)
+        return config
+
+    return Server(config_type, on_change)
+
+
+def run(name: str, node_class) -> None:
+    """Run a node until ROS shuts down; what is wrong at the start is one sentence and exit code 1."""
+    rospy.init_node(name)
+    try:
+        node = node_class()
+    except InspectionToolsError as error:
+        rospy.logfatal("%s: %s", rospy.get_name(), error)
+        sys.exit(1)
+    rospy.spin()
+    del node
+
+
+class Warnings:
+    """Says each fault once in a while, however often it comes and whatever numbers its sentence carries."""
+
+    def __init__(self):
+        self._said_at_s = {}
+
+    def say(self, sentence) -> None:
+        """Log the sentence as a warning unless its like was logged in the last seconds."""
+        kind = "".join(character for character in str(sentence) if not character.isdigit())
+        now_s = rospy.get_time()
+        said_at_s = self._said_at_s.get(kind)
+        if said_at_s is None or not 0.0 <= now_s - said_at_s < WARNING_PERIOD_S:
+            self._said_at_s[kind] = now_s
+            rospy.logwarn("%s", sentence)
+
+
+class StampWatch:
+    """Notices that the clock jumped back: a message older than the one before."""
+
+    def __init__(self):
+        self._last_ns = None
+
+    def went_back(self, stamp: rospy.Time) -> bool:
+        """Take in the next message's stamp; warn and return True if it is older than the last one's."""
+        stamp_ns = stamp.to_nsec()
+        back_ns = 0 if self._last_ns is None else self._last_ns - stamp_ns
+        self._last_ns = stamp_ns
+        if back_ns > 0:
+            rospy.logwarn("The clock jumped back by %.3f s; starting anew.", back_ns * 1e-9)
+        return back_ns > 0

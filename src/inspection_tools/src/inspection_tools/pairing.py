@@ -1,0 +1,60 @@
+"""Pairs each command with the reference it was made from, by their stamps."""
+
+from __future__ import annotations
+
+from collections import deque
+
+KEPT_REFERENCES = 64
+
+
+class ReferencePairing:
+    """Finds the reference of a command: the one of its own stamp where there is such, else the newest.
+
+    Reference and command come over different connections, so a command may overtake its own reference. While
+    the source is known to share stamps with the commands, such a command is held until its reference comes,
+    so that the outcome does not depend on which message was faster; but only until the next command comes.
+
+    Stamps are whole nanoseconds; what the values are does not matter here.
+    """
+
+    def __init__(self):
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything, as after a clock that jumped back."""
+        self._references = deque(maxlen=KEPT_REFERENCES)  # (stamp, value), oldest first
+        self._shares_stamps = False
+        self._held = None
+
+    def offer_reference(self, stamp_ns: int, value) -> list:
+        """Take in a reference; return the (command, reference) pairs that it completes, at most one."""
+        if self._references and stamp_ns < self._references[-1][0]:
+            self._references.clear()  # its clock jumped back
+        self._references.append((stamp_ns, value))
+        if self._held is None or stamp_ns < self._held[0]:
+            return []
+        (held_ns, command), self._held = self._held, None
+        return [(command, self._find(held_ns))]
+
+    def offer_command(self, stamp_ns: int, command) -> list:
+        """Take in a command; return the (command, reference) pairs that are complete now.
+
+        A reference is a (stamp_ns, value), or None where there is none.
+        """
+        self._held = None  # overtaken: a newer command replaces it
+        newest_ns = self._references[-1][0] if self._references else None
+        if self._shares_stamps and newest_ns is not None and newest_ns < stamp_ns:
+            self._held = (stamp_ns, command)
+            self._shares_stamps = False  # until a reference of the same stamp proves it again
+            return []
+        return [(command, self._find(stamp_ns))]
+
+    def _find(self, stamp_ns: int):
+        if not self._references:
+            return None
+        for reference in reversed(self._references):
+            if reference[0] == stamp_ns:
+                self._shares_stamps = True
+                return reference
+        self._shares_stamps = False
+        return self._references[-1]
