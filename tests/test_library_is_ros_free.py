@@ -25,9 +25,7 @@ ROS = re.compile(
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: str(path.relative_to(ROOT / "src")))
 def test_library_imports_no_ros(path):
     found = {name for name in imports(path) if ROS.match(name)}
-    assert not found, (
-        f"{path} imports {', '.join(sorted(found))}: that belongs into nodes/ or src/<package>_ros/"
-    )
+    assert not found, f"{path} imports {', '.join(sorted(found))}: move that to nodes/"
 
 
 @pytest.mark.parametrize("package", sorted(TOOLS & {path.name for path in ROOT.glob("src/*")}))

@@ -1,7 +1,7 @@
 """Every rostest of the workspace, as one pytest test each.
 
-A rostest brings its own master on a free port. They run one after the other: they fly in real time, and two flights
-at once would change each other's timing.
+A rostest brings its own master on a free port. They run one after the other: they fly in real time, and two
+flights at once would change each other's timing.
 """
 
 from __future__ import annotations

@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+"""Load an RViz file as RViz does, wait, and exit with 1 and a list if a display is unknown or shows an error.
+
+usage: rviz_displays.py FILE.rviz    (needs a ROS master and a display; prints one line per display)
+
+The frames of a flight are published, all on one spot, so that what RViz complains of is the file's fault.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import rospy
+from geometry_msgs.msg import TransformStamped
+from python_qt_binding.QtWidgets import QApplication
+from rviz import bindings as rviz
+from tf2_ros import StaticTransformBroadcaster
+
+FRAMES = [("map", "odom"), ("odom", "base_frame"), ("base_frame", "hokuyo"), ("base_frame", "world")]
+PATIENCE_S = 4.0
+
+
+def publish_frames() -> StaticTransformBroadcaster:
+    """Publish every frame of a flight, as identities."""
+    broadcaster = StaticTransformBroadcaster()
+    transforms = []
+    for parent, child in FRAMES:
+        transform = TransformStamped(child_frame_id=child)
+        transform.header.frame_id = parent
+        transform.transform.rotation.w = 1.0
+        transforms.append(transform)
+    broadcaster.sendTransform(transforms)
+    return broadcaster
+
+
+def problems_of(display, path: str) -> list[str]:
+    """Return what a display and those inside it complain of, one sentence each; prints their states."""
+    here = f"{path}/{display.getName()}"
+    children = [display.childAt(index) for index in range(display.numChildren())]
+    status = [child for child in children if "Status:" in child.getName()]
+    print(here, "-", *(child.getName() for child in status))
+    found = [
+        f"{here}: {child.childAt(index).getName()}: {child.childAt(index).getValue()}"
+        for child in status
+        if "Error" in child.getName()
+        for index in range(child.numChildren())
+    ]
+    if not children:
+        found.append(f"{here}: RViz does not know such a display")
+    if isinstance(display, rviz.DisplayGroup):
+        for index in range(display.numDisplays()):
+            found += problems_of(display.getGroupAt(index) or display.getDisplayAt(index), here)
+    return found
+
+
+def main(path: str) -> int:
+    """Return 0 if every display of the file works."""
+    config, reader = rviz.Config(), rviz.YamlConfigReader()
+    reader.readFile(config, path)
+    if reader.error():
+        print(f"{path}: {reader.errorMessage()}")
+        return 1
+    rospy.init_node("rviz_displays", disable_signals=True)
+    broadcaster = publish_frames()  # held until the end
+    application = QApplication(sys.argv[:1])
+    frame = rviz.VisualizationFrame()
+    frame.setSplashPath("")
+    frame.initialize()
+    frame.load(config)
+    frame.getManager().startUpdate()
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        application.processEvents()
+        time.sleep(0.02)
+    found = problems_of(frame.getManager().getRootDisplayGroup(), "")
+    print("\n".join(found))
+    del broadcaster
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))
