@@ -1,0 +1,308 @@
+"""One XML file, read safely, with a ledger of which of its elements somebody understood.
+
+A reader asks a `Node` for its children by tag; what nobody asked for is named afterwards in one sentence by
+`Document.unsupported`. So an element can be unsupported, but never dropped silently.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Callable, Iterator
+
+from lxml import etree
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import Pose, Vector3
+
+MAX_FILE_BYTES = 16 * 1024 * 1024
+LINES_NAMED = 3  # of each unsupported element; a forest may repeat it for every tree
+
+
+class SdfError(SimulationToolsError):
+    """A description file cannot be used; the text is ``PATH:LINE: sentence``."""
+
+
+class Document:
+    """A parsed XML file. name: path (or other origin) for messages; folder: its folder, None for bare text."""
+
+    def __init__(self, text: bytes, name: str, folder: Path | None) -> None:
+        self.name = name
+        self.folder = folder
+        self._understood: set[etree._Element] = set()
+        self._root = _parse(text, name)
+
+    @classmethod
+    def from_file(cls, path: Path) -> Document:
+        """Read a file; raises SdfError when it is missing, too large or not XML."""
+        try:
+            if path.stat().st_size > MAX_FILE_BYTES:
+                raise SdfError(f"{path}:1: The file is larger than {MAX_FILE_BYTES // 2**20} MB.")
+            return cls(path.read_bytes(), str(path), path.resolve().parent)
+        except OSError as error:
+            raise SdfError(f"{path}:1: The file cannot be read: {error.strerror}.") from None
+
+    def root(self, tag: str) -> Node:
+        """Return the root element, which must have this tag."""
+        node = Node(self._root, self)
+        if node.tag != tag:
+            raise node.error(f"The file must start with <{tag}>, not <{node.tag}>")
+        self._understood.add(self._root)
+        return node
+
+    def understand(self, element: etree._Element, whole: bool = False) -> None:
+        """Note that somebody reads this element (whole: and everything in it)."""
+        self._understood.update(element.iter() if whole else (element,))
+
+    def unsupported(self) -> tuple[str, ...]:
+        """Return one sentence that names every element nobody asked for; empty when there is none."""
+        lines: dict[str, list[int]] = {}
+        for element in self._unread(self._root):
+            lines.setdefault(_tag_path(element), []).append(element.sourceline)
+        if not lines:
+            return ()
+        named = ", ".join(f"<{path}> ({_line_list(numbers)})" for path, numbers in lines.items())
+        return (f"{self.name}: Not supported and therefore without effect: {named}.",)
+
+    def _unread(self, parent: etree._Element) -> Iterator[etree._Element]:
+        for element in parent:
+            if element in self._understood:
+                yield from self._unread(element)
+            else:
+                yield element
+
+
+class Node:
+    """An element of a document: typed access to its children, with errors that name file and line."""
+
+    def __init__(self, element: etree._Element, document: Document) -> None:
+        self._element = element
+        self.document = document
+        self.tag: str = element.tag
+        self.line: int = element.sourceline or 1
+
+    def error(self, sentence: str) -> SdfError:
+        """Return an error at this element's place; the sentence comes without its full stop."""
+        return SdfError(f"{self.document.name}:{self.line}: {sentence}.")
+
+    @property
+    def label(self) -> str:
+        """How messages call this element: ``<link name="base">``."""
+        name = self._element.get("name")
+        return f'<{self.tag} name="{name}">' if name else f"<{self.tag}>"
+
+    # -- structure ---------------------------------------------------------------------------------------------
+    def children(self, *tags: str) -> list[Node]:
+        """Return the children with any of these tags, in the file's order."""
+        found = self.children_unmarked(*tags)
+        for node in found:
+            self.document.understand(node._element)
+        return found
+
+    def children_unmarked(self, *tags: str) -> list[Node]:
+        """Return the children without saying that they are understood; `understood` says so later."""
+        return [Node(element, self.document) for element in self._element if element.tag in tags]
+
+    def understood(self) -> Node:
+        """Say that this element is supported, and return it."""
+        self.document.understand(self._element)
+        return self
+
+    def child(self, tag: str) -> Node | None:
+        """Return the only child with this tag, or None; two are an error."""
+        found = self.children(tag)
+        if len(found) > 1:
+            raise found[1].error(f"{self.label} has a second <{tag}>")
+        return found[0] if found else None
+
+    def required(self, tag: str) -> Node:
+        """Return the only child with this tag; none is an error."""
+        node = self.child(tag)
+        if node is None:
+            raise self.error(f"{self.label} has no <{tag}>")
+        return node
+
+    def one_of(self, *tags: str) -> Node:
+        """Return the only child among these tags."""
+        found = self.children(*tags)
+        if len(found) != 1:
+            raise self.error(f"{self.label} needs exactly one of " + ", ".join(f"<{tag}>" for tag in tags))
+        return found[0]
+
+    def accept(self, *tags: str) -> None:
+        """Understand children that have no meaning in this simulator (e.g. hints for drawing)."""
+        for element in self._element:
+            if element.tag in tags:
+                self.document.understand(element, whole=True)
+
+    def flattened(self, understand: bool) -> dict[str, str]:
+        """Return the text of every leaf below this element by its path; understand: mark all of them."""
+        if understand:
+            self.document.understand(self._element, whole=True)
+        found: dict[str, str] = {}
+        _flatten(self._element, "", found)
+        return found
+
+    # -- values ------------------------------------------------------------------------------------------------
+    def attribute(self, name: str, default: str | None = None) -> str:
+        """Return an attribute's text; without a default it must be there and not empty."""
+        value = self._element.get(name, default)
+        if value is None or (default is None and not value.strip()):
+            raise self.error(f'<{self.tag}> has no attribute "{name}"')
+        return value.strip()
+
+    @property
+    def text(self) -> str:
+        """The element's own text, stripped; an empty one is an error."""
+        text = (self._element.text or "").strip()
+        if not text:
+            raise self.error(f"<{self.tag}> is empty")
+        return text
+
+    def numbers(self, count: int) -> tuple[float, ...]:
+        """Return the element's text as that many finite numbers."""
+        words = (self._element.text or "").split()
+        try:
+            values = tuple(float(word) for word in words)
+        except ValueError:
+            values = ()
+        if len(values) != count or not all(math.isfinite(value) for value in values):
+            wanted = "a finite number" if count == 1 else f"{count} finite numbers"
+            raise self.error(f'<{self.tag}> must hold {wanted}, not "{" ".join(words)[:60]}"')
+        return values
+
+    def value(self, tag: str, default: float, check: Check | None = None) -> float:
+        """Return a child's number, or the default when there is no such child."""
+        node = self.child(tag)
+        return default if node is None else node.checked_number(check)
+
+    def required_value(self, tag: str, check: Check | None = None) -> float:
+        """Return a child's number; the child must be there."""
+        return self.required(tag).checked_number(check)
+
+    def limit(self, tag: str, default: float) -> float:
+        """Return a child's number, which may be infinite (SDF writes 1e16 or inf for no limit)."""
+        node = self.child(tag)
+        if node is None:
+            return default
+        if node.text.lstrip("+-").lower() in ("inf", "infinity"):
+            return -math.inf if node.text.startswith("-") else math.inf
+        value = node.checked_number()
+        return math.copysign(math.inf, value) if abs(value) >= 1e15 else value
+
+    def vector(self, tag: str, default: Vector3) -> Vector3:
+        """Return a child's three numbers, or the default."""
+        node = self.child(tag)
+        return default if node is None else node.numbers(3)
+
+    def flag(self, tag: str, default: bool) -> bool:
+        """Return a child's truth value, or the default."""
+        node = self.child(tag)
+        if node is None:
+            return default
+        if node.text.lower() not in ("true", "false", "1", "0"):
+            raise node.error(f'<{tag}> must be true or false, not "{node.text[:60]}"')
+        return node.text.lower() in ("true", "1")
+
+    def checked_number(self, check: Check | None = None) -> float:
+        """Return the element's own number after a check."""
+        (value,) = self.numbers(1)
+        if check is not None and not check.holds(value):
+            raise self.error(f"<{self.tag}> must be {check.wanted}, not {value:g}")
+        return value
+
+    def pose(self) -> tuple[Pose, str]:
+        """Return the child ``<pose>`` and the name of the frame it is given in ("" for the usual one)."""
+        node = self.child("pose")
+        if node is None:
+            return Pose(), ""
+        frame = node.attribute("relative_to", "") or node.attribute("frame", "")
+        if not (node._element.text or "").strip():
+            return Pose(), frame
+        return Pose.from_xyz_rpy(*node.numbers(6)), frame
+
+
+class Check:
+    """A condition on a number, and how to say it."""
+
+    def __init__(self, wanted: str, holds: Callable[[float], bool]) -> None:
+        self.wanted = wanted
+        self.holds = holds
+
+
+POSITIVE = Check("positive", lambda value: value > 0.0)
+NOT_NEGATIVE = Check("zero or positive", lambda value: value >= 0.0)
+
+
+def whole_number(low: int, high: int) -> Check:
+    """Check for a whole number in a closed interval."""
+    return Check(f"a whole number from {low} to {high}", lambda v: v == math.floor(v) and low <= v <= high)
+
+
+def unique(nodes: list[Node]) -> dict[str, Node]:
+    """Return nodes by their name attribute; two of one name are an error."""
+    by_name: dict[str, Node] = {}
+    for node in nodes:
+        name = node.attribute("name")
+        if name in by_name:
+            raise node.error(
+                f'A second <{node.tag}> is called "{name}"; the first is in line {by_name[name].line}'
+            )
+        by_name[name] = node
+    return by_name
+
+
+def _parse(text: bytes, name: str) -> etree._Element:
+    # No entity is ever expanded and no DTD is ever loaded: a description needs neither, an attacker does.
+    if len(text) > MAX_FILE_BYTES:
+        raise SdfError(f"{name}:1: The text is larger than {MAX_FILE_BYTES // 2**20} MB.")
+    prolog = re.search(rb"<!DOCTYPE", text, re.IGNORECASE)
+    if prolog:
+        line = text.count(b"\n", 0, prolog.start()) + 1
+        raise SdfError(f"{name}:{line}: A document type (<!DOCTYPE ...>) is not allowed.")
+    parser = etree.XMLParser(
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        root = etree.fromstring(text, parser)
+    except etree.XMLSyntaxError as error:
+        line = error.lineno or 1
+        raise SdfError(
+            f"{name}:{line}: The file is not well-formed XML: {_first_sentence(error.msg)}."
+        ) from None
+    if root.getroottree().docinfo.internalDTD is not None:  # in an encoding that the search above cannot see
+        raise SdfError(f"{name}:1: A document type (<!DOCTYPE ...>) is not allowed.")
+    return root
+
+
+def _first_sentence(message: str | None) -> str:
+    return re.sub(
+        r",? line \d+, column \d+.*$", "", (message or "it is empty").strip(), flags=re.DOTALL
+    ).rstrip(".")
+
+
+def _flatten(element: etree._Element, path: str, found: dict[str, str]) -> None:
+    for child in element:
+        here = f"{path}{child.tag}"
+        if len(child):
+            _flatten(child, f"{here}/", found)
+        else:
+            found[here] = (child.text or "").strip()
+
+
+def _tag_path(element: etree._Element) -> str:
+    tags = [element.tag] + [ancestor.tag for ancestor in element.iterancestors()]
+    return "/".join(str(tag) for tag in reversed(tags[:-1])) or str(element.tag)
+
+
+def _line_list(numbers: list[int]) -> str:
+    shown = ", ".join(str(number) for number in numbers[:LINES_NAMED])
+    rest = len(numbers) - LINES_NAMED
+    word = "line" if len(numbers) == 1 else "lines"
+    return f"{word} {shown} and {rest} more" if rest > 0 else f"{word} {shown}"

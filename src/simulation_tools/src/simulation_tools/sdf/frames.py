@@ -1,0 +1,127 @@
+"""The tree of coordinate frames that a model defines, and putting one model on another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from simulation_tools.geometry import IDENTITY, Pose
+from simulation_tools.sdf.document import SdfError
+from simulation_tools.sdf.elements import Joint, Link, Model
+
+
+@dataclass(frozen=True)
+class Frame:
+    """An edge of the frame tree. pose: of the child in the parent, a moving joint at its zero position.
+
+    joint: the revolute joint that moves the child, None where the edge is rigid. With the joint at the angle a the
+    child's pose in the parent is `at_angle` (a).
+    """
+
+    parent: str
+    child: str
+    pose: Pose
+    joint: Joint | None = None
+
+    def at_angle(self, angle_rad: float) -> Pose:
+        """Return the pose of the child in the parent with the joint turned by an angle."""
+        if self.joint is None:
+            return self.pose
+        return self.pose @ joint_rotation(self.joint, angle_rad)
+
+
+def joint_rotation(joint: Joint, angle_rad: float) -> Pose:
+    """Return the pose of the turned child link in the child link at angle zero."""
+    from math import cos, sin
+
+    half = 0.5 * angle_rad
+    x, y, z = (component * sin(half) for component in joint.axis)
+    return joint.pose @ Pose(orientation_xyzw=(x, y, z, cos(half))) @ joint.pose.inverse()
+
+
+def model_frames(model: Model) -> list[Frame]:
+    """Return every frame of a model as an edge from its parent, parents before children.
+
+    The root is the first link; links without a joint hang on it. Links are called as in the file, sensors
+    ``link/sensor``, joints by their name (a leaf on their child link, where the axis is), so that each frame has one
+    parent, as TF wants it.
+    """
+    links = {link.name: link for link in model.links}
+    joint_to = {joint.child: joint for joint in model.joints}
+    root = root_link(model)
+    edges = {
+        name: _link_edge(link, joint_to.get(name), links, root)
+        for name, link in links.items()
+        if link != root
+    }
+    frames = _parents_first(edges, root.name)
+    for link in model.links:
+        frames += [Frame(link.name, f"{link.name}/{sensor.name}", sensor.pose) for sensor in link.sensors]
+    taken = set(links)
+    frames += [
+        Frame(joint.child, joint.name, joint.pose) for joint in model.joints if joint.name not in taken
+    ]
+    return frames
+
+
+def root_link(model: Model) -> Link:
+    """Return the link that carries the model: the first one, or where its chain of joints begins."""
+    links = {link.name: link for link in model.links}
+    parent_of = {joint.child: joint.parent for joint in model.joints}
+    name = model.links[0].name
+    for _ in links:
+        parent = parent_of.get(name)
+        if parent is None or parent == "world":
+            break
+        name = parent
+    return links[name]
+
+
+def attach(model: Model, payload: Model, link: str = "base_link", pose: Pose = IDENTITY) -> Model:
+    """Return the model with a payload (e.g. a lidar) fixed to one of its links.
+
+    pose: of the payload's model frame in that link's frame. The payload's links keep their names, its first one is
+    joined by a fixed joint ``<link>_joint``. Its mass becomes part of the model's. Raises SdfError when the link
+    does not exist or a name would stand twice.
+    """
+    links = {own.name: own for own in model.links}
+    if link not in links:
+        raise SdfError(f'{model.source}:1: The model "{model.name}" has no link "{link}" to carry a payload.')
+    placed = links[link].pose @ pose
+    added = tuple(replace(own, pose=placed @ own.pose) for own in payload.links)
+    carrier = root_link(payload)
+    joint = Joint(f"{carrier.name}_joint", "fixed", parent=link, child=carrier.name)
+    joints = (*model.joints, joint, *payload.joints)
+    for names in ([own.name for own in (*model.links, *added)], [own.name for own in joints]):
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise SdfError(f'{payload.source}:1: "{twice[0]}" exists already in the model "{model.name}".')
+    return replace(
+        model,
+        links=(*model.links, *added),
+        joints=joints,
+        plugins=(*model.plugins, *payload.plugins),
+        warnings=tuple(dict.fromkeys((*model.warnings, *payload.warnings))),
+    )
+
+
+def _link_edge(link: Link, joint: Joint | None, links: dict[str, Link], root: Link) -> Frame:
+    parent = root if joint is None or joint.parent == "world" else links[joint.parent]
+    moving = joint if joint is not None and joint.kind == "revolute" else None
+    return Frame(parent.name, link.name, parent.pose.inverse() @ link.pose, moving)
+
+
+def _parents_first(edges: dict[str, Frame], root: str) -> list[Frame]:
+    ordered: list[Frame] = []
+    reached = {root}
+    waiting = list(edges.values())
+    while waiting:
+        ready = [frame for frame in waiting if frame.parent in reached]
+        if (
+            not ready
+        ):  # a ring of joints that does not reach the root: hang it on the root rather than lose it
+            ready = [replace(waiting[0], parent=root)]
+            waiting = waiting[1:]
+        ordered += ready
+        reached.update(frame.child for frame in ready)
+        waiting = [frame for frame in waiting if frame.child not in reached]
+    return ordered

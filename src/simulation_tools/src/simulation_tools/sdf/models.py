@@ -1,0 +1,220 @@
+"""Reader of ``<model>``: links, joints, nested models, and the frames that their poses are given in."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Callable, Sequence, Union
+
+from simulation_tools.geometry import Pose, Vector3, rotate_inverse
+from simulation_tools.sdf.document import NOT_NEGATIVE, Node, unique
+from simulation_tools.sdf.elements import Collision, Joint, Light, Link, Model, Visual
+from simulation_tools.sdf.plugins import read_plugins
+from simulation_tools.sdf.sensors import is_supported, read_sensor
+from simulation_tools.sdf.shapes import (
+    read_geometry,
+    read_inertial,
+    read_material,
+    read_surface,
+    unit_vector,
+)
+
+Include = Callable[[Node], Union[Model, Light]]
+NAME = re.compile(r"[^\s/\x00-\x1f]+( [^\s/\x00-\x1f]+)*")
+MODEL_FRAMES = ("", "__model__")
+
+
+def read_model(node: Node, model_path: Sequence[Path], include: Include) -> Model:
+    """Read a model whole; include: follows a nested ``<include>``. Raises SdfError."""
+    name = _name(node)
+    node.accept("allow_auto_disable", "enable_wind")
+    pose, frame = node.pose()
+    if frame not in ("", "world"):
+        raise node.error(f'A model cannot be placed in the frame "{frame}"')
+    nested = [read_model(child, model_path, include) for child in node.children("model")]
+    nested += [_nested_include(child, include) for child in node.children("include")]
+    frames = _Frames(node, nested)
+    links = [_read_link(child, frames, model_path) for child in frames.link_nodes.values()]
+    links += [link for model in nested for link in _flattened_links(model)]
+    if not links:
+        raise node.error(f'The model "{name}" has no <link>')
+    joints = _read_joints(node, frames, {link.name: link for link in links})
+    joints += [joint for model in nested for joint in _flattened_joints(model)]
+    return Model(
+        name=name,
+        pose=pose,
+        static=node.flag("static", False),
+        links=tuple(links),
+        joints=tuple(joints),
+        plugins=(*read_plugins(node), *(plugin for model in nested for plugin in model.plugins)),
+        source=node.document.name,
+        warnings=tuple(warning for model in nested for warning in model.warnings),
+    )
+
+
+def _nested_include(node: Node, include: Include) -> Model:
+    item = include(node)
+    if not isinstance(item, Model):
+        raise node.error("A model can include models only")
+    return item
+
+
+class _Frames:
+    """The named frames of a model: links, ``<frame>``s, joints and nested models, resolved on demand."""
+
+    def __init__(self, model: Node, nested: Sequence[Model]) -> None:
+        self.link_nodes = unique(model.children("link"))
+        self._raw: dict[str, tuple[Node, Pose, str]] = {}
+        self._known: dict[str, Pose] = {}
+        for name, node in {**unique(model.children("frame")), **self.link_nodes}.items():
+            pose, frame = node.pose()
+            attached = node.attribute("attached_to", "") if node.tag == "frame" else ""
+            self._raw[name] = (node, pose, frame or attached)
+        for inner in nested:
+            self._known[inner.name] = inner.pose
+            for link in inner.links:
+                self._known[f"{inner.name}::{link.name}"] = inner.pose @ link.pose
+
+    def in_model(self, name: str, asker: Node, trail: tuple[str, ...] = ()) -> Pose:
+        """Return the pose of a named frame in the model frame."""
+        if name in MODEL_FRAMES:
+            return Pose()
+        if name in trail:
+            raise asker.error(f'The frame "{name}" is defined through itself')
+        if name not in self._known:
+            if name not in self._raw:
+                raise asker.error(f'There is no frame "{name}" in this model')
+            node, pose, frame = self._raw[name]
+            self._known[name] = self.in_model(frame, node, (*trail, name)) @ pose
+        return self._known[name]
+
+    def in_link(self, node: Node, link: Pose) -> Pose:
+        """Return the pose of an element in its link's frame (link: the link's pose in the model)."""
+        pose, frame = node.pose()
+        return pose if not frame else link.inverse() @ self.in_model(frame, node) @ pose
+
+
+def _name(node: Node) -> str:
+    name = node.attribute("name")
+    if not NAME.fullmatch(name) or name == "world":
+        raise node.error(f'"{name}" cannot be the name of a <{node.tag}>')
+    return name
+
+
+def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
+    node.accept("self_collide", "kinematic", "enable_wind", "must_be_base_link", "velocity_decay")
+    name = _name(node)
+    pose = frames.in_model(name, node)
+    collisions = [
+        Collision(
+            _name(child),
+            frames.in_link(child, pose),
+            read_geometry(child.required("geometry"), model_path),
+            read_surface(child.child("surface")),
+        )
+        for child in unique(node.children("collision")).values()
+    ]
+    for child in node.children("collision"):
+        child.accept("max_contacts", "laser_retro")
+    return Link(
+        name=name,
+        pose=pose,
+        inertial=read_inertial(node.child("inertial")),
+        collisions=tuple(collisions),
+        visuals=tuple(
+            _read_visual(child, frames.in_link(child, pose), model_path)
+            for child in unique(node.children("visual")).values()
+        ),
+        sensors=tuple(
+            read_sensor(child.understood(), frames.in_link(child, pose))
+            for child in unique(node.children_unmarked("sensor")).values()
+            if is_supported(child)
+        ),
+        gravity=node.flag("gravity", True),
+    )
+
+
+def _read_visual(node: Node, pose: Pose, model_path: Sequence[Path]) -> Visual:
+    node.accept("cast_shadows", "laser_retro", "meta")
+    red, green, blue, alpha = read_material(node.child("material"))
+    alpha *= 1.0 - min(max(node.value("transparency", 0.0), 0.0), 1.0)
+    return Visual(
+        _name(node), pose, read_geometry(node.required("geometry"), model_path), (red, green, blue, alpha)
+    )
+
+
+def _read_joints(node: Node, frames: _Frames, links: dict[str, Link]) -> list[Joint]:
+    joints = []
+    parent_of: dict[str, str] = {}
+    for name, child in unique(node.children("joint")).items():
+        joint = _read_joint(child, _name(child), frames, links)
+        if joint.child in parent_of:
+            raise child.error(
+                f'The link "{joint.child}" is already the child of the joint "{parent_of[joint.child]}"; '
+                "closed chains are not supported"
+            )
+        parent_of[joint.child] = name
+        joints.append(joint)
+    return joints
+
+
+def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link]) -> Joint:
+    kind = node.attribute("type")
+    if kind not in ("fixed", "revolute", "continuous"):
+        raise node.error(f'Joints of type "{kind}" are not supported; use fixed or revolute')
+    parent, child = node.required("parent"), node.required("child")
+    for end in (parent, child):
+        if end.text not in links and not (end is parent and end.text == "world"):
+            raise end.error(f'The joint "{name}" names the link "{end.text}", which does not exist')
+    if parent.text == child.text:
+        raise node.error(f'The joint "{name}" joins the link "{child.text}" to itself')
+    joint = Joint(
+        name=name,
+        kind="fixed" if kind == "fixed" else "revolute",
+        parent=parent.text,
+        child=child.text,
+        pose=frames.in_link(node, links[child.text].pose),
+    )
+    node.accept("physics")
+    return joint if joint.kind == "fixed" else _with_axis(node.required("axis"), joint, kind, links)
+
+
+def _with_axis(node: Node, joint: Joint, kind: str, links: dict[str, Link]) -> Joint:
+    axis: Vector3 = unit_vector(node.required("xyz"), (0.0, 0.0, 1.0))
+    if node.flag("use_parent_model_frame", False):
+        axis = rotate_inverse((links[joint.child].pose @ joint.pose).orientation_xyzw, axis)
+    infinite = float("inf")
+    lower, upper = -infinite, infinite
+    limits = node.child("limit")
+    if limits is not None:
+        limits.accept("effort", "velocity", "stiffness", "dissipation")
+        lower, upper = limits.limit("lower", -infinite), limits.limit("upper", infinite)
+        if lower > upper:
+            raise limits.error(f"The lower limit ({lower:g}) is above the upper one ({upper:g})")
+    if kind == "continuous":
+        lower, upper = -infinite, infinite
+    dynamics = node.child("dynamics")
+    damping = 0.0
+    if dynamics is not None:
+        damping = dynamics.value("damping", 0.0, NOT_NEGATIVE)
+        for tag in ("friction", "spring_reference", "spring_stiffness"):
+            if dynamics.value(tag, 0.0) != 0.0:
+                raise dynamics.error(f"<{tag}> of a joint is not supported; leave it zero")
+    return replace(joint, axis=axis, lower_rad=lower, upper_rad=upper, damping=damping)
+
+
+def _flattened_links(model: Model) -> list[Link]:
+    return [
+        replace(link, name=f"{model.name}::{link.name}", pose=model.pose @ link.pose) for link in model.links
+    ]
+
+
+def _flattened_joints(model: Model) -> list[Joint]:
+    def outer(name: str) -> str:
+        return name if name == "world" else f"{model.name}::{name}"
+
+    return [
+        replace(joint, name=outer(joint.name), parent=outer(joint.parent), child=outer(joint.child))
+        for joint in model.joints
+    ]

@@ -1,0 +1,223 @@
+"""SDF 1.6 files to `World` and `Model`: every include followed, every number checked, before anything is built.
+
+Supported: world, include, static and dynamic models (nested ones are flattened to ``outer::inner`` names), links,
+fixed and revolute joints, poses in other frames, inertia, shapes and meshes, lidars, IMUs, cameras, barometers,
+lights, plugins. The rest is named in one warning per file; hints that only concern drawing, sleeping or GUIs
+(``cast_shadows``, ``visualize``, ``allow_auto_disable``, ``<gui>``, ``<scene>`` ...) have no meaning here and are
+accepted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Sequence, Union
+
+from simulation_tools.sdf import uri
+from simulation_tools.sdf.document import NOT_NEGATIVE, POSITIVE, Document, Node, SdfError
+from simulation_tools.sdf.elements import Light, Model, Physics, World
+from simulation_tools.sdf.models import read_model
+from simulation_tools.sdf.plugins import read_plugins
+from simulation_tools.sdf.shapes import read_colour, unit_vector
+
+SUPPORTED_VERSIONS = ("1.4", "1.5", "1.6", "1.7")
+MAX_INCLUDE_DEPTH = 16
+
+PathLike = Union[str, Path]
+
+
+def load_world(path: PathLike, model_path: Sequence[PathLike] | None = None) -> World:
+    """Read a world file. model_path: folders of models; None: those of ``GAZEBO_MODEL_PATH``.
+
+    Raises SdfError, whose text is ``PATH:LINE: sentence``.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise SdfError(f"{path}:1: There is no such world file.")
+    return _Reader(model_path).world(Document.from_file(path))
+
+
+def load_model(path_or_uri: PathLike, model_path: Sequence[PathLike] | None = None) -> Model:
+    """Read a model: ``model://name``, a folder with model.config, or an .sdf file. Raises SdfError."""
+    reader = _Reader(model_path)
+    location = str(path_or_uri)
+    if "://" in location:
+        try:
+            path = uri.resolve(location, reader.model_path, None)
+        except uri.UriError as error:
+            raise SdfError(f"{location}:1: The model cannot be loaded: {error}.") from None
+    else:
+        path = Path(location)
+    if not path.exists():
+        raise SdfError(f"{location}:1: There is no such model.")
+    return _only_model(reader.file(path if path.is_file() else model_file(path)), str(path))
+
+
+def parse_model(
+    xml_text: str | bytes, source_name: str, model_path: Sequence[PathLike] | None = None
+) -> Model:
+    """Read a model from text, as ``/gazebo/spawn_sdf_model`` gets it. source_name: stands for the path in errors."""
+    text = xml_text.encode() if isinstance(xml_text, str) else xml_text
+    reader = _Reader(model_path)
+    return _only_model(reader.models_of(Document(text, source_name, None)), source_name)
+
+
+def model_file(folder: Path) -> Path:
+    """Return the SDF file that a model folder's model.config names (its newest supported version)."""
+    config = folder / "model.config"
+    if not config.is_file():
+        raise SdfError(f"{folder}:1: The folder is no model: it holds no model.config.")
+    document = Document.from_file(config)
+    candidates = []
+    for node in document.root("model").children("sdf"):
+        version = node.attribute("version", "1.6")
+        if version in SUPPORTED_VERSIONS:
+            candidates.append((version, node))
+    if not candidates:
+        raise SdfError(f"{config}:1: The file names no SDF of version {', '.join(SUPPORTED_VERSIONS)}.")
+    _, newest = max(candidates, key=lambda candidate: candidate[0])
+    path = folder / newest.text
+    if not path.is_file():
+        raise newest.error(f'The file "{newest.text}" does not exist')
+    return path
+
+
+def _only_model(found: list[Model | Light], source: str) -> Model:
+    models = [item for item in found if isinstance(item, Model)]
+    if len(models) != 1:
+        raise SdfError(f"{source}:1: The file must hold exactly one <model>, not {len(models)}.")
+    return models[0]
+
+
+class _Reader:
+    """Follows the files of one request; `trail` keeps an include from leading back to itself."""
+
+    def __init__(self, model_path: Sequence[PathLike] | None) -> None:
+        if model_path is None:
+            self.model_path: Sequence[Path] = uri.model_path_from_environment()
+        else:
+            self.model_path = tuple(Path(folder) for folder in model_path)
+        self.trail: list[Path] = []
+
+    def world(self, document: Document) -> World:
+        root = _root(document)
+        node = root.required("world")
+        node.accept("gui", "scene", "audio", "atmosphere", "magnetic_field", "state", "road")
+        inner = [self._include(child) for child in node.children("include")]
+        models = [read_model(child, self.model_path, self._include) for child in node.children("model")]
+        models += [item for item in inner if isinstance(item, Model)]
+        lights = [read_light(child) for child in node.children("light")]
+        lights += [item for item in inner if isinstance(item, Light)]
+        _refuse_equal_names(node, [model.name for model in models])
+        wind = node.child("wind")
+        world = World(
+            name=node.attribute("name", "default"),
+            models=tuple(replace(model, warnings=()) for model in models),
+            gravity_m_s2=node.vector("gravity", (0.0, 0.0, -9.8)),
+            wind_m_s=(0.0, 0.0, 0.0) if wind is None else wind.vector("linear_velocity", (0.0, 0.0, 0.0)),
+            physics=_read_physics(node.children("physics")),
+            lights=tuple(lights),
+            plugins=read_plugins(node),
+            source=document.name,
+        )
+        included = [warning for model in models for warning in model.warnings]
+        return replace(world, warnings=_without_repeats([*document.unsupported(), *included]))
+
+    def file(self, path: Path) -> list[Model | Light]:
+        """Read a file of models and lights."""
+        real = path.resolve()
+        if real in self.trail or len(self.trail) >= MAX_INCLUDE_DEPTH:
+            raise SdfError(f"{path}:1: The model includes itself, directly or through another one.")
+        self.trail.append(real)
+        try:
+            return self.models_of(Document.from_file(path))
+        finally:
+            self.trail.pop()
+
+    def models_of(self, document: Document) -> list[Model | Light]:
+        """Read every model and light of a document, with the document's warning attached to the first model."""
+        root = _root(document)
+        found: list[Model | Light] = [
+            read_model(child, self.model_path, self._include) for child in root.children("model")
+        ]
+        found += [read_light(child) for child in root.children("light")]
+        if not found:
+            raise root.error("The file holds neither a <model> nor a <light>")
+        warnings = document.unsupported()
+        if warnings and isinstance(found[0], Model):
+            found[0] = replace(found[0], warnings=_without_repeats([*warnings, *found[0].warnings]))
+        return found
+
+    def _include(self, node: Node) -> Model | Light:
+        """Follow an ``<include>`` and apply what it overrides."""
+        location = node.required("uri")
+        pose_node = node.child("pose")
+        name, static = node.child("name"), node.child("static")
+        try:
+            path = uri.resolve(location.text, self.model_path, node.document.folder)
+        except uri.UriError as error:
+            raise location.error(f"The include cannot be followed: {error}") from None
+        try:
+            found = self.file(path if path.is_file() else model_file(path))
+        except SdfError as error:
+            raise SdfError(f"{error} (Included by {node.document.name}:{node.line}.)") from None
+        if len(found) != 1:
+            raise location.error(f'"{location.text}" must hold exactly one model or light, not {len(found)}')
+        item = found[0]
+        if pose_node is not None:
+            pose, frame = node.pose()
+            if frame not in ("", "world"):
+                raise pose_node.error(f'An included model cannot be placed in the frame "{frame}"')
+            item = replace(item, pose=pose)
+        if name is not None:
+            item = replace(item, name=name.text)
+        if static is not None and isinstance(item, Model):
+            item = replace(item, static=node.flag("static", item.static))
+        return item
+
+
+def read_light(node: Node) -> Light:
+    """Read a ``<light>``: what a renderer without shadows needs of it."""
+    node.accept("cast_shadows", "specular", "attenuation", "spot")
+    pose, _ = node.pose()
+    diffuse = node.child("diffuse")
+    return Light(
+        name=node.attribute("name"),
+        kind=node.attribute("type"),
+        pose=pose,
+        diffuse=(1.0, 1.0, 1.0, 1.0) if diffuse is None else read_colour(diffuse),
+        direction=unit_vector(node.child("direction"), (0.0, 0.0, -1.0)),
+    )
+
+
+def _read_physics(nodes: list[Node]) -> Physics:
+    if not nodes:
+        return Physics()
+    chosen = next((node for node in nodes if node.attribute("default", "false") in ("true", "1")), nodes[0])
+    # max_contacts and the rate belong to Gazebo's own loop; the real-time factor says the same as the rate.
+    chosen.accept("max_contacts", "real_time_update_rate")
+    step, factor = chosen.child("max_step_size"), chosen.child("real_time_factor")
+    return Physics(
+        None if step is None else step.checked_number(POSITIVE),
+        None if factor is None else factor.checked_number(NOT_NEGATIVE),
+    )
+
+
+def _root(document: Document) -> Node:
+    root = document.root("sdf")
+    version = root.attribute("version")
+    if version not in SUPPORTED_VERSIONS:
+        raise root.error(f"SDF version {version} is not supported; use 1.6")
+    return root
+
+
+def _refuse_equal_names(node: Node, names: list[str]) -> None:
+    seen = set()
+    for name in names:
+        if name in seen:
+            raise node.error(f'Two models are called "{name}"; give one <include> another <name>')
+        seen.add(name)
+
+
+def _without_repeats(sentences: list[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(sentences))

@@ -1,0 +1,36 @@
+"""Reader of ``<plugin>``: kept as it is, for whoever knows its name."""
+
+from __future__ import annotations
+
+from simulation_tools.sdf.document import Node
+from simulation_tools.sdf.elements import Plugin
+
+# Plugins whose work another part of the simulator does, by the name of their library. Any other plugin is kept
+# all the same, but named in the document's warning: nothing here will act on it.
+KNOWN_LIBRARIES = frozenset(
+    {
+        "libgazebo_motor_model.so",
+        "libsimulation_tools_linear_rotor.so",
+        "libgazebo_multirotor_base_plugin.so",
+        "libgazebo_imu_plugin.so",
+        "libgazebo_mavlink_interface.so",
+        "libgazebo_ros_laser.so",
+        "libgazebo_ros_gpu_laser.so",
+        "libgazebo_ros_block_laser.so",
+        "libgazebo_ros_imu_sensor.so",
+        "libgazebo_ros_p3d.so",
+    }
+)
+
+
+def read_plugins(node: Node) -> tuple[Plugin, ...]:
+    """Return the plugins of an element; the unknown ones stay marked as not understood."""
+    known, unknown = [], []
+    for plugin in node.children_unmarked("plugin"):
+        filename = plugin.attribute("filename")
+        is_known = filename in KNOWN_LIBRARIES
+        parameters = plugin.flattened(understand=is_known)
+        (known if is_known else unknown).append(
+            Plugin(plugin.attribute("name"), filename, parameters, plugin.line)
+        )
+    return (*known, *unknown)

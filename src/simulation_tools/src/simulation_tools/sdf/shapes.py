@@ -1,0 +1,151 @@
+"""Readers of the leaves of a link: shapes, inertia, materials."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Sequence
+
+from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.sdf import uri
+from simulation_tools.sdf.document import NOT_NEGATIVE, POSITIVE, Node
+from simulation_tools.sdf.elements import (
+    DEFAULT_SURFACE,
+    Box,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Mesh,
+    Plane,
+    Rgba,
+    Sphere,
+    Surface,
+)
+
+MESH_SUFFIXES = (".stl", ".obj", ".dae")
+DEFAULT_COLOUR: Rgba = (0.7, 0.7, 0.7, 1.0)
+# Diffuse colours of Gazebo's own material scripts (media/materials/scripts/gazebo.material) in common use.
+GAZEBO_COLOURS: dict[str, Rgba] = {
+    "Gazebo/Grey": (0.7, 0.7, 0.7, 1.0),
+    "Gazebo/DarkGrey": (0.175, 0.175, 0.175, 1.0),
+    "Gazebo/White": (1.0, 1.0, 1.0, 1.0),
+    "Gazebo/FlatBlack": (0.1, 0.1, 0.1, 1.0),
+    "Gazebo/Black": (0.0, 0.0, 0.0, 1.0),
+    "Gazebo/Red": (1.0, 0.0, 0.0, 1.0),
+    "Gazebo/Green": (0.0, 1.0, 0.0, 1.0),
+    "Gazebo/Blue": (0.0, 0.0, 1.0, 1.0),
+    "Gazebo/Yellow": (1.0, 1.0, 0.0, 1.0),
+    "Gazebo/Orange": (1.0, 0.5, 0.0, 1.0),
+    "Gazebo/Wood": (0.55, 0.38, 0.22, 1.0),
+}
+
+
+def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry:
+    """Read ``<geometry>``; the mesh file, if any, must exist."""
+    kind = node.one_of("box", "cylinder", "sphere", "plane", "mesh")
+    if kind.tag == "box":
+        return Box(_positive_vector(kind.required("size")))
+    if kind.tag == "cylinder":
+        return Cylinder(kind.required_value("radius", POSITIVE), kind.required_value("length", POSITIVE))
+    if kind.tag == "sphere":
+        return Sphere(kind.required_value("radius", POSITIVE))
+    if kind.tag == "plane":
+        size = kind.child("size")
+        return Plane(
+            unit_vector(kind.child("normal"), (0.0, 0.0, 1.0)),
+            (1.0, 1.0) if size is None else size.numbers(2),
+        )
+    return _read_mesh(kind, model_path)
+
+
+def _read_mesh(node: Node, model_path: Sequence[Path]) -> Mesh:
+    location = node.required("uri")
+    try:
+        path = uri.resolve(location.text, model_path, node.document.folder)
+    except uri.UriError as error:
+        raise location.error(f"The mesh cannot be loaded: {error}") from None
+    if path.suffix.lower() not in MESH_SUFFIXES or not path.is_file():
+        raise location.error(f'"{location.text}" is not a mesh of a known kind ({", ".join(MESH_SUFFIXES)})')
+    scale = node.child("scale")
+    return Mesh(str(path), location.text, (1.0, 1.0, 1.0) if scale is None else _positive_vector(scale))
+
+
+def read_inertial(node: Node | None) -> Inertial:
+    """Read ``<inertial>``; SDF's default is one kilogram and unit moments."""
+    if node is None:
+        return Inertial(1.0, Pose(), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+    pose, frame = node.pose()
+    if frame:
+        raise node.error("The <pose> of <inertial> cannot be given in another frame")
+    mass = node.value("mass", 1.0, POSITIVE)
+    inertia = node.child("inertia")
+    if inertia is None:
+        return Inertial(mass, pose, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+    diagonal = [inertia.value(tag, 1.0, POSITIVE) for tag in ("ixx", "iyy", "izz")]
+    products = [inertia.value(tag, 0.0) for tag in ("ixy", "ixz", "iyz")]
+    if not _positive_definite(*diagonal, *products):
+        raise inertia.error("The inertia matrix is not positive definite, so no body can have it")
+    return Inertial(mass, pose, (*diagonal, *products))
+
+
+def _positive_definite(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> bool:
+    # Sylvester's criterion: every leading minor is positive.
+    determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+    return xx > 0.0 and xx * yy - xy * xy > 0.0 and determinant > 0.0
+
+
+def read_surface(node: Node | None) -> Surface:
+    """Read ``<surface>``: Coulomb friction (ODE's mu) and restitution."""
+    if node is None:
+        return DEFAULT_SURFACE
+    friction, restitution = DEFAULT_SURFACE.friction, DEFAULT_SURFACE.restitution
+    outer = node.child("friction")
+    ode = outer.child("ode") if outer is not None else None
+    if ode is not None:
+        friction = ode.value("mu", friction, NOT_NEGATIVE)
+        # PyBullet knows one coefficient; a second one along the other axis changes nothing when it is equal.
+        second = ode.child("mu2")
+        if second is not None and second.checked_number(NOT_NEGATIVE) != friction:
+            raise second.error("Different friction along two axes (<mu> and <mu2>) is not supported")
+    bounce = node.child("bounce")
+    if bounce is not None:
+        restitution = bounce.value("restitution_coefficient", restitution, NOT_NEGATIVE)
+    return Surface(friction, min(restitution, 1.0))
+
+
+def read_material(node: Node | None) -> Rgba:
+    """Read a visual's ``<material>``: its diffuse (else ambient) colour, or a Gazebo script's."""
+    if node is None:
+        return DEFAULT_COLOUR
+    node.accept("specular", "emissive", "lighting")
+    ambient, diffuse, script = node.child("ambient"), node.child("diffuse"), node.child("script")
+    colour = diffuse or ambient
+    if script is not None:
+        script.accept("uri")
+        name = script.child("name")
+        if colour is None and name is not None:
+            return GAZEBO_COLOURS.get(name.text, DEFAULT_COLOUR)
+    return DEFAULT_COLOUR if colour is None else read_colour(colour)
+
+
+def read_colour(node: Node) -> Rgba:
+    """Read red, green, blue and (optionally) alpha, each 0 to 1."""
+    return node.numbers(4) if len(node.text.split()) == 4 else (*node.numbers(3), 1.0)
+
+
+def unit_vector(node: Node | None, default: Vector3) -> Vector3:
+    """Read a direction and scale it to unit length."""
+    if node is None:
+        return default
+    x, y, z = node.numbers(3)
+    length = math.sqrt(x * x + y * y + z * z)
+    if length < 1e-9:
+        raise node.error(f"<{node.tag}> must not be the zero vector")
+    return (x / length, y / length, z / length)
+
+
+def _positive_vector(node: Node) -> Vector3:
+    x, y, z = node.numbers(3)
+    if min(x, y, z) <= 0.0:
+        raise node.error(f"<{node.tag}> must hold positive numbers only, not {x:g} {y:g} {z:g}")
+    return (x, y, z)

@@ -1,0 +1,100 @@
+"""Where models touch, named as Gazebo names it: ``model::link::collision``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Callable, Mapping, Sequence
+
+from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Plane, Sphere
+from simulation_tools.world.assembly import PlacedCollision
+from simulation_tools.world.bodies import Body
+from simulation_tools.world.engine import pybullet
+from simulation_tools.world.meshes import mesh_of
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A point where two shapes touch, world frame.
+
+    collision_1, collision_2: ``model::link::collision``, the asked model's first. normal: unit vector from the second
+    shape towards the first. depth_m: how far they are inside each other. force_n: size of the normal force.
+    """
+
+    collision_1: str
+    collision_2: str
+    position_m: Vector3
+    normal: Vector3
+    depth_m: float
+    force_n: float
+
+
+def contacts_of(
+    client: int,
+    name: str,
+    bodies: Sequence[Body],
+    owners: Mapping[int, tuple[str, Body]],
+    link_pose: Callable[[Body, int], Pose],
+) -> list[Contact]:
+    """Return the contacts of one model's bodies with those of others.
+
+    owners: the model's name and the body for each PyBullet uid. link_pose: pose of a body's part in the world.
+    """
+    found = []
+    for body in bodies:
+        for point in pybullet.getContactPoints(bodyA=body.uid, physicsClientId=client):
+            other_name, other = owners[point[2]]
+            distance, force = point[8], point[9]
+            # Bullet keeps points that are merely near, up to 2 cm; they carry no force.
+            if other_name == name or (distance > 0.0 and force <= 0.0):
+                continue
+            found.append(
+                Contact(
+                    _full_name(name, body, point[3], point[5], link_pose),
+                    _full_name(other_name, other, point[4], point[6], link_pose),
+                    point[6],
+                    point[7],
+                    max(0.0, -distance),
+                    force,
+                )
+            )
+    return found
+
+
+def _full_name(
+    model: str, body: Body, link: int, position_m: Vector3, link_pose: Callable[[Body, int], Pose]
+) -> str:
+    shape = body.collision
+    if shape is None:
+        # PyBullet tells the part but not which of its shapes: the one whose surface is nearest to the point.
+        point = (link_pose(body, link).inverse() @ Pose(position_m)).position_m
+        shape = min(body.parts[link + 1].collisions, key=lambda shape: abs(distance_to(shape, point)))
+    return f"{model}::{shape.link}::{shape.collision.name}"
+
+
+def distance_to(placed: PlacedCollision, point_m: Vector3) -> float:
+    """Signed distance of a point (part frame) to a shape's surface, negative inside; of a mesh: of its bounding box."""
+    x, y, z = (placed.pose.inverse() @ Pose(point_m)).position_m
+    return _signed_distance(placed.collision.geometry, x, y, z)
+
+
+def _signed_distance(geometry: Geometry, x: float, y: float, z: float) -> float:
+    if isinstance(geometry, Sphere):
+        return math.sqrt(x * x + y * y + z * z) - geometry.radius_m
+    if isinstance(geometry, Cylinder):
+        return _outside(math.hypot(x, y) - geometry.radius_m, abs(z) - 0.5 * geometry.length_m)
+    if isinstance(geometry, Plane):
+        nx, ny, nz = geometry.normal
+        return nx * x + ny * y + nz * z
+    if isinstance(geometry, Box):
+        return _outside(*(abs(c) - 0.5 * edge for c, edge in zip((x, y, z), geometry.size_m)))
+    vertices = mesh_of(geometry).vertices
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    gaps = (abs(c - 0.5 * (a + b)) - 0.5 * (b - a) for c, a, b in zip((x, y, z), low, high))
+    return _outside(*map(float, gaps))
+
+
+def _outside(*gaps: float) -> float:
+    """Signed distance to a product of intervals from the signed distance along each."""
+    return math.sqrt(sum(max(gap, 0.0) ** 2 for gap in gaps)) + min(max(gaps), 0.0)

@@ -1,0 +1,144 @@
+"""What a ray hits: Embree scenes of everything that is there.
+
+All static shapes form one scene in world coordinates, committed once. A shape that moves keeps its own small scene in
+its own coordinates, also committed once: moving costs nothing, and the few rays that pass near it are turned into its
+frame. That is exact, and cheaper than building a new tree of moved triangles for every scan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Callable, Sequence
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh as EmbreeMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from simulation_tools.geometry import Pose, rotate
+from simulation_tools.world.meshes import TriangleMesh, joined
+
+PoseSource = Callable[[], Pose]
+
+
+@dataclass(frozen=True)
+class _MovingShape:
+    """A rigid mesh, its scene in its own frame, and the sphere around it (in its own frame too)."""
+
+    scene: EmbreeScene
+    pose: PoseSource
+    centre_m: tuple[float, float, float]
+    radius_m: float
+
+
+class RayScene:
+    """The shapes of every model, by the model's name."""
+
+    def __init__(self) -> None:
+        self._static: dict[str, TriangleMesh] = {}
+        self._moving: dict[str, list[_MovingShape]] = {}
+        self._static_scenes: dict[str | None, EmbreeScene | None] = {}
+
+    def put(
+        self,
+        model: str,
+        standing: TriangleMesh | None,
+        moving: Sequence[tuple[TriangleMesh, PoseSource]] = (),
+    ) -> None:
+        """Put a model, or replace it.
+
+        standing: what does not move, in world coordinates. moving: rigid meshes in their own frames, each with a
+        source of its pose in the world.
+        """
+        self.remove(model)
+        if standing is not None:
+            self._static[model] = standing
+            self._static_scenes.clear()
+        if moving:
+            self._moving[model] = [
+                _MovingShape(_scene_of(mesh), source, tuple(mesh.centre_m.tolist()), mesh.radius_m)
+                for mesh, source in moving
+            ]
+
+    def remove(self, model: str) -> None:
+        """Take a model away; one that is not there is none."""
+        self._moving.pop(model, None)
+        if self._static.pop(model, None) is not None:
+            self._static_scenes.clear()
+
+    def clear(self) -> None:
+        """Take every model away."""
+        self._static.clear()
+        self._moving.clear()
+        self._static_scenes.clear()
+
+    def commit(self) -> None:
+        """Build the static scene now rather than at the next ray."""
+        self._static_scene(None)
+
+    def cast(
+        self, origins: np.ndarray, directions: np.ndarray, max_range_m: float, ignore_model: str | None = None
+    ) -> np.ndarray:
+        """Return the distance to the nearest surface along each ray.
+
+        origins: (n, 3) or one common origin (3,), world frame; directions: (n, 3) unit vectors; ignore_model: rays
+        pass through it. Returns float32 (n,), inf where nothing is nearer than max_range_m. Both sides of a surface
+        are hit; a ray that starts inside a shape sees its far wall.
+        """
+        directions = np.ascontiguousarray(directions, np.float32)
+        origins = np.ascontiguousarray(np.broadcast_to(np.asarray(origins, np.float32), directions.shape))
+        ranges = np.full(len(directions), max_range_m, np.float32)
+        if not len(directions):
+            return ranges
+        static = self._static_scene(ignore_model if ignore_model in self._static else None)
+        if static is not None:
+            static.run(origins, directions, ranges, query="DISTANCE")
+        for model, shapes in self._moving.items():
+            if model != ignore_model:
+                for shape in shapes:
+                    _cast_into(shape, origins, directions, ranges)
+        ranges[ranges >= np.float32(max_range_m)] = np.inf
+        return ranges
+
+    def _static_scene(self, without: str | None) -> EmbreeScene | None:
+        if without not in self._static_scenes:
+            meshes = [mesh for name, mesh in self._static.items() if name != without]
+            self._static_scenes[without] = _scene_of(joined(meshes)) if meshes else None
+        return self._static_scenes[without]
+
+
+def _scene_of(mesh: TriangleMesh) -> EmbreeScene:
+    scene = EmbreeScene(robust=True)  # watertight: no ray slips through between two triangles
+    EmbreeMesh(scene, mesh.vertices.astype(np.float32), np.ascontiguousarray(mesh.triangles, np.int32))
+    # The first query commits the scene: pay for it now, not in the first scan.
+    scene.run(np.zeros((1, 3), np.float32), np.array(((0.0, 0.0, 1.0),), np.float32), query="DISTANCE")
+    return scene
+
+
+def _cast_into(shape: _MovingShape, origins: np.ndarray, directions: np.ndarray, ranges: np.ndarray) -> None:
+    """Shorten the ranges of the rays that hit a moving shape."""
+    pose = shape.pose()
+    x, y, z = rotate(pose.orientation_xyzw, shape.centre_m)
+    px, py, pz = pose.position_m
+    near = _rays_near(np.array((x + px, y + py, z + pz)), shape.radius_m, origins, directions, ranges)
+    if not len(near):
+        return
+    turn = pose.rotation.astype(np.float32)
+    # Row vectors: v @ R is R^T v, from the world into the shape's frame.
+    local_origins = np.ascontiguousarray((origins[near] - np.array(pose.position_m, np.float32)) @ turn)
+    local_directions = np.ascontiguousarray(directions[near] @ turn)
+    shortened = np.ascontiguousarray(ranges[near])
+    shape.scene.run(local_origins, local_directions, shortened, query="DISTANCE")
+    ranges[near] = shortened
+
+
+def _rays_near(
+    centre: np.ndarray, radius_m: float, origins: np.ndarray, directions: np.ndarray, ranges: np.ndarray
+) -> np.ndarray:
+    """Return the indices of the rays that pass through a sphere before their range ends."""
+    # A hair more than the radius, so that single precision never loses a grazing ray.
+    radius = 1.001 * radius_m + 1e-3
+    to_centre = centre.astype(np.float32) - origins
+    distance_squared = np.einsum("ij,ij->i", to_centre, to_centre)
+    along = np.einsum("ij,ij->i", to_centre, directions)
+    ahead = (along > 0.0) & (distance_squared - along * along <= radius * radius) & (along - radius < ranges)
+    return np.flatnonzero(ahead | (distance_squared <= radius * radius))

@@ -1,0 +1,336 @@
+"""The physical world: models in PyBullet, and the scene that their shapes form for rays.
+
+World frame ENU, model frames FLU, SI units, quaternions xyzw. A model's state is that of its *model frame*, not of
+its centre of mass, which is what PyBullet itself reports.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Iterable, Sequence
+
+import numpy as np
+
+from simulation_tools.geometry import ORIGIN, Pose, Vector3, cross, rotate, rotate_inverse
+from simulation_tools.sdf.elements import Model, World
+from simulation_tools.world.assembly import MassProperties, Part, assemblies, combined
+from simulation_tools.world.bodies import Body, BodyFactory, WorldError, part_mesh
+from simulation_tools.world.clearance import Clearances, OwnShape
+from simulation_tools.world.contacts import Contact, contacts_of
+from simulation_tools.world.engine import pybullet
+from simulation_tools.world.meshes import TriangleMesh, joined
+from simulation_tools.world.rays import RayScene
+
+__all__ = ["BodyState", "Contact", "PhysicsWorld", "WorldError"]
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """Pose and velocity of a model frame; both velocities in world coordinates."""
+
+    pose: Pose
+    linear_velocity_m_s: Vector3 = ORIGIN
+    angular_velocity_rad_s: Vector3 = ORIGIN
+
+
+@dataclass
+class _Spawned:
+    """A model that is there. pose: where its fixed parts stand; what moves is asked of PyBullet."""
+
+    model: Model
+    rigid_joints: frozenset[str]
+    initial_pose: Pose
+    pose: Pose
+    assemblies: list[tuple[Part, ...]]
+    bodies: list[list[Body]]  # of each assembly
+    mass: MassProperties
+
+    @property
+    def base(self) -> Body | None:
+        """The body whose base carries the model frame and moves; None when that is fixed."""
+        return None if self.assemblies[0][0].mass is None else self.bodies[0][0]
+
+    def all_bodies(self) -> list[Body]:
+        return [body for group in self.bodies for body in group]
+
+
+class PhysicsWorld:
+    """Bodies under gravity and contact, advanced by a fixed time step.
+
+    Each world has its own PyBullet client, so several can live in one process. Not thread-safe. rays: the scene of
+    every collision shape, for lidars; it follows the models as they move, come and go.
+    """
+
+    def __init__(self, world: World, time_step_s: float = 0.004, gui: bool = False) -> None:
+        """Build every model of a world; raises WorldError or MeshError when one cannot be built."""
+        if not 0.0 < time_step_s <= 0.1:
+            raise WorldError(f"The time step must be positive and at most 0.1 s, not {time_step_s:g} s.")
+        self.gravity_m_s2 = world.gravity_m_s2
+        self.wind_m_s = world.wind_m_s
+        self.rays = RayScene()
+        self._time_step_s = time_step_s
+        self._models: dict[str, _Spawned] = {}
+        self._owner: dict[int, tuple[str, Body]] = {}
+        self._states: dict[str, BodyState] = {}
+        self._client = _connect(gui)
+        self._factory = BodyFactory(self._client, draw=gui)
+        self._clearances = Clearances(self._client)
+        try:
+            self._configure()
+            for model in world.models:
+                self.spawn(model, model.name, model.pose)
+        except Exception:
+            self.close()
+            raise
+        self.rays.commit()
+
+    @property
+    def time_step_s(self) -> float:
+        """Length of a step; may be changed between steps (dynamic_reconfigure does)."""
+        return self._time_step_s
+
+    @time_step_s.setter
+    def time_step_s(self, value: float) -> None:
+        if not 0.0 < value <= 0.1:
+            raise WorldError(f"The time step must be positive and at most 0.1 s, not {value:g} s.")
+        self._time_step_s = value
+        pybullet.setTimeStep(value, physicsClientId=self._client)
+
+    # -- models ------------------------------------------------------------------------------------------------
+    def spawn(self, model: Model, name: str, pose: Pose, rigid_joints: frozenset[str] = frozenset()) -> None:
+        """Put a model into the world, its model frame at a pose.
+
+        rigid_joints: joints to treat as fixed. Raises WorldError (or MeshError) when the name is taken or the model
+        cannot be built; the world is then as it was.
+        """
+        if name in self._models:
+            raise WorldError(f'There is already a model called "{name}".')
+        unknown = sorted(rigid_joints - {joint.name for joint in model.joints})
+        if unknown:
+            raise WorldError(f'The model "{name}" has no joint "{unknown[0]}".')
+        parts = assemblies(model, rigid_joints)
+        # Meshes may be unreadable: find out before anything is built.
+        meshes = [[part_mesh(part) for part in assembly] for assembly in parts]
+        bodies = self._build(name, parts, pose)
+        mass = combined((link.inertial, link.pose) for link in model.links)
+        self._models[name] = _Spawned(model, rigid_joints, pose, pose, parts, bodies, mass)
+        for body in self._models[name].all_bodies():
+            self._owner[body.uid] = (name, body)
+        self._put_into_rays(name, meshes)
+
+    def delete(self, name: str) -> None:
+        """Take a model out of the world."""
+        for body in self._find(name).all_bodies():
+            pybullet.removeBody(body.uid, physicsClientId=self._client)
+            self._clearances.forget(body.uid)
+            del self._owner[body.uid]
+        del self._models[name]
+        self._states.pop(name, None)
+        self.rays.remove(name)
+
+    def model_names(self) -> list[str]:
+        """Return the names of the models, oldest first."""
+        return list(self._models)
+
+    def model(self, name: str) -> Model:
+        """Return a model's description."""
+        return self._find(name).model
+
+    def mass_kg(self, name: str) -> float:
+        """Return the mass of all of a model's links."""
+        return self._find(name).mass.mass_kg
+
+    def inertia(self, name: str) -> np.ndarray:
+        """Return a model's inertia (3, 3) about its centre of mass, model frame axes, joints at zero, kg m2."""
+        return self._find(name).mass.inertia_kg_m2.copy()
+
+    def centre_of_mass(self, name: str) -> Vector3:
+        """Return a model's centre of mass in its model frame, joints at zero."""
+        return tuple(self._find(name).mass.centre_m.tolist())
+
+    # -- state -------------------------------------------------------------------------------------------------
+    def get_state(self, name: str) -> BodyState:
+        """Return where a model is and how its frame moves."""
+        state = self._states.get(name)
+        if state is None:
+            state = self._states[name] = self._ask_state(self._find(name))
+        return state
+
+    def set_state(self, name: str, state: BodyState) -> None:
+        """Put a model somewhere, with a velocity (without effect on what is fixed). Its joints keep their angles."""
+        spawned = self._find(name)
+        numbers = (*state.pose.position_m, *state.linear_velocity_m_s, *state.angular_velocity_rad_s)
+        if not all(map(math.isfinite, (*numbers, *state.pose.orientation_xyzw))):
+            raise WorldError(f'The new state of "{name}" is not finite.')
+        move = state.pose @ self.get_state(name).pose.inverse()
+        for parts, bodies in zip(spawned.assemblies, spawned.bodies):
+            for body in bodies:
+                fixed = parts[0].mass is None
+                old = spawned.pose if fixed else self._model_frame(body)
+                self._place(body, move @ old, None if fixed else state)
+        spawned.pose = state.pose
+        self._states.pop(name, None)
+        if spawned.base is None:
+            self._put_into_rays(name, [[part_mesh(part) for part in parts] for parts in spawned.assemblies])
+
+    def apply_wrench(self, name: str, force_n: Sequence[float], torque_nm: Sequence[float]) -> None:
+        """Push and turn a model during the next step: at its base part's centre of mass, body axes (FLU)."""
+        base = self._find(name).base
+        if base is None:
+            return
+        if not math.isfinite(sum(force_n) + sum(torque_nm)):
+            raise WorldError(f'The wrench on "{name}" is not finite.')
+        turn = base.to_inertial.orientation_xyzw
+        if turn[3] != 1.0:
+            force_n, torque_nm = rotate_inverse(turn, force_n), rotate_inverse(turn, torque_nm)
+        # PyBullet's LINK_FRAME is the inertial frame, for force and place alike.
+        frame = pybullet.LINK_FRAME
+        pybullet.applyExternalForce(base.uid, -1, force_n, ORIGIN, frame, physicsClientId=self._client)
+        pybullet.applyExternalTorque(base.uid, -1, torque_nm, frame, physicsClientId=self._client)
+
+    def step(self) -> None:
+        """Advance everything by one time step."""
+        pybullet.stepSimulation(physicsClientId=self._client)
+        self._states.clear()
+
+    # -- what touches, what is near ----------------------------------------------------------------------------
+    def contacts(self, name: str) -> list[Contact]:
+        """Return where a model touches others, as the last step found it."""
+        return contacts_of(self._client, name, self._find(name).all_bodies(), self._owner, self._link_pose)
+
+    def clearance(
+        self, name: str, pose: Pose | None, max_distance_m: float, ignore: Iterable[str] = ("ground_plane",)
+    ) -> float:
+        """Return the least distance between a model's collision shapes and any other model's.
+
+        pose: where to suppose the model; None: where it is. Negative inside another shape, inf beyond
+        max_distance_m. ignore: names of models that do not count.
+        """
+        spawned = self._find(name)
+        passed_over = {name, *ignore}
+        shift = Pose() if pose is None else pose @ self.get_state(name).pose.inverse()
+        own = [
+            OwnShape(shape, shift @ self._link_pose(body, index - 1), *sphere)
+            for body in spawned.all_bodies()
+            for index, (shape, sphere) in enumerate(zip(body.shapes, body.spheres))
+            if shape >= 0
+        ]
+        others = [body for other, body in self._owner.values() if other not in passed_over]
+        return self._clearances.least(own, others, max_distance_m)
+
+    # -- life --------------------------------------------------------------------------------------------------
+    def reset(self) -> None:
+        """Put every model back where it was spawned, at rest, as in a world built anew."""
+        spawned = list(self._models.items())
+        pybullet.resetSimulation(physicsClientId=self._client)
+        self._configure()
+        self._models.clear()
+        self._owner.clear()
+        self._states.clear()
+        self._clearances.clear()
+        self.rays.clear()
+        for name, old in spawned:
+            self.spawn(old.model, name, old.initial_pose, old.rigid_joints)
+        self.rays.commit()
+
+    def close(self) -> None:
+        """End the physics; the world is of no use afterwards. A second call does nothing."""
+        if self._client >= 0:
+            self._factory.close()
+            if pybullet.isConnected(self._client):
+                pybullet.disconnect(self._client)
+            self._client = -1
+
+    # -- inside ------------------------------------------------------------------------------------------------
+    def _configure(self) -> None:
+        pybullet.setGravity(*self.gravity_m_s2, physicsClientId=self._client)
+        pybullet.setTimeStep(self._time_step_s, physicsClientId=self._client)
+        pybullet.setPhysicsEngineParameter(
+            deterministicOverlappingPairs=1, enableFileCaching=0, physicsClientId=self._client
+        )
+
+    def _find(self, name: str) -> _Spawned:
+        try:
+            return self._models[name]
+        except KeyError:
+            raise WorldError(f'There is no model called "{name}".') from None
+
+    def _build(self, name: str, parts: list[tuple[Part, ...]], pose: Pose) -> list[list[Body]]:
+        built: list[list[Body]] = []
+        try:
+            for assembly in parts:
+                built.append(self._factory.create(assembly, pose))
+        except (WorldError, pybullet.error) as error:
+            for body in (body for bodies in built for body in bodies):
+                pybullet.removeBody(body.uid, physicsClientId=self._client)
+            raise WorldError(f'The model "{name}" cannot be built: {str(error).rstrip(".")}.') from None
+        return built
+
+    def _put_into_rays(self, name: str, meshes: list[list[TriangleMesh | None]]) -> None:
+        spawned = self._models[name]
+        standing, moving = [], []
+        for parts, bodies, group in zip(spawned.assemblies, spawned.bodies, meshes):
+            for index, (part, mesh) in enumerate(zip(parts, group)):
+                if mesh is None:
+                    continue
+                if part.mass is None:
+                    standing.append(mesh.transformed(spawned.pose))
+                else:
+                    body = bodies[0]
+                    moving.append((mesh, lambda body=body, link=index - 1: self._link_pose(body, link)))
+        self.rays.put(name, joined(standing) if standing else None, moving)
+
+    def _link_pose(self, body: Body, link: int) -> Pose:
+        """Return the pose of a part's frame (a fixed shape's own frame) in the world."""
+        if body.collision is not None:
+            return Pose(*pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=self._client))
+        if link < 0:
+            return self._model_frame(body)
+        state = pybullet.getLinkState(
+            body.uid, link, computeForwardKinematics=1, physicsClientId=self._client
+        )
+        return Pose(state[4], state[5])
+
+    def _model_frame(self, body: Body) -> Pose:
+        place = pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=self._client)
+        return Pose(*place) @ body.from_inertial
+
+    def _ask_state(self, spawned: _Spawned) -> BodyState:
+        base = spawned.base
+        if base is None:
+            return BodyState(spawned.pose)
+        pose = self._model_frame(base)
+        velocity, spin = pybullet.getBaseVelocity(base.uid, physicsClientId=self._client)
+        # The centre of mass moves with v; the model's origin, seen from there, turns about it.
+        arm = rotate(pose.orientation_xyzw, base.to_inertial.position_m)
+        wx, wy, wz = cross(spin, arm)
+        return BodyState(pose, (velocity[0] - wx, velocity[1] - wy, velocity[2] - wz), spin)
+
+    def _place(self, body: Body, frame: Pose, state: BodyState | None) -> None:
+        place = frame @ body.to_inertial
+        pybullet.resetBasePositionAndOrientation(
+            body.uid, place.position_m, place.orientation_xyzw, physicsClientId=self._client
+        )
+        self._clearances.forget(body.uid)
+        if state is None:
+            return
+        arm = [there - here for there, here in zip(place.position_m, state.pose.position_m)]
+        wx, wy, wz = cross(state.angular_velocity_rad_s, arm)
+        vx, vy, vz = state.linear_velocity_m_s
+        pybullet.resetBaseVelocity(
+            body.uid,
+            (vx + wx, vy + wy, vz + wz),
+            state.angular_velocity_rad_s,
+            physicsClientId=self._client,
+        )
+
+
+def _connect(gui: bool) -> int:
+    try:
+        client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+    except pybullet.error as error:
+        raise WorldError(f"PyBullet cannot start: {error}.") from None
+    if client < 0:
+        raise WorldError("PyBullet cannot open its window; is there a display?")
+    return client
