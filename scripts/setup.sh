@@ -120,8 +120,9 @@ upstream_interfaces() {
   IFS=: read -ra prefixes <<<"${CMAKE_PREFIX_PATH:-}:/usr"
   for package in "${interfaces[@]}"; do
     for prefix in "${prefixes[@]}"; do
-      [[ $prefix != "$root/devel" && -f $prefix/share/$package/cmake/${package}Config.cmake ]] || continue
-      echo "$package" && break
+      [[ $prefix != "$root/devel" ]] || continue
+      # installed packages have the first, those in another workspace's devel space the second
+      [[ -f $prefix/share/$package/package.xml || -d $prefix/share/$package/cmake ]] && echo "$package" && break
     done
   done
 }
