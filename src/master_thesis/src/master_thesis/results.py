@@ -147,3 +147,14 @@ def _first_line_after(path: str, key: str) -> str | None:
             return next((line.split(":", 1)[1].strip() for line in stream if line.startswith(key)), None)
     except OSError:
         return None
+
+
+def process_age_s(pid: int) -> float:
+    """Return how long ago a process of this machine was started, in seconds; 0 when that cannot be told."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
+        up_s = float(Path("/proc/uptime").read_text(encoding="utf-8").split()[0])
+        started_ticks = int(stat.rsplit(")", 1)[1].split()[19])
+    except (OSError, ValueError, IndexError):
+        return 0.0
+    return up_s - started_ticks / os.sysconf("SC_CLK_TCK")

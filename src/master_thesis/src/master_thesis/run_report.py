@@ -27,6 +27,7 @@ class RunDescription:
     algorithm: str
     lidar: str
     seed: int
+    model: str = "iris"
     parameters: dict[str, dict] = field(default_factory=dict)
     lidar_in_body_xyz_m: tuple = (0.0, 0.0, 0.0)
 
@@ -42,7 +43,6 @@ class WallFigures:
 
     real_time_factor: float | None = None
     latency_ms: dict | None = None
-    lockstep: bool = False
     lockstep_misses: int | None = None
     wall_time_s: float | None = None
     wall_time_to_ready_s: float | None = None

@@ -1,0 +1,94 @@
+"""Watches one run: keeps its log, leads its course, and measures how its wall time went.
+
+Whoever hears of the flight tells the monitor: the experiment's node from topics, the ROS-free loop directly.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Callable
+
+from master_thesis.experiment import Action, Experiment, ExperimentParameters, Phase
+from master_thesis.flight_log import FlightLog
+from master_thesis.run_report import WallFigures
+
+CLOCK_TOLERANCE_S = 0.5
+_LATENCY_KEYS = {
+    "median": "setpoint_latency_ms_median",
+    "p99": "setpoint_latency_ms_p99",
+    "count": "setpoint_latency_count",
+}
+
+
+class Monitor:
+    """The log, the course and the wall time of one run. Not thread-safe."""
+
+    def __init__(
+        self, limits: ExperimentParameters, uav: str, wall_clock: Callable[[], float] = time.perf_counter
+    ) -> None:
+        """Watch the model named `uav`; wall_clock: seconds of wall time from any origin."""
+        self.log = FlightLog()
+        self.experiment = Experiment(limits, uav)
+        self._wall_clock = wall_clock
+        self._wall_s: dict[Phase, float] = {}
+        self._performance: dict[str, float] = {}
+
+    @property
+    def now_s(self) -> float:
+        """Simulation time of the newest true pose."""
+        return self.log.truth.rows[-1][0] if len(self.log.truth) else 0.0
+
+    def on_truth(self, t_s: float, position_m, orientation_xyzw) -> list[Action]:
+        """Take the true pose, in `world`; return what is to be done now."""
+        if t_s < self.now_s - CLOCK_TOLERANCE_S:
+            return self.abort("The clock jumped back: the simulation was reset.")
+        self.log.truth.add(t_s, *position_m, *orientation_xyzw)
+        return self._noted(self.experiment.on_time(t_s))
+
+    def on_goal_reached(self, reached: bool) -> None:
+        """Take note that the position controller is at the goal."""
+        self.experiment.on_goal_reached(self.now_s, reached)
+        self._noted([])
+
+    def on_contact(self, t_s: float, collision_1: str, collision_2: str) -> None:
+        """Take note of a contact between two collision shapes."""
+        self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
+        self.experiment.on_contact(t_s, collision_1, collision_2)
+
+    def on_armed(self, armed: bool) -> list[Action]:
+        """Take note whether the motors may turn; return what is to be done now."""
+        return self._noted(self.experiment.on_armed(self.now_s, armed))
+
+    def on_performance(self, figures: dict[str, float]) -> None:
+        """Take the simulator's own figures; the newest count."""
+        self._performance = figures
+
+    def abort(self, why: str) -> list[Action]:
+        """End the run at once, unless it is over; `why` is a sentence."""
+        return self._noted(self.experiment.abort(self.now_s, why))
+
+    def wall_figures(self, started_s: float) -> WallFigures:
+        """Return what was measured in wall time; started_s: the wall clock at the run's beginning."""
+        wall, figures = self._wall_s, self._performance
+        latency = None
+        if figures.get("setpoint_latency_count"):
+            latency = {key: figures[name] for key, name in _LATENCY_KEYS.items()}
+        return WallFigures(
+            real_time_factor=self._real_time_factor(),
+            latency_ms=latency,
+            lockstep_misses=figures.get("lockstep_misses"),
+            wall_time_s=self._wall_clock() - started_s,
+            wall_time_to_ready_s=wall[Phase.FLYING] - started_s if Phase.FLYING in wall else None,
+        )
+
+    def _real_time_factor(self) -> float | None:
+        """From sending the goal to reaching it, or to the end of a run that did not."""
+        times, wall = self.experiment.outcome.times_s, self._wall_s
+        end = next((phase for phase in (Phase.HOVERING, Phase.LANDING, Phase.DONE) if phase in times), None)
+        if Phase.FLYING not in times or end is None or wall[end] <= wall[Phase.FLYING]:
+            return None
+        return (times[end] - times[Phase.FLYING]) / (wall[end] - wall[Phase.FLYING])
+
+    def _noted(self, actions: list[Action]) -> list[Action]:
+        self._wall_s.setdefault(self.experiment.phase, self._wall_clock())
+        return actions
