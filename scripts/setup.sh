@@ -78,7 +78,7 @@ check_names() {
 # --- Python packages -------------------------------------------------------------------------------------------
 
 # venv_inputs: a digest of what .venv is made from; it cannot be moved, so the place counts
-venv_inputs() { cat requirements.txt <(/usr/bin/python3 --version) <(echo "$root") | sha256sum; }
+venv_inputs() { cat requirements.txt <(/usr/bin/python3 --version 2>/dev/null) <(echo "$root") | sha256sum; }
 
 # is_current STAMP_FILE DIGEST: whether a step was done with the very inputs that it would have now
 is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
