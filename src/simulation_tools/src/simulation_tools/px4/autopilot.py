@@ -1,0 +1,47 @@
+"""The interface of a flight controller: the vehicle's state in, rotor commands out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import IDENTITY, ORIGIN, Pose, Vector3
+
+
+class Px4Error(SimulationToolsError):
+    """The flight controller was asked for something that it cannot do."""
+
+
+@dataclass(frozen=True)
+class VehicleState:
+    """The true state of the vehicle at one instant.
+
+    time_us: simulation time. pose: body (FLU, origin at the centre of mass or the model frame) in the world
+    (ENU). velocity_world_m_s: ENU. angular_velocity_body_rad_s, specific_force_body_m_s2: FLU; the specific
+    force is what an accelerometer feels, (0, 0, +g) at rest.
+    """
+
+    time_us: int
+    pose: Pose = IDENTITY
+    velocity_world_m_s: Vector3 = ORIGIN
+    angular_velocity_body_rad_s: Vector3 = ORIGIN
+    specific_force_body_m_s2: Vector3 = (0.0, 0.0, 9.8)
+
+
+class Autopilot(Protocol):
+    """A flight controller in lockstep with the physics."""
+
+    def step(self, state: VehicleState) -> np.ndarray:
+        """Return the rotor commands, (n,) in 0..1, to hold from `state.time_us` to the next step."""
+        ...
+
+    def reset(self) -> None:
+        """Go back to the state after power-on; simulation time may start again from any value."""
+        ...
+
+    def close(self) -> None:
+        """Release sockets and processes."""
+        ...

@@ -1,0 +1,88 @@
+"""PX4's flight modes and their places in MAVLink's heartbeat."""
+
+from __future__ import annotations
+
+import enum
+
+
+class Mode(enum.Enum):
+    """A flight mode; the value is PX4's (main mode, sub mode) of `custom_mode`."""
+
+    MANUAL = (1, 0)
+    ALTCTL = (2, 0)
+    POSCTL = (3, 0)
+    AUTO_TAKEOFF = (4, 2)
+    AUTO_LOITER = (4, 3)
+    AUTO_MISSION = (4, 4)
+    AUTO_RTL = (4, 5)
+    AUTO_LAND = (4, 6)
+    ACRO = (5, 0)
+    OFFBOARD = (6, 0)
+    STABILIZED = (7, 0)
+
+    @property
+    def custom_mode(self) -> int:
+        """The number in MAVLink's heartbeat."""
+        main, sub = self.value
+        return main << 16 | sub << 24
+
+    @property
+    def is_auto(self) -> bool:
+        """Whether the vehicle flies by itself."""
+        return self.value[0] == 4
+
+    @property
+    def is_manual(self) -> bool:
+        """Whether a pilot's sticks are needed."""
+        return self.value[0] in (1, 2, 3, 5, 7)
+
+    @property
+    def label(self) -> str:
+        """The name as MAVROS writes it, e.g. ``AUTO.LAND``."""
+        return self.name.replace("AUTO_", "AUTO.")
+
+    @property
+    def base_mode(self) -> int:
+        """Flags of MAVLink's heartbeat, without the one for armed."""
+        if self.is_auto:
+            return 29  # custom, auto, guided, stabilised
+        return 17 if self is Mode.OFFBOARD else 81  # custom, stabilised; manual modes also manual input
+
+
+ARMED_FLAG = 128
+MAIN_MODES = frozenset(mode.value[0] for mode in Mode)
+BY_CUSTOM_MODE = {mode.custom_mode: mode for mode in Mode}
+
+
+def label_of(custom_mode: int) -> str:
+    """Return MAVROS's name of a custom mode; ``CMODE(n)`` when it is unknown, as MAVROS does."""
+    mode = BY_CUSTOM_MODE.get(custom_mode)
+    return mode.label if mode else f"CMODE({custom_mode})"
+
+
+class Result(enum.IntEnum):
+    """MAVLink's MAV_RESULT of a command."""
+
+    ACCEPTED = 0
+    TEMPORARILY_REJECTED = 1
+    DENIED = 2
+    UNSUPPORTED = 3
+    FAILED = 4
+
+
+class Severity(enum.IntEnum):
+    """MAVLink's MAV_SEVERITY of a status text, as far as it is used."""
+
+    CRITICAL = 2
+    ERROR = 3
+    WARNING = 4
+    INFO = 6
+
+
+class LandedState(enum.IntEnum):
+    """MAVLink's MAV_LANDED_STATE."""
+
+    ON_GROUND = 1
+    IN_AIR = 2
+    TAKEOFF = 3
+    LANDING = 4

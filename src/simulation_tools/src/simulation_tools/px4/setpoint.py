@@ -1,0 +1,78 @@
+"""What an OFFBOARD client asks for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Sequence
+
+from simulation_tools.geometry import Quaternion, Vector3
+from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
+
+NAN = math.nan
+UNSET: Vector3 = (NAN, NAN, NAN)
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """A local setpoint in NED, or, with `body`, its velocity and acceleration in the body's FRD.
+
+    NaN stands for "not asked for". Body velocities are levelled: turned by yaw only, with the heading at receipt.
+    yaw: clockwise from north; yaw_rate: about down. time_boot_ms: the client's stamp, handed on unread.
+    """
+
+    position: Vector3 = UNSET
+    velocity: Vector3 = UNSET
+    acceleration: Vector3 = UNSET
+    yaw: float = NAN
+    yaw_rate: float = NAN
+    body: bool = False
+    time_boot_ms: int = 0
+
+    @classmethod
+    def hold(
+        cls, position_enu_m: Sequence[float], yaw_enu_rad: float = NAN, time_boot_ms: int = 0
+    ) -> Setpoint:
+        """Fly to and hold a position given in ENU."""
+        return cls(
+            position=enu_to_ned(position_enu_m), yaw=yaw_to_ned(yaw_enu_rad), time_boot_ms=time_boot_ms
+        )
+
+    @classmethod
+    def fly(
+        cls, velocity_flu_m_s: Sequence[float], yaw_rate_flu_rad_s: float, time_boot_ms: int = 0
+    ) -> Setpoint:
+        """Fly at a levelled body velocity (forward, left, up), turning counter-clockwise at a rate."""
+        return cls(
+            velocity=flu_to_frd(velocity_flu_m_s),
+            yaw_rate=-yaw_rate_flu_rad_s,
+            body=True,
+            time_boot_ms=time_boot_ms,
+        )
+
+    @property
+    def asks_something(self) -> bool:
+        """Whether any of position, velocity and acceleration is set; yaw alone is no setpoint."""
+        values = (*self.position, *self.velocity, *self.acceleration)
+        return any(math.isfinite(value) for value in values) and not any(math.isinf(v) for v in values)
+
+
+@dataclass(frozen=True)
+class AttitudeSetpoint:
+    """An attitude (FRD in NED, w x y z) or, where it is None, body rates (rad/s FRD; NaN: not asked), and thrust."""
+
+    attitude: Quaternion | None
+    rates: Vector3 = UNSET
+    thrust: float = 0.0
+    time_boot_ms: int = 0
+
+    @classmethod
+    def from_enu(cls, attitude_xyzw: Quaternion, thrust: float, time_boot_ms: int = 0) -> AttitudeSetpoint:
+        """Hold an attitude of FLU in ENU at a thrust of 0..1."""
+        return cls(attitude_to_ned(attitude_xyzw), thrust=thrust, time_boot_ms=time_boot_ms)
+
+    @property
+    def asks_something(self) -> bool:
+        """Whether it is complete: a finite thrust, and an attitude or rates."""
+        orientation = self.rates if self.attitude is None else self.attitude
+        return math.isfinite(self.thrust) and all(math.isfinite(value) for value in orientation)

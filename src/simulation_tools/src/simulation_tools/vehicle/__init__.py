@@ -1,0 +1,1 @@
+"""What flies: the forces of rotors and air on a multirotor."""
