@@ -58,12 +58,9 @@ def _point_clouds(geometry) -> list[np.ndarray]:
         half = np.array([0.0, 0.0, geometry.length_m / 2])
         return [np.concatenate((ring - half, ring + half))]
     if isinstance(geometry, Sphere):
-        rings = [
-            _ring(geometry.radius_m * np.cos(a), geometry.radius_m * np.sin(a))
-            for a in (-1.2, -0.6, 0, 0.6, 1.2)
-        ]
-        poles = np.array([[0.0, 0.0, -geometry.radius_m], [0.0, 0.0, geometry.radius_m]])
-        return [np.concatenate((*rings, poles))]
+        radius = geometry.radius_m
+        latitudes = np.linspace(-np.pi / 2, np.pi / 2, 25)
+        return [np.concatenate([_ring(radius * np.cos(a), radius * np.sin(a)) for a in latitudes])]
     if isinstance(geometry, Mesh):
         return _mesh_pieces(geometry)
     assert isinstance(geometry, Plane)  # the ground is no outline

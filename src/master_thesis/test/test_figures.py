@@ -1,0 +1,133 @@
+"""The pictures show what they are said to show: looked at as pixels, in colour and in grey."""
+
+import io
+
+import numpy as np
+import pytest
+from matplotlib import image
+
+from master_thesis import figures, floor_plan
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf import elements
+
+
+def pixels(png: bytes) -> np.ndarray:
+    """Red, green and blue from 0 to 1, (rows, columns, 3)."""
+    return image.imread(io.BytesIO(png), format="png")[:, :, :3]
+
+
+def grey(picture: np.ndarray) -> np.ndarray:
+    return picture @ (0.299, 0.587, 0.114)
+
+
+def square(x, y, size=2.0):
+    half = size / 2
+    corners = np.array(
+        [(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)]
+    )
+    return floor_plan.Outline("box", corners, 0.0, 3.0)
+
+
+def view(**changes):
+    x = np.linspace(0.0, 20.0, 200)
+    shown = {
+        "title": "a flight",
+        "outlines": [],
+        "path": np.column_stack((x, np.zeros(200), np.linspace(0.5, 2.0, 200))),
+        "value_label": "speed [m/s]",
+        "start_xy": (0.0, 0.0),
+        "goal_xy": (20.0, 0.0),
+        "hits_xy": np.empty((0, 2)),
+        "emergencies_xy": np.empty((0, 2)),
+    }
+    return figures.TopView(**{**shown, **changes})
+
+
+def test_the_top_view_is_wide_enough_to_print_and_not_empty():
+    picture = pixels(figures.top_view_png(view()))
+    assert picture.shape[1] > 1200
+    assert 0.02 < (grey(picture) < 0.9).mean() < 0.5
+
+
+def test_scales_are_equal():
+    """A square obstacle is as wide as it is high."""
+    empty = pixels(figures.top_view_png(view()))
+    picture = pixels(figures.top_view_png(view(outlines=[square(10.0, 2.0)])))
+    assert picture.shape[1] == empty.shape[1]
+    solid = np.abs(picture - np.array([0x5B, 0x60, 0x66]) / 255).max(axis=2) < 0.02
+    solid[int(0.7 * len(solid)) :] = False  # the legend shows one too
+    rows, columns = np.nonzero(solid)
+    assert np.ptp(rows) == pytest.approx(np.ptp(columns), abs=2)
+    assert np.ptp(rows) > 50
+
+
+def test_fast_and_slow_differ_in_grey():
+    """The path from slow to fast gets lighter all along, also for who sees or prints no colour."""
+    picture = pixels(figures.top_view_png(view()))
+    lightness = grey(picture)
+    saturated = picture.max(axis=2) - picture.min(axis=2) > 0.15
+    row = np.argmax(saturated[: int(0.75 * len(picture)), : int(0.8 * picture.shape[1])].sum(axis=1))
+    along = lightness[row][saturated[row]]
+    along = along[: int(0.9 * len(along))]  # without the colour bar
+    tenths = [part.mean() for part in np.array_split(along, 10)]
+    assert tenths[-1] - tenths[0] > 0.3
+    assert np.diff(tenths).min() > 0.0
+
+
+def test_lidar_hits_and_emergencies_are_drawn():
+    hits = np.column_stack((np.linspace(2, 18, 500), np.full(500, 2.5)))
+    plain = pixels(figures.top_view_png(view(emergencies_xy=np.array([[10.0, 1.2]]), hits_xy=hits)))
+    orange = (plain[:, :, 0] > 0.7) & (plain[:, :, 1] < 0.45) & (plain[:, :, 2] < 0.3)
+    assert orange.sum() > 500
+
+
+def test_the_flight_over_time_has_a_panel_for_each_quantity():
+    t = np.linspace(0, 10, 100)
+    panel = figures.TimeSeries("speed [m/s]", (("flown", np.column_stack((t, np.sin(t)))),))
+    one, three = (pixels(figures.time_series_png("a flight", (panel,) * n)) for n in (1, 3))
+    assert three.shape[0] > 1.8 * one.shape[0]
+
+
+def test_the_hull_of_a_square_with_points_inside():
+    points = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0.5), (0.2, 0.9), (0.5, 0.0)])
+    assert floor_plan.convex_hull(points).tolist() == [[0, 0], [1, 0], [1, 1], [0, 1]]
+
+
+def area(corners):
+    x, y = corners.T
+    return 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1)))
+
+
+def world_of(geometry, pose):
+    collision = elements.Collision("shape", Pose.identity(), geometry)
+    inertial = elements.Inertial(1.0, Pose.identity(), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+    link = elements.Link("link", Pose.from_xyz_rpy(0.0, 0.0, 0.5), inertial, collisions=(collision,))
+    return elements.World("w", models=(elements.Model("thing", pose, True, (link,)),))
+
+
+def test_outlines_have_the_areas_of_their_shapes():
+    """From above a box on its side, a cylinder lying down and a ball cover what geometry says."""
+    lying = Pose.from_xyz_rpy(3.0, 4.0, 1.0, np.pi / 2, 0.0, 0.3)
+    for geometry, covered, height in (
+        (elements.Box((2.0, 1.0, 3.0)), 2.0 * 3.0, 1.0),
+        (elements.Cylinder(0.5, 3.0), 2 * 0.5 * 3.0, 1.0),
+        (elements.Sphere(0.5), np.pi * 0.25, 1.0),
+    ):
+        (outline,) = floor_plan.outlines(world_of(geometry, lying))
+        assert outline.name == "thing::link::shape"
+        assert area(outline.outline_xy) == pytest.approx(covered, rel=0.01)
+        assert outline.top_m - outline.bottom_m == pytest.approx(height, rel=0.01)
+
+
+def test_an_outline_stands_where_the_poses_put_it():
+    (outline,) = floor_plan.outlines(
+        world_of(elements.Box((1.0, 1.0, 1.0)), Pose.from_xyz_rpy(3.0, 4.0, 1.0))
+    )
+    assert outline.outline_xy.mean(axis=0) == pytest.approx((3.0, 4.0))
+    assert (outline.bottom_m, outline.top_m) == pytest.approx((1.0, 2.0))
+    assert outline.blocks(1.5)
+    assert not outline.blocks(2.5)
+
+
+def test_the_ground_has_no_outline():
+    assert floor_plan.outlines(world_of(elements.Plane(), Pose.identity())) == []

@@ -1,0 +1,177 @@
+"""From a log that is known in closed form to result.json, the series and the pictures."""
+
+import json
+import math
+from datetime import datetime
+
+import numpy as np
+import pytest
+
+from master_thesis import run_files, run_report
+from master_thesis.experiment import ExperimentParameters, Phase
+from master_thesis.monitor import Monitor
+from master_thesis.results import RunFolder
+from master_thesis.run_report import RunDescription
+from master_thesis.scenario import scenario
+
+KEYS_OF_THE_ISSUE = (
+    "reached_goal",
+    "collision",
+    "min_clearance_m",
+    "flight_time_s",
+    "path_length_m",
+    "cepa_computation_ms",
+    "real_time_factor",
+    "seed",
+    "parameters",
+)
+
+
+class WallClock:
+    """A wall clock that runs at half the speed of the simulation's."""
+
+    def __init__(self):
+        self.now_s = 100.0
+
+    def __call__(self):
+        return self.now_s
+
+
+def fly_straight(until_s=60.0):
+    """Wait 10 s, fly 20 s along x at 2 m/s, hover 2 s and land in 5 s; twice as long by the wall."""
+    wall = WallClock()
+    monitor = Monitor(ExperimentParameters(), "iris", wall)
+    asked = []
+    for step in range(int(until_s * 100)):
+        t_s = 0.01 * step
+        wall.now_s = 100.0 + 2.0 * t_s
+        monitor.experiment.on_ready(t_s >= 10.0)
+        x = 2.0 * min(max(t_s - 10.0, 0.0), 20.0)
+        asked += monitor.on_truth(t_s, (x, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0))
+        if 10.0 < t_s < 30.0 and step % 10 == 0:
+            monitor.log.decisions.add(t_s, 0.001 * step, 3, -1.0, step == 2000, "steered")
+            monitor.log.v_ref.add(t_s, 2.0, 0.0, 0.0, 0.0)
+        if step == 3000:
+            monitor.on_goal_reached(True)
+        if step == 3700:
+            asked += monitor.on_armed(False)
+    return monitor, asked
+
+
+@pytest.fixture
+def description(worlds_folder):
+    return RunDescription("experiment_1", scenario("empty", worlds_folder), "improved", "ust", seed=3)
+
+
+def test_figures_of_merit_of_a_straight_flight(description):
+    monitor, asked = fly_straight()
+    assert [action.name for action in asked] == ["SEND_GOAL", "LAND", "FINISH"]
+    merit = run_report.figures_of_merit(monitor.log, monitor.experiment.outcome, (40.0, 0.0, 2.0))
+    assert merit["success"] is True
+    assert merit["flight_time_s"] == pytest.approx(20.0, abs=0.011)
+    assert merit["path_length_m"] == pytest.approx(40.0, abs=0.03)
+    assert merit["goal_error_m"] == pytest.approx(0.0, abs=1e-9)
+    assert merit["cepa_computation_ms"]["median"] == pytest.approx(2.0, abs=0.011)
+    assert merit["cepa_computation_ms"]["count"] == 199
+    assert merit["emergencies"] == 1
+    assert merit["times_s"]["landing"] == pytest.approx(32.0, abs=0.02)
+
+
+def test_a_flight_cut_short_is_measured_to_its_end(description):
+    monitor, _ = fly_straight(until_s=20.0)
+    monitor.abort("The run was interrupted before its end.")
+    merit = run_report.figures_of_merit(monitor.log, monitor.experiment.outcome, (40.0, 0.0, 2.0))
+    assert merit["success"] is merit["reached_goal"] is False
+    assert merit["flight_time_s"] is None
+    assert merit["path_length_m"] == pytest.approx(20.0, abs=0.05)
+    assert merit["goal_error_m"] == pytest.approx(20.0, abs=0.05)
+    assert merit["failure"] == "The run was interrupted before its end."
+
+
+def test_a_run_that_never_flew_has_a_report_too(tmp_path, description):
+    monitor = Monitor(ExperimentParameters(), "iris")
+    monitor.abort("The simulator ended.")
+    wall = monitor.wall_figures(0.0)
+    folder = RunFolder(tmp_path, "experiment_1", datetime.now())
+    content = run_files.write_run(
+        folder, description, monitor.log, monitor.experiment.outcome, wall, thorough=False
+    )
+    assert content["failure"] == "The simulator ended."
+    assert content["reached_goal"] is False
+    assert json.loads((folder.path / "result.json").read_text())["cepa_computation_ms"] is None
+    assert "failure" in run_report.headline(content)
+
+
+def test_wall_figures(description):
+    monitor, _ = fly_straight()
+    monitor.on_performance(
+        {
+            "setpoint_latency_ms_median": 4.0,
+            "setpoint_latency_ms_p99": 9.0,
+            "setpoint_latency_count": 800.0,
+            "lockstep_misses": 0.0,
+        }
+    )
+    wall = monitor.wall_figures(started_s=90.0)
+    assert wall.real_time_factor == pytest.approx(0.5, abs=1e-3)
+    assert wall.wall_time_to_ready_s == pytest.approx(30.0, abs=0.03)
+    assert wall.latency_ms == {"median": 4.0, "p99": 9.0, "count": 800.0}
+
+
+def test_without_measured_latencies_there_are_none(description):
+    monitor, _ = fly_straight()
+    monitor.on_performance({"setpoint_latency_ms_median": math.nan, "setpoint_latency_count": 0.0})
+    assert monitor.wall_figures(90.0).latency_ms is None
+
+
+def test_a_clock_that_jumps_back_ends_the_run():
+    monitor, _ = fly_straight(until_s=20.0)
+    (action,) = monitor.on_truth(1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    assert action.name == "FINISH"
+    assert monitor.experiment.outcome.failure == "The clock jumped back: the simulation was reset."
+    assert monitor.experiment.phase is Phase.DONE
+
+
+def test_all_files_of_a_run(tmp_path, description):
+    monitor, _ = fly_straight()
+    monitor.log.add_scan(15.0, np.full(11, 3.0), -0.5, 0.1)
+    folder = RunFolder(tmp_path, "experiment_1", datetime.now())
+    wall = monitor.wall_figures(100.0)
+    content = run_files.write_run(folder, description, monitor.log, monitor.experiment.outcome, wall)
+    written = json.loads((folder.path / "result.json").read_text())
+    assert written["scenario"] == "empty"
+    assert set(KEYS_OF_THE_ISSUE) <= set(written)
+    assert written["seed"] == 3
+    assert written["min_clearance_m"] is None  # the field is empty
+    assert "40.0 m" in run_report.headline(content)
+    names = {path.name for path in folder.path.iterdir()}
+    assert {"path_speed.png", "path_computation.png", "flight.png", "truth.csv", "decisions.csv"} <= names
+    truth = np.genfromtxt(folder.path / "truth.csv", delimiter=",", names=True)
+    assert truth["x_m"][-1] == 40.0
+    hits = np.genfromtxt(folder.path / "hits.csv", delimiter=",", names=True)
+    assert np.hypot(hits["x_m"] - 10.0, hits["y_m"]) == pytest.approx(3.0, abs=0.002)
+
+
+def test_clearance_along_a_path_past_a_tree(tmp_path, worlds_folder, description):
+    """Distance from a UAV to trunks at known places, with its own size from the model."""
+    pytest.importorskip("pybullet")
+    from dataclasses import replace
+
+    from master_thesis import analysis
+    from simulation_tools.sdf.elements import Cylinder
+    from simulation_tools.sdf.parser import load_world
+
+    monitor, _ = fly_straight()
+    in_forest = replace(description, scenario=scenario("forest", worlds_folder))
+    found = analysis.clearances(in_forest, monitor.log, monitor.experiment.outcome)
+    trunks = [
+        (model.pose.position_m, model.links[0].collisions[0].geometry.radius_m)
+        for model in load_world(str(worlds_folder / "forest.world"), ()).models
+        if model.links[0].collisions and isinstance(model.links[0].collisions[0].geometry, Cylinder)
+    ]
+    for t_s, clearance in found[::40]:
+        x = 2.0 * min(max(t_s - 10.0, 0.0), 20.0)
+        to_axis = min(math.hypot(x - p[0], p[1]) - radius for p, radius in trunks)
+        if to_axis > 1.0:
+            # between the distance of its centre and that less its greatest reach
+            assert to_axis - 0.6 < clearance < to_axis
