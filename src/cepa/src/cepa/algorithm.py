@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Optional
 
 import numpy as np
 
@@ -34,9 +33,9 @@ class Reference:
 class Algorithm:
     """Base of ``Original`` and ``Improved``: scan, reference velocity, own velocity -> velocity and why."""
 
-    def __init__(self, parameters: Optional[CepaParameters] = None):
+    def __init__(self, parameters: CepaParameters | None = None):
         self.parameters = parameters or CepaParameters()
-        self._grid: Optional[Grid] = None
+        self._grid: Grid | None = None
 
     def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
         """Return the velocity to fly. All velocities in m/s in the scan's frame; raises VelocityError unless finite."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import Optional, Tuple
+from typing import Tuple
 
 Vector2 = Tuple[float, float]
 
@@ -40,7 +40,7 @@ class Decision:
     directions_tested: int
     """Number of candidate velocities whose full cost (equation 6.5) was computed."""
     reason: Reason
-    emergency_original_xy: Optional[Vector2] = None
+    emergency_original_xy: Vector2 | None = None
     """In an emergency: what the original algorithm answers (the red arrow of figure 8.6)."""
-    emergency_improved_xy: Optional[Vector2] = None
+    emergency_improved_xy: Vector2 | None = None
     """In an emergency met by ``Improved``: what it answers (the green arrow)."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import List, Optional
 
 import numpy as np
 
@@ -85,7 +84,7 @@ class Section:
         return min(abs(math.remainder(edge - angle, 2.0 * math.pi)) for edge in edges)
 
 
-def open_sections(safe: np.ndarray) -> List[Section]:
+def open_sections(safe: np.ndarray) -> list[Section]:
     """Return the runs of True in the circular ``safe`` (N,)."""
     if safe.all():
         return [Section(0, safe.size)]
@@ -107,7 +106,7 @@ def _is_safe(
 
 
 def _choose(
-    sections: List[Section], proposal: Optional[float], grid, parameters, v_uav: Vector2, angle_0
+    sections: list[Section], proposal: float | None, grid, parameters, v_uav: Vector2, angle_0
 ) -> Section:
     """Return the section whose edge is nearest to ``proposal``, or without one the widest; ties: along v_uav."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Tuple
 
 import numpy as np
 
@@ -46,12 +45,12 @@ class Improved(Algorithm):
         improved = flight.velocity(beams.angle_0) if flight else (0.0, 0.0)
         return Decision(improved, True, math.nan, 0, reason, original, improved)
 
-    def _weights(self, reference: Reference, v_uav: Vector2) -> Tuple[float, float, float]:
+    def _weights(self, reference: Reference, v_uav: Vector2) -> tuple[float, float, float]:
         """Return the factors of |v| cos(psi), |v| and Omega in equation 6.5."""
         k1 = math.hypot(*v_uav) * self.parameters.k4 + self.parameters.k5
         return k1 * reference.speed, self.parameters.k2 / reference.speed, self._omega_weight()
 
-    def _cost_of_reference(self, reference: Reference, weights, beams: Beams) -> Tuple[float, bool]:
+    def _cost_of_reference(self, reference: Reference, weights, beams: Beams) -> tuple[float, bool]:
         """Return v_ref's cost (inf when forbidden or unseen), and whether its outer cushion is clear."""
         if not self._eligible(beams)[reference.beam]:
             return math.inf, False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Tuple
 
 import numpy as np
 
@@ -44,7 +43,7 @@ class Original(Algorithm):
 
     def _best_of_all(
         self, reference: Reference, speeds: np.ndarray, beams: Beams
-    ) -> Tuple[int, int, float, int]:
+    ) -> tuple[int, int, float, int]:
         p, grid = self.parameters, self._grid
         cushions = [
             np.array(
@@ -72,7 +71,7 @@ class Original(Algorithm):
         omega = weight(beams.ranges, *cushions, 0)
         return k3 * omega - reference.speed * (k1 + k2) if math.isfinite(omega) else math.inf
 
-    def _weights(self, reference: Reference) -> Tuple[float, float, float]:
+    def _weights(self, reference: Reference) -> tuple[float, float, float]:
         """Return the factors of |v| cos(psi), |v| and Omega in equation 6.5."""
         p = self.parameters
         return p.k1 * reference.speed, p.k2 / reference.speed, self._omega_weight()

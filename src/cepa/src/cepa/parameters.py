@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Tuple
 
 from cepa.errors import ParameterError
 
@@ -35,7 +34,7 @@ class CepaParameters:
     """k_4, s3/m3, improved only: k_1 = |v_UAV| k_4 + k_5."""
     k5: float = 4.0
     """k_5, s2/m2, improved only: see k4."""
-    speed_fractions: Tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
+    speed_fractions: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
     """Speeds tried in every direction, as fractions of |v_ref|, each in (0, 1]."""
     body_radius: float = 0.35
     """m: radius of the UAV; the emergency avoidance flies only where a body of this radius fits."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import List, Tuple
 
 import numpy as np
 
 from cepa.algorithm import REFERENCE_INCREMENT_RAD
 from cepa.cushion import improved_cushion, original_cushion
 from cepa.decision import Vector2
+from cepa.kernels.emergency import ALONGSIDE_M
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
 
@@ -28,29 +28,9 @@ def original_costs(parameters: CepaParameters, scan: LaserScan2D, v_ref: Vector2
 
 
 def cost(parameters: CepaParameters, beams: Beams, v: Vector2, v_ref: Vector2, k1: float, cushion) -> float:
-    """Return equation 6.5 for the velocity ``v`` (m/s, scan's frame); inf when an obstacle is in the inner cushion."""
-    speed = math.hypot(*v)
-    psi = wrap(angles(beams) - math.atan2(v[1], v[0]))
-    edge_lb = cushion(psi, speed, parameters.r_lb, parameters.time_horizon)
-    edge_ub = cushion(psi, speed, parameters.r_ub, parameters.time_horizon)
-    if np.any(beams.ranges <= edge_lb):
-        return math.inf
-    depth = np.clip(edge_ub - beams.ranges, 0.0, None)
-    omega = np.sum(depth**2) * beams.increment / REFERENCE_INCREMENT_RAD
-    ratio = speed / math.hypot(*v_ref)
-    return parameters.k3 * omega - k1 * (v[0] * v_ref[0] + v[1] * v_ref[1]) - parameters.k2 * ratio
-
-
-def candidates(parameters: CepaParameters, beams: Beams, v_ref: Vector2) -> List[Vector2]:
-    """Return v_ref and every eligible beam's direction times every speed fraction."""
-    eligible = beams.seen | parameters.unseen_is_free
-    directions = angles(beams)
-    offset = np.abs(wrap(directions - math.atan2(v_ref[1], v_ref[0])))
-    found = [v_ref] if eligible[np.argmin(offset)] else []
-    for fraction in parameters.speed_fractions:
-        speed = fraction * math.hypot(*v_ref)
-        found += [(speed * math.cos(angle), speed * math.sin(angle)) for angle in directions[eligible]]
-    return found
+    """Return equation 6.5 for the velocity ``v`` (m/s, scan's frame); inf when an obstacle forbids it."""
+    angle = np.array([math.atan2(v[1], v[0])])
+    return float(_costs_at_speed(parameters, beams, math.hypot(*v), angle, v_ref, k1, cushion)[0])
 
 
 def k_filter(beams: Beams, slope: float) -> np.ndarray:
@@ -73,7 +53,7 @@ def is_safe(parameters: CepaParameters, beams: Beams, angle: float) -> bool:
     within = (np.hypot(beyond, aside) <= parameters.body_radius) | (
         beams.ranges[hits] <= parameters.body_radius
     )
-    return not np.any((ahead > 0.0) & within)
+    return not np.any((ahead > ALONGSIDE_M) & within)
 
 
 def angles(beams: Beams) -> np.ndarray:
@@ -86,8 +66,28 @@ def wrap(angle: np.ndarray) -> np.ndarray:
     return -((-angle + math.pi) % (2.0 * math.pi) - math.pi)
 
 
-def _costs(parameters, scan, v_ref, k1, cushion) -> Tuple[np.ndarray, np.ndarray]:
+def _costs(parameters, scan, v_ref, k1, cushion) -> tuple[np.ndarray, np.ndarray]:
+    """Cost v_ref and every eligible beam's direction times every speed fraction."""
     beams = scan.full_turn(parameters.dropout_beams)
-    velocities = candidates(parameters, beams, v_ref)
-    costs = [cost(parameters, beams, v, v_ref, k1, cushion) for v in velocities]
-    return np.array(velocities).reshape(-1, 2), np.array(costs)
+    eligible = beams.seen | parameters.unseen_is_free
+    directions = angles(beams)
+    towards = math.atan2(v_ref[1], v_ref[0])
+    own_beam = np.argmin(np.abs(wrap(directions - towards)))
+    groups = [(math.hypot(*v_ref), np.array([towards]) if eligible[own_beam] else np.empty(0))]
+    groups += [(fraction * math.hypot(*v_ref), directions[eligible]) for fraction in parameters.speed_fractions]
+    velocities = [speed * np.stack([np.cos(angle), np.sin(angle)], axis=1) for speed, angle in groups]
+    costs = [_costs_at_speed(parameters, beams, *group, v_ref, k1, cushion) for group in groups]
+    return np.concatenate(velocities), np.concatenate(costs)
+
+
+def _costs_at_speed(parameters, beams, speed, towards, v_ref, k1, cushion) -> np.ndarray:
+    """Return equation 6.5 for each direction ``towards`` (M,), rad, at one speed."""
+    psi = wrap(angles(beams)[None, :] - towards[:, None])
+    edge_lb = cushion(psi, speed, parameters.r_lb, parameters.time_horizon)
+    edge_ub = cushion(psi, speed, parameters.r_ub, parameters.time_horizon)
+    depth = np.clip(edge_ub - beams.ranges, 0.0, None)
+    omega = np.sum(depth**2, axis=1) * beams.increment / REFERENCE_INCREMENT_RAD
+    omega[np.any(beams.ranges <= edge_lb, axis=1)] = np.inf
+    along = speed * (np.cos(towards) * v_ref[0] + np.sin(towards) * v_ref[1])
+    travel = k1 * along + parameters.k2 * speed / math.hypot(*v_ref)
+    return np.where(np.isinf(omega), np.inf, parameters.k3 * np.where(np.isinf(omega), 0.0, omega) - travel)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Optional
 
 import numpy as np
 
@@ -31,7 +30,7 @@ class LaserScan2D:
     """m"""
     range_max: float
     """m"""
-    seen: Optional[np.ndarray] = None
+    seen: np.ndarray | None = None
     """(n,) bool: False for beams that no sensor covers, such as padding. None: all are seen."""
 
     def __post_init__(self):

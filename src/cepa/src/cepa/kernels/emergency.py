@@ -5,6 +5,9 @@ import math
 import numpy as np
 from numba import njit
 
+ALONGSIDE_M = 1e-9
+"""What is not farther ahead than this is alongside: a direction does not lead towards it."""
+
 
 @njit(cache=True)
 def k_filter(ranges, slope, increment):
@@ -41,7 +44,7 @@ def sum_of_intrusions(filtered, cos, sin, r_lb, increment):
 
 @njit(cache=True)
 def _blocks(ahead, aside, reading, radius, lookahead):
-    if ahead <= 0.0:
+    if ahead <= ALONGSIDE_M:
         return False
     beyond = ahead - lookahead
     if beyond <= 0.0:
