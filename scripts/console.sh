@@ -32,9 +32,11 @@ run_step() {
   shift
   say "$title ..."
   printf '\n== %s: %s ==\n' "$title" "$*" >>"$log_file"
+  set -m # in a process group of its own, so that an interrupt ends all of it
   "$@" >>"$log_file" 2>&1 </dev/null &
   child=$!
-  trap 'kill "$child" 2>/dev/null; [[ -t 1 ]] && echo; fail "Interrupted. The next call goes on from here."' INT TERM
+  set +m
+  trap 'kill -- "-$child" 2>/dev/null; [[ -t 1 ]] && echo; fail "Interrupted. The next call goes on from here."' INT TERM
   while kill -0 "$child" 2>/dev/null; do
     sleep 0.2
     progress $((SECONDS - start)) "$(last_log_line)"

@@ -59,6 +59,7 @@ install_packages() {
   fi
   as_root+=(DEBIAN_FRONTEND=noninteractive LC_ALL=C)
   local lock=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
+  "${as_root[@]}" dpkg --configure -a >>"$log_file" 2>&1 || true # should an earlier call have been interrupted
   # An update that fails is not the end: another source's fault may not matter. The installation will tell.
   run_step "looking for the newest packages" "${as_root[@]}" apt-get "${lock[@]}" update || true
   # shellcheck disable=SC2086  # the line is the one that is shown to those who are not root
