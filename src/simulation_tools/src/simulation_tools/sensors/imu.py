@@ -1,0 +1,80 @@
+"""An inertial measurement unit: what gyroscopes and accelerometers feel, with white noise.
+
+Accelerometers feel *specific force*: acceleration less gravity, so (0, 0, +g) at rest and zero in free fall. That is
+what ``sensor_msgs/Imu.linear_acceleration`` holds.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from simulation_tools.geometry import (
+    ORIGIN,
+    Pose,
+    Quaternion,
+    Vector3,
+    cross,
+    quaternion_multiply,
+    rotate_inverse,
+)
+from simulation_tools.sdf.elements import ImuSensor
+
+
+class ImuSample(NamedTuple):
+    """One measurement, all in the axes of the IMU's own frame; orientation of that frame in the world, exact."""
+
+    orientation_xyzw: Quaternion
+    angular_velocity_rad_s: Vector3
+    linear_acceleration_m_s2: Vector3
+
+
+class Imu:
+    """One IMU on a body. period_us: microseconds between samples, 0 for every step."""
+
+    def __init__(self, sensor: ImuSensor, pose_in_body: Pose, rng: np.random.Generator) -> None:
+        """Place it. pose_in_body: of the IMU's frame in the body (model) frame; rng: source of the noise."""
+        self.name = sensor.name
+        self.period_us = round(1e6 / sensor.update_rate_hz) if sensor.update_rate_hz > 0.0 else 0
+        self.pose_in_body = pose_in_body
+        gyroscope, accelerometer = sensor.gyroscope_noise, sensor.accelerometer_noise
+        self._mean = np.array([gyroscope.mean] * 3 + [accelerometer.mean] * 3)
+        self._stddev = np.array([gyroscope.stddev] * 3 + [accelerometer.stddev] * 3)
+        self._rng = rng
+
+    @property
+    def noise_stddev(self) -> tuple[float, float]:
+        """Standard deviation of each axis: (rad/s, m/s2)."""
+        return float(self._stddev[0]), float(self._stddev[3])
+
+    def sample(
+        self,
+        orientation_xyzw: Quaternion,
+        specific_force_m_s2: Vector3,
+        angular_velocity_rad_s: Vector3,
+        angular_acceleration_rad_s2: Vector3 = ORIGIN,
+    ) -> ImuSample:
+        """Measure. orientation: of the body in the world; the rest at the body's origin, in body axes."""
+        arm, axes = self.pose_in_body.position_m, self.pose_in_body.orientation_xyzw
+        turning = cross(angular_acceleration_rad_s2, arm)
+        centripetal = cross(angular_velocity_rad_s, cross(angular_velocity_rad_s, arm))
+        felt = tuple(f + t + c for f, t, c in zip(specific_force_m_s2, turning, centripetal))
+        true = (*rotate_inverse(axes, angular_velocity_rad_s), *rotate_inverse(axes, felt))
+        values = (np.array(true) + self._mean + self._stddev * self._rng.standard_normal(6)).tolist()
+        return ImuSample(quaternion_multiply(orientation_xyzw, axes), tuple(values[:3]), tuple(values[3:]))
+
+
+def specific_force(
+    velocity_before_m_s: Vector3,
+    velocity_after_m_s: Vector3,
+    dt_s: float,
+    gravity_m_s2: Vector3,
+    orientation_xyzw: Quaternion,
+) -> Vector3:
+    """Return the mean specific force over a time step in body axes, from world frame velocities and gravity."""
+    felt = tuple(
+        (after - before) / dt_s - pull
+        for before, after, pull in zip(velocity_before_m_s, velocity_after_m_s, gravity_m_s2)
+    )
+    return rotate_inverse(orientation_xyzw, felt)
