@@ -25,7 +25,7 @@ class SdfError(SimulationToolsError):
 
 
 class Document:
-    """A parsed XML file. name: path (or other origin) for messages; folder: its folder, None for bare text."""
+    """A parsed XML file. name: path (or origin) for messages; folder: its folder, None for bare text."""
 
     def __init__(self, text: bytes, name: str, folder: Path | None) -> None:
         self.name = name
@@ -92,7 +92,7 @@ class Node:
         name = self._element.get("name")
         return f'<{self.tag} name="{name}">' if name else f"<{self.tag}>"
 
-    # -- structure ---------------------------------------------------------------------------------------------
+    # -- structure -------------------------------------------------------------------------------------------
     def children(self, *tags: str) -> list[Node]:
         """Return the children with any of these tags, in the file's order."""
         found = self.children_unmarked(*tags)
@@ -144,7 +144,7 @@ class Node:
         _flatten(self._element, "", found)
         return found
 
-    # -- values ------------------------------------------------------------------------------------------------
+    # -- values ----------------------------------------------------------------------------------------------
     def attribute(self, name: str, default: str | None = None) -> str:
         """Return an attribute's text; without a default it must be there and not empty."""
         value = self._element.get(name, default)

@@ -13,8 +13,8 @@ from simulation_tools.sdf.elements import Joint, Link, Model
 class Frame:
     """An edge of the frame tree. pose: of the child in the parent, a moving joint at its zero position.
 
-    joint: the revolute joint that moves the child, None where the edge is rigid. With the joint at the angle a the
-    child's pose in the parent is `at_angle` (a).
+    joint: the revolute joint that moves the child, None where the edge is rigid. With the joint at the angle
+    a the child's pose in the parent is `at_angle` (a).
     """
 
     parent: str
@@ -42,8 +42,8 @@ def model_frames(model: Model) -> list[Frame]:
     """Return every frame of a model as an edge from its parent, parents before children.
 
     The root is the first link; links without a joint hang on it. Links are called as in the file, sensors
-    ``link/sensor``, joints by their name (a leaf on their child link, where the axis is), so that each frame has one
-    parent, as TF wants it.
+    ``link/sensor``, joints by their name (a leaf on their child link, where the axis is), so that each frame
+    has one parent, as TF wants it.
     """
     links = {link.name: link for link in model.links}
     joint_to = {joint.child: joint for joint in model.joints}
@@ -79,9 +79,9 @@ def root_link(model: Model) -> Link:
 def attach(model: Model, payload: Model, link: str = "base_link", pose: Pose = IDENTITY) -> Model:
     """Return the model with a payload (e.g. a lidar) fixed to one of its links.
 
-    pose: of the payload's model frame in that link's frame. The payload's links keep their names, its first one is
-    joined by a fixed joint ``<link>_joint``. Its mass becomes part of the model's. Raises SdfError when the link
-    does not exist or a name would stand twice.
+    pose: of the payload's model frame in that link's frame. The payload's links keep their names, its first
+    one is joined by a fixed joint ``<link>_joint``. Its mass becomes part of the model's. Raises SdfError
+    when the link does not exist or a name would stand twice.
     """
     links = {own.name: own for own in model.links}
     if link not in links:

@@ -1,10 +1,10 @@
-"""SDF 1.6 files to `World` and `Model`: every include followed, every number checked, before anything is built.
+"""SDF 1.6 files to `World` and `Model`: includes followed, numbers checked, before anything is built.
 
-Supported: world, include, static and dynamic models (nested ones are flattened to ``outer::inner`` names), links,
-fixed and revolute joints, poses in other frames, inertia, shapes and meshes, lidars, IMUs, cameras, barometers,
-lights, plugins. The rest is named in one warning per file; hints that only concern drawing, sleeping or GUIs
-(``cast_shadows``, ``visualize``, ``allow_auto_disable``, ``<gui>``, ``<scene>`` ...) have no meaning here and are
-accepted.
+Supported: world, include, static and dynamic models (nested ones are flattened to ``outer::inner`` names),
+links, fixed and revolute joints, poses in other frames, inertia, shapes and meshes, lidars, IMUs, cameras,
+barometers, lights, plugins. The rest is named in one warning per file; hints that only concern drawing,
+sleeping or GUIs (``cast_shadows``, ``visualize``, ``allow_auto_disable``, ``<gui>``, ``<scene>`` ...) have no
+meaning here and are accepted.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def load_model(path_or_uri: PathLike, model_path: Sequence[PathLike] | None = No
 def parse_model(
     xml_text: str | bytes, source_name: str, model_path: Sequence[PathLike] | None = None
 ) -> Model:
-    """Read a model from text, as ``/gazebo/spawn_sdf_model`` gets it. source_name: stands for the path in errors."""
+    """Read a model from text, as ``/gazebo/spawn_sdf_model`` gets it. source_name: the path in errors."""
     text = xml_text.encode() if isinstance(xml_text, str) else xml_text
     reader = _Reader(model_path)
     return _only_model(reader.models_of(Document(text, source_name, None)), source_name)
@@ -135,7 +135,7 @@ class _Reader:
             self.trail.pop()
 
     def models_of(self, document: Document) -> list[Model | Light]:
-        """Read every model and light of a document, with the document's warning attached to the first model."""
+        """Read every model and light of a document; its warning goes to the first model."""
         root = _root(document)
         found: list[Model | Light] = [
             read_model(child, self.model_path, self._include) for child in root.children("model")

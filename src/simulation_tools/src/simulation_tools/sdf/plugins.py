@@ -5,8 +5,8 @@ from __future__ import annotations
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import Plugin
 
-# Plugins whose work another part of the simulator does, by the name of their library. Any other plugin is kept
-# all the same, but named in the document's warning: nothing here will act on it.
+# Plugins whose work another part of the simulator does, by the name of their library. Any other plugin is
+# kept all the same, but named in the document's warning: nothing here will act on it.
 KNOWN_LIBRARIES = frozenset(
     {
         "libgazebo_motor_model.so",

@@ -1,7 +1,8 @@
 """Where a uri in a description file points to, and what it must not point to.
 
-``model://name/...`` is looked up in the folders of the model path. ``file://`` and relative uris must end inside
-the model path or the folder of the file that names them, whatever ``..`` or symbolic links they go through.
+``model://name/...`` is looked up in the folders of the model path. ``file://`` and relative uris must end
+inside the model path or the folder of the file that names them, whatever ``..`` or symbolic links they go
+through.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ class UriError(ValueError):
 
 
 def model_path_from_environment() -> tuple[Path, ...]:
-    """Return the folders of ``GAZEBO_MODEL_PATH``, and behind them the models of this package's source tree."""
+    """Return the folders of ``GAZEBO_MODEL_PATH`` and, behind them, the models of this source tree."""
     folders = [Path(folder) for folder in os.environ.get(MODEL_PATH_VARIABLE, "").split(os.pathsep) if folder]
     shipped = Path(__file__).resolve().parents[3] / "models"
     if shipped.is_dir() and shipped not in folders:

@@ -1,7 +1,7 @@
 """An inertial measurement unit: what gyroscopes and accelerometers feel, with white noise.
 
-Accelerometers feel *specific force*: acceleration less gravity, so (0, 0, +g) at rest and zero in free fall. That is
-what ``sensor_msgs/Imu.linear_acceleration`` holds.
+Accelerometers feel *specific force*: acceleration less gravity, so (0, 0, +g) at rest and zero in free fall.
+That is what ``sensor_msgs/Imu.linear_acceleration`` holds.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from simulation_tools.sdf.elements import ImuSensor
 
 
 class ImuSample(NamedTuple):
-    """One measurement, all in the axes of the IMU's own frame; orientation of that frame in the world, exact."""
+    """One measurement in the axes of the IMU's own frame. orientation: of that frame in the world, exact."""
 
     orientation_xyzw: Quaternion
     angular_velocity_rad_s: Vector3
@@ -72,7 +72,7 @@ def specific_force(
     gravity_m_s2: Vector3,
     orientation_xyzw: Quaternion,
 ) -> Vector3:
-    """Return the mean specific force over a time step in body axes, from world frame velocities and gravity."""
+    """Return the mean specific force over a step, body axes, from world frame velocities and gravity."""
     felt = tuple(
         (after - before) / dt_s - pull
         for before, after, pull in zip(velocity_before_m_s, velocity_after_m_s, gravity_m_s2)

@@ -1,8 +1,8 @@
 """A scanning lidar: what its beams would measure, by REP-117.
 
-The beams lie in the x-y plane of the lidar's own frame and tilt with the UAV. The ranges of a scan are the true
-distances plus Gaussian noise, rounded to the sensor's resolution; +inf means nothing within range_max, -inf something
-nearer than range_min.
+The beams lie in the x-y plane of the lidar's own frame and tilt with the UAV. The ranges of a scan are the
+true distances plus Gaussian noise, rounded to the sensor's resolution; +inf means nothing within range_max,
+-inf something nearer than range_min.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ class Rays(Protocol):
 
 
 class Lidar:
-    """One lidar on a body. Beams go counter-clockwise from angle_min by angle_increment; the last is angle_max.
+    """One lidar on a body. Its beams go counter-clockwise from angle_min to angle_max by angle_increment.
 
-    period_us: microseconds between scans. range_min, range_max: metres. A sensor with several vertical samples scans
-    with the row nearest to the horizontal.
+    period_us: microseconds between scans. range_min, range_max: metres. A sensor with several vertical
+    samples scans with the row nearest to the horizontal.
     """
 
     def __init__(self, sensor: RaySensor, pose_in_body: Pose, rng: np.random.Generator) -> None:
-        """Aim the beams. pose_in_body: of the lidar's frame in the body (model) frame; rng: source of the noise."""
+        """Aim the beams. pose_in_body: of the lidar's frame in the model frame; rng: source of the noise."""
         axis = sensor.horizontal
         self.name = sensor.name
         self.pose_in_body = pose_in_body
@@ -52,8 +52,8 @@ class Lidar:
     def scan(self, rays: Rays, body_pose: Pose, own_model: str | None = None) -> np.ndarray:
         """Return the measured ranges, float32 (beams,).
 
-        rays: the world's shapes. body_pose: of the body in the world. own_model: the model that carries the lidar,
-        which its beams do not see.
+        rays: the world's shapes. body_pose: of the body in the world. own_model: the model that carries the
+        lidar, which its beams do not see.
         """
         pose = body_pose @ self.pose_in_body
         directions = self._directions @ pose.rotation.astype(np.float32).T

@@ -1,8 +1,8 @@
 """Odometry that drifts as a real one does: without bound, but never in jumps.
 
-The UAV's own motion is measured with a scale error, a heading bias and white noise, all of which grow with the way
-travelled (DESIGN, section 4), not with time: a UAV that hovers does not drift. Height, roll and pitch are exact, as a
-barometer and an accelerometer would keep them.
+The UAV's own motion is measured with a scale error, a heading bias and white noise, all of which grow with
+the way travelled (DESIGN, section 4), not with time: a UAV that hovers does not drift. Height, roll and pitch
+are exact, as a barometer and an accelerometer would keep them.
 """
 
 from __future__ import annotations
@@ -35,9 +35,10 @@ class OdometryError(SimulationToolsError):
 class OdometryParameters:
     """How odometry drifts.
 
-    scale_error: measured way over true way, less one. heading_bias_rad_per_m: turns to the left that are not there.
-    position_noise_m_per_sqrt_m: standard deviation along x and along y after one metre. heading_noise_rad_per_sqrt_m
-    and heading_noise_rad_per_sqrt_rad: of the heading after one metre travelled, after one radian turned.
+    scale_error: measured way over true way, less one. heading_bias_rad_per_m: turns to the left that are not
+    there. position_noise_m_per_sqrt_m: standard deviation along x and along y after one metre.
+    heading_noise_rad_per_sqrt_m and heading_noise_rad_per_sqrt_rad: of the heading after one metre travelled,
+    after one radian turned.
     """
 
     scale_error: float = 0.01

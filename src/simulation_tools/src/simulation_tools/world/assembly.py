@@ -1,8 +1,9 @@
 """From links and joints to rigid parts: what is joined rigidly moves as one body.
 
-Links that hang together by fixed joints (or by joints that the caller declares rigid, e.g. rotors whose spin the
-airframe model owns) are lumped into one part with their common mass, centre of mass and inertia. Fewer bodies make the
-physics faster and stiffer: a lumped quadrotor is a single free body, as the flight controller's theory assumes.
+Links that hang together by fixed joints (or by joints that the caller declares rigid, e.g. rotors whose spin
+the airframe model owns) are lumped into one part with their common mass, centre of mass and inertia. Fewer
+bodies make the physics faster and stiffer: a lumped quadrotor is a single free body, as the flight
+controller's theory assumes.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ class MassProperties:
     def principal(self) -> tuple[Pose, tuple[float, float, float]]:
         """Return the frame of the principal axes at the centre of mass, and the moments about them.
 
-        The axes are those closest to the frame's own, so a body whose products of inertia vanish keeps its axes.
+        The axes are those closest to the frame's own, so a body whose products of inertia vanish keeps its
+        axes.
         """
         inertia = self.inertia_kg_m2
         centre = tuple(self.centre_m.tolist())
@@ -48,7 +50,7 @@ class MassProperties:
 
 
 def combined(bodies: Iterable[tuple[Inertial, Pose]]) -> MassProperties:
-    """Add up the inertials of links, each with the pose of its link in the common frame (parallel axis theorem)."""
+    """Add up inertials, each with the pose of its link in the common frame (parallel axis theorem)."""
     masses, centres, inertias = [], [], []
     for inertial, link_pose in bodies:
         pose = link_pose @ inertial.pose
@@ -86,8 +88,8 @@ class PlacedVisual:
 class Part:
     """Links that move as one. pose: of the part's frame in the model frame, all joints at zero.
 
-    The frame of a base part (parent -1) is the model frame; that of any other the frame of the joint that carries it.
-    mass: None for what cannot move. parent: index of the carrying part in its assembly.
+    The frame of a base part (parent -1) is the model frame; that of any other the frame of the joint that
+    carries it. mass: None for what cannot move. parent: index of the carrying part in its assembly.
     """
 
     pose: Pose

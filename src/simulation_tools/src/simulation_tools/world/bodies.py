@@ -1,10 +1,11 @@
 """Rigid parts as PyBullet bodies.
 
-PyBullet reports the pose of a body's *inertial* frame (centre of mass, principal axes); everything else here speaks
-of the part's own frame, which for a base is the model frame. `Body` keeps the two apart.
+PyBullet reports the pose of a body's *inertial* frame (centre of mass, principal axes); everything else here
+speaks of the part's own frame, which for a base is the model frame. `Body` keeps the two apart.
 
-What cannot move becomes one PyBullet body per collision shape, as plain (maximal coordinate) rigid bodies: measured
-with 300 of them a step takes 17 us, against 60 us as multibodies; and a contact then names its shape by itself.
+What cannot move becomes one PyBullet body per collision shape, as plain (maximal coordinate) rigid bodies:
+measured with 300 of them a step takes 17 us, against 60 us as multibodies; and a contact then names its shape
+by itself.
 """
 
 from __future__ import annotations
@@ -34,9 +35,10 @@ class WorldError(SimulationToolsError):
 class Body:
     """One PyBullet body. Its base (link index -1) is parts[0], its link k is parts[k + 1].
 
-    to_inertial: pose of the base's inertial frame in the model frame, from_inertial its inverse. shapes: PyBullet's
-    collision shape of each part, -1 for none; spheres: centre and radius of a sphere around each, in the same frame.
-    collision: the only shape of a body that stands for one shape of something fixed; its frame is the shape's own.
+    to_inertial: pose of the base's inertial frame in the model frame, from_inertial its inverse. shapes:
+    PyBullet's collision shape of each part, -1 for none; spheres: centre and radius of a sphere around each,
+    in the same frame. collision: the only shape of a body that stands for one shape of something fixed; its
+    frame is the shape's own.
     """
 
     uid: int
@@ -68,7 +70,7 @@ class BodyFactory:
             return self._fixed_bodies(assembly[0], pose)
         return [self._moving_body(assembly, pose)]
 
-    # -- what cannot move --------------------------------------------------------------------------------------
+    # -- what cannot move ------------------------------------------------------------------------------------
     def _fixed_bodies(self, part: Part, pose: Pose) -> list[Body]:
         bodies = []
         for placed in part.collisions:
@@ -110,7 +112,7 @@ class BodyFactory:
             )
         return pybullet.createCollisionShape(**_primitive(geometry), physicsClientId=self._client)
 
-    # -- what moves --------------------------------------------------------------------------------------------
+    # -- what moves ------------------------------------------------------------------------------------------
     def _moving_body(self, parts: tuple[Part, ...], pose: Pose) -> Body:
         base, inner = parts[0], parts[1:]
         mass, inertial, _ = _inertia(base)
@@ -236,7 +238,7 @@ class BodyFactory:
             physicsClientId=self._client,
         )
 
-    # -- meshes ------------------------------------------------------------------------------------------------
+    # -- meshes ----------------------------------------------------------------------------------------------
     def _mesh_file(self, geometry: Mesh) -> str:
         # Always by way of an OBJ of our own: PyBullet's readers know fewer formats than trimesh.
         return self._write_obj(mesh_of(geometry))

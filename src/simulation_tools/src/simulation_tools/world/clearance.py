@@ -14,7 +14,7 @@ from simulation_tools.world.engine import pybullet
 
 @dataclass(frozen=True)
 class OwnShape:
-    """A PyBullet collision shape supposed at a pose (world frame), and a sphere around it in its own frame."""
+    """A PyBullet collision shape supposed at a pose (world), and a sphere around it in its own frame."""
 
     shape: int
     pose: Pose

@@ -18,8 +18,9 @@ from simulation_tools.world.meshes import mesh_of
 class Contact:
     """A point where two shapes touch, world frame.
 
-    collision_1, collision_2: ``model::link::collision``, the asked model's first. normal: unit vector from the second
-    shape towards the first. depth_m: how far they are inside each other. force_n: size of the normal force.
+    collision_1, collision_2: ``model::link::collision``, the asked model's first. normal: unit vector from
+    the second shape towards the first. depth_m: how far they are inside each other. force_n: size of the
+    normal force.
     """
 
     collision_1: str
@@ -39,7 +40,8 @@ def contacts_of(
 ) -> list[Contact]:
     """Return the contacts of one model's bodies with those of others.
 
-    owners: the model's name and the body for each PyBullet uid. link_pose: pose of a body's part in the world.
+    owners: the model's name and the body for each PyBullet uid. link_pose: pose of a body's part in the
+    world.
     """
     found = []
     for body in bodies:
@@ -74,7 +76,7 @@ def _full_name(
 
 
 def distance_to(placed: PlacedCollision, point_m: Vector3) -> float:
-    """Signed distance of a point (part frame) to a shape's surface, negative inside; of a mesh: of its bounding box."""
+    """Signed distance of a point (part frame) to a shape, negative inside; for a mesh to its bounding box."""
     x, y, z = (placed.pose.inverse() @ Pose(point_m)).position_m
     return _signed_distance(placed.collision.geometry, x, y, z)
 

@@ -1,7 +1,7 @@
 """PyBullet, imported without its greeting.
 
-The library writes its build time to the C level's standard error when it is loaded, where no Python redirection
-catches it.
+The library writes its build time to the C level's standard error when it is loaded, where no Python
+redirection catches it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Triangle meshes of SDF geometry, for rays and for the collision shapes of mesh files.
 
-Curved primitives are approximated by facets whose corners lie on the true surface, so the mesh is never outside it
-and at most `SAGITTA_M` inside.
+Curved primitives are approximated by facets whose corners lie on the true surface, so the mesh is never
+outside it and at most `SAGITTA_M` inside.
 """
 
 from __future__ import annotations

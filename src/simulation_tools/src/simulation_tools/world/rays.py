@@ -1,8 +1,9 @@
 """What a ray hits: Embree scenes of everything that is there.
 
-All static shapes form one scene in world coordinates, committed once. A shape that moves keeps its own small scene in
-its own coordinates, also committed once: moving costs nothing, and the few rays that pass near it are turned into its
-frame. That is exact, and cheaper than building a new tree of moved triangles for every scan.
+All static shapes form one scene in world coordinates, committed once. A shape that moves keeps its own small
+scene in its own coordinates, also committed once: moving costs nothing, and the few rays that pass near it
+are turned into its frame. That is exact, and cheaper than building a new tree of moved triangles for every
+scan.
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ class RayScene:
     ) -> None:
         """Put a model, or replace it.
 
-        standing: what does not move, in world coordinates. moving: rigid meshes in their own frames, each with a
-        source of its pose in the world.
+        standing: what does not move, in world coordinates. moving: rigid meshes in their own frames, each
+        with a source of its pose in the world.
         """
         self.remove(model)
         if standing is not None:
@@ -80,9 +81,9 @@ class RayScene:
     ) -> np.ndarray:
         """Return the distance to the nearest surface along each ray.
 
-        origins: (n, 3) or one common origin (3,), world frame; directions: (n, 3) unit vectors; ignore_model: rays
-        pass through it. Returns float32 (n,), inf where nothing is nearer than max_range_m. Both sides of a surface
-        are hit; a ray that starts inside a shape sees its far wall.
+        origins: (n, 3) or one common origin (3,), world frame; directions: (n, 3) unit vectors; ignore_model:
+        rays pass through it. Returns float32 (n,), inf where nothing is nearer than max_range_m. Both sides
+        of a surface are hit; a ray that starts inside a shape sees its far wall.
         """
         directions = np.ascontiguousarray(directions, np.float32)
         origins = np.ascontiguousarray(np.broadcast_to(np.asarray(origins, np.float32), directions.shape))

@@ -1,7 +1,7 @@
 """The physical world: models in PyBullet, and the scene that their shapes form for rays.
 
-World frame ENU, model frames FLU, SI units, quaternions xyzw. A model's state is that of its *model frame*, not of
-its centre of mass, which is what PyBullet itself reports.
+World frame ENU, model frames FLU, SI units, quaternions xyzw. A model's state is that of its *model frame*,
+not of its centre of mass, which is what PyBullet itself reports.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ class _Spawned:
 class PhysicsWorld:
     """Bodies under gravity and contact, advanced by a fixed time step.
 
-    Each world has its own PyBullet client, so several can live in one process. Not thread-safe. rays: the scene of
-    every collision shape, for lidars; it follows the models as they move, come and go.
+    Each world has its own PyBullet client, so several can live in one process. Not thread-safe. rays: the
+    scene of every collision shape, for lidars; it follows the models as they move, come and go.
     """
 
     def __init__(self, world: World, time_step_s: float = 0.004, gui: bool = False) -> None:
@@ -97,12 +97,12 @@ class PhysicsWorld:
         self._time_step_s = value
         pybullet.setTimeStep(value, physicsClientId=self._client)
 
-    # -- models ------------------------------------------------------------------------------------------------
+    # -- models ----------------------------------------------------------------------------------------------
     def spawn(self, model: Model, name: str, pose: Pose, rigid_joints: frozenset[str] = frozenset()) -> None:
         """Put a model into the world, its model frame at a pose.
 
-        rigid_joints: joints to treat as fixed. Raises WorldError (or MeshError) when the name is taken or the model
-        cannot be built; the world is then as it was.
+        rigid_joints: joints to treat as fixed. Raises WorldError (or MeshError) when the name is taken or the
+        model cannot be built; the world is then as it was.
         """
         if name in self._models:
             raise WorldError(f'There is already a model called "{name}".')
@@ -142,14 +142,14 @@ class PhysicsWorld:
         return self._find(name).mass.mass_kg
 
     def inertia(self, name: str) -> np.ndarray:
-        """Return a model's inertia (3, 3) about its centre of mass, model frame axes, joints at zero, kg m2."""
+        """Return the inertia (3, 3) about the centre of mass, model frame axes, joints at zero, kg m2."""
         return self._find(name).mass.inertia_kg_m2.copy()
 
     def centre_of_mass(self, name: str) -> Vector3:
         """Return a model's centre of mass in its model frame, joints at zero."""
         return tuple(self._find(name).mass.centre_m.tolist())
 
-    # -- state -------------------------------------------------------------------------------------------------
+    # -- state -----------------------------------------------------------------------------------------------
     def get_state(self, name: str) -> BodyState:
         """Return where a model is and how its frame moves."""
         state = self._states.get(name)
@@ -158,7 +158,7 @@ class PhysicsWorld:
         return state
 
     def set_state(self, name: str, state: BodyState) -> None:
-        """Put a model somewhere, with a velocity (without effect on what is fixed). Its joints keep their angles."""
+        """Put a model somewhere, with a velocity (for what is not fixed). Its joints keep their angles."""
         spawned = self._find(name)
         numbers = (*state.pose.position_m, *state.linear_velocity_m_s, *state.angular_velocity_rad_s)
         if not all(map(math.isfinite, (*numbers, *state.pose.orientation_xyzw))):
@@ -194,7 +194,7 @@ class PhysicsWorld:
         pybullet.stepSimulation(physicsClientId=self._client)
         self._states.clear()
 
-    # -- what touches, what is near ----------------------------------------------------------------------------
+    # -- what touches, what is near --------------------------------------------------------------------------
     def contacts(self, name: str) -> list[Contact]:
         """Return where a model touches others, as the last step found it."""
         return contacts_of(self._client, name, self._find(name).all_bodies(), self._owner, self._link_pose)
@@ -219,7 +219,7 @@ class PhysicsWorld:
         others = [body for other, body in self._owner.values() if other not in passed_over]
         return self._clearances.least(own, others, max_distance_m)
 
-    # -- life --------------------------------------------------------------------------------------------------
+    # -- life ------------------------------------------------------------------------------------------------
     def reset(self) -> None:
         """Put every model back where it was spawned, at rest, as in a world built anew."""
         spawned = list(self._models.items())
@@ -242,7 +242,7 @@ class PhysicsWorld:
                 pybullet.disconnect(self._client)
             self._client = -1
 
-    # -- inside ------------------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------------------------
     def _configure(self) -> None:
         pybullet.setGravity(*self.gravity_m_s2, physicsClientId=self._client)
         pybullet.setTimeStep(self._time_step_s, physicsClientId=self._client)
