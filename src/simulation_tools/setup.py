@@ -1,7 +1,21 @@
-"""catkin's description of the Python package; run by catkin, not by hand."""
+"""catkin's description of the Python packages; run by catkin, not by hand."""
 
 from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(**generate_distutils_setup(packages=["simulation_tools"], package_dir={"": "src"}))
+setup(
+    **generate_distutils_setup(
+        packages=[
+            "simulation_tools",
+            "simulation_tools.mavros",
+            "simulation_tools.px4",
+            "simulation_tools.sdf",
+            "simulation_tools.sensors",
+            "simulation_tools.vehicle",
+            "simulation_tools.world",
+            "simulation_tools_ros",
+        ],
+        package_dir={"": "src"},
+    )
+)

@@ -1,0 +1,309 @@
+"""Runs a simulation in time: pacing, pausing, lockstep, and the requests of other threads between its steps.
+
+One thread owns the simulation and calls `RunLoop.run`; everybody else goes through `RunLoop.call`. Nothing
+here knows ROS. The protocol is DESIGN section 12.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeoutError
+from dataclasses import dataclass, replace
+from typing import Callable, Protocol
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.performance import PerformanceFigures, PerformanceMeter
+from simulation_tools.simulation import Simulation, StepOutput
+
+IDLE_S = 0.005
+"""How long a paused or waiting loop sleeps before it looks for requests again."""
+
+REPORT_PERIOD_S = 1.0
+"""Wall time between two reports of the performance figures."""
+
+FORGIVEN_LAG_S = 0.1
+"""A loop further behind the wall clock than this does not catch up: no sprint after a stall."""
+
+
+class RunLoopError(SimulationToolsError):
+    """The run loop cannot do what it was asked to."""
+
+
+@dataclass(frozen=True)
+class PacingParameters:
+    """How simulated time follows the wall clock.
+
+    real_time_factor: simulated seconds per wall second, 0 = as fast as possible. lockstep: wait after each
+    scan for the setpoint made from it. participants: names of further acknowledgements to wait for.
+    lockstep_timeout_s: wall time after which a missing one is counted and left behind.
+    """
+
+    real_time_factor: float = 1.0
+    lockstep: bool = False
+    participants: frozenset[str] = frozenset()
+    lockstep_timeout_s: float = 1.0
+
+    def __post_init__(self):
+        if not 0.0 <= self.real_time_factor < float("inf"):
+            raise RunLoopError(
+                f"real_time_factor must be 0 or a positive number, not {self.real_time_factor}."
+            )
+        if not 0.0 < self.lockstep_timeout_s < float("inf"):
+            raise RunLoopError(f"lockstep_timeout_s must be positive, not {self.lockstep_timeout_s}.")
+
+
+class Link(Protocol):
+    """What the loop needs of the MAVLink link."""
+
+    on_setpoint: Callable[[int], None]
+
+    def poll(self, time_us: int) -> None:
+        """Handle all input that is there."""
+
+    def send_due(self, time_us: int) -> None:
+        """Send the telemetry that is due."""
+
+    def wait(self, timeout_s: float) -> bool:
+        """Sleep until input is there (True) or the time is over."""
+
+
+class Output(Protocol):
+    """Who is told of the simulation's progress, in the simulation's thread."""
+
+    def publish(self, output: StepOutput) -> None:
+        """Publish what the sensors of one instant say."""
+
+    def report(self, figures: PerformanceFigures, paused: bool) -> None:
+        """Publish performance figures; called about once a second of wall time, while paused too."""
+
+
+class RunLoop:
+    """Steps a simulation until it is told to stop.
+
+    The thread that makes it owns the simulation and must be the one that calls `run`. A request that fails
+    carries its exception back to its caller; the loop goes on.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        link: Link,
+        output: Output,
+        pacing: PacingParameters | None = None,
+        paused: bool = False,
+    ):
+        self.meter = PerformanceMeter()
+        self.paused = paused
+        self._simulation = simulation
+        self._link = link
+        self._output = output
+        self._pacing = pacing or PacingParameters()
+        self._barrier = Barrier(self._pacing.participants)
+        self._requests: queue.Queue = queue.Queue()
+        self._owner = threading.get_ident()
+        self._closed = False
+        self._should_stop: Callable[[], bool] = lambda: False
+        self._restarted = True
+        self._anchor = (0.0, 0)  # wall time in s and simulated time in us from which pacing counts
+        self._reported_s = 0.0
+        link.on_setpoint = self._on_setpoint
+
+    @property
+    def pacing(self) -> PacingParameters:
+        """How simulated time follows the wall clock now."""
+        return self._pacing
+
+    def call(self, function: Callable[[], object], timeout_s: float = 10.0) -> object:
+        """Run `function` between two steps, from any thread; return what it returns, raise what it raises."""
+        if threading.get_ident() == self._owner:
+            return function()
+        future: Future = Future()
+        self._requests.put((function, future))
+        if self._closed:
+            self._refuse_requests()
+        try:
+            return future.result(timeout_s)
+        except FutureTimeoutError as error:
+            future.cancel()
+            raise RunLoopError(f"The simulator did not answer within {timeout_s:g} s.") from error
+
+    def acknowledge(self, participant: str, stamp_us: int) -> None:
+        """Take a lockstep participant's word that it is done with scan(stamp_us); from any thread."""
+        self._barrier.acknowledge(participant, stamp_us // 1000)
+
+    def set_pacing(self, pacing: PacingParameters) -> None:
+        """Follow other rules from now on; the participants stay. Within `call` only."""
+        self._pacing = replace(pacing, participants=self._pacing.participants)
+        self._set_anchor()
+
+    def set_paused(self, paused: bool) -> None:
+        """Stop simulated time, or let it run on. Within `call` only."""
+        self.paused = paused
+        self._set_anchor()
+
+    def restart(self) -> None:
+        """Begin again at the simulation's time, as after its reset, with new figures. Within `call` only."""
+        self.meter.clear()
+        self._restarted = True
+
+    def run(self, should_stop: Callable[[], bool]) -> None:
+        """Simulate until `should_stop()`, which is asked at least every 50 ms."""
+        self._should_stop = should_stop
+        self._reported_s = time.perf_counter()
+        try:
+            while not should_stop():
+                self._attend()
+                if self.paused:
+                    time.sleep(IDLE_S)
+                elif self._restarted:
+                    self._begin()
+                else:
+                    self._advance()
+        finally:
+            self._closed = True
+            self._refuse_requests()
+
+    # -- one instant ---------------------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        """Publish the first instant; in lockstep again and again, because the other nodes may still start."""
+        self._restarted = False
+        output = self._simulation.sense()
+        self._link.send_due(output.time_us)
+        self._publish(output)
+        while self._pacing.lockstep and output.scan is not None and not self._pass_barrier(output.time_us):
+            if self._is_interrupted():
+                return
+            self._publish(output)
+        self._set_anchor()
+
+    def _advance(self) -> None:
+        began_s, began_us = time.perf_counter(), self._simulation.time_us
+        output = self._simulation.step()
+        self._link.send_due(output.time_us)
+        self._publish(output)
+        if not self._pacing.lockstep:
+            self._link.poll(output.time_us)
+        elif (
+            output.scan is not None and not self._pass_barrier(output.time_us) and not self._is_interrupted()
+        ):
+            self.meter.lockstep_misses += 1
+        self._pace(output.time_us)
+        self.meter.on_progress(1e-6 * (output.time_us - began_us), time.perf_counter() - began_s)
+
+    def _publish(self, output: StepOutput) -> None:
+        if output.scan is not None:
+            self.meter.latency.on_scan(output.time_us // 1000, time.perf_counter())
+        self._output.publish(output)
+
+    def _pass_barrier(self, time_us: int) -> bool:
+        """Wait for what is made of scan(t), applying MAVLink input up to it; False: it timed out."""
+        deadline_s = time.perf_counter() + self._pacing.lockstep_timeout_s
+        self._barrier.raise_for(time_us // 1000)
+        while not self._barrier.has_setpoint:
+            remaining_s = deadline_s - time.perf_counter()
+            if remaining_s <= 0.0 or self._is_interrupted():
+                return False
+            if self._link.wait(min(remaining_s, 0.02)):
+                self._link.poll(time_us)
+            self._attend()
+        while not self._barrier.wait_for_participants(0.02):
+            if time.perf_counter() > deadline_s or self._is_interrupted():
+                return False
+            self._attend()
+        return True
+
+    def _pace(self, time_us: int) -> None:
+        """Sleep until it is time for the next step; a setpoint that comes meanwhile is received at once."""
+        factor = self._pacing.real_time_factor
+        if factor == 0.0:
+            return
+        wall_s, simulated_us = self._anchor
+        due_s = wall_s + 1e-6 * (time_us - simulated_us) / factor
+        if time.perf_counter() - due_s > FORGIVEN_LAG_S:
+            self._set_anchor()
+        while not (self.paused or self._is_interrupted()):
+            remaining_s = due_s - time.perf_counter()
+            if remaining_s <= 0.0:
+                return
+            if self._pacing.lockstep:
+                time.sleep(min(remaining_s, 0.05))
+            elif self._link.wait(min(remaining_s, 0.05)):
+                self._link.poll(time_us)
+            if remaining_s > 0.05:
+                self._attend()
+
+    def _is_interrupted(self) -> bool:
+        return self._restarted or self._should_stop()
+
+    def _set_anchor(self) -> None:
+        self._anchor = (time.perf_counter(), self._simulation.time_us)
+
+    # -- other threads -------------------------------------------------------------------------------------
+
+    def _on_setpoint(self, time_boot_ms: int) -> None:
+        self.meter.latency.on_setpoint(time_boot_ms, time.perf_counter())
+        self._barrier.on_setpoint(time_boot_ms)
+
+    def _attend(self) -> None:
+        """Do what other threads asked for, and report now and then."""
+        while not self._requests.empty():
+            function, future = self._requests.get()
+            if not future.set_running_or_notify_cancel():
+                continue  # its caller has given up
+            try:
+                future.set_result(function())
+            except Exception as error:  # whatever it is, it belongs to the caller
+                future.set_exception(error)
+        now_s = time.perf_counter()
+        if now_s - self._reported_s >= REPORT_PERIOD_S:
+            self._reported_s = now_s
+            self._output.report(self.meter.snapshot(), self.paused)
+
+    def _refuse_requests(self) -> None:
+        while not self._requests.empty():
+            try:
+                _, future = self._requests.get_nowait()
+            except queue.Empty:
+                return
+            future.set_exception(RunLoopError("The simulator is shutting down."))
+
+
+class Barrier:
+    """What a lockstep simulator waits for at a scan instant: setpoint and acknowledgements of its stamp.
+
+    Stamps are compared for equality: late words about an earlier scan, or from before a reset, open nothing.
+    """
+
+    def __init__(self, participants: frozenset[str]):
+        self._participants = participants
+        self._acknowledged_ms: dict[str, int] = {}
+        self._changed = threading.Condition()
+        self._stamp_ms = -1
+        self.has_setpoint = False
+
+    def raise_for(self, stamp_ms: int) -> None:
+        """Wait for this scan from now on."""
+        self._stamp_ms = stamp_ms
+        self.has_setpoint = False
+
+    def on_setpoint(self, stamp_ms: int) -> None:
+        """Take the stamp of a setpoint that arrived."""
+        self.has_setpoint = self.has_setpoint or stamp_ms == self._stamp_ms
+
+    def acknowledge(self, participant: str, stamp_ms: int) -> None:
+        """Take a participant's acknowledgement; from any thread."""
+        with self._changed:
+            self._acknowledged_ms[participant] = stamp_ms
+            self._changed.notify()
+
+    def wait_for_participants(self, timeout_s: float) -> bool:
+        """Sleep until every participant has acknowledged the stamp (True) or the time is over."""
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: all(self._acknowledged_ms.get(name) == self._stamp_ms for name in self._participants),
+                timeout_s,
+            )

@@ -1,0 +1,280 @@
+"""The simulation without ROS: world, UAV, flight controller and sensors, one step at a time.
+
+The `gazebo` node, the closed-loop tests and the campaigns all drive this one class, so a flight is the same
+everywhere. It is deterministic bit for bit: time is a whole number of microseconds, every sensor has a random
+stream of its own, and nothing looks at a clock.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Mapping, NamedTuple, Sequence
+
+import numpy as np
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
+from simulation_tools.px4.autopilot import VehicleState
+from simulation_tools.px4.parameters import Px4Parameters
+from simulation_tools.px4.px4 import Px4
+from simulation_tools.sdf.elements import Model
+from simulation_tools.sdf.parser import load_world
+from simulation_tools.sensors.imu import Imu, ImuSample, specific_force
+from simulation_tools.sensors.lidar import Lidar
+from simulation_tools.sensors.odometry import DriftingOdometry, OdometryParameters, OdometrySample
+from simulation_tools.uav import load_uav
+from simulation_tools.vehicle.airframe import Airframe
+from simulation_tools.world.meshes import mesh_of
+from simulation_tools.world.world import Contact, PhysicsWorld
+
+POSE_RATE_HZ = 100.0
+"""Of odometry and ground truth, as TF needs it; they come at every scan besides."""
+
+
+class SimulationError(SimulationToolsError):
+    """The simulation cannot be built or cannot go on."""
+
+
+@dataclass(frozen=True)
+class SimulationParameters:
+    """What is simulated.
+
+    world: SDF file. model: the UAV (model://name, bare name, folder or file). lidar: urg, ust, utm, puck,
+    tim, m8 or None for the model as it is. model_path: folders that model:// is looked up in; None:
+    GAZEBO_MODEL_PATH. spawn_pose: where the UAV stands in the world; its lowest point, not its model frame,
+    is at this height. seed: of every random stream.
+    lidar_range_max_m: replaces the lidar's own greatest range when positive. px4_parameters: those that
+    differ from PX4's defaults, by name. time_step_s: of physics and flight controller, whole milliseconds.
+    """
+
+    world: str
+    model: str = "iris"
+    lidar: str | None = "ust"
+    model_path: tuple[str, ...] | None = None
+    spawn_pose: Pose = field(default_factory=Pose.identity)
+    seed: int = 1
+    lidar_range_max_m: float = 0.0
+    odometry: OdometryParameters = field(default_factory=OdometryParameters)
+    px4_parameters: Mapping[str, float] = field(default_factory=dict)
+    time_step_s: float = 0.004
+    gui: bool = False
+
+    def __post_init__(self):
+        step_us_from(self.time_step_s)
+        if self.seed < 0:
+            raise SimulationError(f"seed must not be negative, but is {self.seed}.")
+
+
+class StepOutput(NamedTuple):
+    """What the sensors say at one instant; None where none is due.
+
+    scan: float32 ranges (beams,) in metres by REP-117. odometry: pose in `odom` and body twist, with drift.
+    ground_truth: the same in `world`, true. contacts: of the UAV, right now.
+    """
+
+    time_us: int
+    scan: np.ndarray | None
+    odometry: OdometrySample | None
+    ground_truth: OdometrySample | None
+    imu: ImuSample | None
+    contacts: Sequence[Contact]
+
+
+class Simulation:
+    """A world with one UAV in it.
+
+    `sense` gives the first instant (t = 0, before any step), `step` every later one. Raises
+    `SimulationToolsError` subclasses when files or parameters are bad.
+    """
+
+    def __init__(self, parameters: SimulationParameters):
+        self.parameters = parameters
+        self.uav = load_uav(
+            parameters.model, parameters.lidar, parameters.model_path, parameters.lidar_range_max_m
+        )
+        self.uav_name = self.uav.model.name
+        world = load_world(parameters.world, parameters.model_path)
+        if any(model.name == self.uav_name for model in world.models):
+            raise SimulationError(
+                f'{parameters.world} already holds a model named "{self.uav_name}", as the UAV is called.'
+            )
+        self.warnings = (*world.warnings, *self.uav.model.warnings)
+        self._gravity, self._wind = world.gravity_m_s2, world.wind_m_s
+        self._step_us = step_us_from(parameters.time_step_s)
+        self._streams = RandomStreams(parameters.seed, ("lidar", "imu", "odometry", "px4"))
+        self.airframe = Airframe.from_sdf(self.uav.model)
+        self.world = PhysicsWorld(world, parameters.time_step_s, parameters.gui)
+        spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
+        self.world.spawn(self.uav.model, self.uav_name, spawn_pose, self.airframe.rotor_joints)
+        self.px4 = Px4(self.airframe, Px4Parameters(parameters.px4_parameters), self._streams["px4"])
+        lidar, imu = self.uav.lidar, self.uav.imu
+        self.lidar = Lidar(lidar.sensor, lidar.pose, self._streams["lidar"]) if lidar else None
+        self._imu = Imu(imu.sensor, imu.pose, self._streams["imu"]) if imu else None
+        self._odometry = DriftingOdometry(parameters.odometry, spawn_pose, self._streams["odometry"])
+        self._scan_schedule = Schedule(lidar.sensor.update_rate_hz if lidar else 1.0)
+        self._imu_schedule = Schedule(imu.sensor.update_rate_hz if imu else 1.0)
+        self._pose_schedule = Schedule(POSE_RATE_HZ)
+        self._begin()
+
+    def _begin(self) -> None:
+        self.time_us = 0
+        self._body = self.world.get_state(self.uav_name)
+        q = self._body.pose.orientation_xyzw
+        self._specific_force = specific_force(ORIGIN, ORIGIN, 1.0, self._gravity, q)  # at rest
+        self._odometry_us = 0
+        for schedule in (self._scan_schedule, self._pose_schedule, self._imu_schedule):
+            schedule.restart()
+
+    @property
+    def time_step_s(self) -> float:
+        """Length of a step, s."""
+        return 1e-6 * self._step_us
+
+    def set_time_step(self, time_step_s: float) -> None:
+        """Make every later step this long; whole milliseconds, 1 to 8."""
+        self._step_us = step_us_from(time_step_s)
+        self.world.time_step_s = time_step_s
+
+    def step(self) -> StepOutput:
+        """Advance by one time step: flight controller, rotors, physics, and what the sensors then see."""
+        body, q = self._body, self._body.pose.orientation_xyzw
+        velocity = body.linear_velocity_m_s
+        state = VehicleState(
+            self.time_us,
+            body.pose,
+            velocity,
+            rotate_inverse(q, body.angular_velocity_rad_s),
+            self._specific_force,
+        )
+        commands = self.px4.step(state)
+        dt_s = 1e-6 * self._step_us
+        force, torque = self.airframe.step(
+            commands, rotate_inverse(q, velocity), dt_s, rotate_inverse(q, self._wind)
+        )
+        self.world.apply_wrench(self.uav_name, force, torque)
+        self.world.step()
+        self.time_us += self._step_us
+        self._body = self.world.get_state(self.uav_name)
+        self._specific_force = self._felt_since(velocity, dt_s)
+        return self.sense()
+
+    def sense(self) -> StepOutput:
+        """Return what the sensors that are due say now; at a scan odometry and ground truth always are."""
+        time_us = self.time_us
+        scan_now = self.lidar is not None and time_us >= self._scan_schedule.due_us
+        odometry = ground_truth = scan = imu = None
+        if scan_now or time_us >= self._pose_schedule.due_us:
+            odometry, ground_truth = self._sense_pose()
+        if self._imu is not None and time_us >= self._imu_schedule.due_us:
+            imu = self._sense_imu()
+        if scan_now:
+            scan = self.lidar.scan(self.world.rays, self._body.pose, self.uav_name)
+            self._scan_schedule.fired(time_us)
+        return StepOutput(time_us, scan, odometry, ground_truth, imu, self.world.contacts(self.uav_name))
+
+    def _sense_pose(self) -> tuple[OdometrySample, OdometrySample]:
+        body, q = self._body, self._body.pose.orientation_xyzw
+        truth = OdometrySample(
+            body.pose,
+            rotate_inverse(q, body.linear_velocity_m_s),
+            rotate_inverse(q, body.angular_velocity_rad_s),
+        )
+        odometry = self._odometry.update(body, 1e-6 * (self.time_us - self._odometry_us))
+        self._odometry_us = self.time_us
+        self._pose_schedule.fired(self.time_us)
+        return odometry, truth
+
+    def _sense_imu(self) -> ImuSample:
+        body, q = self._body, self._body.pose.orientation_xyzw
+        self._imu_schedule.fired(self.time_us)
+        return self._imu.sample(q, self._specific_force, rotate_inverse(q, body.angular_velocity_rad_s))
+
+    def _felt_since(self, velocity_before: Vector3, dt_s: float) -> Vector3:
+        """Specific force over the step that has just been made, body axes; SimulationError if not finite."""
+        body = self._body
+        felt = specific_force(
+            velocity_before, body.linear_velocity_m_s, dt_s, self._gravity, body.pose.orientation_xyzw
+        )
+        if not math.isfinite(felt[0] + felt[1] + felt[2]):
+            raise SimulationError(
+                f'The physics of "{self.uav_name}" diverged at t = {1e-6 * self.time_us:.3f} s; '
+                "look for bodies spawned inside each other, or reset the simulation."
+            )
+        return felt
+
+    def reset(self) -> None:
+        """Go back to t = 0: same poses, rebooted flight controller, same noise; the flight repeats itself."""
+        self._streams.rewind()
+        self.world.reset()
+        self.airframe.reset()
+        self.px4.reset()
+        self._odometry.reset()
+        self._begin()
+
+    def reset_poses(self) -> None:
+        """Put every model back to where it started; time, noise and flight controller go on."""
+        self.world.reset()
+        self._body = self.world.get_state(self.uav_name)
+
+    def close(self) -> None:
+        """Release the physics engine."""
+        self.world.close()
+
+
+class RandomStreams:
+    """Independent random generators by name, spawned from one seed; `rewind` makes them repeat themselves.
+
+    Adding a name at the end changes none of the streams before it.
+    """
+
+    def __init__(self, seed: int, names: Sequence[str]):
+        children = np.random.SeedSequence(seed).spawn(len(names))
+        self._generators = {name: np.random.default_rng(child) for name, child in zip(names, children)}
+        self._starts = {name: rng.bit_generator.state for name, rng in self._generators.items()}
+
+    def __getitem__(self, name: str) -> np.random.Generator:
+        return self._generators[name]
+
+    def rewind(self) -> None:
+        """Put every generator back to its start; whoever holds one goes on using it."""
+        for name, generator in self._generators.items():
+            generator.bit_generator.state = self._starts[name]
+
+
+def step_us_from(time_step_s: float) -> int:
+    """Return a time step in microseconds; SimulationError unless it is 1 to 8 ms in whole milliseconds."""
+    step_ms = 1000.0 * time_step_s
+    if not (0.999 <= step_ms <= 8.001 and math.isclose(step_ms, round(step_ms))):
+        raise SimulationError(f"The time step must be 1 to 8 ms in whole milliseconds, not {step_ms:g} ms.")
+    return 1000 * round(step_ms)
+
+
+def standing_height_m(model: Model) -> float:
+    """Return the height of the model frame over the lowest point of the model's collision shapes."""
+    heights = [
+        mesh_of(collision.geometry).transformed(link.pose @ collision.pose).vertices[:, 2].min()
+        for link in model.links
+        for collision in link.collisions
+    ]
+    return -float(min(heights, default=0.0))
+
+
+class Schedule:
+    """When a sensor fires: at the first instant at or after each due time k / rate (rate 0: at each).
+
+    The due times are exact: those of a 15 Hz lidar do not wander because its period is no whole number of us.
+    """
+
+    def __init__(self, rate_hz: float):
+        self._rate_hz = rate_hz
+        self.due_us = 0
+
+    def restart(self) -> None:
+        """Be due at t = 0."""
+        self.due_us = 0
+
+    def fired(self, now_us: int) -> None:
+        """Wait for the first due time after now."""
+        count = math.floor(1e-6 * now_us * self._rate_hz + 1e-9) + 1
+        self.due_us = math.ceil(1e6 * count / self._rate_hz - 1e-3) if self._rate_hz > 0.0 else now_us + 1

@@ -1,0 +1,94 @@
+"""The UAV that flies: a model of the model path, with the lidar of choice on its back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Sequence
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import ImuSensor, Link, Model, RaySensor, Sensor
+from simulation_tools.sdf.frames import attach
+from simulation_tools.sdf.parser import load_model
+
+LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
+"""The lidars of thesis tables 8.2 and D.1; each is the model `lidar_<name>`."""
+
+NO_LIDAR = ("", "none")
+LIDAR_MOUNT = "lidar_mount"
+"""The link of a UAV that carries the lidar."""
+
+
+class UavError(SimulationToolsError):
+    """The UAV cannot be put together."""
+
+
+@dataclass(frozen=True)
+class MountedSensor:
+    """A sensor and where it sits. frame: TF name. pose: of the sensor in the model frame."""
+
+    sensor: Sensor
+    frame: str
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class Uav:
+    """A model ready to fly. lidar, imu: its first ones, None when it has none."""
+
+    model: Model
+    lidar: MountedSensor | None
+    imu: MountedSensor | None
+
+
+def load_uav(
+    model: str, lidar: str | None = None, model_path: Sequence[Path] | None = None, range_max_m: float = 0.0
+) -> Uav:
+    """Load a UAV and put a lidar on its link `lidar_mount`.
+
+    model: a name in the model path, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`; None:
+    the model as it is. range_max_m: replaces the lidar's own range when it is positive. Raises SdfError or
+    UavError.
+    """
+    carrier = load_model(_location(model), model_path)
+    if lidar is not None:
+        if lidar not in LIDARS:
+            raise UavError(f'There is no lidar "{lidar}"; choose one of {", ".join(LIDARS)}.')
+        carrier = attach(carrier, load_model(f"model://lidar_{lidar}", model_path), LIDAR_MOUNT)
+    if range_max_m > 0.0:
+        carrier = with_lidar_range(carrier, range_max_m)
+    return Uav(carrier, _first(carrier, RaySensor), _first(carrier, ImuSensor))
+
+
+def with_lidar_range(model: Model, range_max_m: float) -> Model:
+    """Return the model with another greatest range of all its lidars, metres."""
+
+    def changed(sensor: Sensor) -> Sensor:
+        if not isinstance(sensor, RaySensor):
+            return sensor
+        if range_max_m <= sensor.range_min_m:
+            raise UavError(
+                f"A lidar's range_max of {range_max_m:g} m must be above its "
+                f"range_min of {sensor.range_min_m:g} m."
+            )
+        return replace(sensor, range_max_m=range_max_m)
+
+    links = tuple(replace(link, sensors=tuple(map(changed, link.sensors))) for link in model.links)
+    return replace(model, links=links)
+
+
+def _location(model: str) -> str:
+    """A bare name means a model of the model path, as in Gazebo's tools."""
+    return model if "/" in model or model.endswith(".sdf") else f"model://{model}"
+
+
+def _first(model: Model, kind: type) -> MountedSensor | None:
+    for link, sensor in model.sensors(kind):
+        return MountedSensor(sensor, sensor_frame(link, sensor), link.pose @ sensor.pose)
+    return None
+
+
+def sensor_frame(link: Link, sensor: Sensor) -> str:
+    """Name of a sensor's frame: the link's when they coincide, as they do in the shipped models."""
+    return link.name if sensor.pose == Pose.identity() else f"{link.name}/{sensor.name}"

@@ -1,0 +1,152 @@
+"""What the `gazebo` node publishes and when: order, rates, and what is worth a message.
+
+Publishers are handed in (anything with `publish` and `get_num_connections`), so this needs the message
+classes but no running ROS.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from simulation_tools.geometry import Pose
+from simulation_tools.performance import PerformanceFigures
+from simulation_tools.simulation import Simulation, StepOutput
+from simulation_tools.transforms import FrameNames
+from simulation_tools_ros import conversions
+from simulation_tools_ros.markers import all_markers, model_markers
+
+CONTACT_PERIOD_US = 50_000
+"""A contact that lasts is published at 20 Hz; one that begins or ends at once."""
+
+VISIBLE_MOVE_M = 1e-3
+
+
+class Publisher(Protocol):
+    """What a rospy.Publisher offers of which this module makes use."""
+
+    def publish(self, message) -> None:
+        """Send to every subscriber."""
+
+    def get_num_connections(self) -> int:
+        """Return how many listen."""
+
+
+@dataclass(frozen=True)
+class Topics:
+    """The publishers of the node, by their topics."""
+
+    clock: Publisher
+    scan: Publisher
+    odometry: Publisher
+    ground_truth: Publisher
+    imu: Publisher
+    collision: Publisher
+    model_states: Publisher
+    visuals: Publisher
+    performance: Publisher
+
+
+class GazeboOutput:
+    """Publishes the simulator's outputs; all calls come from the simulation's thread.
+
+    Order at one instant (DESIGN, section 12): clock, odometry, ground truth, IMU, contacts, and the scan
+    last, so that whoever works on the scan has the rest already.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        topics: Topics,
+        frames: FrameNames | None = None,
+        frame_prefix: str = "",
+        model_states_period_us: int = 100_000,
+    ):
+        self._simulation = simulation
+        self._topics = topics
+        self._frames = frames or FrameNames()
+        self._prefix = frame_prefix
+        self._model_states_period_us = model_states_period_us
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again at the simulation's time, as after its reset; tells the clock at once."""
+        self._model_states_due_us = self._simulation.time_us
+        self._touching: frozenset = frozenset()
+        self._contact_due_us = 0
+        self._topics.clock.publish(conversions.clock_message(self._simulation.time_us))
+        self.publish_visuals()
+
+    def publish(self, output: StepOutput) -> None:
+        """Publish everything that one instant brings."""
+        topics, time_us = self._topics, output.time_us
+        if output.ground_truth is not None:
+            topics.clock.publish(conversions.clock_message(time_us))
+            self._publish_poses(output)
+            if time_us >= self._model_states_due_us:
+                self._publish_models(time_us)
+        if output.imu is not None and topics.imu.get_num_connections():
+            frame = self._prefix + self._simulation.uav.imu.frame
+            topics.imu.publish(conversions.imu_message(time_us, output.imu, frame))
+        if output.contacts or self._touching:
+            self._publish_contacts(output)
+        if output.scan is not None:
+            lidar, frame = self._simulation.lidar, self._prefix + self._simulation.uav.lidar.frame
+            topics.scan.publish(conversions.scan_message(time_us, output.scan, lidar, frame))
+
+    def report(self, figures: PerformanceFigures, paused: bool) -> None:
+        """Publish the performance figures."""
+        now = conversions.stamp(self._simulation.time_us)
+        self._topics.performance.publish(conversions.performance_message(now, figures, paused))
+
+    def publish_visuals(self) -> None:
+        """Publish what the whole world and the UAV look like."""
+        world, uav = self._simulation.world, self._simulation.uav_name
+        markers = []
+        self._drawn: dict[str, Pose] = {}
+        for name in world.model_names():
+            model = world.model(name).placed(name=name)
+            if name == uav:
+                markers += model_markers(model, self._frames.base, Pose.identity(), moves_with_frame=True)
+                continue
+            pose = world.get_state(name).pose
+            markers += model_markers(model, self._frames.world, pose, moves_with_frame=False)
+            if not model.static:
+                self._drawn[name] = pose
+        self._topics.visuals.publish(all_markers(markers))
+
+    def _publish_poses(self, output: StepOutput) -> None:
+        frames = self._frames
+        for sample, topic, parent in (
+            (output.odometry, self._topics.odometry, frames.odom),
+            (output.ground_truth, self._topics.ground_truth, frames.world),
+        ):
+            if topic.get_num_connections():
+                topic.publish(conversions.odometry_message(output.time_us, sample, parent, frames.base))
+
+    def _publish_models(self, time_us: int) -> None:
+        self._model_states_due_us += self._model_states_period_us
+        world = self._simulation.world
+        if self._topics.model_states.get_num_connections():
+            states = {name: world.get_state(name) for name in world.model_names()}
+            self._topics.model_states.publish(conversions.model_states_message(states))
+        if any(
+            _distance(world.get_state(name).pose, pose) > VISIBLE_MOVE_M for name, pose in self._drawn.items()
+        ):
+            self.publish_visuals()
+
+    def _publish_contacts(self, output: StepOutput) -> None:
+        touching = frozenset((contact.collision_1, contact.collision_2) for contact in output.contacts)
+        if touching == self._touching and output.time_us < self._contact_due_us:
+            return
+        self._touching = touching
+        self._contact_due_us = output.time_us + CONTACT_PERIOD_US
+        message = conversions.contacts_message(output.time_us, output.contacts, self._frames.world)
+        self._topics.collision.publish(message)
+
+
+def _distance(a: Pose, b: Pose) -> float:
+    return max(
+        *(abs(p - q) for p, q in zip(a.position_m, b.position_m)),
+        *(abs(p - q) for p, q in zip(a.orientation_xyzw, b.orientation_xyzw)),
+    )

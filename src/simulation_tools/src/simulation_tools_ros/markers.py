@@ -1,0 +1,74 @@
+"""RViz markers of SDF visuals, so that a world looks in RViz as its files describe it."""
+
+from __future__ import annotations
+
+from genpy import Duration, Time
+from geometry_msgs.msg import Vector3
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import Box, Cylinder, Mesh, Model, Plane, Sphere, Visual
+from simulation_tools_ros.conversions import pose_message
+
+PLANE_THICKNESS_M = 0.002
+
+
+def model_markers(model: Model, frame_id: str, model_pose: Pose, moves_with_frame: bool) -> list[Marker]:
+    """Return a marker for each visual of a model.
+
+    model_pose: of the model in frame_id. moves_with_frame: RViz follows the frame between messages.
+    """
+    markers = []
+    for link in model.links:
+        for visual in link.visuals:
+            marker = _shape(visual)
+            marker.header = Header(frame_id=frame_id, stamp=Time())
+            marker.ns = model.name
+            marker.id = len(markers)
+            marker.frame_locked = moves_with_frame
+            marker.lifetime = Duration()
+            marker.pose = pose_message(model_pose @ link.pose @ visual.pose @ _drawn_pose(visual))
+            markers.append(marker)
+    return markers
+
+
+def all_markers(markers: list[Marker]) -> MarkerArray:
+    """Return an array that replaces everything drawn before it."""
+    return MarkerArray([Marker(action=Marker.DELETEALL), *markers])
+
+
+def _shape(visual: Visual) -> Marker:
+    marker = Marker(action=Marker.ADD, color=ColorRGBA(*visual.rgba))
+    geometry = visual.geometry
+    if isinstance(geometry, Box):
+        marker.type, marker.scale = Marker.CUBE, Vector3(*geometry.size_m)
+    elif isinstance(geometry, Cylinder):
+        diameter = 2.0 * geometry.radius_m
+        marker.type, marker.scale = Marker.CYLINDER, Vector3(diameter, diameter, geometry.length_m)
+    elif isinstance(geometry, Sphere):
+        diameter = 2.0 * geometry.radius_m
+        marker.type, marker.scale = Marker.SPHERE, Vector3(diameter, diameter, diameter)
+    elif isinstance(geometry, Plane):
+        marker.type, marker.scale = Marker.CUBE, Vector3(*geometry.size_m, PLANE_THICKNESS_M)
+    elif isinstance(geometry, Mesh):
+        marker.type, marker.scale = Marker.MESH_RESOURCE, Vector3(*geometry.scale)
+        marker.mesh_resource = "file://" + geometry.path
+    return marker
+
+
+def _drawn_pose(visual: Visual) -> Pose:
+    """Pose of the drawn shape in the visual: a plane is drawn as a thin box just below its surface."""
+    if not isinstance(visual.geometry, Plane):
+        return Pose.identity()
+    turned = Pose((0.0, 0.0, 0.0), _turn_z_to(visual.geometry.normal))
+    return turned @ Pose((0.0, 0.0, -0.5 * PLANE_THICKNESS_M))
+
+
+def _turn_z_to(normal) -> tuple:
+    """Return the shortest rotation that takes the z axis to a unit vector, as a quaternion xyzw."""
+    x, y, z = normal
+    if z < -1.0 + 1e-12:
+        return (1.0, 0.0, 0.0, 0.0)
+    length = (x * x + y * y + (1.0 + z) ** 2) ** 0.5  # of the quaternion (z axis) x normal, 1 + cos
+    return (-y / length, x / length, 0.0, (1.0 + z) / length)

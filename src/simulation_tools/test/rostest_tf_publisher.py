@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""The node tf_publisher as other nodes see it: one tree, true inverse, bad input, a clock that jumps back."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from tf2_msgs.msg import TFMessage
+
+from simulation_tools.geometry import Pose
+from simulation_tools_ros.conversions import pose_message
+
+IN_ODOM = Pose.from_xyz_rpy(1.0, 2.0, 3.0, yaw=0.3)
+IN_WORLD = Pose.from_xyz_rpy(1.5, 1.0, 3.0, yaw=0.5)
+
+
+def pose_of(transform):
+    t, q = transform.transform.translation, transform.transform.rotation
+    return Pose((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+
+
+class TestTfPublisher(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.received = []
+        cls.arrived = threading.Condition()
+        cls.odometry = rospy.Publisher("odometry", Odometry, queue_size=100)
+        cls.ground_truth = rospy.Publisher("ground_truth", Odometry, queue_size=100)
+        rospy.Subscriber("/tf", TFMessage, cls._on_tf)
+        deadline = time.time() + 10.0
+        while min(cls.odometry.get_num_connections(), cls.ground_truth.get_num_connections()) < 1:
+            assert time.time() < deadline, "tf_publisher does not subscribe"
+            time.sleep(0.02)
+        cls.seconds = 10.0
+
+    @classmethod
+    def _on_tf(cls, message):
+        with cls.arrived:
+            cls.received.append(message)
+            cls.arrived.notify_all()
+
+    def setUp(self):
+        with self.arrived:
+            self.received.clear()
+
+    def publish(self, publisher, seconds, pose):
+        message = Odometry()
+        message.header.stamp = rospy.Time.from_sec(seconds)
+        message.pose.pose = pose_message(pose)
+        publisher.publish(message)
+
+    def publish_pair(self):
+        type(self).seconds += 0.01
+        self.publish(self.odometry, self.seconds, IN_ODOM)
+        self.publish(self.ground_truth, self.seconds, IN_WORLD)
+        return self.seconds
+
+    def wait_for(self, condition, timeout_s=3.0):
+        with self.arrived:
+            self.assertTrue(self.arrived.wait_for(condition, timeout_s), f"received: {self.received}")
+
+    def both_of(self, seconds):
+        stamp = rospy.Time.from_sec(seconds)
+        return [m for m in self.received if len(m.transforms) == 2 and m.transforms[0].header.stamp == stamp]
+
+    def fly_until_both(self):
+        """The first messages may go out alone, while one of the two topics is not connected yet."""
+        deadline = time.time() + 5.0
+        while time.time() < deadline:
+            seconds = self.publish_pair()
+            time.sleep(0.05)
+            if self.both_of(seconds):
+                return self.both_of(seconds)[0]
+        return self.fail(f"never both edges in one message: {self.received[-3:]}")
+
+    def test_both_edges_in_one_message_and_the_world_is_the_inverse(self):
+        message = self.fly_until_both()
+        edges = {(t.header.frame_id, t.child_frame_id): t for t in message.transforms}
+        self.assertEqual(set(edges), {("odom", "base_frame"), ("base_frame", "world")})
+        self.assertEqual(len({t.header.stamp.to_nsec() for t in message.transforms}), 1)
+        back = IN_WORLD @ pose_of(edges["base_frame", "world"])
+        for value in back.position_m:
+            self.assertAlmostEqual(value, 0.0, places=12)
+        self.assertAlmostEqual(pose_of(edges["odom", "base_frame"]).yaw_rad, 0.3, places=12)
+
+    def test_static_frames_come_from_the_sdf_and_form_one_tree(self):
+        static = rospy.wait_for_message("/tf_static", TFMessage, timeout=5.0)
+        parents = {t.child_frame_id: t.header.frame_id for t in static.transforms}
+        self.assertEqual(len(parents), len(static.transforms), "a frame has two parents")
+        frame, seen = "hokuyo", set()
+        while frame != "base_frame":
+            self.assertIn(frame, parents, "hokuyo is not connected to base_frame")
+            self.assertNotIn(frame, seen)
+            seen.add(frame)
+            frame = parents[frame]
+        self.assertFalse({"world", "odom", "map"} & set(parents))
+
+    def test_a_pose_that_is_none_is_ignored(self):
+        self.fly_until_both()
+        bad = Odometry()
+        bad.header.stamp = rospy.Time.from_sec(self.seconds + 0.005)
+        bad.pose.pose.position.x = math.nan
+        self.ground_truth.publish(bad)
+        bad.pose.pose.position.x = 0.0  # and a quaternion of zeros
+        self.odometry.publish(bad)
+        self.fly_until_both()
+        for message in self.received:
+            for transform in message.transforms:
+                pose = pose_of(transform)
+                self.assertTrue(all(map(math.isfinite, pose.position_m + pose.orientation_xyzw)))
+
+    def test_without_odometry_the_world_edge_goes_on(self):
+        self.fly_until_both()
+        self.received.clear()
+        for _ in range(100):
+            type(self).seconds += 0.01
+            self.publish(self.ground_truth, self.seconds, IN_WORLD)
+            time.sleep(0.002)
+        self.wait_for(lambda: len(self.received) >= 99)
+        self.assertEqual({t.child_frame_id for m in self.received for t in m.transforms}, {"world"})
+
+    def test_a_clock_that_jumps_back_is_followed(self):
+        self.fly_until_both()
+        type(self).seconds = 1.0
+        self.fly_until_both()
+        self.assertLess(self.seconds, 10.0)
+
+
+if __name__ == "__main__":
+    rospy.init_node("rostest_tf_publisher")
+    rostest.rosrun("simulation_tools", "tf_publisher", TestTfPublisher)
