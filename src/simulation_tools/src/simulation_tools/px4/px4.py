@@ -188,6 +188,11 @@ class Px4:
         return self._position.output
 
     @property
+    def active_setpoint(self) -> np.ndarray:
+        """The setpoint that the position controller follows, one record of SETPOINT_DTYPE, shape (1,)."""
+        return self._setpoint
+
+    @property
     def rates_setpoint(self) -> np.ndarray:
         """The newest rates setpoint, rad/s FRD, (3,)."""
         return self._attitude.rates_setpoint

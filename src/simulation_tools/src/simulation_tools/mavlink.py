@@ -1,0 +1,144 @@
+"""MAVLink 2 over UDP: what the flight controller's side and the ground's side share.
+
+Every datagram is read on its own: whole messages in it are decoded, anything else (garbage, truncated or corrupted
+messages, messages of unknown types) is counted and skipped, so that it can never spoil the next datagram.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import struct
+from typing import Iterator, Sequence, Tuple
+
+from pymavlink.dialects.v20 import common
+
+from simulation_tools.errors import SimulationToolsError
+
+Address = Tuple[str, int]
+MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
+_OVERHEAD_V1, _OVERHEAD_V2, _SIGNATURE = 8, 12, 13
+_MAX_DATAGRAM = 65535
+
+
+class LinkError(SimulationToolsError):
+    """A MAVLink link cannot be opened."""
+
+
+class Codec:
+    """Packs and decodes messages for one sender identity. `bad` counts what could not be decoded."""
+
+    def __init__(self, system_id: int, component_id: int) -> None:
+        self.system_id = system_id
+        self.component_id = component_id
+        self._mav = common.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+        self.bad = 0
+
+    def pack(self, message: common.MAVLink_message) -> bytes:
+        """Return the message's bytes, with the next sequence number."""
+        packet = message.pack(self._mav)
+        self._mav.seq = (self._mav.seq + 1) % 256
+        return bytes(packet)
+
+    def decode(self, datagram: bytes) -> Iterator[common.MAVLink_message]:
+        """Yield the messages of a datagram."""
+        start, end = 0, len(datagram)
+        while start < end:
+            length = _frame_length(datagram, start)
+            message = None
+            if length and start + length <= end:
+                # pymavlink raises MAVError on most bad frames; struct and index errors come from absurd lengths.
+                with contextlib.suppress(common.MAVError, struct.error, IndexError, ValueError):
+                    message = self._mav.decode(bytearray(datagram[start : start + length]))
+            if message is None or message.get_msgId() < 0:
+                self.bad += 1
+                start = _next_magic(datagram, start + 1)
+                continue
+            yield message
+            start += length
+
+
+def _frame_length(data: bytes, start: int) -> int:
+    """Return the length of the message that seems to start here; 0 when none does."""
+    if len(data) - start < 3:
+        return 0
+    if data[start] == MAGIC_V1:
+        return _OVERHEAD_V1 + data[start + 1]
+    if data[start] == MAGIC_V2:
+        return _OVERHEAD_V2 + data[start + 1] + (_SIGNATURE if data[start + 2] & 1 else 0)
+    return 0
+
+
+def _next_magic(data: bytes, start: int) -> int:
+    """Return where the next start byte is, or the end."""
+    places = [place for place in (data.find(MAGIC_V1, start), data.find(MAGIC_V2, start)) if place >= 0]
+    return min(places) if places else len(data)
+
+
+def open_udp(host: str, port: int, purpose: str) -> socket.socket:
+    """Bind a non-blocking UDP socket; port 0 takes a free one. Raises LinkError with one sentence."""
+    udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        udp.setblocking(False)
+        udp.bind((host, port))
+    except (OSError, OverflowError) as error:
+        udp.close()
+        raise LinkError(
+            f"cannot bind UDP {host}:{port} for {purpose}: {getattr(error, 'strerror', None) or error}; "
+            "stop the program that uses the port (another simulator?) or choose another port"
+        ) from None
+    return udp
+
+
+def receive_all(udp: socket.socket) -> Iterator[tuple[bytes, Address]]:
+    """Yield the datagrams that are there, without waiting."""
+    while True:
+        try:
+            yield udp.recvfrom(_MAX_DATAGRAM)
+        except BlockingIOError:
+            return
+        except ConnectionError:
+            continue  # an earlier datagram found nobody at the other side
+        except OSError:
+            return  # closed
+
+
+def send(udp: socket.socket, packet: bytes, address: Address) -> bool:
+    """Send a datagram; False when the system would not take it (a full buffer, nobody there)."""
+    try:
+        udp.sendto(packet, address)
+    except OSError:
+        return False
+    return True
+
+
+def wait_readable(sockets: Sequence[socket.socket], timeout_s: float) -> bool:
+    """Wait, in wall time, until one of the sockets has something to read."""
+    with contextlib.suppress(OSError, ValueError):
+        return bool(select.select(sockets, [], [], max(timeout_s, 0.0))[0])
+    return False
+
+
+def decode_text(value: bytes | str) -> str:
+    """Return a MAVLink char array as text, whatever bytes it holds."""
+    raw = value if isinstance(value, bytes) else value.encode("utf-8", "replace")
+    return raw.split(b"\0")[0].decode("utf-8", "replace")
+
+
+# Parameters travel in a float's four bytes: PX4 puts the bits of an integer there.
+
+
+def parameter_to_wire(value: float, is_integer: bool) -> float:
+    """Return the float whose bits carry a parameter's value."""
+    return struct.unpack("<f", struct.pack("<i", int(value)))[0] if is_integer else float(value)
+
+
+def parameter_from_wire(value: float, kind: int) -> float | int:
+    """Return a parameter's value; kind: MAV_PARAM_TYPE. Raises ValueError for a type PX4 does not have."""
+    if kind == common.MAV_PARAM_TYPE_INT32:
+        return struct.unpack("<i", struct.pack("<f", value))[0]
+    if kind == common.MAV_PARAM_TYPE_REAL32:
+        return value
+    raise ValueError(f"PX4 has no parameters of MAVLink type {kind}")
+

@@ -1,0 +1,253 @@
+"""A MAVLink client of one flight controller, as MAVROS is one: messages in and out, commands, parameters.
+
+Times here are wall times: whether the other side is there, and how long to wait for it, does not depend on how fast
+simulated time runs, or whether it runs.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+import time
+from typing import Callable
+
+from pymavlink.dialects.v20 import common
+
+from simulation_tools.mavlink import (
+    Address,
+    Codec,
+    LinkError,
+    decode_text,
+    open_udp,
+    parameter_from_wire,
+    parameter_to_wire,
+    receive_all,
+    send,
+    wait_readable,
+)
+from simulation_tools.mavros.conversions import Target
+
+Handler = Callable[[common.MAVLink_message], None]
+
+# Some of MAVROS's names are not those of the modes' enumeration.
+MODES = {
+    "MANUAL": (1, 0),
+    "ALTCTL": (2, 0),
+    "POSCTL": (3, 0),
+    "ACRO": (5, 0),
+    "OFFBOARD": (6, 0),
+    "STABILIZED": (7, 0),
+    "RATTITUDE": (8, 0),
+    "AUTO.READY": (4, 1),
+    "AUTO.TAKEOFF": (4, 2),
+    "AUTO.LOITER": (4, 3),
+    "AUTO.MISSION": (4, 4),
+    "AUTO.RTL": (4, 5),
+    "AUTO.LAND": (4, 6),
+    "AUTO.RTGS": (4, 7),
+    "AUTO.FOLLOW_TARGET": (4, 8),
+    "AUTO.PRECLAND": (4, 9),
+}
+_MODE_NAMES = {main << 16 | sub << 24: name for name, (main, sub) in MODES.items()}
+_URL = re.compile(r"udp://(?P<host>[\w.]*):(?P<port>\d+)@(?P<remote_host>[\w.]+):(?P<remote_port>\d+)/?")
+
+
+def parse_fcu_url(url: str) -> tuple[str, int, str, int]:
+    """Read MAVROS's ``udp://[host]:port@remote_host:remote_port``; raises LinkError."""
+    match = _URL.fullmatch(url)
+    if match is None or int(match["port"]) > 65535 or not 0 < int(match["remote_port"]) <= 65535:
+        raise LinkError(
+            f"cannot read the fcu_url {url!r}; write udp://:LOCAL_PORT@REMOTE_HOST:REMOTE_PORT, "
+            "such as udp://:14540@127.0.0.1:14580"
+        )
+    return match["host"] or "0.0.0.0", int(match["port"]), match["remote_host"], int(match["remote_port"])
+
+
+def mode_name(custom_mode: int) -> str:
+    """Return MAVROS's name of PX4's custom mode."""
+    return _MODE_NAMES.get(custom_mode, f"CMODE({custom_mode})")
+
+
+def custom_mode(name: str) -> int | None:
+    """Return PX4's custom mode for MAVROS's name of it, or for a number as text; None when it is neither."""
+    if name in MODES:
+        main, sub = MODES[name]
+        return main << 16 | sub << 24
+    return int(name) if name.isdigit() and int(name) < 2**32 else None
+
+
+class FcuClient:
+    """One connection. `poll` must be called by one thread; every other method by any."""
+
+    def __init__(
+        self,
+        fcu_url: str,
+        system_id: int = 1,
+        component_id: int = common.MAV_COMP_ID_UDP_BRIDGE,
+        target: Target = Target(),
+        connection_timeout_s: float = 10.0,
+        command_timeout_s: float = 5.0,
+    ) -> None:
+        """Open the local port; raises LinkError."""
+        host, port, remote_host, remote_port = parse_fcu_url(fcu_url)
+        self.target = target
+        self._codec = Codec(system_id, component_id)
+        self._remote: Address = (remote_host, remote_port)
+        self._socket = open_udp(host, port, "MAVROS")
+        self._connection_timeout_s = connection_timeout_s
+        self._command_timeout_s = command_timeout_s
+        self._send_lock = threading.Lock()
+        self._handlers: dict[str, Handler] = {}
+        self._heard_s = -math.inf
+        self._answers = threading.Condition()
+        self._acks: dict[int, int] = {}
+        self._parameters: dict[str, float] = {}
+        self._fresh: set[str] = set()
+        self._command_lock = threading.Lock()
+
+    def on(self, name: str, handler: Handler) -> None:
+        """Call a handler for each message of a MAVLink name that comes from the target."""
+        self._handlers[name] = handler
+
+    @property
+    def port(self) -> int:
+        """The local port."""
+        return self._socket.getsockname()[1]
+
+    @property
+    def connected(self) -> bool:
+        """Whether the flight controller's heartbeats arrive."""
+        return time.monotonic() - self._heard_s < self._connection_timeout_s
+
+    @property
+    def bad_packets(self) -> int:
+        """How much came that was no valid message."""
+        return self._codec.bad
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait until there is something to `poll`."""
+        return wait_readable([self._socket], timeout_s)
+
+    def poll(self) -> None:
+        """Handle every message that is there."""
+        for datagram, address in receive_all(self._socket):
+            for message in self._codec.decode(datagram):
+                if message.get_srcSystem() == self.target.system_id:
+                    self._remote = address
+                    self._handle(message)
+
+    def send(self, message: common.MAVLink_message) -> bool:
+        """Send a message to the flight controller; False when the system would not take it."""
+        with self._send_lock:
+            return send(self._socket, self._codec.pack(message), self._remote)
+
+    def send_heartbeat(self) -> None:
+        """Tell that this onboard computer is there."""
+        self.send(
+            common.MAVLink_heartbeat_message(
+                common.MAV_TYPE_ONBOARD_CONTROLLER,
+                common.MAV_AUTOPILOT_INVALID,
+                0,
+                0,
+                common.MAV_STATE_ACTIVE,
+                3,
+            )
+        )
+
+    def command(self, command: int, *params: float) -> int | None:
+        """Send COMMAND_LONG and wait for its answer: MAV_RESULT, or None when none came in time."""
+        padded = (*params, *(0.0 for _ in range(7 - len(params))))
+        with self._command_lock:
+            with self._answers:
+                self._acks.pop(command, None)
+            self.send(
+                common.MAVLink_command_long_message(
+                    self.target.system_id, self.target.component_id, command, 0, *padded
+                )
+            )
+            with self._answers:
+                self._answers.wait_for(lambda: command in self._acks, self._command_timeout_s)
+                return self._acks.pop(command, None)
+
+    def set_mode(self, base_mode: int, custom: int) -> None:
+        """Send SET_MODE; as with MAVROS nobody waits for the answer."""
+        flags = base_mode or common.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        self.send(common.MAVLink_set_mode_message(self.target.system_id, flags, custom))
+
+    def get_parameter(self, name: str) -> float | None:
+        """Ask for a parameter's value; None when no answer comes, as for an unknown name."""
+        request = common.MAVLink_param_request_read_message(
+            self.target.system_id, self.target.component_id, name.encode("ascii", "replace"), -1
+        )
+        return self._exchange_parameter(name, request)
+
+    def set_parameter(self, name: str, value: float) -> float | None:
+        """Change a parameter; returns its value afterwards, None when no answer comes.
+
+        An int goes out as INT32, a float as REAL32.
+        """
+        is_integer = isinstance(value, int)
+        request = common.MAVLink_param_set_message(
+            self.target.system_id,
+            self.target.component_id,
+            name.encode("ascii", "replace"),
+            parameter_to_wire(value, is_integer),
+            common.MAV_PARAM_TYPE_INT32 if is_integer else common.MAV_PARAM_TYPE_REAL32,
+        )
+        return self._exchange_parameter(name, request)
+
+    def pull_parameters(self) -> dict[str, float]:
+        """Ask for the whole list; returns what has come when nothing more comes for half a second."""
+        with self._answers:
+            self._parameters.clear()
+        request = common.MAVLink_param_request_list_message(
+            self.target.system_id, self.target.component_id
+        )
+        self.send(request)
+        with self._answers:
+            count = -1
+            while len(self._parameters) != count:
+                count = len(self._parameters)
+                self._answers.wait_for(lambda seen=count: len(self._parameters) > seen, 0.5)
+            return dict(self._parameters)
+
+    def close(self) -> None:
+        """Release the port."""
+        self._socket.close()
+
+    def _exchange_parameter(self, name: str, request: common.MAVLink_message) -> float | None:
+        with self._command_lock:
+            with self._answers:
+                self._fresh.discard(name)
+            self.send(request)
+            with self._answers:
+                self._answers.wait_for(lambda: name in self._fresh, min(1.0, self._command_timeout_s))
+                return self._parameters[name] if name in self._fresh else None
+
+    def _handle(self, message: common.MAVLink_message) -> None:
+        kind = message.get_type()
+        if kind == "HEARTBEAT":
+            if message.type == common.MAV_TYPE_GCS or message.autopilot == common.MAV_AUTOPILOT_INVALID:
+                return
+            self._heard_s = time.monotonic()
+        elif kind == "COMMAND_ACK":
+            with self._answers:
+                self._acks[message.command] = message.result
+                self._answers.notify_all()
+        elif kind == "PARAM_VALUE":
+            self._note_parameter(message)
+        handler = self._handlers.get(kind)
+        if handler is not None:
+            handler(message)
+
+    def _note_parameter(self, message: common.MAVLink_message) -> None:
+        try:
+            value = parameter_from_wire(message.param_value, message.param_type)
+        except ValueError:
+            return
+        name = decode_text(message.param_id)
+        with self._answers:
+            self._parameters[name] = value
+            self._fresh.add(name)
+            self._answers.notify_all()

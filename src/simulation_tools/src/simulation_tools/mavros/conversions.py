@@ -1,0 +1,132 @@
+"""MAVROS's conversions between ROS (ENU, FLU) and MAVLink (NED, FRD); setpoints become MAVLink messages here."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Sequence
+
+from pymavlink.dialects.v20 import common
+
+from simulation_tools.geometry import Quaternion, Vector3
+from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
+
+BODY_FRAMES = frozenset((common.MAV_FRAME_BODY_NED, common.MAV_FRAME_BODY_OFFSET_NED))
+LOCAL_FRAMES = frozenset((common.MAV_FRAME_LOCAL_NED, common.MAV_FRAME_LOCAL_OFFSET_NED))
+
+IGNORE_POSITION = 0b111
+IGNORE_VELOCITY = 0b111 << 3
+IGNORE_ACCELERATION = 0b111 << 6
+IGNORE_YAW = 1 << 10
+IGNORE_YAW_RATE = 1 << 11
+
+ATTITUDE_IGNORE_RATES = 0b111
+ATTITUDE_IGNORE_ATTITUDE = 1 << 7
+
+_ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Target:
+    """The flight controller that messages are for."""
+
+    system_id: int = 1
+    component_id: int = 1
+
+
+def position_target(
+    target: Target,
+    time_boot_ms: int,
+    frame: int,
+    type_mask: int,
+    position: Sequence[float] = _ZERO,
+    velocity: Sequence[float] = _ZERO,
+    acceleration: Sequence[float] = _ZERO,
+    yaw: float = 0.0,
+    yaw_rate: float = 0.0,
+) -> common.MAVLink_message:
+    """Build SET_POSITION_TARGET_LOCAL_NED from ENU values, or FLU ones for the body frames.
+
+    Raises ValueError, one sentence, for a frame that does not exist and for values that are not finite; a masked
+    value is sent as zero, whatever it was.
+    """
+    if frame not in BODY_FRAMES | LOCAL_FRAMES:
+        raise ValueError(f"the coordinate frame {frame} is none of 1, 7, 8 and 9")
+    position = position if type_mask & IGNORE_POSITION != IGNORE_POSITION else _ZERO
+    velocity = velocity if type_mask & IGNORE_VELOCITY != IGNORE_VELOCITY else _ZERO
+    acceleration = acceleration if type_mask & IGNORE_ACCELERATION != IGNORE_ACCELERATION else _ZERO
+    yaw = 0.0 if type_mask & IGNORE_YAW else yaw
+    yaw_rate = 0.0 if type_mask & IGNORE_YAW_RATE else yaw_rate
+    require_finite((*position, *velocity, *acceleration, yaw, yaw_rate))
+    turn = flu_to_frd if frame in BODY_FRAMES else enu_to_ned
+    return common.MAVLink_set_position_target_local_ned_message(
+        time_boot_ms % 2**32,
+        target.system_id,
+        target.component_id,
+        frame,
+        type_mask,
+        *turn(position),
+        *turn(velocity),
+        *turn(acceleration),
+        -yaw if frame in BODY_FRAMES else yaw_to_ned(yaw),
+        -yaw_rate,
+    )
+
+
+def pose_target(
+    target: Target, time_boot_ms: int, position_enu: Sequence[float], orientation_xyzw: Sequence[float]
+) -> common.MAVLink_message:
+    """Build the setpoint of a pose in ENU: position and heading."""
+    require_finite((*position_enu, *orientation_xyzw))
+    mask = IGNORE_VELOCITY | IGNORE_ACCELERATION | IGNORE_YAW_RATE
+    yaw = heading_enu(orientation_xyzw)
+    frame = common.MAV_FRAME_LOCAL_NED
+    return position_target(target, time_boot_ms, frame, mask, position=position_enu, yaw=yaw)
+
+
+def heading_enu(orientation_xyzw: Sequence[float]) -> float:
+    """Return a pose's heading, counter-clockwise from east.
+
+    A quaternion of zeros, which many scripts leave in, means north, as it does to MAVROS.
+    """
+    w, x, y, z = attitude_to_ned(orientation_xyzw)
+    return yaw_to_ned(math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+def velocity_target(
+    target: Target, time_boot_ms: int, frame: int, linear: Sequence[float], yaw_rate: float
+) -> common.MAVLink_message:
+    """Build the setpoint of a velocity (ENU or FLU, by frame) and a yaw rate."""
+    mask = IGNORE_POSITION | IGNORE_ACCELERATION | IGNORE_YAW
+    return position_target(target, time_boot_ms, frame, mask, velocity=linear, yaw_rate=yaw_rate)
+
+
+def attitude_target(
+    target: Target,
+    time_boot_ms: int,
+    type_mask: int,
+    orientation_xyzw: Quaternion,
+    body_rate_flu: Vector3,
+    thrust: float,
+) -> common.MAVLink_message:
+    """Build SET_ATTITUDE_TARGET from the attitude of FLU in ENU and rates in FLU; raises ValueError."""
+    if type_mask & ATTITUDE_IGNORE_ATTITUDE:
+        orientation_xyzw = (0.0, 0.0, 0.0, 1.0)
+    if type_mask & ATTITUDE_IGNORE_RATES == ATTITUDE_IGNORE_RATES:
+        body_rate_flu = _ZERO
+    require_finite((*orientation_xyzw, *body_rate_flu, thrust))
+    return common.MAVLink_set_attitude_target_message(
+        time_boot_ms % 2**32,
+        target.system_id,
+        target.component_id,
+        type_mask,
+        attitude_to_ned(orientation_xyzw),
+        *flu_to_frd(body_rate_flu),
+        min(max(thrust, 0.0), 1.0),
+    )
+
+
+def require_finite(values: Sequence[float]) -> None:
+    """Raise ValueError when one of the values is NaN or infinite."""
+    if not all(map(math.isfinite, values)):
+        raise ValueError("it holds NaN or infinity")
