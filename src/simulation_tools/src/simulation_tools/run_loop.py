@@ -21,6 +21,9 @@ from simulation_tools.simulation import Simulation, StepOutput
 IDLE_S = 0.005
 """How long a paused or waiting loop sleeps before it looks for requests again."""
 
+START_RETRY_S = 0.2
+"""In lockstep the first scan is published again after this until the nodes that answer it have started."""
+
 REPORT_PERIOD_S = 1.0
 """Wall time between two reports of the performance figures."""
 
@@ -60,11 +63,14 @@ class Link(Protocol):
 
     on_setpoint: Callable[[int], None]
 
-    def poll(self, time_us: int) -> None:
-        """Handle all input that is there."""
+    def poll(self, time_us: int, until: Callable[[], bool] = ...) -> None:
+        """Handle all input that is there, or until `until` says so after a datagram."""
 
     def send_due(self, time_us: int) -> None:
         """Send the telemetry that is due."""
+
+    def reset(self) -> None:
+        """Let all telemetry be due again."""
 
     def wait(self, timeout_s: float) -> bool:
         """Sleep until input is there (True) or the time is over."""
@@ -172,43 +178,43 @@ class RunLoop:
         """Publish the first instant; in lockstep again and again, because the other nodes may still start."""
         self._restarted = False
         output = self._simulation.sense()
-        self._link.send_due(output.time_us)
-        self._publish(output)
-        while self._pacing.lockstep and output.scan is not None and not self._pass_barrier(output.time_us):
-            if self._is_interrupted():
-                return
-            self._publish(output)
+        self._tell(output)
+        if self._pacing.lockstep and output.scan is not None:
+            while not (self._pass_barrier(output.time_us, START_RETRY_S) or self._is_interrupted()):
+                self._link.reset()
+                self._tell(output)
         self._set_anchor()
 
     def _advance(self) -> None:
         began_s, began_us = time.perf_counter(), self._simulation.time_us
         output = self._simulation.step()
-        self._link.send_due(output.time_us)
-        self._publish(output)
+        self._tell(output)
         if not self._pacing.lockstep:
             self._link.poll(output.time_us)
-        elif (
-            output.scan is not None and not self._pass_barrier(output.time_us) and not self._is_interrupted()
-        ):
-            self.meter.lockstep_misses += 1
+        elif output.scan is not None:
+            passed = self._pass_barrier(output.time_us, self._pacing.lockstep_timeout_s)
+            if not passed and not self._is_interrupted():
+                self.meter.lockstep_misses += 1
         self._pace(output.time_us)
         self.meter.on_progress(1e-6 * (output.time_us - began_us), time.perf_counter() - began_s)
 
-    def _publish(self, output: StepOutput) -> None:
+    def _tell(self, output: StepOutput) -> None:
+        """Send the telemetry and publish the sensors of one instant."""
+        self._link.send_due(output.time_us)
         if output.scan is not None:
             self.meter.latency.on_scan(output.time_us // 1000, time.perf_counter())
         self._output.publish(output)
 
-    def _pass_barrier(self, time_us: int) -> bool:
+    def _pass_barrier(self, time_us: int, timeout_s: float) -> bool:
         """Wait for what is made of scan(t), applying MAVLink input up to it; False: it timed out."""
-        deadline_s = time.perf_counter() + self._pacing.lockstep_timeout_s
+        deadline_s = time.perf_counter() + timeout_s
         self._barrier.raise_for(time_us // 1000)
         while not self._barrier.has_setpoint:
             remaining_s = deadline_s - time.perf_counter()
             if remaining_s <= 0.0 or self._is_interrupted():
                 return False
             if self._link.wait(min(remaining_s, 0.02)):
-                self._link.poll(time_us)
+                self._link.poll(time_us, lambda: self._barrier.has_setpoint)
             self._attend()
         while not self._barrier.wait_for_participants(0.02):
             if time.perf_counter() > deadline_s or self._is_interrupted():
