@@ -1,0 +1,94 @@
+#!/usr/bin/env python3
+"""The node position_controller with its poses from SLAM and from the ground truth."""
+
+import math
+import sys
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+from geometry_msgs.msg import Pose, PoseStamped, TransformStamped, TwistStamped
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
+from tf2_msgs.msg import TFMessage
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from ros_probe import Input, Output, Stamps, Warned, odometry_of
+
+NODE = "/position_controller"
+
+
+def correction(stamp, x, y, yaw):
+    """map -> odom as SLAM broadcasts it."""
+    transform = TransformStamped()
+    transform.header.stamp = stamp
+    transform.header.frame_id, transform.child_frame_id = "map", "odom"
+    transform.transform.translation.x, transform.transform.translation.y = x, y
+    transform.transform.rotation.z = math.sin(yaw / 2.0)
+    transform.transform.rotation.w = math.cos(yaw / 2.0)
+    return TFMessage([transform])
+
+
+class SlamTest(unittest.TestCase):
+    def test_poses_are_corrected_by_slam_and_missed_while_there_is_none(self):
+        poses, setpoints = Input("odometry", Odometry), Input("pos_setpoint", Pose)
+        tf = Input("/tf", TFMessage)
+        commands, goals = Output("vel_setpoint_out", TwistStamped), Output(NODE + "/goal", PoseStamped)
+        warned, stamps = Warned(NODE), Stamps()
+
+        # Given a setpoint, and no SLAM yet
+        setpoint = Pose()
+        setpoint.position.x, setpoint.position.y, setpoint.position.z = 50.0, 0.0, 2.0
+        setpoints.send(setpoint)
+        self.assertEqual(goals.next().header.frame_id, "map")
+        poses.send(odometry_of(stamps.next(0.01)))
+        warned.wait_for('no transform from "map" to "odom"')
+        commands.assert_quiet()
+
+        # When SLAM says that odom lies 10 m ahead in the map and is turned left by 90 degrees,
+        # and a UAV at (-3, 40) in odom faces along odom's x
+        tf.send(correction(stamps.next(0.01), 10.0, 0.0, math.pi / 2.0))
+        rospy.sleep(0.3)
+        for _ in range(200):
+            stamp = stamps.next(0.01)
+            poses.send(odometry_of(stamp, (-3.0, 37.0, 2.0)))
+            command = commands.next()
+
+        # Then it is at (10 - 37, -3) = (-27, -3) in the map and faces left: the goal lies 77 m to its right
+        # and 3 m ahead, and the command bears the odometry's stamp although the correction is older
+        self.assertEqual(command.header.stamp, stamp)
+        linear = command.twist.linear
+        self.assertAlmostEqual(math.hypot(linear.x, linear.y), 2.0)
+        self.assertAlmostEqual(math.atan2(linear.y, linear.x), math.atan2(-77.0, 3.0), places=6)
+
+        # And a later correction moves the goal for the very next pose
+        tf.send(correction(stamps.next(0.01), 10.0, 0.0, 0.0))
+        rospy.sleep(0.3)
+        for _ in range(200):
+            poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
+            command = commands.next()
+        linear = command.twist.linear
+        self.assertAlmostEqual(math.atan2(linear.y, linear.x), math.atan2(-37.0, 43.0), places=6)
+
+    def test_ground_truth_is_in_world(self):
+        poses, setpoints = Input("gt/ground_truth", Odometry), Input("gt/pos_setpoint", Pose)
+        commands = Output("gt/vel_setpoint_out", TwistStamped)
+        goals = Output("gt/position_controller/goal", PoseStamped)
+        reached = Output("gt/goal_reached", Bool)
+        setpoint = Pose()
+        setpoint.position.z = 3.0
+        setpoints.send(setpoint)
+        self.assertEqual(goals.next().header.frame_id, "world")
+        stamps = Stamps()
+        for _ in range(100):
+            poses.send(odometry_of(stamps.next(0.01), (0.0, 0.0, 2.0), frame="world"))
+            command = commands.next()
+        # 1 m below: half of 1 m/s^2 until a / g^2 = 0.5 m are left, so v = sqrt(2 * 0.5 * (1 - 0.25))
+        self.assertAlmostEqual(command.twist.linear.z, math.sqrt(0.75))
+        self.assertFalse(reached.next().data)
+
+
+if __name__ == "__main__":
+    rospy.init_node("position_controller_slam_contract")
+    rostest.rosrun("inspection_tools", "position_controller_slam_contract", SlamTest)

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""tools.launch as a whole: names and types of DESIGN's graph, respawning, and bad parameters at the start."""
+
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+import rosnode
+import rospy
+import rostest
+from geometry_msgs.msg import Pose, TwistStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from ros_probe import Input, Output, Stamps, address_of, odometry_of, scan_of, velocity_of, wait_until
+
+TYPES = {
+    "/scan/filtered": "sensor_msgs/LaserScan",
+    "/scan/padded": "sensor_msgs/LaserScan",
+    "/UAV/vel_setpoint/raw/body": "geometry_msgs/TwistStamped",
+    "/UAV/vel_setpoint/final/body": "geometry_msgs/TwistStamped",
+    "/UAV/goal_reached": "std_msgs/Bool",
+    "/position_controller/goal": "geometry_msgs/PoseStamped",
+}
+
+
+class ToolsLaunchTest(unittest.TestCase):
+    def test_names_and_types(self):
+        wait_until(lambda: TYPES.items() <= dict(rospy.get_published_topics()).items(), f"{TYPES}")
+
+    def test_scans_and_velocities_go_through_with_their_stamp(self):
+        scans, padded = Input("/scan", LaserScan), Output("/scan/padded", LaserScan)
+        filtered = Output("/scan/filtered", LaserScan)
+        stamp = Stamps().next()
+        scans.send(scan_of(stamp, [5.0] * 540 + [1.0] + [5.0] * 540))
+        self.assertEqual(set(filtered.next().ranges), {5.0})
+        result = padded.next()
+        self.assertEqual((len(result.ranges), result.header.stamp), (1440, stamp))
+        self.assertEqual(sum(intensity == -1.0 for intensity in result.intensities), 1440 - 1081)
+
+        poses, setpoints = Input("/UAV/odometry", Odometry), Input("/UAV/pos_setpoint", Pose)
+        raw = Output("/UAV/vel_setpoint/raw/body", TwistStamped)
+        setpoint = Pose()
+        setpoint.position.y, setpoint.position.z = -30.0, 2.0
+        setpoints.send(setpoint)
+        rospy.sleep(0.2)
+        stamps = Stamps()
+        for _ in range(150):
+            poses.send(odometry_of(stamps.next(0.01)))
+            wanted = raw.next()
+        self.assertAlmostEqual(wanted.twist.linear.y, -2.0)
+
+        # what obstacle avoidance made of it is zero: look to the right, where it wanted to go
+        safe = Input("/UAV/vel_setpoint/safe/body", TwistStamped)
+        final = Output("/UAV/vel_setpoint/final/body", TwistStamped)
+        rospy.sleep(0.2)
+        safe.send(velocity_of(wanted.header.stamp, (0.0, 0.0, 0.0)))
+        result = final.next()
+        self.assertEqual(result.header.stamp, wanted.header.stamp)
+        self.assertEqual((result.twist.linear.x, result.twist.angular.z), (0.0, -1.0))
+
+    def test_a_killed_node_comes_back_and_works(self):
+        scans, filtered = Input("/scan", LaserScan), Output("/scan/filtered", LaserScan)
+        process = address_of("/lidar_median_filter")
+        rosnode.kill_nodes(["/lidar_median_filter"])
+        wait_until(
+            lambda: address_of("/lidar_median_filter") not in (None, process),
+            "the filter's return",
+        )
+        stamps = Stamps()
+
+        def answered():
+            scans.send(scan_of(stamps.next(), [2.0] * 9))
+            rospy.sleep(0.05)
+            return filtered.messages
+
+        wait_until(answered, "a scan from the new filter")
+
+    def test_bad_parameters_at_the_start_give_one_sentence_and_exit_code_1(self):
+        for node, parameter, complaint in (
+            ("lidar_median_filter", "_window:=4", "window is 4; it must be odd"),
+            ("lidar_median_filter", "_window:=wide", "window is 'wide'; it must be a whole number"),
+            ("lidar_padding", "_value:=far", "value is 'far'; it must be"),
+            ("position_controller", "_max_speed:=-1.0", "max_speed is -1.0; it must be a number"),
+            ("position_controller", "_pose_source:=gps", "pose_source is 'gps'; it must be one of"),
+            ("yaw_regulator", "_speed_off:=1.0", "it must be below speed_on"),
+        ):
+            with self.subTest(parameter):
+                done = subprocess.run(
+                    ["rosrun", "inspection_tools", node, "__name:=misled", parameter],
+                    capture_output=True,
+                    text=True,
+                    timeout=15,
+                    check=False,
+                )
+                said = done.stdout + done.stderr
+                self.assertEqual(done.returncode, 1, said)
+                self.assertIn(complaint, said)
+                self.assertNotIn("Traceback", said)
+                rospy.delete_param("/misled")
+
+
+if __name__ == "__main__":
+    rospy.init_node("tools_launch_contract")
+    rostest.rosrun("inspection_tools", "tools_launch_contract", ToolsLaunchTest)

@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""The contract of the node yaw_regulator, seen from outside."""
+
+import math
+import sys
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import TwistStamped
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from ros_probe import Input, Output, Stamps, Warned, velocity_of
+
+NODE = "/yaw_regulator"
+DEFAULTS = {"gain": 1.5, "max_yaw_rate": 1.0, "speed_on": 0.25, "speed_off": 0.15}
+
+
+class YawRegulatorTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.commands = Input("vel_setpoint_in", TwistStamped)
+        cls.references = Input("vel_reference", TwistStamped)
+        cls.final = Output("vel_setpoint_out", TwistStamped)
+        cls.warned = Warned(NODE)
+        cls.client = Client(NODE, timeout=10)
+        cls.stamps = Stamps()
+
+    def setUp(self):
+        self.client.update_configuration(DEFAULTS)
+        # Old references are forgotten, the second of two hover commands never waits for one: hysteresis off.
+        self.stamps.next(step_s=1.0)
+        self.commands.send(velocity_of(self.stamps.next(), (0.0, 0.0, 0.0)))
+        last = self.stamps.next()
+        self.commands.send(velocity_of(last, (0.0, 0.0, 0.0)))
+        while self.final.next().header.stamp != last:
+            pass
+
+    def answer(self, linear, frame="base_frame"):
+        self.commands.send(velocity_of(self.stamps.next(), linear, frame))
+        return self.final.next()
+
+    def test_adds_the_yaw_rate_and_carries_everything_else_through(self):
+        stamp = self.stamps.next()
+        command = velocity_of(stamp, (1.0, 0.5, -0.3))
+        command.twist.angular.x = 9.0  # means nothing for a levelled velocity
+        self.commands.send(command)
+        result = self.final.next()
+        self.assertEqual(result.header.stamp, stamp)
+        self.assertEqual(result.header.frame_id, "base_frame")
+        linear, angular = result.twist.linear, result.twist.angular
+        self.assertEqual((linear.x, linear.y, linear.z), (1.0, 0.5, -0.3))
+        self.assertEqual((angular.x, angular.y), (0.0, 0.0))
+        self.assertAlmostEqual(angular.z, 1.5 * math.atan2(0.5, 1.0))
+
+    def test_no_frame_means_the_body_frame_and_stays_so(self):
+        self.assertEqual(self.answer((0.0, 1.0, 0.0), frame="").header.frame_id, "")
+
+    def test_does_not_turn_when_hovering(self):
+        self.assertEqual(self.answer((0.0, 0.1, 1.0)).twist.angular.z, 0.0)
+
+    def test_turns_towards_the_reference_when_held_back(self):
+        stamp = self.stamps.next()
+        self.references.send(velocity_of(stamp, (0.0, -1.0, 0.0)))
+        rospy.sleep(0.1)
+        self.commands.send(velocity_of(stamp, (0.0, 0.0, 0.0)))
+        self.assertEqual(self.final.next().twist.angular.z, -1.0)
+
+    def test_an_old_reference_counts_as_none(self):
+        self.references.send(velocity_of(self.stamps.next(), (0.0, -1.0, 0.0)))
+        rospy.sleep(0.1)
+        self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, -1.0)  # 25 ms old
+        self.stamps.next(step_s=0.5)
+        self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, 0.0)
+
+    def test_waits_for_the_reference_that_belongs_to_the_command(self):
+        first = self.stamps.next()
+        self.references.send(velocity_of(first, (0.0, -1.0, 0.0)))
+        rospy.sleep(0.1)
+        self.commands.send(velocity_of(first, (0.0, 0.0, 0.0)))
+        self.assertEqual(self.final.next().twist.angular.z, -1.0)
+        second = self.stamps.next()
+        self.commands.send(velocity_of(second, (0.0, 0.0, 0.0)))  # overtakes its reference
+        self.final.assert_quiet()
+        self.references.send(velocity_of(second, (0.0, 1.0, 0.0)))
+        result = self.final.next()
+        self.assertEqual((result.header.stamp, result.twist.angular.z), (second, 1.0))
+        # the next goes without: nobody waits for a source that died for longer than a command
+        self.commands.send(velocity_of(self.stamps.next(), (0.0, 0.0, 0.0)))
+        self.final.assert_quiet()
+        self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, 1.0)
+
+    def test_bad_commands_give_one_sentence_and_nothing_else(self):
+        cases = [
+            ((math.nan, 0.0, 0.0), "base_frame", "not finite. The command"),
+            ((0.0, 0.0, math.inf), "base_frame", "not finite. The command"),
+            ((1.0, 0.0, 0.0), "odom", 'frame "odom"'),
+        ]
+        for linear, frame, complaint in cases:
+            self.commands.send(velocity_of(self.stamps.next(), linear, frame))
+            self.warned.wait_for(complaint)
+        self.final.assert_quiet()
+        self.assertEqual(self.warned.count("not finite. The command"), 1)
+        self.assertEqual(self.answer((1.0, 0.0, 0.0)).twist.linear.x, 1.0)
+
+    def test_bad_references_are_ignored(self):
+        for linear, frame, complaint in (
+            ((math.nan, 0.0, 0.0), "base_frame", "not finite. The reference"),
+            ((0.0, 1.0, 0.0), "map", 'frame "map"'),
+        ):
+            self.references.send(velocity_of(self.stamps.next(), linear, frame))
+            self.warned.wait_for(complaint)
+        self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, 0.0)
+
+    def test_a_clock_that_jumps_back_clears_the_hysteresis(self):
+        self.assertNotEqual(self.answer((0.0, 1.0, 0.0)).twist.angular.z, 0.0)
+        self.assertNotEqual(self.answer((0.0, 0.2, 0.0)).twist.angular.z, 0.0)
+        self.stamps = Stamps(start_s=5.0)
+        self.assertEqual(self.answer((0.0, 0.2, 0.0)).twist.angular.z, 0.0)
+        self.warned.wait_for("clock jumped back")
+
+    def test_live_parameters(self):
+        self.client.update_configuration({"gain": 0.5, "max_yaw_rate": 3.0})
+        self.assertAlmostEqual(self.answer((0.0, 1.0, 0.0)).twist.angular.z, 0.25 * math.pi)
+
+    def test_thresholds_the_wrong_way_round_are_refused(self):
+        kept = self.client.update_configuration({"speed_off": 0.5})
+        self.assertEqual(kept["speed_off"], 0.15)
+        self.warned.wait_for("speed_off is 0.5 m/s; it must be below speed_on")
+
+
+if __name__ == "__main__":
+    rospy.init_node("yaw_regulator_contract")
+    rostest.rosrun("inspection_tools", "yaw_regulator_contract", YawRegulatorTest)

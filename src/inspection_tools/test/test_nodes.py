@@ -1,0 +1,87 @@
+"""Runs the node tests (*.test) from pytest, and compares the generated live parameters with the library's."""
+
+import dataclasses
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from inspection_tools import (
+    MedianFilterParameters,
+    PaddingParameters,
+    ParameterError,
+    PositionControllerParameters,
+    YawRegulatorParameters,
+)
+
+HERE = Path(__file__).resolve().parent
+CONFIGS = {
+    "lidar_median_filter": ("LidarMedianFilterConfig", MedianFilterParameters),
+    "lidar_padding": ("LidarPaddingConfig", PaddingParameters),
+    "position_controller": ("PositionControllerConfig", PositionControllerParameters),
+    "yaw_regulator": ("YawRegulatorConfig", YawRegulatorParameters),
+}
+BEYOND = 1e-3  # a step past a limit
+COUPLED = {
+    "speed_on",
+    "speed_off",
+    "max_acceleration",
+    "braking_deceleration",
+}  # limited by each other as well
+
+
+def live(config):
+    pytest.importorskip("inspection_tools.cfg", reason="the workspace is not built, or not sourced")
+    return importlib.import_module(f"inspection_tools.cfg.{config}")
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("node", CONFIGS)
+def test_live_parameters_are_the_librarys(node):
+    config, parameter_class = CONFIGS[node]
+    described = live(config)
+    defaults = {field.name: field.default for field in dataclasses.fields(parameter_class)}
+    assert described.defaults == defaults
+    for parameter in described.config_description["parameters"]:
+        assert parameter["description"].endswith("."), parameter["name"]
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("node", [name for name in CONFIGS if name != "lidar_padding"])
+def test_live_limits_are_the_librarys(node):
+    config, parameter_class = CONFIGS[node]
+    described = live(config)
+    for name, default in described.defaults.items():
+        step = 1 if isinstance(default, int) else BEYOND
+        for value, beyond in ((described.min[name], -step), (described.max[name], step)):
+            with pytest.raises(ParameterError, match=name):
+                parameter_class(**{name: value + beyond})
+            if name not in COUPLED:
+                assert getattr(parameter_class(**{name: value}), name) == value
+
+
+def test_shipped_configuration_is_valid_and_says_the_defaults():
+    shipped = yaml.safe_load((HERE.parent / "config" / "tools.yaml").read_text())
+    assert shipped.keys() == CONFIGS.keys()
+    for node, values in shipped.items():
+        parameter_class = CONFIGS[node][1]
+        assert parameter_class(**values) == parameter_class()
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("launch", sorted(HERE.glob("*.test")), ids=lambda path: path.stem)
+def test_node(launch):
+    live("LidarPaddingConfig")
+    done = subprocess.run(
+        ["rostest", "--text", "inspection_tools", launch.name],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=90,
+        check=False,
+    )
+    print(done.stdout, file=sys.stderr)
+    assert "RESULT: SUCCESS" in done.stdout

@@ -1,0 +1,54 @@
+"""Geometry of scans: which close the circle, which divide it, which are nonsense."""
+
+import math
+
+import numpy as np
+import pytest
+
+from inspection_tools import ScanError, ScanGeometry
+
+DEGREE = math.pi / 180.0
+
+
+@pytest.mark.parametrize(
+    ("beams", "increment_deg", "closes"),
+    [
+        (1440, 0.25, True),
+        (1441, 0.25, True),  # the first beam repeated
+        (1439, 0.25, False),  # one direction is missing
+        (1081, 0.25, False),
+        (1800, -0.2, True),
+        (1, 0.25, False),
+    ],
+)
+def test_closes_circle(beams, increment_deg, closes):
+    assert ScanGeometry(beams, 0.3, increment_deg * DEGREE).closes_circle is closes
+
+
+@pytest.mark.parametrize(
+    ("increment_deg", "turn"), [(360 / 1024, 1024), (0.25, 1440), (0.2, 1800), (1 / 3, 1080), (-0.2, 1800)]
+)
+def test_beams_per_turn_survives_float32(increment_deg, turn):
+    assert ScanGeometry(10, 0.0, float(np.float32(increment_deg * DEGREE))).beams_per_turn == turn
+
+
+@pytest.mark.parametrize("increment_deg", [0.7, 7.0, 270.0 / 1081.0])
+def test_an_increment_that_does_not_divide_the_turn_is_named(increment_deg):
+    with pytest.raises(ScanError, match="does not divide 360 degrees"):
+        _ = ScanGeometry(10, 0.0, increment_deg * DEGREE).beams_per_turn
+
+
+@pytest.mark.parametrize(
+    ("beams", "start", "increment", "complaint"),
+    [
+        (0, 0.0, 0.1, "no beams"),
+        (5, math.nan, 0.1, "angle_min is nan"),
+        (5, 0.0, 0.0, "angle_increment is 0.0"),
+        (5, 0.0, math.nan, "angle_increment is nan"),
+        (5, 0.0, math.inf, "angle_increment is inf"),
+        (5, 0.0, -7.0, "less than a turn"),
+    ],
+)
+def test_refuses(beams, start, increment, complaint):
+    with pytest.raises(ScanError, match=complaint):
+        ScanGeometry(beams, start, increment)
