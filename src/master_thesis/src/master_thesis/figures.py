@@ -30,7 +30,7 @@ class TopView:
 
     path: (n, 3) of x, y in metres and the value that colours it; hits_xy: where lidar beams ended, (m, 2);
     emergencies_xy: places of emergency avoidance, (k, 2); flight_height_m: shapes at this height are drawn
-    dark, lower and higher ones light.
+    dark, lower and higher ones light. value_range: of the colours; beyond it the end's colour stands.
     """
 
     title: str
@@ -64,7 +64,9 @@ def top_view_png(view: TopView) -> bytes:
     axes.set_ylabel("y [m]", **_STYLE)
     axes.set_title(view.title, fontsize=9)
     axes.tick_params(labelsize=7)
-    bar = figure.colorbar(path, cax=axes.inset_axes((1.012, 0.0, 0.018, 1.0)))
+    beyond = view.value_range is not None and view.path[:, 2].max() > view.value_range[1]
+    place = axes.inset_axes((1.012, 0.0, 0.018, 1.0))
+    bar = figure.colorbar(path, cax=place, extend="max" if beyond else "neither")
     bar.set_label(view.value_label, **_STYLE)
     bar.ax.tick_params(labelsize=7)
     _legend(axes, view)
@@ -157,7 +159,7 @@ def time_series_png(title: str, panels: tuple[TimeSeries, ...]) -> bytes:
         axes.tick_params(labelsize=7)
         axes.grid(alpha=0.3, lw=0.4)
         if len(panel.curves) > 1 or panel.limit:
-            axes.legend(fontsize=7, frameon=False, ncol=4, loc="upper right")
+            axes.legend(fontsize=7, frameon=False, ncol=4, loc="lower center")
     all_axes[0].set_title(title, fontsize=9)
     all_axes[-1].set_xlabel("time [s]", **_STYLE)
     figure.align_ylabels(all_axes)

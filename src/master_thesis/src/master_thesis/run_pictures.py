@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,7 +48,9 @@ def write_pictures(folder: RunFolder, run: Run) -> None:
     computation = run.within(run.log.decisions.array("t_s", "computation_ms"))
     folder.write_bytes("path_speed.png", figures.top_view_png(top_view(run, speeds, "speed [m/s]")))
     if len(computation):
-        view = top_view(run, computation, "computation time [ms]")
+        # A few scans that the machine was busy at must not take the colours from all others
+        usual_ms = float(np.percentile(computation[:, 1], 98))
+        view = replace(top_view(run, computation, "computation time [ms]"), value_range=(0.0, usual_ms))
         folder.write_bytes("path_computation.png", figures.top_view_png(view))
     folder.write_bytes("flight.png", figures.time_series_png(title(run), _panels(run, speeds, computation)))
 

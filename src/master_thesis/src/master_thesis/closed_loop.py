@@ -1,0 +1,188 @@
+"""The whole chain of figure 5.2 of the thesis without ROS, on the classes that the nodes are made of.
+
+At every instant t the order is that of the graph in lockstep (DESIGN, 12): odometry and truth, position
+controller; then the scan, median filter, padding, CEPA, yaw regulator, publisher; then the flight controller,
+which has the setpoint made from scan(t) before it steps on. There is no latency, and nothing depends on the
+machine.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Callable
+
+from cepa import ALGORITHMS, CepaParameters, LaserScan2D
+from inspection_tools import (
+    LidarMedianFilter,
+    LidarPadding,
+    MedianFilterParameters,
+    PaddingParameters,
+    PositionController,
+    PositionControllerParameters,
+    ScanGeometry,
+    YawRegulator,
+    YawRegulatorParameters,
+)
+from master_thesis.errors import FlightError
+from master_thesis.experiment import Action, ExperimentParameters, Outcome, Phase
+from master_thesis.flight_log import FlightLog
+from master_thesis.monitor import Monitor
+from master_thesis.publisher_link import PublisherLink
+from simulation_tools.px4.modes import Mode
+from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
+
+POSE_SOURCES = ("ground_truth", "odometry")
+
+
+@dataclass(frozen=True)
+class ClosedLoopParameters:
+    """What is flown and with what; every default is the nodes'.
+
+    goal_xyz_m: in the frame of `pose_source`. algorithm: of `cepa.ALGORITHMS`.
+    """
+
+    simulation: SimulationParameters
+    goal_xyz_m: tuple[float, float, float] = (40.0, 0.0, 2.0)
+    algorithm: str = "improved"
+    pose_source: str = "ground_truth"
+    cepa: CepaParameters = field(default_factory=CepaParameters)
+    median_filter: MedianFilterParameters = field(default_factory=MedianFilterParameters)
+    padding: PaddingParameters = field(default_factory=PaddingParameters)
+    position_controller: PositionControllerParameters = field(default_factory=PositionControllerParameters)
+    yaw_regulator: YawRegulatorParameters = field(default_factory=YawRegulatorParameters)
+    limits: ExperimentParameters = field(default_factory=ExperimentParameters)
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in ALGORITHMS:
+            choices = ", ".join(ALGORITHMS)
+            raise FlightError(f"There is no algorithm '{self.algorithm}'; choose one of {choices}.")
+        if self.pose_source not in POSE_SOURCES:
+            choices = ", ".join(POSE_SOURCES)
+            raise FlightError(f"There is no pose source '{self.pose_source}'; choose one of {choices}.")
+
+
+class ClosedLoop:
+    """One flight from take-off to landing. Use it as a context manager, or `close` it."""
+
+    def __init__(self, parameters: ClosedLoopParameters) -> None:
+        """Build everything; raises SimulationToolsError when the world or the UAV cannot be loaded."""
+        self.parameters = parameters
+        self.simulation = Simulation(parameters.simulation)
+        self.monitor = Monitor(parameters.limits, self.simulation.uav_name)
+        lidar = self.simulation.lidar
+        if lidar is None:
+            self.simulation.close()
+            raise FlightError("The UAV has no lidar, without which CEPA cannot fly; choose one.")
+        self._geometry = ScanGeometry(lidar.beams, lidar.angle_min, lidar.angle_increment)
+        self._median_filter = LidarMedianFilter(parameters.median_filter)
+        self._padding = LidarPadding(parameters.padding)
+        self._position_controller = PositionController(parameters.position_controller)
+        self._cepa = ALGORITHMS[parameters.algorithm](parameters.cepa)
+        self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
+        self.publisher = PublisherLink(self.simulation.px4)
+        self._v_ref = (0.0, 0.0, 0.0)
+        self._v_uav = (0.0, 0.0)
+        self._finished = False
+        self._begun = False
+
+    @property
+    def log(self) -> FlightLog:
+        """The flight's time series so far."""
+        return self.monitor.log
+
+    @property
+    def time_s(self) -> float:
+        """Simulation time."""
+        return 1e-6 * self.simulation.time_us
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the run went so far."""
+        return self.monitor.experiment.outcome
+
+    def run(self, until: Callable[[ClosedLoop], bool] = lambda loop: False) -> Outcome:
+        """Fly until the run is over, which its limits make sure of, or until `until(loop)` is true."""
+        while not (self._finished or until(self)):
+            self.step()
+        return self.outcome
+
+    def run_to(self, phase: Phase) -> Outcome:
+        """Fly until a phase has begun (or the run is over)."""
+        return self.run(until=lambda loop: phase in loop.outcome.times_s)
+
+    def step(self) -> StepOutput:
+        """Simulate one time step and let everybody hear of it; the first call gives the instant t = 0."""
+        output = self.simulation.step() if self._begun else self.simulation.sense()
+        self._begun = True
+        if output.ground_truth is not None:
+            self._on_pose(output)
+        if output.scan is not None:
+            self._on_scan(output)
+        self.publisher.on_time(output.time_us)
+        self._watch(output)
+        return output
+
+    def _on_pose(self, output: StepOutput) -> None:
+        t_s = 1e-6 * output.time_us
+        truth, odometry = output.ground_truth, output.odometry
+        self._v_uav = odometry.linear_velocity_m_s[:2]
+        self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
+        pose = (truth if self.parameters.pose_source == "ground_truth" else odometry).pose
+        command = self._position_controller.update(t_s, pose.position_m, pose.yaw_rad)
+        self._v_ref = command.velocity_m_s
+        self.log.v_ref.add(t_s, *command.velocity_m_s, 0.0)
+        self._carry_out(self.monitor.on_truth(t_s, truth.pose.position_m, truth.pose.orientation_xyzw))
+        self.monitor.on_goal_reached(command.goal_reached)
+
+    def _on_scan(self, output: StepOutput) -> None:
+        t_s, lidar = 1e-6 * output.time_us, self.simulation.lidar
+        limits = lidar.range_min, lidar.range_max
+        filtered = self._median_filter.filter(output.scan, self._geometry, *limits)
+        padded = self._padding.pad(filtered, self._geometry, *limits)
+        geometry = padded.geometry
+        scan = LaserScan2D(
+            padded.ranges, geometry.angle_min_rad, geometry.angle_increment_rad, *limits, seen=padded.seen
+        )
+        started = time.perf_counter()
+        decision = self._cepa.steer(scan, self._v_ref[:2], self._v_uav)
+        computation_ms = 1e3 * (time.perf_counter() - started)
+        velocity = (*decision.velocity_xy, self._v_ref[2])
+        yaw_rate = self._yaw_regulator.update(decision.velocity_xy, self._v_ref[:2])
+        self.publisher.on_velocity(output.time_us, velocity, yaw_rate)
+        self.log.add_scan(t_s, output.scan, lidar.angle_min, lidar.angle_increment)
+        self.log.v_safe.add(t_s, *velocity, 0.0)
+        self.log.v_final.add(t_s, *velocity, yaw_rate)
+        self.log.decisions.add(
+            t_s,
+            computation_ms,
+            decision.directions_tested,
+            decision.cost,
+            decision.emergency,
+            decision.reason.value,
+        )
+
+    def _watch(self, output: StepOutput) -> None:
+        for contact in output.contacts:
+            self.monitor.on_contact(1e-6 * output.time_us, contact.collision_1, contact.collision_2)
+        self.monitor.experiment.on_ready(self.publisher.ready)
+        self._carry_out(self.monitor.on_armed(self.simulation.px4.status.armed))
+
+    def _carry_out(self, actions) -> None:
+        for action in actions:
+            if action is Action.SEND_GOAL:
+                self._position_controller.set_setpoint(self.parameters.goal_xyz_m)
+            elif action is Action.LAND:
+                self.simulation.px4.request_mode(Mode.AUTO_LAND)
+            else:
+                self._finished = True
+
+    def close(self) -> None:
+        """Release the physics engine."""
+        self.simulation.close()
+
+    def __enter__(self) -> ClosedLoop:
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()

@@ -1,0 +1,152 @@
+"""Flights of the whole chain without ROS: they reach the goal, touch nothing, repeat themselves, and fail safely.
+
+Tolerances were taken from seeds 1 to 20; what they leave room for is said beside each.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.errors import FlightError
+from master_thesis.experiment import ExperimentParameters, Phase
+from master_thesis.scenario import SCENARIOS
+from simulation_tools.geometry import Pose
+from simulation_tools.px4.modes import Mode
+from simulation_tools.sdf.parser import parse_model
+from simulation_tools.simulation import SimulationParameters
+
+pytestmark = pytest.mark.flight
+
+BOX = """<sdf version="1.6"><model name="box"><static>true</static><link name="link"><collision name="box">
+  <pose>0 0 2 0 0 0</pose><geometry><box><size>1 3 4</size></box></geometry>
+</collision></link></model></sdf>"""
+HALF_A_BOX_M = 0.5
+
+
+@pytest.fixture
+def parameters(worlds_folder):
+    def make(scenario="empty", seed=1, **changes):
+        world = str(worlds_folder / f"{scenario}.world")
+        return ClosedLoopParameters(SimulationParameters(world=world, seed=seed), **changes)
+
+    return make
+
+
+def speed_at_the_end(loop, over_s=0.2):
+    poses = loop.log.between(loop.time_s - over_s, loop.time_s)
+    return np.linalg.norm(poses[-1, 1:3] - poses[0, 1:3]) / (poses[-1, 0] - poses[0, 0])
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_the_improved_algorithm_flies_every_scenario_without_contact(parameters, scenario, seed):
+    with ClosedLoop(parameters(scenario, seed)) as loop:
+        outcome = loop.run()
+    assert outcome.success, outcome.failure
+    assert outcome.touched == ()
+    # 40 m at 2 m/s take 20 s, getting up to speed and braking 1.5 s, detours in the forest another
+    assert 20.0 < outcome.times_s[Phase.HOVERING] - outcome.times_s[Phase.FLYING] < 26.0
+
+
+@pytest.mark.parametrize("scenario", ["forest", "hallway"])
+def test_the_original_algorithm_flies_too(parameters, scenario):
+    with ClosedLoop(parameters(scenario, algorithm="original", goal_xyz_m=(20.0, 0.0, 2.0))) as loop:
+        outcome = loop.run()
+    assert outcome.success, outcome.failure
+
+
+def test_the_uav_hovers_within_5_cm_of_the_goal(parameters):
+    """True distance over 10 s, 8 s after the goal was reached (PX4's own velocity steps settle in 6 s)."""
+    limits = ExperimentParameters(hover_s=18.0)
+    goal = (3.0, 1.0, 2.0)
+    with ClosedLoop(parameters(goal_xyz_m=goal, limits=limits)) as loop:
+        outcome = loop.run_to(Phase.LANDING)
+        hover = loop.log.between(outcome.times_s[Phase.HOVERING] + 8.0, outcome.times_s[Phase.LANDING])
+    assert len(hover) >= 1000
+    assert np.linalg.norm(hover[:, 1:4] - goal, axis=1).max() < 0.05
+
+
+def test_a_box_that_appears_2_5_m_ahead_is_not_touched(parameters):
+    # Given a UAV at full speed in an empty field
+    with ClosedLoop(parameters()) as loop:
+        loop.run(until=lambda flight: flight.log.truth and flight.log.truth.rows[-1][1] > 15.0)
+        assert speed_at_the_end(loop) > 1.8
+        # When a box 3 m wide appears across its way
+        _, x, y, *_ = loop.log.truth.rows[-1]
+        box = Pose.from_xyz_rpy(x + 2.5 + HALF_A_BOX_M, y, 0.0)
+        loop.simulation.world.spawn(parse_model(BOX, "a test"), "box", box)
+        appeared_s = loop.time_s
+        loop.run_to(Phase.LANDING)
+        # Then the UAV slows down or gives way, and gets to the goal without touching it
+        assert loop.outcome.reached_goal, loop.outcome.failure
+        assert loop.outcome.touched == ()
+        after = [row for row in loop.log.v_safe if row[0] >= appeared_s]
+        assert np.hypot(after[0][1], after[0][2]) < 1.5 or abs(after[0][2]) > 0.5
+        behind = x + 2.5 + 2 * HALF_A_BOX_M
+        assert loop.log.truth.rows[-1][1] > behind
+
+
+def test_a_silent_publisher_leads_to_hover_and_landing(parameters):
+    # Given a UAV at full speed
+    with ClosedLoop(parameters()) as loop:
+        loop.run(until=lambda flight: flight.log.truth and flight.log.truth.rows[-1][1] > 10.0)
+        # When nobody sends setpoints any more
+        loop.publisher.silent = True
+        silent_s = loop.time_s
+        loop.run(until=lambda flight: flight.simulation.px4.status.mode is Mode.AUTO_LAND)
+        # Then PX4 lands by itself a second later (COM_OF_LOSS_T), on the spot
+        assert 1.0 <= loop.time_s - silent_s < 1.2
+        assert loop.simulation.px4.status.failsafe
+        loop.run(until=lambda flight: flight.time_s > silent_s + 4.0)
+        assert speed_at_the_end(loop) < 0.3
+        outcome = loop.run()
+    assert outcome.touched == ("ground_plane::link::floor",)
+    assert "disarmed while flying to the goal" in outcome.failure
+    assert loop.log.truth.rows[-1][3] < 0.3
+
+
+def test_a_publisher_that_comes_back_takes_the_flight_up_again(parameters):
+    with ClosedLoop(parameters(goal_xyz_m=(15.0, 0.0, 2.0))) as loop:
+        loop.run(until=lambda flight: flight.log.truth and flight.log.truth.rows[-1][1] > 5.0)
+        loop.publisher.silent = True
+        silent_s = loop.time_s
+        loop.run(until=lambda flight: flight.time_s > silent_s + 2.0)
+        assert loop.simulation.px4.status.mode is Mode.AUTO_LAND
+        loop.publisher.silent = False
+        outcome = loop.run()
+    assert outcome.success, outcome.failure
+
+
+def short_flight(given):
+    with ClosedLoop(given) as loop:
+        loop.run_to(Phase.HOVERING)
+    return np.array(loop.log.truth.rows)
+
+
+def test_the_same_seed_gives_the_same_flight_bit_for_bit(parameters):
+    given = parameters("forest", goal_xyz_m=(6.0, 0.0, 2.0))
+    first, again = short_flight(given), short_flight(given)
+    assert np.array_equal(first, again)
+    other = short_flight(replace(given, simulation=replace(given.simulation, seed=2)))
+    assert not np.array_equal(first[:500], other[:500])
+
+
+def test_with_drifting_odometry_the_goal_is_where_odometry_says(parameters):
+    given = parameters(goal_xyz_m=(30.0, 0.0, 2.0), pose_source="odometry")
+    with ClosedLoop(given) as loop:
+        outcome = loop.run_to(Phase.HOVERING)
+        goal = np.array(given.goal_xyz_m)
+        believed = np.linalg.norm(loop.log.odometry.rows[-1][1:4] - goal)
+        truly = np.linalg.norm(loop.log.truth.rows[-1][1:4] - goal)
+    assert outcome.reached_goal
+    assert believed <= given.position_controller.goal_tolerance_m
+    # 1 % of 30 m ahead, and half of 0.002 rad/m x (30 m)^2 = 0.9 m aside; noise may take away half of it
+    assert truly > 0.4
+
+
+def test_unknown_choices_are_refused_with_the_choices(parameters):
+    with pytest.raises(FlightError, match="no algorithm 'best'; choose one of improved, original"):
+        parameters(algorithm="best")
+    with pytest.raises(FlightError, match="no pose source 'gps'; choose one of ground_truth, odometry"):
+        parameters(pose_source="gps")
