@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent
 TOKEN = "WORKSPACE_TEST"  # environment variable by which everything that a test has started is found again
 
-# Where nothing is built, libraries are tested all the same; a built workspace comes first, it has messages too.
+# Libraries are tested where nothing is built, too; a built workspace comes first, it has messages as well.
 sys.path += sorted(str(path) for path in ROOT.glob("src/*/src"))
 
 
