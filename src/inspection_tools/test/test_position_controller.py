@@ -91,6 +91,21 @@ def test_default_parameters_stop_within_a_millimetre_of_the_goal_without_passing
     assert flight[-1][0] == pytest.approx((40.0, 0.0, 2.0), abs=1e-3)
 
 
+@pytest.mark.parametrize("lag_s", [0.1, 0.2, 0.25])
+def test_does_not_overshoot_with_a_flight_controller_that_lags(lag_s):
+    """Velocity loop of first order: with gain x lag <= 1/4 the last part is at least critically damped."""
+    controller = PositionController()
+    assert controller.parameters.gain * lag_s <= 0.25
+    controller.set_setpoint((40.0, 0.0, 0.0))
+    x = velocity = 0.0
+    for index in range(6000):
+        command = controller.update(index * STEP_S, (x, 0.0, 0.0), 0.0)
+        velocity += (command.velocity_m_s[0] - velocity) * STEP_S / lag_s
+        x += velocity * STEP_S
+        assert x <= 40.0
+    assert x == pytest.approx(40.0, abs=1e-3)
+
+
 @given(
     distance=st.floats(0.0, 100.0),
     limit=st.floats(0.0, 10.0),
