@@ -34,7 +34,7 @@ detect_platform() {
   [[ -f scripts/packages/$platform.txt ]] || fail \
     "This is $id $version; ROS 1 Noetic is supported on Debian 12 and on Ubuntu 20.04 only." \
     "A container of either does as well, for example: docker run -it -v \"\$PWD\":/ws -w /ws debian:12 ./bringup.sh"
-  [[ $id != ubuntu || -d /opt/ros/noetic ]] || apt-cache show ros-noetic-ros-base >/dev/null 2>&1 || fail \
+  [[ $id != ubuntu || -d /opt/ros/noetic ]] || grep -rqsE '/ros(-testing)?/ubuntu' /etc/apt/sources.list{,.d} || fail \
     "Ubuntu gets ROS from packages.ros.org, which is not among this machine's package sources." \
     "Add it as on http://wiki.ros.org/noetic/Installation/Ubuntu (1.1 to 1.3), then call again."
 }
