@@ -136,6 +136,12 @@ class Node:
             if element.tag in tags:
                 self.document.understand(element, whole=True)
 
+    def accept_value(self, tag: str, *values: str) -> None:
+        """Understand a child whose value asks for nothing special; any other value stays for the warning."""
+        for node in self.children_unmarked(tag):
+            if (node._element.text or "").strip().lower() in values:
+                node.understood()
+
     def flattened(self, understand: bool) -> dict[str, str]:
         """Return the text of every leaf below this element by its path; understand: mark all of them."""
         if understand:

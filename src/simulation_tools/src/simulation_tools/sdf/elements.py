@@ -145,13 +145,13 @@ class RaySensor:
 
 @dataclass(frozen=True)
 class ImuSensor:
-    """An inertial measurement unit. pose: in the link frame. Noise of each axis in rad/s and m/s2."""
+    """An inertial measurement unit. pose: in the link frame. Noise about x, y, z in rad/s and m/s2."""
 
     name: str
     pose: Pose
     update_rate_hz: float
-    gyroscope_noise: Noise = NO_NOISE
-    accelerometer_noise: Noise = NO_NOISE
+    gyroscope_noise: tuple[Noise, Noise, Noise] = (NO_NOISE,) * 3
+    accelerometer_noise: tuple[Noise, Noise, Noise] = (NO_NOISE,) * 3
     plugins: tuple[Plugin, ...] = ()
 
 
@@ -214,7 +214,6 @@ class Link:
     collisions: tuple[Collision, ...] = ()
     visuals: tuple[Visual, ...] = ()
     sensors: tuple[Sensor, ...] = ()
-    gravity: bool = True
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import cos, sin
 
 from simulation_tools.geometry import IDENTITY, Pose
 from simulation_tools.sdf.document import SdfError
@@ -31,8 +32,6 @@ class Frame:
 
 def joint_rotation(joint: Joint, angle_rad: float) -> Pose:
     """Return the pose of the turned child link in the child link at angle zero."""
-    from math import cos, sin
-
     half = 0.5 * angle_rad
     x, y, z = (component * sin(half) for component in joint.axis)
     return joint.pose @ Pose(orientation_xyzw=(x, y, z, cos(half))) @ joint.pose.inverse()
@@ -92,7 +91,7 @@ def attach(model: Model, payload: Model, link: str = "base_link", pose: Pose = I
     joint = Joint(f"{carrier.name}_joint", "fixed", parent=link, child=carrier.name)
     joints = (*model.joints, joint, *payload.joints)
     for names in ([own.name for own in (*model.links, *added)], [own.name for own in joints]):
-        twice = sorted({name for name in names if names.count(name) > 1})
+        twice = [name for name in names if names.count(name) > 1]
         if twice:
             raise SdfError(f'{payload.source}:1: "{twice[0]}" exists already in the model "{model.name}".')
     return replace(
@@ -116,11 +115,6 @@ def _parents_first(edges: dict[str, Frame], root: str) -> list[Frame]:
     waiting = list(edges.values())
     while waiting:
         ready = [frame for frame in waiting if frame.parent in reached]
-        if (
-            not ready
-        ):  # a ring of joints that does not reach the root: hang it on the root rather than lose it
-            ready = [replace(waiting[0], parent=root)]
-            waiting = waiting[1:]
         ordered += ready
         reached.update(frame.child for frame in ready)
         waiting = [frame for frame in waiting if frame.child not in reached]

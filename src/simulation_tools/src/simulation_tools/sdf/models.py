@@ -23,6 +23,8 @@ from simulation_tools.sdf.shapes import (
 Include = Callable[[Node], Union[Model, Light]]
 NAME = re.compile(r"[^\s/\x00-\x1f]+( [^\s/\x00-\x1f]+)*")
 MODEL_FRAMES = ("", "__model__")
+YES, NO = ("true", "1"), ("false", "0")
+ZERO = ("0", "0.0", "-0.0", "")
 
 
 def read_model(node: Node, model_path: Sequence[Path], include: Include) -> Model:
@@ -39,14 +41,13 @@ def read_model(node: Node, model_path: Sequence[Path], include: Include) -> Mode
     links += [link for model in nested for link in _flattened_links(model)]
     if not links:
         raise node.error(f'The model "{name}" has no <link>')
-    joints = _read_joints(node, frames, {link.name: link for link in links})
-    joints += [joint for model in nested for joint in _flattened_joints(model)]
+    joints = _read_joints(node, frames, {link.name: link for link in links}, nested)
     return Model(
         name=name,
         pose=pose,
         static=node.flag("static", False),
         links=tuple(links),
-        joints=tuple(joints),
+        joints=joints,
         plugins=(*read_plugins(node), *(plugin for model in nested for plugin in model.plugins)),
         source=node.document.name,
         warnings=tuple(warning for model in nested for warning in model.warnings),
@@ -103,7 +104,9 @@ def _name(node: Node) -> str:
 
 
 def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
-    node.accept("self_collide", "kinematic", "enable_wind", "must_be_base_link", "velocity_decay")
+    node.accept("enable_wind", "must_be_base_link")
+    for tag, ordinary in (("gravity", YES), ("self_collide", NO), ("kinematic", NO)):
+        node.accept_value(tag, *ordinary)
     name = _name(node)
     pose = frames.in_model(name, node)
     collisions = [
@@ -131,7 +134,6 @@ def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
             for child in unique(node.children_unmarked("sensor")).values()
             if is_supported(child)
         ),
-        gravity=node.flag("gravity", True),
     )
 
 
@@ -144,19 +146,30 @@ def _read_visual(node: Node, pose: Pose, model_path: Sequence[Path]) -> Visual:
     )
 
 
-def _read_joints(node: Node, frames: _Frames, links: dict[str, Link]) -> list[Joint]:
-    joints = []
-    parent_of: dict[str, str] = {}
+def _read_joints(
+    node: Node, frames: _Frames, links: dict[str, Link], nested: Sequence[Model]
+) -> tuple[Joint, ...]:
+    joints = [joint for model in nested for joint in _flattened_joints(model)]
+    parent_of = {joint.child: joint.parent for joint in joints}
     for name, child in unique(node.children("joint")).items():
         joint = _read_joint(child, _name(child), frames, links)
         if joint.child in parent_of:
             raise child.error(
-                f'The link "{joint.child}" is already the child of the joint "{parent_of[joint.child]}"; '
-                "closed chains are not supported"
+                f'The link "{joint.child}" is already joined to "{parent_of[joint.child]}"; '
+                "a link can have one parent only"
             )
-        parent_of[joint.child] = name
+        parent_of[joint.child] = joint.parent
+        if _leads_to_itself(joint.child, parent_of):
+            raise child.error(f'The joint "{name}" closes a ring of joints, which is not supported')
         joints.append(joint)
-    return joints
+    return tuple(joints)
+
+
+def _leads_to_itself(link: str, parent_of: dict[str, str]) -> bool:
+    above = parent_of.get(link)
+    while above is not None and above != link:
+        above = parent_of.get(above)
+    return above == link
 
 
 def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link]) -> Joint:
@@ -176,7 +189,6 @@ def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link]) 
         child=child.text,
         pose=frames.in_link(node, links[child.text].pose),
     )
-    node.accept("physics")
     return joint if joint.kind == "fixed" else _with_axis(node.required("axis"), joint, kind, links)
 
 
@@ -199,8 +211,7 @@ def _with_axis(node: Node, joint: Joint, kind: str, links: dict[str, Link]) -> J
     if dynamics is not None:
         damping = dynamics.value("damping", 0.0, NOT_NEGATIVE)
         for tag in ("friction", "spring_reference", "spring_stiffness"):
-            if dynamics.value(tag, 0.0) != 0.0:
-                raise dynamics.error(f"<{tag}> of a joint is not supported; leave it zero")
+            dynamics.accept_value(tag, *ZERO)
     return replace(joint, axis=axis, lower_rad=lower, upper_rad=upper, damping=damping)
 
 

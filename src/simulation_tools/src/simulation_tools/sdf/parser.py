@@ -102,7 +102,7 @@ class _Reader:
     def world(self, document: Document) -> World:
         root = _root(document)
         node = root.required("world")
-        node.accept("gui", "scene", "audio", "atmosphere", "magnetic_field", "state", "road")
+        node.accept("gui", "scene")
         inner = [self._include(child) for child in node.children("include")]
         models = [read_model(child, self.model_path, self._include) for child in node.children("model")]
         models += [item for item in inner if isinstance(item, Model)]

@@ -73,10 +73,8 @@ def _read_ray(node: Node, pose: Pose) -> RaySensor:
 def _read_axis(node: Node) -> ScanAxis:
     samples = int(node.required_value("samples", whole_number(1, MAX_BEAMS)))
     low, high = node.required_value("min_angle"), node.required_value("max_angle")
-    # SDF's resolution multiplies the samples by interpolation; only 1 (none) is exact.
-    resolution = node.value("resolution", 1.0, POSITIVE)
-    if resolution != 1.0:
-        raise node.error(f"Interpolated beams (<resolution> {resolution:g}) are not supported; use 1")
+    # SDF's resolution other than 1 interpolates further beams between the measured ones.
+    node.accept_value("resolution", "1", "1.0")
     if samples > 1 and low >= high:
         raise node.error(f"<min_angle> ({low:g}) must be smaller than <max_angle> ({high:g})")
     if high - low > 2.0 * math.pi + 1e-6:
@@ -98,7 +96,7 @@ def _read_noise(node: Node | None) -> Noise:
 
 
 def _read_imu(node: Node, pose: Pose) -> ImuSensor:
-    gyroscope = accelerometer = NO_NOISE
+    gyroscope = accelerometer = (NO_NOISE,) * 3
     imu = node.child("imu")
     if imu is not None:
         gyroscope = _read_three_axes(imu.child("angular_velocity"))
@@ -113,13 +111,11 @@ def _read_imu(node: Node, pose: Pose) -> ImuSensor:
     )
 
 
-def _read_three_axes(node: Node | None) -> Noise:
+def _read_three_axes(node: Node | None) -> tuple[Noise, Noise, Noise]:
     if node is None:
-        return NO_NOISE
-    axes = [_read_noise(axis.child("noise")) for axis in node.children("x", "y", "z")]
-    if any(axis != axes[0] for axis in axes):
-        raise node.error("The three axes of an IMU must have the same noise")
-    return axes[0] if axes else NO_NOISE
+        return (NO_NOISE,) * 3
+    axes = (node.child(tag) for tag in ("x", "y", "z"))
+    return tuple(NO_NOISE if axis is None else _read_noise(axis.child("noise")) for axis in axes)
 
 
 def _read_camera(node: Node, pose: Pose) -> CameraSensor:

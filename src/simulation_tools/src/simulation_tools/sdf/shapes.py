@@ -103,10 +103,10 @@ def read_surface(node: Node | None) -> Surface:
     ode = outer.child("ode") if outer is not None else None
     if ode is not None:
         friction = ode.value("mu", friction, NOT_NEGATIVE)
-        # PyBullet knows one coefficient; a second one along the other axis changes nothing when it is equal.
-        second = ode.child("mu2")
-        if second is not None and second.checked_number(NOT_NEGATIVE) != friction:
-            raise second.error("Different friction along two axes (<mu> and <mu2>) is not supported")
+        # PyBullet knows one coefficient: a second one must be equal, or the warning names it.
+        for second in ode.children_unmarked("mu2"):
+            if second.checked_number(NOT_NEGATIVE) == friction:
+                second.understood()
     bounce = node.child("bounce")
     if bounce is not None:
         restitution = bounce.value("restitution_coefficient", restitution, NOT_NEGATIVE)

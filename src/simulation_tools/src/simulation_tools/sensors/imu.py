@@ -38,15 +38,10 @@ class Imu:
         self.name = sensor.name
         self.period_us = round(1e6 / sensor.update_rate_hz) if sensor.update_rate_hz > 0.0 else 0
         self.pose_in_body = pose_in_body
-        gyroscope, accelerometer = sensor.gyroscope_noise, sensor.accelerometer_noise
-        self._mean = np.array([gyroscope.mean] * 3 + [accelerometer.mean] * 3)
-        self._stddev = np.array([gyroscope.stddev] * 3 + [accelerometer.stddev] * 3)
+        noises = (*sensor.gyroscope_noise, *sensor.accelerometer_noise)
+        self._mean = np.array([noise.mean for noise in noises])
+        self._stddev = np.array([noise.stddev for noise in noises])
         self._rng = rng
-
-    @property
-    def noise_stddev(self) -> tuple[float, float]:
-        """Standard deviation of each axis: (rad/s, m/s2)."""
-        return float(self._stddev[0]), float(self._stddev[3])
 
     def sample(
         self,

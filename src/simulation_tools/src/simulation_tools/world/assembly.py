@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import permutations
 from typing import Iterable, Sequence
 
@@ -74,6 +75,11 @@ class PlacedCollision:
     link: str
     collision: Collision
     pose: Pose
+
+    @cached_property
+    def inverse(self) -> Pose:
+        """Pose of the part's frame in the shape's."""
+        return self.pose.inverse()
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def _full_name(
 
 def distance_to(placed: PlacedCollision, point_m: Vector3) -> float:
     """Signed distance of a point (part frame) to a shape, negative inside; for a mesh to its bounding box."""
-    x, y, z = (placed.pose.inverse() @ Pose(point_m)).position_m
+    x, y, z = (placed.inverse @ Pose(point_m)).position_m
     return _signed_distance(placed.collision.geometry, x, y, z)
 
 
