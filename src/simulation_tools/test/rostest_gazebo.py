@@ -329,4 +329,4 @@ def far_pose():
 
 if __name__ == "__main__":
     rospy.init_node("rostest_gazebo")
-    rostest.rosrun("simulation_tools", "gazebo", TestGazebo)
+    rostest.rosrun("simulation_tools", "gazebo_test", TestGazebo)

@@ -134,4 +134,4 @@ class TestTfPublisher(unittest.TestCase):
 
 if __name__ == "__main__":
     rospy.init_node("rostest_tf_publisher")
-    rostest.rosrun("simulation_tools", "tf_publisher", TestTfPublisher)
+    rostest.rosrun("simulation_tools", "tf_publisher_test", TestTfPublisher)

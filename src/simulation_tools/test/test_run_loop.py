@@ -76,7 +76,7 @@ class Rig:
     def __init__(self, **pacing):
         self.port = free_port()
         self.simulation = Simulation(SimulationParameters(world=EMPTY))
-        self.link = MavlinkLink(self.simulation.px4, self.port, 0, offboard_local_port=0, gcs_local_port=0)
+        self.link = MavlinkLink(self.simulation.px4, self.port, 0, offboard_local_port=0)
         self.recorder = Recorder()
         self.loop = RunLoop(self.simulation, self.link, self.recorder, PacingParameters(**pacing))
         self.client = None

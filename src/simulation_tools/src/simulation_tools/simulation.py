@@ -16,8 +16,10 @@ import numpy as np
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
 from simulation_tools.px4.autopilot import VehicleState
+from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.px4 import Px4
+from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.sdf.elements import Model
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.sensors.imu import Imu, ImuSample, specific_force
@@ -211,6 +213,15 @@ class Simulation:
         self.px4.reset()
         self._odometry.reset()
         self._begin()
+
+    def warm_up(self) -> None:
+        """Fly for a second, then reset: whatever compiles or loads on first use has done so afterwards."""
+        for _ in range(round(1.0 / self.time_step_s)):
+            self.px4.offer_setpoint(Setpoint.hold((0.0, 0.0, 1.0)))
+            self.px4.request_mode(Mode.OFFBOARD)
+            self.px4.request_arm()
+            self.step()
+        self.reset()
 
     def reset_poses(self) -> None:
         """Put every model back to where it started; time, noise and flight controller go on."""
