@@ -61,14 +61,15 @@ class ToolsLaunchTest(unittest.TestCase):
         self.assertEqual(result.header.stamp, wanted.header.stamp)
         self.assertEqual((result.twist.linear.x, result.twist.angular.z), (0.0, -1.0))
 
-    def test_a_killed_node_comes_back_and_works(self):
+    def kill(self, node):
+        """Kill a node and wait for roslaunch to start it again."""
+        before = address_of(node)
+        rosnode.kill_nodes([node])
+        wait_until(lambda: address_of(node) not in (None, before), f"the return of {node}")
+
+    def test_a_killed_filter_comes_back_and_works(self):
         scans, filtered = Input("/scan", LaserScan), Output("/scan/filtered", LaserScan)
-        process = address_of("/lidar_median_filter")
-        rosnode.kill_nodes(["/lidar_median_filter"])
-        wait_until(
-            lambda: address_of("/lidar_median_filter") not in (None, process),
-            "the filter's return",
-        )
+        self.kill("/lidar_median_filter")
         stamps = Stamps()
 
         def answered():
@@ -78,28 +79,48 @@ class ToolsLaunchTest(unittest.TestCase):
 
         wait_until(answered, "a scan from the new filter")
 
+    def test_a_killed_position_controller_flies_on_to_a_latched_setpoint(self):
+        setpoints = rospy.Publisher("/UAV/pos_setpoint", Pose, queue_size=1, latch=True)
+        setpoint = Pose()
+        setpoint.position.x, setpoint.position.z = 30.0, 2.0
+        setpoints.publish(setpoint)
+        poses = Input("/UAV/odometry", Odometry)
+        raw = Output("/UAV/vel_setpoint/raw/body", TwistStamped)
+        self.kill("/position_controller")
+        stamps = Stamps(start_s=1000.0)
+
+        def flies():
+            poses.send(odometry_of(stamps.next(0.01)))
+            rospy.sleep(0.01)
+            return raw.messages and raw.messages[-1].twist.linear.x == 2.0
+
+        wait_until(flies, "full speed from the new position controller")
+        setpoints.unregister()
+
     def test_bad_parameters_at_the_start_give_one_sentence_and_exit_code_1(self):
-        for node, parameter, complaint in (
+        cases = (
             ("lidar_median_filter", "_window:=4", "window is 4; it must be odd"),
             ("lidar_median_filter", "_window:=wide", "window is 'wide'; it must be a whole number"),
             ("lidar_padding", "_value:=far", "value is 'far'; it must be"),
             ("position_controller", "_max_speed:=-1.0", "max_speed is -1.0; it must be a number"),
             ("position_controller", "_pose_source:=gps", "pose_source is 'gps'; it must be one of"),
             ("yaw_regulator", "_speed_off:=1.0", "it must be below speed_on"),
-        ):
+        )
+        started = [
+            subprocess.Popen(
+                ["rosrun", "inspection_tools", node, f"__name:=misled_{index}", parameter],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )
+            for index, (node, parameter, _) in enumerate(cases)
+        ]
+        for (_, parameter, complaint), process in zip(cases, started):
             with self.subTest(parameter):
-                done = subprocess.run(
-                    ["rosrun", "inspection_tools", node, "__name:=misled", parameter],
-                    capture_output=True,
-                    text=True,
-                    timeout=15,
-                    check=False,
-                )
-                said = done.stdout + done.stderr
-                self.assertEqual(done.returncode, 1, said)
+                said, _ = process.communicate(timeout=15)
+                self.assertEqual(process.returncode, 1, said)
                 self.assertIn(complaint, said)
                 self.assertNotIn("Traceback", said)
-                rospy.delete_param("/misled")
 
 
 if __name__ == "__main__":

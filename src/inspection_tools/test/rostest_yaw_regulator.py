@@ -75,6 +75,13 @@ class YawRegulatorTest(unittest.TestCase):
         self.stamps.next(step_s=0.5)
         self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, 0.0)
 
+    def test_a_reference_without_a_stamp_is_as_new_as_it_came(self):
+        self.references.send(velocity_of(rospy.Time(0), (0.0, -1.0, 0.0)))
+        rospy.sleep(0.1)
+        stamps = Stamps(start_s=rospy.get_time())
+        self.commands.send(velocity_of(stamps.next(), (0.0, 0.0, 0.0)))
+        self.assertEqual(self.final.next().twist.angular.z, -1.0)
+
     def test_waits_for_the_reference_that_belongs_to_the_command(self):
         first = self.stamps.next()
         self.references.send(velocity_of(first, (0.0, -1.0, 0.0)))
