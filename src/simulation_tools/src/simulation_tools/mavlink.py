@@ -17,6 +17,9 @@ from pymavlink.dialects.v20 import common
 from simulation_tools.errors import SimulationToolsError
 
 Address = Tuple[str, int]
+# How far PX4's own ports lie from those on which its clients listen.
+OFFBOARD_PORT_STEP = 14580 - 14540
+GCS_PORT_STEP = 18570 - 14550
 MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
 _OVERHEAD_V1, _OVERHEAD_V2, _SIGNATURE = 8, 12, 13
 _MAX_DATAGRAM = 65535

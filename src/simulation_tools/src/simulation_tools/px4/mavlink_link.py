@@ -14,6 +14,8 @@ from typing import Callable
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavlink import (
+    GCS_PORT_STEP,
+    OFFBOARD_PORT_STEP,
     Address,
     decode_text,
     parameter_from_wire,
@@ -56,14 +58,20 @@ class MavlinkLink:
         offboard_port: int = 14540,
         gcs_port: int = 14550,
         host: str = "127.0.0.1",
-        offboard_local_port: int = 14580,
-        gcs_local_port: int = 18570,
+        offboard_local_port: int | None = None,
+        gcs_local_port: int | None = None,
     ) -> None:
-        """Open both ports; local ports of 0 take free ones, remote ports of 0 mean: answer only.
+        """Open both ports; raises LinkError when one is taken.
 
-        Raises LinkError when a port is taken.
+        offboard_port, gcs_port: where the clients listen; 0: nowhere, answer those who send heartbeats.
+        Local ports: by default as far from the clients' as PX4's, 14580 and 18570; 0 takes a free one.
         """
+        if offboard_local_port is None:
+            offboard_local_port = offboard_port + OFFBOARD_PORT_STEP if offboard_port else 0
+        if gcs_local_port is None:
+            gcs_local_port = gcs_port + GCS_PORT_STEP if gcs_port else 0
         self._px4 = px4
+        self._time_us = 0
         self.statistics = LinkStatistics()
         self.on_setpoint: Callable[[int], None] = lambda time_boot_ms: None
         self.on_warning: Callable[[str], None] = lambda sentence: None

@@ -1,0 +1,388 @@
+"""The state machine of `mavros_publisher` (thesis, 5.2.1): gets the UAV to hover, then hands setpoints on.
+
+ROS-free: messages come in through `on_...`, and each call returns what is to be done, in order. The node does it
+through MAVROS, the closed loop without ROS directly. Frames ENU and FLU; times are stamps in nanoseconds of ROS time.
+
+Lockstep asks for two things. Every velocity command stamped t is answered by a setpoint stamped t, from the very
+first; and what is decided then must not depend on which of two messages happened to arrive first, so decisions look
+at the state and pose of `decision_delay_s` ago, which have surely arrived.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Any, Sequence, Union
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import Pose, Vector3, wrap_angle
+
+OFFBOARD = "OFFBOARD"
+_CRITICAL = 5  # MAV_STATE of a failsafe
+_ON_GROUND = 1  # MAV_LANDED_STATE
+_NS = 1e-9
+_BEFORE_NS = 1_000_000
+_ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+
+class PublisherError(SimulationToolsError):
+    """A parameter of the publisher cannot be used."""
+
+
+@dataclass(frozen=True)
+class PublisherParameters:
+    """How the publisher flies.
+
+    hover_height_m: over the place of take-off. command_timeout_s: an older command is replaced by hover.
+    use_position_setpoint: hand on positions instead of velocities. base_frame: the only frame, besides none,
+    in which velocities are taken. ready_distance_m, ready_speed_m_s: closeness to the hover point that counts
+    as hovering. retry_period_s: between requests to the flight controller. stream_gap_s: when no command has
+    been answered for this long, each pose is, so that the stream never breaks. min_stream_s: of streaming
+    before OFFBOARD is asked for. climb_gain: how much further than the hover point a take-off aims, per metre that
+    is missing; PX4 starts with a guess of the hover thrust and would creep up the last metre. jump_back_s: a stamp this much older than the last means a clock reset.
+    """
+
+    hover_height_m: float = 2.0
+    command_timeout_s: float = 0.5
+    use_position_setpoint: bool = False
+    base_frame: str = "base_frame"
+    ready_distance_m: float = 0.1
+    ready_speed_m_s: float = 0.15
+    retry_period_s: float = 0.5
+    stream_gap_s: float = 0.12
+    min_stream_s: float = 0.1
+    climb_gain: float = 2.0
+    decision_delay_s: float = 0.1
+    jump_back_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, float) and not 0.0 < value < math.inf:
+                raise PublisherError(f"{name} must be a positive number, got {value}.")
+
+
+@dataclass(frozen=True)
+class SendVelocity:
+    """Send a velocity setpoint in the levelled body frame (FLU) and a yaw rate, rad/s."""
+
+    stamp_ns: int
+    linear: Vector3
+    yaw_rate: float
+
+
+@dataclass(frozen=True)
+class SendPosition:
+    """Send a position setpoint in the local frame (ENU) with a heading, rad from east."""
+
+    stamp_ns: int
+    position: Vector3
+    yaw: float
+
+
+@dataclass(frozen=True)
+class RequestMode:
+    """Ask the flight controller for a mode."""
+
+    mode: str
+
+
+@dataclass(frozen=True)
+class RequestArm:
+    """Ask the flight controller to arm."""
+
+
+@dataclass(frozen=True)
+class AnnounceReady:
+    """Say whether the UAV takes commands."""
+
+    ready: bool
+
+
+@dataclass(frozen=True)
+class Log:
+    """Say a sentence; repeated: it may come with every message, so throttle it."""
+
+    text: str
+    is_warning: bool = True
+    repeated: bool = False
+
+
+Action = Union[SendVelocity, SendPosition, RequestMode, RequestArm, AnnounceReady, Log]
+
+
+@dataclass(frozen=True)
+class FcuState:
+    """What MAVROS's State says; system_status is MAV_STATE."""
+
+    connected: bool
+    armed: bool
+    mode: str
+    system_status: int
+
+    @property
+    def failsafe(self) -> bool:
+        """Whether the flight controller flies by itself because something is lost."""
+        return self.armed and self.system_status == _CRITICAL
+
+
+class Phase(enum.Enum):
+    """What the publisher is doing."""
+
+    WAITING = "waiting for the flight controller"
+    TAKING_OFF = "taking off"
+    FLYING = "flying by commands"
+    YIELDED = "leaving the UAV to whoever changed its mode"
+    IDLE = "on the ground, done"
+
+
+class _History:
+    """The last few values with their stamps."""
+
+    def __init__(self) -> None:
+        self._items: deque = deque(maxlen=64)
+
+    def add(self, stamp_ns: int, value: Any) -> None:
+        self._items.append((stamp_ns, value))
+
+    def at(self, stamp_ns: float) -> Any:
+        """Return the newest value that is not newer than a stamp, or None."""
+        for stamp, value in reversed(self._items):
+            if stamp <= stamp_ns:
+                return value
+        return None
+
+    def newest(self) -> Any:
+        return self._items[-1][1] if self._items else None
+
+    def clear(self) -> None:
+        self._items.clear()
+
+
+@dataclass(frozen=True)
+class _Command:
+    stamp_ns: int
+    vector: Vector3
+    yaw: float  # rate of a velocity command, heading of a position command
+
+
+class SetpointPublisher:
+    """See the module. Not thread-safe."""
+
+    def __init__(self, parameters: PublisherParameters) -> None:
+        self.parameters = parameters
+        self._poses, self._states, self._landed = _History(), _History(), _History()
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again: take off if the UAV stands on the ground, take over if it flies."""
+        self.phase = Phase.WAITING
+        for history in (self._poses, self._states, self._landed):
+            history.clear()
+        self._newest_ns = 0
+        self._sent_ns: int | None = None
+        self._stream_began_ns: int | None = None
+        self._requested_ns: int | None = None
+        self._hold: tuple[Vector3, float] | None = None
+        self._velocity: _Command | None = None
+        self._position: _Command | None = None
+        self._seen_offboard = False
+        self._has_flown = False
+        self._was_failsafe = False
+        self._answers_poses = True
+
+    # Messages
+
+    def on_state(self, stamp_ns: int, state: FcuState) -> list[Action]:
+        """Take in MAVROS's state."""
+        actions = self._watch_clock(stamp_ns)
+        self._states.add(stamp_ns, state)
+        return actions
+
+    def on_landed_state(self, stamp_ns: int, landed_state: int) -> list[Action]:
+        """Take in MAVROS's extended state."""
+        actions = self._watch_clock(stamp_ns)
+        self._landed.add(stamp_ns, landed_state)
+        return actions
+
+    def on_local_pose(self, stamp_ns: int, pose: Pose) -> list[Action]:
+        """Take in the pose in the local frame; it keeps the stream going while no commands come."""
+        actions = self._watch_clock(stamp_ns)
+        self._poses.add(stamp_ns, pose)
+        gap_s = math.inf if self._sent_ns is None else (stamp_ns - self._sent_ns) * _NS
+        if self._answers_poses or gap_s >= self.parameters.stream_gap_s:
+            # Not stamped as the pose: a scan may have the same stamp, and lockstep waits for its own answer.
+            actions += self._answer(stamp_ns, stamp_ns - _BEFORE_NS, by_pose=True)
+        return actions
+
+    def on_velocity(
+        self, stamp_ns: int, frame_id: str, linear: Sequence[float], yaw_rate: float
+    ) -> list[Action]:
+        """Take in a velocity command (FLU, levelled); it is always answered, whatever it holds."""
+        actions = self._watch_clock(stamp_ns)
+        if frame_id not in ("", self.parameters.base_frame):
+            text = f"a velocity command in the unknown frame {frame_id!r} is refused"
+            actions.append(Log(f"{text}; it must be in {self.parameters.base_frame!r}.", repeated=True))
+        elif not all(map(math.isfinite, (*linear, yaw_rate))):
+            actions.append(Log("a velocity command with NaN or infinity is refused.", repeated=True))
+        else:
+            self._velocity = _Command(stamp_ns, tuple(linear), yaw_rate)
+        return actions + self._answer(stamp_ns, stamp_ns, by_pose=False)
+
+    def on_position(self, stamp_ns: int, position: Sequence[float], yaw: float) -> list[Action]:
+        """Take in a position command (ENU, heading from east); it is answered with the next pose or velocity."""
+        actions = self._watch_clock(stamp_ns)
+        if all(map(math.isfinite, (*position, yaw))):
+            self._position = _Command(stamp_ns, tuple(position), wrap_angle(yaw))
+        else:
+            actions.append(Log("a position command with NaN or infinity is refused.", repeated=True))
+        return actions
+
+    # Decisions
+
+    def _watch_clock(self, stamp_ns: int) -> list[Action]:
+        """Start again when the clock has jumped back."""
+        if (self._newest_ns - stamp_ns) * _NS > self.parameters.jump_back_s:
+            self.restart()
+            self._newest_ns = stamp_ns
+            return [Log("the clock jumped back: starting again."), AnnounceReady(False)]
+        self._newest_ns = max(self._newest_ns, stamp_ns)
+        return []
+
+    def _answer(self, now_ns: int, stamp_ns: int, by_pose: bool) -> list[Action]:
+        """Return what is to be done now; the last action is a setpoint of the given stamp."""
+        self._answers_poses = by_pose
+        actions = self._advance(now_ns)
+        self._sent_ns = now_ns
+        if self._stream_began_ns is None:
+            self._stream_began_ns = now_ns
+        return [*actions, self._setpoint(now_ns, stamp_ns)]
+
+    def _advance(self, now_ns: int) -> list[Action]:
+        """Take the phase forward by what was known `decision_delay_s` ago."""
+        then_ns = now_ns - self.parameters.decision_delay_s / _NS
+        pose, state, landed = (h.at(then_ns) for h in (self._poses, self._states, self._landed))
+        if pose is None or state is None or landed is None or not state.connected:
+            return []
+        flying = state.armed and landed != _ON_GROUND
+        step = {
+            Phase.WAITING: self._begin,
+            Phase.TAKING_OFF: self._take_off,
+            Phase.FLYING: self._fly,
+            Phase.YIELDED: self._yield,
+        }.get(self.phase)
+        actions = step(now_ns, pose, state, flying) if step else []
+        self._was_failsafe = state.failsafe or (self._was_failsafe and not state.armed)
+        return actions
+
+    def _begin(self, now_ns: int, pose: Pose, state: FcuState, flying: bool) -> list[Action]:
+        if flying and state.mode != OFFBOARD and not state.failsafe:
+            return self._enter_yielded(state)
+        if flying:
+            return self._enter_flying(pose, "the UAV is in the air: taking over where it is.")
+        self.phase = Phase.TAKING_OFF
+        x, y, z = pose.position_m
+        self._hold = ((x, y, z + self.parameters.hover_height_m), pose.yaw_rad)
+        self._seen_offboard = self._has_flown = False
+        return []
+
+    def _take_off(self, now_ns: int, pose: Pose, state: FcuState, flying: bool) -> list[Action]:
+        in_offboard = state.armed and state.mode == OFFBOARD
+        self._seen_offboard = self._seen_offboard or in_offboard
+        self._has_flown = self._has_flown or flying
+        if self._has_flown and not state.armed and not self._was_failsafe:
+            return self._enter_idle()
+        if self._seen_offboard and flying and state.mode != OFFBOARD and not state.failsafe:
+            return self._enter_yielded(state)
+        if in_offboard:
+            return self._enter_flying(None, "hovering, ready.") if self._hovers(now_ns) else []
+        if (now_ns - self._stream_began_ns) * _NS < self.parameters.min_stream_s:
+            return []
+        return self._request(now_ns, RequestMode(OFFBOARD), RequestArm())
+
+    def _fly(self, now_ns: int, pose: Pose, state: FcuState, flying: bool) -> list[Action]:
+        if not state.armed:
+            if self._was_failsafe:
+                self.phase = Phase.WAITING
+                return [AnnounceReady(False), Log("the flight controller landed in a failsafe: taking off again.")]
+            return self._enter_idle()
+        if state.mode == OFFBOARD:
+            return []
+        if state.failsafe:
+            return self._request(now_ns, RequestMode(OFFBOARD))
+        return self._enter_yielded(state)
+
+    def _yield(self, now_ns: int, pose: Pose, state: FcuState, flying: bool) -> list[Action]:
+        if not state.armed:
+            return self._enter_idle()
+        if state.mode == OFFBOARD and not state.failsafe:
+            return self._enter_flying(pose, "OFFBOARD again: taking over where the UAV is.")
+        return []
+
+    def _enter_flying(self, pose: Pose | None, text: str) -> list[Action]:
+        """pose: where to hold until a command comes; None keeps the hover point."""
+        self.phase = Phase.FLYING
+        self._requested_ns = None
+        if pose is not None:
+            self._hold = (pose.position_m, pose.yaw_rad)
+        return [AnnounceReady(True), Log(text, is_warning=False)]
+
+    def _enter_yielded(self, state: FcuState) -> list[Action]:
+        self.phase = Phase.YIELDED
+        text = f"somebody else has set the mode {state.mode}: leaving the UAV to them until it is OFFBOARD again."
+        return [AnnounceReady(False), Log(text)]
+
+    def _enter_idle(self) -> list[Action]:
+        self.phase = Phase.IDLE
+        text = "disarmed: the flight is over; call ~restart for another take-off."
+        return [AnnounceReady(False), Log(text, is_warning=False)]
+
+    def _request(self, now_ns: int, *requests: Action) -> list[Action]:
+        """Return the requests, unless they were made just now."""
+        since_ns = None if self._requested_ns is None else now_ns - self._requested_ns
+        if since_ns is not None and since_ns * _NS < self.parameters.retry_period_s:
+            return []
+        self._requested_ns = now_ns
+        return list(requests)
+
+    def _hovers(self, now_ns: int) -> bool:
+        """Whether the UAV was at the hover point and slow, `decision_delay_s` ago."""
+        p = self.parameters
+        then_ns = now_ns - p.decision_delay_s / _NS
+        here, before = self._poses.at(then_ns), self._poses.at(then_ns - 0.2 / _NS)
+        if before is None or self._hold is None:
+            return False
+        return (
+            math.dist(here.position_m, self._hold[0]) <= p.ready_distance_m
+            and math.dist(here.position_m, before.position_m) <= 0.2 * p.ready_speed_m_s
+        )
+
+    # Setpoints
+
+    def _setpoint(self, now_ns: int, stamp_ns: int) -> Action:
+        """Return what to send now."""
+        stamp_ns = max(stamp_ns, 0)
+        if self.phase is Phase.FLYING:
+            command = self._position if self.parameters.use_position_setpoint else self._velocity
+            timeout_s = self.parameters.command_timeout_s
+            if command is not None and (now_ns - command.stamp_ns) * _NS <= timeout_s:
+                self._hold = None
+                if self.parameters.use_position_setpoint:
+                    return SendPosition(stamp_ns, command.vector, command.yaw)
+                return SendVelocity(stamp_ns, command.vector, command.yaw)
+            if self._hold is None:
+                newest = self._poses.newest()
+                self._hold = (newest.position_m, newest.yaw_rad)
+        if self.phase is Phase.TAKING_OFF:
+            return self._climb(now_ns, stamp_ns)
+        if self.phase is Phase.FLYING:
+            return SendPosition(stamp_ns, *self._hold)
+        return SendVelocity(stamp_ns, _ZERO, 0.0)
+
+    def _climb(self, now_ns: int, stamp_ns: int) -> Action:
+        """Aim above the hover point by what is missing to it, so that the last part is not crept up."""
+        p = self.parameters
+        (x, y, z), yaw = self._hold
+        missing_m = z - self._poses.at(now_ns - p.decision_delay_s / _NS).position_m[2]
+        return SendPosition(stamp_ns, (x, y, z + min(max(p.climb_gain * missing_m, 0.0), p.hover_height_m)), yaw)
