@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia of lumped links against sums worked out by hand, and how models are split."""
+"""Mass, centre of mass and inertia of lumped links against sums worked out by hand; how models are split."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ POINT = (1e-9, 1e-9, 1e-9, 0.0, 0.0, 0.0)
 
 
 def test_a_dumbbell_of_two_point_masses():
-    # 1 kg at x = 0 and 3 kg at x = 4: the centre is at 3, the inertia m1 m2 / (m1 + m2) d^2 = 12 about y and z.
+    # 1 kg at x = 0 and 3 kg at x = 4: centre at 3, inertia m1 m2 / (m1 + m2) d^2 = 12 about y and z.
     body = combined(
         [(Inertial(1.0, Pose(), POINT), Pose()), (Inertial(3.0, Pose(), POINT), Pose.from_xyz_rpy(4, 0, 0))]
     )

@@ -65,7 +65,7 @@ def test_a_cylinder_is_hit_within_the_tolerance_of_its_facets(radius):
         np.zeros(3), directions, 50.0
     )
     expected = to_circle(radius, offset, directions)
-    # Facets lie up to SAGITTA_M under the surface: along a ray at the angle a to the normal that is 1 / cos(a) more.
+    # Facets lie up to SAGITTA_M under the surface: 1 / cos(a) more along a ray at the angle a to the normal.
     along = directions[:, :2] @ offset
     cosine = np.sqrt(np.maximum(1 - (offset @ offset - along**2) / radius**2, 0.0))
     well_hit = np.isfinite(expected) & (cosine > 0.3)
@@ -114,7 +114,8 @@ POSES = st.builds(
 @settings(max_examples=60, deadline=None)
 @given(POSES, POSES)
 def test_what_moves_is_hit_as_if_it_stood_there(pose, lidar):
-    # Given the same box once standing and once moving, before a wall
+    # Given the same box standing and moving, before a wall (odd numbers: no beam runs along a face)
+    pose = pose @ Pose.from_xyz_rpy(0.0137, 0.0271, 0.0193, 0.011, 0.013, 0.017)
     wall = mesh_of(Box((0.1, 20.0, 20.0))).transformed(Pose.from_xyz_rpy(6, 0, 0))
     moving, fixed = RayScene(), RayScene()
     for scene in (moving, fixed):

@@ -151,15 +151,14 @@ class BodyFactory:
         return Body(uid, parts, inertial, inertial.inverse(), tuple(shapes), spheres)
 
     def _set_dynamics(self, uid: int, index: int, part: Part) -> None:
-        _, _, moments = _inertia(part)
+        # Two commands: PyBullet sends everything that comes along with a damping to the base.
         pybullet.changeDynamics(
-            uid,
-            index,
-            linearDamping=0.0,
-            angularDamping=0.0,
-            localInertiaDiagonal=moments,
-            physicsClientId=self._client,
+            uid, index, localInertiaDiagonal=_inertia(part)[2], physicsClientId=self._client
         )
+        if index < 0:
+            pybullet.changeDynamics(
+                uid, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=self._client
+            )
         self._set_contact(uid, index, part.collisions)
         if part.joint is None:
             return
