@@ -67,6 +67,7 @@ class GazeboOutput:
         self._frames = frames or FrameNames()
         self._prefix = frame_prefix
         self._model_states_period_us = model_states_period_us
+        self._drawn_names: set[str] = set()
         self.restart()
 
     def restart(self) -> None:
@@ -80,16 +81,19 @@ class GazeboOutput:
     def publish(self, output: StepOutput) -> None:
         """Publish everything that one instant brings."""
         topics, time_us = self._topics, output.time_us
-        if output.ground_truth is not None:
+        contacts_due = self._are_contacts_due(output)
+        if output.ground_truth is not None or output.imu is not None or contacts_due:
             topics.clock.publish(conversions.clock_message(time_us))
+        if output.ground_truth is not None:
             self._publish_poses(output)
             if time_us >= self._model_states_due_us:
                 self._publish_models(time_us)
         if output.imu is not None and topics.imu.get_num_connections():
             frame = self._prefix + self._simulation.uav.imu.frame
             topics.imu.publish(conversions.imu_message(time_us, output.imu, frame))
-        if output.contacts or self._touching:
-            self._publish_contacts(output)
+        if contacts_due:
+            world = self._frames.world
+            topics.collision.publish(conversions.contacts_message(time_us, output.contacts, world))
         if output.scan is not None:
             lidar, frame = self._simulation.lidar, self._prefix + self._simulation.uav.lidar.frame
             topics.scan.publish(conversions.scan_message(time_us, output.scan, lidar, frame))
@@ -102,9 +106,12 @@ class GazeboOutput:
     def publish_visuals(self) -> None:
         """Publish what the whole world and the UAV look like."""
         world, uav = self._simulation.world, self._simulation.uav_name
+        names = world.model_names()
+        gone = self._drawn_names - set(names)
+        self._drawn_names = set(names)
+        self._moving_poses: dict[str, Pose] = {}
         markers = []
-        self._drawn: dict[str, Pose] = {}
-        for name in world.model_names():
+        for name in names:
             model = world.model(name).placed(name=name)
             if name == uav:
                 markers += model_markers(model, self._frames.base, Pose.identity(), moves_with_frame=True)
@@ -112,8 +119,8 @@ class GazeboOutput:
             pose = world.get_state(name).pose
             markers += model_markers(model, self._frames.world, pose, moves_with_frame=False)
             if not model.static:
-                self._drawn[name] = pose
-        self._topics.visuals.publish(all_markers(markers))
+                self._moving_poses[name] = pose
+        self._topics.visuals.publish(all_markers(markers, replace=bool(gone)))
 
     def _publish_poses(self, output: StepOutput) -> None:
         frames = self._frames
@@ -130,19 +137,20 @@ class GazeboOutput:
         if self._topics.model_states.get_num_connections():
             states = {name: world.get_state(name) for name in world.model_names()}
             self._topics.model_states.publish(conversions.model_states_message(states))
-        if any(
-            _distance(world.get_state(name).pose, pose) > VISIBLE_MOVE_M for name, pose in self._drawn.items()
-        ):
+        drawn = self._moving_poses.items()
+        if any(_distance(world.get_state(name).pose, pose) > VISIBLE_MOVE_M for name, pose in drawn):
             self.publish_visuals()
 
-    def _publish_contacts(self, output: StepOutput) -> None:
+    def _are_contacts_due(self, output: StepOutput) -> bool:
+        """Whether contacts began or ended, or have lasted long enough to be published again."""
+        if not (output.contacts or self._touching):
+            return False
         touching = frozenset((contact.collision_1, contact.collision_2) for contact in output.contacts)
         if touching == self._touching and output.time_us < self._contact_due_us:
-            return
+            return False
         self._touching = touching
         self._contact_due_us = output.time_us + CONTACT_PERIOD_US
-        message = conversions.contacts_message(output.time_us, output.contacts, self._frames.world)
-        self._topics.collision.publish(message)
+        return True
 
 
 def _distance(a: Pose, b: Pose) -> float:

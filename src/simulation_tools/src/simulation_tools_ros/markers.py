@@ -33,9 +33,9 @@ def model_markers(model: Model, frame_id: str, model_pose: Pose, moves_with_fram
     return markers
 
 
-def all_markers(markers: list[Marker]) -> MarkerArray:
-    """Return an array that replaces everything drawn before it."""
-    return MarkerArray([Marker(action=Marker.DELETEALL), *markers])
+def all_markers(markers: list[Marker], replace: bool) -> MarkerArray:
+    """Return an array of markers; replace: it first deletes everything drawn before (which flickers)."""
+    return MarkerArray([Marker(action=Marker.DELETEALL), *markers] if replace else markers)
 
 
 def _shape(visual: Visual) -> Marker:
