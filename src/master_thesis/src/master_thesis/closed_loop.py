@@ -29,6 +29,7 @@ from master_thesis.experiment import Action, ExperimentParameters, Outcome, Phas
 from master_thesis.flight_log import FlightLog
 from master_thesis.monitor import Monitor
 from master_thesis.publisher_link import PublisherLink
+from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
 from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
 
@@ -51,6 +52,7 @@ class ClosedLoopParameters:
     padding: PaddingParameters = field(default_factory=PaddingParameters)
     position_controller: PositionControllerParameters = field(default_factory=PositionControllerParameters)
     yaw_regulator: YawRegulatorParameters = field(default_factory=YawRegulatorParameters)
+    publisher: PublisherParameters = field(default_factory=PublisherParameters)
     limits: ExperimentParameters = field(default_factory=ExperimentParameters)
 
     def __post_init__(self) -> None:
@@ -80,7 +82,7 @@ class ClosedLoop:
         self._position_controller = PositionController(parameters.position_controller)
         self._cepa = ALGORITHMS[parameters.algorithm](parameters.cepa)
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
-        self.publisher = PublisherLink(self.simulation.px4)
+        self.publisher = PublisherLink(self.simulation.px4, parameters.publisher)
         self._v_ref = (0.0, 0.0, 0.0)
         self._v_uav = (0.0, 0.0)
         self._finished = False

@@ -1,0 +1,104 @@
+"""Between `mavros_publisher`'s state machine and the flight controller, in place of MAVROS and MAVLink."""
+
+from __future__ import annotations
+
+from typing import Callable
+
+from simulation_tools.geometry import Pose
+from simulation_tools.publisher import (
+    AnnounceReady,
+    FcuState,
+    PublisherParameters,
+    RequestArm,
+    RequestMode,
+    SendPosition,
+    SendVelocity,
+    SetpointPublisher,
+)
+from simulation_tools.px4.frames import attitude_to_enu, enu_to_ned
+from simulation_tools.px4.modes import Mode
+from simulation_tools.px4.px4 import Px4
+from simulation_tools.px4.setpoint import Setpoint
+
+# Periods of PX4's LOCAL_POSITION_NED, EXTENDED_SYS_STATE and HEARTBEAT on the offboard link
+POSE_PERIOD_US = 33_333
+LANDED_PERIOD_US = 200_000
+STATE_PERIOD_US = 1_000_000
+_MODES = {mode.label: mode for mode in Mode}
+
+
+class Due:
+    """Tells when the next of a row of equally spaced instants has come."""
+
+    def __init__(self, period_us: int) -> None:
+        self._period_us = period_us
+        self._next_us = 0
+
+    def __call__(self, time_us: int) -> bool:
+        """Tell whether one has come since the last call."""
+        if time_us < self._next_us:
+            return False
+        self._next_us = (time_us // self._period_us + 1) * self._period_us
+        return True
+
+
+class PublisherLink:
+    """Tells the publisher what PX4 would tell it, and PX4 what the publisher wants.
+
+    silent: as if the publisher had died; it then hears and says nothing.
+    """
+
+    def __init__(self, px4: Px4, parameters: PublisherParameters) -> None:
+        self.silent = False
+        self.ready = False
+        self._px4 = px4
+        self._publisher = SetpointPublisher(parameters)
+        self._streams: tuple[tuple[Due, Callable[[int], list]], ...] = (
+            (Due(STATE_PERIOD_US), self._tell_state),
+            (Due(LANDED_PERIOD_US), self._tell_landed),
+            (Due(POSE_PERIOD_US), self._tell_pose),
+        )
+
+    def on_time(self, time_us: int) -> None:
+        """Pass on what PX4 streams at this instant; call at every step."""
+        for due, tell in self._streams:
+            if due(time_us) and not self.silent:
+                self._carry_out(tell(1000 * time_us))
+
+    def on_velocity(self, time_us: int, velocity_flu_m_s, yaw_rate_rad_s: float) -> None:
+        """Pass on a velocity command made from the scan of this instant."""
+        if not self.silent:
+            command = self._publisher.on_velocity(1000 * time_us, "", velocity_flu_m_s, yaw_rate_rad_s)
+            self._carry_out(command)
+
+    def _tell_state(self, stamp_ns: int) -> list:
+        status = self._px4.status
+        state = FcuState(True, status.armed, status.mode.label, status.system_status)
+        return self._publisher.on_state(stamp_ns, state)
+
+    def _tell_landed(self, stamp_ns: int) -> list:
+        return self._publisher.on_landed_state(stamp_ns, int(self._px4.status.landed_state))
+
+    def _tell_pose(self, stamp_ns: int) -> list:
+        if not self._px4.status.position_valid:
+            return []
+        estimate = self._px4.estimate[0]
+        position = enu_to_ned(estimate["position"].tolist())  # its own inverse
+        return self._publisher.on_local_pose(
+            stamp_ns, Pose(position, attitude_to_enu(estimate["attitude"].tolist()))
+        )
+
+    def _carry_out(self, actions: list) -> None:
+        for action in actions:
+            if isinstance(action, SendVelocity):
+                stamp_ms = action.stamp_ns // 1_000_000
+                self._px4.offer_setpoint(Setpoint.fly(action.linear, action.yaw_rate, stamp_ms))
+            elif isinstance(action, SendPosition):
+                stamp_ms = action.stamp_ns // 1_000_000
+                self._px4.offer_setpoint(Setpoint.hold(action.position, action.yaw, stamp_ms))
+            elif isinstance(action, RequestMode):
+                self._px4.request_mode(_MODES[action.mode])
+            elif isinstance(action, RequestArm):
+                self._px4.request_arm()
+            elif isinstance(action, AnnounceReady):
+                self.ready = action.ready
