@@ -1,7 +1,8 @@
 """MAVLink 2 over UDP: what the flight controller's side and the ground's side share.
 
-Every datagram is read on its own: whole messages in it are decoded, anything else (garbage, truncated or corrupted
-messages, messages of unknown types) is counted and skipped, so that it can never spoil the next datagram.
+Every datagram is read on its own: whole messages in it are decoded, anything else (garbage, truncated or
+corrupted messages, messages of unknown types) is counted and skipped, so that it can never spoil the next
+datagram.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class Codec:
             length = _frame_length(datagram, start)
             message = None
             if length and start + length <= end:
-                # pymavlink raises MAVError on most bad frames; struct and index errors come from absurd lengths.
+                # pymavlink raises MAVError on most bad frames; the others come from absurd lengths.
                 with contextlib.suppress(common.MAVError, struct.error, IndexError, ValueError):
                     message = self._mav.decode(bytearray(datagram[start : start + length]))
             if message is None or message.get_msgId() < 0:
@@ -144,4 +145,3 @@ def parameter_from_wire(value: float, kind: int) -> float | int:
     if kind == common.MAV_PARAM_TYPE_REAL32:
         return value
     raise ValueError(f"PX4 has no parameters of MAVLink type {kind}")
-

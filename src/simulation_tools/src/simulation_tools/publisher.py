@@ -1,11 +1,12 @@
 """The state machine of `mavros_publisher` (thesis, 5.2.1): gets the UAV to hover, then hands setpoints on.
 
-ROS-free: messages come in through `on_...`, and each call returns what is to be done, in order. The node does it
-through MAVROS, the closed loop without ROS directly. Frames ENU and FLU; times are stamps in nanoseconds of ROS time.
+ROS-free: messages come in through `on_...`, and each call returns what is to be done, in order. The node does
+it through MAVROS, the closed loop without ROS directly. Frames ENU and FLU; times are stamps in nanoseconds
+of ROS time.
 
-Lockstep asks for two things. Every velocity command stamped t is answered by a setpoint stamped t, from the very
-first; and what is decided then must not depend on which of two messages happened to arrive first, so decisions look
-at the state and pose of `decision_delay_s` ago, which have surely arrived.
+Lockstep asks for two things. Every velocity command stamped t is answered by a setpoint stamped t, from the
+very first; and what is decided then must not depend on which of two messages happened to arrive first, so
+decisions look at the state and pose of `decision_delay_s` ago, which have surely arrived.
 """
 
 from __future__ import annotations
@@ -35,16 +36,19 @@ class PublisherError(SimulationToolsError):
 class PublisherParameters:
     """How the publisher flies.
 
-    hover_height_m: over the place of take-off. command_timeout_s: an older command is replaced by hover.
-    use_position_setpoint: hand on positions instead of velocities. base_frame: the only frame, besides none,
-    in which velocities are taken. ready_distance_m, ready_speed_m_s: closeness to the hover point that counts
-    as hovering. retry_period_s: between requests to the flight controller. stream_gap_s: when no command has
-    been answered for this long, each pose is, so that the stream never breaks. min_stream_s: of streaming
-    before OFFBOARD is asked for. climb_gain: how much further than the hover point a take-off aims, per metre that
-    is missing; PX4 starts with a guess of the hover thrust and would creep up the last metre. jump_back_s: a stamp this much older than the last means a clock reset.
+    hover_height_m: over the ground at the place of take-off, where the pose's origin stands
+    ground_clearance_m high. command_timeout_s: an older command is replaced by hover. use_position_setpoint:
+    hand on positions instead of velocities. base_frame: the only frame, besides none, in which velocities are
+    taken. ready_distance_m, ready_speed_m_s: closeness to the hover point that counts as hovering.
+    retry_period_s: between requests to the flight controller. stream_gap_s: when no command has been answered
+    for this long, each pose is, so that the stream never breaks. min_stream_s: of streaming before OFFBOARD
+    is asked for. climb_gain: how much further than the hover point a take-off aims, per metre that is
+    missing; PX4 starts with a guess of the hover thrust and would creep up the last metre. jump_back_s: a
+    stamp this much older than the last means a clock reset.
     """
 
     hover_height_m: float = 2.0
+    ground_clearance_m: float = 0.12
     command_timeout_s: float = 0.5
     use_position_setpoint: bool = False
     base_frame: str = "base_frame"
@@ -59,7 +63,8 @@ class PublisherParameters:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if isinstance(value, float) and not 0.0 < value < math.inf:
+            least = 0.0 if name in ("ground_clearance_m", "climb_gain") else 1e-9
+            if isinstance(value, float) and not least <= value < math.inf:
                 raise PublisherError(f"{name} must be a positive number, got {value}.")
 
 
@@ -231,7 +236,7 @@ class SetpointPublisher:
         return actions + self._answer(stamp_ns, stamp_ns, by_pose=False)
 
     def on_position(self, stamp_ns: int, position: Sequence[float], yaw: float) -> list[Action]:
-        """Take in a position command (ENU, heading from east); it is answered with the next pose or velocity."""
+        """Take in a position command (ENU, heading from east); the next pose is answered by it."""
         actions = self._watch_clock(stamp_ns)
         if all(map(math.isfinite, (*position, yaw))):
             self._position = _Command(stamp_ns, tuple(position), wrap_angle(yaw))
@@ -283,7 +288,8 @@ class SetpointPublisher:
             return self._enter_flying(pose, "the UAV is in the air: taking over where it is.")
         self.phase = Phase.TAKING_OFF
         x, y, z = pose.position_m
-        self._hold = ((x, y, z + self.parameters.hover_height_m), pose.yaw_rad)
+        height_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
+        self._hold = ((x, y, z + height_m), pose.yaw_rad)
         self._seen_offboard = self._has_flown = False
         return []
 
@@ -305,7 +311,10 @@ class SetpointPublisher:
         if not state.armed:
             if self._was_failsafe:
                 self.phase = Phase.WAITING
-                return [AnnounceReady(False), Log("the flight controller landed in a failsafe: taking off again.")]
+                return [
+                    AnnounceReady(False),
+                    Log("the flight controller landed in a failsafe: taking off again."),
+                ]
             return self._enter_idle()
         if state.mode == OFFBOARD:
             return []
@@ -330,7 +339,7 @@ class SetpointPublisher:
 
     def _enter_yielded(self, state: FcuState) -> list[Action]:
         self.phase = Phase.YIELDED
-        text = f"somebody else has set the mode {state.mode}: leaving the UAV to them until it is OFFBOARD again."
+        text = f"somebody else has set the mode {state.mode}: leaving the UAV to them until it is OFFBOARD."
         return [AnnounceReady(False), Log(text)]
 
     def _enter_idle(self) -> list[Action]:
@@ -385,4 +394,6 @@ class SetpointPublisher:
         p = self.parameters
         (x, y, z), yaw = self._hold
         missing_m = z - self._poses.at(now_ns - p.decision_delay_s / _NS).position_m[2]
-        return SendPosition(stamp_ns, (x, y, z + min(max(p.climb_gain * missing_m, 0.0), p.hover_height_m)), yaw)
+        return SendPosition(
+            stamp_ns, (x, y, z + min(max(p.climb_gain * missing_m, 0.0), p.hover_height_m)), yaw
+        )

@@ -73,7 +73,7 @@ def imu_message(quaternion, highres, frame_id: str) -> Imu:
 def local_position_messages(
     local, attitude: QuaternionTuple, rates: Sequence[float], frame_id: str, child_frame_id: str
 ) -> tuple[PoseStamped, TwistStamped, TwistStamped, Odometry]:
-    """LOCAL_POSITION_NED and the newest attitude (FLU in ENU) to pose, velocity_local, velocity_body and odom."""
+    """LOCAL_POSITION_NED and the newest attitude to pose, velocity_local, velocity_body and odom."""
     stamp = stamp_from_ms(local.time_boot_ms)
     header = Header(stamp=stamp, frame_id=frame_id)
     pose = PoseStamped(header=header)

@@ -1,4 +1,4 @@
-"""A free rigid body over flat ground, in closed form and without PyBullet, and the airframes that fly in the tests."""
+"""A free rigid body over flat ground, without PyBullet, and the airframes that fly in the tests."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from simulation_tools.px4.setpoint import Setpoint
 
 
 class Flight:
-    """Airframe, body and flight controller in a loop; setpoints are streamed at 50 Hz while `stream` is set."""
+    """Airframe, body and flight controller in a loop; `stream` is the setpoint sent at 50 Hz, or None."""
 
     def __init__(self, airframe, body, noise=None, seed=0, parameters=None):
         self.airframe = airframe

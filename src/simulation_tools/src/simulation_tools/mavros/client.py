@@ -1,7 +1,7 @@
 """A MAVLink client of one flight controller, as MAVROS is one: messages in and out, commands, parameters.
 
-Times here are wall times: whether the other side is there, and how long to wait for it, does not depend on how fast
-simulated time runs, or whether it runs.
+Times here are wall times: whether the other side is there, and how long to wait for it, does not depend on
+how fast simulated time runs, or whether it runs.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from simulation_tools.mavlink import (
     send,
     wait_readable,
 )
-from simulation_tools.mavros.conversions import Target
+from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
 
 Handler = Callable[[common.MAVLink_message], None]
 
@@ -85,7 +85,7 @@ class FcuClient:
         fcu_url: str,
         system_id: int = 1,
         component_id: int = common.MAV_COMP_ID_UDP_BRIDGE,
-        target: Target = Target(),
+        target: Target = DEFAULT_TARGET,
         connection_timeout_s: float = 10.0,
         command_timeout_s: float = 5.0,
     ) -> None:
@@ -201,9 +201,7 @@ class FcuClient:
         """Ask for the whole list; returns what has come when nothing more comes for half a second."""
         with self._answers:
             self._parameters.clear()
-        request = common.MAVLink_param_request_list_message(
-            self.target.system_id, self.target.component_id
-        )
+        request = common.MAVLink_param_request_list_message(self.target.system_id, self.target.component_id)
         self.send(request)
         with self._answers:
             count = -1

@@ -1,4 +1,4 @@
-"""MAVROS's conversions between ROS (ENU, FLU) and MAVLink (NED, FRD); setpoints become MAVLink messages here."""
+"""MAVROS's conversions from ROS (ENU, FLU) to MAVLink (NED, FRD): setpoints become messages here."""
 
 from __future__ import annotations
 
@@ -34,6 +34,9 @@ class Target:
     component_id: int = 1
 
 
+DEFAULT_TARGET = Target()
+
+
 def position_target(
     target: Target,
     time_boot_ms: int,
@@ -47,8 +50,8 @@ def position_target(
 ) -> common.MAVLink_message:
     """Build SET_POSITION_TARGET_LOCAL_NED from ENU values, or FLU ones for the body frames.
 
-    Raises ValueError, one sentence, for a frame that does not exist and for values that are not finite; a masked
-    value is sent as zero, whatever it was.
+    Raises ValueError, one sentence, for a frame that does not exist and for values that are not finite; a
+    masked value is sent as zero, whatever it was.
     """
     if frame not in BODY_FRAMES | LOCAL_FRAMES:
         raise ValueError(f"the coordinate frame {frame} is none of 1, 7, 8 and 9")

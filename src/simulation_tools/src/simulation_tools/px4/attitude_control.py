@@ -1,8 +1,8 @@
 """PX4's attitude and rate control: attitude setpoint and estimate in, torques out (FRD, normalised to -1..1).
 
 Attitude: P on the quaternion error, with yaw weighted less than tilt (Brescianini, Hehn, D'Andrea, "Nonlinear
-quadrocopter attitude control", ETH 2013). Rate: PID on low-passed gyro rates. Structure as PX4's AttitudeControl
-and RateControl.
+quadrocopter attitude control", ETH 2013). Rate: PID on low-passed gyro rates. Structure as PX4's
+AttitudeControl and RateControl.
 """
 
 from __future__ import annotations
@@ -118,8 +118,8 @@ def _filter(coefficients, delay, value):
 def _torques(rates, wanted, saturation, integrate, dt, gain_records, states, out):
     """Rate PID: fill out (3,), normalised torques.
 
-    rates, wanted: rad/s FRD. saturation (3, 2): whether the mixer could not give more of an axis in the negative
-    and positive direction. integrate: false on the ground.
+    rates, wanted: rad/s FRD. saturation (3, 2): whether the mixer could not give more of an axis in the
+    negative and positive direction. integrate: false on the ground.
     """
     gains, state = gain_records[0], states[0]
     for i in range(3):

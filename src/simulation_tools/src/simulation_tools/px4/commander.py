@@ -1,7 +1,7 @@
 """PX4's commander: which mode flies, arming, and what happens when something is lost.
 
-The *wanted* mode is what somebody asked for; the mode that flies differs from it in a failsafe, and is the wanted
-one again as soon as what was lost is back.
+The *wanted* mode is what somebody asked for; the mode that flies differs from it in a failsafe, and is the
+wanted one again as soon as what was lost is back.
 """
 
 from __future__ import annotations

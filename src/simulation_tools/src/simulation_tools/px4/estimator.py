@@ -1,8 +1,8 @@
 """What PX4 believes about the vehicle: the truth in NED and FRD with errors like those of PX4's EKF2.
 
 The errors of position and velocity wander slowly (first-order Gauss-Markov), as those of a filter that trusts
-GPS over seconds; the attitude's wander too; rates and accelerations carry white noise. Delays are left out: EKF2
-makes up for them.
+GPS over seconds; the attitude's wander too; rates and accelerations carry white noise. Delays are left out:
+EKF2 makes up for them.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def _estimate(truth, sigmas, errors, normals, dt, gravity, out):
 
 
 class Estimator:
-    """Truth in, PX4-like estimate out. `estimate` is one record of ESTIMATE_DTYPE, shape (1,), always the newest."""
+    """Truth in, PX4-like estimate out: `estimate`, one record of ESTIMATE_DTYPE, shape (1,)."""
 
     GRAVITY_M_S2 = 9.80665
 

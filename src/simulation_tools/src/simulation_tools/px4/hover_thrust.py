@@ -1,8 +1,8 @@
 """PX4's hover thrust estimator: a Kalman filter of one state on the vertical acceleration.
 
-Model: hover thrust h is constant; acceleration upwards = g (thrust / h - 1). The measurement noise is learnt from
-the residuals (Akhlaghi et al., "Adaptive adjustment of noise covariance in Kalman filter for dynamic state
-estimation", 2017); outliers are gated, and a gate that stays shut widens the state's variance.
+Model: hover thrust h is constant; acceleration upwards = g (thrust / h - 1). The measurement noise is learnt
+from the residuals (Akhlaghi et al., "Adaptive adjustment of noise covariance in Kalman filter for dynamic
+state estimation", 2017); outliers are gated, and a gate that stays shut widens the state's variance.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """PX4's land detector for multirotors: ground contact, then maybe landed, then landed.
 
-Ground contact: sinking is asked for (until landed), thrust is low, nothing moves. Maybe landed: thrust is minimal
-and nothing turns. Each stage must hold for a third of LNDMC_TRIG_TIME; leaving one is immediate.
+Ground contact: sinking is asked for (until landed), thrust is low, nothing moves. Maybe landed: thrust is
+minimal and nothing turns. Each stage must hold for a third of LNDMC_TRIG_TIME; leaving one is immediate.
 """
 
 from __future__ import annotations

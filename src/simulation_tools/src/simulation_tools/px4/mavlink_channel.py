@@ -45,7 +45,7 @@ class Channel:
         streams_unasked: bool,
         purpose: str,
     ) -> None:
-        """remote_port: where messages go unasked, None for nowhere. streams_unasked: not only heartbeats do."""
+        """remote_port: where messages go unasked, 0: nowhere. streams_unasked: not only heartbeats do."""
         self._px4 = px4
         self._default_rates_hz = dict(rates_hz)
         self._remote: Address | None = (host, remote_port) if remote_port else None
@@ -68,7 +68,7 @@ class Channel:
             stream.due_us = 0
 
     def receive(self, until: Callable[[], bool]) -> Iterator[tuple[common.MAVLink_message, Address]]:
-        """Yield every message that is there, with its sender; none of later datagrams once `until` says so."""
+        """Yield every message that is there, with its sender, until `until` says so after a datagram."""
         for datagram, address in receive_all(self.socket):
             for message in self.codec.decode(datagram):
                 yield message, address

@@ -1,8 +1,8 @@
 """The flight controller's MAVLink side: UDP ports for the offboard API and for ground stations.
 
-Port conventions of PX4 SITL: the offboard API is bound to 14580 and talks to 14540 (MAVROS: ``udp://:14540@``),
-the ground station's to 18570 and talks to 14550. Any other client that sends a heartbeat to either port is served
-as well. The clock of everything is simulation time.
+Port conventions of PX4 SITL: the offboard API is bound to 14580 and talks to 14540 (MAVROS:
+``udp://:14540@``), the ground station's to 18570 and talks to 14550. Any other client that sends a heartbeat
+to either port is served as well. The clock of everything is simulation time.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class LinkStatistics:
 
 
 class MavlinkLink:
-    """Connects a `Px4` with its clients. Not thread-safe: call it from the thread that steps the flight controller.
+    """Connects a `Px4` with its clients. Not thread-safe: the thread that steps the Px4 calls it.
 
     `on_setpoint` is called at the receipt of each setpoint that counts, with its `time_boot_ms`.
     `on_warning` is called once per kind of trouble, with a sentence.
@@ -112,8 +112,8 @@ class MavlinkLink:
     def poll(self, time_us: int, until: Callable[[], bool] = lambda: False) -> None:
         """Handle every message that is there, without waiting. time_us: simulation time now.
 
-        until: asked after each datagram; when it says so the rest stays unread until the next call. That is how a
-        simulator in lockstep takes in no more than what led to the setpoint it waits for.
+        until: asked after each datagram; when it says so the rest stays unread until the next call. That is
+        how a simulator in lockstep takes in no more than what led to the setpoint it waits for.
         """
         self._time_us = time_us
         for channel in self._channels:

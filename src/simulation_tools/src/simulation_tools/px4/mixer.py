@@ -1,7 +1,7 @@
 """PX4's multirotor mixer: torques and thrust in, one command 0..1 per rotor out, desaturated.
 
-When a rotor would leave 0..1, thrust is lowered first, then roll and pitch are reduced, and yaw, mixed last, is
-reduced most readily; thrust is never raised to help ("air mode" off). Structure as PX4's MultirotorMixer.
+When a rotor would leave 0..1, thrust is lowered first, then roll and pitch are reduced, and yaw, mixed last,
+is reduced most readily; thrust is never raised to help ("air mode" off). Structure as PX4's MultirotorMixer.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Setpoints of the automatic modes: hold, take-off, land and return.
 
-Targets are approached along a reference point that is limited in speed and acceleration, a simple form of PX4's
-trajectory generator.
+Targets are approached along a reference point that is limited in speed and acceleration, a simple form of
+PX4's trajectory generator.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Navigator:
     def enter(
         self, mode: Mode, estimate: np.ndarray, home: np.ndarray, takeoff_height_m: float = math.nan
     ) -> None:
-        """Start a mode from where the vehicle is. home (3,); takeoff_height_m over home, NaN for the default."""
+        """Start a mode from where the vehicle is. home (3,); takeoff_height_m over home, NaN: default."""
         p = self._parameters
         self._mode = mode
         self._position = estimate["position"][0].copy()

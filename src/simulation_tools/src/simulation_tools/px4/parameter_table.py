@@ -1,8 +1,8 @@
 """PX4's parameters that this stand-in knows: (name, default, minimum, maximum, what it does).
 
-Names and defaults as read from PX4 SITL (airframe 10016, master of July 2021). A default written as an int is an
-INT32 parameter of MAVLink's parameter protocol, a float a REAL32. The last column of the parameters that only
-answer the protocol, and change nothing here, starts with "not used".
+Names and defaults as read from PX4 SITL (airframe 10016, master of July 2021). A default written as an int is
+an INT32 parameter of MAVLink's parameter protocol, a float a REAL32. The last column of the parameters that
+only answer the protocol, and change nothing here, starts with "not used".
 """
 
 from __future__ import annotations

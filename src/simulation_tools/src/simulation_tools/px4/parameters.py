@@ -68,11 +68,12 @@ class Px4Parameters:
         return self._names.index(name)
 
     def set(self, name: str, value: float) -> None:
-        """Change a value; raises Px4Error when it is unknown, not finite, out of range or of the wrong type."""
+        """Change a value; raises Px4Error when it is unknown, out of range or of the wrong type."""
         spec = self.spec(name)
         if not math.isfinite(value) or not spec.minimum <= value <= spec.maximum:
             raise Px4Error(
-                f"{name} must lie between {spec.minimum:g} and {spec.maximum:g}, got {value:g}; it is left as it was"
+                f"{name} must lie between {spec.minimum:g} and {spec.maximum:g}, got {value:g}; "
+                "it is left as it was"
             )
         if spec.is_integer and value != int(value):
             raise Px4Error(f"{name} must be an integer, got {value:g}; it is left as it was")

@@ -1,7 +1,7 @@
 """PX4's position and velocity control: setpoint and estimate in, attitude and thrust setpoint out (NED).
 
-Position P, velocity PID that gives an acceleration, thrust vector with limited tilt, and the attitude that points
-along it with the wanted yaw. Structure and saturation as PX4's PositionControl; the law is that of
+Position P, velocity PID that gives an acceleration, thrust vector with limited tilt, and the attitude that
+points along it with the wanted yaw. Structure and saturation as PX4's PositionControl; the law is that of
 px4_reference: v = P e_p, a = P e_v + I - D dv/dt.
 """
 
@@ -154,9 +154,8 @@ def _thrust_vector(acceleration, hover_thrust, tilt_max, thrust_min, out):
 def _attitude(thrust, yaw, q):
     """Attitude whose -z axis points along the thrust (NED) and whose x axis heads towards yaw."""
     norm = math.sqrt(thrust[0] ** 2 + thrust[1] ** 2 + thrust[2] ** 2)
-    if norm < 1e-9:
-        bz = (0.0, 0.0, 1.0)
-    else:
+    bz = (0.0, 0.0, 1.0)
+    if norm > 1e-9:
         bz = (-thrust[0] / norm, -thrust[1] / norm, -thrust[2] / norm)
     # y axis of the heading in the world's plane; the tilt limit keeps bz[2] above zero.
     yc = (-math.sin(yaw), math.cos(yaw), 0.0)
@@ -274,7 +273,7 @@ class PositionControl:
         self._state["hover_thrust"] = min(max(hover_thrust, 0.1), 0.9)
 
     def update_hover_thrust(self, hover_thrust: float) -> None:
-        """Take another hover thrust in flight: the integrator takes up the change, so the thrust does not jump."""
+        """Take another hover thrust in flight; the integrator takes up the change: thrust does not jump."""
         state = self._state[0]
         old, new = float(state["hover_thrust"]), min(max(hover_thrust, 0.1), 0.9)
         wanted = float(self.output["acceleration"][0, 2])

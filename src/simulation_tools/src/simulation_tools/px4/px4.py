@@ -1,8 +1,8 @@
 """The PX4 stand-in: estimator, commander, navigator, controllers and mixer in lockstep with the physics.
 
-A step runs the parts in the order of PX4's work queues: rates and mixer on the newest gyro sample first, then the
-attitude controller, then, at about 125 Hz, everything that waits for a position estimate. So a position setpoint
-reaches the rotors two steps later, as in PX4.
+A step runs the parts in the order of PX4's work queues: rates and mixer on the newest gyro sample first, then
+the attitude controller, then, at about 125 Hz, everything that waits for a position estimate. So a position
+setpoint reaches the rotors two steps later, as in PX4.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ class Px4:
         return commander.request_arm(force) if armed else commander.request_disarm(force)
 
     def command(self, command: int, params: Sequence[float]) -> Result:
-        """Answer a MAV_CMD with its seven parameters; the messages that only the link can answer are its own."""
+        """Answer a MAV_CMD with its seven parameters; those about messages are the link's."""
         commander = self._commander
         if command == 400:  # COMPONENT_ARM_DISARM
             action = params[0]
@@ -251,7 +251,7 @@ class Px4:
         return commands
 
     def _navigate(self, dt_s: float) -> None:
-        """Run everything that waits for a position estimate; its result is the attitude and thrust setpoint."""
+        """Run everything that waits for a position estimate, down to the attitude and thrust setpoint."""
         commander, estimate = self._commander, self.estimate
         commander.update(
             self._time_us, estimate["position"][0], self.estimate_valid, self._land_detector.landed
@@ -371,7 +371,7 @@ class Px4:
         )
 
     def _levelled(self, setpoint: Setpoint) -> Setpoint:
-        """Turn a body setpoint to NED: the velocity by yaw, the acceleration by the whole attitude, as PX4 does."""
+        """Turn a body setpoint to NED: velocity by yaw, acceleration by the whole attitude, as PX4 does."""
         estimate = self.estimate[0]
         yaw = float(estimate["yaw"])
         vx, vy, vz = setpoint.velocity

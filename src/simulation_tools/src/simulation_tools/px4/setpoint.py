@@ -17,8 +17,9 @@ UNSET: Vector3 = (NAN, NAN, NAN)
 class Setpoint:
     """A local setpoint in NED, or, with `body`, its velocity and acceleration in the body's FRD.
 
-    NaN stands for "not asked for". Body velocities are levelled: turned by yaw only, with the heading at receipt.
-    yaw: clockwise from north; yaw_rate: about down. time_boot_ms: the client's stamp, handed on unread.
+    NaN stands for "not asked for". Body velocities are levelled: turned by yaw only, with the heading at
+    receipt. yaw: clockwise from north; yaw_rate: about down. time_boot_ms: the client's stamp, handed on
+    unread.
     """
 
     position: Vector3 = UNSET
@@ -59,7 +60,7 @@ class Setpoint:
 
 @dataclass(frozen=True)
 class AttitudeSetpoint:
-    """An attitude (FRD in NED, w x y z) or, where it is None, body rates (rad/s FRD; NaN: not asked), and thrust."""
+    """An attitude (FRD in NED, w x y z) or, where it is None, body rates (rad/s FRD), and thrust 0..1."""
 
     attitude: Quaternion | None
     rates: Vector3 = UNSET

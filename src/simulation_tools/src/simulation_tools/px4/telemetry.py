@@ -1,4 +1,4 @@
-"""The MAVLink messages that PX4 streams, made from the flight controller's state; NED and FRD, SI, simulation time."""
+"""The MAVLink messages that PX4 streams: NED and FRD, simulation time."""
 
 from __future__ import annotations
 

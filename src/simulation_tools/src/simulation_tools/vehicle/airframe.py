@@ -2,14 +2,14 @@
 
 Two kinds of rotor, each described by a plugin of the model's SDF:
 
-- ``libgazebo_motor_model.so``, PX4's model for Gazebo: a propeller of speed w with thrust k w^2, reaction torque
-  k w^2 times the moment constant, and rotor drag -|w| c v, where v is the air's velocity across the rotor axis
-  (Martin and Salaun, "The true role of accelerometer feedback in quadrotor control", ICRA 2010). A command u
-  in (0, 1] turns it at idle + (top - idle) u; a command of 0 stops it.
+- ``libgazebo_motor_model.so``, PX4's model for Gazebo: a propeller of speed w with thrust k w^2, reaction
+  torque k w^2 times the moment constant, and rotor drag -|w| c v, where v is the air's velocity across the rotor
+  axis (Martin and Salaun, "The true role of accelerometer feedback in quadrotor control", ICRA 2010). A
+  command u in (0, 1] turns it at idle + (top - idle) u; a command of 0 stops it.
 - ``libsimulation_tools_linear_rotor.so``: thrust and torque proportional to the lagged command.
 
-``libsimulation_tools_body_drag.so`` adds a drag -c |v| v of the whole body. All rotor axes are along the body's z.
-Forces act at the centre of mass, frame FLU (x forward, y left, z up).
+``libsimulation_tools_body_drag.so`` adds a drag -c |v| v of the whole body. All rotor axes are along the
+body's z. Forces act at the centre of mass, frame FLU (x forward, y left, z up).
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class AirframeError(SimulationToolsError):
 class Rotor:
     """One rotor. Its state x is the speed (rad/s) of a propeller, or the lagged command of a linear rotor.
 
-    position_m: from the centre of mass, FLU. direction: +1 turns counter-clockwise seen from above.
-    The target of x is idle + (top - idle) u. Thrust is quadratic x^2 + linear x; the reaction torque is thrust
+    position_m: from the centre of mass, FLU. direction: +1 turns counter-clockwise seen from above. The
+    target of x is idle + (top - idle) u. Thrust is quadratic x^2 + linear x; the reaction torque is thrust
     times moment_m, against the direction of turning. rotor_drag, rolling_moment: per x and m/s of air across.
     """
 
