@@ -109,7 +109,8 @@ class Simulation:
         self.world = PhysicsWorld(world, parameters.time_step_s, parameters.gui)
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
         self.world.spawn(self.uav.model, self.uav_name, spawn_pose, self.airframe.rotor_joints)
-        self.px4 = Px4(self.airframe, Px4Parameters(parameters.px4_parameters), self._streams["px4"])
+        tuned = {"MPC_THR_HOVER": self._hover_thrust(), **parameters.px4_parameters}
+        self.px4 = Px4(self.airframe, Px4Parameters(tuned), self._streams["px4"])
         lidar, imu = self.uav.lidar, self.uav.imu
         self.lidar = Lidar(lidar.sensor, lidar.pose, self._streams["lidar"]) if lidar else None
         self._imu = Imu(imu.sensor, imu.pose, self._streams["imu"]) if imu else None
@@ -118,6 +119,15 @@ class Simulation:
         self._imu_schedule = Schedule(imu.sensor.update_rate_hz if imu else 1.0)
         self._pose_schedule = Schedule(POSE_RATE_HZ)
         self._begin()
+
+    def _hover_thrust(self) -> float:
+        """Return what an airframe's configuration would give PX4 as MPC_THR_HOVER: closed form, within its limits.
+
+        The estimator in flight finds it too, but only after the UAV has sunk by a metre.
+        """
+        gravity_m_s2 = math.hypot(*self._gravity)
+        command = self.airframe.hover_command(self.world.mass_kg(self.uav_name), gravity_m_s2)
+        return round(min(max(command, 0.1), 0.8), 2)
 
     def _begin(self) -> None:
         self.time_us = 0
