@@ -121,7 +121,7 @@ class Simulation:
         self._begin()
 
     def _hover_thrust(self) -> float:
-        """Return what an airframe's configuration would give PX4 as MPC_THR_HOVER: closed form, within its limits.
+        """Return what an airframe file would give PX4 as MPC_THR_HOVER: closed form, within its limits.
 
         The estimator in flight finds it too, but only after the UAV has sunk by a metre.
         """
