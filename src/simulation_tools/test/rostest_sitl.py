@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""sitl.launch and tools.launch together: the UAV takes off by itself, hovers in its place, and TF says where."""
+"""sitl.launch and tools.launch together: the UAV takes off by itself, hovers, and TF says where."""
 
 from __future__ import annotations
 
