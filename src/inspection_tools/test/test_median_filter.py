@@ -66,7 +66,9 @@ readings = st.one_of(
 
 
 @settings(max_examples=400, deadline=None)
-@given(data=st.data(), window=st.sampled_from([1, 3, 5, 7]), scans=st.integers(1, 4), wraps=st.booleans())
+@given(
+    data=st.data(), window=st.sampled_from([1, 3, 5, 7, 15, 31]), scans=st.integers(1, 4), wraps=st.booleans()
+)
 def test_equals_the_sorted_votes_of_every_beam(data, window, scans, wraps):
     beams = data.draw(st.just(WHOLE_TURN) if wraps else st.integers(1, 10))
     series = data.draw(st.lists(st.lists(readings, min_size=beams, max_size=beams), min_size=1, max_size=5))

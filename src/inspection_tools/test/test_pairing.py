@@ -44,7 +44,7 @@ def test_a_source_whose_clock_jumps_back_starts_anew():
     pairing = ReferencePairing()
     pairing.offer_reference(100, "old")
     pairing.offer_reference(2, "new")
-    assert pairing.offer_command(3, "a") == [("a", (2, "new"))]
+    assert pairing.offer_command(100, "a") == [("a", (2, "new"))]  # not the one of the other time
     pairing.clear()
     assert pairing.offer_command(1, "b") == [("b", None)]
 

@@ -84,6 +84,20 @@ def test_never_overshoots_nor_exceeds_its_limits(
         last = velocity
 
 
+def test_height_is_approached_as_closed_form_says():
+    """Down at 1 m/s; at half of 1 m/s^2 from 1^2 / (2 * 0.5) + 0.5 / 2 = 1.25 m on; v = d within 0.5 m."""
+    flight = fly(PositionController(), (0.0, 0.0, -10.0), seconds=30.0)
+    for (_, _, z), (_, _, v) in flight[100:]:
+        left_m = 10.0 + z
+        if left_m > 1.25:
+            assert v == pytest.approx(-1.0)
+        elif left_m > 0.5:
+            assert v**2 == pytest.approx(left_m - 0.25, rel=1e-9)
+        else:
+            assert v == pytest.approx(-left_m, abs=1e-9)
+    assert flight[-1][0][2] == pytest.approx(-10.0, abs=1e-3)
+
+
 def test_default_parameters_stop_within_a_millimetre_of_the_goal_without_passing_it():
     flight = fly(PositionController(), (40.0, 0.0, 2.0), seconds=40.0)
     assert max(x for (x, _, _), _ in flight) <= 40.0

@@ -90,6 +90,13 @@ def test_switches_off_when_hovering_with_hysteresis():
     assert turning == [False, False, False, True, True, True, False, False, False, True]
 
 
+def test_the_sense_of_turn_is_not_kept_through_a_hover():
+    regulator = YawRegulator()
+    assert regulator.update(in_body(1.0, 3.0, 0.0)) > 0.0
+    assert regulator.update((0.0, 0.0)) == 0.0
+    assert regulator.update(in_body(1.0, -3.0, 0.0)) < 0.0  # the shorter way
+
+
 def test_looks_where_it_wants_to_go_when_held_back():
     p = YawRegulatorParameters(gain=1.0, max_yaw_rate=2.0, speed_on=0.25, speed_off=0.15)
     regulator = YawRegulator(p)
