@@ -1,4 +1,4 @@
-"""Drift: none when asked, continuous always, and with the statistics that DESIGN states.
+"""Drift: none when asked, continuous always, and with the statistics that the parameters state.
 
 The tolerances of the statistical tests are those of the estimators: with N = 400 seeds the standard error of
 a mean is sigma / 20, that of a standard deviation sigma / 28; five of each are allowed.

@@ -1,7 +1,7 @@
 """Odometry that drifts as a real one does: without bound, but never in jumps.
 
 The UAV's own motion is measured with a scale error, a heading bias and white noise, all of which grow with
-the way travelled (DESIGN, section 4), not with time: a UAV that hovers does not drift. Height, roll and pitch
+the way travelled, not with time: a UAV that hovers does not drift. Height, roll and pitch
 are exact, as a barometer and an accelerometer would keep them.
 """
 

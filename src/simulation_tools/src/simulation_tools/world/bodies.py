@@ -17,18 +17,13 @@ from typing import Sequence
 
 import numpy as np
 
-from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose, Vector3
-from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Plane, Sphere
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Plane, Rgba, Sphere
 from simulation_tools.world.assembly import Part, PlacedCollision, PlacedVisual
-from simulation_tools.world.engine import pybullet
-from simulation_tools.world.meshes import TriangleMesh, joined, mesh_of
+from simulation_tools.world.engine import WorldError, pybullet
+from simulation_tools.world.meshes import PLANE_HALF_SIZE_M, TriangleMesh, joined, mesh_of
 
 MAX_SHAPES_PER_PART = 16  # MAX_COMPOUND_COLLISION_SHAPES of PyBullet's command buffer
-
-
-class WorldError(SimulationToolsError):
-    """Something asked of the world cannot be done."""
 
 
 @dataclass(frozen=True)
@@ -227,13 +222,23 @@ class BodyFactory:
         return {**entry, **primitive}
 
     def _visual_shape(self, placed: Sequence[PlacedVisual]) -> int:
+        """Create one shape of several, a mesh for each colour: PyBullet draws few pieces faster than many."""
         if not placed:
             return -1
-        mesh = joined([mesh_of(item.visual.geometry).transformed(item.pose) for item in placed])
-        return pybullet.createVisualShape(
-            pybullet.GEOM_MESH,
-            fileName=self._write_obj(mesh),
-            rgbaColor=placed[0].visual.rgba,
+        by_colour: dict[Rgba, list[TriangleMesh]] = {}
+        for item in placed:
+            colour = item.visual.rgba
+            if colour not in by_colour and len(by_colour) == MAX_SHAPES_PER_PART:
+                colour = next(iter(by_colour))
+            by_colour.setdefault(colour, []).append(_drawn(item.visual.geometry).transformed(item.pose))
+        count = len(by_colour)
+        return pybullet.createVisualShapeArray(
+            shapeTypes=[pybullet.GEOM_MESH] * count,
+            fileNames=[self._write_obj(joined(meshes)) for meshes in by_colour.values()],
+            meshScales=[(1.0, 1.0, 1.0)] * count,
+            rgbaColors=list(by_colour),
+            visualFramePositions=[(0.0, 0.0, 0.0)] * count,
+            visualFrameOrientations=[(0.0, 0.0, 0.0, 1.0)] * count,
             physicsClientId=self._client,
         )
 
@@ -261,6 +266,13 @@ def part_mesh(part: Part) -> TriangleMesh | None:
 
 def _sphere_around(mesh: TriangleMesh | None) -> tuple[Vector3, float]:
     return ((0.0, 0.0, 0.0), 0.0) if mesh is None else (tuple(mesh.centre_m.tolist()), mesh.radius_m)
+
+
+def _drawn(geometry: Geometry) -> TriangleMesh:
+    mesh = mesh_of(geometry)
+    if isinstance(geometry, Plane):  # infinite to the touch, but drawn in its size
+        return TriangleMesh(mesh.vertices * (0.5 * max(geometry.size_m) / PLANE_HALF_SIZE_M), mesh.triangles)
+    return mesh
 
 
 def _inertia(part: Part) -> tuple[float, Pose, Vector3]:

@@ -7,9 +7,12 @@ redirection catches it.
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import sys
 from typing import Iterator
+
+from simulation_tools.errors import SimulationToolsError
 
 
 @contextlib.contextmanager
@@ -29,4 +32,33 @@ def _silent_stderr() -> Iterator[None]:
 with _silent_stderr():
     import pybullet
 
-__all__ = ["pybullet"]
+__all__ = ["WorldError", "connect", "pybullet"]
+
+
+class WorldError(SimulationToolsError):
+    """Something asked of the world cannot be done."""
+
+
+def connect(gui: bool) -> int:
+    """Start a PyBullet client of its own and return its number. gui: with a window; raises WorldError."""
+    if gui and not _display_answers():
+        raise WorldError(
+            "PyBullet cannot open its window: there is no display; set DISPLAY or leave gui off."
+        )
+    try:
+        return pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+    except pybullet.error as error:
+        raise WorldError(f"PyBullet cannot start: {error}.") from None
+
+
+def _display_answers() -> bool:
+    # PyBullet ends the whole process when there is none, so ask first.
+    try:
+        x11 = ctypes.CDLL("libX11.so.6")
+    except OSError:
+        return False
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    display = x11.XOpenDisplay(None)
+    if display:
+        x11.XCloseDisplay(ctypes.c_void_p(display))
+    return bool(display)

@@ -15,10 +15,10 @@ import numpy as np
 from simulation_tools.geometry import ORIGIN, Pose, Vector3, cross, rotate, rotate_inverse
 from simulation_tools.sdf.elements import Model, World
 from simulation_tools.world.assembly import MassProperties, Part, assemblies, combined
-from simulation_tools.world.bodies import Body, BodyFactory, WorldError, part_mesh
+from simulation_tools.world.bodies import Body, BodyFactory, part_mesh
 from simulation_tools.world.clearance import Clearances, OwnShape
 from simulation_tools.world.contacts import Contact, contacts_of
-from simulation_tools.world.engine import pybullet
+from simulation_tools.world.engine import WorldError, connect, pybullet
 from simulation_tools.world.meshes import TriangleMesh, joined
 from simulation_tools.world.rays import RayScene
 
@@ -73,7 +73,7 @@ class PhysicsWorld:
         self._models: dict[str, _Spawned] = {}
         self._owner: dict[int, tuple[str, Body]] = {}
         self._states: dict[str, BodyState] = {}
-        self._client = _connect(gui)
+        self._client = connect(gui)
         self._factory = BodyFactory(self._client, draw=gui)
         self._clearances = Clearances(self._client)
         try:
@@ -324,13 +324,3 @@ class PhysicsWorld:
             state.angular_velocity_rad_s,
             physicsClientId=self._client,
         )
-
-
-def _connect(gui: bool) -> int:
-    try:
-        client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
-    except pybullet.error as error:
-        raise WorldError(f"PyBullet cannot start: {error}.") from None
-    if client < 0:
-        raise WorldError("PyBullet cannot open its window; is there a display?")
-    return client
