@@ -114,7 +114,10 @@ main() {
   case ${1:-} in
     "") launch experiment_1.launch scenario:=forest ${DISPLAY:+rviz:=true} ;;
     -h | --help | help) usage ;;
-    setup) set_up && say "ready; 'source devel/setup.bash' and use roslaunch, rosrun, rosbag as you like" ;;
+    setup)
+      set_up
+      say "ready; 'source devel/setup.bash' and use roslaunch, rosrun, rosbag as you like"
+      ;;
     test) run_tests "${@:2}" ;;
     bench) run_benchmarks "${@:2}" ;;
     *)

@@ -123,7 +123,10 @@ upstream_interfaces() {
     for prefix in "${prefixes[@]}"; do
       [[ $prefix != "$root/devel" ]] || continue
       # installed packages have the first, those in another workspace's devel space the second
-      [[ -f $prefix/share/$package/package.xml || -d $prefix/share/$package/cmake ]] && echo "$package" && break
+      if [[ -f $prefix/share/$package/package.xml || -d $prefix/share/$package/cmake ]]; then
+        echo "$package"
+        break
+      fi
     done
   done
 }
