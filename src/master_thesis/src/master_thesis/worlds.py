@@ -18,10 +18,10 @@ from master_thesis.world_writer import Box, Colour, Cylinder, Part, Prop, Sphere
 GOAL_X_M = 40.0
 WORLD_SEED = 8  # of the sparse field and the forest; the flights' seeds are another matter
 
-_BARK = Colour(0.42, 0.30, 0.20)
-_LEAVES = Colour(0.25, 0.48, 0.22, transparency=0.75)
-_GRASS = Surroundings(Colour(0.60, 0.68, 0.52))
-_LINOLEUM = Surroundings(Colour(0.72, 0.71, 0.68), camera=(-10.0, 0.0, 12.0, 0.0, 0.6, 0.0))
+_BARK = Colour(0.55, 0.40, 0.27)
+_LEAVES = Colour(0.33, 0.58, 0.28, transparency=0.5)
+_GRASS = Surroundings(Colour(0.80, 0.87, 0.72))
+_LINOLEUM = Surroundings(Colour(0.90, 0.89, 0.86), camera=(-10.0, 0.0, 12.0, 0.0, 0.6, 0.0))
 _PLASTER = Colour(0.88, 0.86, 0.80)
 _WOOD = Colour(0.60, 0.42, 0.26)
 _STEEL = Colour(0.45, 0.50, 0.56)
@@ -123,8 +123,8 @@ def _scatter(
 
 def _tree(rng: np.random.Generator, index: int, x: float, y: float) -> Prop:
     radius = round(float(rng.uniform(0.12, 0.30)), 3)
-    height = round(float(rng.uniform(3.4, 4.6)), 2)
-    crown = round(float(rng.uniform(0.6, 1.0)), 2)
+    height = round(float(rng.uniform(2.6, 3.4)), 2)
+    crown = round(float(rng.uniform(0.40, 0.65)), 2)
     trunk = Part("trunk", Cylinder(radius, height), _BARK)
     leaves = Part("crown", Sphere(crown), _LEAVES, centre=(0.0, 0.0, height + 0.4 * crown), solid=False)
     return Prop(f"tree_{index:03d}", x, y, (trunk, leaves))
