@@ -2,8 +2,7 @@
 
 rospy's own handler closes every connection from within the main thread, wherever that happens to be. A main
 thread that is just publishing holds the connection's lock, so the handler waits for ever for the code that it
-interrupted, and roslaunch has to kill the node (seen in one flight out of three). Here a signal only leaves a
-note.
+interrupted, and roslaunch has to kill the node. Here a signal only leaves a note.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import signal
 
 
 class StopSignals:
-    """Notes that the process was asked to end. Make it in the main thread, after what installs other handlers."""
+    """Notes that the process was asked to end. To be made in the main thread."""
 
     def __init__(self) -> None:
         self.received = False
