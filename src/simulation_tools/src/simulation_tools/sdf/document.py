@@ -92,6 +92,11 @@ class Node:
         name = self._element.get("name")
         return f'<{self.tag} name="{name}">' if name else f"<{self.tag}>"
 
+    @property
+    def is_leaf(self) -> bool:
+        """Whether the element has no children."""
+        return not len(self._element)
+
     # -- structure -------------------------------------------------------------------------------------------
     def children(self, *tags: str) -> list[Node]:
         """Return the children with any of these tags, in the file's order."""

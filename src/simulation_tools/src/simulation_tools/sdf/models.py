@@ -9,7 +9,7 @@ from typing import Callable, Sequence, Union
 
 from simulation_tools.geometry import Pose, Vector3, rotate_inverse
 from simulation_tools.sdf.document import NOT_NEGATIVE, Node, unique
-from simulation_tools.sdf.elements import Collision, Joint, Light, Link, Model, Visual
+from simulation_tools.sdf.elements import Collision, Geometry, Joint, Light, Link, Model, Visual
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.sensors import is_supported, read_sensor
 from simulation_tools.sdf.shapes import (
@@ -109,26 +109,12 @@ def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
         node.accept_value(tag, *ordinary)
     name = _name(node)
     pose = frames.in_model(name, node)
-    collisions = [
-        Collision(
-            _name(child),
-            frames.in_link(child, pose),
-            read_geometry(child.required("geometry"), model_path),
-            read_surface(child.child("surface")),
-        )
-        for child in unique(node.children("collision")).values()
-    ]
-    for child in node.children("collision"):
-        child.accept("max_contacts", "laser_retro")
     return Link(
         name=name,
         pose=pose,
         inertial=read_inertial(node.child("inertial")),
-        collisions=tuple(collisions),
-        visuals=tuple(
-            _read_visual(child, frames.in_link(child, pose), model_path)
-            for child in unique(node.children("visual")).values()
-        ),
+        collisions=_shapes(node, "collision", _read_collision, frames, pose, model_path),
+        visuals=_shapes(node, "visual", _read_visual, frames, pose, model_path),
         sensors=tuple(
             read_sensor(child.understood(), frames.in_link(child, pose))
             for child in unique(node.children_unmarked("sensor")).values()
@@ -137,13 +123,29 @@ def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
     )
 
 
-def _read_visual(node: Node, pose: Pose, model_path: Sequence[Path]) -> Visual:
+def _shapes(
+    node: Node, tag: str, read: Callable, frames: _Frames, link: Pose, model_path: Sequence[Path]
+) -> tuple:
+    """Read the collisions or visuals of a link, but for those whose kind of geometry is not supported."""
+    found = []
+    for child in unique(node.children(tag)).values():
+        geometry = read_geometry(child.required("geometry"), model_path)
+        shape = read(child, frames.in_link(child, link), geometry)
+        if geometry is not None:
+            found.append(shape)
+    return tuple(found)
+
+
+def _read_collision(node: Node, pose: Pose, geometry: Geometry) -> Collision:
+    node.accept("max_contacts", "laser_retro")
+    return Collision(_name(node), pose, geometry, read_surface(node.child("surface")))
+
+
+def _read_visual(node: Node, pose: Pose, geometry: Geometry) -> Visual:
     node.accept("cast_shadows", "laser_retro", "meta")
     red, green, blue, alpha = read_material(node.child("material"))
     alpha *= 1.0 - min(max(node.value("transparency", 0.0), 0.0), 1.0)
-    return Visual(
-        _name(node), pose, read_geometry(node.required("geometry"), model_path), (red, green, blue, alpha)
-    )
+    return Visual(_name(node), pose, geometry, (red, green, blue, alpha))
 
 
 def _read_joints(

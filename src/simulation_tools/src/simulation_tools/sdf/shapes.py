@@ -22,6 +22,7 @@ from simulation_tools.sdf.elements import (
     Surface,
 )
 
+KINDS = ("box", "cylinder", "sphere", "plane", "mesh")
 MESH_SUFFIXES = (".stl", ".obj", ".dae")
 DEFAULT_COLOUR: Rgba = (0.7, 0.7, 0.7, 1.0)
 # Diffuse colours of Gazebo's own material scripts (media/materials/scripts/gazebo.material) in common use.
@@ -40,9 +41,15 @@ GAZEBO_COLOURS: dict[str, Rgba] = {
 }
 
 
-def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry:
-    """Read ``<geometry>``; the mesh file, if any, must exist."""
-    kind = node.one_of("box", "cylinder", "sphere", "plane", "mesh")
+def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry | None:
+    """Read ``<geometry>``; the mesh file, if any, must exist.
+
+    Returns None for ``<empty/>`` and for unsupported kinds, which stay for the document's warning.
+    """
+    node.accept("empty")
+    if not node.children_unmarked(*KINDS) and not node.is_leaf:
+        return None
+    kind = node.one_of(*KINDS)
     if kind.tag == "box":
         return Box(_positive_vector(kind.required("size")))
     if kind.tag == "cylinder":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Iterable, Sequence
+from typing import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -22,37 +22,67 @@ class OwnShape:
     radius_m: float
 
 
+@dataclass(frozen=True)
+class _Surroundings:
+    """What may be near. lows, highs: corners (n, 3) of the boxes around what stands."""
+
+    standing: tuple[Body, ...]
+    lows: np.ndarray
+    highs: np.ndarray
+    moving: tuple[Body, ...]
+
+
 class Clearances:
-    """Finds least distances in one PyBullet client; remembers the boxes around what does not move."""
+    """Finds least distances in one PyBullet client.
 
-    def __init__(self, client: int) -> None:
+    owners: name of the model and body of each PyBullet uid, kept up to date by the world; `forget` says that
+    what stands has changed.
+    """
+
+    def __init__(self, client: int, owners: Mapping[int, tuple[str, Body]]) -> None:
         self._client = client
-        self._boxes: dict[int, tuple[tuple, tuple]] = {}
+        self._owners = owners
+        self._surroundings: dict[frozenset[str], _Surroundings] = {}
 
-    def forget(self, uid: int) -> None:
-        """Note that a fixed body was moved or removed."""
-        self._boxes.pop(uid, None)
+    def forget(self) -> None:
+        """Note that a body came, went, or (a fixed one) was moved."""
+        self._surroundings.clear()
 
-    def clear(self) -> None:
-        """Note that every body is gone."""
-        self._boxes.clear()
+    def least(self, own: Sequence[OwnShape], passed_over: frozenset[str], max_distance_m: float) -> float:
+        """Return the least distance between shapes and the bodies of all models but those passed over.
 
-    def least(self, own: Sequence[OwnShape], others: Sequence[Body], max_distance_m: float) -> float:
-        """Return the least distance between shapes and bodies; inf when none is within max_distance_m."""
-        others = [body for body in others if any(shape >= 0 for shape in body.shapes)]
-        if not others:
-            return float("inf")
-        lows, highs = (np.array(corners) for corners in zip(*(self._box(body) for body in others)))
+        inf when nothing is within max_distance_m.
+        """
+        around = self._surroundings.get(passed_over)
+        if around is None:
+            around = self._surroundings[passed_over] = self._look_around(passed_over)
+        bodies, lows, highs = around.standing, around.lows, around.highs
+        if around.moving:
+            boxes = np.array([self._box(body) for body in around.moving])
+            bodies = (*bodies, *around.moving)
+            lows, highs = np.concatenate((lows, boxes[:, 0])), np.concatenate((highs, boxes[:, 1]))
         best = float("inf")
-        for shape in own:
+        for shape in own if bodies else ():
             centre = shape.pose.transform(np.array(shape.centre_m))
             gaps = np.linalg.norm(np.maximum(np.maximum(lows - centre, centre - highs), 0.0), axis=1)
             # Nearest box first: a good bound early spares the exact distance to most of the others.
             for index in np.argsort(gaps):
-                if gaps[index] - shape.radius_m > min(best, max_distance_m):
+                limit = min(best, max_distance_m)
+                if gaps[index] - shape.radius_m > limit:
                     break
-                best = min(best, self._distance(shape, others[index], min(best, max_distance_m)))
+                best = min(best, self._distance(shape, bodies[index], limit))
         return best if best <= max_distance_m else float("inf")
+
+    def _look_around(self, passed_over: frozenset[str]) -> _Surroundings:
+        bodies = [
+            body
+            for name, body in self._owners.values()
+            if name not in passed_over and any(shape >= 0 for shape in body.shapes)
+        ]
+        standing = tuple(body for body in bodies if body.collision is not None)
+        boxes = np.array([self._box(body) for body in standing]).reshape(-1, 2, 3)
+        moving = tuple(body for body in bodies if body.collision is None)
+        return _Surroundings(standing, boxes[:, 0], boxes[:, 1], moving)
 
     def _distance(self, own: OwnShape, other: Body, limit_m: float) -> float:
         points: Iterable[tuple] = pybullet.getClosestPoints(
@@ -67,17 +97,13 @@ class Clearances:
         )
         return min((point[8] for point in points), default=float("inf"))
 
-    def _box(self, body: Body) -> tuple[tuple, tuple]:
-        box = self._boxes.get(body.uid)
-        if box is None:
-            corners = [
+    def _box(self, body: Body) -> np.ndarray:
+        """Return the least and greatest corner of the box around a body, (2, 3)."""
+        corners = np.array(
+            [
                 pybullet.getAABB(body.uid, index - 1, physicsClientId=self._client)
                 for index, shape in enumerate(body.shapes)
                 if shape >= 0
             ]
-            low = tuple(min(corner[0][axis] for corner in corners) for axis in range(3))
-            high = tuple(max(corner[1][axis] for corner in corners) for axis in range(3))
-            box = (low, high)
-            if body.collision is not None:
-                self._boxes[body.uid] = box
-        return box
+        )
+        return np.stack((corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)))

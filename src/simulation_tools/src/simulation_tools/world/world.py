@@ -75,11 +75,14 @@ class PhysicsWorld:
         self._states: dict[str, BodyState] = {}
         self._client = connect(gui)
         self._factory = BodyFactory(self._client, draw=gui)
-        self._clearances = Clearances(self._client)
+        self._clearances = Clearances(self._client, self._owner)
         try:
             self._configure()
+            # The window draws a picture per body while a world is built, unless it is told not to.
+            pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             for model in world.models:
                 self.spawn(model, model.name, model.pose)
+            pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 1, physicsClientId=self._client)
         except Exception:
             self.close()
             raise
@@ -117,14 +120,15 @@ class PhysicsWorld:
         self._models[name] = _Spawned(model, rigid_joints, pose, pose, parts, bodies, mass)
         for body in self._models[name].all_bodies():
             self._owner[body.uid] = (name, body)
+        self._clearances.forget()
         self._put_into_rays(name, meshes)
 
     def delete(self, name: str) -> None:
         """Take a model out of the world."""
         for body in self._find(name).all_bodies():
             pybullet.removeBody(body.uid, physicsClientId=self._client)
-            self._clearances.forget(body.uid)
             del self._owner[body.uid]
+        self._clearances.forget()
         del self._models[name]
         self._states.pop(name, None)
         self.rays.remove(name)
@@ -171,6 +175,7 @@ class PhysicsWorld:
                 self._place(body, move @ old, None if fixed else state)
         spawned.pose = state.pose
         self._states.pop(name, None)
+        self._clearances.forget()
         if spawned.base is None:
             self._put_into_rays(name, [[part_mesh(part) for part in parts] for parts in spawned.assemblies])
 
@@ -208,7 +213,6 @@ class PhysicsWorld:
         max_distance_m. ignore: names of models that do not count.
         """
         spawned = self._find(name)
-        passed_over = {name, *ignore}
         shift = Pose() if pose is None else pose @ self.get_state(name).pose.inverse()
         own = [
             OwnShape(shape, shift @ self._link_pose(body, index - 1), *sphere)
@@ -216,8 +220,7 @@ class PhysicsWorld:
             for index, (shape, sphere) in enumerate(zip(body.shapes, body.spheres))
             if shape >= 0
         ]
-        others = [body for other, body in self._owner.values() if other not in passed_over]
-        return self._clearances.least(own, others, max_distance_m)
+        return self._clearances.least(own, frozenset((name, *ignore)), max_distance_m)
 
     # -- life ------------------------------------------------------------------------------------------------
     def reset(self) -> None:
@@ -228,7 +231,7 @@ class PhysicsWorld:
         self._models.clear()
         self._owner.clear()
         self._states.clear()
-        self._clearances.clear()
+        self._clearances.forget()
         self.rays.clear()
         for name, old in spawned:
             self.spawn(old.model, name, old.initial_pose, old.rigid_joints)
@@ -312,7 +315,6 @@ class PhysicsWorld:
         pybullet.resetBasePositionAndOrientation(
             body.uid, place.position_m, place.orientation_xyzw, physicsClientId=self._client
         )
-        self._clearances.forget(body.uid)
         if state is None:
             return
         arm = [there - here for there, here in zip(place.position_m, state.pose.position_m)]
