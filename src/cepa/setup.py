@@ -1,7 +1,14 @@
-"""catkin's description of the Python package; run by catkin, not by hand."""
+"""catkin's description of the Python packages; run by catkin, not by hand."""
 
 from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(**generate_distutils_setup(packages=["cepa", "cepa.kernels"], package_dir={"": "src"}))
+# Two source folders, because the devel space puts a package's source folder first on sys.path: beside the
+# library, cepa_ros would let Python find it there, without its generated cepa.cfg.
+setup(
+    **generate_distutils_setup(
+        packages=["cepa", "cepa.kernels", "cepa_ros"],
+        package_dir={"": "src", "cepa_ros": "ros/cepa_ros"},
+    )
+)

@@ -142,8 +142,12 @@ def to_goal(goal, speed: float = 2.0, tolerance: float = 0.3):
     return reference
 
 
-def fly(algorithm, scene: Scene, reference, uav: Uav, rng, time_limit_s=60.0, lidar=None, delay_steps: int = 3):
-    """Fly until ``reference`` says None or the time is up; commands take effect ``delay_steps`` after their scan."""
+def fly(
+    algorithm, scene: Scene, reference, uav: Uav, rng, time_limit_s=60.0, lidar=None, delay_steps: int = 3
+):
+    """Fly until ``reference`` says None or the time is up; commands take effect ``delay_steps`` after their
+    scan.
+    """
     lidar = lidar or Lidar()
     flight = Flight()
     command, pending, yaw_rate = (0.0, 0.0), [], 0.0
@@ -156,7 +160,9 @@ def fly(algorithm, scene: Scene, reference, uav: Uav, rng, time_limit_s=60.0, li
                 break
             scan = lidar.scan(scene, (uav.x, uav.y), uav.yaw, rng)
             decision = algorithm.steer(scan, turn(v_ref, -uav.yaw), turn((uav.vx, uav.vy), -uav.yaw))
-            towards = decision.velocity_xy if math.hypot(*decision.velocity_xy) > 0.1 else turn(v_ref, -uav.yaw)
+            towards = (
+                decision.velocity_xy if math.hypot(*decision.velocity_xy) > 0.1 else turn(v_ref, -uav.yaw)
+            )
             rate = min(max(1.5 * math.atan2(towards[1], towards[0]), -1.5), 1.5)
             pending.append((step + delay_steps, turn(decision.velocity_xy, uav.yaw), rate))
             flight.commands.append(pending[-1][1])
@@ -178,7 +184,9 @@ def turn(vector, angle: float):
 
 
 def forest(rng, length=40.0, width=16.0, spacing=3.5, clear=2.5) -> Scene:
-    """Trunks of radius 0.15-0.3 m, one per jittered cell of a grid, none near the start or the goal at (length, 0)."""
+    """Trunks of radius 0.15-0.3 m, one per jittered cell of a grid, none near the start or the goal at
+    (length, 0).
+    """
     trees = []
     for x in np.arange(spacing, length, spacing):
         for y in np.arange(-width / 2, width / 2 + 0.01, spacing):
@@ -195,7 +203,11 @@ def hallway(length=40.0, width=3.0) -> Scene:
     for side in (half, -half):
         edges = [-3.0, 9.0, 10.2, 24.0, 25.2, length + 3.0] if side > 0 else [-3.0, 16.0, 17.2, length + 3.0]
         walls += [(start, side, stop, side) for start, stop in zip(edges[::2], edges[1::2])]
-    walls += [(13.0, half, 13.0, half - 0.6), (13.0, half - 0.6, 13.8, half - 0.6), (13.8, half - 0.6, 13.8, half)]
+    walls += [
+        (13.0, half, 13.0, half - 0.6),
+        (13.0, half - 0.6, 13.8, half - 0.6),
+        (13.8, half - 0.6, 13.8, half),
+    ]
     walls += [(30.0, -half, 30.0, -half + 0.7), (30.0, -half + 0.7, 31.0, -half + 0.7)]
     walls += [(31.0, -half + 0.7, 31.0, -half)]
     return Scene(circles=np.array([(20.5, 0.75, 0.2)]), walls=np.array(walls))
@@ -212,6 +224,7 @@ def sparse(rng, length=40.0) -> Scene:
     """A field with some boxes and columns, one of each right in the way."""
     places = [(x + rng.uniform(-1, 1), rng.uniform(-5, 5)) for x in np.arange(6.0, length - 3.0, 4.0)]
     places += [(12.0, rng.uniform(-0.3, 0.3))]
-    walls = sum((box(x, y, 1.0) for x, y in [*places[::2], (27.0, rng.uniform(-0.4, 0.4))]), [])
+    boxes = [*places[::2], (27.0, rng.uniform(-0.4, 0.4))]
+    walls = [wall for x, y in boxes for wall in box(x, y, 1.0)]
     circles = [(x, y, rng.uniform(0.2, 0.5)) for x, y in places[1::2]]
     return Scene(circles=np.array(circles), walls=np.array(walls))

@@ -54,7 +54,8 @@ class Recipe:
         return Scene(np.column_stack([centres, radius]), np.array(walls).reshape(-1, 4))
 
 
-def recipes(keep_out=st.floats(0.55, 1.0)):
+def recipes(nearest=0.55, farthest=1.0):
+    """Recipes whose ``keep_out`` lies in this range."""
     return st.builds(
         Recipe,
         seed=st.integers(0, 2**32 - 1),
@@ -65,7 +66,7 @@ def recipes(keep_out=st.floats(0.55, 1.0)):
         columns=st.integers(0, 12),
         walls=st.integers(0, 3),
         room=st.booleans(),
-        keep_out=keep_out,
+        keep_out=st.floats(nearest, farthest),
         noise=st.sampled_from([0.0, 0.013]),
         dropouts=st.sampled_from([0.0, 0.0, 0.02, 0.2]),
     )
@@ -85,7 +86,9 @@ parameter_sets = st.builds(
     k3=st.floats(0.0, 5.0),
     k4=st.floats(0.0, 5.0),
     k5=st.floats(0.0, 10.0),
-    speed_fractions=st.sampled_from([(1.0, 0.75, 0.5, 0.25), (1.0,), (0.9, 0.3), tuple(np.linspace(0.1, 1.0, 8))]),
+    speed_fractions=st.sampled_from(
+        [(1.0, 0.75, 0.5, 0.25), (1.0,), (0.9, 0.3), tuple(np.linspace(0.1, 1.0, 8))]
+    ),
     unseen_is_free=st.booleans(),
 )
 

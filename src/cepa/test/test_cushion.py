@@ -14,7 +14,9 @@ DEGREE = math.pi / 180.0
 @pytest.mark.parametrize("cushion", [original_cushion, improved_cushion])
 def test_sides_and_back(cushion):
     # |v| T = 3 m, r = 0.5 m: the sides are 0.5 m away from the line of travel, the back is a half circle
-    edge = cushion([30 * DEGREE, -30 * DEGREE, 60 * DEGREE, 90 * DEGREE, 135 * DEGREE, math.pi], 2.0, 0.5, 1.5)
+    edge = cushion(
+        [30 * DEGREE, -30 * DEGREE, 60 * DEGREE, 90 * DEGREE, 135 * DEGREE, math.pi], 2.0, 0.5, 1.5
+    )
     assert edge == pytest.approx([1.0, 1.0, 0.5 / math.sin(60 * DEGREE), 0.5, 0.5, 0.5])
 
 

@@ -32,7 +32,11 @@ def test_a_dropout_takes_its_neighbours_smaller_range(invalid):
 def test_a_dropout_across_the_first_beam_is_one_gap():
     beams = scan([NAN, 2.0, 3.0, 3.0, 3.0, 3.0, 1.5, NAN]).full_turn(dropout_beams=2)
     assert beams.ranges.tolist() == [1.5, 2.0, 3.0, 3.0, 3.0, 3.0, 1.5, 1.5]
-    assert scan([NAN, 2.0, 3.0, 3.0, 3.0, 3.0, 1.5, NAN]).full_turn(1).seen.tolist() == [False, *[True] * 6, False]
+    assert scan([NAN, 2.0, 3.0, 3.0, 3.0, 3.0, 1.5, NAN]).full_turn(1).seen.tolist() == [
+        False,
+        *[True] * 6,
+        False,
+    ]
 
 
 def test_a_wide_dropout_is_unseen():
@@ -54,7 +58,9 @@ def test_nothing_but_dropouts_is_nothing_seen():
 
 
 def test_marked_beams_are_unseen_whatever_they_hold():
-    beams = scan([1.0, 0.3, NAN, 2.0, 3.0, 4.0, 5.0, 6.0], seen=[True, False, False] + [True] * 5).full_turn(4)
+    beams = scan([1.0, 0.3, NAN, 2.0, 3.0, 4.0, 5.0, 6.0], seen=[True, False, False] + [True] * 5).full_turn(
+        4
+    )
     assert beams.seen.tolist() == [True, False, False, True, True, True, True, True]
     assert np.isinf(beams.ranges[1:3]).all()
 

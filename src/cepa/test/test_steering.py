@@ -40,7 +40,9 @@ def test_improved_equals_brute_force(recipe, v_ref, v_uav, parameters):
         assert (decision.reason, decision.velocity_xy) == (Reason.BLOCKED, (0.0, 0.0))
     else:
         assert decision.cost == pytest.approx(least, rel=1e-9, abs=1e-9)
-        assert cost_of(parameters, scan, decision.velocity_xy, v_ref, v_uav) == pytest.approx(least, rel=1e-9, abs=1e-9)
+        assert cost_of(parameters, scan, decision.velocity_xy, v_ref, v_uav) == pytest.approx(
+            least, rel=1e-9, abs=1e-9
+        )
 
 
 @settings(max_examples=60, deadline=None)
@@ -55,7 +57,9 @@ def test_original_equals_brute_force(recipe, v_ref, parameters):
     else:
         assert decision.cost == pytest.approx(least, rel=1e-9, abs=1e-9)
         beams = scan.full_turn(parameters.dropout_beams)
-        again = reference.cost(parameters, beams, decision.velocity_xy, v_ref, parameters.k1, original_cushion)
+        again = reference.cost(
+            parameters, beams, decision.velocity_xy, v_ref, parameters.k1, original_cushion
+        )
         assert again == pytest.approx(least, rel=1e-9, abs=1e-9)
     assert decision.directions_tested in (len(velocities_xy), len(velocities_xy) + 1)
 
@@ -69,7 +73,7 @@ def test_no_answer_has_an_obstacle_in_its_inner_cushion(recipe, v_ref, v_uav):
     if decision.velocity_xy == (0.0, 0.0):
         return
     beams = scan.full_turn(parameters.dropout_beams)
-    psi = reference.wrap(reference.angles(beams) - math.atan2(*decision.velocity_xy[::-1]))
+    psi = reference.wrap(beams.angles - math.atan2(*decision.velocity_xy[::-1]))
     speed = math.hypot(*decision.velocity_xy)
     edge = improved_cushion(psi, speed, parameters.r_lb, parameters.time_horizon)
     assert (beams.ranges > edge).all()
@@ -136,7 +140,9 @@ class TestBoth:
         assert not algorithm().steer(scan_of({0.0: 0.5 + 1e-9}), (1.0, 0.0)).emergency
 
     def test_when_no_direction_is_free_it_stands_still(self, algorithm):
-        ring = scan_of({}, background=0.6)  # the slowest inner cushion, 0.25 m/s x 1.5 s + 0.5 m, reaches farther
+        ring = scan_of(
+            {}, background=0.6
+        )  # the slowest inner cushion, 0.25 m/s x 1.5 s + 0.5 m, reaches farther
         decision = algorithm().steer(ring, (1.0, 0.0))
         assert (decision.velocity_xy, decision.reason) == ((0.0, 0.0), Reason.BLOCKED)
         assert not decision.emergency
@@ -147,7 +153,9 @@ class TestBoth:
         seen[36:109] = True  # 90 degrees to either side
         decision = algorithm().steer(empty_scan(seen=seen), (-1.0, 0.1), (0.0, 0.0))
         assert abs(math.atan2(*decision.velocity_xy[::-1])) <= math.pi / 2 + 1e-9
-        free = algorithm(CepaParameters(unseen_is_free=True)).steer(empty_scan(seen=seen), (-1.0, 0.1), (0.0, 0.0))
+        free = algorithm(CepaParameters(unseen_is_free=True)).steer(
+            empty_scan(seen=seen), (-1.0, 0.1), (0.0, 0.0)
+        )
         assert free.velocity_xy == (-1.0, 0.1)
 
     def test_a_scan_without_any_valid_beam_blocks(self, algorithm):
@@ -184,7 +192,7 @@ class TestBoth:
 
 
 def test_improved_goes_round_a_column_by_exactly_the_removed_angle():
-    # k1 so large, k3 zero: the least turn that the inner cushion allows, asin(r_lb / LS) and the next whole beam
+    # k3 zero: the least turn that the inner cushion allows, asin(r_lb / LS) and on to the next whole beam
     parameters = CepaParameters(k3=0.0, k5=1000.0, k2=1000.0, speed_fractions=(1.0,))
     decision = Improved(parameters).steer(scan_of({0.0: 2.0}), (2.0, 0.0))
     turned = math.degrees(abs(math.atan2(*decision.velocity_xy[::-1])))

@@ -13,7 +13,7 @@ from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid, LaserScan2D
 
 REFERENCE_INCREMENT_RAD = math.radians(0.25)
-"""The increment for which k3 is tuned; equation 6.3's sum is weighted so that one tuning serves every lidar."""
+"""Equation 6.3 is weighted by the increment over this one, so that one tuning of k3 serves every lidar."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,11 @@ class Algorithm:
         self._grid: Grid | None = None
 
     def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
-        """Return the velocity to fly. All velocities in m/s in the scan's frame; raises VelocityError unless finite."""
+        """Return the velocity to fly; all velocities in m/s in the scan's frame.
+
+        Raises:
+            VelocityError: a velocity is not two finite numbers.
+        """
         raise NotImplementedError
 
     def beams(self, scan: LaserScan2D) -> Beams:

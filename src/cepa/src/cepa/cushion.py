@@ -1,7 +1,7 @@
 """The safety cushions SC_r(psi, v), as the thesis writes them.
 
-psi is an angle relative to the direction of travel, wrapped to (-pi, pi]; the edge is its distance from the UAV.
-The compiled code has faster forms of the same; the tests compare.
+psi is an angle relative to the direction of travel, wrapped to (-pi, pi]; the edge is its distance from the
+UAV. The compiled code has faster forms of the same; the tests compare.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 
 def original_cushion(psi, speed: float, radius: float, time_horizon: float) -> np.ndarray:
-    """Return the edge of the original cushion, m (equation 6.2: straight sides, round end), for angles ``psi`` (rad)."""
+    """Return the edge of the original cushion in m (equation 6.2: a round end) for angles ``psi`` in rad."""
     distance = speed * time_horizon
     gamma = math.atan2(radius, distance)
     angle = np.abs(np.asarray(psi, dtype=float))
@@ -23,7 +23,7 @@ def original_cushion(psi, speed: float, radius: float, time_horizon: float) -> n
 
 
 def improved_cushion(psi, speed: float, radius: float, time_horizon: float) -> np.ndarray:
-    """Return the edge of the improved cushion, m (equation 6.7: its end is an arc about the UAV), for ``psi`` (rad)."""
+    """Return the edge of the improved cushion in m (equation 6.7: an arc as its end) for ``psi`` in rad."""
     distance = speed * time_horizon + radius
     gamma = math.asin(radius / distance)
     angle = np.abs(np.asarray(psi, dtype=float))

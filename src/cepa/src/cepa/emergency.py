@@ -1,4 +1,4 @@
-"""The emergency avoidance: flee from what is within r_LB (thesis 6.1.2), but never into something else (6.2.2)."""
+"""The emergency avoidance: flee from what is within r_LB (thesis 6.1.2), but into nothing else (6.2.2)."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def original_flight(beams: Beams, grid: Grid, parameters: CepaParameters) -> Fli
 def improved_flight(flight: Flight, beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2):
     """Return (flight, reason): ``flight`` if it is safe, else along the middle of an open section, else None.
 
-    ``v_uav``: the UAV's own velocity in the scan's frame, m/s. It decides between sections that are about as good, so
-    that noise does not make the UAV dither between them.
+    ``v_uav``: the UAV's own velocity in the scan's frame, m/s. It decides between sections that are about as
+    good, so that noise does not make the UAV dither between them.
     """
     eligible = beams.seen | parameters.unseen_is_free
     cancelled = 1.0 - flight.cancelled <= parameters.emergency_cancellation
@@ -108,7 +108,7 @@ def _is_safe(
 def _choose(
     sections: list[Section], proposal: float | None, grid, parameters, v_uav: Vector2, angle_0
 ) -> Section:
-    """Return the section whose edge is nearest to ``proposal``, or without one the widest; ties: along v_uav."""
+    """Return the section with the edge nearest to ``proposal``, without one the widest; ties: along v_uav."""
 
     def badness(section: Section) -> float:
         return -section.beams * grid.increment if proposal is None else section.distance(proposal, grid)

@@ -14,14 +14,14 @@ from cepa.scan import Beams, LaserScan2D
 
 
 class Improved(Algorithm):
-    """CEPA with cushions that end in arcs (6.7), k1 rising with the own speed, and a sane emergency avoidance.
+    """CEPA with cushions that end in arcs, k1 rising with the own speed, and a sane emergency avoidance.
 
-    Outside an emergency the answer is the candidate of least cost (6.5) among v_ref and every eligible beam's direction
-    times every speed fraction: exactly what trying them all would find.
+    Outside an emergency the answer is the candidate of least cost (6.5) among v_ref and every eligible beam's
+    direction times every speed fraction: exactly what trying them all would find.
     """
 
     def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
-        """Return the velocity to fly. All velocities in m/s in the scan's frame; raises VelocityError unless finite.
+        """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
 
         The numbers are the lines of algorithm 2.
         """

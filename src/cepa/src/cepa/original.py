@@ -18,7 +18,7 @@ class Original(Algorithm):
     """CEPA as proposed: every beam's direction is tried at every speed, with the cushion of equation 6.2."""
 
     def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
-        """Return the velocity to fly. All velocities in m/s in the scan's frame; raises VelocityError unless finite.
+        """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
 
         The numbers are the lines of algorithm 1. ``v_uav_xy`` does not matter here.
         """

@@ -23,12 +23,12 @@ class CepaParameters:
     time_horizon: float = 1.5
     """T, s: the cushions reach |v| T ahead."""
     k_filter: float = 50.0
-    """K, m/rad: greatest slope of the filtered scan of the emergency avoidance; lower weights near things more."""
+    """K, m/rad: greatest slope of the emergency avoidance's filtered scan; lower: near things count more."""
     k1: float = 8.0
     """k_1, s2/m2, original only: weight of keeping v_ref's direction."""
-    k2: float = 6.0
+    k2: float = 1.0
     """k_2: weight of keeping v_ref's magnitude."""
-    k3: float = 0.25
+    k3: float = 1.5
     """k_3, 1/m2: weight of intrusions into the outer cushion."""
     k4: float = 2.0
     """k_4, s3/m3, improved only: k_1 = |v_UAV| k_4 + k_5."""
@@ -47,13 +47,13 @@ class CepaParameters:
     v_max: float = 1.0
     """m/s: greatest speed of an emergency's answer."""
     emergency_cancellation: float = 0.1
-    """The sum counts as zero when it is a smaller part of the intrusions than this (0: opposite, 1: one side)."""
+    """The sum counts as zero when it is a smaller part of the intrusions (0: they oppose, 1: one side)."""
     emergency_tie_angle: float = 0.3
     """rad: open sections that differ by less are tied; the one along the UAV's own velocity wins."""
     reference_speed_min: float = 0.05
     """m/s: a slower v_ref means hover."""
     dropout_beams: int = 4
-    """Invalid beams in a row that still take the smaller range of their neighbours; a longer gap is unseen."""
+    """Invalid beams in a row that take the smaller range of their neighbours; a longer gap is unseen."""
     unseen_is_free: bool = False
     """Whether a direction that no beam covers may be chosen."""
 

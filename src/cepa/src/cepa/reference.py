@@ -1,4 +1,4 @@
-"""Slow and literal versions of what the compiled code does, straight from the equations: for tests and benchmarks."""
+"""Slow and literal versions of what the compiled code does, for tests and benchmarks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cepa.scan import Beams, LaserScan2D
 def improved_costs(
     parameters: CepaParameters, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2 = (0.0, 0.0)
 ):
-    """Return (velocities (M, 2), costs (M,)) of every candidate with the improved cushion and k1 (6.7, 6.2.1)."""
+    """Return (velocities (M, 2), costs (M,)) of every candidate with the improved cushion and k1 (6.2.1)."""
     k1 = math.hypot(*v_uav) * parameters.k4 + parameters.k5
     return _costs(parameters, scan, v_ref, k1, improved_cushion)
 
@@ -35,17 +35,17 @@ def cost(parameters: CepaParameters, beams: Beams, v: Vector2, v_ref: Vector2, k
 
 def k_filter(beams: Beams, slope: float) -> np.ndarray:
     """Return LS' (N,): min over j of (LS_j + slope * angle(i, j)), by trying every pair."""
-    directions = angles(beams)
+    directions = beams.angles
     between = np.abs(wrap(directions[:, None] - directions[None, :]))
     return np.min(beams.ranges[None, :] + slope * between, axis=1)
 
 
 def is_safe(parameters: CepaParameters, beams: Beams, angle: float) -> bool:
-    """Tell whether nothing seen lies within body_radius of the first emergency_lookahead metres along ``angle`` (rad).
+    """Tell whether nothing seen is within body_radius of the first emergency_lookahead metres of a direction.
 
     What already is within body_radius of the UAV itself forbids only the directions that lead towards it.
     """
-    psi = angles(beams) - angle
+    psi = beams.angles - angle
     hits = np.isfinite(beams.ranges)
     ahead = beams.ranges[hits] * np.cos(psi[hits])
     aside = beams.ranges[hits] * np.sin(psi[hits])
@@ -54,11 +54,6 @@ def is_safe(parameters: CepaParameters, beams: Beams, angle: float) -> bool:
         beams.ranges[hits] <= parameters.body_radius
     )
     return not np.any((ahead > ALONGSIDE_M) & within)
-
-
-def angles(beams: Beams) -> np.ndarray:
-    """Return the beams' directions (N,), rad."""
-    return beams.angle_0 + np.arange(beams.ranges.size) * beams.increment
 
 
 def wrap(angle: np.ndarray) -> np.ndarray:
@@ -70,11 +65,13 @@ def _costs(parameters, scan, v_ref, k1, cushion) -> tuple[np.ndarray, np.ndarray
     """Cost v_ref and every eligible beam's direction times every speed fraction."""
     beams = scan.full_turn(parameters.dropout_beams)
     eligible = beams.seen | parameters.unseen_is_free
-    directions = angles(beams)
+    directions = beams.angles
     towards = math.atan2(v_ref[1], v_ref[0])
     own_beam = np.argmin(np.abs(wrap(directions - towards)))
     groups = [(math.hypot(*v_ref), np.array([towards]) if eligible[own_beam] else np.empty(0))]
-    groups += [(fraction * math.hypot(*v_ref), directions[eligible]) for fraction in parameters.speed_fractions]
+    groups += [
+        (fraction * math.hypot(*v_ref), directions[eligible]) for fraction in parameters.speed_fractions
+    ]
     velocities = [speed * np.stack([np.cos(angle), np.sin(angle)], axis=1) for speed, angle in groups]
     costs = [_costs_at_speed(parameters, beams, *group, v_ref, k1, cushion) for group in groups]
     return np.concatenate(velocities), np.concatenate(costs)
@@ -82,7 +79,7 @@ def _costs(parameters, scan, v_ref, k1, cushion) -> tuple[np.ndarray, np.ndarray
 
 def _costs_at_speed(parameters, beams, speed, towards, v_ref, k1, cushion) -> np.ndarray:
     """Return equation 6.5 for each direction ``towards`` (M,), rad, at one speed."""
-    psi = wrap(angles(beams)[None, :] - towards[:, None])
+    psi = wrap(beams.angles[None, :] - towards[:, None])
     edge_lb = cushion(psi, speed, parameters.r_lb, parameters.time_horizon)
     edge_ub = cushion(psi, speed, parameters.r_ub, parameters.time_horizon)
     depth = np.clip(edge_ub - beams.ranges, 0.0, None)

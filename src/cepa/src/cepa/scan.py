@@ -21,7 +21,7 @@ class LaserScan2D:
     """
 
     ranges: np.ndarray
-    """(n,) m. +inf: no return; -inf: too close; NaN, or finite below range_min: invalid; above range_max: no return."""
+    """(n,) m. +inf or above range_max: no return; -inf: too close; NaN or finite below range_min: invalid."""
     angle_min: float
     """rad: direction of the first beam, counter-clockwise from the frame's x axis."""
     angle_increment: float
@@ -54,7 +54,8 @@ class LaserScan2D:
             raise ScanError(f"The scan's angle_min must be finite, not {self.angle_min}.")
         if not FINEST_INCREMENT_RAD <= abs(self.angle_increment) <= math.pi:
             raise ScanError(
-                f"The scan's angle_increment must be between 0.01 degrees and half a turn, not {self.angle_increment} rad."
+                "The scan's angle_increment must be between 0.01 degrees and half a turn, "
+                f"not {self.angle_increment} rad."
             )
         if not 0.0 <= self.range_min < self.range_max:
             raise ScanError(
@@ -68,7 +69,7 @@ class LaserScan2D:
         return round(2.0 * math.pi / abs(self.angle_increment))
 
     def full_turn(self, dropout_beams: int) -> Beams:
-        """Return the normal form; invalid beams, up to ``dropout_beams`` in a row, take their neighbours' smaller range."""
+        """Return the normal form; ``dropout_beams`` in a row at most take their neighbours' smaller range."""
         descending = self.angle_increment < 0.0
         first = (
             self.angle_min + (self.ranges.size - 1) * self.angle_increment if descending else self.angle_min
@@ -94,6 +95,11 @@ class Beams:
     """rad, positive"""
 
     @property
+    def angles(self) -> np.ndarray:
+        """The beams' directions (N,), rad."""
+        return self.angle_0 + np.arange(self.ranges.size) * self.increment
+
+    @property
     def nearest(self) -> float:
         """The least range, m."""
         return float(self.ranges.min())
@@ -102,8 +108,9 @@ class Beams:
 class Grid:
     """What depends on the number of beams and their increment alone, computed once per lidar.
 
-    Angles here are relative to beam 0. The cushion of equation 6.7 is ``min(d, r / |sin psi|)`` for |psi| < 90 degrees
-    and ``r`` elsewhere, so that ``min(d, r * reach)`` with the table ``reach`` is the whole cushion.
+    Angles here are relative to beam 0. The cushion of equation 6.7 is ``min(d, r / |sin psi|)`` for |psi| <
+    90 degrees and ``r`` elsewhere, so that ``min(d, r * reach)`` with the table ``reach`` is the whole
+    cushion.
     """
 
     def __init__(self, count: int, increment: float):

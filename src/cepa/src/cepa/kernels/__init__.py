@@ -1,6 +1,6 @@
 """Compiled inner loops on plain arrays.
 
 Conventions: ``ranges`` are float64 metres on a full turn of beams, +inf where nothing is seen; directions are
-unit vectors in the grid's own frame (beam 0 along x). numba's cache notices changes of a kernel's own file only,
-so no kernel calls one of another file.
+unit vectors in the grid's own frame (beam 0 along x). numba's cache notices changes of a kernel's own file
+only, so no kernel calls one of another file.
 """

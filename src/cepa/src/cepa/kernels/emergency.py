@@ -29,7 +29,7 @@ def k_filter(ranges, slope, increment):
 
 @njit(cache=True)
 def sum_of_intrusions(filtered, cos, sin, r_lb, increment):
-    """Return (x, y, total): the integral of the intrusions as vectors away from the obstacles, and of their lengths; m rad."""
+    """Return (x, y, total) in m rad: the intrusions summed as vectors off the obstacles, and as lengths."""
     x = 0.0
     y = 0.0
     total = 0.0
@@ -54,7 +54,7 @@ def _blocks(ahead, aside, reading, radius, lookahead):
 
 @njit(cache=True)
 def direction_is_safe(ranges, cos, sin, towards_x, towards_y, radius, lookahead):
-    """Tell whether nothing seen lies within ``radius`` of the first ``lookahead`` metres along a direction."""
+    """Tell whether nothing seen lies within ``radius`` of the first ``lookahead`` metres of a direction."""
     for j in range(ranges.size):
         if ranges[j] <= lookahead + radius:
             ahead = ranges[j] * (cos[j] * towards_x + sin[j] * towards_y)

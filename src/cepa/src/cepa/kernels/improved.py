@@ -1,4 +1,4 @@
-"""Kernels of the improved steering algorithm: the cost of a direction, removal of unviable ones, best-first search.
+"""Kernels of the improved steering: cost of a direction, removal of unviable ones, best-first search.
 
 ``reach`` is Grid.reach: the cushion of equation 6.7 is min(d, r * reach).
 """
@@ -9,7 +9,7 @@ from numba import njit
 
 @njit(cache=True)
 def intrusion(ranges, cos, sin, towards_x, towards_y, r_lb, d_lb, r_ub, d_ub):
-    """Return Omega (equations 6.3, 6.4, 6.7; m2, unweighted) of any direction; inf when an obstacle forbids it."""
+    """Return Omega (6.3, 6.4, 6.7; m2, unweighted) of any direction; inf when an obstacle forbids it."""
     total = 0.0
     for j in range(ranges.size):
         reading = ranges[j]
@@ -32,8 +32,9 @@ def intrusion(ranges, cos, sin, towards_x, towards_y, r_lb, d_lb, r_ub, d_ub):
 def valid_directions(ranges, eligible, reach, r_lb, d_lb):
     """Return (S, N) bool: the beams' directions in which no obstacle is in the inner cushion.
 
-    ``d_lb`` (S,), descending, is the inner cushion's length at each speed. An obstacle at range LS <= d_lb forbids the
-    directions within asin(r_lb / LS) of it (DESIGN section 11); overlapping intervals are united by counting.
+    ``d_lb`` (S,), descending, is the inner cushion's length at each speed. An obstacle at range LS <= d_lb
+    forbids the directions within asin(r_lb / LS) of it (README.md); overlapping intervals are united
+    by counting.
     """
     count = ranges.size
     speeds = d_lb.size
@@ -87,15 +88,15 @@ def _unite(opened, eligible):
 def best_velocity(
     ranges, cos, sin, reach, valid, towards_x, towards_y, first, speeds, r_ub, d_ub, k1, k2, k3, best_cost
 ):
-    """Search the valid directions best-first and return (beam, speed index, cost, directions tested); beam -1: none.
+    """Search the valid directions best-first; return (beam, or -1, speed index, cost, directions tested).
 
-    ``speeds`` (S,) m/s, descending; ``speeds[0]`` times 1 / its fraction is |v_ref|, whose unit vector is ``towards``.
-    ``k1`` is k1 |v_ref|, ``k2`` is k2 / |v_ref|, so that a velocity v at angle psi to v_ref costs
-    k3 Omega - |v| (k1 cos psi + k2) (equation 6.5). ``first`` is the beam nearest to v_ref. Only what costs less than
-    ``best_cost`` is returned.
+    ``speeds`` (S,) m/s, descending; ``speeds[0]`` times 1 / its fraction is |v_ref|, whose unit vector is
+    ``towards``. ``k1`` is k1 |v_ref|, ``k2`` is k2 / |v_ref|, so that a velocity v at angle psi to v_ref
+    costs k3 Omega - |v| (k1 cos psi + k2) (equation 6.5). ``first`` is the beam nearest to v_ref. Only what
+    costs less than ``best_cost`` is returned.
 
-    Exact: Omega is at least the sum over LS < r_ub of (r_ub - LS)^2 in every direction, and the two other terms are
-    known, so that nothing that remains when the least bound reaches the best cost can be better.
+    Exact: Omega is at least the sum over LS < r_ub of (r_ub - LS)^2 in every direction, and the two other
+    terms are known, so that nothing that remains when the least bound reaches the best cost can be better.
     """
     count = ranges.size
     near = np.empty(count, np.int64)

@@ -6,7 +6,7 @@ from numba import njit
 
 @njit(cache=True)
 def weight(ranges, cushion_lb, cushion_ub, offset):
-    """Return Omega (equations 6.3, 6.4; m2, unweighted); the cushions' edge at beam j is ``cushion[j + offset]``."""
+    """Return Omega (6.3, 6.4; m2, unweighted) for cushions with their edge at ``cushion[j + offset]``."""
     total = 0.0
     for j in range(ranges.size):
         if ranges[j] <= cushion_lb[j + offset]:
@@ -18,10 +18,11 @@ def weight(ranges, cushion_lb, cushion_ub, offset):
 
 @njit(cache=True)
 def best_of_all(ranges, eligible, alignment, speeds, cushions_lb, cushions_ub, k1, k2, k3):
-    """Try every eligible beam at every speed and return (beam, speed index, cost, directions tested); beam -1: none.
+    """Try every eligible beam at every speed; return (beam, or -1, speed index, cost, directions tested).
 
-    ``alignment`` (N,): cosine between each beam and v_ref; ``speeds`` (S,) m/s; ``cushions`` (S, 2N-1) m: the edge at
-    [s, j - i + N - 1] for beam j and direction i. ``k1`` is k1 |v_ref| and ``k2`` is k2 / |v_ref|, as in equation 6.5.
+    ``alignment`` (N,): cosine between each beam and v_ref; ``speeds`` (S,) m/s; ``cushions`` (S, 2N-1) m: the
+    edge at [s, j - i + N - 1] for beam j and direction i. ``k1`` is k1 |v_ref| and ``k2`` is k2 / |v_ref|, as
+    in equation 6.5.
     """
     count = ranges.size
     best_beam = -1

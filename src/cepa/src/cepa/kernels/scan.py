@@ -10,7 +10,7 @@ DROPOUT = -1.0
 
 @njit(cache=True)
 def normalise(raw, seen_raw, reverse, range_min, range_max, dropout_beams, ranges, seen):
-    """Put ``raw`` (n,), as REP-117 means it, onto a full turn: ``ranges`` (N,) with +inf for nothing, ``seen`` (N,)."""
+    """Put ``raw`` (n,), read by REP-117, onto a full turn: ``ranges`` (N,), +inf: nothing; ``seen`` (N,)."""
     _place(raw, seen_raw, reverse, range_min, range_max, ranges, seen)
     _fill_dropouts(dropout_beams, ranges, seen)
 

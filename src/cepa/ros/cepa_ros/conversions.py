@@ -1,0 +1,83 @@
+"""Between messages and the library's types; every fault of a message becomes one sentence."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
+
+UNSEEN_INTENSITY = -1.0
+"""An intensity that marks a beam as unseen, as lidar_padding does."""
+
+
+def scan_of(message) -> LaserScan2D:
+    """Return a sensor_msgs/LaserScan as the library's type.
+
+    Raises:
+        ScanError: it makes no sense, or holds no valid reading at all.
+    """
+    intensities = np.asarray(message.intensities)
+    if intensities.size not in (0, len(message.ranges)):
+        raise ScanError(
+            f"The scan has {intensities.size} intensities for {len(message.ranges)} ranges; "
+            "give none or as many."
+        )
+    seen = intensities != UNSEEN_INTENSITY if intensities.size else None
+    geometry = message.angle_min, message.angle_increment, message.range_min, message.range_max
+    scan = LaserScan2D(message.ranges, *geometry, seen)
+    _check_length(message, scan)
+    if np.isnan(scan.ranges[scan.seen]).all():
+        raise ScanError(f"The scan holds no valid reading among {scan.ranges.size} beams; check the lidar.")
+    return scan
+
+
+def _check_length(message, scan: LaserScan2D) -> None:
+    """A full turn may leave out the beam at angle_max, which is that at angle_min (as Velodyne's driver
+    does).
+    """
+    beams = scan.ranges.size
+    steps = (message.angle_max - message.angle_min) / message.angle_increment
+    open_turn = beams == scan.beams_per_turn and abs(steps - beams) < 0.5
+    if not (abs(steps - (beams - 1)) < 0.5 or open_turn):
+        raise ScanError(
+            f"The scan has {beams} ranges, but its angles ask for {steps + 1.0:.0f}; check the driver."
+        )
+
+
+def velocity_of(twist, what: str) -> tuple[float, float, float]:
+    """Return the linear velocity (x, y, z) of a geometry_msgs/Twist.
+
+    Raises:
+        VelocityError: not finite.
+    """
+    linear = twist.linear
+    velocity = linear.x, linear.y, linear.z
+    if not all(math.isfinite(component) for component in velocity):
+        raise VelocityError(f"The {what} is not finite: {velocity}.")
+    return velocity
+
+
+def stats_of(stamp, name: str, algorithm: str, decision: Decision, computation_ms: float) -> DiagnosticArray:
+    """Return the figures of one decision."""
+    values = {
+        "computation_time_ms": f"{computation_ms:.4f}",
+        "directions_tested": str(decision.directions_tested),
+        "cost": f"{decision.cost:.9g}",
+        "emergency": str(decision.emergency),
+        "reason": decision.reason.value,
+        "algorithm": algorithm,
+    }
+    alarming = decision.emergency or decision.reason is Reason.BLOCKED
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.WARN if alarming else DiagnosticStatus.OK,
+        name=name,
+        message=decision.reason.value,
+        hardware_id="",
+        values=[KeyValue(key, value) for key, value in values.items()],
+    )
+    message = DiagnosticArray(status=[status])
+    message.header.stamp = stamp
+    return message

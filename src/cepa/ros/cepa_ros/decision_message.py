@@ -1,0 +1,56 @@
+"""The topic ~decision: named velocities as arrows, which RViz shows as they are and any tool can read."""
+
+from __future__ import annotations
+
+import rospy
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+REFERENCE, OUTPUT, ORIGINAL, IMPROVED = "v_ref", "v_out", "emergency original", "emergency improved"
+COLOURS = {
+    REFERENCE: (0.25, 0.55, 1.0),
+    OUTPUT: (1.0, 0.85, 0.2),
+    ORIGINAL: (0.9, 0.1, 0.1),
+    IMPROVED: (0.1, 0.85, 0.2),
+}
+"""Red and green are those of the thesis's figures 8.6 and 8.7."""
+
+LIFETIME_S = 0.5
+SHAFT_M, HEAD_M = 0.05, 0.12
+
+
+def write(stamp, frame: str, velocities: dict) -> MarkerArray:
+    """Return the message for velocities {name: (x, y) in m/s or None}; an arrow's length in m is the speed in
+    m/s.
+    """
+    return MarkerArray(
+        markers=[
+            arrow(stamp, frame, name, velocity)
+            for name, velocity in velocities.items()
+            if velocity is not None
+        ]
+    )
+
+
+def read(message: MarkerArray) -> dict:
+    """Return the velocities {name: (x, y)} of a message, m/s."""
+    return {
+        marker.ns: (marker.points[1].x - marker.points[0].x, marker.points[1].y - marker.points[0].y)
+        for marker in message.markers
+        if marker.ns in COLOURS and len(marker.points) == 2
+    }
+
+
+def arrow(stamp, frame: str, name: str, velocity, height_m: float = 0.0) -> Marker:
+    """Return the arrow of one velocity from the origin of ``frame``."""
+    marker = Marker(ns=name, id=0, type=Marker.ARROW, action=Marker.ADD)
+    marker.header.stamp = stamp
+    marker.header.frame_id = frame
+    marker.pose.orientation.w = 1.0
+    marker.points = [Point(0.0, 0.0, height_m), Point(velocity[0], velocity[1], height_m)]
+    marker.scale.x, marker.scale.y = SHAFT_M, HEAD_M
+    marker.color = ColorRGBA(*COLOURS[name], 1.0)
+    marker.lifetime = rospy.Duration(LIFETIME_S)
+    marker.frame_locked = True
+    return marker

@@ -1,0 +1,118 @@
+"""What both nodes do alike: parameters, dynamic_reconfigure, warnings, the way a node starts and ends."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+
+import rospy
+
+from cepa import ALGORITHMS, CepaError, CepaParameters, ParameterError
+
+WARNING_PERIOD_S = 5.0
+
+
+def parameters_of(config) -> tuple[str, CepaParameters]:
+    """Return (algorithm's name, parameters) of a mapping that names them all, as dynamic_reconfigure's.
+
+    Raises:
+        ParameterError: a value makes no sense, alone or with the others.
+    """
+    algorithm = config["algorithm"]
+    if algorithm not in ALGORITHMS:
+        raise ParameterError(f"algorithm is {algorithm!r}; it must be one of {', '.join(ALGORITHMS)}.")
+    values = {field.name: config[field.name] for field in dataclasses.fields(CepaParameters)}
+    values["speed_fractions"] = _fractions(values["speed_fractions"])
+    return algorithm, CepaParameters(**values)
+
+
+def config_of(algorithm: str, parameters: CepaParameters) -> dict:
+    """Return the mapping that ``parameters_of`` reads."""
+    config = dataclasses.asdict(parameters)
+    config["speed_fractions"] = " ".join(f"{fraction:g}" for fraction in parameters.speed_fractions)
+    return {"algorithm": algorithm, **config}
+
+
+def read_parameters() -> tuple[str, CepaParameters]:
+    """Return (algorithm's name, parameters) from the private ROS parameters.
+
+    They are written back as the types that they have, because dynamic_reconfigure does not convert them.
+
+    Raises:
+        ParameterError: as ``parameters_of``.
+    """
+    defaults = config_of("improved", CepaParameters())
+    found = {name: rospy.get_param("~" + name, default) for name, default in defaults.items()}
+    for name, value in found.items():
+        if isinstance(defaults[name], float) and isinstance(value, int) and not isinstance(value, bool):
+            found[name] = float(value)
+    algorithm, parameters = parameters_of(found)
+    for name, value in config_of(algorithm, parameters).items():
+        rospy.set_param("~" + name, value)
+    return algorithm, parameters
+
+
+def serve_parameters(config_type, algorithm: str, parameters: CepaParameters, apply):
+    """Offer the parameters in dynamic_reconfigure and call ``apply(algorithm, parameters)`` with each set.
+
+    A set that makes no sense is refused with a warning, and the last one stays.
+    """
+    from dynamic_reconfigure.server import Server
+
+    accepted = config_of(algorithm, parameters)
+
+    def on_change(config, _level):
+        try:
+            changed = parameters_of(config)
+        except ParameterError as error:
+            rospy.logwarn("%s The change is refused; the old parameters stay.", error)
+            config.update(accepted)
+            return config
+        accepted.update(config_of(*changed))
+        config.update(accepted)
+        apply(*changed)
+        return config
+
+    return Server(config_type, on_change)
+
+
+def run(name: str, node_class) -> None:
+    """Run a node until ROS shuts down; what is wrong at the start is one sentence and exit code 1."""
+    rospy.init_node(name)
+    try:
+        node = node_class()
+    except CepaError as error:
+        rospy.logfatal("%s: %s", rospy.get_name(), error)
+        sys.exit(1)
+    rospy.spin()
+    del node
+
+
+class Warnings:
+    """Says each fault once in a while, however often it comes and whatever numbers its sentence carries."""
+
+    def __init__(self):
+        self._said_at_s: dict[str, float] = {}
+
+    def say(self, sentence) -> None:
+        """Log the sentence as a warning unless its like was logged in the last seconds."""
+        kind = "".join(character for character in str(sentence) if not character.isdigit())
+        now_s = rospy.get_time()
+        said_at_s = self._said_at_s.get(kind)
+        if said_at_s is None or not 0.0 <= now_s - said_at_s < WARNING_PERIOD_S:
+            self._said_at_s[kind] = now_s
+            rospy.logwarn("%s", sentence)
+
+
+def _fractions(value) -> tuple[float, ...]:
+    """Read "1.0 0.75", "1.0, 0.75", a number or a list."""
+    if isinstance(value, str):
+        value = value.replace(",", " ").split()
+    elif isinstance(value, (int, float)):
+        value = [value]
+    try:
+        return tuple(float(fraction) for fraction in value)
+    except (TypeError, ValueError):
+        raise ParameterError(
+            f"speed_fractions must be numbers in (0, 1] such as '1.0 0.5', not {value!r}."
+        ) from None

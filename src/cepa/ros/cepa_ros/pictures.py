@@ -1,0 +1,128 @@
+"""RViz markers of what CEPA sees and decides."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from cepa import CepaParameters, view
+from cepa.scan import Beams
+from cepa_ros import decision_message
+
+WHITE, GREY, RED = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5), (0.9, 0.1, 0.1)
+INNER, OUTER = (1.0, 0.45, 0.1), (0.3, 0.75, 1.0)
+PARTLY, WHOLLY = (1.0, 0.75, 0.1), (0.85, 0.1, 0.1)
+RING_WIDTH_M = 0.08
+ARROW_HEIGHT_M = 0.05  # over the flat markers, so that RViz does not mix them
+
+
+class Canvas:
+    """Collects the markers of one instant, one per namespace; without points it shows nothing."""
+
+    def __init__(self, stamp):
+        self._stamp = stamp
+        self.markers = MarkerArray()
+
+    def lines(
+        self, frame: str, name: str, points: np.ndarray, colour, width_m: float, alpha: float = 1.0
+    ) -> None:
+        """Draw a closed or open line through ``points`` (n, 2)."""
+        self._add(frame, name, Marker.LINE_STRIP, points, [(*colour, alpha)], width_m)
+
+    def segments(self, frame: str, name: str, ends: np.ndarray, colours, width_m: float) -> None:
+        """Draw lines between ``ends`` (n, 2, 2); ``colours`` holds one (r, g, b, a), or one per line."""
+        colours = [colour for colour in colours for _ in range(2)] if len(colours) > 1 else colours
+        self._add(frame, name, Marker.LINE_LIST, ends.reshape(-1, 2), colours, width_m)
+
+    def area(self, frame: str, name: str, outline: np.ndarray, colour, alpha: float) -> None:
+        """Fill the star-shaped outline (n, 2) about the origin."""
+        corners = np.stack([np.zeros_like(outline[1:]), outline[:-1], outline[1:]], axis=1)
+        self._add(frame, name, Marker.TRIANGLE_LIST, corners.reshape(-1, 2), [(*colour, alpha)], 1.0)
+
+    def arrow(self, frame: str, name: str, velocity) -> None:
+        """Draw one of the decision's velocities; None takes its arrow away."""
+        marker = decision_message.arrow(self._stamp, frame, name, velocity or (0.0, 0.0), ARROW_HEIGHT_M)
+        self._append(marker, visible=velocity is not None)
+
+    def _add(
+        self, frame: str, name: str, kind: int, points: np.ndarray, colours: list, width_m: float
+    ) -> None:
+        marker = Marker(ns=name, id=0, type=kind)
+        marker.header.stamp, marker.header.frame_id = self._stamp, frame
+        marker.pose.orientation.w = 1.0
+        marker.points = [Point(x, y, 0.0) for x, y in points.tolist()]
+        marker.scale.x = marker.scale.y = marker.scale.z = width_m
+        marker.color = ColorRGBA(*colours[0]) if colours else ColorRGBA()
+        marker.colors = [ColorRGBA(*colour) for colour in colours] if len(colours) > 1 else []
+        marker.lifetime = rospy.Duration(decision_message.LIFETIME_S)
+        marker.frame_locked = True
+        self._append(marker, visible=len(points) > 1)
+
+    def _append(self, marker: Marker, visible: bool) -> None:
+        marker.action = Marker.ADD if visible else Marker.DELETE
+        self.markers.markers.append(marker)
+
+
+def draw(header, base_frame: str, beams: Beams, velocities: dict, algorithm: str, parameters: CepaParameters):
+    """Return the markers of one scan and the decision that answers it.
+
+    Args:
+        header: the scan's; what comes from the scan alone is drawn in its frame, the velocities in
+        ``base_frame``. velocities: {name: (x, y)} as in decision_message, m/s in ``base_frame``.
+    """
+    canvas = Canvas(header.stamp)
+    scan_frame = header.frame_id
+    canvas.lines(scan_frame, "r_lb", view.circle(parameters.r_lb), WHITE, 0.02)
+    canvas.lines(scan_frame, "r_ub", view.circle(parameters.r_ub), WHITE, 0.01, alpha=0.5)
+    emergency = decision_message.ORIGINAL in velocities
+    v_out = velocities.get(decision_message.OUTPUT, (0.0, 0.0))
+    _draw_cushions(canvas, base_frame, v_out if not emergency else (0.0, 0.0), algorithm, parameters)
+    reference_speed = math.hypot(*velocities.get(decision_message.REFERENCE, (0.0, 0.0)))
+    _draw_rejected(canvas, scan_frame, beams, parameters, reference_speed, emergency)
+    canvas.segments(scan_frame, "intrusions", view.intrusions(beams, parameters), [(*RED, 0.9)], 0.01)
+    for name in decision_message.COLOURS:
+        hidden = emergency and name == decision_message.OUTPUT  # the proposals say it already
+        canvas.arrow(base_frame, name, None if hidden else _moving(velocities.get(name)))
+    return canvas.markers
+
+
+def _draw_cushions(canvas: Canvas, frame: str, v_out, algorithm: str, parameters: CepaParameters) -> None:
+    for name, radius, colour in (
+        ("cushion_ub", parameters.r_ub, OUTER),
+        ("cushion_lb", parameters.r_lb, INNER),
+    ):
+        moving = math.hypot(*v_out) > 0.0
+        outline = view.cushion_outline(algorithm, v_out, radius, parameters.time_horizon)
+        outline = outline if moving else np.empty((0, 2))
+        canvas.lines(frame, name, outline, colour, 0.025)
+        canvas.area(frame, f"{name}_area", outline, colour, 0.12)
+
+
+def _draw_rejected(
+    canvas: Canvas, frame: str, beams: Beams, parameters, speed: float, emergency: bool
+) -> None:
+    """Draw a ring outside r_ub: red where every speed is rejected, amber where some are, grey: unseen."""
+    rejected = view.rejected_directions(beams, parameters, speed)
+    shown = ~(rejected == 0.0) & (speed > 0.0) & (not emergency)
+    along = np.stack([np.cos(beams.angles), np.sin(beams.angles)], axis=1)[shown]
+    ends = np.stack(
+        [along * (parameters.r_ub + 0.02), along * (parameters.r_ub + 0.02 + RING_WIDTH_M)], axis=1
+    )
+    colours = [_tick_colour(share) for share in rejected[shown].tolist()]
+    width = max(0.008, 0.8 * beams.increment * parameters.r_ub)
+    canvas.segments(frame, "rejected", ends, colours, width)
+
+
+def _tick_colour(share: float) -> tuple:
+    if math.isnan(share):
+        return (*GREY, 0.35)
+    return (*(WHOLLY if share >= 1.0 else PARTLY), 0.8)
+
+
+def _moving(velocity):
+    return velocity if velocity is not None and math.hypot(*velocity) > 1e-3 else None

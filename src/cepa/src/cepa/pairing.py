@@ -1,0 +1,96 @@
+"""Pairs each scan with what else belongs to its instant, by the stamps of the messages."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+KEPT_MESSAGES = 64
+KEPT_SCANS = 8
+
+
+@dataclass(frozen=True)
+class Stamped:
+    """A value and its stamp in whole nanoseconds."""
+
+    stamp_ns: int
+    value: Any
+
+
+@dataclass(frozen=True)
+class PairedScan:
+    """A scan that is ready to be answered, and per source the value that belongs to it, or None."""
+
+    scan: Stamped
+    values: dict[str, Stamped | None]
+
+    def fresh(self, source: str, max_age_ns: int, default):
+        """Return the source's value, or ``default`` where there is none within ``max_age_ns`` of the scan."""
+        found = self.values[source]
+        if found is None or abs(self.scan.stamp_ns - found.stamp_ns) > max_age_ns:
+            return default
+        return found.value
+
+
+class ScanPairing:
+    """Finds for each scan the message of its own stamp where a source gives one, else the source's newest.
+
+    Messages of one instant come over different connections, so that a scan may overtake what belongs to it.
+    While a source is known to share its stamps with the scans, a scan is held until that source's message
+    comes; the outcome then does not depend on which message was faster. It is held until the next scan comes
+    at the latest, and a source that let it wait in vain is not waited for again before it has shared a stamp
+    once more.
+    """
+
+    def __init__(self, sources: tuple[str, ...]):
+        self._sources = sources
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything, as after a clock that jumped back."""
+        self._messages: dict[str, deque] = {source: deque(maxlen=KEPT_MESSAGES) for source in self._sources}
+        self._shares_stamps = dict.fromkeys(self._sources, True)  # trusted from a source's first message on
+        self._scan_stamps: deque = deque(maxlen=KEPT_SCANS)
+        self._held: Stamped | None = None
+
+    def offer_scan(self, stamp_ns: int, scan) -> list[PairedScan]:
+        """Take in a scan; return the scans that are ready now, oldest first."""
+        ready = [self._release()] if self._held else []
+        self._scan_stamps.append(stamp_ns)
+        self._held = Stamped(stamp_ns, scan)
+        return ready + self._ready()
+
+    def offer(self, source: str, stamp_ns: int, value) -> list[PairedScan]:
+        """Take in another message; return the scans that are ready now, at most one."""
+        messages = self._messages[source]
+        if messages and stamp_ns < messages[-1].stamp_ns:
+            messages.clear()  # its clock jumped back
+        messages.append(Stamped(stamp_ns, value))
+        if stamp_ns in self._scan_stamps:
+            self._shares_stamps[source] = True
+        return self._ready()
+
+    def _ready(self) -> list[PairedScan]:
+        if self._held is None or any(self._is_due(source) for source in self._sources):
+            return []
+        return [self._release()]
+
+    def _is_due(self, source: str) -> bool:
+        """Whether the source's message for the held scan is still to come."""
+        messages = self._messages[source]
+        return bool(messages) and self._shares_stamps[source] and messages[-1].stamp_ns < self._held.stamp_ns
+
+    def _release(self) -> PairedScan:
+        scan, self._held = self._held, None
+        return PairedScan(scan, {source: self._find(source, scan.stamp_ns) for source in self._sources})
+
+    def _find(self, source: str, stamp_ns: int) -> Stamped | None:
+        messages = self._messages[source]
+        for message in reversed(messages):
+            if message.stamp_ns == stamp_ns:
+                self._shares_stamps[source] = True
+                return message
+        if messages:
+            self._shares_stamps[source] = False
+        return messages[-1] if messages else None

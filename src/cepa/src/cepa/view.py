@@ -1,0 +1,52 @@
+"""What there is to see of a decision, as plain numbers for RViz or matplotlib."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cepa.cushion import improved_cushion, original_cushion
+from cepa.decision import Vector2
+from cepa.kernels.emergency import k_filter
+from cepa.kernels.improved import valid_directions
+from cepa.parameters import CepaParameters
+from cepa.scan import Beams, Grid
+
+OUTLINE_POINTS = 181
+
+
+def circle(radius: float) -> np.ndarray:
+    """Return a closed circle about the UAV, (n, 2) m."""
+    return _polar(np.linspace(-math.pi, math.pi, OUTLINE_POINTS), radius)
+
+
+def cushion_outline(algorithm: str, velocity: Vector2, radius: float, time_horizon: float) -> np.ndarray:
+    """Return the closed outline of the cushion along ``velocity``, (n, 2) m: 6.2 for "original", else 6.7."""
+    cushion = original_cushion if algorithm == "original" else improved_cushion
+    psi = np.linspace(-math.pi, math.pi, 4 * OUTLINE_POINTS)
+    speed = math.hypot(*velocity)
+    return _polar(psi + math.atan2(velocity[1], velocity[0]), cushion(psi, speed, radius, time_horizon))
+
+
+def rejected_directions(beams: Beams, parameters: CepaParameters, reference_speed: float) -> np.ndarray:
+    """Return the share of the speed fractions that is rejected per beam, (N,): 0 none, 1 all, nan: unseen."""
+    fractions = np.array(parameters.speed_fractions)
+    length = fractions * reference_speed * parameters.time_horizon + parameters.r_lb
+    grid = Grid(beams.ranges.size, beams.increment)
+    everywhere = np.ones_like(beams.seen)
+    valid = valid_directions(beams.ranges, everywhere, grid.reach, float(parameters.r_lb), length)
+    rejected = 1.0 - valid.mean(axis=0)
+    return np.where(beams.seen | parameters.unseen_is_free, rejected, np.nan)
+
+
+def intrusions(beams: Beams, parameters: CepaParameters) -> np.ndarray:
+    """Return the intrusions into the circle of r_LB after the K filter, (n, 2 ends, 2) m (figure 6.3)."""
+    filtered = k_filter(beams.ranges, float(parameters.k_filter), beams.increment)
+    inside = filtered < parameters.r_lb
+    direction = beams.angles[inside]
+    return np.stack([_polar(direction, parameters.r_lb), _polar(direction, filtered[inside])], axis=1)
+
+
+def _polar(angle: np.ndarray, radius) -> np.ndarray:
+    return np.stack([np.cos(angle) * radius, np.sin(angle) * radius], axis=-1)

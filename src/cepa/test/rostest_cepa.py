@@ -1,0 +1,293 @@
+#!/usr/bin/env python3
+"""The contract of the node cepa, seen from outside."""
+
+import itertools
+import math
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from cepa_ros.node import config_of
+from diagnostic_msgs.msg import DiagnosticArray
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+from visualization_msgs.msg import MarkerArray
+
+from cepa import CepaParameters, Improved, LaserScan2D, Original
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from probe import BEAMS, Input, Mounts, Output, Stamps, Warned, column, odometry_of, scan_of, velocity_of
+
+NODE = "/cepa"
+DEFAULTS = config_of("improved", CepaParameters())
+
+
+class CepaTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.commands = Output("vel_setpoint_out", TwistStamped)
+        cls.stats = Output("cepa/stats", DiagnosticArray)
+        cls.decisions = Output("cepa/decision", MarkerArray)
+        cls.scans = Input("scan_in", LaserScan)
+        cls.references = Input("vel_setpoint_in", TwistStamped)
+        cls.odometry = Input("odometry", Odometry)
+        cls.warned = Warned(NODE)
+        cls.client = Client(NODE, timeout=10)
+        cls.mounts = Mounts()
+        cls.starts = itertools.count(100, 100)
+
+    def setUp(self):
+        self.stamps = Stamps(next(self.starts))
+        self.client.update_configuration(DEFAULTS)
+        self.share_a_stamp()
+
+    def share_a_stamp(self):
+        """Show cepa that reference and odometry come with the stamps of scans: it waits for them."""
+        self.answer((0.0, 0.0, 0.0))
+        rospy.rostime.wallsleep(0.05)
+
+    def answer(
+        self, v_ref=(1.0, 0.0, 0.0), ranges=None, own=(0.0, 0.0, 0.0), v_ref_frame="base_frame", **scan
+    ):
+        """The command for one scan whose reference and odometry have its own stamp."""
+        stamp = self.stamps.next()
+        self.odometry.send(odometry_of(stamp, own))
+        self.scans.send(scan_of(stamp, ranges, **scan))
+        self.references.send(velocity_of(stamp, v_ref, v_ref_frame))
+        command = self.commands.of(stamp)
+        self.assertEqual(command.header.frame_id, "base_frame")
+        v = command.twist.linear
+        return v.x, v.y, v.z
+
+    def assert_velocity(self, velocity, expected):
+        np.testing.assert_allclose(velocity, expected, atol=1e-6)
+
+    # what it answers
+
+    def test_in_the_open_the_reference_passes_with_its_height(self):
+        self.assert_velocity(self.answer((1.2, -0.4, 0.3)), (1.2, -0.4, 0.3))
+
+    def test_it_answers_as_the_library_does(self):
+        ranges = column(5.0, 2.0)
+        rounded = LaserScan2D(
+            np.float32(ranges), np.float32(-math.pi), np.float32(2 * math.pi / BEAMS), 0.06, 10.0
+        )
+        for name, algorithm in (("improved", Improved), ("original", Original)):
+            self.client.update_configuration({"algorithm": name})
+            expected = algorithm(CepaParameters()).steer(rounded, (2.0, 0.0), (1.5, 0.2))
+            self.assert_velocity(
+                self.answer((2.0, 0.0, 0.0), ranges, (1.5, 0.2, 0.0))[:2], expected.velocity_xy
+            )
+
+    def test_an_emergency_flees_whatever_the_reference(self):
+        x, _, z = self.answer((1.0, 0.0, 0.2), column(0.0, 0.4))
+        self.assertLess(x, -0.1)
+        self.assertAlmostEqual(z, 0.2)
+
+    def test_stats(self):
+        self.stats.messages.clear()
+        self.answer((1.0, 0.0, 0.0), column(0.0, 0.4))
+        status = self.stats.next().status[0]
+        values = {pair.key: pair.value for pair in status.values}
+        self.assertEqual((status.level, status.message), (1, "emergency sum"))
+        self.assertEqual(
+            set(values),
+            {"computation_time_ms", "directions_tested", "cost", "emergency", "reason", "algorithm"},
+        )
+        self.assertGreater(float(values["computation_time_ms"]), 0.0)
+
+    def test_decision_shows_both_emergency_proposals(self):
+        for algorithm in ("improved", "original"):
+            self.client.update_configuration({"algorithm": algorithm})
+            self.decisions.messages.clear()
+            self.answer(ranges=np.minimum(column(90.0, 0.4), column(-60.0, 0.45)))
+            markers = {marker.ns: marker for marker in self.decisions.next().markers}
+            self.assertEqual(set(markers), {"v_ref", "v_out", "emergency original", "emergency improved"})
+            self.assertEqual(markers["v_out"].header.frame_id, "base_frame")
+
+    # pairing and age
+
+    def test_a_scan_is_paired_with_the_reference_of_its_stamp_not_the_newest(self):
+        self.answer()
+        stamp = self.stamps.next()
+        self.scans.send(scan_of(stamp))
+        self.odometry.send(odometry_of(stamp))
+        self.commands.assert_quiet()  # it waits
+        self.references.send(velocity_of(stamp, (0.7, 0.0, 0.0)))
+        self.assertAlmostEqual(self.commands.of(stamp).twist.linear.x, 0.7)
+
+    def test_a_reference_that_is_missing_is_waited_for_until_the_next_scan(self):
+        self.answer((1.0, 0.0, 0.0))
+        first, second = self.stamps.next(), self.stamps.next()
+        self.scans.send(scan_of(first))
+        self.commands.assert_quiet()
+        self.scans.send(scan_of(second))
+        self.assertAlmostEqual(self.commands.of(first).twist.linear.x, 1.0)
+        self.assertAlmostEqual(self.commands.of(second).twist.linear.x, 1.0)
+
+    def test_a_stale_reference_counts_as_zero(self):
+        self.answer((1.0, 0.0, 0.5))
+        self.scans.send(scan_of(self.stamps.next()))
+        self.commands.assert_quiet()  # it waits for the reference; from the next scan on no more
+        for step_s, expected in ((0.4, (1.0, 0.5)), (0.2, (0.0, 0.0))):
+            stamp = self.stamps.next(step_s)
+            self.scans.send(scan_of(stamp))
+            linear = self.commands.of(stamp).twist.linear
+            self.assertEqual((linear.x, linear.z), expected)
+
+    # frames
+
+    def test_references_of_other_frames_are_turned_by_yaw_only(self):
+        self.mounts.add("odom", "base_frame", yaw=math.pi / 2, pitch=0.3)
+        self.assert_velocity(self.answer((0.0, 1.0, 0.1), v_ref_frame=""), (0.0, 1.0, 0.1))
+        stamp_is_known = self.answer_soon((0.0, 1.0, 0.1), "odom")
+        self.assert_velocity(stamp_is_known, (1.0, 0.0, 0.1))
+
+    def answer_soon(self, v_ref, frame):
+        """TF comes over its own connection: ask until it is there."""
+        for _ in range(100):
+            velocity = self.answer(v_ref, v_ref_frame=frame)
+            if velocity != (0.0, 0.0, 0.0):
+                return velocity
+            rospy.rostime.wallsleep(0.02)
+        raise AssertionError(f"{frame} never became known")
+
+    def test_a_reference_of_an_unknown_frame_counts_as_zero(self):
+        self.assert_velocity(self.answer(v_ref_frame="nowhere"), (0.0, 0.0, 0.0))
+        self.warned.wait_for('TF knows no transform from "nowhere" to "base_frame"')
+
+    def test_it_hovers_until_the_lidars_mounting_is_known(self):
+        self.assert_velocity(self.answer(frame="late_lidar"), (0.0, 0.0, 0.0))
+        self.warned.wait_for("Hovering until the lidar's mounting is known")
+        self.mounts.add("base_frame", "late_lidar")
+        for _ in range(100):
+            if self.answer(frame="late_lidar") == (1.0, 0.0, 0.0):
+                return
+            rospy.rostime.wallsleep(0.02)
+        self.fail("the mounting never became known")
+
+    def test_a_turned_and_a_flipped_lidar(self):
+        self.mounts.add("base_frame", "turned_lidar", yaw=math.pi / 2)
+        self.mounts.add("base_frame", "flipped_lidar", roll=math.pi)
+        ahead_left = 10.0  # degrees in the body
+        expected = self.answer((1.5, 0.0, 0.0), column(ahead_left, 1.5))
+        self.assertLess(expected[1], -0.1)
+        for frame, bearing in (("turned_lidar", ahead_left - 90.0), ("flipped_lidar", -ahead_left)):
+            for _ in range(100):
+                velocity = self.answer((1.5, 0.0, 0.0), column(bearing, 1.5), frame=frame)
+                if velocity != (0.0, 0.0, 0.0):
+                    break
+                rospy.rostime.wallsleep(0.02)
+            np.testing.assert_allclose(velocity, expected, atol=0.02)  # a quarter of a degree: whole beams
+
+    def test_a_lidar_that_does_not_lie_flat_is_refused(self):
+        self.mounts.add("base_frame", "upright_lidar", pitch=math.pi / 2)
+        for _ in range(100):
+            self.assert_velocity(self.answer(frame="upright_lidar"), (0.0, 0.0, 0.0))
+            if self.warned.count("leans by 90 degrees"):
+                return
+            rospy.rostime.wallsleep(0.02)
+        self.fail(f"no word about it among {self.warned.sentences}")
+
+    # bad input
+
+    def test_bad_scans_give_one_sentence_and_nothing_else(self):
+        good = np.full(BEAMS, np.inf)
+        cases = {
+            "holds no beams": {"ranges": [], "angle_max": -math.pi},
+            "no valid reading": {"ranges": np.full(BEAMS, np.nan)},
+            "angle_increment must be": {"angle_increment": 0.0},
+            "angles ask for 1440": {"ranges": good[:-7], "angle_max": math.pi - math.radians(0.25)},
+            "0 <= range_min < range_max": {"range_max": -1.0},
+            "2 intensities for 1440": {"intensities": [1.0, 2.0]},
+            "angle_min must be finite": {"angle_min": math.nan},
+        }
+        for complaint, changes in cases.items():
+            for _ in range(2):
+                self.scans.send(scan_of(self.stamps.next(), **{"ranges": good, **changes}))
+            self.warned.wait_for(complaint)
+        self.commands.assert_quiet()
+        for complaint in cases:
+            self.assertEqual(self.warned.count(complaint), 1, complaint)
+        self.assert_velocity(self.answer(), (1.0, 0.0, 0.0))
+
+    def test_velocities_that_are_not_finite_count_as_zero(self):
+        self.assert_velocity(self.answer((math.nan, 0.0, 0.0)), (0.0, 0.0, 0.0))
+        self.warned.wait_for("reference velocity is not finite")
+        self.assert_velocity(self.answer(own=(math.inf, 0.0, 0.0)), (1.0, 0.0, 0.0))
+        self.warned.wait_for("odometry's velocity is not finite")
+
+    def test_beams_of_intensity_minus_one_are_unseen(self):
+        intensities = np.full(BEAMS, -1.0)
+        intensities[BEAMS // 2 :] = 0.0  # only the left is seen
+        _, y, _ = self.answer((1.0, -1.0, 0.0), intensities=intensities)
+        self.assertGreaterEqual(y, -1e-6)
+        self.client.update_configuration({"unseen_is_free": True})
+        self.assert_velocity(self.answer((1.0, -1.0, 0.0), intensities=intensities), (1.0, -1.0, 0.0))
+
+    def test_a_clock_that_jumps_back_is_said_and_survived(self):
+        self.answer()
+        self.stamps = Stamps(5.0)
+        self.share_a_stamp()
+        self.assert_velocity(self.answer((0.5, 0.0, 0.0)), (0.5, 0.0, 0.0))
+        self.warned.wait_for("clock jumped back")
+
+    # parameters
+
+    def test_parameters_change_the_answers_live(self):
+        ranges = np.minimum(column(30.0, 2.5), column(-40.0, 2.4))
+        trap = np.minimum(column(90.0, 0.4, 30.0), column(-90.0, 0.45, 30.0))
+
+        def answers():
+            trapped = self.answer((1.0, 0.0, 0.0), trap, (0.0, 0.1, 0.0))
+            return self.answer((2.0, 0.1, 0.0), ranges), trapped, self.answer(ranges=column(0.0, 0.3, 40.0))
+
+        usual = answers()
+        changes = {
+            "r_lb": 0.8, "r_ub": 2.5, "time_horizon": 0.3, "k3": 5.0, "speed_fractions": "0.5",
+            "reference_speed_min": 1.0, "v_max": 0.35, "emergency_gain": 90.0,
+        }  # fmt: skip
+        without_effect = []
+        for name, value in changes.items():
+            small = name == "reference_speed_min"
+            before = self.answer((0.5, 0.0, 0.0)) if small else usual
+            self.client.update_configuration({name: value})
+            after = self.answer((0.5, 0.0, 0.0)) if small else answers()
+            without_effect += [name] if after == before else []
+            self.client.update_configuration(DEFAULTS)
+        self.assertEqual(without_effect, [])
+
+    def test_combinations_that_make_no_sense_keep_the_old_values(self):
+        cases = [
+            ({"r_lb": 1.5}, "r_lb must be less than r_ub", "r_lb", 0.5),
+            (
+                {"speed_fractions": "fast"},
+                "speed_fractions must be numbers",
+                "speed_fractions",
+                "1 0.75 0.5 0.25",
+            ),
+            ({"algorithm": "magic"}, "algorithm is 'magic'", "algorithm", "improved"),
+        ]
+        for change, sentence, name, kept in cases:
+            self.assertEqual(self.client.update_configuration(change)[name], kept)
+            self.warned.wait_for(sentence)
+        self.assert_velocity(self.answer(), (1.0, 0.0, 0.0))
+
+    def test_an_unknown_algorithm_at_the_start_is_a_sentence_and_exit_code_1(self):
+        command = ["rosrun", "cepa", "cepa", "__name:=cepa_wrong", "_algorithm:=magic"]
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
+        self.assertEqual(ended.returncode, 1)
+        said = ended.stdout + ended.stderr
+        self.assertIn("algorithm is 'magic'; it must be one of improved, original.", said)
+        self.assertNotIn("Traceback", said)
+
+
+if __name__ == "__main__":
+    rospy.init_node("cepa_contract")
+    rostest.rosrun("cepa", "cepa_contract", CepaTest)

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""The contract of the node cepa_visualiser, seen from outside, fed by cepa itself."""
+
+import math
+import sys
+import unittest
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import TwistStamped
+from sensor_msgs.msg import LaserScan
+from visualization_msgs.msg import Marker, MarkerArray
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from probe import Input, Output, Stamps, Warned, column, scan_of, velocity_of, wait_until
+
+R_LB, R_UB = 0.5, 1.2
+
+
+class CepaVisualiserTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.pictures = Output("cepa_visualiser/markers", MarkerArray)
+        cls.scans = Input("scan_in", LaserScan)
+        cls.references = Input("vel_setpoint_in", TwistStamped)
+        cls.warned = Warned("/cepa_visualiser")
+        cls.client = Client("/cepa", timeout=10)
+        cls.stamps = Stamps(100.0)
+        wait_until(lambda: cls.scans._publisher.get_num_connections() == 2, "cepa and its visualiser")
+        cls.settle()
+
+    @classmethod
+    def settle(cls):
+        """The decision comes over a connection that cepa only opens when somebody listens."""
+        deadline = 100
+        while not cls.pictures.messages:
+            cls.scans.send(scan_of(cls.stamps.next()))
+            rospy.rostime.wallsleep(0.05)
+            deadline -= 1
+            assert deadline, "no picture ever came"
+
+    def setUp(self):
+        rospy.rostime.wallsleep(0.1)
+        self.pictures.messages.clear()
+
+    def picture(self, ranges=None, v_ref=(2.0, 0.0, 0.0)):
+        """The visible markers of one scan, by namespace."""
+        stamp = self.stamps.next()
+        self.references.send(velocity_of(stamp, v_ref))
+        rospy.rostime.wallsleep(0.05)  # references have no order with scans here
+        self.scans.send(scan_of(stamp, ranges))
+        message = self.pictures.of(stamp)
+        names = [(marker.header.frame_id, marker.ns, marker.id) for marker in message.markers]
+        self.assertEqual(len(names), len(set(names)))
+        for marker in message.markers:
+            self.assertEqual((marker.header.frame_id, marker.header.stamp), ("base_frame", stamp))
+            self.assertTrue(marker.frame_locked)
+            self.assertTrue(all(math.isfinite(v) for p in marker.points for v in (p.x, p.y, p.z)))
+        return {marker.ns: marker for marker in message.markers if marker.action == Marker.ADD}
+
+    def radii(self, marker):
+        return np.array([math.hypot(point.x, point.y) for point in marker.points])
+
+    def tip(self, marker):
+        return marker.points[1].x, marker.points[1].y
+
+    def test_steering(self):
+        shown = self.picture(column(0.0, 3.0))
+        np.testing.assert_allclose(self.radii(shown["r_lb"]), R_LB)
+        np.testing.assert_allclose(self.radii(shown["r_ub"]), R_UB)
+        speed = math.hypot(*self.tip(shown["v_out"]))
+        self.assertAlmostEqual(self.radii(shown["cushion_lb"]).max(), 1.5 * speed + R_LB)
+        self.assertAlmostEqual(self.radii(shown["cushion_ub"]).max(), 1.5 * speed + R_UB)
+        self.assertEqual(self.tip(shown["v_ref"]), (2.0, 0.0))
+        self.assertNotIn("emergency original", shown)
+        self.assertNotIn("intrusions", shown)
+        bearings = [math.degrees(math.atan2(point.y, point.x)) for point in shown["rejected"].points]
+        reach = 5.0 + math.degrees(math.asin(R_LB / 3.0))
+        self.assertAlmostEqual(max(bearings), reach, delta=0.5)
+        self.assertAlmostEqual(min(bearings), -reach, delta=0.5)
+
+    def test_emergency(self):
+        shown = self.picture(np.minimum(column(90.0, 0.4, 30.0), column(-90.0, 0.45, 30.0)))
+        original, improved = shown["emergency original"], shown["emergency improved"]
+        self.assertGreater(original.color.r, original.color.g)
+        self.assertGreater(improved.color.g, improved.color.r)
+        self.assertLess(self.tip(original)[1], 0.0)
+        self.assertGreater(abs(self.tip(improved)[0]), abs(self.tip(improved)[1]))
+        self.assertNotIn("cushion_lb", shown)
+        ends = self.radii(shown["intrusions"])
+        np.testing.assert_allclose(ends[0::2], R_LB)
+        self.assertAlmostEqual(ends[1::2].min(), 0.4, places=5)
+
+    def test_standing_still_shows_no_arrows(self):
+        shown = self.picture(v_ref=(0.0, 0.0, 0.0))
+        self.assertEqual(set(shown), {"r_lb", "r_ub"})
+
+    def test_live_tuning_is_seen(self):
+        self.client.update_configuration({"r_ub": 1.5})
+        wait_until(lambda: abs(self.radii(self.picture()["r_ub"])[0] - 1.5) < 1e-9, "the new circle")
+        self.client.update_configuration({"r_ub": R_UB})
+        wait_until(lambda: abs(self.radii(self.picture()["r_ub"])[0] - R_UB) < 1e-9, "the old circle")
+
+    def test_bad_scans_draw_nothing_and_the_clock_may_jump_back(self):
+        self.scans.send(scan_of(self.stamps.next(), [], angle_max=-math.pi))
+        self.pictures.assert_quiet()
+        type(self).stamps = Stamps(5.0)
+        self.assertIn("r_lb", self.picture())
+
+
+if __name__ == "__main__":
+    rospy.init_node("cepa_visualiser_contract")
+    rostest.rosrun("cepa", "cepa_visualiser_contract", CepaVisualiserTest)

@@ -1,0 +1,111 @@
+"""Which reference and which odometry belong to a scan."""
+
+from cepa.pairing import ScanPairing
+
+MS = 1_000_000
+
+
+def pairing():
+    return ScanPairing(("reference", "odometry"))
+
+
+def values(ready):
+    return [
+        (pair.scan.value, *(found.value if found else None for found in pair.values.values()))
+        for pair in ready
+    ]
+
+
+def test_without_sources_a_scan_is_answered_at_once():
+    assert values(pairing().offer_scan(0, "scan")) == [("scan", None, None)]
+
+
+def test_a_scan_waits_for_the_messages_of_its_own_instant_in_any_order():
+    p = pairing()
+    p.offer("reference", 0, "r0")
+    p.offer("odometry", 0, "o0")
+    assert p.offer_scan(25 * MS, "scan") == []
+    assert p.offer("odometry", 25 * MS, "o25") == []
+    assert values(p.offer("reference", 25 * MS, "r25")) == [("scan", "r25", "o25")]
+
+
+def test_a_scan_that_comes_last_is_answered_at_once():
+    p = pairing()
+    p.offer("odometry", 25 * MS, "o25")
+    p.offer("reference", 25 * MS, "r25")
+    assert values(p.offer_scan(25 * MS, "scan")) == [("scan", "r25", "o25")]
+
+
+def test_messages_of_other_instants_do_not_displace_that_of_the_scan():
+    p = pairing()
+    for stamp in (20, 25, 30):
+        p.offer("reference", stamp * MS, f"r{stamp}")
+    assert values(p.offer_scan(25 * MS, "scan")) == [("scan", "r25", None)]
+
+
+def test_a_source_that_does_not_share_stamps_is_not_waited_for_twice():
+    p = pairing()
+    p.offer("reference", 10 * MS, "r10")
+    assert p.offer_scan(25 * MS, "scan 1") == []
+    assert values(p.offer_scan(50 * MS, "scan 2")) == [("scan 1", "r10", None), ("scan 2", "r10", None)]
+    assert values(p.offer_scan(75 * MS, "scan 3")) == [("scan 3", "r10", None)]
+
+
+def test_a_newer_message_tells_that_none_of_the_scans_stamp_will_come():
+    p = pairing()
+    p.offer("reference", 10 * MS, "r10")
+    assert p.offer_scan(25 * MS, "scan") == []
+    assert values(p.offer("reference", 30 * MS, "r30")) == [("scan", "r30", None)]
+
+
+def test_a_source_is_waited_for_again_after_it_shared_a_stamp():
+    p = pairing()
+    p.offer("reference", 10 * MS, "r10")
+    p.offer_scan(25 * MS, "scan 1")
+    p.offer_scan(50 * MS, "scan 2")  # not waited for any more
+    p.offer("reference", 50 * MS, "late, but of scan 2's stamp")
+    assert p.offer_scan(75 * MS, "scan 3") == []
+    assert values(p.offer("reference", 75 * MS, "r75")) == [("scan 3", "r75", None)]
+
+
+def test_a_stamp_is_shared_whichever_message_comes_first():
+    p = pairing()
+    p.offer("reference", 10 * MS, "r10")
+    p.offer_scan(25 * MS, "scan 1")
+    p.offer_scan(50 * MS, "scan 2")  # not waited for any more
+    p.offer("reference", 75 * MS, "r75")
+    assert values(p.offer_scan(75 * MS, "scan 3")) == [("scan 3", "r75", None)]
+    assert p.offer_scan(100 * MS, "scan 4") == []
+
+
+def test_the_same_scan_again_is_answered_again():
+    p = pairing()
+    assert values(p.offer_scan(0, "scan")) == [("scan", None, None)]
+    p.offer("reference", 0, "r0")
+    assert values(p.offer_scan(0, "scan")) == [("scan", "r0", None)]
+
+
+def test_old_values_are_not_fresh():
+    p = pairing()
+    p.offer("reference", 0, "r0")
+    p.offer_scan(25 * MS, "scan 1")
+    (first, second) = p.offer_scan(501 * MS, "scan 2")
+    assert first.fresh("reference", 500 * MS, "none") == "r0"
+    assert second.fresh("reference", 500 * MS, "none") == "none"
+    assert second.fresh("odometry", 500 * MS, "none") == "none"
+
+
+def test_a_source_whose_clock_jumps_back_starts_anew():
+    p = pairing()
+    p.offer("reference", 900 * MS, "old")
+    p.offer("reference", 25 * MS, "new")
+    assert values(p.offer_scan(25 * MS, "scan")) == [("scan", "new", None)]
+
+
+def test_clear_forgets_everything():
+    p = pairing()
+    p.offer("reference", 0, "r0")
+    p.offer_scan(25 * MS, "held")
+    p.clear()
+    assert p.offer("reference", 25 * MS, "r25") == []
+    assert values(p.offer_scan(25 * MS, "scan")) == [("scan", "r25", None)]
