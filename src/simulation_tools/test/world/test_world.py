@@ -53,6 +53,19 @@ def test_models_come_and_go_for_eyes_and_for_hands(build):
     assert world.get_state("ball").pose.position_m[0] == pytest.approx(2.0, abs=1e-6)
 
 
+def test_a_thousand_models_may_come_and_go(build):
+    world = build(ground=True)
+    for k in range(1000):
+        world.spawn(
+            solid_box(0.2, 0.2, 0.2, 1) if k % 2 else still_box(1, 1, 1), "m", Pose.from_xyz_rpy(3, 0, 1)
+        )
+        if k % 100 < 2:
+            world.step()
+            assert sees(world, (0, 0, 1)) == pytest.approx(2.9 if k % 2 else 2.5, abs=1e-4)
+        world.delete("m")
+    assert sees(world, (0, 0, 1)) == math.inf
+
+
 @pytest.mark.parametrize("action", ["get_state", "delete", "model", "mass_kg", "contacts"])
 def test_what_is_not_there_is_said(build, action):
     with pytest.raises(WorldError, match='There is no model called "ghost"'):

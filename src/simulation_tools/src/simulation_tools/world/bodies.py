@@ -65,6 +65,13 @@ class BodyFactory:
             return self._fixed_bodies(assembly[0], pose)
         return [self._moving_body(assembly, pose)]
 
+    def destroy(self, body: Body) -> None:
+        """Remove a body and its collision shapes, which PyBullet would keep for ever."""
+        pybullet.removeBody(body.uid, physicsClientId=self._client)
+        for shape in body.shapes:
+            if shape >= 0:
+                pybullet.removeCollisionShape(shape, physicsClientId=self._client)
+
     # -- what cannot move ------------------------------------------------------------------------------------
     def _fixed_bodies(self, part: Part, pose: Pose) -> list[Body]:
         bodies = []

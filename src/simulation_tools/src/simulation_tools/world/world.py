@@ -126,7 +126,7 @@ class PhysicsWorld:
     def delete(self, name: str) -> None:
         """Take a model out of the world."""
         for body in self._find(name).all_bodies():
-            pybullet.removeBody(body.uid, physicsClientId=self._client)
+            self._factory.destroy(body)
             del self._owner[body.uid]
         self._clearances.forget()
         del self._models[name]
@@ -266,7 +266,7 @@ class PhysicsWorld:
                 built.append(self._factory.create(assembly, pose))
         except (WorldError, pybullet.error) as error:
             for body in (body for bodies in built for body in bodies):
-                pybullet.removeBody(body.uid, physicsClientId=self._client)
+                self._factory.destroy(body)
             raise WorldError(f'The model "{name}" cannot be built: {str(error).rstrip(".")}.') from None
         return built
 
