@@ -246,12 +246,12 @@ class CepaTest(unittest.TestCase):
 
         def answers():
             trapped = self.answer((1.0, 0.0, 0.0), trap, (0.0, 0.1, 0.0))
-            return self.answer((2.0, 0.1, 0.0), ranges), trapped, self.answer(ranges=column(0.0, 0.3, 40.0))
+            return self.answer((2.0, 0.1, 0.0), ranges), trapped, self.answer(ranges=column(0.0, 0.45, 40.0))
 
         usual = answers()
         changes = {
             "r_lb": 0.8, "r_ub": 2.5, "time_horizon": 0.3, "k3": 5.0, "speed_fractions": "0.5",
-            "reference_speed_min": 1.0, "v_max": 0.35, "emergency_gain": 90.0,
+            "reference_speed_min": 1.0, "v_max": 0.32, "emergency_gain": 90.0,
         }  # fmt: skip
         without_effect = []
         for name, value in changes.items():
