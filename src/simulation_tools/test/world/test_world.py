@@ -53,7 +53,7 @@ def test_models_come_and_go_for_eyes_and_for_hands(build):
     assert world.get_state("ball").pose.position_m[0] == pytest.approx(2.0, abs=1e-6)
 
 
-def test_a_thousand_models_may_come_and_go(build):
+def test_a_thousand_models_may_come_and_go_in_silence(build, capfd):
     world = build(ground=True)
     for k in range(1000):
         world.spawn(
@@ -64,6 +64,8 @@ def test_a_thousand_models_may_come_and_go(build):
             assert sees(world, (0, 0, 1)) == pytest.approx(2.9 if k % 2 else 2.5, abs=1e-4)
         world.delete("m")
     assert sees(world, (0, 0, 1)) == math.inf
+    world.close()
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("action", ["get_state", "delete", "model", "mass_kg", "contacts"])

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Sequence
+from typing import Callable, Hashable, Sequence
 
 import numpy as np
 
@@ -52,6 +53,8 @@ class BodyFactory:
         self._client = client
         self._draw = draw
         self._mesh_folder: tempfile.TemporaryDirectory | None = None
+        # PyBullet never gives a used collision shape back, so equal ones are shared.
+        self._shapes: dict[Hashable, int] = {}
 
     def close(self) -> None:
         """Remove what was written for PyBullet to read."""
@@ -65,18 +68,16 @@ class BodyFactory:
             return self._fixed_bodies(assembly[0], pose)
         return [self._moving_body(assembly, pose)]
 
-    def destroy(self, body: Body) -> None:
-        """Remove a body and its collision shapes, which PyBullet would keep for ever."""
-        pybullet.removeBody(body.uid, physicsClientId=self._client)
-        for shape in body.shapes:
-            if shape >= 0:
-                pybullet.removeCollisionShape(shape, physicsClientId=self._client)
+    def forget(self) -> None:
+        """Note that PyBullet has been emptied, collision shapes included."""
+        self._shapes.clear()
 
     # -- what cannot move ------------------------------------------------------------------------------------
     def _fixed_bodies(self, part: Part, pose: Pose) -> list[Body]:
         bodies = []
         for placed in part.collisions:
-            shape = self._collision_shape(placed.collision.geometry)
+            geometry = placed.collision.geometry
+            shape = self._shared(geometry, partial(self._collision_shape, geometry))
             place = pose @ placed.pose
             uid = pybullet.createMultiBody(
                 0.0,
@@ -88,7 +89,7 @@ class BodyFactory:
                 physicsClientId=self._client,
             )
             self._set_contact(uid, -1, [placed])
-            sphere = _sphere_around(mesh_of(placed.collision.geometry))
+            sphere = _sphere_around(mesh_of(geometry))
             bodies.append(Body(uid, (part,), placed.pose, placed.pose.inverse(), (shape,), (sphere,), placed))
         if self._draw and part.visuals:
             shape = self._visual_shape(part.visuals)
@@ -104,6 +105,11 @@ class BodyFactory:
             bodies.append(Body(uid, (part,), Pose(), Pose()))
         return bodies
 
+    def _shared(self, key: Hashable, create: Callable[[], int]) -> int:
+        if key not in self._shapes:
+            self._shapes[key] = create()
+        return self._shapes[key]
+
     def _collision_shape(self, geometry: Geometry) -> int:
         if isinstance(geometry, Mesh):
             return pybullet.createCollisionShape(
@@ -118,7 +124,13 @@ class BodyFactory:
     def _moving_body(self, parts: tuple[Part, ...], pose: Pose) -> Body:
         base, inner = parts[0], parts[1:]
         mass, inertial, _ = _inertia(base)
-        shapes = [self._compound_shape(part.collisions) for part in parts]
+        shapes = [
+            self._shared(
+                tuple((item.collision.geometry, item.pose) for item in part.collisions),
+                partial(self._compound_shape, part.collisions),
+            )
+            for part in parts
+        ]
         visuals = [self._visual_shape(part.visuals) if self._draw else -1 for part in parts]
         # A part's frame hangs in its parent's, a base's is the model frame.
         hinges = [parts[part.parent].pose.inverse() @ part.pose for part in inner]

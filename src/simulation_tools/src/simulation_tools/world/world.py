@@ -126,7 +126,7 @@ class PhysicsWorld:
     def delete(self, name: str) -> None:
         """Take a model out of the world."""
         for body in self._find(name).all_bodies():
-            self._factory.destroy(body)
+            pybullet.removeBody(body.uid, physicsClientId=self._client)
             del self._owner[body.uid]
         self._clearances.forget()
         del self._models[name]
@@ -227,6 +227,7 @@ class PhysicsWorld:
         """Put every model back where it was spawned, at rest, as in a world built anew."""
         spawned = list(self._models.items())
         pybullet.resetSimulation(physicsClientId=self._client)
+        self._factory.forget()
         self._configure()
         self._models.clear()
         self._owner.clear()
@@ -266,7 +267,7 @@ class PhysicsWorld:
                 built.append(self._factory.create(assembly, pose))
         except (WorldError, pybullet.error) as error:
             for body in (body for bodies in built for body in bodies):
-                self._factory.destroy(body)
+                pybullet.removeBody(body.uid, physicsClientId=self._client)
             raise WorldError(f'The model "{name}" cannot be built: {str(error).rstrip(".")}.') from None
         return built
 
