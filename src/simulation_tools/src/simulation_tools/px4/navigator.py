@@ -35,7 +35,11 @@ class Navigator:
     ) -> None:
         """Start a mode from where the vehicle is. home (3,); takeoff_height_m over home, NaN: default."""
         p = self._parameters
+        took_off = self._mode is Mode.AUTO_TAKEOFF and self.finished
         self._mode = mode
+        if took_off and mode is Mode.AUTO_LOITER:
+            self.finished = False  # hold where the take-off leads to, not where it was cut short
+            return
         self._position = estimate["position"][0].copy()
         self._velocity = estimate["velocity"][0].copy()
         self._yaw = float(estimate["yaw"][0])

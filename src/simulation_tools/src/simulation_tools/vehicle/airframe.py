@@ -3,8 +3,8 @@
 Two kinds of rotor, each described by a plugin of the model's SDF:
 
 - ``libgazebo_motor_model.so``, PX4's model for Gazebo: a propeller of speed w with thrust k w^2, reaction
-  torque k w^2 times the moment constant, and rotor drag -|w| c v, where v is the air's velocity across the rotor
-  axis (Martin and Salaun, "The true role of accelerometer feedback in quadrotor control", ICRA 2010). A
+  torque k w^2 times the moment constant, and rotor drag -|w| c v, where v is the air's velocity across the
+  rotor axis (Martin and Salaun, "The true role of accelerometer feedback in quadrotor control", ICRA 2010). A
   command u in (0, 1] turns it at idle + (top - idle) u; a command of 0 stops it.
 - ``libsimulation_tools_linear_rotor.so``: thrust and torque proportional to the lagged command.
 
@@ -113,9 +113,10 @@ def _step(rotors, commands, air, body_drag, dt, force, torque):
         torque[axis] = 0.0
     for i in range(rotors.shape[0]):
         rotor = rotors[i]
-        command = min(1.0, commands[i])
-        # NaN compares false: a rotor without a valid command stops.
-        target = rotor.idle + (rotor.top - rotor.idle) * command if command > 0.0 else 0.0
+        command = commands[i]
+        target = 0.0
+        if command > 0.0:  # false for NaN: a rotor without a valid command stops
+            target = rotor.idle + (rotor.top - rotor.idle) * min(command, 1.0)
         lag = rotor.time_constant_up if target > rotor.state else rotor.time_constant_down
         rotor.state += (target - rotor.state) * (1.0 - math.exp(-dt / lag))
 

@@ -1,0 +1,308 @@
+"""Each line of the reference's state machine, in flight, without MAVLink (see test_link for the messages)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from flight import NO_NOISE, Flight
+
+from simulation_tools.px4.modes import LandedState, Mode, Result
+from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
+
+NAN = math.nan
+ARM, DISARM_BY_FORCE = (1, 0, 0, 0, 0, 0, 0), (0, 21196, 0, 0, 0, 0, 0)
+DISARM = (0,) * 7
+ZERO = Setpoint(velocity=(0.0, 0.0, 0.0), yaw_rate=0.0)
+
+
+@pytest.fixture()
+def ground():
+    """On the ground, a second after power-on, nothing streamed."""
+    flight = Flight.of_iris(noise=NO_NOISE)
+    flight.run(1.0)
+    return flight
+
+
+def hovering(height=2.0, seconds=10.0):
+    flight = Flight.of_iris(noise=NO_NOISE)
+    flight.take_off(height, seconds=seconds)
+    assert flight.px4.status.landed_state is LandedState.IN_AIR
+    return flight
+
+
+def mode(flight):
+    return flight.px4.status.mode
+
+
+def test_boot_is_manual_then_position_then_home_then_loiter():
+    flight = Flight.of_iris(noise=NO_NOISE)
+    seen = []
+    for _ in range(250):
+        flight.step()
+        px4 = flight.px4
+        now = (px4.status.mode, px4.estimate_valid, px4.home is not None)
+        if not seen or seen[-1] != now:
+            seen.append(now)
+    assert seen == [
+        (Mode.MANUAL, False, False),
+        (Mode.MANUAL, True, False),
+        (Mode.MANUAL, True, True),
+        (Mode.AUTO_LOITER, True, True),
+    ] or seen == [(Mode.MANUAL, False, False), (Mode.MANUAL, True, True), (Mode.AUTO_LOITER, True, True)]
+
+
+def test_arming_needs_a_local_position():
+    flight = Flight.of_iris(noise=NO_NOISE)
+    flight.run(0.1)
+    assert flight.px4.command(400, ARM) is Result.TEMPORARILY_REJECTED
+    assert not flight.px4.status.armed
+
+
+def test_offboard_without_a_stream_is_temporarily_rejected(ground):
+    assert ground.px4.request_mode(Mode.OFFBOARD) is Result.TEMPORARILY_REJECTED
+    assert ground.px4.command(176, (1, 6, 0, 0, 0, 0, 0)) is Result.TEMPORARILY_REJECTED
+    assert mode(ground) is Mode.AUTO_LOITER
+
+
+def test_offboard_is_accepted_right_after_the_first_setpoint(ground):
+    ground.px4.offer_setpoint(ZERO)
+    ground.run(0.02)
+    assert ground.px4.request_mode(Mode.OFFBOARD) is Result.ACCEPTED
+    assert mode(ground) is Mode.OFFBOARD
+
+
+def test_mission_without_a_mission_is_temporarily_rejected(ground):
+    assert ground.px4.request_mode(Mode.AUTO_MISSION) is Result.TEMPORARILY_REJECTED
+
+
+def test_an_unknown_main_mode_is_accepted_and_changes_nothing(ground):
+    assert ground.px4.command(176, (1, 42, 0, 0, 0, 0, 0)) is Result.ACCEPTED
+    assert mode(ground) is Mode.AUTO_LOITER
+
+
+def test_unknown_commands_are_unsupported(ground):
+    assert ground.px4.command(31000, (0,) * 7) is Result.UNSUPPORTED
+
+
+@pytest.mark.parametrize(
+    ("wanted", "base_mode", "custom_mode"),
+    [
+        (Mode.MANUAL, 81, 0x00010000),
+        (Mode.ALTCTL, 81, 0x00020000),
+        (Mode.POSCTL, 81, 0x00030000),
+        (Mode.STABILIZED, 81, 0x00070000),
+        (Mode.AUTO_TAKEOFF, 29, 0x02040000),
+        (Mode.AUTO_LOITER, 29, 0x03040000),
+        (Mode.AUTO_RTL, 29, 0x05040000),
+        (Mode.AUTO_LAND, 29, 0x06040000),
+        (Mode.OFFBOARD, 17, 0x00060000),
+    ],
+)
+def test_modes_and_their_numbers_disarmed(ground, wanted, base_mode, custom_mode):
+    ground.px4.offer_setpoint(ZERO)
+    ground.run(0.02)
+    assert ground.px4.request_mode(wanted) is Result.ACCEPTED
+    ground.run(0.02)
+    status = ground.px4.status
+    assert (status.mode.base_mode, status.mode.custom_mode) == (base_mode, custom_mode)
+    assert status.system_status == 3
+
+
+def test_armed_is_active(ground):
+    assert ground.px4.command(400, ARM) is Result.ACCEPTED
+    assert ground.px4.status.system_status == 4
+    assert ground.px4.command(400, ARM) is Result.ACCEPTED
+
+
+def test_disarming_in_the_air_is_denied_but_by_force():
+    flight = hovering()
+    assert flight.px4.command(400, DISARM) is Result.DENIED
+    assert flight.px4.status.armed
+    assert flight.px4.command(400, DISARM_BY_FORCE) is Result.ACCEPTED
+    assert not flight.px4.status.armed
+    flight.run(0.05)
+    assert (flight.px4.commands == 0.0).all()
+
+
+def test_auto_disarm_ten_seconds_after_arming_without_take_off(ground):
+    ground.px4.command(400, ARM)
+    armed_s = ground.time_s
+    assert ground.run(15.0, until=lambda: not ground.px4.status.armed)
+    assert ground.time_s - armed_s == pytest.approx(10.0, abs=0.05)
+
+
+def test_it_is_in_the_air_about_two_seconds_after_arming():
+    flight = Flight.of_reference_quad(noise=NO_NOISE)
+    flight.stream = Setpoint.hold((0.0, 0.0, 2.0), 0.0)
+    flight.run(1.0)
+    flight.px4.request_mode(Mode.OFFBOARD)
+    flight.px4.request_arm()
+    armed_s = flight.time_s
+    assert flight.run(5.0, until=lambda: flight.px4.status.landed_state is LandedState.IN_AIR)
+    # The reference says about 1.9 s, seen through a 5 Hz stream.
+    assert 1.5 <= flight.time_s - armed_s <= 2.1
+
+
+def test_take_off_follows_the_reference():
+    """5 cm after 3.11 s, 1.8 m after about 6.3 s, at most 1.2 m/s, hardly any overshoot."""
+    flight = Flight.of_reference_quad(noise=NO_NOISE)
+    flight.stream = Setpoint.hold((0.0, 0.0, 2.0), 0.0)
+    flight.run(1.0)
+    flight.px4.request_mode(Mode.OFFBOARD)
+    flight.px4.request_arm()
+    rows = flight.record(15.0)
+    t, z, vz = rows[:, 0], rows[:, 3], rows[:, 6]
+    assert t[z > 0.05][0] == pytest.approx(3.11, abs=0.1)
+    assert t[z > 1.8][0] == pytest.approx(6.3, abs=0.5)
+    assert vz.max() == pytest.approx(1.2, abs=0.1)
+    assert z.max() <= 2.0 * 1.02
+
+
+def test_landing_sinks_at_its_speed_and_disarms_two_seconds_after():
+    flight = hovering(4.0, seconds=14.0)
+    assert flight.px4.command(21, (0,) * 7) is Result.ACCEPTED
+    rows = flight.record(4.0)
+    middle = (rows[:, 0] > 2.0) & (rows[:, 0] < 4.0)
+    assert rows[middle, 6].mean() == pytest.approx(-0.72, abs=0.05)
+    assert flight.px4.status.landed_state is LandedState.LANDING
+    assert flight.run(10.0, until=lambda: flight.px4.status.landed_state is LandedState.ON_GROUND)
+    landed_s = flight.time_s
+    assert flight.run(5.0, until=lambda: not flight.px4.status.armed)
+    assert flight.time_s - landed_s == pytest.approx(2.0, abs=0.05)
+    assert math.hypot(*flight.body.position[:2]) < 0.2
+
+
+def test_losing_the_stream_lands_and_its_return_brings_offboard_back():
+    flight = hovering()
+    flight.stream = None
+    lost_s = flight.time_s
+    assert flight.run(2.0, until=lambda: mode(flight) is Mode.AUTO_LAND)
+    assert flight.time_s - lost_s == pytest.approx(1.0, abs=0.05)
+    status = flight.px4.status
+    assert (status.failsafe, status.system_status, status.armed) == (True, 5, True)
+    flight.run(1.0)
+    assert flight.body.velocity[2] < -0.3
+    flight.stream = Setpoint.hold((0.0, 0.0, 2.0))
+    flight.run(0.1)
+    assert mode(flight) is Mode.OFFBOARD
+    assert flight.px4.status.system_status == 4
+    flight.run(8.0)
+    assert flight.body.position[2] == pytest.approx(2.0, abs=0.1)
+
+
+def test_losing_the_stream_for_good_ends_on_the_ground_disarmed():
+    flight = hovering()
+    flight.stream = None
+    assert flight.run(15.0, until=lambda: not flight.px4.status.armed)
+    assert flight.body.position[2] == pytest.approx(0.0, abs=0.01)
+    assert "Failsafe enabled: no offboard setpoints" in flight.texts
+
+
+@pytest.mark.parametrize(("rate_hz", "holds"), [(2.0, True), (1.25, True), (0.9, False)])
+def test_how_slow_a_stream_holds_offboard(rate_hz, holds):
+    flight = hovering()
+    flight.stream_period_us = round(1e6 / rate_hz)
+    lost = flight.run(8.0, until=lambda: mode(flight) is not Mode.OFFBOARD)
+    assert lost is not holds
+
+
+@pytest.mark.parametrize(
+    "nothing",
+    [
+        Setpoint(yaw=1.0),
+        Setpoint(),
+        Setpoint(velocity=(math.inf, 0.0, 0.0)),
+        AttitudeSetpoint((1.0, 0.0, 0.0, 0.0), thrust=NAN),
+        AttitudeSetpoint(None, thrust=0.5),
+    ],
+)
+def test_what_asks_for_nothing_is_no_setpoint(ground, nothing):
+    assert not ground.px4.offer_setpoint(nothing)
+    ground.run(0.02)
+    assert ground.px4.request_mode(Mode.OFFBOARD) is Result.TEMPORARILY_REJECTED
+
+
+def test_take_off_command_rises_and_then_holds(ground):
+    assert ground.px4.command(22, (0, 0, 0, NAN, NAN, NAN, NAN)) is Result.ACCEPTED
+    ground.px4.command(400, ARM)
+    assert ground.run(15.0, until=lambda: ground.px4.status.landed_state is LandedState.TAKEOFF)
+    assert ground.run(20.0, until=lambda: mode(ground) is Mode.AUTO_LOITER)
+    ground.run(8.0)
+    assert ground.body.position[2] == pytest.approx(2.5, abs=0.1)
+
+
+def test_hold_brakes_and_stays():
+    flight = hovering()
+    flight.stream = Setpoint.fly((3.0, 0.0, 0.0), 0.0)
+    flight.run(5.0)
+    flight.stream = None
+    assert flight.px4.request_mode(Mode.AUTO_LOITER) is Result.ACCEPTED
+    flight.run(8.0)
+    before = flight.body.position
+    flight.run(5.0)
+    assert math.dist(before, flight.body.position) < 0.1
+    assert mode(flight) is Mode.AUTO_LOITER
+
+
+def test_return_climbs_flies_home_and_lands():
+    flight = hovering()
+    flight.px4.parameters.set("RTL_RETURN_ALT", 6.0)
+    flight.px4.parameters.set("RTL_DESCEND_ALT", 4.0)
+    flight.stream = Setpoint.hold((10.0, 5.0, 2.0))
+    flight.run(12.0)
+    assert flight.px4.command(20, (0,) * 7) is Result.ACCEPTED
+    highest = 0.0
+    for _ in range(round(60.0 / 0.004)):
+        flight.step()
+        highest = max(highest, flight.body.position[2])
+        if not flight.px4.status.armed:
+            break
+    assert not flight.px4.status.armed
+    assert highest == pytest.approx(6.0, abs=0.3)
+    assert math.hypot(*flight.body.position[:2]) < 0.3
+
+
+def test_a_manual_mode_in_the_air_without_a_remote_control_returns():
+    flight = hovering()
+    assert flight.px4.request_mode(Mode.POSCTL) is Result.ACCEPTED
+    flight.run(0.1)
+    assert (mode(flight), flight.px4.status.failsafe) == (Mode.AUTO_RTL, True)
+
+
+def test_without_a_ground_station_hold_may_become_return():
+    flight = hovering()
+    flight.px4.parameters.set("NAV_DLL_ACT", 2)
+    flight.px4.request_mode(Mode.AUTO_LOITER)
+    flight.run(0.1)
+    assert (mode(flight), flight.px4.status.failsafe) == (Mode.AUTO_RTL, True)
+    flight.px4.ground_station_heard()
+    flight.run(0.1)
+    assert (mode(flight), flight.px4.status.failsafe) == (Mode.AUTO_LOITER, False)
+
+
+def test_reset_is_power_on_again():
+    flight = hovering()
+    flight.px4.reset()
+    flight.body.time_us = 0
+    flight.stream = None
+    flight.step()
+    assert (mode(flight), flight.px4.status.armed) == (Mode.MANUAL, False)
+    assert not flight.px4.estimate_valid
+
+
+def test_attitude_setpoints_tilt_the_vehicle():
+    flight = hovering(5.0, seconds=15.0)
+    half = math.radians(5.0)
+    q = (math.cos(half), 0.0, math.sin(half), 0.0)  # nose up by 10 degrees, heading north
+    flight.stream = AttitudeSetpoint(q, thrust=0.75)
+    flight.run(2.0)
+    w, x, y, z = flight.px4.estimate["attitude"][0].tolist()
+    assert math.degrees(math.asin(2.0 * (w * y - z * x))) == pytest.approx(10.0, abs=0.5)
+
+
+def test_body_rate_setpoints_turn_the_vehicle():
+    flight = hovering(5.0, seconds=15.0)
+    flight.stream = AttitudeSetpoint(None, rates=(0.0, 0.0, 0.4), thrust=0.73)
+    flight.run(1.5)
+    assert flight.px4.estimate["rates"][0, 2] == pytest.approx(0.4, abs=0.05)

@@ -1,0 +1,365 @@
+"""The publisher's state machine, message by message; the flights through ROS are in mavros_publisher.test."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import pytest
+
+from simulation_tools.geometry import Pose
+from simulation_tools.px4.modes import LandedState
+from simulation_tools.publisher import (
+    AnnounceReady,
+    FcuState,
+    Log,
+    Phase,
+    PublisherError,
+    PublisherParameters,
+    RequestArm,
+    RequestMode,
+    SendPosition,
+    SendVelocity,
+    SetpointPublisher,
+)
+
+MS = 1_000_000
+GROUND, AIR, LANDING = 1, 2, 4
+
+
+class Bench:
+    """Feeds a publisher at 30 Hz poses, 1 Hz states, and gathers what it wants done."""
+
+    def __init__(self, parameters=None):
+        self.publisher = SetpointPublisher(parameters or PublisherParameters())
+        self.now = 1000 * MS
+        self.pose = Pose((1.0, 2.0, 0.12))
+        self.state = FcuState(True, False, "AUTO.LOITER", 3)
+        self.landed = GROUND
+        self.actions = []
+        self.commands = False  # whether velocity commands come, at 40 Hz
+        self.velocity = (1.0, 0.0, 0.0)
+
+    def tell_state(self):
+        self.actions += self.publisher.on_state(self.now, self.state)
+        self.actions += self.publisher.on_landed_state(self.now, self.landed)
+
+    def tell_pose(self):
+        self.actions += self.publisher.on_local_pose(self.now, self.pose)
+
+    def run(self, seconds):
+        """Let time pass; returns the actions of this time."""
+        self.actions = []
+        end = self.now + round(1e9 * seconds)
+        while self.now < end:
+            self.now += MS
+            tick = self.now // MS
+            if tick % 100 == 0:
+                self.tell_state()
+            if tick % 33 == 0:
+                self.tell_pose()
+            if self.commands and tick % 25 == 0:
+                self.actions += self.publisher.on_velocity(self.now, "base_frame", self.velocity, 0.1)
+        return self.actions
+
+    def of(self, kind):
+        return [action for action in self.actions if isinstance(action, kind)]
+
+    def fly(self):
+        """Bring it to where it takes commands."""
+        self.run(0.5)
+        self.state, self.landed = FcuState(True, True, "OFFBOARD", 4), AIR
+        self.pose = Pose((1.0, 2.0, 2.0))
+        self.run(1.0)
+        assert self.publisher.phase is Phase.FLYING
+        return self
+
+    def set(self, mode, status=4, armed=True, landed=AIR):
+        self.state, self.landed = FcuState(True, armed, mode, status), landed
+        return self
+
+
+@pytest.fixture()
+def bench():
+    return Bench()
+
+
+def test_it_streams_before_it_asks_and_asks_for_offboard_before_arming(bench):
+    actions = bench.run(1.0)
+    kinds = [type(action) for action in actions]
+    assert kinds.index(RequestMode) < kinds.index(RequestArm)
+    before = actions[: kinds.index(RequestMode)]
+    assert sum(isinstance(action, (SendVelocity, SendPosition)) for action in before) >= 3
+    assert bench.of(RequestMode)[0].mode == "OFFBOARD"
+
+
+def test_nothing_is_asked_without_a_connection_or_a_pose():
+    unconnected = Bench()
+    unconnected.state = FcuState(False, False, "", 0)
+    unconnected.run(2.0)
+    assert not unconnected.of(RequestArm)
+    blind = Bench()
+    blind.tell_pose = lambda: None
+    blind.commands = True
+    blind.run(2.0)
+    assert not blind.of(RequestArm)
+    assert all(action.linear == (0.0, 0.0, 0.0) for action in blind.of(SendVelocity))
+
+
+def test_requests_are_repeated_every_half_second_until_they_hold(bench):
+    bench.run(3.0)
+    assert 4 <= len(bench.of(RequestArm)) <= 6
+    bench.set("OFFBOARD", landed=GROUND).run(0.5)
+    bench.run(2.0)
+    assert not bench.of(RequestArm)
+
+
+def test_it_climbs_to_the_hover_height_over_the_ground_with_its_heading(bench):
+    bench.pose = Pose.from_xyz_rpy(1.0, 2.0, 0.12, yaw=0.7)
+    bench.run(0.5)
+    setpoint = bench.of(SendPosition)[-1]
+    assert setpoint.position[:2] == (1.0, 2.0)
+    assert setpoint.position[2] > 2.0  # it aims higher while it is far below
+    assert setpoint.yaw == pytest.approx(0.7)
+    bench.set("OFFBOARD")
+    bench.pose = Pose.from_xyz_rpy(1.0, 2.0, 2.0, yaw=0.7)
+    bench.run(1.0)
+    assert bench.of(SendPosition)[-1].position == pytest.approx((1.0, 2.0, 2.0))
+
+
+def test_ready_is_said_when_it_hovers_and_not_while_it_passes(bench):
+    bench.run(0.5)
+    bench.set("OFFBOARD")
+    bench.actions = []
+    for i in range(20):  # 1 m/s upwards
+        bench.pose = Pose((1.0, 2.0, 1.2 + 0.05 * i))
+        bench.now += 50 * MS
+        bench.tell_pose()
+        bench.tell_state()
+    assert not bench.of(AnnounceReady)
+    bench.pose = Pose((1.0, 2.0, 2.05))
+    bench.run(0.6)
+    assert bench.of(AnnounceReady) == [AnnounceReady(True)]
+
+
+def test_every_velocity_is_answered_with_its_stamp_from_the_first_on():
+    bench = Bench()
+    for i in range(200):
+        bench.now += 25 * MS
+        actions = bench.publisher.on_velocity(bench.now, "base_frame", (1.0, 0.0, 0.0), 0.0)
+        setpoints = [a for a in actions if isinstance(a, (SendVelocity, SendPosition))]
+        assert [a.stamp_ns for a in setpoints] == [bench.now]
+        if i % 4 == 0:
+            bench.tell_state()
+            poses = bench.publisher.on_local_pose(bench.now, bench.pose)
+            # Poses are not answered while commands are: lockstep would take an answer for the scan's.
+            assert i == 0 or not any(isinstance(a, (SendVelocity, SendPosition)) for a in poses)
+
+
+def test_in_flight_velocities_are_handed_on_and_never_positions(bench):
+    bench.fly()
+    bench.commands = True
+    bench.run(1.0)
+    assert {action.linear for action in bench.of(SendVelocity)} == {(1.0, 0.0, 0.0)}
+    assert len(bench.of(SendVelocity)) == 40
+    assert len(bench.of(SendPosition)) <= 1  # one pose may come before the first command
+
+
+def test_an_old_command_is_replaced_by_hover_where_it_is(bench):
+    bench.fly()
+    bench.commands = True
+    bench.run(1.0)
+    bench.commands = False
+    bench.pose = Pose((7.0, 8.0, 2.0))
+    bench.run(0.4)
+    assert not bench.of(SendPosition)
+    bench.run(1.0)
+    assert {action.position for action in bench.of(SendPosition)} == {(7.0, 8.0, 2.0)}
+    bench.pose = Pose((7.5, 8.0, 2.0))  # drifting does not move the hover point
+    bench.run(0.5)
+    assert {action.position for action in bench.of(SendPosition)} == {(7.0, 8.0, 2.0)}
+    assert len(bench.of(SendPosition)) >= 10  # at least 20 Hz
+
+
+def test_a_command_that_comes_late_counts_from_its_stamp(bench):
+    bench.fly()
+    late = bench.publisher.on_velocity(bench.now - 600 * MS, "base_frame", (1.0, 0.0, 0.0), 0.0)
+    assert isinstance(late[-1], SendVelocity)  # the answer keeps the stamp
+    actions = bench.run(0.3)
+    assert not [a for a in actions if isinstance(a, SendVelocity) and a.linear[0]]
+
+
+@pytest.mark.parametrize(
+    ("frame", "linear", "word"),
+    [
+        ("base_frame", (math.nan, 0.0, 0.0), "NaN"),
+        ("base_frame", (0.0, math.inf, 0.0), "NaN"),
+        ("map", (1.0, 0.0, 0.0), "unknown frame"),
+    ],
+)
+def test_bad_velocities_are_refused_and_lead_to_hover(bench, frame, linear, word):
+    bench.fly()
+    bench.actions = bench.publisher.on_velocity(bench.now, frame, linear, 0.0)
+    assert word in bench.of(Log)[0].text
+    assert bench.of(Log)[0].repeated
+    assert isinstance(bench.actions[-1], SendPosition)
+    assert bench.actions[-1].stamp_ns == bench.now
+
+
+def test_positions_are_flown_when_asked_for_and_expire_too():
+    bench = Bench(PublisherParameters(use_position_setpoint=True)).fly()
+    bench.commands = True
+    bench.actions = bench.publisher.on_position(bench.now, (5.0, 5.0, 3.0), 0.5)
+    bench.run(0.4)
+    assert {action.position for action in bench.of(SendPosition)} == {(5.0, 5.0, 3.0)}
+    assert not bench.of(SendVelocity)
+    bench.run(0.3)
+    bench.run(0.5)
+    assert {action.position for action in bench.of(SendPosition)} == {(1.0, 2.0, 2.0)}
+    assert bench.publisher.on_position(bench.now, (math.nan, 0.0, 0.0), 0.0)[0].repeated
+
+
+def test_in_mid_air_it_takes_over_where_the_uav_is(bench):
+    bench.pose = Pose((9.0, 9.0, 4.0))
+    bench.set("OFFBOARD").run(1.0)
+    assert bench.publisher.phase is Phase.FLYING
+    assert bench.of(AnnounceReady) == [AnnounceReady(True)]
+    assert not bench.of(RequestArm)
+    assert bench.of(SendPosition)[-1].position == (9.0, 9.0, 4.0)
+
+
+def test_in_mid_air_in_a_failsafe_it_asks_for_offboard_again(bench):
+    bench.pose = Pose((9.0, 9.0, 4.0))
+    bench.set("AUTO.LAND", status=5, landed=LANDING).run(1.0)
+    assert bench.publisher.phase is Phase.FLYING
+    assert bench.of(RequestMode)
+    assert not bench.of(RequestArm)
+
+
+def test_in_mid_air_in_somebody_elses_mode_it_keeps_out(bench):
+    bench.set("AUTO.LAND", landed=LANDING).run(2.0)
+    assert bench.publisher.phase is Phase.YIELDED
+    assert not bench.of(RequestMode)
+    assert not bench.of(RequestArm)
+
+
+def test_somebody_elses_landing_is_left_alone_to_the_end(bench):
+    bench.fly()
+    bench.commands = True
+    bench.set("AUTO.LAND", landed=LANDING).run(3.0)
+    assert bench.publisher.phase is Phase.YIELDED
+    assert bench.of(AnnounceReady) == [AnnounceReady(False)]
+    assert "AUTO.LAND" in bench.of(Log)[0].text
+    bench.set("AUTO.LAND", status=3, armed=False, landed=GROUND).run(30.0)
+    assert bench.publisher.phase is Phase.IDLE
+    assert not bench.of(RequestMode)
+    assert not bench.of(RequestArm)
+    bench.publisher.restart()
+    bench.run(1.0)
+    assert bench.of(RequestArm)
+
+
+def test_offboard_given_back_is_taken_up_where_the_uav_is(bench):
+    bench.fly()
+    bench.set("AUTO.LOITER").run(1.0)
+    assert bench.publisher.phase is Phase.YIELDED
+    bench.pose = Pose((3.0, 3.0, 3.0))
+    bench.set("OFFBOARD").run(1.0)
+    assert bench.publisher.phase is Phase.FLYING
+    assert bench.of(SendPosition)[-1].position == (3.0, 3.0, 3.0)
+
+
+def test_a_failsafe_in_flight_is_answered_by_asking_for_offboard(bench):
+    bench.fly()
+    bench.set("AUTO.LAND", status=5, landed=LANDING).run(1.6)
+    assert 2 <= len(bench.of(RequestMode)) <= 4
+    assert bench.publisher.phase is Phase.FLYING
+
+
+def test_after_a_failsafe_landing_it_takes_off_again(bench):
+    bench.fly()
+    bench.set("AUTO.LAND", status=5, landed=LANDING).run(1.0)
+    bench.set("AUTO.LAND", status=3, armed=False, landed=GROUND)
+    bench.pose = Pose((4.0, 4.0, 0.12))
+    bench.run(1.0)
+    assert bench.publisher.phase is Phase.TAKING_OFF
+    assert bench.of(RequestArm)
+    assert bench.of(SendPosition)[-1].position[:2] == (4.0, 4.0)
+
+
+def test_a_take_off_that_somebody_aborts_is_not_repeated(bench):
+    bench.run(0.5)
+    bench.pose = Pose((1.0, 2.0, 1.0))
+    bench.set("OFFBOARD").run(1.0)
+    bench.set("AUTO.LAND", landed=LANDING).run(1.0)
+    assert bench.publisher.phase is Phase.YIELDED
+
+
+def test_a_clock_that_jumps_back_starts_it_again(bench):
+    bench.fly()
+    bench.now = 0
+    bench.set("MANUAL", status=3, armed=False, landed=GROUND)
+    bench.pose = Pose((1.0, 2.0, 0.12))
+    bench.run(0.2)
+    assert AnnounceReady(False) in bench.of(AnnounceReady)
+    assert bench.of(Log)[0].text.startswith("the clock jumped back")
+    bench.run(1.0)
+    assert bench.publisher.phase is Phase.TAKING_OFF
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_parameters_are_checked(value):
+    with pytest.raises(PublisherError, match="command_timeout_s"):
+        PublisherParameters(command_timeout_s=value)
+
+
+# In closed loop, without ROS
+
+
+def fly_closed_loop(extra_kg, seconds):
+    """Fly the publisher on the flight controller; returns (flight, publisher, time when ready)."""
+    sys.path.insert(0, str(Path(__file__).resolve().parent / "px4"))
+    from flight import Flight
+
+    from simulation_tools.px4.modes import Mode
+    from simulation_tools.px4.setpoint import Setpoint
+
+    flight = Flight.of_iris(extra_kg, seed=2)
+    publisher = SetpointPublisher(PublisherParameters(ground_clearance_m=0.0))
+    ready_s = None
+
+    def act(actions):
+        nonlocal ready_s
+        for action in actions:
+            if isinstance(action, SendPosition):
+                flight.px4.offer_setpoint(Setpoint.hold(action.position, action.yaw))
+            elif isinstance(action, SendVelocity):
+                flight.px4.offer_setpoint(Setpoint.fly(action.linear, action.yaw_rate))
+            elif isinstance(action, RequestMode):
+                flight.px4.request_mode(Mode.OFFBOARD)
+            elif isinstance(action, RequestArm):
+                flight.px4.request_arm()
+            elif isinstance(action, AnnounceReady) and action.ready:
+                ready_s = flight.time_s
+
+    for tick in range(round(seconds / 0.004)):
+        flight.step()
+        now = 1000 * flight.body.time_us
+        status = flight.px4.status
+        if tick % 50 == 0:
+            act(publisher.on_landed_state(now, int(status.landed_state)))
+            state = FcuState(True, status.armed, status.mode.label, status.system_status)
+            act(publisher.on_state(now, state))
+        if tick % 8 == 0 and status.position_valid:
+            act(publisher.on_local_pose(now, Pose(flight.body.position, flight.body.attitude)))
+    return flight, publisher, ready_s
+
+
+@pytest.mark.parametrize(("extra_kg", "limit_s"), [(0.13, 8.0), (0.80, 11.0)])
+def test_in_closed_loop_it_is_ready_soon_and_does_not_overshoot(extra_kg, limit_s):
+    flight, _, ready_s = fly_closed_loop(extra_kg, 14.0)
+    assert ready_s is not None
+    assert ready_s < limit_s
+    assert flight.body.position == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
+    assert flight.px4.status.landed_state is LandedState.IN_AIR
