@@ -69,7 +69,7 @@ def joint(kind="fixed", parent="a", child="b", more=""):
         ('<link name="a"/>\n<link name="a"/>', 4, 'A second <link> is called "a"'),
         ('<link name=""/>', 3, 'no attribute "name"'),
         ("<link/>", 3, 'no attribute "name"'),
-        ('<link name="a/b"/>', 3, "cannot be the name"),
+        ('<link name="a  b"/>', 3, "cannot be the name"),
         ('<link name="world"/>', 3, "cannot be the name"),
         ("<static>true</static>", 2, "has no <link>"),
         ('<link name="a"/><static>maybe</static>', 3, "true or false"),

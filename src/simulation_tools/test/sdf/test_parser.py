@@ -191,6 +191,19 @@ def test_joints_with_axis_limits_and_pose():
     assert (joint.lower_rad, joint.upper_rad, joint.damping) == (-math.inf, 1.5, 0.2)
 
 
+def test_habits_of_the_models_that_come_with_px4():
+    parsed = model(
+        f'<link name="base"><collision name="c">{BOX}<surface><contact><ode/></contact>'
+        "<friction><ode/></friction></surface></collision><velocity_decay/><gravity>1</gravity><self_collide>0</self_collide></link>"
+        '<link name="m/imu_link"/><joint name="m/imu_joint" type="revolute"><child>m/imu_link</child>'
+        "<parent>base</parent><axis><xyz>1 0 0</xyz><limit><lower>0</lower><upper>0</upper></limit>"
+        "<dynamics><spring_reference>0</spring_reference><spring_stiffness>0</spring_stiffness></dynamics>"
+        "<use_parent_model_frame>1</use_parent_model_frame></axis></joint>"
+    )
+    assert parsed.warnings == ()
+    assert parsed.joint("m/imu_joint").kind == "fixed"  # a hinge without play
+
+
 def test_poses_in_the_frames_of_others():
     parsed = model(
         '<frame name="f"><pose>0 0 1 0 0 0</pose></frame>'

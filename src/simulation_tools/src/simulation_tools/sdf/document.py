@@ -147,6 +147,12 @@ class Node:
             if (node._element.text or "").strip().lower() in values:
                 node.understood()
 
+    def accept_empty(self, *tags: str) -> None:
+        """Understand children that say nothing: no text anywhere in them."""
+        for node in self.children_unmarked(*tags):
+            if not "".join(node._element.itertext()).strip():
+                self.document.understand(node._element, whole=True)
+
     def flattened(self, understand: bool) -> dict[str, str]:
         """Return the text of every leaf below this element by its path; understand: mark all of them."""
         if understand:

@@ -21,7 +21,7 @@ from simulation_tools.sdf.shapes import (
 )
 
 Include = Callable[[Node], Union[Model, Light]]
-NAME = re.compile(r"[^\s/\x00-\x1f]+( [^\s/\x00-\x1f]+)*")
+NAME = re.compile(r"[^\s\x00-\x1f]+( [^\s\x00-\x1f]+)*")
 MODEL_FRAMES = ("", "__model__")
 YES, NO = ("true", "1"), ("false", "0")
 ZERO = ("0", "0.0", "-0.0", "")
@@ -107,6 +107,7 @@ def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
     node.accept("enable_wind", "must_be_base_link")
     for tag, ordinary in (("gravity", YES), ("self_collide", NO), ("kinematic", NO)):
         node.accept_value(tag, *ordinary)
+    node.accept_empty("velocity_decay")
     name = _name(node)
     pose = frames.in_model(name, node)
     return Link(
@@ -214,7 +215,9 @@ def _with_axis(node: Node, joint: Joint, kind: str, links: dict[str, Link]) -> J
         damping = dynamics.value("damping", 0.0, NOT_NEGATIVE)
         for tag in ("friction", "spring_reference", "spring_stiffness"):
             dynamics.accept_value(tag, *ZERO)
-    return replace(joint, axis=axis, lower_rad=lower, upper_rad=upper, damping=damping)
+    # A hinge without play is how older models write a fixed joint.
+    kind = "fixed" if lower == upper == 0.0 else "revolute"
+    return replace(joint, kind=kind, axis=axis, lower_rad=lower, upper_rad=upper, damping=damping)
 
 
 def _flattened_links(model: Model) -> list[Link]:

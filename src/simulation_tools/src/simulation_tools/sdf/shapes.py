@@ -105,6 +105,7 @@ def read_surface(node: Node | None) -> Surface:
     """Read ``<surface>``: Coulomb friction (ODE's mu) and restitution."""
     if node is None:
         return DEFAULT_SURFACE
+    node.accept_empty("contact", "bounce", "friction")
     friction, restitution = DEFAULT_SURFACE.friction, DEFAULT_SURFACE.restitution
     outer = node.child("friction")
     ode = outer.child("ode") if outer is not None else None
