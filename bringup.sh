@@ -80,10 +80,10 @@ report_results() {
   rm -f "$3"
   if [[ -n $newest ]]; then
     .venv/bin/python scripts/summarise.py "$newest"
+  elif (($4 != 0)); then
+    fail "roslaunch gave up with code $4; the reason stands above."
   elif takes_argument "$1" results; then
     fail "The run ended without a result; ROS's own logs are in ${ROS_LOG_DIR:-${ROS_HOME:-$HOME/.ros}/log}/latest."
-  else
-    return "$4"
   fi
 }
 
