@@ -150,7 +150,7 @@ def test_an_unknown_plugin_is_kept_but_named():
 
 def test_everything_unsupported_is_named_once_in_one_sentence_per_file():
     parsed = model(
-        '<link name="a">\n<audio_sink/>\n<gravity>false</gravity>\n'
+        '<link name="a">\n<audio_sink/>\n<kinematic>true</kinematic>\n'
         '<sensor name="s" type="sonar"><sonar/></sensor></link>\n'
         '<link name="b">\n<audio_sink/></link>'
         '<link name="c"><audio_sink/></link><link name="d"><audio_sink/></link>'
@@ -158,7 +158,7 @@ def test_everything_unsupported_is_named_once_in_one_sentence_per_file():
     assert parsed.warnings == (
         "text: Not supported and therefore without effect: "
         "<model/link/audio_sink> (lines 2, 6, 6 and 1 more), "
-        "<model/link/gravity> (line 3), <model/link/sensor> (line 4).",
+        "<model/link/kinematic> (line 3), <model/link/sensor> (line 4).",
     )
 
 

@@ -45,6 +45,25 @@ def test_free_fall_is_that_of_the_closed_form(build):
     assert state.linear_velocity_m_s[2] == pytest.approx(5 - G * t, abs=1e-9)
 
 
+def test_links_without_gravity_have_no_weight(build):
+    def pair(light, heavy):
+        return model(
+            f'<link name="a">{mass(1, 0.1, 0.1, 0.1)}<gravity>{light}</gravity></link>'
+            f'<link name="b"><pose>0 0 1 0 0 0</pose>{mass(3, 1, 1, 1)}<gravity>{heavy}</gravity></link>'
+            '<joint name="j" type="fixed"><parent>a</parent><child>b</child></joint>'
+        )
+
+    world = build(pair(1, 1).placed("both"), pair(1, 0).placed("one"), pair(0, 0).placed("none"))
+    for _ in range(10):
+        world.step()
+    # Of 4 kg one or none weighs something.
+    for name, share in (("both", 1.0), ("one", 0.25), ("none", 0.0)):
+        state = world.get_state(name)
+        np.testing.assert_allclose(state.linear_velocity_m_s, (0, 0, -share * G * 10 * DT), atol=1e-9)
+    world.delete("none")
+    world.step()
+
+
 def test_nothing_slows_down_by_itself(build):
     world = build(gravity=(0.0, 0.0, 0.0))
     world.spawn(solid_box(1, 1, 1, 3), "b", Pose())

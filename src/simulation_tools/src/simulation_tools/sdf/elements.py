@@ -206,7 +206,7 @@ class Plugin:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid body of a model. pose: in the model frame."""
+    """A rigid body of a model. pose: in the model frame. gravity: whether it has weight."""
 
     name: str
     pose: Pose
@@ -214,6 +214,7 @@ class Link:
     collisions: tuple[Collision, ...] = ()
     visuals: tuple[Visual, ...] = ()
     sensors: tuple[Sensor, ...] = ()
+    gravity: bool = True
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from simulation_tools.sdf.shapes import (
 Include = Callable[[Node], Union[Model, Light]]
 NAME = re.compile(r"[^\s\x00-\x1f]+( [^\s\x00-\x1f]+)*")
 MODEL_FRAMES = ("", "__model__")
-YES, NO = ("true", "1"), ("false", "0")
+NO = ("false", "0")
 ZERO = ("0", "0.0", "-0.0", "")
 
 
@@ -105,8 +105,8 @@ def _name(node: Node) -> str:
 
 def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
     node.accept("enable_wind", "must_be_base_link")
-    for tag, ordinary in (("gravity", YES), ("self_collide", NO), ("kinematic", NO)):
-        node.accept_value(tag, *ordinary)
+    node.accept_value("self_collide", *NO)
+    node.accept_value("kinematic", *NO)
     node.accept_empty("velocity_decay")
     name = _name(node)
     pose = frames.in_model(name, node)
@@ -116,6 +116,7 @@ def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
         inertial=read_inertial(node.child("inertial")),
         collisions=_shapes(node, "collision", _read_collision, frames, pose, model_path),
         visuals=_shapes(node, "visual", _read_visual, frames, pose, model_path),
+        gravity=node.flag("gravity", True),
         sensors=tuple(
             read_sensor(child.understood(), frames.in_link(child, pose))
             for child in unique(node.children_unmarked("sensor")).values()

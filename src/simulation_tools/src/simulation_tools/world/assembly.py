@@ -95,7 +95,8 @@ class Part:
     """Links that move as one. pose: of the part's frame in the model frame, all joints at zero.
 
     The frame of a base part (parent -1) is the model frame; that of any other the frame of the joint that
-    carries it. mass: None for what cannot move. parent: index of the carrying part in its assembly.
+    carries it. mass: None for what cannot move. parent: index of the carrying part in its assembly. weightless: the
+    mass of those of its links that have no weight, None for none.
     """
 
     pose: Pose
@@ -103,6 +104,7 @@ class Part:
     mass: MassProperties | None
     collisions: tuple[PlacedCollision, ...]
     visuals: tuple[PlacedVisual, ...]
+    weightless: MassProperties | None = None
     parent: int = -1
     joint: Joint | None = None
 
@@ -150,6 +152,7 @@ def _part(
     model: Model, links: list[Link], frame: Pose, fixed: bool, parent: int = -1, joint: Joint | None = None
 ) -> Part:
     to_frame = frame.inverse()
+    weightless = [(link.inertial, to_frame @ link.pose) for link in links if not link.gravity]
     return Part(
         pose=frame,
         links=tuple(links),
@@ -162,6 +165,7 @@ def _part(
         visuals=tuple(
             PlacedVisual(shape, to_frame @ link.pose @ shape.pose) for link in links for shape in link.visuals
         ),
+        weightless=None if fixed or not weightless else combined(weightless),
         parent=parent,
         joint=joint,
     )

@@ -73,6 +73,7 @@ class PhysicsWorld:
         self._models: dict[str, _Spawned] = {}
         self._owner: dict[int, tuple[str, Body]] = {}
         self._states: dict[str, BodyState] = {}
+        self._lifts: list[tuple[Body, int, MassProperties]] = []
         self._client = connect(gui)
         self._factory = BodyFactory(self._client, draw=gui)
         self._clearances = Clearances(self._client, self._owner)
@@ -120,7 +121,7 @@ class PhysicsWorld:
         self._models[name] = _Spawned(model, rigid_joints, pose, pose, parts, bodies, mass)
         for body in self._models[name].all_bodies():
             self._owner[body.uid] = (name, body)
-        self._clearances.forget()
+        self._surroundings_changed()
         self._put_into_rays(name, meshes)
 
     def delete(self, name: str) -> None:
@@ -128,7 +129,7 @@ class PhysicsWorld:
         for body in self._find(name).all_bodies():
             pybullet.removeBody(body.uid, physicsClientId=self._client)
             del self._owner[body.uid]
-        self._clearances.forget()
+        self._surroundings_changed()
         del self._models[name]
         self._states.pop(name, None)
         self.rays.remove(name)
@@ -196,6 +197,8 @@ class PhysicsWorld:
 
     def step(self) -> None:
         """Advance everything by one time step."""
+        for lift in self._lifts:
+            self._hold_up(*lift)
         pybullet.stepSimulation(physicsClientId=self._client)
         self._states.clear()
 
@@ -259,6 +262,23 @@ class PhysicsWorld:
             return self._models[name]
         except KeyError:
             raise WorldError(f'There is no model called "{name}".') from None
+
+    def _surroundings_changed(self) -> None:
+        """Look again at what stands around and what has no weight."""
+        self._clearances.forget()
+        self._lifts = [
+            (body, index - 1, part.weightless)
+            for _, body in self._owner.values()
+            for index, part in enumerate(body.parts)
+            if part.weightless is not None
+        ]
+
+    def _hold_up(self, body: Body, link: int, weightless: MassProperties) -> None:
+        """Cancel the weight of what has none: PyBullet's gravity pulls everything alike."""
+        force = [-weightless.mass_kg * pull for pull in self.gravity_m_s2]
+        place = (self._link_pose(body, link) @ Pose(tuple(weightless.centre_m.tolist()))).position_m
+        frame = pybullet.WORLD_FRAME
+        pybullet.applyExternalForce(body.uid, link, force, place, frame, physicsClientId=self._client)
 
     def _build(self, name: str, parts: list[tuple[Part, ...]], pose: Pose) -> list[list[Body]]:
         built: list[list[Body]] = []
