@@ -109,6 +109,15 @@ def processes(tmp_path):
     started.stop()
 
 
+@pytest.fixture(scope="module")
+def processes_of_module(tmp_path_factory):
+    """Like `processes`, for what several tests of one file look at."""
+    folder = tmp_path_factory.mktemp("ros")
+    started = Processes({"ROS_HOME": str(folder), "ROS_LOG_DIR": str(folder / "log")})
+    yield started
+    started.stop()
+
+
 @pytest.fixture
 def ros_master(processes):
     """Like `processes`, with a ROS master of their own, which `environment` leads to."""
