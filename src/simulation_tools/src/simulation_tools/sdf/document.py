@@ -7,21 +7,16 @@ A reader asks a `Node` for its children by tag; what nobody asked for is named a
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
-from typing import Callable, Iterator
+from typing import Iterator
 
 from lxml import etree
 
-from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.sdf.checks import Check
+from simulation_tools.sdf.safe_xml import MAX_FILE_BYTES, SdfError, parse_xml
 
-MAX_FILE_BYTES = 16 * 1024 * 1024
 LINES_NAMED = 3  # of each unsupported element; a forest may repeat it for every tree
-
-
-class SdfError(SimulationToolsError):
-    """A description file cannot be used; the text is ``PATH:LINE: sentence``."""
 
 
 class Document:
@@ -31,7 +26,7 @@ class Document:
         self.name = name
         self.folder = folder
         self._understood: set[etree._Element] = set()
-        self._root = _parse(text, name)
+        self._root = parse_xml(text, name)
 
     @classmethod
     def from_file(cls, path: Path) -> Document:
@@ -240,23 +235,6 @@ class Node:
         return Pose.from_xyz_rpy(*node.numbers(6)), frame
 
 
-class Check:
-    """A condition on a number, and how to say it."""
-
-    def __init__(self, wanted: str, holds: Callable[[float], bool]) -> None:
-        self.wanted = wanted
-        self.holds = holds
-
-
-POSITIVE = Check("positive", lambda value: value > 0.0)
-NOT_NEGATIVE = Check("zero or positive", lambda value: value >= 0.0)
-
-
-def whole_number(low: int, high: int) -> Check:
-    """Check for a whole number in a closed interval."""
-    return Check(f"a whole number from {low} to {high}", lambda v: v == math.floor(v) and low <= v <= high)
-
-
 def unique(nodes: list[Node]) -> dict[str, Node]:
     """Return nodes by their name attribute; two of one name are an error."""
     by_name: dict[str, Node] = {}
@@ -268,40 +246,6 @@ def unique(nodes: list[Node]) -> dict[str, Node]:
             )
         by_name[name] = node
     return by_name
-
-
-def _parse(text: bytes, name: str) -> etree._Element:
-    # No entity is ever expanded and no DTD is ever loaded: a description needs neither, an attacker does.
-    if len(text) > MAX_FILE_BYTES:
-        raise SdfError(f"{name}:1: The text is larger than {MAX_FILE_BYTES // 2**20} MB.")
-    prolog = re.search(rb"<!DOCTYPE", text, re.IGNORECASE)
-    if prolog:
-        line = text.count(b"\n", 0, prolog.start()) + 1
-        raise SdfError(f"{name}:{line}: A document type (<!DOCTYPE ...>) is not allowed.")
-    parser = etree.XMLParser(
-        resolve_entities=False,
-        no_network=True,
-        load_dtd=False,
-        huge_tree=False,
-        remove_comments=True,
-        remove_pis=True,
-    )
-    try:
-        root = etree.fromstring(text, parser)
-    except etree.XMLSyntaxError as error:
-        line = error.lineno or 1
-        raise SdfError(
-            f"{name}:{line}: The file is not well-formed XML: {_first_sentence(error.msg)}."
-        ) from None
-    if root.getroottree().docinfo.internalDTD is not None:  # in an encoding that the search above cannot see
-        raise SdfError(f"{name}:1: A document type (<!DOCTYPE ...>) is not allowed.")
-    return root
-
-
-def _first_sentence(message: str | None) -> str:
-    return re.sub(
-        r",? line \d+, column \d+.*$", "", (message or "it is empty").strip(), flags=re.DOTALL
-    ).rstrip(".")
 
 
 def _flatten(element: etree._Element, path: str, found: dict[str, str]) -> None:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from math import cos, sin
 
 from simulation_tools.geometry import IDENTITY, Pose
-from simulation_tools.sdf.document import SdfError
 from simulation_tools.sdf.elements import Joint, Link, Model
+from simulation_tools.sdf.safe_xml import SdfError
 
 
 @dataclass(frozen=True)

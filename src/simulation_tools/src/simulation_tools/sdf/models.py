@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Callable, Sequence, Union
 
 from simulation_tools.geometry import Pose, Vector3, rotate_inverse
-from simulation_tools.sdf.document import NOT_NEGATIVE, Node, unique
+from simulation_tools.sdf.checks import NOT_NEGATIVE
+from simulation_tools.sdf.document import Node, unique
 from simulation_tools.sdf.elements import Collision, Geometry, Joint, Light, Link, Model, Visual
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.sensors import is_supported, read_sensor

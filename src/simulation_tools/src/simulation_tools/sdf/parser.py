@@ -14,10 +14,12 @@ from pathlib import Path
 from typing import Sequence, Union
 
 from simulation_tools.sdf import uri
-from simulation_tools.sdf.document import NOT_NEGATIVE, POSITIVE, Document, Node, SdfError
+from simulation_tools.sdf.checks import NOT_NEGATIVE, POSITIVE
+from simulation_tools.sdf.document import Document, Node
 from simulation_tools.sdf.elements import Light, Model, Physics, World
 from simulation_tools.sdf.models import read_model
 from simulation_tools.sdf.plugins import read_plugins
+from simulation_tools.sdf.safe_xml import SdfError
 from simulation_tools.sdf.shapes import read_colour, unit_vector
 
 SUPPORTED_VERSIONS = ("1.4", "1.5", "1.6", "1.7")

@@ -6,7 +6,8 @@ import math
 from typing import Callable
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.document import NOT_NEGATIVE, POSITIVE, Node, whole_number
+from simulation_tools.sdf.checks import NOT_NEGATIVE, POSITIVE, whole_number
+from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import (
     NO_NOISE,
     AirPressureSensor,

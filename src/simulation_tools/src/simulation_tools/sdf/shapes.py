@@ -8,7 +8,8 @@ from typing import Sequence
 
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf import uri
-from simulation_tools.sdf.document import NOT_NEGATIVE, POSITIVE, Node
+from simulation_tools.sdf.checks import NOT_NEGATIVE, POSITIVE
+from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import (
     DEFAULT_SURFACE,
     Box,

@@ -95,8 +95,8 @@ class Part:
     """Links that move as one. pose: of the part's frame in the model frame, all joints at zero.
 
     The frame of a base part (parent -1) is the model frame; that of any other the frame of the joint that
-    carries it. mass: None for what cannot move. parent: index of the carrying part in its assembly. weightless: the
-    mass of those of its links that have no weight, None for none.
+    carries it. mass: None for what cannot move. parent: index of the carrying part in its assembly.
+    weightless: the mass of those of its links that have no weight, None for none.
     """
 
     pose: Pose

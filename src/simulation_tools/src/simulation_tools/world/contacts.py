@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Mapping, Sequence
+from typing import Mapping, Sequence
 
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Plane, Sphere
 from simulation_tools.world.assembly import PlacedCollision
 from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import pybullet
+from simulation_tools.world.kinematics import part_pose
 from simulation_tools.world.meshes import mesh_of
 
 
@@ -36,7 +37,6 @@ def contacts_of(
     name: str,
     bodies: Sequence[Body],
     owners: Mapping[int, tuple[str, Body]],
-    link_pose: Callable[[Body, int], Pose],
 ) -> list[Contact]:
     """Return the contacts of one model's bodies with those of others.
 
@@ -53,8 +53,8 @@ def contacts_of(
                 continue
             found.append(
                 Contact(
-                    _full_name(name, body, point[3], point[5], link_pose),
-                    _full_name(other_name, other, point[4], point[6], link_pose),
+                    _full_name(client, name, body, point[3], point[5]),
+                    _full_name(client, other_name, other, point[4], point[6]),
                     point[6],
                     point[7],
                     max(0.0, -distance),
@@ -64,13 +64,11 @@ def contacts_of(
     return found
 
 
-def _full_name(
-    model: str, body: Body, link: int, position_m: Vector3, link_pose: Callable[[Body, int], Pose]
-) -> str:
+def _full_name(client: int, model: str, body: Body, link: int, position_m: Vector3) -> str:
     shape = body.collision
     if shape is None:
         # PyBullet tells the part but not which of its shapes: the one whose surface is nearest to the point.
-        point = (link_pose(body, link).inverse() @ Pose(position_m)).position_m
+        point = (part_pose(client, body, link).inverse() @ Pose(position_m)).position_m
         shape = min(body.parts[link + 1].collisions, key=lambda shape: abs(distance_to(shape, point)))
     return f"{model}::{shape.link}::{shape.collision.name}"
 

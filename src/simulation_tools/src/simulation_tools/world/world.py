@@ -12,26 +12,18 @@ from typing import Iterable, Sequence
 
 import numpy as np
 
-from simulation_tools.geometry import ORIGIN, Pose, Vector3, cross, rotate, rotate_inverse
+from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
 from simulation_tools.sdf.elements import Model, World
 from simulation_tools.world.assembly import MassProperties, Part, assemblies, combined
 from simulation_tools.world.bodies import Body, BodyFactory, part_mesh
 from simulation_tools.world.clearance import Clearances, OwnShape
 from simulation_tools.world.contacts import Contact, contacts_of
 from simulation_tools.world.engine import WorldError, connect, pybullet
+from simulation_tools.world.kinematics import BodyState, model_frame, part_pose, place, state_of
 from simulation_tools.world.meshes import TriangleMesh, joined
 from simulation_tools.world.rays import RayScene
 
 __all__ = ["BodyState", "Contact", "PhysicsWorld", "WorldError"]
-
-
-@dataclass(frozen=True)
-class BodyState:
-    """Pose and velocity of a model frame; both velocities in world coordinates."""
-
-    pose: Pose
-    linear_velocity_m_s: Vector3 = ORIGIN
-    angular_velocity_rad_s: Vector3 = ORIGIN
 
 
 @dataclass
@@ -159,7 +151,7 @@ class PhysicsWorld:
         """Return where a model is and how its frame moves."""
         state = self._states.get(name)
         if state is None:
-            state = self._states[name] = self._ask_state(self._find(name))
+            state = self._states[name] = self._ask_state(name)
         return state
 
     def set_state(self, name: str, state: BodyState) -> None:
@@ -172,8 +164,8 @@ class PhysicsWorld:
         for parts, bodies in zip(spawned.assemblies, spawned.bodies):
             for body in bodies:
                 fixed = parts[0].mass is None
-                old = spawned.pose if fixed else self._model_frame(body)
-                self._place(body, move @ old, None if fixed else state)
+                old = spawned.pose if fixed else model_frame(self._client, body)
+                place(self._client, body, move @ old, None if fixed else state)
         spawned.pose = state.pose
         self._states.pop(name, None)
         self._clearances.forget()
@@ -205,7 +197,7 @@ class PhysicsWorld:
     # -- what touches, what is near --------------------------------------------------------------------------
     def contacts(self, name: str) -> list[Contact]:
         """Return where a model touches others, as the last step found it."""
-        return contacts_of(self._client, name, self._find(name).all_bodies(), self._owner, self._link_pose)
+        return contacts_of(self._client, name, self._find(name).all_bodies(), self._owner)
 
     def clearance(
         self, name: str, pose: Pose | None, max_distance_m: float, ignore: Iterable[str] = ("ground_plane",)
@@ -218,7 +210,7 @@ class PhysicsWorld:
         spawned = self._find(name)
         shift = Pose() if pose is None else pose @ self.get_state(name).pose.inverse()
         own = [
-            OwnShape(shape, shift @ self._link_pose(body, index - 1), *sphere)
+            OwnShape(shape, shift @ part_pose(self._client, body, index - 1), *sphere)
             for body in spawned.all_bodies()
             for index, (shape, sphere) in enumerate(zip(body.shapes, body.spheres))
             if shape >= 0
@@ -276,9 +268,11 @@ class PhysicsWorld:
     def _hold_up(self, body: Body, link: int, weightless: MassProperties) -> None:
         """Cancel the weight of what has none: PyBullet's gravity pulls everything alike."""
         force = [-weightless.mass_kg * pull for pull in self.gravity_m_s2]
-        place = (self._link_pose(body, link) @ Pose(tuple(weightless.centre_m.tolist()))).position_m
+        centre = part_pose(self._client, body, link) @ Pose(tuple(weightless.centre_m.tolist()))
         frame = pybullet.WORLD_FRAME
-        pybullet.applyExternalForce(body.uid, link, force, place, frame, physicsClientId=self._client)
+        pybullet.applyExternalForce(
+            body.uid, link, force, centre.position_m, frame, physicsClientId=self._client
+        )
 
     def _build(self, name: str, parts: list[tuple[Part, ...]], pose: Pose) -> list[list[Body]]:
         built: list[list[Body]] = []
@@ -302,48 +296,11 @@ class PhysicsWorld:
                     standing.append(mesh.transformed(spawned.pose))
                 else:
                     body = bodies[0]
-                    moving.append((mesh, lambda body=body, link=index - 1: self._link_pose(body, link)))
+                    moving.append(
+                        (mesh, lambda body=body, link=index - 1: part_pose(self._client, body, link))
+                    )
         self.rays.put(name, joined(standing) if standing else None, moving)
 
-    def _link_pose(self, body: Body, link: int) -> Pose:
-        """Return the pose of a part's frame (a fixed shape's own frame) in the world."""
-        if body.collision is not None:
-            return Pose(*pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=self._client))
-        if link < 0:
-            return self._model_frame(body)
-        state = pybullet.getLinkState(
-            body.uid, link, computeForwardKinematics=1, physicsClientId=self._client
-        )
-        return Pose(state[4], state[5])
-
-    def _model_frame(self, body: Body) -> Pose:
-        place = pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=self._client)
-        return Pose(*place) @ body.from_inertial
-
-    def _ask_state(self, spawned: _Spawned) -> BodyState:
-        base = spawned.base
-        if base is None:
-            return BodyState(spawned.pose)
-        pose = self._model_frame(base)
-        velocity, spin = pybullet.getBaseVelocity(base.uid, physicsClientId=self._client)
-        # The centre of mass moves with v; the model's origin, seen from there, turns about it.
-        arm = rotate(pose.orientation_xyzw, base.to_inertial.position_m)
-        wx, wy, wz = cross(spin, arm)
-        return BodyState(pose, (velocity[0] - wx, velocity[1] - wy, velocity[2] - wz), spin)
-
-    def _place(self, body: Body, frame: Pose, state: BodyState | None) -> None:
-        place = frame @ body.to_inertial
-        pybullet.resetBasePositionAndOrientation(
-            body.uid, place.position_m, place.orientation_xyzw, physicsClientId=self._client
-        )
-        if state is None:
-            return
-        arm = [there - here for there, here in zip(place.position_m, state.pose.position_m)]
-        wx, wy, wz = cross(state.angular_velocity_rad_s, arm)
-        vx, vy, vz = state.linear_velocity_m_s
-        pybullet.resetBaseVelocity(
-            body.uid,
-            (vx + wx, vy + wy, vz + wz),
-            state.angular_velocity_rad_s,
-            physicsClientId=self._client,
-        )
+    def _ask_state(self, name: str) -> BodyState:
+        spawned = self._find(name)
+        return BodyState(spawned.pose) if spawned.base is None else state_of(self._client, spawned.base)

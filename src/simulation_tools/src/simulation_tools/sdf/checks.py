@@ -1,0 +1,23 @@
+"""Conditions on numbers, and how to say them."""
+
+from __future__ import annotations
+
+import math
+from typing import Callable
+
+
+class Check:
+    """A condition on a number, and how to say it."""
+
+    def __init__(self, wanted: str, holds: Callable[[float], bool]) -> None:
+        self.wanted = wanted
+        self.holds = holds
+
+
+POSITIVE = Check("positive", lambda value: value > 0.0)
+NOT_NEGATIVE = Check("zero or positive", lambda value: value >= 0.0)
+
+
+def whole_number(low: int, high: int) -> Check:
+    """Check for a whole number in a closed interval."""
+    return Check(f"a whole number from {low} to {high}", lambda v: v == math.floor(v) and low <= v <= high)

@@ -1,0 +1,60 @@
+"""Where PyBullet's bodies are and how they move, in terms of model frames instead of centres of mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from simulation_tools.geometry import ORIGIN, Pose, Vector3, cross, rotate
+from simulation_tools.world.bodies import Body
+from simulation_tools.world.engine import pybullet
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """Pose and velocity of a model frame; both velocities in world coordinates."""
+
+    pose: Pose
+    linear_velocity_m_s: Vector3 = ORIGIN
+    angular_velocity_rad_s: Vector3 = ORIGIN
+
+
+def model_frame(client: int, body: Body) -> Pose:
+    """Return the pose of the model frame that a body's base carries."""
+    place = pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=client)
+    return Pose(*place) @ body.from_inertial
+
+
+def part_pose(client: int, body: Body, link: int) -> Pose:
+    """Return the pose of a part's frame (of a fixed body: of its only shape); link -1: the base."""
+    if body.collision is not None:
+        return Pose(*pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=client))
+    if link < 0:
+        return model_frame(client, body)
+    state = pybullet.getLinkState(body.uid, link, computeForwardKinematics=1, physicsClientId=client)
+    return Pose(state[4], state[5])
+
+
+def state_of(client: int, body: Body) -> BodyState:
+    """Return the state of the model frame that a moving body's base carries."""
+    pose = model_frame(client, body)
+    velocity, spin = pybullet.getBaseVelocity(body.uid, physicsClientId=client)
+    # The centre of mass moves with the velocity; the model's origin, seen from there, turns about it.
+    arm = rotate(pose.orientation_xyzw, body.to_inertial.position_m)
+    wx, wy, wz = cross(spin, arm)
+    return BodyState(pose, (velocity[0] - wx, velocity[1] - wy, velocity[2] - wz), spin)
+
+
+def place(client: int, body: Body, frame: Pose, state: BodyState | None) -> None:
+    """Put a body's model frame at a pose. state: the model's new velocities, None if it is fixed."""
+    inertial = frame @ body.to_inertial
+    pybullet.resetBasePositionAndOrientation(
+        body.uid, inertial.position_m, inertial.orientation_xyzw, physicsClientId=client
+    )
+    if state is None:
+        return
+    arm = [there - here for there, here in zip(inertial.position_m, state.pose.position_m)]
+    wx, wy, wz = cross(state.angular_velocity_rad_s, arm)
+    vx, vy, vz = state.linear_velocity_m_s
+    pybullet.resetBaseVelocity(
+        body.uid, (vx + wx, vy + wy, vz + wz), state.angular_velocity_rad_s, physicsClientId=client
+    )
