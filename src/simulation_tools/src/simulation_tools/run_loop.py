@@ -14,6 +14,7 @@ from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, replace
 from typing import Callable, Protocol
 
+from simulation_tools.barrier import Barrier
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.performance import PerformanceFigures, PerformanceMeter
 from simulation_tools.simulation import Simulation, StepOutput
@@ -23,6 +24,9 @@ IDLE_S = 0.005
 
 START_RETRY_S = 0.2
 """In lockstep the first scan is published again after this until the nodes that answer it have started."""
+
+START_PATIENCE_S = 15.0
+"""How long lockstep waits for the first answer before it asks where it may be."""
 
 REPORT_PERIOD_S = 1.0
 """Wall time between two reports of the performance figures."""
@@ -90,7 +94,8 @@ class RunLoop:
     """Steps a simulation until it is told to stop.
 
     The thread that makes it owns the simulation and must be the one that calls `run`. A request that fails
-    carries its exception back to its caller; the loop goes on.
+    carries its exception back to its caller; the loop goes on. `on_warning` is called with a sentence when
+    lockstep does not get what it waits for.
     """
 
     def __init__(
@@ -103,6 +108,7 @@ class RunLoop:
     ):
         self.meter = PerformanceMeter()
         self.paused = paused
+        self.on_warning: Callable[[str], None] = lambda sentence: None
         self._simulation = simulation
         self._link = link
         self._output = output
@@ -175,15 +181,26 @@ class RunLoop:
     # -- one instant ---------------------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        """Publish the first instant; in lockstep again and again, because the other nodes may still start."""
+        """Publish the first instant."""
         self._restarted = False
         output = self._simulation.sense()
         self._tell(output)
         if self._pacing.lockstep and output.scan is not None:
-            while not (self._pass_barrier(output.time_us, START_RETRY_S) or self._is_interrupted()):
-                self._link.reset()
-                self._tell(output)
+            self._await_first_answer(output)
         self._set_anchor()
+
+    def _await_first_answer(self, output: StepOutput) -> None:
+        """Publish the first scan again and again: the nodes that are to answer it may still be starting."""
+        warn_s = time.perf_counter() + START_PATIENCE_S
+        while not (self._pass_barrier(output.time_us, START_RETRY_S) or self._is_interrupted()):
+            self._link.reset()
+            self._tell(output)
+            if time.perf_counter() > warn_s:
+                warn_s = float("inf")
+                self.on_warning(
+                    f"Lockstep: time does not begin before {self._missing()} for the first scan; "
+                    "is everything running that answers scans? Without such nodes, fly without lockstep."
+                )
 
     def _advance(self) -> None:
         began_s, began_us = time.perf_counter(), self._simulation.time_us
@@ -195,6 +212,10 @@ class RunLoop:
             passed = self._pass_barrier(output.time_us, self._pacing.lockstep_timeout_s)
             if not passed and not self._is_interrupted():
                 self.meter.lockstep_misses += 1
+                self.on_warning(
+                    f"Lockstep: {self._missing()} did not come within {self._pacing.lockstep_timeout_s:g} s "
+                    f"for the scan of t = {1e-6 * output.time_us:.3f} s; this run is not reproducible."
+                )
         self._pace(output.time_us)
         self.meter.on_progress(1e-6 * (output.time_us - began_us), time.perf_counter() - began_s)
 
@@ -242,6 +263,9 @@ class RunLoop:
             if remaining_s > 0.05:
                 self._attend()
 
+    def _missing(self) -> str:
+        return " and ".join(self._barrier.missing())
+
     def _is_interrupted(self) -> bool:
         return self._restarted or self._should_stop()
 
@@ -276,40 +300,3 @@ class RunLoop:
             except queue.Empty:
                 return
             future.set_exception(RunLoopError("The simulator is shutting down."))
-
-
-class Barrier:
-    """What a lockstep simulator waits for at a scan instant: setpoint and acknowledgements of its stamp.
-
-    Stamps are compared for equality: late words about an earlier scan, or from before a reset, open nothing.
-    """
-
-    def __init__(self, participants: frozenset[str]):
-        self._participants = participants
-        self._acknowledged_ms: dict[str, int] = {}
-        self._changed = threading.Condition()
-        self._stamp_ms = -1
-        self.has_setpoint = False
-
-    def raise_for(self, stamp_ms: int) -> None:
-        """Wait for this scan from now on."""
-        self._stamp_ms = stamp_ms
-        self.has_setpoint = False
-
-    def on_setpoint(self, stamp_ms: int) -> None:
-        """Take the stamp of a setpoint that arrived."""
-        self.has_setpoint = self.has_setpoint or stamp_ms == self._stamp_ms
-
-    def acknowledge(self, participant: str, stamp_ms: int) -> None:
-        """Take a participant's acknowledgement; from any thread."""
-        with self._changed:
-            self._acknowledged_ms[participant] = stamp_ms
-            self._changed.notify()
-
-    def wait_for_participants(self, timeout_s: float) -> bool:
-        """Sleep until every participant has acknowledged the stamp (True) or the time is over."""
-        with self._changed:
-            return self._changed.wait_for(
-                lambda: all(self._acknowledged_ms.get(name) == self._stamp_ms for name in self._participants),
-                timeout_s,
-            )
