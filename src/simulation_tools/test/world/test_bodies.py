@@ -57,7 +57,7 @@ def test_every_visual_is_drawn_in_its_place_and_colour(client, static):
     for assembly in assemblies(painted):
         factory.create(assembly, Pose.from_xyz_rpy(0, 1, 0))
     image = picture(client)
-    factory.close()
+    factory.shapes.close()
     row = image[20]  # y = 1
     for x, strong, weak in ((0.0, 0, 2), (2.0, 2, 0), (-2.0, 0, 2)):
         pixel = row[int((x + 3) * 10)]

@@ -1,4 +1,4 @@
-"""XML from anywhere, without the ways in which it can hurt: entities, document types, networks, sheer size."""
+"""XML from anywhere, without the ways in which it can hurt: entities, document types, networks, size."""
 
 from __future__ import annotations
 

@@ -222,7 +222,7 @@ class PhysicsWorld:
         """Put every model back where it was spawned, at rest, as in a world built anew."""
         spawned = list(self._models.items())
         pybullet.resetSimulation(physicsClientId=self._client)
-        self._factory.forget()
+        self._factory.shapes.forget()
         self._configure()
         self._models.clear()
         self._owner.clear()
@@ -236,7 +236,7 @@ class PhysicsWorld:
     def close(self) -> None:
         """End the physics; the world is of no use afterwards. A second call does nothing."""
         if self._client >= 0:
-            self._factory.close()
+            self._factory.shapes.close()
             if pybullet.isConnected(self._client):
                 pybullet.disconnect(self._client)
             self._client = -1
