@@ -65,7 +65,7 @@ class TestKFilter:
 
 class TestOriginal:
     def test_flees_straight_from_a_wall_at_the_speed_of_the_closed_form(self):
-        # a wall at h = 0.45 m in a circle of 0.5 m: the integral of (r - h / cos t) cos t over |t| < acos(h / r)
+        # a wall at h, seen from the middle of r: the integral of (r - h / cos t) cos t over |t| < acos(h / r)
         h, r = 0.45, 0.5
         limit = math.acos(h / r)
         push = 2.0 * (r * math.sin(limit) - h * limit)

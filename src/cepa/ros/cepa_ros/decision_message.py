@@ -20,17 +20,12 @@ LIFETIME_S = 0.5
 SHAFT_M, HEAD_M = 0.05, 0.12
 
 
-def write(stamp, frame: str, velocities: dict) -> MarkerArray:
-    """Return the message for velocities {name: (x, y) in m/s or None}; an arrow's length in m is the speed in
-    m/s.
+def write(header, velocities: dict) -> MarkerArray:
+    """Return the message for velocities {name: (x, y)}, m/s in the frame of ``header``, the scan's.
+
+    An arrow's length in m is the speed in m/s.
     """
-    return MarkerArray(
-        markers=[
-            arrow(stamp, frame, name, velocity)
-            for name, velocity in velocities.items()
-            if velocity is not None
-        ]
-    )
+    return MarkerArray(markers=[arrow(header, name, velocity) for name, velocity in velocities.items()])
 
 
 def read(message: MarkerArray) -> dict:
@@ -42,11 +37,10 @@ def read(message: MarkerArray) -> dict:
     }
 
 
-def arrow(stamp, frame: str, name: str, velocity, height_m: float = 0.0) -> Marker:
-    """Return the arrow of one velocity from the origin of ``frame``."""
+def arrow(header, name: str, velocity, height_m: float = 0.0) -> Marker:
+    """Return the arrow of one velocity from the origin of the frame of ``header``."""
     marker = Marker(ns=name, id=0, type=Marker.ARROW, action=Marker.ADD)
-    marker.header.stamp = stamp
-    marker.header.frame_id = frame
+    marker.header.stamp, marker.header.frame_id = header.stamp, header.frame_id
     marker.pose.orientation.w = 1.0
     marker.points = [Point(0.0, 0.0, height_m), Point(velocity[0], velocity[1], height_m)]
     marker.scale.x, marker.scale.y = SHAFT_M, HEAD_M

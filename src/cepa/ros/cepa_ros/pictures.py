@@ -18,42 +18,39 @@ WHITE, GREY, RED = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5), (0.9, 0.1, 0.1)
 INNER, OUTER = (1.0, 0.45, 0.1), (0.3, 0.75, 1.0)
 PARTLY, WHOLLY = (1.0, 0.75, 0.1), (0.85, 0.1, 0.1)
 RING_WIDTH_M = 0.08
-ARROW_HEIGHT_M = 0.05  # over the flat markers, so that RViz does not mix them
+ARROW_HEIGHT_M = 0.04  # over the flat markers and over each other, so that RViz does not mix them
 
 
 class Canvas:
     """Collects the markers of one instant, one per namespace; without points it shows nothing."""
 
-    def __init__(self, stamp):
-        self._stamp = stamp
+    def __init__(self, header):
+        self._header = header
         self.markers = MarkerArray()
 
-    def lines(
-        self, frame: str, name: str, points: np.ndarray, colour, width_m: float, alpha: float = 1.0
-    ) -> None:
+    def lines(self, name: str, points: np.ndarray, colour, width_m: float, alpha: float = 1.0) -> None:
         """Draw a closed or open line through ``points`` (n, 2)."""
-        self._add(frame, name, Marker.LINE_STRIP, points, [(*colour, alpha)], width_m)
+        self._add(name, Marker.LINE_STRIP, points, [(*colour, alpha)], width_m)
 
-    def segments(self, frame: str, name: str, ends: np.ndarray, colours, width_m: float) -> None:
+    def segments(self, name: str, ends: np.ndarray, colours, width_m: float) -> None:
         """Draw lines between ``ends`` (n, 2, 2); ``colours`` holds one (r, g, b, a), or one per line."""
         colours = [colour for colour in colours for _ in range(2)] if len(colours) > 1 else colours
-        self._add(frame, name, Marker.LINE_LIST, ends.reshape(-1, 2), colours, width_m)
+        self._add(name, Marker.LINE_LIST, ends.reshape(-1, 2), colours, width_m)
 
-    def area(self, frame: str, name: str, outline: np.ndarray, colour, alpha: float) -> None:
+    def area(self, name: str, outline: np.ndarray, colour, alpha: float) -> None:
         """Fill the star-shaped outline (n, 2) about the origin."""
         corners = np.stack([np.zeros_like(outline[1:]), outline[:-1], outline[1:]], axis=1)
-        self._add(frame, name, Marker.TRIANGLE_LIST, corners.reshape(-1, 2), [(*colour, alpha)], 1.0)
+        self._add(name, Marker.TRIANGLE_LIST, corners.reshape(-1, 2), [(*colour, alpha)], 1.0)
 
-    def arrow(self, frame: str, name: str, velocity) -> None:
+    def arrow(self, name: str, velocity) -> None:
         """Draw one of the decision's velocities; None takes its arrow away."""
-        marker = decision_message.arrow(self._stamp, frame, name, velocity or (0.0, 0.0), ARROW_HEIGHT_M)
+        height_m = ARROW_HEIGHT_M * (1 + list(decision_message.COLOURS).index(name))
+        marker = decision_message.arrow(self._header, name, velocity or (0.0, 0.0), height_m)
         self._append(marker, visible=velocity is not None)
 
-    def _add(
-        self, frame: str, name: str, kind: int, points: np.ndarray, colours: list, width_m: float
-    ) -> None:
+    def _add(self, name: str, kind: int, points: np.ndarray, colours: list, width_m: float) -> None:
         marker = Marker(ns=name, id=0, type=kind)
-        marker.header.stamp, marker.header.frame_id = self._stamp, frame
+        marker.header.stamp, marker.header.frame_id = self._header.stamp, self._header.frame_id
         marker.pose.orientation.w = 1.0
         marker.points = [Point(x, y, 0.0) for x, y in points.tolist()]
         marker.scale.x = marker.scale.y = marker.scale.z = width_m
@@ -68,30 +65,28 @@ class Canvas:
         self.markers.markers.append(marker)
 
 
-def draw(header, base_frame: str, beams: Beams, velocities: dict, algorithm: str, parameters: CepaParameters):
+def draw(header, beams: Beams, velocities: dict, algorithm: str, parameters: CepaParameters):
     """Return the markers of one scan and the decision that answers it.
 
-    Args:
-        header: the scan's; what comes from the scan alone is drawn in its frame, the velocities in
-        ``base_frame``. velocities: {name: (x, y)} as in decision_message, m/s in ``base_frame``.
+    Everything is in the frame of ``header``, the scan's. velocities: {name: (x, y)}, m/s, as in
+    decision_message.
     """
-    canvas = Canvas(header.stamp)
-    scan_frame = header.frame_id
-    canvas.lines(scan_frame, "r_lb", view.circle(parameters.r_lb), WHITE, 0.02)
-    canvas.lines(scan_frame, "r_ub", view.circle(parameters.r_ub), WHITE, 0.01, alpha=0.5)
+    canvas = Canvas(header)
+    canvas.lines("r_lb", view.circle(parameters.r_lb), WHITE, 0.02)
+    canvas.lines("r_ub", view.circle(parameters.r_ub), WHITE, 0.01, alpha=0.5)
     emergency = decision_message.ORIGINAL in velocities
     v_out = velocities.get(decision_message.OUTPUT, (0.0, 0.0))
-    _draw_cushions(canvas, base_frame, v_out if not emergency else (0.0, 0.0), algorithm, parameters)
+    _draw_cushions(canvas, v_out if not emergency else (0.0, 0.0), algorithm, parameters)
     reference_speed = math.hypot(*velocities.get(decision_message.REFERENCE, (0.0, 0.0)))
-    _draw_rejected(canvas, scan_frame, beams, parameters, reference_speed, emergency)
-    canvas.segments(scan_frame, "intrusions", view.intrusions(beams, parameters), [(*RED, 0.9)], 0.01)
+    _draw_rejected(canvas, beams, parameters, reference_speed, emergency)
+    canvas.segments("intrusions", view.intrusions(beams, parameters), [(*RED, 0.9)], 0.01)
     for name in decision_message.COLOURS:
         hidden = emergency and name == decision_message.OUTPUT  # the proposals say it already
-        canvas.arrow(base_frame, name, None if hidden else _moving(velocities.get(name)))
+        canvas.arrow(name, None if hidden else _moving(velocities.get(name)))
     return canvas.markers
 
 
-def _draw_cushions(canvas: Canvas, frame: str, v_out, algorithm: str, parameters: CepaParameters) -> None:
+def _draw_cushions(canvas: Canvas, v_out, algorithm: str, parameters: CepaParameters) -> None:
     for name, radius, colour in (
         ("cushion_ub", parameters.r_ub, OUTER),
         ("cushion_lb", parameters.r_lb, INNER),
@@ -99,13 +94,11 @@ def _draw_cushions(canvas: Canvas, frame: str, v_out, algorithm: str, parameters
         moving = math.hypot(*v_out) > 0.0
         outline = view.cushion_outline(algorithm, v_out, radius, parameters.time_horizon)
         outline = outline if moving else np.empty((0, 2))
-        canvas.lines(frame, name, outline, colour, 0.025)
-        canvas.area(frame, f"{name}_area", outline, colour, 0.12)
+        canvas.lines(name, outline, colour, 0.025)
+        canvas.area(f"{name}_area", outline, colour, 0.12)
 
 
-def _draw_rejected(
-    canvas: Canvas, frame: str, beams: Beams, parameters, speed: float, emergency: bool
-) -> None:
+def _draw_rejected(canvas: Canvas, beams: Beams, parameters, speed: float, emergency: bool) -> None:
     """Draw a ring outside r_ub: red where every speed is rejected, amber where some are, grey: unseen."""
     rejected = view.rejected_directions(beams, parameters, speed)
     shown = ~(rejected == 0.0) & (speed > 0.0) & (not emergency)
@@ -115,7 +108,7 @@ def _draw_rejected(
     )
     colours = [_tick_colour(share) for share in rejected[shown].tolist()]
     width = max(0.008, 0.8 * beams.increment * parameters.r_ub)
-    canvas.segments(frame, "rejected", ends, colours, width)
+    canvas.segments("rejected", ends, colours, width)
 
 
 def _tick_colour(share: float) -> tuple:

@@ -30,6 +30,9 @@ from simulation_tools.vehicle.airframe import Airframe
 from simulation_tools.world.meshes import mesh_of
 from simulation_tools.world.world import Contact, PhysicsWorld
 
+IRIS = "iris"
+"""The UAV that is flown by default."""
+
 POSE_RATE_HZ = 100.0
 """Of odometry and ground truth, as TF needs it; they come at every scan besides."""
 
@@ -105,10 +108,13 @@ class Simulation:
         self._gravity, self._wind = world.gravity_m_s2, world.wind_m_s
         self._step_us = step_us_from(parameters.time_step_s)
         self._streams = RandomStreams(parameters.seed, ("lidar", "imu", "odometry", "px4"))
-        self.airframe = Airframe.from_sdf(self.uav.model)
+        fixed = self.uav.model.static  # a lidar on a stand: an iris's rotors turn for nothing
+        rotors_of = load_uav(IRIS, None, parameters.model_path).model if fixed else self.uav.model
+        self.airframe = Airframe.from_sdf(rotors_of)
+        rigid = frozenset() if fixed else self.airframe.rotor_joints
         self.world = PhysicsWorld(world, parameters.time_step_s, parameters.gui)
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
-        self.world.spawn(self.uav.model, self.uav_name, spawn_pose, self.airframe.rotor_joints)
+        self.world.spawn(self.uav.model, self.uav_name, spawn_pose, rigid)
         tuned = {"MPC_THR_HOVER": self._hover_thrust(), **parameters.px4_parameters}
         self.px4 = Px4(self.airframe, Px4Parameters(tuned), self._streams["px4"])
         lidar, imu = self.uav.lidar, self.uav.imu
