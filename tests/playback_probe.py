@@ -17,7 +17,7 @@ from geometry_msgs.msg import TwistStamped
 
 HEARD = ("/scan/padded", "/UAV/vel_setpoint/raw/body", "/UAV/odometry", "/tf", "/tf_static")
 ANSWER = "/UAV/vel_setpoint/safe/body"
-SPEED = "4"
+START_S, DURATION_S = "8", "10"  # in the middle of the flight
 
 
 def main(bag: str) -> int:
@@ -31,13 +31,22 @@ def main(bag: str) -> int:
 
     rospy.Subscriber(ANSWER, TwistStamped, on_answer, queue_size=1000)
     Client("/cepa", timeout=30)  # it is there, and ready
-    topics = ("--topics", *HEARD)
-    subprocess.run(["rosbag", "play", "--quiet", "--clock", "-r", SPEED, "-d", "1", bag, *topics], check=True)
+    when = ("--delay", "2", "--start", START_S, "--duration", DURATION_S)
+    subprocess.run(["rosbag", "play", "--quiet", "--clock", *when, bag, "--topics", *HEARD], check=True)
     with rosbag.Bag(bag) as recorded:
-        expected = {m.header.stamp.to_nsec(): velocity(m) for _, m, _ in recorded.read_messages([ANSWER])}
-    both = [stamp for stamp in expected if stamp in answers]
-    different = [stamp for stamp in both if answers[stamp] != expected[stamp]]
-    figures = {"recorded": len(expected), "answered": len(both), "different": len(different)}
+        flown = {m.header.stamp.to_nsec(): velocity(m) for _, m, _ in recorded.read_messages([ANSWER])}
+    expected = {stamp: v for stamp, v in flown.items() if min(answers) <= stamp <= max(answers)}
+    apart = [
+        max(abs(a - b) for a, b in zip(answers[stamp], expected[stamp]))
+        for stamp in expected
+        if stamp in answers
+    ]
+    figures = {
+        "expected": len(expected),
+        "answered": len(apart),
+        "equal": apart.count(0.0),
+        "furthest_apart_m_s": max(apart),
+    }
     print(json.dumps(figures), flush=True)
     return 0
 

@@ -139,9 +139,11 @@ def test_the_recorded_flight_gives_the_same_answers_again(forest, processes):
     run = processes.run(sys.executable, probe, str(bag), timeout_s=60.0)
     assert run.returncode == 0, run.stdout
     figures = json.loads(run.stdout.splitlines()[-1])
-    assert figures["recorded"] > 700
-    assert figures["answered"] >= 0.98 * figures["recorded"]  # the first scans come before the subscribers
-    assert figures["different"] == 0
+    assert figures["expected"] >= 390  # 10 s at 40 Hz
+    assert figures["answered"] >= figures["expected"] - 1
+    # Equal to the last bit, but where a busy machine lost a message and the one of 4 ms before stood in
+    assert figures["equal"] >= 0.95 * figures["expected"]
+    assert figures["furthest_apart_m_s"] < 0.01
 
 
 # -- the closed loop without ROS is the same flight ---------------------------------------------------------
@@ -247,44 +249,50 @@ def test_nodes_that_die_in_flight(processes, tmp_path):
 # -- what cannot be flown -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("launch_file", "args", "sentence"),
-    [
-        (
-            "experiment_1",
-            {"scenario": "jungle"},
-            "There is no scenario 'jungle'; choose scenario:=empty|sparse|",
-        ),
-        ("experiment_1", {"algorithm": "best"}, "There is no algorithm 'best'; choose algorithm:=improved|"),
-        (
-            "experiment_1",
-            {"lidar": "sonar"},
-            "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8",
-        ),
-        (
-            "fly_to_goal",
-            {"world": "/no/such.world", "goal": "9 0 2"},
-            "There is no world file /no/such.world",
-        ),
-        ("fly_to_goal", {"world": "broken.world", "goal": "9 0 2"}, "broken.world:2: "),
-        (
-            "fly_to_goal",
-            {"world": WORLDS / "empty.world", "goal": "far away"},
-            "'far away' is no goal; give 3",
-        ),
-        (
-            "fly_to_goal",
-            {"world": WORLDS / "empty.world", "goal": "0 0 2"},
-            "The goal lies 0.00 m from the start",
-        ),
-    ],
-    ids=lambda value: "-".join(value) if isinstance(value, dict) else None,
-)
-def test_what_cannot_be_flown_is_told_in_a_sentence(processes, tmp_path, launch_file, args, sentence):
-    if args.get("world") == "broken.world":
-        (tmp_path / "broken.world").write_text('<?xml version="1.0"?>\n<sdf version="1.6"><world')
-        args = {**args, "world": tmp_path / "broken.world"}
+CANNOT_BE_LAUNCHED = {
+    "scenario": (
+        "experiment_1",
+        "scenario:=jungle",
+        "There is no scenario 'jungle'; choose scenario:=empty|",
+    ),
+    "lidar": (
+        "experiment_1",
+        "lidar:=sonar",
+        "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8",
+    ),
+    "malformed": ("fly_to_goal", "goal:=9 0 2", "broken.world:2: "),
+}
+
+
+@pytest.mark.parametrize("case", CANNOT_BE_LAUNCHED)
+def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(processes, tmp_path, case):
+    launch_file, arg, sentence = CANNOT_BE_LAUNCHED[case]
+    args = dict([arg.split(":=")])
+    if launch_file == "fly_to_goal":
+        args["world"] = tmp_path / "broken.world"
+        args["world"].write_text('<?xml version="1.0"?>\n<sdf version="1.6"><world')
     flight = Flight(processes, tmp_path, f"{launch_file}.launch", **args)
     flight.wait(30.0)
     assert sentence in flight.said
     assert "Traceback" not in flight.said
+
+
+REFUSED = {
+    "algorithm": ("_algorithm:=best", "There is no algorithm 'best'; choose algorithm:=improved|original."),
+    "world": ("_world:=/no.world", "There is no world file /no.world; give the path of an SDF world"),
+    "goal": ("_goal:=far away", "'far away' is no goal; give 3 numbers in metres and radians: x y z."),
+    "near": ("_goal:=0 0 2", "The goal lies 0.00 m from the start; it must be 1 m to 10 km away."),
+    "results": ("_results:=/proc", "Cannot make a results folder in /proc/"),
+    "limit": ("_hover_s:=-1", "hover_s is -1; it must be a positive number of seconds."),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_the_experiment_refuses_in_a_sentence(ros_master, case):
+    arg, sentence = REFUSED[case]
+    world = f"_world:={WORLDS / 'empty.world'}"
+    words = (arg,) if arg.startswith("_world") else (world, arg)
+    run = ros_master.run("rosrun", "master_thesis", "experiment", *words, timeout_s=30.0)
+    assert run.returncode == 1
+    assert sentence in run.stdout
+    assert "Traceback" not in run.stdout
