@@ -149,6 +149,13 @@ def test_after_a_reset_the_flight_repeats_bit_for_bit(make):
     assert flight(simulation, 6.0) == first
 
 
+@pytest.mark.flight
+def test_a_warm_up_leaves_no_trace(make):
+    warm = make(seed=7)
+    warm.warm_up()
+    assert flight(warm, 4.0) == flight(make(seed=7), 4.0)
+
+
 def test_a_longer_time_step_makes_time_run_faster_per_step(make):
     simulation = make()
     simulation.set_time_step(0.008)
