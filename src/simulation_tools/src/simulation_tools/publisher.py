@@ -37,14 +37,17 @@ class PublisherParameters:
     """How the publisher flies.
 
     hover_height_m: over the ground at the place of take-off, where the pose's origin stands
-    ground_clearance_m high. command_timeout_s: an older command is replaced by hover. use_position_setpoint:
-    hand on positions instead of velocities. base_frame: the only frame, besides none, in which velocities are
-    taken. ready_distance_m, ready_speed_m_s: closeness to the hover point that counts as hovering.
-    retry_period_s: between requests to the flight controller. stream_gap_s: when no command has been answered
-    for this long, each pose is, so that the stream never breaks. min_stream_s: of streaming before OFFBOARD
-    is asked for. climb_gain: how much further than the hover point a take-off aims, per metre that is
-    missing; PX4 starts with a guess of the hover thrust and would creep up the last metre. jump_back_s: a
-    stamp this much older than the last means a clock reset.
+    ground_clearance_m high. command_timeout_s: an older command is replaced by hover.
+    use_position_setpoint: hand on positions instead of velocities. base_frame: the only frame, besides
+    none, in which velocities are taken.
+
+    ready_distance_m, ready_speed_m_s, ready_time_s: to be this close to the hover point and this slow for
+    this long counts as hovering. climb_gain: how much further than the hover point a take-off aims, per
+    metre that is missing; PX4 starts with a guess of the hover thrust and would creep up the last half metre.
+
+    retry_period_s: between requests to the flight controller. min_stream_s: of streaming before OFFBOARD is
+    asked for. stream_gap_s: when no command has been answered for this long, each pose is, so that the
+    stream never breaks. jump_back_s: a pose this much older than the last means that the clock was reset.
     """
 
     hover_height_m: float = 2.0
@@ -52,10 +55,11 @@ class PublisherParameters:
     command_timeout_s: float = 0.5
     use_position_setpoint: bool = False
     base_frame: str = "base_frame"
-    ready_distance_m: float = 0.1
+    ready_distance_m: float = 0.05
     ready_speed_m_s: float = 0.15
+    ready_time_s: float = 0.5
     retry_period_s: float = 0.5
-    stream_gap_s: float = 0.12
+    stream_gap_s: float = 0.15
     min_stream_s: float = 0.1
     climb_gain: float = 2.0
     decision_delay_s: float = 0.1
@@ -192,6 +196,8 @@ class SetpointPublisher:
         self._hold: tuple[Vector3, float] | None = None
         self._velocity: _Command | None = None
         self._position: _Command | None = None
+        self._hovering_since_ns: int | None = None
+        self._aims_above = False
         self._seen_offboard = False
         self._has_flown = False
         self._was_failsafe = False
@@ -201,18 +207,16 @@ class SetpointPublisher:
 
     def on_state(self, stamp_ns: int, state: FcuState) -> list[Action]:
         """Take in MAVROS's state."""
-        actions = self._watch_clock(stamp_ns)
         self._states.add(stamp_ns, state)
-        return actions
+        return []
 
     def on_landed_state(self, stamp_ns: int, landed_state: int) -> list[Action]:
         """Take in MAVROS's extended state."""
-        actions = self._watch_clock(stamp_ns)
         self._landed.add(stamp_ns, landed_state)
-        return actions
+        return []
 
     def on_local_pose(self, stamp_ns: int, pose: Pose) -> list[Action]:
-        """Take in the pose in the local frame; it keeps the stream going while no commands come."""
+        """Take in the pose in the local frame; it tells the time and keeps the stream going."""
         actions = self._watch_clock(stamp_ns)
         self._poses.add(stamp_ns, pose)
         gap_s = math.inf if self._sent_ns is None else (stamp_ns - self._sent_ns) * _NS
@@ -225,19 +229,21 @@ class SetpointPublisher:
         self, stamp_ns: int, frame_id: str, linear: Sequence[float], yaw_rate: float
     ) -> list[Action]:
         """Take in a velocity command (FLU, levelled); it is always answered, whatever it holds."""
-        actions = self._watch_clock(stamp_ns)
+        actions = []
         if frame_id not in ("", self.parameters.base_frame):
             text = f"a velocity command in the unknown frame {frame_id!r} is refused"
             actions.append(Log(f"{text}; it must be in {self.parameters.base_frame!r}.", repeated=True))
         elif not all(map(math.isfinite, (*linear, yaw_rate))):
             actions.append(Log("a velocity command with NaN or infinity is refused.", repeated=True))
+        elif self._now(stamp_ns) < stamp_ns:
+            actions.append(Log("a velocity command stamped in the future is refused.", repeated=True))
         else:
             self._velocity = _Command(stamp_ns, tuple(linear), yaw_rate)
-        return actions + self._answer(stamp_ns, stamp_ns, by_pose=False)
+        return actions + self._answer(self._now(stamp_ns), stamp_ns, by_pose=False)
 
     def on_position(self, stamp_ns: int, position: Sequence[float], yaw: float) -> list[Action]:
         """Take in a position command (ENU, heading from east); the next pose is answered by it."""
-        actions = self._watch_clock(stamp_ns)
+        actions = []
         if all(map(math.isfinite, (*position, yaw))):
             self._position = _Command(stamp_ns, tuple(position), wrap_angle(yaw))
         else:
@@ -245,6 +251,13 @@ class SetpointPublisher:
         return actions
 
     # Decisions
+
+    def _now(self, stamp_ns: int) -> int:
+        """Return the time at which a command is answered: its stamp, unless it is far off the poses'."""
+        if not self._newest_ns:
+            return stamp_ns
+        slack_ns = round(self.parameters.command_timeout_s / _NS)
+        return min(max(stamp_ns, self._newest_ns - slack_ns), self._newest_ns + slack_ns)
 
     def _watch_clock(self, stamp_ns: int) -> list[Action]:
         """Start again when the clock has jumped back."""
@@ -259,7 +272,7 @@ class SetpointPublisher:
         """Return what is to be done now; the last action is a setpoint of the given stamp."""
         self._answers_poses = by_pose
         actions = self._advance(now_ns)
-        self._sent_ns = now_ns
+        self._sent_ns = min(now_ns, self._newest_ns) if self._newest_ns else now_ns
         if self._stream_began_ns is None:
             self._stream_began_ns = now_ns
         return [*actions, self._setpoint(now_ns, stamp_ns)]
@@ -290,6 +303,7 @@ class SetpointPublisher:
         x, y, z = pose.position_m
         height_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
         self._hold = ((x, y, z + height_m), pose.yaw_rad)
+        self._aims_above = True
         self._seen_offboard = self._has_flown = False
         return []
 
@@ -334,7 +348,7 @@ class SetpointPublisher:
         self.phase = Phase.FLYING
         self._requested_ns = None
         if pose is not None:
-            self._hold = (pose.position_m, pose.yaw_rad)
+            self._hold_at(pose)
         return [AnnounceReady(True), Log(text, is_warning=False)]
 
     def _enter_yielded(self, state: FcuState) -> list[Action]:
@@ -356,16 +370,23 @@ class SetpointPublisher:
         return list(requests)
 
     def _hovers(self, now_ns: int) -> bool:
-        """Whether the UAV was at the hover point and slow, `decision_delay_s` ago."""
+        """Whether the UAV has been at the hover point and slow for `ready_time_s`."""
         p = self.parameters
         then_ns = now_ns - p.decision_delay_s / _NS
         here, before = self._poses.at(then_ns), self._poses.at(then_ns - 0.2 / _NS)
-        if before is None or self._hold is None:
-            return False
-        return (
-            math.dist(here.position_m, self._hold[0]) <= p.ready_distance_m
-            and math.dist(here.position_m, before.position_m) <= 0.2 * p.ready_speed_m_s
-        )
+        near = math.dist(here.position_m, self._hold[0]) <= p.ready_distance_m
+        slow = before is not None and math.dist(here.position_m, before.position_m) <= 0.2 * p.ready_speed_m_s
+        if not (near and slow):
+            self._hovering_since_ns = None
+        elif self._hovering_since_ns is None:
+            self._hovering_since_ns = now_ns
+        since_ns = self._hovering_since_ns
+        return since_ns is not None and (now_ns - since_ns) * _NS >= p.ready_time_s
+
+    def _hold_at(self, pose: Pose) -> None:
+        """Hover where the UAV is from now on."""
+        self._hold = (pose.position_m, pose.yaw_rad)
+        self._aims_above = False
 
     # Setpoints
 
@@ -375,25 +396,23 @@ class SetpointPublisher:
         if self.phase is Phase.FLYING:
             command = self._position if self.parameters.use_position_setpoint else self._velocity
             timeout_s = self.parameters.command_timeout_s
-            if command is not None and (now_ns - command.stamp_ns) * _NS <= timeout_s:
+            age_s = (max(now_ns, self._newest_ns) - command.stamp_ns) * _NS if command else math.inf
+            if age_s <= timeout_s:
                 self._hold = None
                 if self.parameters.use_position_setpoint:
                     return SendPosition(stamp_ns, command.vector, command.yaw)
                 return SendVelocity(stamp_ns, command.vector, command.yaw)
             if self._hold is None:
-                newest = self._poses.newest()
-                self._hold = (newest.position_m, newest.yaw_rad)
-        if self.phase is Phase.TAKING_OFF:
-            return self._climb(now_ns, stamp_ns)
-        if self.phase is Phase.FLYING:
-            return SendPosition(stamp_ns, *self._hold)
+                self._hold_at(self._poses.newest())
+        if self.phase in (Phase.TAKING_OFF, Phase.FLYING):
+            return self._hover(now_ns, stamp_ns)
         return SendVelocity(stamp_ns, _ZERO, 0.0)
 
-    def _climb(self, now_ns: int, stamp_ns: int) -> Action:
-        """Aim above the hover point by what is missing to it, so that the last part is not crept up."""
+    def _hover(self, now_ns: int, stamp_ns: int) -> Action:
+        """Hold; after a take-off aim above the hover point by a multiple of what is missing to it."""
         p = self.parameters
         (x, y, z), yaw = self._hold
-        missing_m = z - self._poses.at(now_ns - p.decision_delay_s / _NS).position_m[2]
-        return SendPosition(
-            stamp_ns, (x, y, z + min(max(p.climb_gain * missing_m, 0.0), p.hover_height_m)), yaw
-        )
+        if self._aims_above:
+            missing_m = z - self._poses.at(now_ns - p.decision_delay_s / _NS).position_m[2]
+            z += min(max(p.climb_gain * missing_m, 0.0), p.hover_height_m)
+        return SendPosition(stamp_ns, (x, y, z), yaw)

@@ -39,7 +39,7 @@ class FlightController(threading.Thread):
         self.link.close()
 
 
-@pytest.fixture()
+@pytest.fixture
 def pair():
     """(client, flight controller), both served by threads."""
     fcu = FlightController()

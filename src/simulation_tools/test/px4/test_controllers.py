@@ -123,7 +123,7 @@ def setpoint(position=(NAN,) * 3, velocity=(NAN,) * 3, acceleration=(NAN,) * 3, 
     return record
 
 
-@pytest.fixture()
+@pytest.fixture
 def control():
     control = PositionControl(Px4Parameters())
     limits = control.limits

@@ -1,4 +1,4 @@
-"""How it flies: hover accuracy with every lidar's weight, hover thrust, and step responses against the reference."""
+"""How it flies: hover accuracy with every lidar's weight, and step responses against the reference."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def test_the_same_seed_flies_the_same_flight_bit_for_bit():
 
 
 def test_a_step_is_cheap():
-    """The budget is 50 us for flight controller and airframe; ten times that leaves room for a busy machine."""
+    """The budget is 50 us for flight controller and airframe; the rest is room for a busy machine."""
     flight = Flight.of_iris()
     flight.take_off(2.0, seconds=2.0)
     best_us = math.inf

@@ -110,14 +110,14 @@ class Setup:
             client.close()
 
 
-@pytest.fixture()
+@pytest.fixture
 def setup():
     setup = Setup()
     yield setup
     setup.close()
 
 
-@pytest.fixture()
+@pytest.fixture
 def ready(setup):
     """A setup after a second, and an onboard client that it knows."""
     client = setup.client()

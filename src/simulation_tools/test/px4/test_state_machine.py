@@ -16,7 +16,7 @@ DISARM = (0,) * 7
 ZERO = Setpoint(velocity=(0.0, 0.0, 0.0), yaw_rate=0.0)
 
 
-@pytest.fixture()
+@pytest.fixture
 def ground():
     """On the ground, a second after power-on, nothing streamed."""
     flight = Flight.of_iris(noise=NO_NOISE)

@@ -1,0 +1,247 @@
+#!/usr/bin/env python3
+"""The node mavros as a script written for MAVROS sees it, over a real MAVLink link to the simulated PX4."""
+
+from __future__ import annotations
+
+import math
+import socket
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
+from mavros_msgs.msg import ExtendedState, HomePosition, ParamValue, PositionTarget, State
+from mavros_msgs.srv import (
+    CommandBool,
+    CommandLong,
+    CommandTOL,
+    ParamGet,
+    ParamPull,
+    ParamSet,
+    SetMode,
+)
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState, Imu
+from std_srvs.srv import Empty
+
+TOPICS = {
+    "state": State,
+    "extended_state": ExtendedState,
+    "local_position/pose": PoseStamped,
+    "local_position/velocity_local": TwistStamped,
+    "local_position/velocity_body": TwistStamped,
+    "local_position/odom": Odometry,
+    "imu/data": Imu,
+    "battery": BatteryState,
+    "home_position/home": HomePosition,
+}
+
+
+class TestMavros(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.lock = threading.Lock()
+        cls.received = {name: [] for name in TOPICS}
+        for name, message_class in TOPICS.items():
+            rospy.Subscriber(f"/mavros/{name}", message_class, cls.on_message, name, tcp_nodelay=True)
+        cls.services = {}
+        for name, service_class in (
+            ("cmd/arming", CommandBool),
+            ("cmd/command", CommandLong),
+            ("cmd/takeoff", CommandTOL),
+            ("cmd/land", CommandTOL),
+            ("set_mode", SetMode),
+            ("param/get", ParamGet),
+            ("param/set", ParamSet),
+            ("param/pull", ParamPull),
+        ):
+            rospy.wait_for_service(f"/mavros/{name}", timeout=20.0)
+            cls.services[name] = rospy.ServiceProxy(f"/mavros/{name}", service_class)
+        cls.pose_setpoint = rospy.Publisher("/mavros/setpoint_position/local", PoseStamped, queue_size=1)
+        cls.raw_setpoint = rospy.Publisher("/mavros/setpoint_raw/local", PositionTarget, queue_size=1)
+        cls.velocity_setpoint = rospy.Publisher(
+            "/mavros/setpoint_velocity/cmd_vel", TwistStamped, queue_size=1
+        )
+        cls.unstamped = rospy.Publisher("/mavros/setpoint_velocity/cmd_vel_unstamped", Twist, queue_size=1)
+        cls.eventually(lambda: cls.last("home_position/home") is not None)
+
+    @classmethod
+    def on_message(cls, message, name):
+        with cls.lock:
+            cls.received[name] = [*cls.received[name][-200:], message]
+
+    @classmethod
+    def last(cls, name):
+        with cls.lock:
+            return cls.received[name][-1] if cls.received[name] else None
+
+    @staticmethod
+    def eventually(condition, timeout_s=20.0, act=lambda: None, period_s=0.02):
+        """Wait, in wall time, until a condition holds; returns whether it did."""
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end and not rospy.is_shutdown():
+            act()
+            if condition():
+                return True
+            time.sleep(period_s)
+        return False
+
+    def mode(self):
+        return self.last("state").mode
+
+    def ask_for(self, mode):
+        self.assertTrue(self.services["set_mode"](0, mode).mode_sent)
+
+    def stream_pose(self, x=0.0, y=0.0, z=2.0, yaw=0.0):
+        message = PoseStamped()
+        message.header.stamp = rospy.get_rostime()
+        p, q = message.pose.position, message.pose.orientation
+        p.x, p.y, p.z = x, y, z
+        q.z, q.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        self.pose_setpoint.publish(message)
+
+    def land(self):
+        self.assertTrue(self.services["cmd/land"](0, 0, 0, 0, 0).success)
+        self.assertTrue(self.eventually(lambda: not self.last("state").armed, 30.0))
+
+    # The names sort the flight to the end: the other tests want it on the ground.
+
+    def test_a_topics_come_with_their_frames_and_simulated_stamps(self):
+        for name in TOPICS:
+            self.assertTrue(self.eventually(lambda name=name: self.last(name) is not None), name)
+        state = self.last("state")
+        self.assertEqual((state.connected, state.armed, state.mode), (True, False, "AUTO.LOITER"))
+        self.assertEqual((state.guided, state.system_status), (True, 3))
+        pose = self.last("local_position/pose")
+        self.assertEqual(pose.header.frame_id, "map")
+        self.assertLess(abs((rospy.get_rostime() - pose.header.stamp).to_sec()), 0.5)
+        self.assertAlmostEqual(pose.pose.position.z, 0.12, delta=0.05)
+        self.assertAlmostEqual(pose.pose.orientation.w, 1.0, delta=0.01)  # facing east
+        imu = self.last("imu/data")
+        self.assertEqual(imu.header.frame_id, "base_link")
+        self.assertAlmostEqual(imu.linear_acceleration.z, 9.8, delta=0.5)
+        self.assertEqual(self.last("extended_state").landed_state, ExtendedState.LANDED_STATE_ON_GROUND)
+        self.assertGreater(self.last("battery").voltage, 14.0)
+        self.assertAlmostEqual(self.last("home_position/home").geo.latitude, 47.3977, delta=0.001)
+        self.assertEqual(self.last("local_position/odom").child_frame_id, "base_link")
+
+    def test_b_state_and_home_are_latched(self):
+        for name in ("state", "home_position/home"):
+            latched = []
+            subscriber = rospy.Subscriber(f"/mavros/{name}", TOPICS[name], latched.append)
+            self.assertTrue(self.eventually(lambda seen=latched: seen, 0.5), name)
+            subscriber.unregister()
+
+    def test_c_state_comes_once_per_simulated_second(self):
+        stamps = [m.header.stamp.to_sec() for m in self.received["state"]]
+        self.assertTrue(self.eventually(lambda: len(self.received["state"]) >= len(stamps) + 3))
+        with self.lock:
+            stamps = [m.header.stamp.to_sec() for m in self.received["state"][-3:]]
+        self.assertAlmostEqual((stamps[-1] - stamps[0]) / 2, 1.0, delta=0.1)
+
+    def test_d_parameters(self):
+        get, put = self.services["param/get"], self.services["param/set"]
+        self.assertAlmostEqual(get("MPC_XY_P").value.real, 0.95, places=5)
+        self.assertEqual(get("COM_RC_IN_MODE").value.integer, 1)
+        self.assertFalse(get("NO_SUCH").success)
+        answer = put("MPC_XY_P", ParamValue(real=1.1))
+        self.assertTrue(answer.success)
+        self.assertAlmostEqual(answer.value.real, 1.1, places=5)
+        self.assertFalse(put("MPC_XY_P", ParamValue(real=99.0)).success)
+        self.assertTrue(put("MPC_XY_P", ParamValue(real=0.95)).success)
+        self.assertTrue(put("MPC_Z_VEL_MAX_DN", ParamValue(integer=1)).success)  # a float, given as integer
+        self.assertFalse(put("COM_OBL_ACT", ParamValue(real=0.5)).success)
+        pulled = self.services["param/pull"](True)
+        self.assertTrue(pulled.success)
+        self.assertGreater(pulled.param_received, 90)
+
+    def test_e_modes_are_refused_as_px4_does(self):
+        self.assertFalse(self.services["set_mode"](0, "FLY").mode_sent)
+        self.ask_for("OFFBOARD")  # sent, but there is no stream
+        time.sleep(1.0)
+        self.assertEqual(self.mode(), "AUTO.LOITER")
+        answer = self.services["cmd/command"](False, 31000, 0, 0, 0, 0, 0, 0, 0, 0)
+        self.assertEqual((answer.success, answer.result), (False, 3))
+
+    def test_f_bad_setpoints_do_not_count(self):
+        def nonsense():
+            self.stream_pose(x=math.nan)
+            self.raw_setpoint.publish(PositionTarget(coordinate_frame=77))
+            message = TwistStamped()
+            message.twist.linear.x = math.inf
+            self.velocity_setpoint.publish(message)
+
+        self.eventually(lambda: False, 0.5, nonsense)
+        self.ask_for("OFFBOARD")
+        self.eventually(lambda: False, 0.7, nonsense)
+        self.assertEqual(self.mode(), "AUTO.LOITER")
+
+    def test_g_garbage_on_the_port_does_no_harm(self):
+        sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        for data in (b"", b"\xfd", b"\xfd\xff\x00", b"\xfe\x09garbage", b"x" * 2000):
+            sender.sendto(data, ("127.0.0.1", 24640))
+        sender.close()
+        stamp = self.last("local_position/pose").header.stamp
+        newer = self.eventually(lambda: self.last("local_position/pose").header.stamp > stamp, 2.0)
+        self.assertTrue(newer)
+
+    def test_h_while_time_stands_still_services_answer_within_their_time_out(self):
+        rospy.ServiceProxy("/gazebo/pause_physics", Empty)()
+        try:
+            began = time.monotonic()
+            self.services["param/get"]("MPC_XY_P")
+            self.services["set_mode"](0, "AUTO.LOITER")
+            self.services["cmd/command"](False, 31000, 0, 0, 0, 0, 0, 0, 0, 0)
+            self.assertLess(time.monotonic() - began, 8.0)
+        finally:
+            rospy.ServiceProxy("/gazebo/unpause_physics", Empty)()
+
+    def test_y_a_script_for_mavros_flies(self):
+        """The well-known offboard example: stream, OFFBOARD, arm, hover, fly, land."""
+        self.eventually(lambda: False, 0.3, self.stream_pose)
+        self.ask_for("OFFBOARD")
+        self.assertTrue(self.services["cmd/arming"](True).success)
+        height = lambda: self.last("local_position/pose").pose.position.z  # noqa: E731
+        self.assertTrue(self.eventually(lambda: abs(height() - 2.0) < 0.1, 20.0, self.stream_pose))
+        state = self.last("state")
+        self.assertEqual((state.armed, state.mode), (True, "OFFBOARD"))
+        self.assertEqual(self.last("extended_state").landed_state, ExtendedState.LANDED_STATE_IN_AIR)
+
+        # Velocity in the body's frame, FLU: forward is east here.
+        def fly_forward():
+            message = PositionTarget(coordinate_frame=8, type_mask=0b0101_1100_0111)
+            message.header.stamp = rospy.get_rostime()
+            message.velocity.x = 1.0
+            self.raw_setpoint.publish(message)
+
+        body = lambda: self.last("local_position/velocity_body").twist.linear  # noqa: E731
+        local = lambda: self.last("local_position/velocity_local").twist.linear  # noqa: E731
+        self.assertTrue(self.eventually(lambda: body().x > 0.9 and local().x > 0.9, 5.0, fly_forward))
+
+        # Velocity in the local frame, ENU, by cmd_vel and without a stamp: to the left is north.
+        def fly_north():
+            message = Twist()
+            message.linear.y = 1.0
+            self.unstamped.publish(message)
+
+        self.assertTrue(self.eventually(lambda: local().y > 0.9 and abs(local().x) < 0.2, 6.0, fly_north))
+        denied = self.services["cmd/arming"](False)
+        self.assertEqual((denied.success, denied.result), (False, 2))
+        self.land()
+
+    def test_z_losing_the_stream_lands(self):
+        self.eventually(lambda: False, 0.3, self.stream_pose)
+        self.ask_for("OFFBOARD")
+        self.assertTrue(self.services["cmd/arming"](True).success)
+        height = lambda: self.last("local_position/pose").pose.position.z  # noqa: E731
+        self.assertTrue(self.eventually(lambda: height() > 1.5, 20.0, self.stream_pose))
+        self.assertTrue(self.eventually(lambda: self.mode() == "AUTO.LAND", 5.0))
+        self.assertEqual(self.last("state").system_status, 5)
+        self.assertTrue(self.eventually(lambda: not self.last("state").armed, 20.0))
+
+
+if __name__ == "__main__":
+    rospy.init_node("rostest_mavros")
+    rostest.rosrun("simulation_tools", "mavros", TestMavros)

@@ -1,0 +1,195 @@
+#!/usr/bin/env python3
+"""The node mavros_publisher in flight: ready, commands, bad commands, deaths, landings, reset."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+import unittest
+
+import rosnode
+import rospy
+import rostest
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import Pose, TwistStamped
+from mavros_msgs.msg import State
+from mavros_msgs.srv import SetMode
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
+from std_srvs.srv import Empty, Trigger
+
+YAW = 0.5  # at the start
+
+
+class TestMavrosPublisher(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.lock = threading.Lock()
+        cls.truth = cls.state = None
+        cls.ready = []
+        cls.highest = 0.0
+        rospy.Subscriber("/UAV/ground_truth", Odometry, cls.on_truth, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("/UAV/ready", Bool, lambda m: cls.ready.append(m.data))
+        rospy.Subscriber("/mavros/state", State, cls.on_state)
+        cls.velocity = rospy.Publisher("/UAV/vel_setpoint/final/body", TwistStamped, queue_size=1)
+        cls.position = rospy.Publisher("/UAV/pos_setpoint/final", Pose, queue_size=1)
+        cls.use_position = rospy.Publisher("/UAV/use_pos_setpoint", Bool, queue_size=1)
+        cls.began = time.monotonic()
+
+    @classmethod
+    def on_truth(cls, message):
+        cls.truth = message
+        cls.highest = max(cls.highest, message.pose.pose.position.z)
+
+    @classmethod
+    def on_state(cls, message):
+        cls.state = message
+
+    def setUp(self):
+        """Every test begins in flight; that it gets there is part of what is tested."""
+        self.assertTrue(self.eventually(lambda: self.ready and self.ready[-1], 40.0))
+
+    @staticmethod
+    def eventually(condition, timeout_s=20.0, act=lambda: None, period_s=0.02):
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end and not rospy.is_shutdown():
+            act()
+            if condition():
+                return True
+            time.sleep(period_s)
+        return False
+
+    @property
+    def place(self):
+        p = self.truth.pose.pose.position
+        return p.x, p.y, p.z
+
+    @property
+    def speed(self):
+        v = self.truth.twist.twist.linear
+        return math.sqrt(v.x**2 + v.y**2 + v.z**2)
+
+    def fly(self, forward=1.0, left=0.0, frame="base_frame", stamp=None):
+        message = TwistStamped()
+        message.header.stamp = stamp or rospy.get_rostime()
+        message.header.frame_id = frame
+        message.twist.linear.x, message.twist.linear.y = forward, left
+        self.velocity.publish(message)
+
+    def assert_hovers(self):
+        """It has come to rest: slow for a second on end, and still in the same place after another."""
+        moved = [time.monotonic()]
+
+        def settled():
+            if self.speed > 0.1:
+                moved[0] = time.monotonic()
+            return time.monotonic() - moved[0] > 1.0
+
+        self.assertTrue(self.eventually(settled, 10.0))
+        before = self.place
+        time.sleep(1.0)
+        self.assertLess(math.dist(before, self.place), 0.15)
+
+    def test_a_it_hovers_two_metres_over_the_ground_facing_as_it_stood(self):
+        self.assertEqual((self.state.mode, self.state.armed), ("OFFBOARD", True))
+        time.sleep(2.0)
+        x, y, z = self.place
+        self.assertLess(math.hypot(x, y), 0.05)
+        self.assertAlmostEqual(z, 2.0, delta=0.05)
+        q = self.truth.pose.pose.orientation
+        self.assertAlmostEqual(2.0 * math.atan2(q.z, q.w), YAW, delta=0.03)
+
+    def test_b_velocities_are_flown_in_the_levelled_body_frame(self):
+        start = self.place
+        v = lambda: self.truth.twist.twist.linear  # noqa: E731  body frame
+        self.assertTrue(self.eventually(lambda: v().x > 0.9 and abs(v().y) < 0.15, 6.0, self.fly))
+        heading = math.atan2(self.place[1] - start[1], self.place[0] - start[0])
+        self.assertAlmostEqual(heading, YAW, delta=0.1)
+
+    def test_c_without_commands_it_hovers_on_the_spot(self):
+        self.eventually(lambda: False, 1.5, self.fly)
+        there = self.place
+        self.assert_hovers()
+        self.assertLess(math.dist(there, self.place), 2.0)
+
+    def test_d_bad_commands_are_refused_and_it_hovers(self):
+        def nonsense():
+            self.fly(forward=math.nan)
+            self.fly(left=math.inf)
+            self.fly(frame="nowhere")
+            self.fly(stamp=rospy.Time(1))
+
+        before = self.place
+        self.eventually(lambda: False, 2.0, nonsense)
+        self.assertLess(math.dist(before, self.place), 0.15)
+
+    def test_e_positions_are_flown_when_asked_for_by_topic_or_dynamic_reconfigure(self):
+        x, y, z = self.place
+        target = Pose()
+        target.position.x, target.position.y, target.position.z = x - 2.0, y + 1.0, z + 0.5
+        target.orientation.w = 1.0
+
+        def both():
+            self.position.publish(target)
+            self.fly()
+
+        self.use_position.publish(True)
+        there = (x - 2.0, y + 1.0, z + 0.5)
+        self.assertTrue(self.eventually(lambda: math.dist(self.place, there) < 0.15, 12.0, both))
+        client = Client("/mavros_publisher", timeout=5.0)
+        self.assertTrue(client.get_configuration()["use_pos_setpoint"])
+        client.update_configuration({"use_pos_setpoint": False})
+        v = lambda: self.truth.twist.twist.linear  # noqa: E731
+        self.assertTrue(self.eventually(lambda: v().x > 0.8, 6.0, both))
+
+    def kill_and_count_ready(self, node):
+        seen = len(self.ready)
+        rosnode.kill_nodes([node])
+        return seen
+
+    def test_f_killed_in_mid_air_it_takes_over_where_the_uav_is(self):
+        self.eventually(lambda: False, 1.5, self.fly)
+        type(self).highest = 0.0
+        where = self.place
+        seen = self.kill_and_count_ready("/mavros_publisher")
+        self.assertTrue(self.eventually(lambda: True in self.ready[seen:], 15.0))
+        self.assertTrue(self.eventually(lambda: self.state.mode == "OFFBOARD", 5.0))
+        self.assert_hovers()
+        self.assertTrue(self.state.armed)
+        self.assertLess(math.dist(where[:2], self.place[:2]), 4.0)
+        self.assertLess(self.highest, where[2] + 0.3)  # no second take-off
+
+    def test_g_mavros_killed_leads_to_landing_and_back(self):
+        height = self.place[2]
+        rosnode.kill_nodes(["/mavros"])
+        self.assertTrue(self.eventually(lambda: self.place[2] < height - 0.1, 10.0))
+        self.assertTrue(
+            self.eventually(
+                lambda: self.state.mode == "OFFBOARD" and self.truth.twist.twist.linear.z > -0.1, 15.0
+            )
+        )
+        self.assert_hovers()
+        self.assertGreater(self.place[2], 0.5)
+
+    def test_h_somebody_elses_landing_is_left_alone_until_restart(self):
+        rospy.ServiceProxy("/mavros/set_mode", SetMode)(0, "AUTO.LAND")
+        seen = len(self.ready)
+        self.assertTrue(self.eventually(lambda: not self.state.armed, 30.0, self.fly))
+        self.assertIn(False, self.ready[seen:])
+        self.assertAlmostEqual(self.place[2], 0.12, delta=0.05)
+        self.assertFalse(self.eventually(lambda: self.state.armed, 3.0, self.fly))
+        self.assertTrue(rospy.ServiceProxy("/mavros_publisher/restart", Trigger)().success)
+        self.assertTrue(self.eventually(lambda: self.ready[-1], 30.0))
+
+    def test_i_a_reset_simulation_is_a_new_flight(self):
+        seen = len(self.ready)
+        rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()
+        self.assertTrue(self.eventually(lambda: self.place[2] < 0.2, 5.0))
+        self.assertTrue(self.eventually(lambda: False in self.ready[seen:] and self.ready[-1], 30.0))
+        self.assertLess(math.hypot(*self.place[:2]), 0.1)
+
+
+if __name__ == "__main__":
+    rospy.init_node("rostest_mavros_publisher")
+    rostest.rosrun("simulation_tools", "mavros_publisher", TestMavrosPublisher)
