@@ -313,6 +313,15 @@ def test_a_clock_that_jumps_back_starts_it_again(bench):
     assert bench.publisher.phase is Phase.TAKING_OFF
 
 
+def test_a_reset_is_noticed_before_the_first_pose_after_it(bench):
+    bench.fly()
+    bench.publisher.on_clock(12_000_000_000)
+    assert bench.publisher.on_clock(11_990_000_000) == []
+    assert AnnounceReady(False) in bench.publisher.on_clock(0)
+    assert bench.publisher.phase is Phase.WAITING
+    assert bench.publisher.on_clock(4_000_000) == []
+
+
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_parameters_are_checked(value):
     with pytest.raises(PublisherError, match="command_timeout_s"):

@@ -182,6 +182,7 @@ class SetpointPublisher:
     def __init__(self, parameters: PublisherParameters) -> None:
         self.parameters = parameters
         self._poses, self._states, self._landed = _History(), _History(), _History()
+        self._clock_ns = 0
         self.restart()
 
     def restart(self) -> None:
@@ -204,6 +205,12 @@ class SetpointPublisher:
         self._answers_poses = True
 
     # Messages
+
+    def on_clock(self, now_ns: int) -> list[Action]:
+        """Take in ROS's time; a reset sets it back, long before the first pose tells of it."""
+        jumped = (self._clock_ns - now_ns) * _NS > self.parameters.jump_back_s
+        self._clock_ns = now_ns
+        return self._start_again() if jumped else []
 
     def on_state(self, stamp_ns: int, state: FcuState) -> list[Action]:
         """Take in MAVROS's state."""
@@ -262,11 +269,15 @@ class SetpointPublisher:
     def _watch_clock(self, stamp_ns: int) -> list[Action]:
         """Start again when the clock has jumped back."""
         if (self._newest_ns - stamp_ns) * _NS > self.parameters.jump_back_s:
-            self.restart()
+            actions = self._start_again()
             self._newest_ns = stamp_ns
-            return [Log("the clock jumped back: starting again."), AnnounceReady(False)]
+            return actions
         self._newest_ns = max(self._newest_ns, stamp_ns)
         return []
+
+    def _start_again(self) -> list[Action]:
+        self.restart()
+        return [Log("the clock jumped back: starting again."), AnnounceReady(False)]
 
     def _answer(self, now_ns: int, stamp_ns: int, by_pose: bool) -> list[Action]:
         """Return what is to be done now; the last action is a setpoint of the given stamp."""
