@@ -84,7 +84,7 @@ def test_it_connects_and_notices_the_loss(pair):
 
 def test_commands_are_answered_or_time_out(pair):
     client, fcu = pair
-    assert eventually(lambda: fcu.flight.px4.status.position_valid)
+    assert eventually(lambda: fcu.flight.px4.home is not None)
     assert client.command(400, 1.0) == 0
     assert fcu.flight.px4.status.armed
     assert client.command(31000) == 3

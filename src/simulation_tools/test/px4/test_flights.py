@@ -40,6 +40,15 @@ def test_hover_thrust_is_that_of_the_closed_form(extra_kg):
     assert np.sum(5.84e-6 * speeds**2) == pytest.approx((1.5 + extra_kg) * GRAVITY, rel=0.005)
 
 
+def test_hover_wanders_no_more_than_px4s():
+    flight = Flight.of_reference_quad(seed=4)
+    flight.take_off(3.0, yaw=NORTH, seconds=30.0)
+    x, y, z = flight.record(30.0)[:, 1:4].T
+    assert max(x.std(), y.std()) < 0.014
+    assert z.std() < 0.003
+    assert min(x.std(), y.std(), z.std()) > 0.0002  # the estimate does wander
+
+
 def test_unarmed_it_stands_still():
     flight = Flight.of_iris()
     flight.run(2.0)

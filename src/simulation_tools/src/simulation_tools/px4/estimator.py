@@ -36,11 +36,11 @@ _ERROR_DTYPE = np.dtype(
 class EstimatorNoise:
     """Standard deviations of the estimate's errors and the time constants with which they wander."""
 
-    position_xy_m: float = 0.01
-    position_z_m: float = 0.004
+    position_xy_m: float = 0.008
+    position_z_m: float = 0.002
     position_time_s: float = 8.0
     velocity_xy_m_s: float = 0.004
-    velocity_z_m_s: float = 0.002
+    velocity_z_m_s: float = 0.0015
     velocity_time_s: float = 1.0
     attitude_rad: float = 0.0006
     attitude_time_s: float = 2.0
