@@ -28,11 +28,12 @@ class ServiceError(SimulationToolsError):
 
 @dataclass(frozen=True)
 class Answer:
-    """What a service answers. state: of `get_model_state` only."""
+    """What a service answers. state: of `get_model_state` only; names: of `get_world_properties` only."""
 
     success: bool
     status_message: str
     state: BodyState | None = None
+    names: tuple[str, ...] = ()
 
 
 class GazeboServices:
@@ -74,6 +75,14 @@ class GazeboServices:
     def set_state(self, name: str, state: BodyState, reference: str) -> Answer:
         """Put a model somewhere, at a speed; pose and velocities are in the reference's axes."""
         return self._answer_between_steps(lambda: self._set_state(name, state, reference))
+
+    def world_properties(self) -> Answer:
+        """Return the names of all models."""
+        return self._answer_between_steps(
+            lambda: Answer(
+                True, "The models of the world.", names=tuple(self._simulation.world.model_names())
+            )
+        )
 
     def _answer_between_steps(self, action: Callable[[], Answer]) -> Answer:
         return _answer(lambda: self._loop.call(action))
