@@ -20,11 +20,11 @@ QUIET_S = 0.3
 BEAMS = 1440
 
 
-def wait_until(condition, what: str) -> None:
-    deadline = time.monotonic() + TIMEOUT_S
+def wait_until(condition, what: str, timeout_s: float = TIMEOUT_S) -> None:
+    deadline = time.monotonic() + timeout_s
     while not condition():
         if time.monotonic() > deadline:
-            raise AssertionError(f"waited {TIMEOUT_S:.0f} s in vain for {what}")
+            raise AssertionError(f"waited {timeout_s:.0f} s in vain for {what}")
         time.sleep(0.003)
 
 

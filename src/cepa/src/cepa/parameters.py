@@ -30,9 +30,9 @@ class CepaParameters:
     """k_2: weight of keeping v_ref's magnitude."""
     k3: float = 1.5
     """k_3, 1/m2: weight of intrusions into the outer cushion."""
-    k4: float = 2.0
+    k4: float = 1.0
     """k_4, s3/m3, improved only: k_1 = |v_UAV| k_4 + k_5."""
-    k5: float = 4.0
+    k5: float = 6.0
     """k_5, s2/m2, improved only: see k4."""
     speed_fractions: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
     """Speeds tried in every direction, as fractions of |v_ref|, each in (0, 1]."""

@@ -1,0 +1,185 @@
+"""Draws the figures of README.md with the library itself, beside this file."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent / "src"), str(HERE.parent / "test")]
+
+from planar_flight import Scene  # noqa: E402
+
+from cepa import CepaParameters, Improved, LaserScan2D, reference, view  # noqa: E402
+from cepa.emergency import open_sections  # noqa: E402
+from cepa.kernels.emergency import safe_directions  # noqa: E402
+from cepa.scan import Grid  # noqa: E402
+
+PARAMETERS = CepaParameters()
+INNER, OUTER, SCAN, REFERENCE, OUTPUT = "#e8711a", "#2b8cbe", "#404040", "#3b6fd4", "#c99700"
+RED, GREEN = "#cc1f1a", "#2a9d3a"
+
+
+def main() -> None:
+    """Write every figure."""
+    plt.rcParams.update({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False})
+    for name, draw in (
+        ("cushions", draw_cushions),
+        ("steering", draw_steering),
+        ("emergency", draw_emergency),
+    ):
+        figure = draw()
+        figure.savefig(HERE / f"{name}.png", dpi=110, bbox_inches="tight")
+        plt.close(figure)
+
+
+def look(scene: Scene, beams: int = 1440) -> LaserScan2D:
+    """Return what a lidar at the origin sees."""
+    angles = -math.pi + np.arange(beams) * 2.0 * math.pi / beams
+    ranges = scene.ranges(np.zeros(2), np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    return LaserScan2D(np.where(ranges > 10.0, np.inf, ranges), -math.pi, 2.0 * math.pi / beams, 0.06, 10.0)
+
+
+def draw_cushions():
+    """Both algorithms' cushions at 1 m/s: straight sides, a round end or an arc about the UAV."""
+    figure, axes = plt.subplots(1, 2, figsize=(8.0, 3.0), sharey=True)
+    for ax, name, equation in zip(axes, ("original", "improved"), ("6.2", "6.7")):
+        for radius, colour, label in ((1.2, OUTER, "$SC_{UB}$"), (0.5, INNER, "$SC_{LB}$")):
+            outline = view.cushion_outline(name, (1.0, 0.0), radius, PARAMETERS.time_horizon)
+            ax.fill(*outline.T, color=colour, alpha=0.18)
+            ax.plot(*outline.T, color=colour, label=label)
+            ax.plot(*view.circle(radius).T, color=colour, lw=0.7, ls=":")
+        _arrow(ax, (1.0, 0.0), OUTPUT, "v")
+        ax.set(title=f"{name} (equation {equation}), |v| = 1 m/s, T = 1.5 s", xlabel="x, m", aspect="equal")
+    axes[0].set_ylabel("y, m")
+    axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    return figure
+
+
+def draw_steering():
+    """One decision between columns, and the cost of every candidate."""
+    columns = np.array(
+        [(2.6, 0.25, 0.25), (1.9, -1.7, 0.2), (3.4, 2.0, 0.3), (0.4, 1.9, 0.2), (-2.2, -1.0, 0.3)]
+    )
+    scan, v_ref, v_uav = look(Scene(columns)), (2.0, 0.0), (1.8, 0.0)
+    decision = Improved(PARAMETERS).steer(scan, v_ref, v_uav)
+    figure, (plane, costs) = plt.subplots(1, 2, figsize=(9.5, 4.0), width_ratios=(1.0, 1.15))
+    _draw_scene(plane, columns, scan)
+    for radius, colour in ((PARAMETERS.r_ub, OUTER), (PARAMETERS.r_lb, INNER)):
+        outline = view.cushion_outline("improved", decision.velocity_xy, radius, PARAMETERS.time_horizon)
+        plane.fill(*outline.T, color=colour, alpha=0.18)
+        plane.plot(*outline.T, color=colour)
+    beams = scan.full_turn(PARAMETERS.dropout_beams)
+    rejected = view.rejected_directions(beams, PARAMETERS, math.hypot(*v_ref))
+    for share, colour, label in (
+        (1.0, RED, "every speed rejected"),
+        (0.0, "#e6b400", "some speeds rejected"),
+    ):
+        chosen = (rejected == 1.0) if share == 1.0 else (rejected > 0.0) & (rejected < 1.0)
+        ring = np.stack([np.cos(beams.angles), np.sin(beams.angles)])[:, chosen] * (PARAMETERS.r_ub + 0.12)
+        plane.plot(*ring, ".", color=colour, ms=3, label=label)
+    _arrow(plane, v_ref, REFERENCE, "$v_{ref}$")
+    _arrow(plane, decision.velocity_xy, OUTPUT, "$v_{out}$")
+    plane.set(xlim=(-2.8, 4.6), ylim=(-2.6, 2.8), aspect="equal", xlabel="x, m", ylabel="y, m")
+    plane.legend(loc="lower left", frameon=False, fontsize=7)
+    _draw_costs(costs, scan, v_ref, v_uav, decision)
+    return figure
+
+
+def _draw_costs(ax, scan, v_ref, v_uav, decision) -> None:
+    velocities, values = reference.improved_costs(PARAMETERS, scan, v_ref, v_uav)
+    speed = np.hypot(*velocities.T)
+    for fraction, shade in zip(PARAMETERS.speed_fractions, (0.0, 0.25, 0.45, 0.62)):
+        of_speed = np.isclose(speed, fraction * math.hypot(*v_ref))
+        bearing = np.degrees(np.arctan2(velocities[of_speed, 1], velocities[of_speed, 0]))
+        order = np.argsort(bearing)
+        cost = np.where(np.isinf(values[of_speed]), np.nan, values[of_speed])
+        ax.plot(bearing[order], cost[order], color=str(shade), lw=1.0, label=f"{fraction:g} of |v_ref|")
+    turned = math.degrees(math.atan2(decision.velocity_xy[1], decision.velocity_xy[0]))
+    ax.plot(
+        turned,
+        decision.cost,
+        "o",
+        color=OUTPUT,
+        label=f"answer, after {decision.directions_tested} candidates",
+    )
+    ax.set(
+        xlabel="direction, degrees", ylabel="cost (6.5); gaps: rejected", xlim=(-180, 180), ylim=(-40, 120)
+    )
+    ax.set_xticks(range(-180, 181, 60))
+    ax.legend(frameon=False, fontsize=7)
+
+
+def draw_emergency():
+    """A wall and three columns (figure 8.7); then what the K filter does to a near post opposite a wall."""
+    columns = np.array([(0.65 * math.cos(a), 0.65 * math.sin(a), 0.1) for a in np.radians([-125, -90, -55])])
+    wall_left, wall_right = np.array([(-2.0, 0.4, 2.0, 0.4)]), np.array([(-2.0, -0.42, 2.0, -0.42)])
+    post = np.array([(0.0, 0.22, 0.02)])
+    figure, axes = plt.subplots(1, 3, figsize=(9.5, 3.0), sharey=True)
+    cases = (
+        (columns, wall_left, 50.0, True),
+        (post, wall_right, 50.0, False),
+        (post, wall_right, 0.3, False),
+    )
+    for ax, (circles, walls, slope, sections) in zip(axes, cases):
+        parameters = CepaParameters(k_filter=slope)
+        scan = look(Scene(circles, walls))
+        decision = Improved(parameters).steer(scan, (1.0, 0.0))
+        beams = scan.full_turn(parameters.dropout_beams)
+        _draw_scene(ax, circles, scan)
+        ax.plot(walls[0, ::2], walls[0, 1::2], color="#8c6d4f", lw=3)
+        ax.plot(*view.circle(parameters.r_lb).T, color="0.5", lw=0.8)
+        for ends in view.intrusions(beams, parameters)[::4]:
+            ax.plot(*ends.T, color=RED, lw=0.5, alpha=0.6)
+        arrows = [(decision.emergency_original_xy, RED, "original")]
+        if sections:
+            _draw_sections(ax, beams, parameters)
+            arrows.append((decision.emergency_improved_xy, GREEN, "improved"))
+        for velocity, colour, label in arrows:
+            _arrow(ax, np.array(velocity) * 0.8 / math.hypot(*velocity), colour, label)
+        ax.set(
+            title=f"K = {slope:g} m/rad", xlim=(-1.4, 1.4), ylim=(-1.2, 0.95), aspect="equal", xlabel="x, m"
+        )
+    axes[0].set_ylabel("y, m")
+    return figure
+
+
+def _draw_sections(ax, beams, parameters) -> None:
+    grid = Grid(beams.ranges.size, beams.increment)
+    corridor = parameters.body_radius, parameters.emergency_lookahead
+    safe = safe_directions(beams.ranges, beams.seen, grid.cos, grid.sin, *corridor)
+    for section in open_sections(safe):
+        angle = beams.angle_0 + (section.first + np.arange(section.beams)) * beams.increment
+        edge = np.stack([np.cos(angle), np.sin(angle)]) * parameters.emergency_lookahead
+        ax.fill(*np.column_stack([np.zeros(2), edge]), color=GREEN, alpha=0.15)
+
+
+def _draw_scene(ax, columns, scan) -> None:
+    for x, y, radius in columns:
+        ax.add_patch(plt.Circle((x, y), radius, color="#8c6d4f"))
+    angles = scan.angle_min + np.arange(scan.ranges.size) * scan.angle_increment
+    seen = np.isfinite(scan.ranges)
+    ax.plot(
+        scan.ranges[seen] * np.cos(angles[seen]),
+        scan.ranges[seen] * np.sin(angles[seen]),
+        ".",
+        ms=1.2,
+        color=SCAN,
+    )
+
+
+def _arrow(ax, velocity, colour, label) -> None:
+    ax.annotate("", velocity, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.0})
+    ax.plot([], [], color=colour, lw=2.0, label=label)
+    ax.annotate(label, velocity, (4, 4), textcoords="offset points", color=colour, fontsize=8)
+
+
+if __name__ == "__main__":
+    main()
