@@ -28,7 +28,7 @@ class CepaParameters:
     """k_1, s2/m2, original only: weight of keeping v_ref's direction."""
     k2: float = 1.0
     """k_2: weight of keeping v_ref's magnitude."""
-    k3: float = 1.5
+    k3: float = 0.5
     """k_3, 1/m2: weight of intrusions into the outer cushion."""
     k4: float = 1.0
     """k_4, s3/m3, improved only: k_1 = |v_UAV| k_4 + k_5."""
