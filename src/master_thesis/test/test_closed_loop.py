@@ -12,7 +12,7 @@ import yaml
 from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.errors import FlightError
 from master_thesis.experiment import ExperimentParameters, Phase
-from master_thesis.scenario import SCENARIOS
+from master_thesis.scenario import LIDARS, SCENARIOS
 from simulation_tools.geometry import Pose
 from simulation_tools.px4.modes import Mode
 from simulation_tools.sdf.parser import parse_model
@@ -54,6 +54,14 @@ def test_the_improved_algorithm_flies_every_scenario_without_contact(parameters,
 @pytest.mark.parametrize("scenario", ["forest", "hallway"])
 def test_the_original_algorithm_flies_too(parameters, scenario):
     with ClosedLoop(parameters(scenario, algorithm="original", goal_xyz_m=(10.0, 0.0, 2.0))) as loop:
+        outcome = loop.run()
+    assert outcome.success, outcome.failure
+
+
+@pytest.mark.parametrize("lidar", [name for name in LIDARS if name != "ust"])
+def test_every_other_lidar_carries_the_uav_through_the_forest(parameters, lidar):
+    given = parameters("forest", goal_xyz_m=(14.0, 0.0, 2.0))
+    with ClosedLoop(replace(given, simulation=replace(given.simulation, lidar=lidar))) as loop:
         outcome = loop.run()
     assert outcome.success, outcome.failure
 
