@@ -40,7 +40,7 @@ class TestSitl(unittest.TestCase):
         cls.places.append((message.header.stamp.to_sec(), (p.x, p.y, p.z)))
 
     def test_1_it_is_soon_ready_at_the_hover_point(self):
-        self.assertLess(self.took_s, 14.0)  # of wall time, the simulator's own start left out
+        self.assertLess(self.took_s, 15.0)  # of wall time, from when this test starts
         _, place = self.places[-1]
         for value, wanted in zip(place, HOVER_M):
             self.assertAlmostEqual(value, wanted, delta=0.25)
