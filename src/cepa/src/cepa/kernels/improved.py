@@ -6,6 +6,18 @@
 import numpy as np
 from numba import njit
 
+STEPS = 3
+"""Steps of the staircase under the cushion's edge."""
+
+TESTED_BEFORE_STAIRCASE = 64
+"""Most searches end before the staircase would be worth its while."""
+
+GAP_BEAMS = 8
+"""Runs of near beams that are less apart than this are one run."""
+
+ROUNDING = 1e-7
+"""Slack of the staircase's bound: its running sums round differently from the cost's."""
+
 
 @njit(cache=True)
 def intrusion(ranges, cos, sin, towards_x, towards_y, r_lb, d_lb, r_ub, d_ub):
@@ -86,77 +98,152 @@ def _unite(opened, eligible):
 
 @njit(cache=True)
 def best_velocity(
-    ranges, cos, sin, reach, valid, towards_x, towards_y, first, speeds, r_ub, d_ub, k1, k2, k3, best_cost
+    ranges,
+    cos,
+    sin,
+    reach,
+    valid,
+    towards_x,
+    towards_y,
+    first,
+    speeds,
+    r_ub,
+    d_ub,
+    k1,
+    k2,
+    k3,
+    best_cost,
+    sums,
 ):
     """Search the valid directions best-first; return (beam, or -1, speed index, cost, directions tested).
 
-    ``speeds`` (S,) m/s, descending; ``speeds[0]`` times 1 / its fraction is |v_ref|, whose unit vector is
-    ``towards``. ``k1`` is k1 |v_ref|, ``k2`` is k2 / |v_ref|, so that a velocity v at angle psi to v_ref
-    costs k3 Omega - |v| (k1 cos psi + k2) (equation 6.5). ``first`` is the beam nearest to v_ref. Only what
-    costs less than ``best_cost`` is returned.
+    ``speeds`` (S,) m/s, descending; ``towards`` is v_ref's unit vector, ``first`` the beam nearest to it,
+    ``d_ub`` (S,) the outer cushion's length. ``k1`` is k1 |v_ref|, ``k2`` is k2 / |v_ref|, so that a velocity
+    v at angle psi to v_ref costs k3 Omega - |v| (k1 cos psi + k2) (equation 6.5). Only what costs less than
+    ``best_cost`` is returned. ``sums`` (S, STEPS + 1, N + 1) is work space.
 
-    Exact: Omega is at least the sum over LS < r_ub of (r_ub - LS)^2 in every direction, and the two other
-    terms are known, so that nothing that remains when the least bound reaches the best cost can be better.
+    Exact: two lower bounds of the cost decide what need not be computed. The first takes for Omega the sum
+    over LS < r_ub of (r_ub - LS)^2, which every direction has; it orders the search, and ends it when nothing
+    that remains can be better. The second, ``_staircase``, is nearer the truth and spares single directions.
     """
     count = ranges.size
-    near = np.empty(count, np.int64)
-    near_ranges = np.empty(count)
-    nears = 0
-    floor = 0.0
-    for j in range(count):
-        if ranges[j] < d_ub[0]:
-            near[nears] = j + count - 1
-            near_ranges[nears] = ranges[j]
-            nears += 1
-            if ranges[j] < r_ub:
-                floor += (r_ub - ranges[j]) ** 2
-    floor *= k3
-
-    order = np.empty(count, np.int64)  # the beams by angle from v_ref, extended as far as the search needs it
+    run_first, run_end = _runs(ranges, d_ub[0])
+    floor = k3 * np.sum(np.maximum(r_ub - ranges, 0.0) ** 2)
+    alignment = cos * towards_x + sin * towards_y
+    order = np.empty(count, np.int64)  # the beams by angle from v_ref, as far as the search has come
     order[0] = first
-    ordered = 1
-    left = first + 1
-    right = first - 1
+    ordered, left, right = 1, first + 1, first - 1
 
     position = np.zeros(speeds.size, np.int64)
-    bound = np.empty(speeds.size)
-    alignment = cos[first] * towards_x + sin[first] * towards_y
-    for s in range(speeds.size):
-        bound[s] = floor - speeds[s] * (k1 * alignment + k2)
+    bound = floor - speeds * (k1 * alignment[first] + k2)
+    windows = np.zeros((speeds.size, STEPS), np.int64)
+    prepared = np.zeros(speeds.size, np.bool_)
 
-    best_beam = -1
-    best_speed = -1
-    tested = 0
+    best_beam, best_speed, tested = -1, -1, 0
     while True:
         s = np.argmin(bound)
         if bound[s] >= best_cost:
             return best_beam, best_speed, best_cost, tested
         i = order[position[s]]
         if valid[s, i]:
-            omega = 0.0
-            for k in range(nears):
-                edge = min(d_ub[s], r_ub * reach[near[k] - i])
-                if near_ranges[k] < edge:
-                    omega += (edge - near_ranges[k]) ** 2
-            cost = bound[s] - floor + k3 * omega
-            tested += 1
-            if cost < best_cost:
-                best_cost = cost
-                best_beam = i
-                best_speed = s
+            travel = bound[s] - floor
+            if tested >= TESTED_BEFORE_STAIRCASE and not prepared[s]:
+                _prepare_staircase(ranges, reach, r_ub, d_ub[s], windows[s], sums[s])
+                prepared[s] = True
+            least = k3 * _staircase(i, windows[s], sums[s]) if prepared[s] else 0.0
+            if travel + least - ROUNDING < best_cost:
+                tested += 1
+                cost = travel + k3 * _omega(ranges, run_first, run_end, reach, i - count + 1, r_ub, d_ub[s])
+                if cost < best_cost:
+                    best_cost, best_beam, best_speed = cost, i, s
         position[s] += 1
         if position[s] == count:
             bound[s] = np.inf
             continue
         if position[s] == ordered:
-            a = left % count
-            b = right % count
-            if cos[a] * towards_x + sin[a] * towards_y >= cos[b] * towards_x + sin[b] * towards_y:
-                order[ordered] = a
+            if alignment[left % count] >= alignment[right % count]:
+                order[ordered] = left % count
                 left += 1
             else:
-                order[ordered] = b
+                order[ordered] = right % count
                 right -= 1
             ordered += 1
-        i = order[position[s]]
-        bound[s] = floor - speeds[s] * (k1 * (cos[i] * towards_x + sin[i] * towards_y) + k2)
+        bound[s] = floor - speeds[s] * (k1 * alignment[order[position[s]]] + k2)
+
+
+@njit(cache=True)
+def _runs(ranges, distance):
+    """Return (first, end) of the runs of beams in which something is nearer than ``distance``."""
+    first = np.empty(ranges.size, np.int64)
+    end = np.empty(ranges.size, np.int64)
+    found = 0
+    for j in range(ranges.size):
+        if ranges[j] < distance:
+            if found > 0 and j - end[found - 1] < GAP_BEAMS:
+                end[found - 1] = j + 1
+            else:
+                first[found] = j
+                end[found] = j + 1
+                found += 1
+    return first[:found], end[:found]
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _omega(ranges, first, end, reach, offset, r_ub, d_ub):
+    """Return Omega (m2, unweighted) of a direction that nothing forbids, over the runs of ``_runs``.
+
+    The terms may be added in any order, so that the compiler can compute several at once.
+    """
+    total = 0.0
+    for run in range(first.size):
+        for j in range(first[run], end[run]):
+            depth = max(min(d_ub, r_ub * reach[j - offset]) - ranges[j], 0.0)
+            total += depth * depth
+    return total
+
+
+@njit(cache=True)
+def _prepare_staircase(ranges, reach, r_ub, d_ub, windows, sums):
+    """Fill ``windows`` (STEPS,) and ``sums`` (STEPS + 1, N + 1) for ``_staircase``.
+
+    Under the cushion's edge lies a staircase: at least ``height[k]`` within ``windows[k]`` beams of the
+    direction, and r_ub everywhere. ``sums[k]`` are running sums of (height[k] - LS)^2 over the beams.
+    """
+    count = ranges.size
+    for k in range(STEPS + 1):
+        height = d_ub - k * (d_ub - r_ub) / STEPS
+        total = 0.0
+        sums[k, 0] = 0.0
+        for j in range(count):
+            depth = height - ranges[j]
+            if depth > 0.0:
+                total += depth * depth
+            sums[k, j + 1] = total
+        if k < STEPS:
+            width = windows[k - 1] if k > 0 else 0
+            while 2 * (width + 1) < count and min(d_ub, r_ub * reach[count + width]) >= height:
+                width += 1
+            windows[k] = width
+    for k in range(STEPS):  # a beam less: where the turn closes, the beams need not be equally far apart
+        windows[k] = max(windows[k] - 1, 0)
+
+
+@njit(cache=True)
+def _staircase(i, windows, sums):
+    """Return a lower bound of Omega in beam ``i``'s direction: the intrusions into the staircase."""
+    total = sums[STEPS, -1]
+    for k in range(STEPS):
+        total += _window(sums[k], i, windows[k]) - _window(sums[k + 1], i, windows[k])
+    return total
+
+
+@njit(cache=True)
+def _window(running, i, width):
+    """Return the sum over the beams from i - width to i + width, around the turn."""
+    count = running.size - 1
+    first, last = i - width, i + width + 1
+    if first < 0:
+        return running[last] + running[count] - running[first + count]
+    if last > count:
+        return running[count] - running[first] + running[last - count]
+    return running[last] - running[first]
