@@ -18,7 +18,7 @@ usage() {
 ./bringup.sh                                     flies Experiment 1 in the forest and says where the results lie
 ./bringup.sh <launch file> [arg:=value ...]      a launch file of master_thesis, with its arguments
 ./bringup.sh test [pytest arguments]             every test; arguments go to pytest
-./bringup.sh bench [name]                        the benchmarks, or the one of that name
+./bringup.sh bench [name [arguments]]            the benchmarks, or the one of that name (--help tells its arguments)
 ./bringup.sh setup                               set-up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
 
 Each first does what is missing of the set-up: distribution packages, .venv, build. Details go to logs/bringup.log.
@@ -97,15 +97,22 @@ run_tests() {
   exec .venv/bin/python -m pytest "$@"
 }
 
+# run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py, without a name every one that is no helper (_*.py)
 run_benchmarks() {
-  local benchmarks benchmark code=0
-  mapfile -t benchmarks < <(find benchmarks -maxdepth 1 -name "${1:-*}.py" 2>/dev/null | sort)
-  ((${#benchmarks[@]} > 0)) || fail "There is no benchmark${1:+ of the name $1}: benchmarks/ holds no ${1:-*}.py."
+  local name='[!_]*' benchmarks benchmark code=0
+  if [[ -n ${1:-} && $1 != -* ]]; then
+    name=$1
+    shift
+  fi
+  mapfile -t benchmarks < <(find benchmarks -maxdepth 1 -name "$name.py" 2>/dev/null | sort)
+  ((${#benchmarks[@]} > 0)) || fail "There is no benchmark of the name $name: benchmarks/ holds no $name.py."
   set_up
   load_workspace
   for benchmark in "${benchmarks[@]}"; do
-    say "benchmark $(basename "$benchmark" .py)"
-    .venv/bin/python "$benchmark" || code=1
+    benchmark=$(basename "$benchmark" .py)
+    say "benchmark $benchmark"
+    # As a module: run by its path, benchmarks/cepa.py would hide the package cepa from itself
+    .venv/bin/python -m "benchmarks.$benchmark" "$@" || code=1
   done
   return "$code"
 }

@@ -1,0 +1,5 @@
+"""What `./bringup.sh bench` runs: every module here whose name does not begin with an underscore.
+
+Each is a script (`python -m benchmarks.NAME`) that prints tables and merges its figures into
+results/benchmarks.json.
+"""

@@ -1,0 +1,138 @@
+"""Where the benchmarks' figures go: results/benchmarks.json, and tables on the terminal.
+
+A dotted key is a nested object: `cepa.empty.speedup` is `{"cepa": {"empty": {"speedup": ...}}}`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import json
+import math
+import os
+import tempfile
+import time
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any, Iterable, Sequence
+
+from master_thesis.results import commit, machine, versions
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "results"
+
+
+class Report:
+    """The figures of one run of one benchmark, merged into FOLDER/benchmarks.json when the `with` ends well.
+
+    Beside the figures stands `runs.NAME`: date, commit, machine, versions, duration, options and the load
+    averages before and after, by which a reader judges what the times are worth.
+    """
+
+    def __init__(self, name: str, folder: Path = RESULTS, options: dict | None = None) -> None:
+        """Begin. options: what the run was asked to do, to be recorded with it."""
+        self.name, self.folder = name, Path(folder)
+        self._options = dict(options or {})
+        self._figures: dict[str, Any] = {}
+
+    def add(self, key: str, value: Any) -> None:
+        """Set what stands under a dotted key; a mapping replaces all that a former run left there."""
+        self._figures[key] = value
+
+    def __enter__(self) -> Report:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._started = time.perf_counter()
+        self._load = os.getloadavg()
+        return self
+
+    def __exit__(self, kind, *exception) -> None:
+        if kind is not None:
+            return
+        run = {
+            "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            "commit": commit(ROOT),
+            "duration_s": round(time.perf_counter() - self._started, 1),
+            "load_before": self._load,
+            "load_after": os.getloadavg(),
+            "options": self._options,
+            "machine": machine(),
+            "versions": versions(),
+        }
+        path = self.folder / "benchmarks.json"
+        merge(path, {**self._figures, f"runs.{self.name}": run})
+        print(f"\nFigures in {path}, load average {self._load[0]:.1f}.")
+
+
+def merge(path: Path, figures: dict[str, Any]) -> None:
+    """Set dotted keys in a JSON file, all or none; two processes at once lose nothing.
+
+    Raises:
+        ValueError: the file is no JSON object; it is left as it is.
+    """
+    path = Path(path)
+    with open(path.with_suffix(".lock"), "w", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        if not isinstance(content, dict):
+            raise ValueError(f"{path} holds no JSON object; move it away.")
+        for key, value in figures.items():
+            _put(content, key.split("."), value)
+        write_atomically(path, json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
+
+
+def _put(content: dict, names: Sequence[str], value: Any) -> None:
+    *above, last = names
+    for name in above:
+        if not isinstance(content.get(name), dict):
+            content[name] = {}
+        content = content[name]
+    content[last] = value
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a file so that nobody ever sees half of it."""
+    path = Path(path)
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def _plain(value: Any) -> Any:
+    """Turn numpy scalars and tuples into what JSON holds; NaN and infinities into null."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Return a table as Markdown has it, its columns aligned: the first to the left, numbers to the right."""
+    lines = [list(map(str, row)) for row in (header, *rows)]
+    widths = [max(3, *(len(line[column]) for line in lines)) for column in range(len(header))]
+    rule = ["-" * width if column == 0 else "-" * (width - 1) + ":" for column, width in enumerate(widths)]
+    written = [_row(line, widths) for line in (lines[0], rule, *lines[1:])]
+    return "\n".join(written)
+
+
+def _row(cells: Sequence[str], widths: Sequence[int]) -> str:
+    first = cells[0].ljust(widths[0])
+    return "| " + " | ".join([first, *(c.rjust(w) for c, w in zip(cells[1:], widths[1:]))]) + " |"
+
+
+def options(description: str) -> argparse.ArgumentParser:
+    """Return a parser with the options that every benchmark has."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("--results", type=Path, default=RESULTS, help="folder to write into")
+    return parser
