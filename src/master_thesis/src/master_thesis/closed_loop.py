@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Callable
 
 from cepa import ALGORITHMS, CepaParameters, LaserScan2D
+from cepa.algorithm import Algorithm
 from inspection_tools import (
     LidarMedianFilter,
     LidarPadding,
@@ -40,11 +41,11 @@ POSE_SOURCES = ("ground_truth", "odometry")
 class ClosedLoopParameters:
     """What is flown and with what; every default is the nodes'.
 
-    goal_xyz_m: in the frame of `pose_source`. algorithm: of `cepa.ALGORITHMS`.
+    goal_xyz_m: in the frame of `pose_source`; None: no goal is sent, v_ref stays zero. algorithm: of `cepa.ALGORITHMS`.
     """
 
     simulation: SimulationParameters
-    goal_xyz_m: tuple[float, float, float] = (40.0, 0.0, 2.0)
+    goal_xyz_m: tuple[float, float, float] | None = (40.0, 0.0, 2.0)
     algorithm: str = "improved"
     pose_source: str = "ground_truth"
     cepa: CepaParameters = field(default_factory=CepaParameters)
@@ -67,8 +68,11 @@ class ClosedLoopParameters:
 class ClosedLoop:
     """One flight from take-off to landing. Use it as a context manager, or `close` it."""
 
-    def __init__(self, parameters: ClosedLoopParameters) -> None:
-        """Build everything; raises SimulationToolsError when the world or the UAV cannot be loaded."""
+    def __init__(self, parameters: ClosedLoopParameters, steering: Algorithm | None = None) -> None:
+        """Build everything; raises SimulationToolsError when the world or the UAV cannot be loaded.
+
+        steering: flown instead of `parameters.algorithm`, for instance one that records what it is asked.
+        """
         self.parameters = parameters
         self.simulation = Simulation(parameters.simulation)
         self.monitor = Monitor(parameters.limits, self.simulation.uav_name)
@@ -80,9 +84,10 @@ class ClosedLoop:
         self._median_filter = LidarMedianFilter(parameters.median_filter)
         self._padding = LidarPadding(parameters.padding)
         self._position_controller = PositionController(parameters.position_controller)
-        self._cepa = ALGORITHMS[parameters.algorithm](parameters.cepa)
+        self._cepa = steering or ALGORITHMS[parameters.algorithm](parameters.cepa)
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
         self.publisher = PublisherLink(self.simulation.px4, parameters.publisher)
+        self.newest_scan: LaserScan2D | None = None  # as CEPA got it: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
         self._v_uav = (0.0, 0.0)
         self._finished = False
@@ -146,6 +151,7 @@ class ClosedLoop:
         scan = LaserScan2D(
             padded.ranges, geometry.angle_min_rad, geometry.angle_increment_rad, *limits, seen=padded.seen
         )
+        self.newest_scan = scan
         started = time.perf_counter()
         decision = self._cepa.steer(scan, self._v_ref[:2], self._v_uav)
         computation_ms = 1e3 * (time.perf_counter() - started)
@@ -173,7 +179,8 @@ class ClosedLoop:
     def _carry_out(self, actions) -> None:
         for action in actions:
             if action is Action.SEND_GOAL:
-                self._position_controller.set_setpoint(self.parameters.goal_xyz_m)
+                if self.parameters.goal_xyz_m is not None:
+                    self._position_controller.set_setpoint(self.parameters.goal_xyz_m)
             elif action is Action.LAND:
                 self.simulation.px4.request_mode(Mode.AUTO_LAND)
             else:
