@@ -84,8 +84,9 @@ def run(name: str, node_class) -> None:
     except CepaError as error:
         rospy.logfatal("%s: %s", rospy.get_name(), error)
         sys.exit(1)
+    # No callback may be under way when rospy closes the topics that it publishes on
+    rospy.on_shutdown(lambda: node._lock.acquire(timeout=1.0))
     rospy.spin()
-    del node
 
 
 class Warnings:
