@@ -1,6 +1,6 @@
 """The whole chain of figure 5.2 of the thesis without ROS, on the classes that the nodes are made of.
 
-At every instant t the order is that of the graph in lockstep (DESIGN, 12): odometry and truth, position
+At every instant t the order is that of the graph in lockstep: odometry and truth, position
 controller; then the scan, median filter, padding, CEPA, yaw regulator, publisher; then the flight controller,
 which has the setpoint made from scan(t) before it steps on. There is no latency, and nothing depends on the
 machine.
@@ -41,7 +41,8 @@ POSE_SOURCES = ("ground_truth", "odometry")
 class ClosedLoopParameters:
     """What is flown and with what; every default is the nodes'.
 
-    goal_xyz_m: in the frame of `pose_source`; None: no goal is sent, v_ref stays zero. algorithm: of `cepa.ALGORITHMS`.
+    goal_xyz_m: in the frame of `pose_source`; None: no goal is sent, v_ref stays zero. algorithm: of
+    `cepa.ALGORITHMS`.
     """
 
     simulation: SimulationParameters

@@ -13,6 +13,8 @@ from master_thesis.floor_plan import Outline
 from master_thesis.results import RunFolder
 from master_thesis.run_report import HIT_THINNING, RunDescription, flight_interval_s, least
 
+FLOOR_MARGIN_M = 1.0
+
 
 @dataclass(frozen=True)
 class Run:
@@ -61,6 +63,9 @@ def top_view(run: Run, values: np.ndarray, label: str) -> figures.TopView:
     emergencies = run.within(run.log.decisions.array("t_s", "emergency"))
     times_s = emergencies[emergencies[:, 1] > 0, 0]
     scenario = run.description.scenario
+    hits = run.within(run.log.hits(run.description.lidar_in_body_xyz_m))
+    # Beams that the leaning UAV sends into the floor would look like walls
+    hits = hits[np.abs(hits[:, 3] - scenario.goal_xyz_m[2]) < FLOOR_MARGIN_M]
     return figures.TopView(
         title=title(run),
         outlines=run.outlines,
@@ -68,7 +73,7 @@ def top_view(run: Run, values: np.ndarray, label: str) -> figures.TopView:
         value_label=label,
         start_xy=scenario.start_xyz_yaw[:2],
         goal_xy=scenario.goal_xyz_m[:2],
-        hits_xy=run.within(run.log.hits(run.description.lidar_in_body_xyz_m))[::HIT_THINNING, 1:3],
+        hits_xy=hits[::HIT_THINNING, 1:3],
         emergencies_xy=np.column_stack([np.interp(times_s, poses[:, 0], poses[:, axis]) for axis in (1, 2)]),
         flight_height_m=scenario.goal_xyz_m[2],
     )

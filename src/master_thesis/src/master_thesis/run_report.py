@@ -1,4 +1,4 @@
-"""Turns a flight's log and outcome into the files of its results folder (DESIGN, section 8)."""
+"""Turns a flight's log and outcome into the files of its results folder."""
 
 from __future__ import annotations
 
