@@ -85,7 +85,7 @@ class Lidar:
 
 
 class Uav:
-    """Planar position, velocity and yaw behind PX4's velocity law (px4_reference.md) and an attitude lag."""
+    """Planar position, velocity and yaw behind PX4's velocity law and an attitude lag."""
 
     ATTITUDE_LAG_S = 0.16
 

@@ -12,7 +12,7 @@ from inspection_tools import LidarPadding, PaddingParameters, ParameterError, Sc
 INF, NAN = math.inf, math.nan
 DEGREE = math.pi / 180.0
 
-# DESIGN section 4: field of view, step, least and greatest range of the six lidars
+# Field of view, step, least and greatest range of the six lidars (thesis, table D.1)
 LIDARS = {
     "urg": (240.0, 360.0 / 1024.0, 0.02, 5.6),
     "ust": (270.0, 0.25, 0.06, 10.0),

@@ -213,7 +213,7 @@ def test_latency_is_the_wall_time_from_scan_to_its_setpoint(rig):
 
 
 class TestLockstep:
-    """The barrier of DESIGN section 12."""
+    """What holds at a scan instant in lockstep."""
 
     def test_time_waits_for_the_setpoint_of_each_scan(self, rig):
         rig = rig(real_time_factor=0.0, lockstep=True)

@@ -1,4 +1,4 @@
-"""Lockstep's barrier: what a simulator waits for after a scan (DESIGN, section 12)."""
+"""Lockstep's barrier: what a simulator waits for after a scan."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Which transforms `tf_publisher` sends, and when: the pairing of odometry and ground truth by stamp.
 
 `base_frame` may have one parent only, so the ground truth goes out as its inverse, `base_frame` -> `world`,
-in the same message and with the same stamp as `odom` -> `base_frame` (DESIGN, section 2). The two arrive as
+in the same message and with the same stamp as `odom` -> `base_frame`. The two arrive as
 separate ROS messages, in either order; either source may be missing (no odometry running, or a real UAV
 without ground truth).
 """

@@ -50,7 +50,7 @@ class Topics:
 class GazeboOutput:
     """Publishes the simulator's outputs; all calls come from the simulation's thread.
 
-    Order at one instant (DESIGN, section 12): clock, odometry, ground truth, IMU, contacts, and the scan
+    Order at one instant: clock, odometry, ground truth, IMU, contacts, and the scan
     last, so that whoever works on the scan has the rest already.
     """
 

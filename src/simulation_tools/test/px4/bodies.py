@@ -22,7 +22,7 @@ DT_S = 0.004
 
 
 def reference_quad() -> Airframe:
-    """The body behind px4_reference.md: X configuration, arms of 0.165 m, linear rotors of 4 N."""
+    """The body on which PX4's step responses were measured: X configuration, arms of 0.165 m, linear rotors of 4 N."""
     a = 0.165 * math.sqrt(0.5)
     places = ((a, -a, 1.0), (-a, a, 1.0), (a, a, -1.0), (-a, -a, -1.0))
     rotors = [
@@ -44,7 +44,7 @@ def reference_quad() -> Airframe:
 
 
 def iris() -> Airframe:
-    """PX4's Iris with the figures of the design's section 4."""
+    """PX4's Iris with the model's figures."""
     places = ((0.13, -0.22, 1.0), (-0.13, 0.20, 1.0), (0.13, 0.22, -1.0), (-0.13, -0.20, -1.0))
     rotors = [
         Rotor(

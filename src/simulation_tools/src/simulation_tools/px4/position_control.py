@@ -1,8 +1,8 @@
 """PX4's position and velocity control: setpoint and estimate in, attitude and thrust setpoint out (NED).
 
 Position P, velocity PID that gives an acceleration, thrust vector with limited tilt, and the attitude that
-points along it with the wanted yaw. Structure and saturation as PX4's PositionControl; the law is that of
-px4_reference: v = P e_p, a = P e_v + I - D dv/dt.
+points along it with the wanted yaw. Structure and saturation as PX4's PositionControl; the law is the one
+measured on real PX4: v = P e_p, a = P e_v + I - D dv/dt.
 """
 
 from __future__ import annotations
