@@ -22,7 +22,7 @@ from mavros_msgs.msg import PositionTarget, State
 from nav_msgs.msg import Odometry
 
 CRUISE_M_S = 1.5
-BACK_M_S = 1.0
+SLOWED_M_S = 1.4  # a publisher that is back after 1.4 s has lost no more
 PATIENCE_S = 25.0  # a respawn takes 1 s, its start-up up to 3 s, getting up to speed 2 s
 
 
@@ -86,7 +86,7 @@ def kill(node: str, watch: FlightWatch) -> dict:
     watch.wait(lambda: len(watch.truth) > 0, PATIENCE_S)
     killed_s = watch.truth[-1][0]
     os.kill(pid_of(node), signal.SIGKILL)
-    slowed = watch.wait(lambda: watch.truth[-1][1] < BACK_M_S, PATIENCE_S)
+    slowed = watch.wait(lambda: watch.truth[-1][1] < SLOWED_M_S, PATIENCE_S)
     back = slowed and watch.wait(
         lambda: watch.truth[-1][1] > CRUISE_M_S and abs(watch.truth[-1][2] - 2.0) < 0.5, PATIENCE_S
     )

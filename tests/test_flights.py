@@ -111,7 +111,7 @@ def test_experiment_1_does_what_it_should(forest):
 
 
 def test_experiment_1_keeps_up_with_the_clock(forest):
-    """The issue's figures are for a machine of its own; a test's machine may be shared, so half as strict."""
+    """Half as strict as what is promised of a machine of its own: this one may be shared."""
     result = forest.result
     assert result["real_time_factor"] > 0.95
     assert result["latency_ms"]["median"] < 15.0
@@ -233,8 +233,9 @@ def test_nodes_that_die_in_flight(processes, tmp_path):
         assert seen[node]["hold_commanded_after_s"] < 0.7, seen[node]
         assert seen[node]["lowest"] > 1.8, seen[node]
     for node in LINK:
-        # PX4 lands, 1 s after the last setpoint and at 0.75 m/s, until the stream is back
-        assert seen[node]["lowest"] < 1.9, seen[node]
+        # Nothing is commanded until it is back; PX4 lands meanwhile, from 1 s after the last setpoint on
+        assert seen[node]["hold_commanded_after_s"] > 1.0, seen[node]
+        assert 0.5 < seen[node]["lowest"] < 1.99, seen[node]
     # Interrupted, it is over at once, and says so
     flight.interrupt()
     assert flight.wait(15.0) < 3.0

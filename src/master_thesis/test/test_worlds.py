@@ -1,4 +1,4 @@
-"""The worlds are what their generator writes, valid SDF, and what section 8 and the issue ask of them."""
+"""The worlds are what their generator writes, valid SDF, dense, wide and free where they are said to be."""
 
 import math
 import shutil

@@ -70,7 +70,7 @@ def top_view_png(view: TopView) -> bytes:
     bar.set_label(view.value_label, **_STYLE)
     bar.ax.tick_params(labelsize=7)
     _legend(axes, view)
-    return _png(figure)
+    return png(figure)
 
 
 def _limits(view: TopView) -> np.ndarray:
@@ -163,10 +163,11 @@ def time_series_png(title: str, panels: tuple[TimeSeries, ...]) -> bytes:
     all_axes[0].set_title(title, fontsize=9)
     all_axes[-1].set_xlabel("time [s]", **_STYLE)
     figure.align_ylabels(all_axes)
-    return _png(figure)
+    return png(figure)
 
 
-def _png(figure: Figure) -> bytes:
+def png(figure: Figure) -> bytes:
+    """Return a figure as the bytes of a PNG file fit for print."""
     FigureCanvasAgg(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=_DPI, bbox_inches="tight", pad_inches=0.05)

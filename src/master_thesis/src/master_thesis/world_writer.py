@@ -91,6 +91,11 @@ def write_world(name: str, comment: str, surroundings: Surroundings, props: tupl
     )
 
 
+def write_model(prop: Prop) -> str:
+    """Return the text of a model file, as `spawn_sdf_model` takes it."""
+    return f'<?xml version="1.0"?>\n<sdf version="1.6">\n{_model(prop)}</sdf>\n'
+
+
 def _model(prop: Prop) -> str:
     parts = "".join(_part(part) for part in prop.parts)
     return (

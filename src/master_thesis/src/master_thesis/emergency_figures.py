@@ -1,0 +1,208 @@
+"""The pictures of Experiment 2, after the thesis's figures 6.3 and 8.3 to 8.7. Needs matplotlib, no display.
+
+All are drawn in the frame of the freeze with ahead upwards, as the thesis shows it: "wall on the left". The
+red arrow is the original algorithm's proposal, the green one the improved one's; 1 m of arrow is 1 m/s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, FancyArrowPatch, Patch, Polygon
+
+from cepa import CepaParameters, LaserScan2D, view
+from master_thesis.emergency_report import TrialDescription, flown, in_freeze_frame
+from master_thesis.emergency_trial import EmergencyTrial
+from master_thesis.figures import png
+from master_thesis.floor_plan import outlines
+from master_thesis.placements import Obstacle
+from master_thesis.proposals import Proposals, propose, sweep
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import Model, World
+from simulation_tools.uav import load_uav
+
+_ORIGINAL, _IMPROVED, _INTRUSION = "#c81e1e", "#15803d", "#f0a3a3"
+_SOLID, _UAV, _PATH = "#5b6066", "#9db4cf", "viridis"
+_NEAR_M = 0.85  # half of what is shown around the UAV
+_LABEL = {"fontsize": 8}
+_UAV_EVERY_S = 1.0
+
+
+def pictures(description: TrialDescription, trial: EmergencyTrial, content: dict) -> dict[str, bytes]:
+    """Return the PNG files by name; the trial has its freeze and its first scan."""
+    uav = load_uav(description.model, description.lidar).model
+    return {
+        "proposals.png": _proposals_png(description, trial, uav),
+        "k_sweep.png": _sweep_png(description, trial),
+        "path.png": _path_png(description, trial, uav, content),
+    }
+
+
+def _proposals_png(description: TrialDescription, trial: EmergencyTrial, uav: Model) -> bytes:
+    """Side by side: what stands around the UAV, and what the algorithms make of its scan."""
+    figure = Figure(figsize=(7.2, 3.9))
+    place, seen = figure.subplots(1, 2, sharey=True)
+    scan, parameters = trial.first_scan.scan, description.cepa
+    _draw_obstacles(place, trial.freeze.obstacles)
+    _draw_uav(place, uav, Pose.identity())
+    _draw_circle(place, parameters)
+    proposed = propose(scan, parameters)
+    _draw_proposals(seen, scan, parameters, proposed)
+    for axes, title in (
+        (place, "(a) around the UAV when time goes on"),
+        (seen, "(b) what the algorithms propose"),
+    ):
+        _frame(axes, -_NEAR_M, _NEAR_M, -_NEAR_M, _NEAR_M)
+        axes.set_title(title, fontsize=8.5)
+    seen.set_ylabel("")
+    figure.legend(handles=_legend(), loc="lower center", ncol=6, fontsize=7, frameon=False)
+    figure.suptitle(_title(description, f"K = {parameters.k_filter:g} m/rad, {proposed.reason}"), fontsize=9)
+    figure.subplots_adjust(left=0.08, right=0.99, bottom=0.18, top=0.86, wspace=0.06)
+    return png(figure)
+
+
+def _sweep_png(description: TrialDescription, trial: EmergencyTrial) -> bytes:
+    """One panel per K: how the filter spreads near obstacles, and where that leads."""
+    scan = trial.first_scan.scan
+    all_proposed = sweep(scan, description.cepa)[::-1]
+    figure = Figure(figsize=(7.2, 4.2))
+    panels = figure.subplots(2, 4, sharex=True, sharey=True)
+    for axes, proposed in zip(panels.flat, all_proposed):
+        _draw_proposals(axes, scan, replace(description.cepa, k_filter=proposed.k_filter), proposed)
+        _frame(axes, -_NEAR_M, _NEAR_M, -_NEAR_M, _NEAR_M)
+        axes.set_title(f"K = {proposed.k_filter:g} m/rad", fontsize=8)
+        axes.label_outer()
+    figure.legend(handles=_legend()[1:], loc="lower center", ncol=5, fontsize=7, frameon=False)
+    figure.suptitle(_title(description, "K of the emergency avoidance's filter"), fontsize=9)
+    figure.subplots_adjust(left=0.08, right=0.99, bottom=0.17, top=0.88, wspace=0.06, hspace=0.16)
+    return png(figure)
+
+
+def _path_png(description: TrialDescription, trial: EmergencyTrial, uav: Model, content: dict) -> bytes:
+    """From above: where the UAV went after it was let go, coloured by time; its shape every second."""
+    poses = flown(trial)
+    path = in_freeze_frame(trial, poses[:, 1:4])
+    since_s = poses[:, 0] - trial.freeze.t_s
+    low = np.minimum(path[:, :2].min(axis=0) - 0.5, -1.0)
+    high = np.maximum(path[:, :2].max(axis=0) + 0.5, 1.0)
+    figure = Figure(figsize=(4.6, 4.6 * (high - low)[0] / (high - low)[1] + 0.6))
+    axes = figure.add_subplot()
+    _draw_obstacles(axes, trial.freeze.obstacles)
+    for index in np.searchsorted(since_s, np.arange(0.0, since_s[-1], _UAV_EVERY_S)):
+        _draw_uav(axes, uav, _turned(trial, poses[index]), alpha=0.35)
+    lines = LineCollection(
+        np.stack((_up(path[:-1, :2]), _up(path[1:, :2])), axis=1),
+        cmap=_PATH,
+        norm=Normalize(0.0, since_s[-1]),
+        linewidth=2.0,
+        zorder=6,
+    )
+    lines.set_array(since_s[:-1])
+    axes.add_collection(lines)
+    axes.plot(*_up(path[0, :2]), "o", ms=5, mfc="white", mec="black", zorder=7)
+    for after_s in content["touched"].values():
+        where = path[np.searchsorted(since_s, after_s).clip(max=len(path) - 1), :2]
+        axes.plot(*_up(where), "X", ms=9, color=_ORIGINAL, mec="black", mew=0.6, zorder=8)
+    _frame(axes, low[0], high[0], low[1], high[1])
+    bar = figure.colorbar(lines, ax=axes, fraction=0.046, pad=0.02)
+    bar.set_label("time since it was let go [s]", **_LABEL)
+    bar.ax.tick_params(labelsize=7)
+    end = "touched" if content["collision"] else f"least clearance {content['min_clearance_m']:.2f} m"
+    axes.set_title(_title(description, f"K = {description.cepa.k_filter:g} m/rad\n{end}"), fontsize=8.5)
+    return png(figure)
+
+
+def _turned(trial: EmergencyTrial, row: np.ndarray) -> Pose:
+    """Return the pose of a row (8,: t, position, quaternion) in the frame of the freeze."""
+    x, y, _ = in_freeze_frame(trial, row[None, 1:4])[0]
+    yaw = Pose(tuple(row[1:4]), tuple(row[4:8])).yaw_rad - trial.freeze.uav.yaw_rad
+    return Pose.from_xyz_rpy(float(x), float(y), 0.0, yaw=yaw)
+
+
+def _draw_proposals(axes, scan: LaserScan2D, parameters: CepaParameters, proposed: Proposals) -> None:
+    beams = scan.full_turn(parameters.dropout_beams)
+    hit = np.isfinite(beams.ranges)
+    points = beams.ranges[hit, None] * np.column_stack((np.cos(beams.angles[hit]), np.sin(beams.angles[hit])))
+    intrusions = view.intrusions(beams, parameters)
+    ends = _up(intrusions.reshape(-1, 2)).reshape(-1, 2, 2)
+    axes.add_collection(LineCollection(ends, colors=_INTRUSION, linewidths=0.5, zorder=2))
+    axes.scatter(*_up(points).T, s=1.2, color="black", linewidths=0, zorder=3)
+    _draw_circle(axes, parameters)
+    axes.plot(0, 0, "+", ms=5, color="black", zorder=4)
+    # Red beneath and wider, so that it shows where both say the same
+    _arrow(axes, proposed.original_xy, _ORIGINAL, 3.6)
+    _arrow(axes, proposed.improved_xy, _IMPROVED, 1.5)
+
+
+def _arrow(axes, velocity_xy, colour: str, width: float) -> None:
+    if np.hypot(*velocity_xy) < 1e-3:
+        axes.plot(0, 0, "o", ms=2.5 + width, color=colour, zorder=5 - 0.1 * width)
+        return
+    tip = _up(np.array(velocity_xy))
+    axes.add_patch(
+        FancyArrowPatch(
+            (0, 0),
+            tip,
+            arrowstyle=f"-|>,head_length={3.5 + width:g},head_width={1.2 + 0.6 * width:g}",
+            color=colour,
+            lw=width,
+            shrinkA=0,
+            shrinkB=0,
+            zorder=6 - 0.1 * width,
+        )
+    )
+
+
+def _draw_circle(axes, parameters: CepaParameters) -> None:
+    axes.add_patch(Circle((0, 0), parameters.r_lb, fill=False, ec="black", lw=0.8, ls=(0, (4, 2)), zorder=4))
+
+
+def _draw_obstacles(axes, obstacles: tuple[Obstacle, ...]) -> None:
+    _draw_models(axes, tuple(obstacle.model() for obstacle in obstacles), _SOLID, 1.0, 2)
+
+
+def _draw_uav(axes, uav: Model, pose: Pose, alpha: float = 1.0) -> None:
+    _draw_models(axes, (replace(uav, pose=pose),), _UAV, alpha, 3)
+
+
+def _draw_models(axes, models: tuple[Model, ...], colour: str, alpha: float, order: int) -> None:
+    shapes = outlines(World("from above", models=models))
+    patches = [Polygon(_up(shape.outline_xy), closed=True) for shape in shapes if len(shape.outline_xy) > 2]
+    style = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.3}
+    axes.add_collection(PatchCollection(patches, alpha=alpha, zorder=order, **style))
+
+
+def _up(points_xy: np.ndarray) -> np.ndarray:
+    """Turn points (..., 2) so that x (ahead) is upwards and y (left) to the left."""
+    return np.stack((-points_xy[..., 1], points_xy[..., 0]), axis=-1)
+
+
+def _frame(axes, behind: float, ahead: float, right: float, left: float) -> None:
+    axes.set_aspect("equal")
+    axes.set_xlim(-left, -right)
+    axes.set_ylim(behind, ahead)
+    axes.set_xlabel("to the right [m]", **_LABEL)
+    axes.set_ylabel("ahead [m]", **_LABEL)
+    axes.tick_params(labelsize=7)
+
+
+def _title(description: TrialDescription, what: str) -> str:
+    name = description.scenario.replace("_", " ")
+    return f"{name}, {description.lidar}: {description.algorithm} CEPA flies, {what}"
+
+
+def _legend() -> list:
+    dashed = {"color": "black", "lw": 0.8, "ls": (0, (4, 2))}
+    return [
+        Patch(facecolor=_SOLID, edgecolor="black", lw=0.3, label="obstacle"),
+        Line2D([], [], label="$r_{LB}$", **dashed),
+        Line2D([], [], marker=".", ls="", ms=4, color="black", label="lidar"),
+        Patch(facecolor=_INTRUSION, label="intrusions after the K filter"),
+        Line2D([], [], color=_ORIGINAL, lw=3.6, label="original"),
+        Line2D([], [], color=_IMPROVED, lw=1.5, label="improved"),
+    ]

@@ -1,0 +1,153 @@
+"""The course of one run of Experiment 2, free of ROS: hover, freeze, place, let go, watch.
+
+Whoever drives it (the ROS node, the ROS-free flight) reports what happens and carries out the actions that
+come back. Time is simulation time, in seconds, and stands still between FREEZE and `on_placed`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Sequence
+
+from cepa import LaserScan2D
+from master_thesis.errors import FlightError
+from master_thesis.flight_log import FlightLog
+from master_thesis.placements import Obstacle
+from simulation_tools.geometry import Pose
+
+SAME_INSTANT_S = 1e-6
+
+
+class TrialAction(Enum):
+    """What the driver has to do."""
+
+    FREEZE = "stop time, place the obstacles"
+    SHOW = "the first scan with the obstacles is there"
+    FINISH = "finish"
+
+
+@dataclass(frozen=True)
+class TrialParameters:
+    """How long each part may last, in s of simulation time.
+
+    ready_timeout_s: until the UAV hovers. settle_s: further hover until the freeze. observe_s: from
+    letting go to the end.
+    """
+
+    ready_timeout_s: float = 60.0
+    settle_s: float = 3.0
+    observe_s: float = 15.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 0.0 < value < 1e6:
+                raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
+
+
+@dataclass(frozen=True)
+class Freeze:
+    """The instant at which time stood still: when, the UAV's true pose in `world`, and what was placed."""
+
+    t_s: float
+    uav: Pose
+    obstacles: tuple[Obstacle, ...]
+
+
+@dataclass(frozen=True)
+class FirstScan:
+    """The first scan that shows the obstacles, and its stamp.
+
+    Time must run for the lidar to turn, so that it is up to one period of the lidar later than the freeze;
+    the flight controller has had no command made from it yet.
+    """
+
+    t_s: float
+    scan: LaserScan2D
+
+
+class EmergencyTrial:
+    """State of a run; every `on_...` returns the actions that it calls for."""
+
+    def __init__(self, parameters: TrialParameters, uav: str) -> None:
+        """Watch the model named `uav`."""
+        self.log = FlightLog()
+        self.freeze: Freeze | None = None
+        self.first_scan: FirstScan | None = None
+        self.touched: dict[str, float] = {}  # what was touched, and when for the first time
+        self.failure: str | None = None
+        self.finished = False
+        self._parameters = parameters
+        self._uav = uav
+        self._began_s: float | None = None
+        self._ready_s: float | None = None
+        self._freezing = False
+
+    @property
+    def now_s(self) -> float:
+        """Time of the newest true pose."""
+        return self.log.truth.rows[-1][0] if len(self.log.truth) else 0.0
+
+    def on_ready(self, ready: bool) -> None:
+        """Take note that the UAV hovers and takes orders, or does no longer."""
+        if not ready:
+            self._ready_s = None
+        elif self._ready_s is None:
+            self._ready_s = self.now_s
+
+    def on_truth(self, t_s: float, pose: Pose) -> list[TrialAction]:
+        """Take the true pose in `world`; it lets time pass."""
+        if t_s < self.now_s - SAME_INSTANT_S:
+            return self.abort("The clock jumped back: the simulation was reset.")
+        self._began_s = t_s if self._began_s is None else self._began_s
+        self.log.truth.add(t_s, *pose.position_m, *pose.orientation_xyzw)
+        if self.finished:
+            return []
+        if self.freeze is not None:
+            return self._watch(t_s - self.freeze.t_s)
+        return self._await_hover(t_s)
+
+    def _await_hover(self, t_s: float) -> list[TrialAction]:
+        if self._freezing:
+            return []
+        if self._ready_s is not None and t_s - self._ready_s >= self._parameters.settle_s:
+            self._freezing = True
+            return [TrialAction.FREEZE]
+        if t_s - self._began_s > self._parameters.ready_timeout_s + self._parameters.settle_s:
+            return self.abort(f"The UAV did not hover within {self._parameters.ready_timeout_s:g} s.")
+        return []
+
+    def _watch(self, released_for_s: float) -> list[TrialAction]:
+        if released_for_s < self._parameters.observe_s - SAME_INSTANT_S:
+            return []
+        if self.first_scan is None:
+            return self.abort("No scan came after the obstacles were placed; is the lidar's chain running?")
+        self.finished = True
+        return [TrialAction.FINISH]
+
+    def on_placed(self, t_s: float, uav: Pose, obstacles: Sequence[Obstacle]) -> None:
+        """Take note of the freeze; time goes on after this."""
+        self.freeze = Freeze(t_s, uav, tuple(obstacles))
+
+    def on_scan(self, t_s: float, scan: LaserScan2D) -> list[TrialAction]:
+        """Take a scan as CEPA gets it; the first one stamped after the freeze is kept."""
+        if self.freeze is None or self.first_scan is not None or t_s <= self.freeze.t_s + SAME_INSTANT_S:
+            return []
+        self.first_scan = FirstScan(t_s, scan)
+        return [TrialAction.SHOW]
+
+    def on_contact(self, t_s: float, collision_1: str, collision_2: str) -> None:
+        """Take note of a contact between two collision shapes, named model::link::collision."""
+        if self.freeze is None or self.finished:
+            return  # it stood on the ground before
+        self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
+        other = collision_2 if collision_1.split("::")[0] == self._uav else collision_1
+        self.touched.setdefault(other, t_s)
+
+    def abort(self, why: str) -> list[TrialAction]:
+        """End the run at once, unless it is over; `why` is a sentence."""
+        if self.finished:
+            return []
+        self.failure = why
+        self.finished = True
+        return [TrialAction.FINISH]
