@@ -1,0 +1,179 @@
+"""Flights through random forests: how each is drawn, flown and judged.
+
+A trial is fixed by its number alone: forest, noise and speed come from one seed sequence, so that it does not
+matter which process flies it, and both algorithms meet the same forests.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import chi2
+
+from cepa import CepaParameters
+from inspection_tools import PositionControllerParameters
+from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.experiment import ExperimentParameters, Phase
+from master_thesis.world_writer import Colour, Cylinder, Part, Prop, Surroundings, write_world
+from simulation_tools.simulation import SimulationParameters
+
+SEED = 20
+SPEEDS_M_S = (1.0, 2.0, 3.0, 4.0)
+GOAL_X_M = 26.0
+HALF_WIDTH_M = 10.0
+CLEAR_M = 3.0
+"""No trunk's middle is nearer to start or goal."""
+SPACINGS_M = (2.0, 4.0)
+"""Least distance between trunks' middles, drawn for each forest: from 2 to 4 m, 0.16 to 0.04 trees per m2."""
+RADII_M = (0.12, 0.30)
+STUCK_S = 12.0
+"""A flight that comes no nearer to the goal for so long is stuck."""
+_BARK = Colour(0.55, 0.40, 0.27)
+_GRASS = Surroundings(Colour(0.80, 0.87, 0.72))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One flight to be flown. number: of its forest, which with the speed decides all."""
+
+    number: int
+    algorithm: str
+    speed_m_s: float
+
+    @property
+    def forest(self) -> np.ndarray:
+        """The trunks (n, 3): x, y, radius in m."""
+        return draw_forest(np.random.default_rng(np.random.SeedSequence((SEED, self.number))))
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What came of a trial. distance_m: true way from the goal's sending to goal, contact or giving up."""
+
+    trial: Trial
+    end: str
+    """"goal", "collision" or "stuck"."""
+    distance_m: float
+    time_s: float
+    clearance_m: float
+    """Least distance between the UAV's middle and a trunk's surface."""
+    emergencies: int
+    """Scans that were answered by the emergency avoidance."""
+    path_xy: np.ndarray
+    """(k, 2) m, ten times a second."""
+
+
+def draw_forest(rng: np.random.Generator) -> np.ndarray:
+    """Return trunks (n, 3: x, y, radius): as many as their spacing, drawn too, leaves room for (darts)."""
+    spacing = rng.uniform(*SPACINGS_M)
+    trunks = np.empty((0, 3))
+    for _ in range(3000):
+        x, y = rng.uniform(CLEAR_M, GOAL_X_M - CLEAR_M), rng.uniform(-HALF_WIDTH_M, HALF_WIDTH_M)
+        radius = rng.uniform(*RADII_M)
+        gaps = np.hypot(*(trunks[:, :2] - (x, y)).T)
+        if gaps.min(initial=math.inf) >= spacing:
+            trunks = np.vstack((trunks, (x, y, radius)))
+    return trunks
+
+
+def sdf(trunks: np.ndarray) -> str:
+    """Return the world file's text."""
+    props = tuple(
+        Prop(f"tree_{i}", x, y, (Part("trunk", Cylinder(radius, 4.0), _BARK),))
+        for i, (x, y, radius) in enumerate(trunks.tolist())
+    )
+    return write_world("random_forest", "A forest drawn at random.", _GRASS, props)
+
+
+def fly(trial: Trial, cepa: CepaParameters | None = None) -> Flown:
+    """Fly a trial to its end. cepa: other parameters than the defaults."""
+    trunks = trial.forest
+    with tempfile.TemporaryDirectory() as folder:
+        world = Path(folder) / "forest.world"
+        world.write_text(sdf(trunks), encoding="utf-8")
+        with ClosedLoop(_parameters(trial, world, cepa or CepaParameters())) as loop:
+            loop.run_to(Phase.FLYING)
+            watch = _Watch(loop)
+            loop.run(until=watch.over)
+            return _judged(trial, trunks, loop)
+
+
+def _parameters(trial: Trial, world: Path, cepa: CepaParameters) -> ClosedLoopParameters:
+    return ClosedLoopParameters(
+        SimulationParameters(world=str(world), seed=trial.number),
+        goal_xyz_m=(GOAL_X_M, 0.0, 2.0),
+        algorithm=trial.algorithm,
+        cepa=cepa,
+        position_controller=PositionControllerParameters(max_speed=trial.speed_m_s),
+        limits=ExperimentParameters(flight_timeout_s=10.0 * GOAL_X_M / trial.speed_m_s),
+    )
+
+
+class _Watch:
+    """Ends a flight at the goal, at the first contact, or when it is stuck."""
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        self._nearest_m, self._since_s = math.inf, loop.time_s
+
+    def over(self, loop: ClosedLoop) -> bool:
+        """Tell whether the flight need not go on."""
+        _, x, y, *_ = loop.log.truth.rows[-1]
+        distance_m = math.hypot(GOAL_X_M - x, y)
+        if distance_m < self._nearest_m - 0.1:
+            self._nearest_m, self._since_s = distance_m, loop.time_s
+        over = {Phase.HOVERING, Phase.LANDING} & loop.outcome.times_s.keys()
+        return bool(over or loop.outcome.touched or loop.time_s - self._since_s > STUCK_S)
+
+
+def _judged(trial: Trial, trunks: np.ndarray, loop: ClosedLoop) -> Flown:
+    outcome, log = loop.outcome, loop.log
+    start_s = outcome.times_s[Phase.FLYING]
+    poses = log.between(start_s, loop.time_s)
+    xy = poses[:, 1:3]
+    gaps = np.hypot(*(xy[:, None, :] - trunks[None, :, :2]).transpose(2, 0, 1)) - trunks[:, 2]
+    end = "collision" if outcome.touched else "goal" if outcome.reached_goal else "stuck"
+    return Flown(
+        trial,
+        end,
+        distance_m=float(np.linalg.norm(np.diff(poses[:, 1:4], axis=0), axis=1).sum()),
+        time_s=float(poses[-1, 0] - start_s),
+        clearance_m=float(gaps.min(initial=math.inf)),
+        emergencies=sum(bool(row[4]) for row in log.decisions if row[0] >= start_s),
+        path_xy=xy[::12],
+    )
+
+
+def rate_interval(events: int, exposure: float, confidence: float = 0.95) -> tuple[float, float]:
+    """Return the exact (Garwood 1936) confidence interval of a Poisson rate: events per unit of exposure."""
+    tail = (1.0 - confidence) / 2.0
+    low = chi2.ppf(tail, 2 * events) / 2.0 if events else 0.0
+    return float(low / exposure), float(chi2.ppf(1.0 - tail, 2 * events + 2) / 2.0 / exposure)
+
+
+def figures(flown: list[Flown]) -> dict:
+    """Return what a set of flights amounts to."""
+    kilometres = 1e-3 * sum(flight.distance_m for flight in flown)
+    collisions = sum(flight.end == "collision" for flight in flown)
+    arrived = [flight for flight in flown if flight.end == "goal"]
+    times = [flight.time_s for flight in arrived]
+    straight = [flight.time_s * flight.trial.speed_m_s / GOAL_X_M for flight in arrived]
+    return {
+        "flights": len(flown),
+        "distance_km": kilometres,
+        "collisions": collisions,
+        "collisions_per_km": collisions / kilometres,
+        "collisions_per_km_95": rate_interval(collisions, kilometres),
+        "stuck": sum(flight.end == "stuck" for flight in flown) / len(flown),
+        "reached": len(arrived) / len(flown),
+        "time_to_goal_s": {"mean": np.mean(times), "std": np.std(times)} if times else None,
+        "time_over_straight": float(np.median(straight)) if straight else None,
+        "clearance_m": {
+            "least": min(flight.clearance_m for flight in flown),
+            "median": float(np.median([flight.clearance_m for flight in flown])),
+        },
+        "flights_with_emergency": sum(flight.emergencies > 0 for flight in flown) / len(flown),
+    }

@@ -1,0 +1,58 @@
+"""Flights of the ROS-free closed loop for the benchmarks: Experiment 1's scenarios, and recorded scans."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from benchmarks._report import ROOT
+from cepa import CepaParameters, Decision, Improved, LaserScan2D
+from cepa.algorithm import Algorithm
+from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.experiment import Phase
+from simulation_tools.simulation import SimulationParameters
+
+WORLDS = ROOT / "src/master_thesis/worlds"
+
+
+class Question(NamedTuple):
+    """What CEPA was asked: a scan, the reference and the own velocity (m/s, in the scan's frame)."""
+
+    scan: LaserScan2D
+    v_ref_xy: tuple
+    v_uav_xy: tuple
+
+
+class Recorder(Algorithm):
+    """Steers as another algorithm does, and keeps every question in flight."""
+
+    def __init__(self, algorithm: Algorithm) -> None:
+        super().__init__(algorithm.parameters)
+        self.questions: list[Question] = []
+        self._algorithm = algorithm
+
+    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+        """Let the algorithm answer."""
+        self.questions.append(Question(scan, tuple(v_ref_xy), tuple(v_uav_xy)))
+        return self._algorithm.steer(scan, v_ref_xy, v_uav_xy)
+
+
+def scenario(name: str, algorithm: str = "improved", seed: int = 1, goal_x_m: float = 40.0):
+    """Return the closed loop's parameters for one of Experiment 1's scenarios (UST at 40 Hz, 2 m/s)."""
+    simulation = SimulationParameters(world=str(WORLDS / f"{name}.world"), seed=seed)
+    return ClosedLoopParameters(simulation, goal_xyz_m=(goal_x_m, 0.0, 2.0), algorithm=algorithm)
+
+
+def record(parameters: ClosedLoopParameters) -> list[Question]:
+    """Fly, and return what CEPA was asked from the goal's sending to its being reached.
+
+    Raises:
+        RuntimeError: the flight failed, so that its scans stand for nothing.
+    """
+    recorder = Recorder(Improved(CepaParameters()))
+    with ClosedLoop(parameters, recorder) as loop:
+        loop.run_to(Phase.FLYING)
+        recorder.questions.clear()
+        outcome = loop.run_to(Phase.HOVERING)
+    if not outcome.reached_goal or outcome.collision:
+        raise RuntimeError(f"{parameters.simulation.world}: {outcome.failure or 'the goal was not reached.'}")
+    return recorder.questions
