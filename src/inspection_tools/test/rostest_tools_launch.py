@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""tools.launch as a whole: names and types of the graph (thesis, figure 5.2), respawning, and bad parameters at the start."""
+"""tools.launch as a whole: the graph of figure 5.2 of the thesis, respawning, bad parameters at the start."""
 
 import subprocess
 import sys

@@ -22,7 +22,7 @@ DT_S = 0.004
 
 
 def reference_quad() -> Airframe:
-    """The body on which PX4's step responses were measured: X configuration, arms of 0.165 m, linear rotors of 4 N."""
+    """The body of PX4's measured step responses: X configuration, arms of 0.165 m, linear rotors of 4 N."""
     a = 0.165 * math.sqrt(0.5)
     places = ((a, -a, 1.0), (-a, a, 1.0), (a, a, -1.0), (-a, -a, -1.0))
     rotors = [
