@@ -28,9 +28,9 @@ from simulation_tools.uav import load_uav
 
 _ORIGINAL, _IMPROVED, _INTRUSION = "#c81e1e", "#15803d", "#f0a3a3"
 _SOLID, _UAV, _PATH = "#5b6066", "#9db4cf", "viridis"
-_NEAR_M = 0.85  # half of what is shown around the UAV
+_SHOWN = 1.4  # half of what is shown around the UAV, in r_LB
 _LABEL = {"fontsize": 8}
-_UAV_EVERY_S = 1.0
+_UAV_SPACING_M = 0.4
 
 
 def pictures(description: TrialDescription, trial: EmergencyTrial, content: dict) -> dict[str, bytes]:
@@ -45,7 +45,7 @@ def pictures(description: TrialDescription, trial: EmergencyTrial, content: dict
 
 def _proposals_png(description: TrialDescription, trial: EmergencyTrial, uav: Model) -> bytes:
     """Side by side: what stands around the UAV, and what the algorithms make of its scan."""
-    figure = Figure(figsize=(7.2, 3.9))
+    figure = Figure(figsize=(7.2, 4.4))
     place, seen = figure.subplots(1, 2, sharey=True)
     scan, parameters = trial.first_scan.scan, description.cepa
     _draw_obstacles(place, trial.freeze.obstacles)
@@ -57,12 +57,12 @@ def _proposals_png(description: TrialDescription, trial: EmergencyTrial, uav: Mo
         (place, "(a) around the UAV when time goes on"),
         (seen, "(b) what the algorithms propose"),
     ):
-        _frame(axes, -_NEAR_M, _NEAR_M, -_NEAR_M, _NEAR_M)
+        _frame_around(axes, parameters)
         axes.set_title(title, fontsize=8.5)
     seen.set_ylabel("")
     figure.legend(handles=_legend(), loc="lower center", ncol=6, fontsize=7, frameon=False)
-    figure.suptitle(_title(description, f"K = {parameters.k_filter:g} m/rad, {proposed.reason}"), fontsize=9)
-    figure.subplots_adjust(left=0.08, right=0.99, bottom=0.18, top=0.86, wspace=0.06)
+    figure.suptitle(f"{_title(description)}; improved: {proposed.reason}", fontsize=9)
+    figure.subplots_adjust(left=0.08, right=0.99, bottom=0.18, top=0.87, wspace=0.06)
     return png(figure)
 
 
@@ -70,21 +70,21 @@ def _sweep_png(description: TrialDescription, trial: EmergencyTrial) -> bytes:
     """One panel per K: how the filter spreads near obstacles, and where that leads."""
     scan = trial.first_scan.scan
     all_proposed = sweep(scan, description.cepa)[::-1]
-    figure = Figure(figsize=(7.2, 4.2))
+    figure = Figure(figsize=(7.2, 4.5))
     panels = figure.subplots(2, 4, sharex=True, sharey=True)
     for axes, proposed in zip(panels.flat, all_proposed):
         _draw_proposals(axes, scan, replace(description.cepa, k_filter=proposed.k_filter), proposed)
-        _frame(axes, -_NEAR_M, _NEAR_M, -_NEAR_M, _NEAR_M)
+        _frame_around(axes, description.cepa)
         axes.set_title(f"K = {proposed.k_filter:g} m/rad", fontsize=8)
         axes.label_outer()
     figure.legend(handles=_legend()[1:], loc="lower center", ncol=5, fontsize=7, frameon=False)
-    figure.suptitle(_title(description, "K of the emergency avoidance's filter"), fontsize=9)
-    figure.subplots_adjust(left=0.08, right=0.99, bottom=0.17, top=0.88, wspace=0.06, hspace=0.16)
+    figure.suptitle(f"{_place(description)}: one scan, seen through the filter with different K", fontsize=9)
+    figure.subplots_adjust(left=0.08, right=0.99, bottom=0.17, top=0.88, wspace=0.06, hspace=0.22)
     return png(figure)
 
 
 def _path_png(description: TrialDescription, trial: EmergencyTrial, uav: Model, content: dict) -> bytes:
-    """From above: where the UAV went after it was let go, coloured by time; its shape every second."""
+    """From above: where the UAV went after it was let go, coloured by time; its shape on the way."""
     poses = flown(trial)
     path = in_freeze_frame(trial, poses[:, 1:4])
     since_s = poses[:, 0] - trial.freeze.t_s
@@ -93,8 +93,8 @@ def _path_png(description: TrialDescription, trial: EmergencyTrial, uav: Model, 
     figure = Figure(figsize=(4.6, 4.6 * (high - low)[0] / (high - low)[1] + 0.6))
     axes = figure.add_subplot()
     _draw_obstacles(axes, trial.freeze.obstacles)
-    for index in np.searchsorted(since_s, np.arange(0.0, since_s[-1], _UAV_EVERY_S)):
-        _draw_uav(axes, uav, _turned(trial, poses[index]), alpha=0.35)
+    for index in _spaced(path):
+        _draw_uav(axes, uav, _turned(trial, poses[index]), alpha=0.5)
     lines = LineCollection(
         np.stack((_up(path[:-1, :2]), _up(path[1:, :2])), axis=1),
         cmap=_PATH,
@@ -109,12 +109,30 @@ def _path_png(description: TrialDescription, trial: EmergencyTrial, uav: Model, 
         where = path[np.searchsorted(since_s, after_s).clip(max=len(path) - 1), :2]
         axes.plot(*_up(where), "X", ms=9, color=_ORIGINAL, mec="black", mew=0.6, zorder=8)
     _frame(axes, low[0], high[0], low[1], high[1])
-    bar = figure.colorbar(lines, ax=axes, fraction=0.046, pad=0.02)
+    bar = figure.colorbar(lines, cax=axes.inset_axes((1.03, 0.0, 0.04, 1.0)))
     bar.set_label("time since it was let go [s]", **_LABEL)
     bar.ax.tick_params(labelsize=7)
-    end = "touched" if content["collision"] else f"least clearance {content['min_clearance_m']:.2f} m"
-    axes.set_title(_title(description, f"K = {description.cepa.k_filter:g} m/rad\n{end}"), fontsize=8.5)
+    axes.set_title(
+        f"{_title(description)}\n{description.algorithm} algorithm: {_what_happened(content)}", fontsize=8.5
+    )
     return png(figure)
+
+
+def _what_happened(content: dict) -> str:
+    if content["collision"]:
+        name, after_s = min(content["touched"].items(), key=lambda item: item[1])
+        return f"touched {name.split('::')[0].replace('_', ' ')} after {after_s:.1f} s"
+    end = f"left after {content['left_after_s']:.1f} s" if content["left"] else "did not leave"
+    return f"{end}, least clearance {content['min_clearance_m']:.2f} m"
+
+
+def _spaced(path: np.ndarray) -> list[int]:
+    """Return the first and the last place of a path (n, 3), and those between that do not hide each other."""
+    shown = [0]
+    for index in range(len(path)):
+        if min(np.linalg.norm(path[index] - path[i]) for i in shown) >= _UAV_SPACING_M:
+            shown.append(index)
+    return [*shown, len(path) - 1]
 
 
 def _turned(trial: EmergencyTrial, row: np.ndarray) -> Pose:
@@ -148,7 +166,7 @@ def _arrow(axes, velocity_xy, colour: str, width: float) -> None:
         FancyArrowPatch(
             (0, 0),
             tip,
-            arrowstyle=f"-|>,head_length={3.5 + width:g},head_width={1.2 + 0.6 * width:g}",
+            arrowstyle=f"-|>,head_length={4.5 - 0.4 * width:g},head_width={1.9 - 0.12 * width:g}",
             color=colour,
             lw=width,
             shrinkA=0,
@@ -191,9 +209,18 @@ def _frame(axes, behind: float, ahead: float, right: float, left: float) -> None
     axes.tick_params(labelsize=7)
 
 
-def _title(description: TrialDescription, what: str) -> str:
+def _frame_around(axes, parameters: CepaParameters) -> None:
+    reach = _SHOWN * parameters.r_lb
+    _frame(axes, -reach, reach, -reach, reach)
+
+
+def _title(description: TrialDescription) -> str:
+    return f"{_place(description)}, $K$ = {description.cepa.k_filter:g} m/rad"
+
+
+def _place(description: TrialDescription) -> str:
     name = description.scenario.replace("_", " ")
-    return f"{name}, {description.lidar}: {description.algorithm} CEPA flies, {what}"
+    return f"{name}, $r_{{LB}}$ = {description.cepa.r_lb:g} m"
 
 
 def _legend() -> list:

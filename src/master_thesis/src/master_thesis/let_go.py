@@ -10,7 +10,7 @@ import numpy as np
 from cepa import CepaParameters
 from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.emergency_trial import EmergencyTrial, TrialAction, TrialParameters
-from master_thesis.placements import Obstacle, freeze_frame, placement, varied
+from master_thesis.placements import R_LB_M, Obstacle, freeze_frame, placement, varied
 from simulation_tools.simulation import SimulationParameters
 
 
@@ -27,7 +27,7 @@ class LetGoParameters:
     variation: int = 0
     seed: int = 1
     lidar: str = "ust"
-    cepa: CepaParameters = field(default_factory=CepaParameters)
+    cepa: CepaParameters = field(default_factory=lambda: CepaParameters(r_lb=R_LB_M))
     trial: TrialParameters = field(default_factory=TrialParameters)
 
     @property

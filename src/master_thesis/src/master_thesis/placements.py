@@ -2,7 +2,7 @@
 
 Positions are in the UAV's frame at the instant of the freeze, levelled: x forward, y left, metres; its origin
 is on the floor below the UAV. All of it but the outer two of the three columns reaches into the circle of
-r_LB = 0.5 m, and all of it lies within the 270 degrees that the UST-10LX sees.
+`R_LB_M`, and all of it lies within the 270 degrees that the UST-10LX sees.
 """
 
 from __future__ import annotations
@@ -19,8 +19,12 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.sdf.parser import parse_model
 
+R_LB_M = 0.8
+"""The experiment's r_LB. In the thesis's figures the obstacles reach deep into the circle; into that of the
+0.5 m that CEPA flies with by default they could not, since the UAV itself takes 0.38 m of it."""
+
 HEIGHT_M = 4.0
-VARIATION_M = 0.02
+VARIATION_M = 0.05
 _COLUMN, _WALL = Colour(0.70, 0.42, 0.24), Colour(0.62, 0.64, 0.66)
 
 
@@ -81,8 +85,8 @@ def _column(name: str, radius_m: float, x_m: float, y_m: float) -> Obstacle:
 
 
 def _around(name: str, distance_m: float, bearing_deg: float) -> Obstacle:
-    """A column of 10 cm whose surface is at a distance, to the left of straight ahead by a bearing."""
-    radius_m, bearing = 0.05, math.radians(bearing_deg)
+    """A column of 20 cm whose surface is at a distance, to the left of straight ahead by a bearing."""
+    radius_m, bearing = 0.1, math.radians(bearing_deg)
     middle_m = distance_m + radius_m
     return _column(name, radius_m, middle_m * math.cos(bearing), middle_m * math.sin(bearing))
 
@@ -94,17 +98,17 @@ def _wall_on_the_left(distance_m: float) -> Obstacle:
 
 _PLACEMENTS = {
     "columns": (
-        _around("column_front_left", 0.475, 68.0),
-        _around("column_front_right", 0.475, -68.0),
-        _around("column_rear_left", 0.445, 125.0),
-        _around("column_rear_right", 0.445, -125.0),
+        _around("column_front_left", 0.65, 52.0),
+        _around("column_front_right", 0.65, -52.0),
+        _around("column_rear_left", 0.52, 120.0),
+        _around("column_rear_right", 0.52, -120.0),
     ),
-    "wall_one_column": (_wall_on_the_left(0.43), _column("column", 0.1, 0.50, -0.25)),
+    "wall_one_column": (_wall_on_the_left(0.55), _column("column", 0.1, 0.45, -0.55)),
     "wall_three_columns": (
-        _wall_on_the_left(0.43),
-        _column("column_front", 0.1, 0.6, -0.57),
-        _column("column_middle", 0.1, 0.0, -0.57),
-        _column("column_rear", 0.1, -0.6, -0.57),
+        _wall_on_the_left(0.5),
+        _column("column_front", 0.1, 0.6, -0.7),
+        _column("column_middle", 0.1, 0.0, -0.7),
+        _column("column_rear", 0.1, -0.6, -0.7),
     ),
 }
 
