@@ -1,4 +1,8 @@
-"""Experiment 2 without ROS: the closed loop hovers, obstacles appear around it, and it is let go."""
+"""Experiment 2 without ROS: the closed loop hovers, obstacles appear around it, and it is let go.
+
+Until then the flight controller holds the hover point by position setpoints; from then on CEPA's velocities
+count.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,7 @@ from cepa import CepaParameters
 from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.emergency_trial import EmergencyTrial, TrialAction, TrialParameters
 from master_thesis.placements import R_LB_M, Obstacle, freeze_frame, placement, varied
+from simulation_tools.publisher import PublisherParameters
 from simulation_tools.simulation import SimulationParameters
 
 
@@ -41,7 +46,11 @@ def let_go(parameters: LetGoParameters) -> EmergencyTrial:
     """Fly one run; the log begins with the take-off."""
     simulated = SimulationParameters(parameters.world, lidar=parameters.lidar, seed=parameters.seed)
     flown = ClosedLoopParameters(
-        simulated, goal_xyz_m=None, algorithm=parameters.algorithm, cepa=parameters.cepa
+        simulated,
+        goal_xyz_m=None,
+        algorithm=parameters.algorithm,
+        cepa=parameters.cepa,
+        publisher=PublisherParameters(use_position_setpoint=True),
     )
     obstacles = parameters.obstacles
     with ClosedLoop(flown) as loop:
@@ -73,6 +82,7 @@ def _place(loop: ClosedLoop, trial: EmergencyTrial, obstacles: Sequence[Obstacle
     frame = freeze_frame(uav)
     for obstacle in obstacles:
         world.spawn(obstacle.model(), obstacle.name, obstacle.pose(frame))
+    loop.publisher.use_position_setpoints(False)
     trial.on_placed(loop.time_s, uav, obstacles)
 
 

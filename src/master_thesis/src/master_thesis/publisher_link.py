@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Callable
 
 from simulation_tools.geometry import Pose
@@ -70,6 +71,10 @@ class PublisherLink:
         if not self.silent:
             command = self._publisher.on_velocity(1000 * time_us, "", velocity_flu_m_s, yaw_rate_rad_s)
             self._carry_out(command)
+
+    def use_position_setpoints(self, wanted: bool) -> None:
+        """Hand on positions instead of velocities from now on, or velocities again."""
+        self._publisher.parameters = replace(self._publisher.parameters, use_position_setpoint=wanted)
 
     def _tell_state(self, stamp_ns: int) -> list:
         status = self._px4.status
