@@ -10,7 +10,9 @@ import json
 import sys
 from pathlib import Path
 
-from master_thesis.run_report import headline
+from master_thesis import emergency_report, run_report
+
+HEADLINES = {"experiment_2": emergency_report.headline}
 
 
 def main(path: Path) -> int:
@@ -20,6 +22,7 @@ def main(path: Path) -> int:
     except (OSError, ValueError) as error:
         print(f"{path} cannot be read: {error}", file=sys.stderr)
         return 1
+    headline = HEADLINES.get(result["experiment"], run_report.headline)
     print(f"\nResults in {path.parent}:\n{headline(result)}\n")
     if result["success"]:
         return 0
