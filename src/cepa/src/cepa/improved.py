@@ -9,8 +9,7 @@ import numpy as np
 from cepa.algorithm import Algorithm, Reference, hover, velocity
 from cepa.decision import Decision, Reason, Vector2
 from cepa.emergency import improved_flight, is_emergency, original_flight
-from cepa.kernels.improved import STEPS, best_velocity, intrusion, valid_directions
-from cepa.parameters import CepaParameters
+from cepa.kernels.improved import best_velocity, intrusion, valid_directions
 from cepa.scan import Beams, LaserScan2D
 
 
@@ -20,10 +19,6 @@ class Improved(Algorithm):
     Outside an emergency the answer is the candidate of least cost (6.5) among v_ref and every eligible beam's
     direction times every speed fraction: exactly what trying them all would find.
     """
-
-    def __init__(self, parameters: CepaParameters | None = None):
-        super().__init__(parameters)
-        self._sums = np.empty((0, 0, 0))
 
     def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
@@ -42,13 +37,6 @@ class Improved(Algorithm):
         if clear:  # 8
             return Decision(v_ref, False, cost, 1, Reason.CUSHION_CLEAR)  # 9
         return self._best_of_valid(reference, v_ref, cost, weights, beams)  # 11-20
-
-    def _work_space(self, speeds: int) -> np.ndarray:
-        """Return the memory of ``best_velocity``, kept because to allocate it takes longer than to use it."""
-        shape = speeds, STEPS + 1, self._grid.count + 1
-        if self._sums.shape != shape:
-            self._sums = np.empty(shape)
-        return self._sums
 
     def _flee(self, beams: Beams, v_uav: Vector2) -> Decision:
         proposal = original_flight(beams, self._grid, self.parameters)  # 3
@@ -87,7 +75,7 @@ class Improved(Algorithm):
         cushion = float(p.r_ub), ahead + p.r_ub
         tables = beams.ranges, grid.cos, grid.sin, grid.reach, valid
         beam, index, best_cost, tested = best_velocity(
-            *tables, *towards, speeds, *cushion, *weights, cost, self._work_space(speeds.size)
+            *tables, *towards, speeds, *cushion, *weights, cost
         )  # 12-20
         tested += 1
         if beam >= 0:

@@ -6,11 +6,11 @@
 import numpy as np
 from numba import njit
 
-STEPS = 3
-"""Steps of the staircase under the cushion's edge."""
+BEST_FIRST = 128
+"""Directions tested before the second bound is worth its while; most searches end sooner."""
 
-TESTED_BEFORE_STAIRCASE = 64
-"""Most searches end before the staircase would be worth its while."""
+STEPS = 8
+"""Steps of the staircase under the cushion's edge."""
 
 GAP_BEAMS = 8
 """Runs of near beams that are less apart than this are one run."""
@@ -113,18 +113,17 @@ def best_velocity(
     k2,
     k3,
     best_cost,
-    sums,
 ):
     """Search the valid directions best-first; return (beam, or -1, speed index, cost, directions tested).
 
     ``speeds`` (S,) m/s, descending; ``towards`` is v_ref's unit vector, ``first`` the beam nearest to it,
     ``d_ub`` (S,) the outer cushion's length. ``k1`` is k1 |v_ref|, ``k2`` is k2 / |v_ref|, so that a velocity
     v at angle psi to v_ref costs k3 Omega - |v| (k1 cos psi + k2) (equation 6.5). Only what costs less than
-    ``best_cost`` is returned. ``sums`` (S, STEPS + 1, N + 1) is work space.
+    ``best_cost`` is returned. ``valid`` is changed: what has been tested is struck out.
 
-    Exact: two lower bounds of the cost decide what need not be computed. The first takes for Omega the sum
-    over LS < r_ub of (r_ub - LS)^2, which every direction has; it orders the search, and ends it when nothing
-    that remains can be better. The second, ``_staircase``, is nearer the truth and spares single directions.
+    Exact: what is not computed has a lower bound of its cost that is no better than the best cost. The bound
+    here takes for Omega the sum over LS < r_ub of (r_ub - LS)^2, which every direction has; nothing that
+    remains can be better once the least bound is not. A search that takes longer goes on in ``_search_on``.
     """
     count = ranges.size
     run_first, run_end = _runs(ranges, d_ub[0])
@@ -133,29 +132,22 @@ def best_velocity(
     order = np.empty(count, np.int64)  # the beams by angle from v_ref, as far as the search has come
     order[0] = first
     ordered, left, right = 1, first + 1, first - 1
-
     position = np.zeros(speeds.size, np.int64)
     bound = floor - speeds * (k1 * alignment[first] + k2)
-    windows = np.zeros((speeds.size, STEPS), np.int64)
-    prepared = np.zeros(speeds.size, np.bool_)
 
     best_beam, best_speed, tested = -1, -1, 0
-    while True:
+    while tested < BEST_FIRST:
         s = np.argmin(bound)
         if bound[s] >= best_cost:
             return best_beam, best_speed, best_cost, tested
         i = order[position[s]]
         if valid[s, i]:
-            travel = bound[s] - floor
-            if tested >= TESTED_BEFORE_STAIRCASE and not prepared[s]:
-                _prepare_staircase(ranges, reach, r_ub, d_ub[s], windows[s], sums[s])
-                prepared[s] = True
-            least = k3 * _staircase(i, windows[s], sums[s]) if prepared[s] else 0.0
-            if travel + least - ROUNDING < best_cost:
-                tested += 1
-                cost = travel + k3 * _omega(ranges, run_first, run_end, reach, i - count + 1, r_ub, d_ub[s])
-                if cost < best_cost:
-                    best_cost, best_beam, best_speed = cost, i, s
+            valid[s, i] = False
+            tested += 1
+            omega = _omega(ranges, run_first, run_end, reach, i - count + 1, r_ub, d_ub[s])
+            cost = bound[s] - floor + k3 * omega
+            if cost < best_cost:
+                best_cost, best_beam, best_speed = cost, i, s
         position[s] += 1
         if position[s] == count:
             bound[s] = np.inf
@@ -169,6 +161,38 @@ def best_velocity(
                 right -= 1
             ordered += 1
         bound[s] = floor - speeds[s] * (k1 * alignment[order[position[s]]] + k2)
+    travels = -np.outer(speeds, k1 * alignment + k2)
+    best = best_beam, best_speed, best_cost, tested
+    return _search_on(ranges, run_first, run_end, reach, valid, travels, floor, r_ub, d_ub, k3, best)
+
+
+@njit(cache=True)
+def _search_on(ranges, run_first, run_end, reach, valid, travels, floor, r_ub, d_ub, k3, best):
+    """Search what is left of ``valid`` by a second bound, nearer to the truth.
+
+    Arguments as in ``best_velocity``; ``travels`` (S, N): the cost without Omega. The bound is computed of
+    all that the first one leaves; tested is the candidate of the least one, then what is below the best cost.
+    """
+    best_beam, best_speed, best_cost, tested = best
+    speeds, count = valid.shape
+    bounds = np.full(speeds * count, np.inf)
+    for s in range(speeds):
+        promising = np.flatnonzero(valid[s] & (travels[s] + floor < best_cost))
+        if promising.size > 0:
+            windows, sums = _staircase(ranges, reach, r_ub, d_ub[s])
+            for i in promising:
+                bounds[s * count + i] = travels[s, i] + k3 * _omega_of_staircase(i, windows, sums) - ROUNDING
+    start = np.argmin(bounds)
+    for k in range(bounds.size):
+        candidate = (start + k) % bounds.size
+        if bounds[candidate] < best_cost:
+            s, i = candidate // count, candidate % count
+            tested += 1
+            omega = _omega(ranges, run_first, run_end, reach, i - count + 1, r_ub, d_ub[s])
+            cost = travels[s, i] + k3 * omega
+            if cost < best_cost:
+                best_cost, best_beam, best_speed = cost, i, s
+    return best_beam, best_speed, best_cost, tested
 
 
 @njit(cache=True)
@@ -203,47 +227,43 @@ def _omega(ranges, first, end, reach, offset, r_ub, d_ub):
 
 
 @njit(cache=True)
-def _prepare_staircase(ranges, reach, r_ub, d_ub, windows, sums):
-    """Fill ``windows`` (STEPS,) and ``sums`` (STEPS + 1, N + 1) for ``_staircase``.
+def _staircase(ranges, reach, r_ub, d_ub):
+    """Return (windows (STEPS,), sums (N + 1, STEPS + 1)) of the staircase under the cushion's edge.
 
-    Under the cushion's edge lies a staircase: at least ``height[k]`` within ``windows[k]`` beams of the
-    direction, and r_ub everywhere. ``sums[k]`` are running sums of (height[k] - LS)^2 over the beams.
+    The edge is at least d_ub - k (d_ub - r_ub) / STEPS within ``windows[k]`` beams of the direction, and r_ub
+    everywhere. ``sums[:, k]`` are running sums over the beams of what the intrusion (m2) into a circle of
+    step k's height exceeds that into the next step's; the last column is the circle of r_ub.
     """
     count = ranges.size
-    for k in range(STEPS + 1):
-        height = d_ub - k * (d_ub - r_ub) / STEPS
-        total = 0.0
-        sums[k, 0] = 0.0
-        for j in range(count):
-            depth = height - ranges[j]
-            if depth > 0.0:
-                total += depth * depth
-            sums[k, j + 1] = total
-        if k < STEPS:
-            width = windows[k - 1] if k > 0 else 0
-            while 2 * (width + 1) < count and min(d_ub, r_ub * reach[count + width]) >= height:
-                width += 1
-            windows[k] = width
-    for k in range(STEPS):  # a beam less: where the turn closes, the beams need not be equally far apart
-        windows[k] = max(windows[k] - 1, 0)
-
-
-@njit(cache=True)
-def _staircase(i, windows, sums):
-    """Return a lower bound of Omega in beam ``i``'s direction: the intrusions into the staircase."""
-    total = sums[STEPS, -1]
+    heights = d_ub - np.arange(STEPS + 1) * ((d_ub - r_ub) / STEPS)
+    sums = np.empty((count + 1, STEPS + 1))
+    sums[0] = 0.0
+    for j in range(count):
+        depth = max(heights[0] - ranges[j], 0.0)
+        for k in range(STEPS):
+            next_depth = max(heights[k + 1] - ranges[j], 0.0)
+            sums[j + 1, k] = sums[j, k] + (depth * depth - next_depth * next_depth)
+            depth = next_depth
+        sums[j + 1, STEPS] = sums[j, STEPS] + depth * depth
+    windows = np.empty(STEPS, np.int64)
+    width = 0
     for k in range(STEPS):
-        total += _window(sums[k], i, windows[k]) - _window(sums[k + 1], i, windows[k])
-    return total
+        while 2 * (width + 1) < count and min(d_ub, r_ub * reach[count + width]) >= heights[k]:
+            width += 1
+        windows[k] = max(width - 1, 0)  # where the turn closes, the beams need not be equally far apart
+    return windows, sums
 
 
 @njit(cache=True)
-def _window(running, i, width):
-    """Return the sum over the beams from i - width to i + width, around the turn."""
-    count = running.size - 1
-    first, last = i - width, i + width + 1
-    if first < 0:
-        return running[last] + running[count] - running[first + count]
-    if last > count:
-        return running[count] - running[first] + running[last - count]
-    return running[last] - running[first]
+def _omega_of_staircase(i, windows, sums):
+    """Return a lower bound of Omega (m2) in beam ``i``'s direction: the intrusions into the staircase."""
+    count = sums.shape[0] - 1
+    total = sums[count, STEPS]
+    for k in range(STEPS):
+        first, end = i - windows[k], i + windows[k] + 1
+        total += sums[end if end <= count else end - count, k] - sums[max(first, 0), k]
+        if first < 0:
+            total += sums[count, k] - sums[first + count, k]
+        if end > count:
+            total += sums[count, k]
+    return total
