@@ -9,27 +9,25 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, FancyArrowPatch, Patch, Polygon
+from matplotlib.patches import Circle, FancyArrowPatch, Patch
 
 from cepa import CepaParameters, LaserScan2D, view
 from master_thesis.emergency_report import TrialDescription, flown, in_freeze_frame
 from master_thesis.emergency_trial import EmergencyTrial
 from master_thesis.figures import png
-from master_thesis.floor_plan import outlines
-from master_thesis.placements import Obstacle
+from master_thesis.from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
 from master_thesis.proposals import Proposals, propose, sweep
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Model, World
+from simulation_tools.sdf.elements import Model
 from simulation_tools.uav import load_uav
 
 _ORIGINAL, _IMPROVED, _INTRUSION = "#c81e1e", "#15803d", "#f0a3a3"
-_SOLID, _UAV, _PATH = "#5b6066", "#9db4cf", "viridis"
+_PATH = "viridis"
 _SHOWN = 1.4  # half of what is shown around the UAV, in r_LB
-_LABEL = {"fontsize": 8}
 _UAV_SPACING_M = 0.4
 
 
@@ -48,8 +46,8 @@ def _proposals_png(description: TrialDescription, trial: EmergencyTrial, uav: Mo
     figure = Figure(figsize=(7.2, 4.4))
     place, seen = figure.subplots(1, 2, sharey=True)
     scan, parameters = trial.first_scan.scan, description.cepa
-    _draw_obstacles(place, trial.freeze.obstacles)
-    _draw_uav(place, uav, Pose.identity())
+    draw_obstacles(place, trial.freeze.obstacles)
+    draw_uav(place, uav, Pose.identity())
     _draw_circle(place, parameters)
     proposed = propose(scan, parameters)
     _draw_proposals(seen, scan, parameters, proposed)
@@ -92,11 +90,11 @@ def _path_png(description: TrialDescription, trial: EmergencyTrial, uav: Model, 
     high = np.maximum(path[:, :2].max(axis=0) + 0.5, 1.0)
     figure = Figure(figsize=(4.6, 4.6 * (high - low)[0] / (high - low)[1] + 0.6))
     axes = figure.add_subplot()
-    _draw_obstacles(axes, trial.freeze.obstacles)
+    draw_obstacles(axes, trial.freeze.obstacles)
     for index in _spaced(path):
-        _draw_uav(axes, uav, _turned(trial, poses[index]), alpha=0.5)
+        draw_uav(axes, uav, _turned(trial, poses[index]), alpha=0.5)
     lines = LineCollection(
-        np.stack((_up(path[:-1, :2]), _up(path[1:, :2])), axis=1),
+        np.stack((up(path[:-1, :2]), up(path[1:, :2])), axis=1),
         cmap=_PATH,
         norm=Normalize(0.0, since_s[-1]),
         linewidth=2.0,
@@ -104,13 +102,13 @@ def _path_png(description: TrialDescription, trial: EmergencyTrial, uav: Model, 
     )
     lines.set_array(since_s[:-1])
     axes.add_collection(lines)
-    axes.plot(*_up(path[0, :2]), "o", ms=5, mfc="white", mec="black", zorder=7)
+    axes.plot(*up(path[0, :2]), "o", ms=5, mfc="white", mec="black", zorder=7)
     for after_s in content["touched"].values():
         where = path[np.searchsorted(since_s, after_s).clip(max=len(path) - 1), :2]
-        axes.plot(*_up(where), "X", ms=9, color=_ORIGINAL, mec="black", mew=0.6, zorder=8)
-    _frame(axes, low[0], high[0], low[1], high[1])
+        axes.plot(*up(where), "X", ms=9, color=_ORIGINAL, mec="black", mew=0.6, zorder=8)
+    frame(axes, low[0], high[0], low[1], high[1])
     bar = figure.colorbar(lines, cax=axes.inset_axes((1.03, 0.0, 0.04, 1.0)))
-    bar.set_label("time since it was let go [s]", **_LABEL)
+    bar.set_label("time since it was let go [s]", **LABEL)
     bar.ax.tick_params(labelsize=7)
     axes.set_title(
         f"{_title(description)}\n{description.algorithm} algorithm: {_what_happened(content)}", fontsize=8.5
@@ -147,9 +145,9 @@ def _draw_proposals(axes, scan: LaserScan2D, parameters: CepaParameters, propose
     hit = np.isfinite(beams.ranges)
     points = beams.ranges[hit, None] * np.column_stack((np.cos(beams.angles[hit]), np.sin(beams.angles[hit])))
     intrusions = view.intrusions(beams, parameters)
-    ends = _up(intrusions.reshape(-1, 2)).reshape(-1, 2, 2)
+    ends = up(intrusions.reshape(-1, 2)).reshape(-1, 2, 2)
     axes.add_collection(LineCollection(ends, colors=_INTRUSION, linewidths=0.5, zorder=2))
-    axes.scatter(*_up(points).T, s=1.2, color="black", linewidths=0, zorder=3)
+    axes.scatter(*up(points).T, s=1.2, color="black", linewidths=0, zorder=3)
     _draw_circle(axes, parameters)
     axes.plot(0, 0, "+", ms=5, color="black", zorder=4)
     # Red beneath and wider, so that it shows where both say the same
@@ -161,7 +159,7 @@ def _arrow(axes, velocity_xy, colour: str, width: float) -> None:
     if np.hypot(*velocity_xy) < 1e-3:
         axes.plot(0, 0, "o", ms=2.5 + width, color=colour, zorder=5 - 0.1 * width)
         return
-    tip = _up(np.array(velocity_xy))
+    tip = up(np.array(velocity_xy))
     axes.add_patch(
         FancyArrowPatch(
             (0, 0),
@@ -180,38 +178,9 @@ def _draw_circle(axes, parameters: CepaParameters) -> None:
     axes.add_patch(Circle((0, 0), parameters.r_lb, fill=False, ec="black", lw=0.8, ls=(0, (4, 2)), zorder=4))
 
 
-def _draw_obstacles(axes, obstacles: tuple[Obstacle, ...]) -> None:
-    _draw_models(axes, tuple(obstacle.model() for obstacle in obstacles), _SOLID, 1.0, 2)
-
-
-def _draw_uav(axes, uav: Model, pose: Pose, alpha: float = 1.0) -> None:
-    _draw_models(axes, (replace(uav, pose=pose),), _UAV, alpha, 3)
-
-
-def _draw_models(axes, models: tuple[Model, ...], colour: str, alpha: float, order: int) -> None:
-    shapes = outlines(World("from above", models=models))
-    patches = [Polygon(_up(shape.outline_xy), closed=True) for shape in shapes if len(shape.outline_xy) > 2]
-    style = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.3}
-    axes.add_collection(PatchCollection(patches, alpha=alpha, zorder=order, **style))
-
-
-def _up(points_xy: np.ndarray) -> np.ndarray:
-    """Turn points (..., 2) so that x (ahead) is upwards and y (left) to the left."""
-    return np.stack((-points_xy[..., 1], points_xy[..., 0]), axis=-1)
-
-
-def _frame(axes, behind: float, ahead: float, right: float, left: float) -> None:
-    axes.set_aspect("equal")
-    axes.set_xlim(-left, -right)
-    axes.set_ylim(behind, ahead)
-    axes.set_xlabel("to the right [m]", **_LABEL)
-    axes.set_ylabel("ahead [m]", **_LABEL)
-    axes.tick_params(labelsize=7)
-
-
 def _frame_around(axes, parameters: CepaParameters) -> None:
     reach = _SHOWN * parameters.r_lb
-    _frame(axes, -reach, reach, -reach, reach)
+    frame(axes, -reach, reach, -reach, reach)
 
 
 def _title(description: TrialDescription) -> str:
@@ -226,7 +195,7 @@ def _place(description: TrialDescription) -> str:
 def _legend() -> list:
     dashed = {"color": "black", "lw": 0.8, "ls": (0, (4, 2))}
     return [
-        Patch(facecolor=_SOLID, edgecolor="black", lw=0.3, label="obstacle"),
+        Patch(facecolor=SOLID, edgecolor="black", lw=0.3, label="obstacle"),
         Line2D([], [], label="$r_{LB}$", **dashed),
         Line2D([], [], marker=".", ls="", ms=4, color="black", label="lidar"),
         Patch(facecolor=_INTRUSION, label="intrusions after the K filter"),
