@@ -1,8 +1,8 @@
 """Experiment 2 over and over: does the UAV get out when obstacles appear around it, or does it touch them?
 
 Each scenario of figures 8.3 to 8.7 is flown in 20 small variations of the placement (each obstacle shifted by
-up to 5 cm along x and y) by both algorithms, in the ROS-free closed loop: the same simulator, flight controller,
-lidar and filters as in the graph. The improved algorithm must never touch.
+up to 5 cm along x and y) by both algorithms, in the ROS-free closed loop: the same simulator, flight
+controller, lidar and filters as in the graph. The improved algorithm must never touch.
 
 Figures: cepa.emergency.SCENARIO.ALGORITHM.{flights, touched, left, min_clearance_m, ...}, and
 results/emergency.png.
