@@ -1,0 +1,129 @@
+"""Experiment 2 without ROS: what both algorithms do when they are let go, and what is reported of it.
+
+That the improved algorithm touches nothing was seen in 20 variations of each placement
+(benchmarks/emergency.py), with a least clearance of 0.10 m.
+"""
+
+import json
+from dataclasses import replace
+from datetime import datetime
+from io import BytesIO
+
+import numpy as np
+import pytest
+from matplotlib import image
+
+from master_thesis import emergency_report, results
+from master_thesis.let_go import LetGoParameters, let_go
+from master_thesis.placements import SCENARIOS
+
+pytestmark = pytest.mark.flight
+
+
+@pytest.fixture(scope="module")
+def flown(worlds_folder):
+    """Fly a scenario, once in this module; returns (description, trial)."""
+    known = {}
+
+    def fly(scenario, algorithm, variation=0):
+        key = scenario, algorithm, variation
+        if key not in known:
+            world = worlds_folder / "empty.world"
+            given = LetGoParameters(str(world), scenario, algorithm, variation)
+            what = emergency_report.TrialDescription(scenario, algorithm, "ust", 1, world, given.cepa)
+            known[key] = what, let_go(given)
+        return known[key]
+
+    return fly
+
+
+@pytest.mark.parametrize("variation", [0, 7])
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_the_improved_algorithm_touches_nothing_and_gets_out(flown, scenario, variation):
+    description, trial = flown(scenario, "improved", variation)
+    assert trial.failure is None
+    assert trial.touched == {}
+    clearance = emergency_report.clearances(description, trial)
+    merit = emergency_report.figures_of_merit(trial, clearance)
+    assert merit["min_clearance_m"] > 0.08
+    assert merit["left"]
+
+
+def test_the_original_flies_into_the_middle_column(flown):
+    description, trial = flown("wall_three_columns", "original")
+    assert next(iter(trial.touched)) == "column_middle::link::body"
+    clearance = emergency_report.clearances(description, trial)
+    assert clearance[:, 1].min() < 0.005
+    content = emergency_report.result(description, trial, clearance)
+    assert content["success"]  # it did what this experiment is to show
+    assert content["collision"]
+
+
+def test_a_touch_of_the_improved_is_no_success(flown):
+    description, trial = flown("wall_three_columns", "original")
+    content = emergency_report.result(replace(description, algorithm="improved"), trial, np.empty((0, 2)))
+    assert not content["success"]
+    assert "column_middle" in content["failure"]
+
+
+def test_the_uav_hovers_still_until_the_first_scan(flown):
+    freeze = emergency_report.result(*flown("columns", "improved"), np.empty((0, 2)))["freeze"]
+    assert freeze["uav_xyz_m"] == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
+    assert 0.0 < freeze["first_scan_after_s"] <= 0.029  # a period of the lidar and a step of the simulator
+    assert freeze["moved_until_first_scan_m"] < 0.002
+
+
+@pytest.mark.parametrize("algorithm", ["improved", "original"])
+def test_what_flies_answers_what_is_reported_as_its_proposal(flown, algorithm):
+    description, trial = flown("wall_three_columns", algorithm)
+    proposed = emergency_report.proposals_of(description, trial)[0]
+    wanted = proposed.improved_xy if algorithm == "improved" else proposed.original_xy
+    assert emergency_report.node_answer(trial) == pytest.approx(wanted, abs=1e-9)
+
+
+def test_with_one_column_both_propose_the_same(flown):
+    proposed = emergency_report.proposals_of(*flown("wall_one_column", "improved"))[0]
+    assert proposed.original_xy == proposed.improved_xy
+
+
+def colours(png: bytes):
+    """Return how many pixels are the original's red and the improved's green."""
+    pixels = (image.imread(BytesIO(png), format="png")[:, :, :3] * 255).round()
+    return tuple(
+        int((np.abs(pixels - colour).max(axis=2) < 3).sum()) for colour in ((200, 30, 30), (21, 128, 61))
+    )
+
+
+def test_the_folder_holds_figures_series_and_pictures(flown, tmp_path):
+    description, trial = flown("wall_three_columns", "improved")
+    folder = results.RunFolder(tmp_path, "experiment_2", datetime.now())
+    returned = emergency_report.write_trial(folder, description, trial)
+    content = json.loads((folder.path / "result.json").read_text())
+    assert content["success"] is True
+    assert content["min_clearance_m"] == pytest.approx(returned["min_clearance_m"])
+    assert [p["k_filter"] for p in content["proposals"]] == [50.0, 0.5, 1, 2, 5, 10, 20, 50, 100]
+    names = {path.name for path in folder.path.iterdir()}
+    assert {"truth.csv", "v_safe.csv", "decisions.csv", "clearance.csv", "first_scan.csv"} <= names
+    scan = np.genfromtxt(folder.path / "first_scan.csv", delimiter=",", names=True)
+    assert len(scan) == 1440
+    assert np.nanmin(scan["range_m"][scan["seen"] == 1]) == pytest.approx(0.5, abs=0.05)  # the wall
+    for name in ("proposals.png", "k_sweep.png"):
+        red, green = colours((folder.path / name).read_bytes())
+        assert red > 1000, name
+        assert green > 300, name
+    assert image.imread(folder.path / "path.png").shape[0] > 600
+    said = emergency_report.headline(content)
+    assert "wall_three_columns, improved CEPA, K = 50 m/rad" in said
+    assert "nothing" in said
+
+
+def test_a_run_that_never_hovered_is_reported_too(flown, tmp_path):
+    from master_thesis.emergency_trial import EmergencyTrial, TrialParameters
+
+    description, _ = flown("columns", "improved")
+    trial = EmergencyTrial(TrialParameters(), "iris")
+    trial.abort("The run was interrupted before its end.")
+    folder = results.RunFolder(tmp_path, "experiment_2", datetime.now())
+    content = emergency_report.write_trial(folder, description, trial)
+    assert not content["success"]
+    assert "interrupted" in emergency_report.headline(content)
