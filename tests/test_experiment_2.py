@@ -1,0 +1,80 @@
+"""Experiment 2 through the whole graph, started as a user starts it: with roslaunch."""
+
+from __future__ import annotations
+
+import json
+import socket
+
+import numpy as np
+import pytest
+
+pytestmark = [pytest.mark.ros, pytest.mark.flight]
+
+
+@pytest.fixture
+def launch(processes, tmp_path):
+    """Run experiment_2.launch to its end; returns what was said and the results folder, if there is one."""
+
+    def run(**args):
+        sockets = [socket.socket() for _ in range(3)]
+        for one in sockets:
+            one.bind(("127.0.0.1", 0))
+        master, offboard, ground = (one.getsockname()[1] for one in sockets)
+        for one in sockets:
+            one.close()
+        processes.environment["ROS_MASTER_URI"] = f"http://localhost:{master}"
+        given = {"offboard_port": offboard, "gcs_port": ground, "results": tmp_path / "results", **args}
+        words = [f"{name}:={value}" for name, value in given.items()]
+        command = ("roslaunch", "-p", str(master), "master_thesis", "experiment_2.launch", *words)
+        done = processes.run(*command, timeout_s=100.0)
+        return done.stdout, next((tmp_path / "results").glob("experiment_2/*"), None)
+
+    return run
+
+
+def test_obstacles_appear_while_time_stands_still_and_the_original_flies_into_one(launch):
+    """As fast as the machine can, in lockstep: the flight is the same on every machine."""
+    said, folder = launch(
+        scenario="wall_three_columns",
+        algorithm="original",
+        K="20",
+        headless="true",
+        lockstep="true",
+        real_time_factor="0",
+    )
+    assert folder is not None, said
+    result = json.loads((folder / "result.json").read_text())
+    assert result["success"], result["failure"]
+    assert "Traceback" not in said
+    # Given four obstacles around a UAV that hovers at 2 m
+    freeze = result["freeze"]
+    assert freeze["uav_xyz_m"] == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
+    assert len(freeze["obstacles"]) == 4
+    assert 0.0 < freeze["first_scan_after_s"] <= 0.029
+    assert freeze["moved_until_first_scan_m"] < 0.002
+    # When CEPA's node answers the first scan, it says what is reported as its proposal
+    proposed = result["proposals"][0]
+    assert proposed["k_filter"] == result["parameters"]["cepa"]["k_filter"] == 20.0
+    assert result["node_answer_xy"] == pytest.approx(proposed["original_xy"], abs=1e-6)
+    assert proposed["original_xy"][1] < -0.9  # to the right, where the middle column is
+    assert proposed["improved_xy"][0] > 0.9  # ahead, along the wall
+    # Then the UAV flies into the column, and the simulator saw it
+    assert next(iter(result["touched"])) == "column_middle::link::body"
+    assert result["min_clearance_m"] < 0.005
+    contacts = np.genfromtxt(folder / "contacts.csv", delimiter=",", names=True, dtype=None, encoding=None)
+    assert contacts["t_s"].min() > freeze["t_s"]
+    assert {"proposals.png", "k_sweep.png", "path.png"} <= {path.name for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("argument", "sentence"),
+    [
+        ({"scenario": "maze"}, "There is no scenario 'maze'; choose scenario:=columns|wall_one_column|"),
+        ({"K": "-1"}, "k_filter must be greater than 0"),
+    ],
+)
+def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(launch, argument, sentence):
+    said, folder = launch(headless="true", **argument)
+    assert sentence in said
+    assert "Traceback" not in said
+    assert folder is None
