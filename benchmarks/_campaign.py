@@ -22,7 +22,8 @@ from master_thesis.world_writer import Colour, Cylinder, Part, Prop, Surrounding
 from simulation_tools.simulation import SimulationParameters
 
 SEED = 20
-SPEEDS_M_S = (1.0, 2.0, 3.0, 4.0)
+SPEEDS_M_S = (2.0, 1.0, 3.0, 4.0)
+"""In the order in which the forests take turns."""
 GOAL_X_M = 26.0
 HALF_WIDTH_M = 10.0
 CLEAR_M = 3.0

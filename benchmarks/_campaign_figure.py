@@ -59,7 +59,7 @@ def _draw_by_speed(axes: Axes, flown: dict[str, list[Flown]], measure: Measure, 
     """Draw a value with its interval over the speed, for each algorithm."""
     for algorithm, flights in flown.items():
         points = []
-        for speed in SPEEDS_M_S:
+        for speed in sorted(SPEEDS_M_S):
             chosen = [flight for flight in flights if flight.trial.speed_m_s == speed]
             value = measure(chosen) if chosen else None
             if value is not None:
@@ -70,7 +70,7 @@ def _draw_by_speed(axes: Axes, flown: dict[str, list[Flown]], measure: Measure, 
             axes.errorbar(x, middle, (middle - low, high - middle), ms=4, lw=1, capsize=2, **style)
     axes.set_xlabel("reference speed [m/s]", **_SMALL)
     axes.set_ylabel(label, **_SMALL)
-    axes.set_xticks(SPEEDS_M_S)
+    axes.set_xticks(sorted(SPEEDS_M_S))
     axes.tick_params(labelsize=7)
     axes.grid(alpha=0.3, linewidth=0.5)
 

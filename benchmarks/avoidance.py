@@ -60,7 +60,7 @@ def fly_all(all_trials: Sequence[Trial], workers: int) -> list[Flown]:
 def by_speed(flown: Sequence[Flown]) -> dict[str, list[Flown]]:
     """Return the flights by name of set: all, and each speed that was flown."""
     sets = {"all": list(flown)}
-    for speed in SPEEDS_M_S:
+    for speed in sorted(SPEEDS_M_S):
         at_speed = [flight for flight in flown if flight.trial.speed_m_s == speed]
         if at_speed:
             sets[f"{speed:g}_m_s"] = at_speed

@@ -1,0 +1,176 @@
+"""The benchmarks: where their figures go, how the campaign judges, and a smallest run of each."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.append(str(ROOT))  # benchmarks is a package of the workspace's root
+
+from benchmarks import _campaign, _places, _report  # noqa: E402
+from benchmarks._campaign import Flown, Trial  # noqa: E402
+from benchmarks._flights import Question  # noqa: E402
+from benchmarks.cepa import replay  # noqa: E402
+from cepa import CepaParameters, Improved, LaserScan2D  # noqa: E402
+
+
+def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):
+    path = tmp_path / "benchmarks.json"
+    _report.merge(path, {"sim.graph.rtf": 5.0, "cepa.empty": {"speedup": 900.0, "old": 1}})
+    _report.merge(path, {"cepa.empty": {"speedup": 950.0}, "cepa.first_call_s": np.float64(0.2)})
+    assert json.loads(path.read_text()) == {
+        "sim": {"graph": {"rtf": 5.0}},
+        "cepa": {"empty": {"speedup": 950.0}, "first_call_s": 0.2},
+    }
+
+
+def test_what_json_does_not_know_becomes_null(tmp_path):
+    path = tmp_path / "benchmarks.json"
+    _report.merge(path, {"a": {"b": (math.inf, np.nan, np.int64(3))}})
+    assert json.loads(path.read_text()) == {"a": {"b": [None, None, 3]}}
+
+
+def test_benchmarks_that_end_at_once_lose_nothing(tmp_path):
+    path = tmp_path / "benchmarks.json"
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda n: _report.merge(path, {f"many.k{n}": n}), range(40)))
+    assert json.loads(path.read_text()) == {"many": {f"k{n}": n for n in range(40)}}
+
+
+def test_a_damaged_file_is_refused_and_left_as_it_is(tmp_path):
+    path = tmp_path / "benchmarks.json"
+    path.write_text("[1]")
+    with pytest.raises(ValueError, match="holds no JSON object"):
+        _report.merge(path, {"a": 1})
+    assert path.read_text() == "[1]"
+    assert not list(tmp_path.glob(".benchmarks.json.*"))
+
+
+def test_a_run_that_fails_writes_nothing(tmp_path):
+    report = _report.Report("cepa", tmp_path)
+    report.add("cepa.first_call_s", 0.2)
+    with pytest.raises(ZeroDivisionError), report:
+        _ = 1 / 0
+    assert not (tmp_path / "benchmarks.json").exists()
+
+
+def test_a_run_is_recorded_with_machine_and_load(tmp_path):
+    with _report.Report("cepa", tmp_path, {"places": 3}) as report:
+        report.add("cepa.first_call_s", 0.2)
+    written = json.loads((tmp_path / "benchmarks.json").read_text())
+    run = written["runs"]["cepa"]
+    assert written["cepa"] == {"first_call_s": 0.2}
+    assert run["options"] == {"places": 3}
+    assert run["machine"]["cores"] >= 1
+    assert len(run["load_before"]) == 3
+
+
+def test_tables_are_markdown():
+    lines = _report.table(("", "ms"), [("a", 1.5), ("longer", 22)]).splitlines()
+    assert lines == ["|        |  ms |", "| ------ | --: |", "| a      | 1.5 |", "| longer |  22 |"]
+
+
+# Garwood's limits for 0, 1 and 10 events at 95 % as every table of them has it
+@pytest.mark.parametrize(("events", "low", "high"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.39)])
+def test_the_confidence_interval_is_garwoods(events, low, high):
+    assert _campaign.rate_interval(events, 1.0) == pytest.approx((low, high), abs=5e-3)
+    assert _campaign.rate_interval(events, 4.0)[1] == pytest.approx(high / 4.0, abs=2e-3)
+
+
+def flown(end, distance_m, time_s=13.0, clearance_m=0.5):
+    return Flown(Trial(0, "improved", 2.0), end, distance_m, time_s, clearance_m, 0, np.zeros((1, 2)))
+
+
+def test_collisions_count_by_what_was_flown():
+    figures = _campaign.figures([flown("goal", 30.0), flown("goal", 26.0, 26.0), flown("collision", 4.0)])
+    assert figures["collisions_per_km"] == pytest.approx(1 / 0.06)
+    assert figures["reached"] == pytest.approx(2 / 3)
+    assert figures["stuck"] == 0.0
+    assert figures["time_to_goal_s"]["mean"] == pytest.approx(19.5)
+    assert figures["time_over_straight"] == pytest.approx(1.5)  # of 1 and 2: 26 m at 2 m/s take 13 s
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_forests_keep_their_spacing_and_repeat_themselves(number):
+    trunks = Trial(number, "improved", 2.0).forest
+    assert np.array_equal(trunks, Trial(number, "original", 4.0).forest)
+    gaps = np.hypot(*(trunks[:, None, :2] - trunks[None, :, :2]).transpose(2, 0, 1))
+    assert np.min(gaps[~np.eye(len(trunks), dtype=bool)]) >= _campaign.SPACINGS_M[0]
+    for end_x in (0.0, _campaign.GOAL_X_M):
+        assert np.min(np.hypot(trunks[:, 0] - end_x, trunks[:, 1])) >= _campaign.CLEAR_M
+    assert len(trunks) > 15
+
+
+def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):
+    path = tmp_path / "hallway.world"
+    path.write_text(_places.hallway(2.4))
+    questions = _places.questions(str(path), np.random.default_rng(1), 20, (15.0, 0.6), 0.5)
+    ranges = np.array([question.scan.ranges for question in questions])
+    assert ranges.min() > 0.5
+    across = (ranges[:, :720] + ranges[:, 720:]).min(axis=1)  # opposite beams; wider where a door is
+    assert np.median(across) == pytest.approx(2.4, abs=6 * _places.NOISE_M)
+
+
+def test_a_replay_counts_what_the_algorithm_says():
+    free = LaserScan2D(np.full(1440, np.inf), -math.pi, math.radians(0.25), 0.06, 10.0)
+    figures = replay(Improved(CepaParameters()), [Question(free, (2.0, 0.0), (0.0, 0.0))] * 5, times=2)
+    assert figures["directions"] == 1.0
+    assert 0.0 < figures["median_us"] <= figures["p99_us"] <= figures["max_us"]
+
+
+def run(name, folder, *arguments):
+    """Run a benchmark as bringup.sh does; return what stands in benchmarks.json and what was printed."""
+    command = [sys.executable, "-m", f"benchmarks.{name}", "--results", str(folder), *arguments]
+    done = subprocess.run(command, cwd=ROOT, env=environment(), capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return json.loads((folder / "benchmarks.json").read_text()), done.stdout
+
+
+def environment():
+    libraries = os.pathsep.join(sorted(str(path) for path in ROOT.glob("src/*/src")))
+    return {**os.environ, "PYTHONPATH": libraries + os.pathsep + os.environ.get("PYTHONPATH", "")}
+
+
+@pytest.mark.flight
+def test_cepa_is_benchmarked(tmp_path):
+    written, said = run("cepa", tmp_path, "--scenarios", "forest", "--goal", "6", "--places", "20")
+    forest = written["cepa"]["forest"]
+    assert forest["original"]["directions"] > 4 * 1000  # four speeds in each of the beams that are seen
+    assert forest["improved"]["directions"] < forest["original"]["directions"] / 10
+    assert forest["speedup"] == pytest.approx(forest["original"]["mean_us"] / forest["improved"]["mean_us"])
+    assert forest["speedup"] > 50  # 300 on a quiet machine
+    assert written["cepa"]["worst_hallway"]["max_us"] > 0.0
+    assert written["cepa"]["first_call_s"] > 0.0
+    assert "thesis, improved / original" in said
+
+
+@pytest.mark.flight
+def test_the_campaign_is_flown(tmp_path):
+    written, said = run("avoidance", tmp_path, "--flights", "1", "--workers", "1")
+    campaign = written["cepa"]["campaign"]
+    assert campaign["improved"]["all"]["flights"] == campaign["original"]["all"]["flights"] == 1
+    assert campaign["improved_at_2_m_s"]["collisions"] == 0
+    assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (_campaign.GOAL_X_M - 0.2)
+    assert (tmp_path / "avoidance.png").read_bytes().startswith(b"\x89PNG")
+    assert "improved, all" in said
+
+
+@pytest.mark.flight
+def test_the_table_of_experiment_1_is_flown(tmp_path):
+    written, said = run("experiment_1", tmp_path, "--scenarios", "forest", "--seeds", "1", "2", "--goal", "6")
+    improved = written["experiment_1"]["forest"]["improved"]
+    assert improved["reached_goal"] == improved["flights"] == 2
+    assert improved["collisions"] == 0
+    assert improved["computation_ms"]["mean"] > 0.0
+    assert 3.0 < improved["flight_time_s"]["mean"] < 12.0  # 6 m at 2 m/s, around trunks
+    assert (tmp_path / "experiment_1.md").read_text() in said
+    assert (tmp_path / "experiment_1.png").read_bytes().startswith(b"\x89PNG")
