@@ -1,7 +1,7 @@
 """Experiment 1 as a table: both algorithms in all four scenarios, over several seeds (thesis, table 8.1).
 
-Flown in the ROS-free closed loop, one flight on each core; CEPA's computation time is measured inside it, from
-the goal's sending to its being reached. Every figure is the mean over the seeds with their standard deviation.
+Flown in the ROS-free closed loop, one flight on each core; CEPA's computation time is measured inside it,
+from the goal's sending to its being reached. Figures are means over the seeds with standard deviations.
 
 Figures: experiment_1.SCENARIO.ALGORITHM; and results/experiment_1.{md, json, png}.
 """
