@@ -23,9 +23,9 @@ R_LB_M = 0.8
 """The experiment's r_LB. In the thesis's figures the obstacles reach deep into the circle; into that of the
 0.5 m that CEPA flies with by default they could not, since the UAV itself takes 0.38 m of it."""
 
-HEIGHT_M = 4.0
+HEIGHT_M = 2.4
 VARIATION_M = 0.05
-_COLUMN, _WALL = Colour(0.70, 0.42, 0.24), Colour(0.62, 0.64, 0.66)
+_COLUMN, _WALL = Colour(0.85, 0.52, 0.30, 0.35), Colour(0.80, 0.82, 0.84, 0.35)
 
 
 @dataclass(frozen=True)
