@@ -150,8 +150,8 @@ def emergency_table(all_figures: dict[tuple[str, str], dict]) -> str:
             values["touched"],
             values["left"],
             "-" if values["left_after_s"] is None else f"{values['left_after_s']:.1f}",
-            f"{values['min_clearance_m']:.3f}",
-            f"{values['median_clearance_m']:.3f}",
+            f"{max(values['min_clearance_m'], 0.0):.3f}",
+            f"{max(values['median_clearance_m'], 0.0):.3f}",
         )
         for names, values in all_figures.items()
     ]

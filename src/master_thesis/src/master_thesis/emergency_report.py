@@ -206,7 +206,7 @@ def headline(content: dict) -> str:
     else:
         rows["touched"] = "nothing"
     if content["min_clearance_m"] is not None:
-        rows["least clearance"] = f"{content['min_clearance_m']:.3f} m"
+        rows["least clearance"] = f"{max(content['min_clearance_m'], 0.0):.3f} m"
         rows["left"] = f"after {content['left_after_s']:.1f} s" if content["left"] else "no"
     if content["failure"]:
         rows["failure"] = content["failure"]
