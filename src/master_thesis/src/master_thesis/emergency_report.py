@@ -161,8 +161,12 @@ def _freeze(trial: EmergencyTrial) -> dict | None:
     }
 
 
-def write_trial(folder: results.RunFolder, description: TrialDescription, trial: EmergencyTrial) -> dict:
-    """Write result.json, the series and the pictures; returns what stands in result.json.
+def write_trial(
+    folder: results.RunFolder, description: TrialDescription, trial: EmergencyTrial, thorough: bool = True
+) -> dict:
+    """Write result.json and the series, and if `thorough` the clearance and the pictures too.
+
+    Returns what stands in result.json.
 
     Raises:
         ResultsError: a file cannot be written.
@@ -175,6 +179,8 @@ def write_trial(folder: results.RunFolder, description: TrialDescription, trial:
     if trial.freeze is None or trial.first_scan is None:
         return content
     _write_scan(folder, trial)
+    if not thorough:
+        return content
     measured = clearances(description, trial)
     folder.write_csv("clearance.csv", ("t_s", "clearance_m"), measured.tolist())
     content = result(description, trial, measured)
