@@ -38,6 +38,7 @@ load_workspace() {
   if [[ -z ${ROS_IP:-}${ROS_HOSTNAME:-} ]] && ! getent hosts "$(hostname)" >/dev/null; then
     export ROS_IP=127.0.0.1 # the machine's own name leads nowhere
   fi
+  export PYTHONUNBUFFERED=1 # what a node says is seen at once, through a pipe or in a file too
 }
 
 # takes_argument LAUNCH_FILE NAME

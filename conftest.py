@@ -52,7 +52,8 @@ class Processes:
 
     def __init__(self, environment: dict[str, str]) -> None:
         self._token = uuid.uuid4().hex
-        self.environment = {**os.environ, **environment, TOKEN: self._token}
+        # Unbuffered: a test that waits for a node's words must not wait for a full buffer.
+        self.environment = {**os.environ, "PYTHONUNBUFFERED": "1", **environment, TOKEN: self._token}
 
     def start(self, *command: str, **options) -> subprocess.Popen:
         """Start a command; options are Popen's."""
