@@ -4,4 +4,4 @@ from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(**generate_distutils_setup(packages=["master_thesis"], package_dir={"": "src"}))
+setup(**generate_distutils_setup(packages=["master_thesis", "master_thesis_ros"], package_dir={"": "src"}))

@@ -1,0 +1,41 @@
+"""ROS messages as rows of a flight's log."""
+
+from __future__ import annotations
+
+
+def stamp_s(message) -> float:
+    """Return a message's stamp, s."""
+    return message.header.stamp.to_sec()
+
+
+def pose_values(message) -> tuple:
+    """Return (x, y, z, qx, qy, qz, qw) of a geometry_msgs/Pose."""
+    p, q = message.position, message.orientation
+    return (p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+
+
+def twist_row(message) -> tuple:
+    """Return (t, vx, vy, vz, yaw rate) of a geometry_msgs/TwistStamped."""
+    linear = message.twist.linear
+    return (stamp_s(message), linear.x, linear.y, linear.z, message.twist.angular.z)
+
+
+def decision_rows(message) -> list[tuple]:
+    """Return CEPA's decisions in a diagnostic_msgs/DiagnosticArray, as `flight_log.DECISION_COLUMNS`.
+
+    Raises:
+        KeyError: a figure is missing.
+        ValueError: a figure is no number.
+    """
+    rows = []
+    for status in message.status:
+        values = {item.key: item.value for item in status.values}
+        figures = (
+            float(values["computation_time_ms"]),
+            int(values["directions_tested"]),
+            float(values["cost"]),
+            values["emergency"].lower() == "true",
+            values["reason"],
+        )
+        rows.append((stamp_s(message), *figures))
+    return rows
