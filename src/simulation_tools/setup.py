@@ -9,6 +9,7 @@ setup(
         packages=[
             "simulation_tools",
             "simulation_tools.mavros",
+            "simulation_tools.publisher",
             "simulation_tools.px4",
             "simulation_tools.sdf",
             "simulation_tools.sensors",

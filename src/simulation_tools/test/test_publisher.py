@@ -39,7 +39,7 @@ class Bench:
         self.landed = GROUND
         self.actions = []
         self.commands = False  # whether velocity commands come, at 40 Hz
-        self.velocity = (1.0, 0.0, 0.0)
+        self.velocity, self.yaw_rate = (1.0, 0.0, 0.0), 0.1
 
     def tell_state(self):
         self.actions += self.publisher.on_state(self.now, self.state)
@@ -60,7 +60,8 @@ class Bench:
             if tick % 33 == 0:
                 self.tell_pose()
             if self.commands and tick % 25 == 0:
-                self.actions += self.publisher.on_velocity(self.now, "base_frame", self.velocity, 0.1)
+                velocity, yaw_rate = self.velocity, self.yaw_rate
+                self.actions += self.publisher.on_velocity(self.now, "base_frame", velocity, yaw_rate)
         return self.actions
 
     def of(self, kind):
@@ -166,6 +167,47 @@ def test_in_flight_velocities_are_handed_on_and_never_positions(bench):
     assert len(bench.of(SendPosition)) <= 1  # one pose may come before the first command
 
 
+def test_commands_of_zero_keep_the_hover_point_of_the_take_off(bench):
+    bench.fly()
+    bench.commands, bench.velocity, bench.yaw_rate = True, (0.0, 0.0, 0.0), 0.0
+    bench.pose = Pose((1.0, 2.0, 1.9))  # sunk: the hover point must not sink with it
+    bench.run(3.0)
+    assert not bench.of(SendVelocity)
+    x, y, z = bench.of(SendPosition)[-1].position
+    assert (x, y) == (1.0, 2.0)
+    assert z >= 2.0
+
+
+def test_a_command_of_zero_brakes_and_then_holds_the_position(bench):
+    bench.fly()
+    bench.commands, bench.yaw_rate = True, 0.0
+    for i in range(80):  # at 1 m/s all the time
+        bench.now += 25 * MS
+        bench.pose = Pose((1.0 + 0.025 * i, 2.0, 2.0))
+        bench.tell_pose()
+        bench.tell_state()
+        bench.velocity = (1.0 if i < 40 else 0.0, 0.0, 0.0)
+        bench.actions += bench.publisher.on_velocity(bench.now, "base_frame", bench.velocity, 0.0)
+    assert bench.of(SendVelocity)[-1].linear == (0.0, 0.0, 0.0)
+    assert len(bench.of(SendVelocity)) == 80
+    bench.run(1.0)
+    held = bench.of(SendPosition)[-1].position
+    assert held == pytest.approx(bench.pose.position_m, abs=0.03)
+    bench.pose = Pose((2.9, 2.0, 1.8))
+    bench.run(1.0)
+    assert {action.position for action in bench.of(SendPosition)} == {held}
+    bench.velocity = (0.0, 0.0, 0.1)
+    bench.run(0.5)
+    assert len(bench.of(SendVelocity)) == 20
+
+
+def test_a_turn_on_the_spot_is_no_command_of_zero(bench):
+    bench.fly()
+    bench.commands, bench.velocity = True, (0.0, 0.0, 0.0)
+    bench.run(0.5)
+    assert {action.yaw_rate for action in bench.of(SendVelocity)} == {0.1}
+
+
 def test_an_old_command_is_replaced_by_hover_where_it_is(bench):
     bench.fly()
     bench.commands = True
@@ -200,6 +242,7 @@ def test_a_command_stamped_far_from_now_is_answered_but_not_flown(bench, off_s):
     [
         ("base_frame", (math.nan, 0.0, 0.0), "NaN"),
         ("base_frame", (0.0, math.inf, 0.0), "NaN"),
+        ("base_frame", (1e308, 0.0, 0.0), "absurd number"),
         ("map", (1.0, 0.0, 0.0), "unknown frame"),
     ],
 )
@@ -222,7 +265,8 @@ def test_positions_are_flown_when_asked_for_and_expire_too():
     bench.run(0.3)
     bench.run(0.5)
     assert {action.position for action in bench.of(SendPosition)} == {(1.0, 2.0, 2.0)}
-    assert bench.publisher.on_position(bench.now, (math.nan, 0.0, 0.0), 0.0)[0].repeated
+    for bad in (math.nan, math.inf, -1e300):
+        assert bench.publisher.on_position(bench.now, (bad, 0.0, 0.0), 0.0)[0].repeated
 
 
 def test_in_mid_air_it_takes_over_where_the_uav_is(bench):
@@ -237,7 +281,7 @@ def test_in_mid_air_it_takes_over_where_the_uav_is(bench):
 def test_in_mid_air_in_a_failsafe_it_asks_for_offboard_again(bench):
     bench.pose = Pose((9.0, 9.0, 4.0))
     bench.set("AUTO.LAND", status=5, landed=LANDING).run(1.0)
-    assert bench.publisher.phase is Phase.FLYING
+    assert bench.publisher.phase is Phase.RETURNING
     assert bench.of(RequestMode)
     assert not bench.of(RequestArm)
 
@@ -279,7 +323,64 @@ def test_a_failsafe_in_flight_is_answered_by_asking_for_offboard(bench):
     bench.fly()
     bench.set("AUTO.LAND", status=5, landed=LANDING).run(1.6)
     assert 2 <= len(bench.of(RequestMode)) <= 4
+    assert bench.of(AnnounceReady) == [AnnounceReady(False)]
+
+
+def test_after_a_failsafe_it_climbs_back_to_the_hover_height_before_commands_count(bench):
+    bench.fly()
+    bench.commands = True
+    bench.pose = Pose((7.0, 8.0, 0.4))
+    bench.set("AUTO.LAND", status=5, landed=LANDING).run(1.0)
+    bench.set("OFFBOARD").run(2.0)
+    assert not bench.of(AnnounceReady)
+    assert not bench.of(SendVelocity)
+    x, y, z = bench.of(SendPosition)[-1].position
+    assert (x, y) == (7.0, 8.0)
+    assert z >= 2.0
+    bench.pose = Pose((7.0, 8.0, 2.0))
+    bench.run(1.5)
+    assert bench.of(AnnounceReady) == [AnnounceReady(True)]
+    assert bench.of(SendVelocity)
+
+
+def test_after_a_failsafe_high_up_it_stays_there(bench):
+    bench.fly()
+    bench.pose = Pose((7.0, 8.0, 6.0))
+    bench.set("AUTO.LAND", status=5, landed=LANDING).run(1.0)
+    bench.set("OFFBOARD").run(1.5)
+    assert bench.of(SendPosition)[-1].position == (7.0, 8.0, 6.0)
     assert bench.publisher.phase is Phase.FLYING
+
+
+def test_a_silent_mavros_is_called_by_its_name_and_no_commands_are_taken(bench):
+    bench.fly()
+    bench.commands = True
+    bench.run(0.5)
+    bench.actions = []
+    died = bench.now
+    while bench.now < died + 3000 * MS:
+        bench.now += 25 * MS
+        bench.actions += bench.publisher.on_clock(bench.now)
+        bench.actions += bench.publisher.on_velocity(bench.now, "base_frame", bench.velocity, 0.0)
+    said = [action.text for action in bench.of(Log)]
+    assert said[0] == "MAVROS has sent no pose for 0.5 s."
+    assert "no pose for 1.5 s" in said[2]
+    assert not any("future" in text for text in said)
+    assert len(said) == 4  # once a second, and what follows from it
+    assert bench.of(AnnounceReady) == [AnnounceReady(False)]
+    late = [a for a in bench.of(SendVelocity) if a.stamp_ns > died + 600 * MS]
+    assert not late
+    bench.commands = False
+    bench.run(1.5)
+    assert bench.of(AnnounceReady) == [AnnounceReady(True)]
+
+
+def test_it_says_nothing_of_missing_poses_on_the_ground_when_all_is_over(bench):
+    bench.fly()
+    bench.set("AUTO.LAND", landed=LANDING).run(1.0)
+    bench.set("AUTO.LAND", status=3, armed=False, landed=GROUND).run(1.0)
+    assert bench.publisher.phase is Phase.IDLE
+    assert bench.publisher.on_clock(bench.now + 60_000 * MS) == []
 
 
 def test_after_a_failsafe_landing_it_takes_off_again(bench):
@@ -331,8 +432,11 @@ def test_parameters_are_checked(value):
 # In closed loop, without ROS
 
 
-def fly_closed_loop(extra_kg, seconds):
-    """Fly the publisher on the flight controller; returns (flight, publisher, time when ready)."""
+def fly_closed_loop(extra_kg, seconds, velocity=None):
+    """Fly the publisher on the flight controller; returns (flight, publisher, time when ready).
+
+    velocity: commanded at 40 Hz all the time.
+    """
     sys.path.insert(0, str(Path(__file__).resolve().parent / "px4"))
     from flight import Flight
 
@@ -367,6 +471,8 @@ def fly_closed_loop(extra_kg, seconds):
             act(publisher.on_state(now, state))
         if tick % 8 == 0 and status.position_valid:
             act(publisher.on_local_pose(now, Pose(flight.body.position, flight.body.attitude)))
+        if velocity is not None and tick % 6 == 0:
+            act(publisher.on_velocity(now, "", velocity, 0.0))
     return flight, publisher, ready_s
 
 
@@ -377,3 +483,10 @@ def test_in_closed_loop_it_is_ready_soon_and_does_not_overshoot(extra_kg, limit_
     assert ready_s < limit_s
     assert flight.body.position == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
     assert flight.px4.status.landed_state is LandedState.IN_AIR
+
+
+@pytest.mark.parametrize("extra_kg", [0.13, 0.80])
+def test_in_closed_loop_commands_of_zero_hover_at_the_hover_height(extra_kg):
+    flight, _, ready_s = fly_closed_loop(extra_kg, 30.0, velocity=(0.0, 0.0, 0.0))
+    assert ready_s is not None
+    assert flight.body.position == pytest.approx((0.0, 0.0, 2.0), abs=0.05)

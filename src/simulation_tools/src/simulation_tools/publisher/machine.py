@@ -13,127 +13,30 @@ from __future__ import annotations
 
 import enum
 import math
-from collections import deque
 from dataclasses import dataclass
-from typing import Any, Sequence, Union
+from typing import Sequence
 
-from simulation_tools.errors import SimulationToolsError
+from simulation_tools.bounds import fit_float32
 from simulation_tools.geometry import Pose, Vector3, wrap_angle
+from simulation_tools.publisher.history import History
+from simulation_tools.publisher.interface import (
+    Action,
+    AnnounceReady,
+    FcuState,
+    Log,
+    PublisherParameters,
+    RequestArm,
+    RequestMode,
+    SendPosition,
+    SendVelocity,
+)
 
 OFFBOARD = "OFFBOARD"
-_CRITICAL = 5  # MAV_STATE of a failsafe
 _ON_GROUND = 1  # MAV_LANDED_STATE
 _NS = 1e-9
 _BEFORE_NS = 1_000_000
+_SPEED_WINDOW_S = 0.2  # poses this far apart tell the speed
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
-
-
-class PublisherError(SimulationToolsError):
-    """A parameter of the publisher cannot be used."""
-
-
-@dataclass(frozen=True)
-class PublisherParameters:
-    """How the publisher flies.
-
-    hover_height_m: over the ground at the place of take-off, where the pose's origin stands
-    ground_clearance_m high. command_timeout_s: an older command is replaced by hover.
-    use_position_setpoint: hand on positions instead of velocities. base_frame: the only frame, besides
-    none, in which velocities are taken.
-
-    ready_distance_m, ready_speed_m_s, ready_time_s: to be this close to the hover point and this slow for
-    this long counts as hovering. climb_gain: how much further than the hover point a take-off aims, per
-    metre that is missing; PX4 starts with a guess of the hover thrust and would creep up the last half metre.
-
-    retry_period_s: between requests to the flight controller. min_stream_s: of streaming before OFFBOARD is
-    asked for. stream_gap_s: when no command has been answered for this long, each pose is, so that the
-    stream never breaks. jump_back_s: a pose this much older than the last means that the clock was reset.
-    """
-
-    hover_height_m: float = 2.0
-    ground_clearance_m: float = 0.12
-    command_timeout_s: float = 0.5
-    use_position_setpoint: bool = False
-    base_frame: str = "base_frame"
-    ready_distance_m: float = 0.05
-    ready_speed_m_s: float = 0.15
-    ready_time_s: float = 0.5
-    retry_period_s: float = 0.5
-    stream_gap_s: float = 0.15
-    min_stream_s: float = 0.1
-    climb_gain: float = 2.0
-    decision_delay_s: float = 0.1
-    jump_back_s: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            least = 0.0 if name in ("ground_clearance_m", "climb_gain") else 1e-9
-            if isinstance(value, float) and not least <= value < math.inf:
-                raise PublisherError(f"{name} must be a positive number, got {value}.")
-
-
-@dataclass(frozen=True)
-class SendVelocity:
-    """Send a velocity setpoint in the levelled body frame (FLU) and a yaw rate, rad/s."""
-
-    stamp_ns: int
-    linear: Vector3
-    yaw_rate: float
-
-
-@dataclass(frozen=True)
-class SendPosition:
-    """Send a position setpoint in the local frame (ENU) with a heading, rad from east."""
-
-    stamp_ns: int
-    position: Vector3
-    yaw: float
-
-
-@dataclass(frozen=True)
-class RequestMode:
-    """Ask the flight controller for a mode."""
-
-    mode: str
-
-
-@dataclass(frozen=True)
-class RequestArm:
-    """Ask the flight controller to arm."""
-
-
-@dataclass(frozen=True)
-class AnnounceReady:
-    """Say whether the UAV takes commands."""
-
-    ready: bool
-
-
-@dataclass(frozen=True)
-class Log:
-    """Say a sentence; repeated: it may come with every message, so throttle it."""
-
-    text: str
-    is_warning: bool = True
-    repeated: bool = False
-
-
-Action = Union[SendVelocity, SendPosition, RequestMode, RequestArm, AnnounceReady, Log]
-
-
-@dataclass(frozen=True)
-class FcuState:
-    """What MAVROS's State says; system_status is MAV_STATE."""
-
-    connected: bool
-    armed: bool
-    mode: str
-    system_status: int
-
-    @property
-    def failsafe(self) -> bool:
-        """Whether the flight controller flies by itself because something is lost."""
-        return self.armed and self.system_status == _CRITICAL
 
 
 class Phase(enum.Enum):
@@ -141,32 +44,10 @@ class Phase(enum.Enum):
 
     WAITING = "waiting for the flight controller"
     TAKING_OFF = "taking off"
+    RETURNING = "getting back to hover after the flight controller or MAVROS was away"
     FLYING = "flying by commands"
     YIELDED = "leaving the UAV to whoever changed its mode"
     IDLE = "on the ground, done"
-
-
-class _History:
-    """The last few values with their stamps."""
-
-    def __init__(self) -> None:
-        self._items: deque = deque(maxlen=64)
-
-    def add(self, stamp_ns: int, value: Any) -> None:
-        self._items.append((stamp_ns, value))
-
-    def at(self, stamp_ns: float) -> Any:
-        """Return the newest value that is not newer than a stamp, or None."""
-        for stamp, value in reversed(self._items):
-            if stamp <= stamp_ns:
-                return value
-        return None
-
-    def newest(self) -> Any:
-        return self._items[-1][1] if self._items else None
-
-    def clear(self) -> None:
-        self._items.clear()
 
 
 @dataclass(frozen=True)
@@ -175,13 +56,17 @@ class _Command:
     vector: Vector3
     yaw: float  # rate of a velocity command, heading of a position command
 
+    @property
+    def is_zero(self) -> bool:
+        return not (any(self.vector) or self.yaw)
+
 
 class SetpointPublisher:
     """See the module. Not thread-safe."""
 
     def __init__(self, parameters: PublisherParameters) -> None:
         self.parameters = parameters
-        self._poses, self._states, self._landed = _History(), _History(), _History()
+        self._poses, self._states, self._landed = History(), History(), History()
         self._clock_ns = 0
         self.restart()
 
@@ -194,7 +79,9 @@ class SetpointPublisher:
         self._sent_ns: int | None = None
         self._stream_began_ns: int | None = None
         self._requested_ns: int | None = None
+        self._complain_at_s = 0.0
         self._hold: tuple[Vector3, float] | None = None
+        self._hover_z_m = self.parameters.hover_height_m  # the local frame begins on the ground
         self._velocity: _Command | None = None
         self._position: _Command | None = None
         self._hovering_since_ns: int | None = None
@@ -207,10 +94,10 @@ class SetpointPublisher:
     # Messages
 
     def on_clock(self, now_ns: int) -> list[Action]:
-        """Take in ROS's time; a reset sets it back, long before the first pose tells of it."""
+        """Take in ROS's time; it tells of a reset long before the first pose does, and of missing poses."""
         jumped = (self._clock_ns - now_ns) * _NS > self.parameters.jump_back_s
         self._clock_ns = now_ns
-        return self._start_again() if jumped else []
+        return self._start_again() if jumped else self._watch_poses()
 
     def on_state(self, stamp_ns: int, state: FcuState) -> list[Action]:
         """Take in MAVROS's state."""
@@ -240,10 +127,13 @@ class SetpointPublisher:
         if frame_id not in ("", self.parameters.base_frame):
             text = f"a velocity command in the unknown frame {frame_id!r} is refused"
             actions.append(Log(f"{text}; it must be in {self.parameters.base_frame!r}.", repeated=True))
-        elif not all(map(math.isfinite, (*linear, yaw_rate))):
-            actions.append(Log("a velocity command with NaN or infinity is refused.", repeated=True))
+        elif not fit_float32((*linear, yaw_rate)):
+            actions.append(
+                Log("a velocity command with NaN, infinity or an absurd number is refused.", repeated=True)
+            )
         elif self._now(stamp_ns) < stamp_ns:
-            actions.append(Log("a velocity command stamped in the future is refused.", repeated=True))
+            if not self._poses_missing:  # without them nobody can tell, and more is wrong
+                actions.append(Log("a velocity command stamped in the future is refused.", repeated=True))
         else:
             self._velocity = _Command(stamp_ns, tuple(linear), yaw_rate)
         return actions + self._answer(self._now(stamp_ns), stamp_ns, by_pose=False)
@@ -251,10 +141,12 @@ class SetpointPublisher:
     def on_position(self, stamp_ns: int, position: Sequence[float], yaw: float) -> list[Action]:
         """Take in a position command (ENU, heading from east); the next pose is answered by it."""
         actions = []
-        if all(map(math.isfinite, (*position, yaw))):
+        if fit_float32((*position, yaw)):
             self._position = _Command(stamp_ns, tuple(position), wrap_angle(yaw))
         else:
-            actions.append(Log("a position command with NaN or infinity is refused.", repeated=True))
+            actions.append(
+                Log("a position command with NaN, infinity or an absurd number is refused.", repeated=True)
+            )
         return actions
 
     # Decisions
@@ -274,6 +166,27 @@ class SetpointPublisher:
             return actions
         self._newest_ns = max(self._newest_ns, stamp_ns)
         return []
+
+    @property
+    def _silence_s(self) -> float:
+        return (self._clock_ns - self._newest_ns) * _NS if self._newest_ns else 0.0
+
+    @property
+    def _poses_missing(self) -> bool:
+        return self._silence_s > self.parameters.pose_timeout_s
+
+    def _watch_poses(self) -> list[Action]:
+        """Take no commands while MAVROS is away, and say so every second."""
+        if not self._poses_missing or self.phase in (Phase.WAITING, Phase.IDLE):
+            self._complain_at_s = 0.0
+            return []
+        actions = []
+        if self._silence_s >= self._complain_at_s:
+            self._complain_at_s = self._silence_s + 1.0
+            actions.append(Log(f"MAVROS has sent no pose for {self._silence_s:.1f} s."))
+        if self.phase is Phase.FLYING:
+            actions += self._enter_returning(self._poses.newest())
+        return actions
 
     def _start_again(self) -> list[Action]:
         self.restart()
@@ -299,6 +212,7 @@ class SetpointPublisher:
             Phase.WAITING: self._begin,
             Phase.TAKING_OFF: self._take_off,
             Phase.FLYING: self._fly,
+            Phase.RETURNING: self._return,
             Phase.YIELDED: self._yield,
         }.get(self.phase)
         actions = step(now_ns, pose, state, flying) if step else []
@@ -309,12 +223,13 @@ class SetpointPublisher:
         if flying and state.mode != OFFBOARD and not state.failsafe:
             return self._enter_yielded(state)
         if flying:
+            if state.failsafe:
+                return self._enter_returning(pose)
             return self._enter_flying(pose, "the UAV is in the air: taking over where it is.")
         self.phase = Phase.TAKING_OFF
-        x, y, z = pose.position_m
-        height_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
-        self._hold = ((x, y, z + height_m), pose.yaw_rad)
-        self._aims_above = True
+        rise_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
+        self._hover_z_m = pose.position_m[2] + rise_m
+        self._hold_above(pose)
         self._seen_offboard = self._has_flown = False
         return []
 
@@ -334,18 +249,29 @@ class SetpointPublisher:
 
     def _fly(self, now_ns: int, pose: Pose, state: FcuState, flying: bool) -> list[Action]:
         if not state.armed:
-            if self._was_failsafe:
-                self.phase = Phase.WAITING
-                return [
-                    AnnounceReady(False),
-                    Log("the flight controller landed in a failsafe: taking off again."),
-                ]
-            return self._enter_idle()
-        if state.mode == OFFBOARD:
-            return []
+            return self._end_flight()
         if state.failsafe:
+            return self._enter_returning(pose) + self._request(now_ns, RequestMode(OFFBOARD))
+        return [] if state.mode == OFFBOARD else self._enter_yielded(state)
+
+    def _return(self, now_ns: int, pose: Pose, state: FcuState, flying: bool) -> list[Action]:
+        if not state.armed:
+            return self._end_flight()
+        if state.failsafe:
+            self._hold_above(pose)
             return self._request(now_ns, RequestMode(OFFBOARD))
-        return self._enter_yielded(state)
+        if state.mode != OFFBOARD:
+            return self._enter_yielded(state)
+        if self._poses_missing or not self._hovers(now_ns):
+            return []
+        return self._enter_flying(None, "hovering again, ready.")
+
+    def _end_flight(self) -> list[Action]:
+        """Take off again after the flight controller's own landing; anybody else's is to be the end."""
+        if not self._was_failsafe:
+            return self._enter_idle()
+        self.phase = Phase.WAITING
+        return [AnnounceReady(False), Log("the flight controller landed in a failsafe: taking off again.")]
 
     def _yield(self, now_ns: int, pose: Pose, state: FcuState, flying: bool) -> list[Action]:
         if not state.armed:
@@ -361,6 +287,14 @@ class SetpointPublisher:
         if pose is not None:
             self._hold_at(pose)
         return [AnnounceReady(True), Log(text, is_warning=False)]
+
+    def _enter_returning(self, pose: Pose) -> list[Action]:
+        """Hover there again before commands count: nobody has flown the UAV, and it may be low by now."""
+        self.phase = Phase.RETURNING
+        self._requested_ns = None
+        self._hovering_since_ns = None
+        self._hold_above(pose)
+        return [AnnounceReady(False), Log("the connection to the flight controller broke: hovering first.")]
 
     def _enter_yielded(self, state: FcuState) -> list[Action]:
         self.phase = Phase.YIELDED
@@ -383,10 +317,9 @@ class SetpointPublisher:
     def _hovers(self, now_ns: int) -> bool:
         """Whether the UAV has been at the hover point and slow for `ready_time_s`."""
         p = self.parameters
-        then_ns = now_ns - p.decision_delay_s / _NS
-        here, before = self._poses.at(then_ns), self._poses.at(then_ns - 0.2 / _NS)
+        here = self._poses.at(now_ns - p.decision_delay_s / _NS)
         near = math.dist(here.position_m, self._hold[0]) <= p.ready_distance_m
-        slow = before is not None and math.dist(here.position_m, before.position_m) <= 0.2 * p.ready_speed_m_s
+        slow = self._speed_m_s(now_ns) <= p.ready_speed_m_s
         if not (near and slow):
             self._hovering_since_ns = None
         elif self._hovering_since_ns is None:
@@ -394,30 +327,56 @@ class SetpointPublisher:
         since_ns = self._hovering_since_ns
         return since_ns is not None and (now_ns - since_ns) * _NS >= p.ready_time_s
 
+    def _speed_m_s(self, now_ns: int) -> float:
+        """Return the mean speed of late, as far as is surely known; infinity when it is not."""
+        then_ns = now_ns - self.parameters.decision_delay_s / _NS
+        here, before = self._poses.at(then_ns), self._poses.at(then_ns - _SPEED_WINDOW_S / _NS)
+        if before is None:
+            return math.inf
+        return math.dist(here.position_m, before.position_m) / _SPEED_WINDOW_S
+
     def _hold_at(self, pose: Pose) -> None:
         """Hover where the UAV is from now on."""
         self._hold = (pose.position_m, pose.yaw_rad)
         self._aims_above = False
+
+    def _hold_above(self, pose: Pose) -> None:
+        """Hover over this place from now on: at the hover height, or where the UAV is if that is higher."""
+        x, y, z = pose.position_m
+        self._hold = ((x, y, max(z, self._hover_z_m)), pose.yaw_rad)
+        self._aims_above = True
 
     # Setpoints
 
     def _setpoint(self, now_ns: int, stamp_ns: int) -> Action:
         """Return what to send now."""
         stamp_ns = max(stamp_ns, 0)
-        if self.phase is Phase.FLYING:
-            command = self._position if self.parameters.use_position_setpoint else self._velocity
-            timeout_s = self.parameters.command_timeout_s
-            age_s = (max(now_ns, self._newest_ns) - command.stamp_ns) * _NS if command else math.inf
-            if age_s <= timeout_s:
-                self._hold = None
-                if self.parameters.use_position_setpoint:
-                    return SendPosition(stamp_ns, command.vector, command.yaw)
-                return SendVelocity(stamp_ns, command.vector, command.yaw)
-            if self._hold is None:
-                self._hold_at(self._poses.newest())
-        if self.phase in (Phase.TAKING_OFF, Phase.FLYING):
+        commanded = self._commanded(now_ns, stamp_ns) if self.phase is Phase.FLYING else None
+        if commanded is not None:
+            return commanded
+        if self.phase in (Phase.TAKING_OFF, Phase.RETURNING, Phase.FLYING):
             return self._hover(now_ns, stamp_ns)
         return SendVelocity(stamp_ns, _ZERO, 0.0)
+
+    def _commanded(self, now_ns: int, stamp_ns: int) -> Action | None:
+        """Return the setpoint that a command asks for; None to hold the position."""
+        p = self.parameters
+        command = self._position if p.use_position_setpoint else self._velocity
+        age_s = (max(now_ns, self._newest_ns) - command.stamp_ns) * _NS if command else math.inf
+        if age_s > p.command_timeout_s:
+            if self._hold is None:
+                self._hold_at(self._poses.newest())
+            return None
+        if p.use_position_setpoint:
+            self._hold = None
+            return SendPosition(stamp_ns, command.vector, command.yaw)
+        if not command.is_zero:
+            self._hold = None
+        elif self._hold is None and self._speed_m_s(now_ns) <= p.hold_speed_m_s:
+            self._hold_at(self._poses.at(now_ns - p.decision_delay_s / _NS))
+        if self._hold is not None:
+            return None
+        return SendVelocity(stamp_ns, command.vector, command.yaw)
 
     def _hover(self, now_ns: int, stamp_ns: int) -> Action:
         """Hold; after a take-off aim above the hover point by a multiple of what is missing to it."""

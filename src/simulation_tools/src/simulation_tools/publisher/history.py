@@ -1,0 +1,32 @@
+"""What is remembered of a topic."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+
+class History:
+    """The last few values with their stamps."""
+
+    def __init__(self) -> None:
+        self._items: deque = deque(maxlen=64)
+
+    def add(self, stamp_ns: int, value: Any) -> None:
+        """Take in a value."""
+        self._items.append((stamp_ns, value))
+
+    def at(self, stamp_ns: float) -> Any:
+        """Return the newest value that is not newer than a stamp, or None."""
+        for stamp, value in reversed(self._items):
+            if stamp <= stamp_ns:
+                return value
+        return None
+
+    def newest(self) -> Any:
+        """Return the value that came last, or None."""
+        return self._items[-1][1] if self._items else None
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._items.clear()

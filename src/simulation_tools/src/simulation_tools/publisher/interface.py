@@ -1,0 +1,125 @@
+"""What the publisher's state machine is told and what it wants done: parameters, messages, actions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Union
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import Vector3
+
+_CRITICAL = 5  # MAV_STATE of a failsafe
+
+
+class PublisherError(SimulationToolsError):
+    """A parameter of the publisher cannot be used."""
+
+
+@dataclass(frozen=True)
+class PublisherParameters:
+    """How the publisher flies.
+
+    hover_height_m: over the ground at the place of take-off, where the pose's origin stands
+    ground_clearance_m high. command_timeout_s: an older command is replaced by hover.
+    use_position_setpoint: hand on positions instead of velocities. base_frame: the only frame, besides
+    none, in which velocities are taken.
+
+    ready_distance_m, ready_speed_m_s, ready_time_s: to be this close to the hover point and this slow for
+    this long counts as hovering. climb_gain: how much further than the hover point a take-off aims, per
+    metre that is missing; PX4 starts with a guess of the hover thrust and would creep up the last half metre.
+    hold_speed_m_s: a command of zero brakes a UAV that is faster than this, and has a slower one hold its
+    position; by a velocity of zero alone it would sink with every error of the hover thrust.
+
+    retry_period_s: between requests to the flight controller. min_stream_s: of streaming before OFFBOARD is
+    asked for. stream_gap_s: when no command has been answered for this long, each pose is, so that the
+    stream never breaks. pose_timeout_s: so long without a pose means that MAVROS is away. jump_back_s: a pose
+    this much older than the last means that the clock was reset.
+    """
+
+    hover_height_m: float = 2.0
+    ground_clearance_m: float = 0.12
+    command_timeout_s: float = 0.5
+    use_position_setpoint: bool = False
+    base_frame: str = "base_frame"
+    ready_distance_m: float = 0.05
+    ready_speed_m_s: float = 0.15
+    ready_time_s: float = 0.5
+    hold_speed_m_s: float = 0.15
+    retry_period_s: float = 0.5
+    stream_gap_s: float = 0.15
+    min_stream_s: float = 0.1
+    climb_gain: float = 2.0
+    decision_delay_s: float = 0.1
+    pose_timeout_s: float = 0.5
+    jump_back_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            least = 0.0 if name in ("ground_clearance_m", "climb_gain") else 1e-9
+            if isinstance(value, float) and not least <= value < math.inf:
+                raise PublisherError(f"{name} must be a positive number, got {value}.")
+
+
+@dataclass(frozen=True)
+class SendVelocity:
+    """Send a velocity setpoint in the levelled body frame (FLU) and a yaw rate, rad/s."""
+
+    stamp_ns: int
+    linear: Vector3
+    yaw_rate: float
+
+
+@dataclass(frozen=True)
+class SendPosition:
+    """Send a position setpoint in the local frame (ENU) with a heading, rad from east."""
+
+    stamp_ns: int
+    position: Vector3
+    yaw: float
+
+
+@dataclass(frozen=True)
+class RequestMode:
+    """Ask the flight controller for a mode."""
+
+    mode: str
+
+
+@dataclass(frozen=True)
+class RequestArm:
+    """Ask the flight controller to arm."""
+
+
+@dataclass(frozen=True)
+class AnnounceReady:
+    """Say whether the UAV takes commands."""
+
+    ready: bool
+
+
+@dataclass(frozen=True)
+class Log:
+    """Say a sentence; repeated: it may come with every message, so throttle it."""
+
+    text: str
+    is_warning: bool = True
+    repeated: bool = False
+
+
+Action = Union[SendVelocity, SendPosition, RequestMode, RequestArm, AnnounceReady, Log]
+
+
+@dataclass(frozen=True)
+class FcuState:
+    """What MAVROS's State says; system_status is MAV_STATE."""
+
+    connected: bool
+    armed: bool
+    mode: str
+    system_status: int
+
+    @property
+    def failsafe(self) -> bool:
+        """Whether the flight controller flies by itself because something is lost."""
+        return self.armed and self.system_status == _CRITICAL
