@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 
 import rospy
 
 from cepa import ALGORITHMS, CepaError, CepaParameters, ParameterError
+from cepa_ros.ending import Ending, leave
 
 WARNING_PERIOD_S = 5.0
+LAST_CALLBACK_S = 0.4
 
 
 def parameters_of(config) -> tuple[str, CepaParameters]:
@@ -76,17 +77,35 @@ def serve_parameters(config_type, algorithm: str, parameters: CepaParameters, ap
     return Server(config_type, on_change)
 
 
-def run(name: str, node_class) -> None:
-    """Run a node until ROS shuts down; what is wrong at the start is one sentence and exit code 1."""
-    rospy.init_node(name)
+def run(name: str, node_class, ending: Ending) -> None:
+    """Run a node until it is told to end; what is wrong at the start is one sentence and exit code 1."""
+    ending.closes_by(lambda: rospy.signal_shutdown("signal"))
     try:
+        rospy.init_node(name, disable_signals=True)
         node = node_class()
     except CepaError as error:
-        rospy.logfatal("%s: %s", rospy.get_name(), error)
-        sys.exit(1)
+        _give_up(error)
+    except Exception:
+        if not rospy.core.is_shutdown_requested():
+            raise
+        leave(0, _answer_last_call)  # told to end while it was made
     # No callback may be under way when rospy closes the topics that it publishes on
-    rospy.on_shutdown(lambda: node._lock.acquire(timeout=1.0))
+    rospy.on_shutdown(lambda: node._lock.acquire(timeout=LAST_CALLBACK_S))
     rospy.spin()
+    leave(0, _answer_last_call)
+
+
+def _give_up(error: CepaError) -> None:
+    name = rospy.get_name()
+    rospy.logfatal(
+        "%s cannot start: %s Change it in the launch file, or by rosparam set under %s.", name, error, name
+    )
+    leave(1, lambda: rospy.signal_shutdown("cannot start"))
+
+
+def _answer_last_call() -> None:
+    """Whoever told the node to end (rosnode kill) waits for an answer, which rospy gives now."""
+    rospy.rostime.wallsleep(0.15)
 
 
 class Warnings:
