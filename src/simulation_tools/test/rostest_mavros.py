@@ -146,6 +146,8 @@ class TestMavros(unittest.TestCase):
         self.assertAlmostEqual(get("MPC_XY_P").value.real, 0.95, places=5)
         self.assertEqual(get("COM_RC_IN_MODE").value.integer, 1)
         self.assertFalse(get("NO_SUCH").success)
+        self.assertFalse(put("MPC_XY_P", ParamValue(real=1e300)).success)
+        self.assertFalse(put("COM_RC_IN_MODE", ParamValue(integer=2**40)).success)
         answer = put("MPC_XY_P", ParamValue(real=1.1))
         self.assertTrue(answer.success)
         self.assertAlmostEqual(answer.value.real, 1.1, places=5)
@@ -162,6 +164,7 @@ class TestMavros(unittest.TestCase):
         self.ask_for("OFFBOARD")  # sent, but there is no stream
         time.sleep(1.0)
         self.assertEqual(self.mode(), "AUTO.LOITER")
+        self.assertFalse(self.services["cmd/command"](False, 31000, 0, 1e308, 0, 0, 0, 0, 0, 0).success)
         answer = self.services["cmd/command"](False, 31000, 0, 0, 0, 0, 0, 0, 0, 0)
         self.assertEqual((answer.success, answer.result), (False, 3))
 

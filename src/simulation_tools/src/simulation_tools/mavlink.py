@@ -15,6 +15,7 @@ from typing import Iterator, Sequence, Tuple
 
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.bounds import fit_float32
 from simulation_tools.errors import SimulationToolsError
 
 Address = Tuple[str, int]
@@ -134,7 +135,9 @@ def decode_text(value: bytes | str) -> str:
 
 
 def parameter_to_wire(value: float, is_integer: bool) -> float:
-    """Return the float whose bits carry a parameter's value."""
+    """Return the float whose bits carry a parameter's value; raises ValueError for one out of range."""
+    if not (-(2**31) <= value < 2**31 if is_integer else fit_float32([value])):
+        raise ValueError(f"{value} is no 32-bit {'integer' if is_integer else 'number'}")
     return struct.unpack("<f", struct.pack("<i", int(value)))[0] if is_integer else float(value)
 
 

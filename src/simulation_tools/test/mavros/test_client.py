@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import socket
 import sys
 import threading
 import time
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20 import common
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from flight import NO_NOISE, Flight
 
-from simulation_tools.mavlink import LinkError
+from simulation_tools.mavlink import Codec, LinkError
 from simulation_tools.mavros.client import FcuClient, custom_mode, mode_name, parse_fcu_url
 from simulation_tools.px4.mavlink_link import MavlinkLink
 
@@ -104,6 +106,60 @@ def test_parameters_are_read_set_and_pulled(pair):
     assert client.set_parameter("MPC_XY_P", 99.0) == 1.25
     assert client.get_parameter("NO_SUCH") is None
     assert len(client.pull_parameters()) == len(fcu.flight.px4.parameters)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("MPC_XY_P", 1e300), ("MPC_XY_P", float("nan")), ("COM_OBL_ACT", 2**31)]
+)
+def test_parameters_that_mavlink_cannot_carry_are_refused(pair, name, value):
+    client, _ = pair
+    with pytest.raises(ValueError, match="32-bit"):
+        client.set_parameter(name, value)
+
+
+def test_commands_take_nan_for_not_given_but_no_absurd_numbers(pair):
+    client, _ = pair
+    assert client.command(31000, float("nan")) == 3
+    with pytest.raises(ValueError, match="31000"):
+        client.command(31000, 1e308)
+
+
+@pytest.mark.parametrize(
+    ("component", "kind", "autopilot"),
+    [(1, common.MAV_TYPE_GCS, 12), (1, 2, common.MAV_AUTOPILOT_INVALID), (190, 2, 12)],
+)
+def test_only_an_autopilot_of_the_target_can_take_the_link_over(pair, component, kind, autopilot):
+    """A script that gives itself system 1, as most do, talks to the client's port."""
+    client, _ = pair
+    assert eventually(lambda: client.connected)
+    stranger = Codec(1, component)
+    heard = []
+    client.on("STATUSTEXT", heard.append)
+    messages = [
+        common.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 4, 3),
+        common.MAVLink_statustext_message(6, b"I am not the flight controller"),
+    ]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
+        for _ in range(10):
+            for message in messages:
+                udp.sendto(stranger.pack(message), ("127.0.0.1", client.port))
+            time.sleep(0.01)
+        assert client.get_parameter("MPC_XY_P") == pytest.approx(0.95)
+        time.sleep(0.1)
+    assert not [m for m in heard if "not the flight controller" in m.text]
+
+
+def test_an_autopilot_on_another_port_is_followed(pair):
+    client, fcu = pair
+    assert eventually(lambda: client.connected)
+    fcu.stop()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
+        udp.settimeout(2.0)
+        heartbeat = common.MAVLink_heartbeat_message(2, 12, 0, 0, 4, 3)
+        udp.sendto(Codec(1, 1).pack(heartbeat), ("127.0.0.1", client.port))
+        time.sleep(0.2)
+        client.send_heartbeat()
+        assert udp.recv(100)
 
 
 def test_handlers_get_their_messages(pair):

@@ -51,7 +51,7 @@ def test_other_frames_are_refused(frame):
         position_target(TARGET, 0, frame, EVERYTHING)
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e308, -3.5e38])
 def test_what_is_not_finite_is_refused_unless_it_is_masked(bad):
     mask = IGNORE_POSITION | IGNORE_ACCELERATION | IGNORE_YAW
     with pytest.raises(ValueError, match="NaN"):

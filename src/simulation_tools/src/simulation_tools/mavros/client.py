@@ -14,6 +14,7 @@ from typing import Callable
 
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.bounds import fit_float32
 from simulation_tools.mavlink import (
     Address,
     Codec,
@@ -133,9 +134,22 @@ class FcuClient:
         """Handle every message that is there."""
         for datagram, address in receive_all(self._socket):
             for message in self._codec.decode(datagram):
-                if message.get_srcSystem() == self.target.system_id:
-                    self._remote = address
+                if self._is_from_target(message, address):
                     self._handle(message)
+
+    def _is_from_target(self, message: common.MAVLink_message, address: Address) -> bool:
+        """Whether the flight controller sent it; only the heartbeat of an autopilot tells where that is.
+
+        System 1 is what nearly every script takes for itself, too.
+        """
+        target = (self.target.system_id, self.target.component_id)
+        if (message.get_srcSystem(), message.get_srcComponent()) != target:
+            return False
+        if message.get_type() == "HEARTBEAT":
+            if message.type == common.MAV_TYPE_GCS or message.autopilot == common.MAV_AUTOPILOT_INVALID:
+                return False
+            self._remote = address
+        return address == self._remote
 
     def send(self, message: common.MAVLink_message) -> bool:
         """Send a message to the flight controller; False when the system would not take it."""
@@ -156,8 +170,13 @@ class FcuClient:
         )
 
     def command(self, command: int, *params: float) -> int | None:
-        """Send COMMAND_LONG and wait for its answer: MAV_RESULT, or None when none came in time."""
+        """Send COMMAND_LONG and wait for its answer: MAV_RESULT, or None when none came in time.
+
+        NaN means "not given" to many commands. Raises ValueError for a number too large for MAVLink.
+        """
         padded = (*params, *(0.0 for _ in range(7 - len(params))))
+        if not fit_float32(filter(math.isfinite, padded)):
+            raise ValueError(f"a parameter of command {command} is beyond 3.4e38")
         with self._command_lock:
             with self._answers:
                 self._acks.pop(command, None)
@@ -185,7 +204,7 @@ class FcuClient:
     def set_parameter(self, name: str, value: float) -> float | None:
         """Change a parameter; returns its value afterwards, None when no answer comes.
 
-        An int goes out as INT32, a float as REAL32.
+        An int goes out as INT32, a float as REAL32. Raises ValueError for a value that does not fit.
         """
         is_integer = isinstance(value, int)
         request = common.MAVLink_param_set_message(
@@ -226,8 +245,6 @@ class FcuClient:
     def _handle(self, message: common.MAVLink_message) -> None:
         kind = message.get_type()
         if kind == "HEARTBEAT":
-            if message.type == common.MAV_TYPE_GCS or message.autopilot == common.MAV_AUTOPILOT_INVALID:
-                return
             self._heard_s = time.monotonic()
         elif kind == "COMMAND_ACK":
             with self._answers:

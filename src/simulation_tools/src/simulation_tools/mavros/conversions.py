@@ -8,6 +8,7 @@ from typing import Sequence
 
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.bounds import fit_float32
 from simulation_tools.geometry import Quaternion, Vector3
 from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
 
@@ -50,8 +51,8 @@ def position_target(
 ) -> common.MAVLink_message:
     """Build SET_POSITION_TARGET_LOCAL_NED from ENU values, or FLU ones for the body frames.
 
-    Raises ValueError, one sentence, for a frame that does not exist and for values that are not finite; a
-    masked value is sent as zero, whatever it was.
+    Raises ValueError, one sentence, for a frame that does not exist and for values that are not finite as
+    float32; a masked value is sent as zero, whatever it was.
     """
     if frame not in BODY_FRAMES | LOCAL_FRAMES:
         raise ValueError(f"the coordinate frame {frame} is none of 1, 7, 8 and 9")
@@ -130,6 +131,6 @@ def attitude_target(
 
 
 def require_finite(values: Sequence[float]) -> None:
-    """Raise ValueError when one of the values is NaN or infinite."""
-    if not all(map(math.isfinite, values)):
-        raise ValueError("it holds NaN or infinity")
+    """Raise ValueError when one of the values is NaN, infinite, or so large that MAVLink cannot carry it."""
+    if not fit_float32(values):
+        raise ValueError("it holds NaN, infinity or a number beyond 3.4e38")
