@@ -260,6 +260,13 @@ CANNOT_BE_LAUNCHED = {
         "lidar:=sonar",
         "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8",
     ),
+    "speed": ("experiment_1", "speed:=abc", "'abc' is no speed; give a number from 0.05 to 15."),
+    "pose_source": (
+        "experiment_1",
+        "pose_source:=gps",
+        "There is no pose_source 'gps'; choose pose_source:=",
+    ),
+    "mavros": ("experiment_1", "mavros:=fake", "There is no mavros 'fake'; choose mavros:=sim|real."),
     "malformed": ("fly_to_goal", "goal:=9 0 2", "broken.world:2: "),
 }
 
@@ -283,6 +290,10 @@ REFUSED = {
     "goal": ("_goal:=far away", "'far away' is no goal; give 3 numbers in metres and radians: x y z."),
     "near": ("_goal:=0 0 2", "The goal lies 0.00 m from the start; it must be 1 m to 10 km away."),
     "results": ("_results:=/proc", "Cannot make a results folder in /proc/"),
+    "relative world": ("_world:=my.world", "for example world:=$PWD/my.world."),
+    "relative results": ("_results:=out", "for example results:=$PWD/out."),
+    "seed": ("_seed:=abc", "'abc' is no seed; give a whole number from 0 to 2147483647."),
+    "no number": ("_hover_s:=two", "hover_s is two; it must be a positive number of seconds."),
     "limit": ("_hover_s:=-1", "hover_s is -1; it must be a positive number of seconds."),
 }
 

@@ -157,6 +157,28 @@ def test_with_drifting_odometry_the_goal_is_where_odometry_says(parameters):
     assert truly > 0.4
 
 
+FLOOR = """<sdf version="1.6"><world name="hall">
+  <model name="floor"><static>true</static><link name="l"><collision name="c">
+    <geometry><plane><normal>0 0 1</normal><size>90 90</size></plane></geometry></collision></link></model>
+</world></sdf>"""
+
+
+def test_a_floor_of_another_name_is_ground_too(tmp_path, parameters):
+    world = tmp_path / "hall.world"
+    world.write_text(FLOOR)
+    given = parameters(goal_xyz_m=(3.0, 0.0, 2.0))
+    with ClosedLoop(replace(given, simulation=replace(given.simulation, world=str(world)))) as loop:
+        outcome = loop.run()
+    assert outcome.success, outcome.failure
+    assert "floor" in outcome.ground
+
+
+def test_the_limits_are_those_of_the_node_and_of_the_way(parameters, worlds_folder):
+    written = yaml.safe_load((worlds_folder.parent / "config/experiment.yaml").read_text())
+    assert ExperimentParameters(**written) == ExperimentParameters()
+    assert parameters(goal_xyz_m=(300.0, 0.0, 2.0)).limits_of_way.flight_timeout_s == 450.0
+
+
 def test_unknown_choices_are_refused_with_the_choices(parameters):
     with pytest.raises(FlightError, match="no algorithm 'best'; choose one of improved, original"):
         parameters(algorithm="best")

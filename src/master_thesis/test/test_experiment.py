@@ -116,6 +116,38 @@ def test_the_ground_is_an_obstacle_in_flight(experiment, pair):
     assert experiment.outcome.touched == (GROUND,)
 
 
+FLOOR, SHELF = "floor::link::c", "shelf::link::board"
+
+
+@pytest.mark.parametrize("contact", [(UAV, FLOOR, 1.0), (FLOOR, UAV, -1.0)])
+def test_the_ground_is_what_carries_the_uav_whatever_its_name(experiment, contact):
+    # Given a floor on which the UAV stands, and which a rotor scrapes while it takes off
+    experiment.on_contact(0.5, *contact)
+    experiment.on_contact(0.6, "iris::rotor_1::disc", FLOOR, 0.1)
+    fly(experiment)
+    experiment.on_time(32.0)
+    # When it lands on something else
+    experiment.on_contact(37.0, UAV, SHELF, 0.8)
+    # Then both are ground, and no collision
+    assert not experiment.outcome.collision
+    assert experiment.outcome.ground == ("ground_plane", "floor", "shelf")
+
+
+def test_what_is_touched_sideways_or_from_below_is_no_ground(experiment):
+    experiment.on_contact(1.0, UAV, TREE, 0.0)
+    experiment.on_contact(1.1, UAV, SHELF, -1.0)  # a board over its head
+    assert experiment.outcome.touched == (TREE, SHELF)
+    assert experiment.outcome.ground == ("ground_plane",)
+
+
+def test_a_floor_of_any_name_is_an_obstacle_in_flight(experiment):
+    experiment.on_contact(0.5, UAV, FLOOR, 1.0)
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    experiment.on_contact(12.0, UAV, FLOOR, 1.0)
+    assert experiment.outcome.touched == (FLOOR,)
+
+
 def test_disarming_in_flight_is_a_failure(experiment):
     experiment.on_ready(True)
     experiment.on_time(10.0)
@@ -135,7 +167,16 @@ def test_an_interruption_ends_the_run_with_its_sentence(experiment):
     assert not experiment.outcome.reached_goal
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), "two", None, True, [2.0]])
 def test_absurd_limits_are_refused(value):
     with pytest.raises(FlightError, match=r"hover_s is .* it must be a positive number of seconds"):
         ExperimentParameters(hover_s=value)
+
+
+@pytest.mark.parametrize(
+    ("way_m", "speed_m_s", "expected_s"),
+    [(40.0, 2.0, 120.0), (300.0, 2.0, 450.0), (60.0, 0.5, 360.0), (10_000.0, 0.02, 999_999.0)],
+)
+def test_a_far_or_slow_flight_may_last_three_times_its_way(way_m, speed_m_s, expected_s):
+    limits = ExperimentParameters().for_way(way_m, speed_m_s)
+    assert limits == ExperimentParameters(flight_timeout_s=expected_s)

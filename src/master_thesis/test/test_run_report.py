@@ -93,9 +93,7 @@ def test_a_run_that_never_flew_has_a_report_too(tmp_path, description):
     monitor.abort("The simulator ended.")
     wall = monitor.wall_figures(0.0)
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
-    content = run_files.write_run(
-        folder, description, monitor.log, monitor.experiment.outcome, wall, thorough=False
-    )
+    content = run_files.write_numbers(folder, description, monitor.log, monitor.experiment.outcome, wall)
     assert content["failure"] == "The simulator ended."
     assert content["reached_goal"] is False
     assert json.loads((folder.path / "result.json").read_text())["cepa_computation_ms"] is None
@@ -115,7 +113,9 @@ def test_wall_figures(description):
     wall = monitor.wall_figures(started_s=90.0)
     assert wall.real_time_factor == pytest.approx(0.5, abs=1e-3)
     assert wall.wall_time_to_ready_s == pytest.approx(30.0, abs=0.03)
-    assert wall.latency_ms == {"median": 4.0, "p99": 9.0, "count": 800.0}
+    assert wall.latency_ms == {"median": 4.0, "p99": 9.0, "count": 800}
+    counts = wall.latency_ms["count"], wall.lockstep_misses
+    assert [type(count) for count in counts] == [int, int]
 
 
 def test_without_measured_latencies_there_are_none(description):
@@ -137,7 +137,8 @@ def test_all_files_of_a_run(tmp_path, description):
     monitor.log.add_scan(15.0, np.full(11, 3.0), -0.5, 0.1)
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
     wall = monitor.wall_figures(100.0)
-    content = run_files.write_run(folder, description, monitor.log, monitor.experiment.outcome, wall)
+    flown = folder, description, monitor.log, monitor.experiment.outcome
+    content = run_files.complete_run(*flown, run_files.write_numbers(*flown, wall))
     written = json.loads((folder.path / "result.json").read_text())
     assert written["scenario"] == "empty"
     assert set(KEYS_OF_THE_ISSUE) <= set(written)

@@ -6,7 +6,7 @@ from typing import Callable
 
 import numpy as np
 
-from master_thesis.experiment import GROUND, Outcome
+from master_thesis.experiment import Outcome
 from master_thesis.flight_log import FlightLog
 from master_thesis.floor_plan import Outline, outlines
 from master_thesis.run_report import MAX_CLEARANCE_M, RunDescription, clearance_series
@@ -36,7 +36,7 @@ def clearances(
         world.spawn(model, name, Pose.identity())
 
         def clearance(pose: Pose) -> float:
-            return world.clearance(name, pose, MAX_CLEARANCE_M, ignore=(GROUND,))
+            return world.clearance(name, pose, MAX_CLEARANCE_M, ignore=outcome.ground)
 
         return clearance_series(log, outcome, clearance, progress)
     finally:

@@ -6,12 +6,16 @@ that come back. Time is simulation time, in seconds; nothing here waits.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from master_thesis.errors import FlightError
 
-GROUND = "ground_plane"
+GROUND = "ground_plane"  # what Gazebo's own worlds call it; any other is known by what the UAV stands on
+CARRIES = 0.7
+"""Upward part of a contact's normal from which on the UAV stands on the other: up to 45 degrees of slope."""
+PATIENCE = 3.0
+"""A flight may take this many times as long as its straight way at full speed."""
 
 
 class Phase(Enum):
@@ -37,19 +41,24 @@ class ExperimentParameters:
     """How long each phase may last.
 
     hover_s: hover at the goal before landing. ready_timeout_s: from the first moment to the hover over the
-    start. flight_timeout_s: from sending the goal to reaching it. landing_timeout_s: from the order to land
-    to disarmed.
+    start. flight_timeout_s: from sending the goal to reaching it, at least (see `for_way`).
+    landing_timeout_s: from the order to land to disarmed.
     """
 
     hover_s: float = 2.0
     ready_timeout_s: float = 60.0
-    flight_timeout_s: float = 180.0
+    flight_timeout_s: float = 120.0
     landing_timeout_s: float = 60.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not 0.0 < value < 1e6:
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e6:
                 raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
+
+    def for_way(self, way_m: float, speed_m_s: float) -> ExperimentParameters:
+        """Return the same with time enough for a way of this length at this reference speed, above 0."""
+        needed_s = min(PATIENCE * way_m / speed_m_s, 999_999.0)
+        return replace(self, flight_timeout_s=max(self.flight_timeout_s, needed_s))
 
 
 @dataclass(frozen=True)
@@ -57,7 +66,8 @@ class Outcome:
     """How a run went.
 
     times_s: when each phase began. failure: None, or the sentence that says why the run did not do what it
-    should. touched: the obstacles that were touched.
+    should. touched: the obstacles that were touched. ground: models that carried the UAV before the flight or
+    after it.
     """
 
     reached_goal: bool
@@ -66,6 +76,7 @@ class Outcome:
     failure: str | None
     times_s: dict[Phase, float]
     touched: tuple[str, ...]
+    ground: tuple[str, ...] = (GROUND,)
 
     @property
     def success(self) -> bool:
@@ -86,6 +97,7 @@ class Experiment:
         self._landed = False
         self._failure: str | None = None
         self._touched: dict[str, None] = {}
+        self._ground: dict[str, None] = {GROUND: None}
         self._ready = False
 
     @property
@@ -103,6 +115,7 @@ class Experiment:
             failure=self._failure_sentence(),
             times_s=dict(self._times),
             touched=tuple(self._touched),
+            ground=tuple(self._ground),
         )
 
     def on_ready(self, ready: bool) -> None:
@@ -125,14 +138,20 @@ class Experiment:
             self._reached = True
             self._enter(Phase.HOVERING, t_s)
 
-    def on_contact(self, t_s: float, collision_1: str, collision_2: str) -> None:
+    def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Take note of a contact between two collision shapes, named model::link::collision.
 
-        Touching the ground is part of take-off and landing, and a collision in between.
+        upwards: z component of the contact's normal, the unit vector from the second shape to the first.
+        Touching the ground is part of take-off and landing, and a collision in between. The ground is what
+        carries the UAV from below before the goal is sent or after the order to land, whatever its name.
         """
-        obstacle = collision_2 if collision_1.split("::")[0] == self._uav else collision_1
+        uav_first = collision_1.split("::")[0] == self._uav
+        obstacle = collision_2 if uav_first else collision_1
+        model = obstacle.split("::")[0]
         in_flight = self._phase in (Phase.FLYING, Phase.HOVERING)
-        if in_flight or obstacle.split("::")[0] != GROUND:
+        if not in_flight and (upwards if uav_first else -upwards) >= CARRIES:
+            self._ground.setdefault(model)
+        if in_flight or model not in self._ground:
             self._touched.setdefault(obstacle)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:

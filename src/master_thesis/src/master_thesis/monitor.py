@@ -50,10 +50,10 @@ class Monitor:
         self.experiment.on_goal_reached(self.now_s, reached)
         self._noted([])
 
-    def on_contact(self, t_s: float, collision_1: str, collision_2: str) -> None:
-        """Take note of a contact between two collision shapes."""
+    def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
+        """Take note of a contact between two collision shapes; `upwards` as in `Experiment.on_contact`."""
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
-        self.experiment.on_contact(t_s, collision_1, collision_2)
+        self.experiment.on_contact(t_s, collision_1, collision_2, upwards)
 
     def on_armed(self, armed: bool) -> list[Action]:
         """Take note whether the motors may turn; return what is to be done now."""
@@ -73,10 +73,12 @@ class Monitor:
         latency = None
         if figures.get("setpoint_latency_count"):
             latency = {key: figures[name] for key, name in _LATENCY_KEYS.items()}
+            latency["count"] = int(latency["count"])
+        misses = figures.get("lockstep_misses")
         return WallFigures(
             real_time_factor=self._real_time_factor(),
             latency_ms=latency,
-            lockstep_misses=figures.get("lockstep_misses"),
+            lockstep_misses=None if misses is None else int(misses),
             wall_time_s=self._wall_clock() - started_s,
             wall_time_to_ready_s=wall[Phase.FLYING] - started_s if Phase.FLYING in wall else None,
         )

@@ -69,9 +69,10 @@ class RunFolder:
             os.chmod(temporary, 0o644)
             os.replace(temporary, target)
         except OSError as error:
+            raise ResultsError(_sentence(f"write {target}", error)) from error
+        finally:  # after Ctrl-C, too
             if temporary and os.path.exists(temporary):
                 os.unlink(temporary)
-            raise ResultsError(_sentence(f"write {target}", error)) from error
         return target
 
 

@@ -11,6 +11,10 @@ from master_thesis.errors import ScenarioError
 
 ALGORITHMS = ("improved", "original")
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
+POSE_SOURCES = ("ground_truth", "odometry", "slam")
+MAVROS = ("sim", "real")
+SPEEDS_M_S = (0.05, 15.0)  # the position controller goes no faster; slower, no flight ends
+SEEDS = (0, 2**31 - 1)  # what roslaunch still takes for an integer
 SCENARIOS = ("empty", "sparse", "forest", "hallway")
 FLIGHT_HEIGHT_M = 2.0
 
@@ -55,6 +59,52 @@ def choose(what: str, given: str, choices: Sequence[str]) -> str:
     if given not in choices:
         raise ScenarioError(f"There is no {what} '{given}'; choose {what}:={'|'.join(choices)}.")
     return given
+
+
+def number(what: str, given, least: float, greatest: float) -> float:
+    """Return what was given as a number within the bounds.
+
+    Raises:
+        ScenarioError: a sentence that says what is expected.
+    """
+    value = _as_float(given)
+    if not least <= value <= greatest:
+        raise ScenarioError(f"'{given}' is no {what}; give a number from {least:g} to {greatest:g}.")
+    return value
+
+
+def whole_number(what: str, given, least: int, greatest: int) -> int:
+    """Return what was given as a whole number within the bounds.
+
+    Raises:
+        ScenarioError: a sentence that says what is expected.
+    """
+    value = _as_float(given)
+    if not least <= value <= greatest or value != int(value):
+        raise ScenarioError(f"'{given}' is no {what}; give a whole number from {least} to {greatest}.")
+    return int(value)
+
+
+def absolute(what: str, given: str) -> Path:
+    """Return the path that was given, which must not depend on the folder a program runs in.
+
+    Raises:
+        ScenarioError: it does; roslaunch starts nodes in a folder of its own.
+    """
+    path = Path(given).expanduser()
+    if not path.is_absolute():
+        raise ScenarioError(
+            f"{what}:={given} is no absolute path; give one, for example {what}:=$PWD/{given}."
+        )
+    return path
+
+
+def _as_float(given) -> float:
+    """Return a number, or what no bound admits."""
+    try:
+        return math.nan if isinstance(given, bool) else float(given)
+    except (TypeError, ValueError):
+        return math.nan
 
 
 def numbers(what: str, text: str, names: Sequence[str]) -> tuple[float, ...]:

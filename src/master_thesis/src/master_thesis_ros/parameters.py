@@ -15,4 +15,5 @@ def all_parameters() -> dict:
     """Return the parameters of all nodes, by node."""
     # Not rospy.get_param: its cache takes the root for what rospy itself has asked for
     parameters = rosgraph.Master(rospy.get_name()).getParam("/")
+    parameters.pop("roslaunch", None)  # its own addresses
     return {name: value for name, value in parameters.items() if isinstance(value, dict)}

@@ -1,0 +1,39 @@
+"""What a user asks for: numbers, choices and paths are taken, or refused in one sentence."""
+
+from pathlib import Path
+
+import pytest
+
+from master_thesis import scenario
+from master_thesis.errors import ScenarioError
+
+
+@pytest.mark.parametrize(("given", "expected"), [(3, 3), (3.0, 3), ("7", 7), (0, 0)])
+def test_a_whole_number_is_taken_however_it_is_written(given, expected):
+    value = scenario.whole_number("seed", given, *scenario.SEEDS)
+    assert value == expected
+    assert isinstance(value, int)
+
+
+@pytest.mark.parametrize("given", ["abc", 1.5, -1, 2**31, float("nan"), float("inf"), True, None, [1], ""])
+def test_what_is_no_whole_number_is_refused(given):
+    with pytest.raises(ScenarioError, match=r"' is no seed; give a whole number from 0 to 2147483647\."):
+        scenario.whole_number("seed", given, *scenario.SEEDS)
+
+
+@pytest.mark.parametrize("given", ["abc", 0, -1.0, 15.1, float("nan"), True, None])
+def test_what_is_no_speed_is_refused(given):
+    with pytest.raises(ScenarioError, match=r"' is no speed; give a number from 0\.05 to 15\."):
+        scenario.number("speed", given, *scenario.SPEEDS_M_S)
+
+
+def test_a_speed_is_taken():
+    assert scenario.number("speed", "0.5", *scenario.SPEEDS_M_S) == 0.5
+
+
+def test_a_path_must_not_depend_on_where_a_node_runs():
+    assert scenario.absolute("world", "/a/my.world") == Path("/a/my.world")
+    assert scenario.absolute("world", "~/my.world") == Path.home() / "my.world"
+    sentence = r"world:=my\.world is no absolute path; give one, for example world:=\$PWD/my\.world\."
+    with pytest.raises(ScenarioError, match=sentence):
+        scenario.absolute("world", "my.world")
