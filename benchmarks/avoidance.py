@@ -21,19 +21,22 @@ from benchmarks._campaign import SPEEDS_M_S, Flown, Trial
 from benchmarks._report import Report, options, table, write_atomically
 
 SAFE_SPEED_M_S = 2.0
-ORDER = ("original", "improved")
-"""The slow one first, so that the workers end together."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
     parser = options(__doc__)
     parser.add_argument("--flights", type=int, default=200, metavar="N", help="forests for each algorithm")
+    parser.add_argument("--original", type=int, metavar="N", help="fewer for the original, which is slow")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes that fly")
     given = parser.parse_args(arguments)
     with Report("avoidance", given.results, vars(given)) as report:
-        flown = fly_all(trials(given.flights), given.workers)
-        mixed = {name: flown[k * given.flights :][: given.flights] for k, name in enumerate(ORDER)}
+        # The slow flights first, so that the workers end together
+        number = {"original": min(given.original or given.flights, given.flights), "improved": given.flights}
+        flown = fly_all(trials(number), given.workers)
+        mixed = {
+            name: [f for f in flown[: sum(number.values())] if f.trial.algorithm == name] for name in number
+        }
         safe = [f for f in flown if f.trial.algorithm == "improved" and f.trial.speed_m_s == SAFE_SPEED_M_S]
         sets = {f"{name}.{part}": s for name in mixed for part, s in by_speed(mixed[name]).items()}
         sets[f"improved_at_{SAFE_SPEED_M_S:g}_m_s"] = safe
@@ -44,11 +47,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"\n{campaign_table(figures)}\n{failures(flown)}")
 
 
-def trials(flights: int) -> list[Trial]:
-    """Return every flight: both algorithms in mixed speeds, then improved at 2 m/s where it was not flown."""
-    mixed = [(number, SPEEDS_M_S[number % len(SPEEDS_M_S)]) for number in range(flights)]
-    both = [Trial(n, name, speed) for name in ORDER for n, speed in mixed]
-    return both + [Trial(n, "improved", SAFE_SPEED_M_S) for n, speed in mixed if speed != SAFE_SPEED_M_S]
+def trials(number: dict[str, int]) -> list[Trial]:
+    """Return the flights: each algorithm's in mixed speeds, then improved where 2 m/s is missing."""
+    speeds = [SPEEDS_M_S[n % len(SPEEDS_M_S)] for n in range(max(number.values()))]
+    mixed = [Trial(n, name, speeds[n]) for name, count in number.items() for n in range(count)]
+    missing = (n for n in range(number["improved"]) if speeds[n] != SAFE_SPEED_M_S)
+    return mixed + [Trial(n, "improved", SAFE_SPEED_M_S) for n in missing]
 
 
 def fly_all(all_trials: Sequence[Trial], workers: int) -> list[Flown]:
