@@ -2,6 +2,7 @@
 # The one entry: makes the machine ready (once), then flies, tests or measures. `./bringup.sh --help` tells the rest.
 set -euo pipefail
 
+caller=$PWD # relative paths of arguments are the caller's
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)
 log_file=$root/logs/bringup.log
 # Debian's ROS runs on Debian's Python, whichever other one the user has put first.
@@ -44,27 +45,41 @@ load_workspace() {
 # takes_argument LAUNCH_FILE NAME
 takes_argument() { grep -q "<arg name=\"$2\"" "src/master_thesis/launch/$1"; }
 
+# absolute PATH: the same as seen from the caller's folder
+absolute() {
+  case $1 in
+    /*) echo "$1" ;;
+    "~/"*) echo "$HOME/${1#"~/"}" ;;
+    *) echo "$caller/$1" ;;
+  esac
+}
+
 # launch FILE [arg:=value ...]: flies, then reports what the run wrote; the code says whether it did what it should
 launch() {
-  local file=$1 results=$root/results given marker child code=0
+  local file=$1 results=$root/results argument arguments=() given=" " marker child code=0
   shift
+  for argument in "$@"; do
+    case $argument in # nodes run in a folder of their own
+      world:=?* | results:=?*) argument=${argument%%:=*}:=$(absolute "${argument#*:=}") ;;
+    esac
+    [[ $argument != results:=* ]] || results=${argument#results:=}
+    given+="${argument%%:=*} "
+    arguments+=("$argument")
+  done
   set_up
   load_workspace
-  given=" $*"
-  if [[ $given == *" results:="* ]]; then
-    results=${given##* results:=} results=${results%% *}
-  elif takes_argument "$file" results; then
-    set -- "$@" "results:=$results"
+  if takes_argument "$file" results && [[ $given != *" results "* ]]; then
+    arguments+=("results:=$results")
   fi
-  if takes_argument "$file" headless && [[ -z ${DISPLAY:-} && $given != *" headless:="* ]]; then
+  if takes_argument "$file" headless && [[ -z ${DISPLAY:-} && $given != *" headless "* ]]; then
     say "no display is there, so this runs headless"
-    set -- "$@" headless:=true
+    arguments+=(headless:=true)
   fi
   mkdir -p "$results"
   marker=$(mktemp)
-  say "roslaunch master_thesis $file $*"
+  say "roslaunch master_thesis $file ${arguments[*]}"
   set -m # its own process group, and Ctrl-C as roslaunch expects it
-  roslaunch master_thesis "$file" "$@" &
+  roslaunch master_thesis "$file" "${arguments[@]}" &
   child=$!
   set +m
   trap 'kill -INT "$child" 2>/dev/null' INT TERM
