@@ -223,6 +223,13 @@ class CepaTest(unittest.TestCase):
         self.assert_velocity(self.answer(own=(math.inf, 0.0, 0.0)), (1.0, 0.0, 0.0))
         self.warned.wait_for("odometry's velocity is not finite")
 
+    def test_velocities_beyond_all_reason_count_as_zero(self):
+        self.assert_velocity(self.answer((1e308, 0.0, 0.0)), (0.0, 0.0, 0.0))
+        self.assert_velocity(self.answer((1.0, 0.0, -2e6)), (0.0, 0.0, 0.0))
+        self.warned.wait_for("reference velocity is beyond 1e+06 m/s")
+        self.assert_velocity(self.answer(own=(1e300, 0.0, 0.0)), (1.0, 0.0, 0.0))
+        self.warned.wait_for("odometry's velocity is beyond 1e+06 m/s")
+
     def test_beams_of_intensity_minus_one_are_unseen(self):
         intensities = np.full(BEAMS, -1.0)
         intensities[BEAMS // 2 :] = 0.0  # only the left is seen

@@ -113,6 +113,29 @@ class TestImproved:
         assert reference.is_safe(p, beams, angle)
         assert free or beams.seen[nearest_beam(beams, angle)]
 
+    @settings(max_examples=1500, deadline=None)
+    @given(
+        st.integers(0, 2**32 - 1),
+        st.floats(8.0, 60.0),
+        st.sampled_from([0.36, 0.45, 0.7, 1.3]),
+        st.sampled_from([0.2, 0.5, 1.2]),
+        velocities,
+    )
+    def test_it_is_safe_between_beams_and_across_a_seam_too(self, seed, turn_in_beams, near, ahead, v_uav):
+        # few beams, so that a section's middle between two of them is far from both; an increment that does
+        # not divide the turn makes the first and the last beam nearer or farther apart than the others
+        rng = np.random.default_rng(seed)
+        p = CepaParameters(emergency_lookahead=ahead, dropout_beams=0)
+        count = round(turn_in_beams)
+        ranges = np.where(rng.random(count) < 0.5, near + rng.gamma(1.0, 0.5, count), math.inf)
+        ranges[rng.integers(count)] = rng.uniform(0.1, p.r_lb)
+        scan = LaserScan2D(ranges, rng.uniform(-math.pi, math.pi), TURN / turn_in_beams, 0.05, 12.0)
+        decision = Improved(p).steer(scan, (1.0, 0.0), v_uav)
+        assert decision.emergency
+        if decision.reason is not Reason.BLOCKED:
+            angle = math.atan2(*decision.velocity_xy[::-1])
+            assert reference.is_safe(p, scan.full_turn(0), angle)
+
     @EXAMPLES
     @given(close_recipes, st.sampled_from([0.3, 1.2, 3.0]))
     def test_every_direction_is_judged_as_the_definition_does(self, recipe, lookahead):
@@ -181,6 +204,22 @@ class TestImproved:
         decision = Improved().steer(look(scene([column(0.0, 0.2)])), (1.0, 0.0))
         assert decision.reason is Reason.EMERGENCY_SUM
         assert decision.velocity_xy[0] < 0.0
+
+    @pytest.mark.parametrize("near", [-math.inf, 0.2, 0.49])
+    @pytest.mark.parametrize("r_lb", [0.45, 0.5, 0.6])
+    @pytest.mark.parametrize("algorithm", [Improved, Original])
+    def test_what_is_too_close_for_the_lidar_is_fled_from_whatever_its_least_range(
+        self, near, r_lb, algorithm
+    ):
+        # a Puck sees from 0.5 m on: something nearer may be anywhere up to the body
+        ranges = np.full(1440, math.inf)
+        ranges[700:740] = near  # ahead
+        scan = LaserScan2D(ranges, -math.pi, TURN / 1440, 0.5, 100.0)
+        decision = algorithm(CepaParameters(r_lb=r_lb)).steer(scan, (1.0, 0.0))
+        assert decision.emergency
+        assert decision.reason is Reason.EMERGENCY_SUM
+        assert abs(bearing(decision.velocity_xy)) == pytest.approx(180.0, abs=1.0)
+        assert math.hypot(*decision.velocity_xy) >= P.v_min - 1e-12
 
     @pytest.mark.parametrize("gap", [0.2, 0.4])
     def test_closed_in_on_all_sides_it_stands_still(self, gap):

@@ -13,6 +13,9 @@ UNSEEN_INTENSITY = -1.0
 """An intensity that marks a beam as unseen, as lidar_padding does."""
 
 
+GREATEST_SPEED_M_S = 1e6
+
+
 def scan_of(message) -> LaserScan2D:
     """Return a sensor_msgs/LaserScan as the library's type.
 
@@ -51,12 +54,16 @@ def velocity_of(twist, what: str) -> tuple[float, float, float]:
     """Return the linear velocity (x, y, z) of a geometry_msgs/Twist.
 
     Raises:
-        VelocityError: not finite.
+        VelocityError: not finite, or faster than anything flies.
     """
     linear = twist.linear
     velocity = linear.x, linear.y, linear.z
     if not all(math.isfinite(component) for component in velocity):
         raise VelocityError(f"The {what} is not finite: {velocity}.")
+    if max(map(abs, velocity)) > GREATEST_SPEED_M_S:
+        raise VelocityError(
+            f"The {what} is beyond {GREATEST_SPEED_M_S:.0e} m/s: {velocity}; check its source."
+        )
     return velocity
 
 

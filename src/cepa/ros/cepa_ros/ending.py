@@ -40,10 +40,16 @@ class Ending:
 
 def leave(code: int, close) -> None:
     """End the process with this exit code after ``close()``, or after ``CLOSING_S`` if that takes longer."""
+    silence_threads()
     closing = threading.Thread(target=_close_and_flush, args=(close,), daemon=True)
     closing.start()
     closing.join(CLOSING_S)
     os._exit(code)
+
+
+def silence_threads() -> None:
+    """Let threads end without a traceback: rospy closes sockets under those that still listen to them."""
+    threading.excepthook = lambda _: None
 
 
 def _close_and_flush(close) -> None:

@@ -7,7 +7,7 @@ import dataclasses
 import rospy
 
 from cepa import ALGORITHMS, CepaError, CepaParameters, ParameterError
-from cepa_ros.ending import Ending, leave
+from cepa_ros.ending import Ending, leave, silence_threads
 
 WARNING_PERIOD_S = 5.0
 LAST_CALLBACK_S = 0.4
@@ -91,6 +91,7 @@ def run(name: str, node_class, ending: Ending) -> None:
         leave(0, _answer_last_call)  # told to end while it was made
     # No callback may be under way when rospy closes the topics that it publishes on
     rospy.on_shutdown(lambda: node._lock.acquire(timeout=LAST_CALLBACK_S))
+    rospy.on_shutdown(silence_threads)
     rospy.spin()
     leave(0, _answer_last_call)
 

@@ -47,7 +47,7 @@ class Algorithm:
 
     def beams(self, scan: LaserScan2D) -> Beams:
         """Return the scan's normal form, and keep the grid that belongs to it."""
-        beams = scan.full_turn(self.parameters.dropout_beams)
+        beams = normal_form(scan, self.parameters)
         if self._grid is None or not self._grid.matches(beams):
             self._grid = Grid(beams.ranges.size, beams.increment)
         return beams
@@ -66,6 +66,15 @@ class Algorithm:
     def _velocity(self, beam: int, speed: float, beams: Beams) -> Vector2:
         angle = beams.angle_0 + beam * self._grid.increment
         return speed * math.cos(angle), speed * math.sin(angle)
+
+
+def normal_form(scan: LaserScan2D, parameters: CepaParameters) -> Beams:
+    """Return the full turn of beams that the algorithms see.
+
+    What is too close for the lidar may touch the UAV, so that it counts at ``body_radius`` at most: it is an
+    emergency whatever the lidar's range_min, and only the directions that lead away from it are open.
+    """
+    return scan.full_turn(parameters.dropout_beams, parameters.body_radius)
 
 
 def velocity(value_xy, name: str) -> Vector2:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Iterator
 
 import numpy as np
 
@@ -58,11 +59,15 @@ def improved_flight(flight: Flight, beams: Beams, grid: Grid, parameters: CepaPa
     corridor = float(parameters.body_radius), float(parameters.emergency_lookahead)
     safe = safe_directions(beams.ranges, eligible, grid.cos, grid.sin, *corridor)
     sections = open_sections(safe)
-    if not sections:
-        return None, Reason.BLOCKED
     speed = max(flight.speed, parameters.v_min)
-    section = _choose(sections, None if cancelled else flight.angle, grid, parameters, v_uav, beams.angle_0)
-    return Flight(section.middle(grid), speed), Reason.EMERGENCY_OPEN_SECTION
+    proposal = None if cancelled else flight.angle
+    while sections:
+        section = _choose(sections, proposal, grid, parameters, v_uav, beams.angle_0)
+        for angle in section.from_the_middle(grid):
+            if _is_safe(angle, beams, eligible, grid, parameters):
+                return Flight(angle, speed), Reason.EMERGENCY_OPEN_SECTION
+        sections.remove(section)
+    return None, Reason.BLOCKED
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,12 @@ class Section:
     def middle(self, grid: Grid) -> float:
         """Return the angle in its middle, rad relative to beam 0."""
         return (self.first + 0.5 * (self.beams - 1)) * grid.increment
+
+    def from_the_middle(self, grid: Grid) -> Iterator[float]:
+        """Yield the middle, which may lie between two beams, then the beams' own angles outwards from it."""
+        yield self.middle(grid)
+        for step in sorted(range(self.beams), key=lambda beam: abs(2 * beam - (self.beams - 1))):
+            yield (self.first + step) % grid.count * grid.increment
 
     def distance(self, angle: float, grid: Grid) -> float:
         """Return the angle (rad) between ``angle`` and the section's nearer edge."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cepa.algorithm import REFERENCE_INCREMENT_RAD
+from cepa.algorithm import REFERENCE_INCREMENT_RAD, normal_form
 from cepa.cushion import improved_cushion, original_cushion
 from cepa.decision import Vector2
 from cepa.kernels.emergency import ALONGSIDE_M
@@ -63,7 +63,7 @@ def wrap(angle: np.ndarray) -> np.ndarray:
 
 def _costs(parameters, scan, v_ref, k1, cushion) -> tuple[np.ndarray, np.ndarray]:
     """Cost v_ref and every eligible beam's direction times every speed fraction."""
-    beams = scan.full_turn(parameters.dropout_beams)
+    beams = normal_form(scan, parameters)
     eligible = beams.seen | parameters.unseen_is_free
     directions = beams.angles
     towards = math.atan2(v_ref[1], v_ref[0])

@@ -21,7 +21,7 @@ class LaserScan2D:
     """
 
     ranges: np.ndarray
-    """(n,) m. +inf or above range_max: no return; -inf: too close; NaN or finite below range_min: invalid."""
+    """(n,) m. +inf or above range_max: no return; -inf or below range_min: too near; NaN or <= 0: invalid."""
     angle_min: float
     """rad: direction of the first beam, counter-clockwise from the frame's x axis."""
     angle_increment: float
@@ -68,15 +68,22 @@ class LaserScan2D:
         """Number of beams of this increment in a full turn."""
         return round(2.0 * math.pi / abs(self.angle_increment))
 
-    def full_turn(self, dropout_beams: int) -> Beams:
-        """Return the normal form; ``dropout_beams`` in a row at most take their neighbours' smaller range."""
+    def full_turn(self, dropout_beams: int, too_close_m: float = math.inf) -> Beams:
+        """Return the normal form; ``dropout_beams`` in a row at most take their neighbours' smaller range.
+
+        What is too close is an obstacle at range_min, or at ``too_close_m`` if that is less.
+        """
         descending = self.angle_increment < 0.0
         first = (
             self.angle_min + (self.ranges.size - 1) * self.angle_increment if descending else self.angle_min
         )
         ranges = np.empty(self.beams_per_turn)
         seen = np.empty(self.beams_per_turn, np.bool_)
-        limits = (float(self.range_min), float(self.range_max))
+        limits = (
+            float(self.range_min),
+            float(self.range_max),
+            float(min(self.range_min, too_close_m)),
+        )
         normalise(self.ranges, self.seen, descending, *limits, int(dropout_beams), ranges, seen)
         return Beams(ranges, seen, float(first), abs(float(self.angle_increment)))
 

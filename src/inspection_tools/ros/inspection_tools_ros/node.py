@@ -8,7 +8,7 @@ import rospy
 from dynamic_reconfigure.server import Server
 
 from inspection_tools.errors import InspectionToolsError, ParameterError
-from inspection_tools_ros.ending import Ending, leave
+from inspection_tools_ros.ending import Ending, leave, silence_threads
 
 WARNING_PERIOD_S = 5.0
 LAST_CALLBACK_S = 0.4
@@ -73,6 +73,7 @@ def run(name: str, node_class, ending: Ending) -> None:
         leave(0, _answer_last_call)  # told to end while it was made
     # No callback may be under way when rospy closes the topics that it publishes on
     rospy.on_shutdown(lambda: node._lock.acquire(timeout=LAST_CALLBACK_S))
+    rospy.on_shutdown(silence_threads)
     rospy.spin()
     leave(0, _answer_last_call)
 

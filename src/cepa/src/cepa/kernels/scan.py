@@ -9,14 +9,17 @@ DROPOUT = -1.0
 
 
 @njit(cache=True)
-def normalise(raw, seen_raw, reverse, range_min, range_max, dropout_beams, ranges, seen):
-    """Put ``raw`` (n,), read by REP-117, onto a full turn: ``ranges`` (N,), +inf: nothing; ``seen`` (N,)."""
-    _place(raw, seen_raw, reverse, range_min, range_max, ranges, seen)
+def normalise(raw, seen_raw, reverse, range_min, range_max, too_close, dropout_beams, ranges, seen):
+    """Put ``raw`` (n,), read by REP-117, onto a full turn: ``ranges`` (N,), +inf: nothing; ``seen`` (N,).
+
+    What is nearer than ``range_min`` is put at ``too_close``.
+    """
+    _place(raw, seen_raw, reverse, range_min, range_max, too_close, ranges, seen)
     _fill_dropouts(dropout_beams, ranges, seen)
 
 
 @njit(cache=True)
-def _place(raw, seen_raw, reverse, range_min, range_max, ranges, seen):
+def _place(raw, seen_raw, reverse, range_min, range_max, too_close, ranges, seen):
     n = raw.size
     count = ranges.size
     ranges[:] = np.inf
@@ -26,11 +29,11 @@ def _place(raw, seen_raw, reverse, range_min, range_max, ranges, seen):
         if not seen_raw[source]:
             continue
         value = raw[source]
-        if value == -np.inf:
-            value = range_min
+        if value == -np.inf or 0.0 < value < range_min:
+            value = too_close
         elif value > range_max:
             value = np.inf
-        elif math.isnan(value) or value < range_min:
+        elif math.isnan(value) or value <= 0.0:  # drivers say 0 or less when a reading failed
             value = DROPOUT
         target = k if k < count else k - count
         if (
