@@ -132,9 +132,11 @@ class TestImproved:
         scan = LaserScan2D(ranges, rng.uniform(-math.pi, math.pi), TURN / turn_in_beams, 0.05, 12.0)
         decision = Improved(p).steer(scan, (1.0, 0.0), v_uav)
         assert decision.emergency
-        if decision.reason is not Reason.BLOCKED:
-            angle = math.atan2(*decision.velocity_xy[::-1])
-            assert reference.is_safe(p, scan.full_turn(0), angle)
+        beams = scan.full_turn(0)
+        if decision.reason is Reason.BLOCKED:
+            assert not any(reference.is_safe(p, beams, angle) for angle in beams.angles)
+        else:
+            assert reference.is_safe(p, beams, math.atan2(*decision.velocity_xy[::-1]))
 
     @EXAMPLES
     @given(close_recipes, st.sampled_from([0.3, 1.2, 3.0]))

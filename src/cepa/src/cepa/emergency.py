@@ -9,7 +9,13 @@ from typing import Iterator
 import numpy as np
 
 from cepa.decision import Reason, Vector2
-from cepa.kernels.emergency import direction_is_safe, k_filter, safe_directions, sum_of_intrusions
+from cepa.kernels.emergency import (
+    direction_is_safe,
+    k_filter,
+    safe_directions,
+    safe_directions_one_by_one,
+    sum_of_intrusions,
+)
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid
 
@@ -57,7 +63,8 @@ def improved_flight(flight: Flight, beams: Beams, grid: Grid, parameters: CepaPa
     if not cancelled and _is_safe(flight.angle, beams, eligible, grid, parameters):
         return flight, Reason.EMERGENCY_SUM
     corridor = float(parameters.body_radius), float(parameters.emergency_lookahead)
-    safe = safe_directions(beams.ranges, eligible, grid.cos, grid.sin, *corridor)
+    judge = safe_directions if grid.is_even else safe_directions_one_by_one
+    safe = judge(beams.ranges, eligible, grid.cos, grid.sin, *corridor)
     sections = open_sections(safe)
     speed = max(flight.speed, parameters.v_min)
     proposal = None if cancelled else flight.angle

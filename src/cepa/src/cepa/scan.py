@@ -11,6 +11,8 @@ from cepa.errors import ScanError
 from cepa.kernels.scan import normalise
 
 FINEST_INCREMENT_RAD = math.radians(0.01)
+EVEN_TOLERANCE_BEAMS = 0.001
+"""How far a turn may be from a whole number of beams (the rounding of float32 is below this)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +125,8 @@ class Grid:
     def __init__(self, count: int, increment: float):
         self.count = count
         self.increment = increment
+        self.is_even = abs(count - 2.0 * math.pi / increment) < EVEN_TOLERANCE_BEAMS
+        """Whether the increment divides the turn, so that the last and the first beam are neighbours too."""
         self.cos = np.cos(np.arange(count) * increment)
         self.sin = np.sin(np.arange(count) * increment)
         offset = np.abs(np.arange(1 - count, count)) * increment

@@ -21,8 +21,9 @@ WALL_M, TRAP_M, OPEN_M = 1.0, 0.4, math.inf
 def warm_up() -> float:
     """Run both algorithms through every branch that is compiled; return the seconds that it took."""
     start = time.perf_counter()
-    for distance in (OPEN_M, WALL_M, TRAP_M):
-        scan = _wall_ahead(distance)
+    scans = [_wall_ahead(distance) for distance in (OPEN_M, WALL_M, TRAP_M)]
+    scans.append(LaserScan2D(np.full(60, TRAP_M), 0.0, 2.0 * math.pi / 60.4, 0.05, 10.0))  # an uneven turn
+    for scan in scans:
         for algorithm in (Improved, Original):
             algorithm(CepaParameters()).steer(scan, (1.0, 0.1), (1.0, 0.0))
     return time.perf_counter() - start

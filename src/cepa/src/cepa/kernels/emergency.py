@@ -82,3 +82,13 @@ def safe_directions(ranges, eligible, cos, sin, radius, lookahead):
                 safe[(j + side * width) % count] = False
                 width += 1
     return safe
+
+
+@njit(cache=True)
+def safe_directions_one_by_one(ranges, eligible, cos, sin, radius, lookahead):
+    """Return the same as ``safe_directions`` for beams that are not evenly spaced around the turn."""
+    safe = eligible.copy()
+    for i in range(ranges.size):
+        if safe[i]:
+            safe[i] = direction_is_safe(ranges, cos, sin, cos[i], sin[i], radius, lookahead)
+    return safe
