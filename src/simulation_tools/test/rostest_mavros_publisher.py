@@ -4,10 +4,15 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
 import threading
 import time
 import unittest
+import xmlrpc.client
 
+import rosgraph
+import rosgraph_msgs.msg
 import rosnode
 import rospy
 import rostest
@@ -93,7 +98,7 @@ class TestMavrosPublisher(unittest.TestCase):
 
     def test_a_it_hovers_two_metres_over_the_ground_facing_as_it_stood(self):
         self.assertEqual((self.state.mode, self.state.armed), ("OFFBOARD", True))
-        time.sleep(2.0)
+        self.eventually(lambda: False, 6.0, lambda: self.fly(forward=0.0))  # a stack without a goal
         x, y, z = self.place
         self.assertLess(math.hypot(x, y), 0.05)
         self.assertAlmostEqual(z, 2.0, delta=0.05)
@@ -160,8 +165,9 @@ class TestMavrosPublisher(unittest.TestCase):
         self.assertLess(math.dist(where[:2], self.place[:2]), 4.0)
         self.assertLess(self.highest, where[2] + 0.3)  # no second take-off
 
-    def test_g_mavros_killed_leads_to_landing_and_back(self):
+    def test_g_mavros_killed_leads_to_landing_and_back_to_the_hover_height(self):
         height = self.place[2]
+        seen = len(self.ready)
         rosnode.kill_nodes(["/mavros"])
         self.assertTrue(self.eventually(lambda: self.place[2] < height - 0.1, 10.0))
         self.assertTrue(
@@ -169,8 +175,31 @@ class TestMavrosPublisher(unittest.TestCase):
                 lambda: self.state.mode == "OFFBOARD" and self.truth.twist.twist.linear.z > -0.1, 15.0
             )
         )
+        self.assertTrue(self.eventually(lambda: False in self.ready[seen:] and self.ready[-1], 20.0))
         self.assert_hovers()
-        self.assertGreater(self.place[2], 0.5)
+        self.assertGreater(self.place[2], 1.9)
+
+    def test_ga_a_mavros_that_hangs_is_called_by_its_name(self):
+        said = []
+        rosout = rospy.Subscriber("/rosout", rosgraph_msgs.msg.Log, lambda m: said.append(m.msg))
+        seen = len(self.ready)
+        pid = self.pid_of("/mavros")
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            self.eventually(lambda: False, 3.0, self.fly)
+        finally:
+            os.kill(pid, signal.SIGCONT)
+        self.assertIn(False, self.ready[seen:])
+        self.assertTrue([text for text in said if "MAVROS has sent no pose for" in text])
+        self.assertFalse([text for text in said if "stamped in the future" in text])
+        self.assertTrue(self.eventually(lambda: self.ready[-1], 20.0, self.fly))
+        self.assertGreater(self.place[2], 1.9)
+        rosout.unregister()
+
+    @staticmethod
+    def pid_of(node):
+        uri = rosgraph.Master("/test").lookupNode(node)
+        return xmlrpc.client.ServerProxy(uri).getPid("/test")[2]
 
     def test_h_somebody_elses_landing_is_left_alone_until_restart(self):
         rospy.ServiceProxy("/mavros/set_mode", SetMode)(0, "AUTO.LAND")

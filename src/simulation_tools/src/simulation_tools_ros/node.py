@@ -1,0 +1,64 @@
+"""What the nodes of this package begin and end with."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import Callable, Iterator
+
+import rospy
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.stop_signals import StopSignals, leave
+
+LAST_ANSWER_S = 0.15
+
+
+class ParameterError(SimulationToolsError):
+    """A parameter of a node cannot be used."""
+
+
+@contextmanager
+def reading_parameters(node: str) -> Iterator[None]:
+    """Turn what a conversion of a parameter raises into a sentence."""
+    try:
+        yield
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"A parameter of {node} is of the wrong type: {error}.") from None
+
+
+def run(name: str, make: Callable[[], Callable[[StopSignals], None]], stop: StopSignals) -> None:
+    """Make a node, run it until it is told to end, and end the process.
+
+    make: returns what runs the node in the main thread; it returns when the signals say so or ROS shuts down.
+    What is wrong at the start is one sentence and exit code 1.
+    """
+    code = 0
+    try:
+        rospy.init_node(name, disable_signals=True)
+        run_node = make()
+        stop.watched()
+        run_node(stop)
+    except SimulationToolsError as error:
+        rospy.logfatal(str(error))
+        code = 1
+    except rospy.ROSException:
+        if not rospy.is_shutdown():
+            raise
+    leave(code, _close)
+
+
+def spin(stop: StopSignals, node, period_s: float = 0.25, watch: Callable[[], None] = lambda: None) -> None:
+    """Let callbacks come, and call `watch` every so often (wall time), until told to end.
+
+    node: its `_lock` is held while its callbacks publish; none may be under way when rospy closes the topics.
+    """
+    while not (rospy.is_shutdown() or stop.wait(period_s)):
+        watch()
+    node._lock.acquire(timeout=0.4)
+
+
+def _close() -> None:
+    told_by_ros = rospy.is_shutdown()
+    rospy.signal_shutdown("the node has ended")
+    if told_by_ros:
+        rospy.rostime.wallsleep(LAST_ANSWER_S)  # rosnode kill waits for an answer, which rospy gives now

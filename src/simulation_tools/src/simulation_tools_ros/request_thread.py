@@ -1,0 +1,39 @@
+"""Blocking calls, made outside the callbacks that ask for them."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from typing import Callable
+
+
+class RequestThread:
+    """Makes one call at a time in a thread of its own; the calls report by themselves, and do not raise.
+
+    To be used by one thread at a time.
+    """
+
+    def __init__(self) -> None:
+        self._calls: queue.Queue = queue.Queue()
+        self._idle = threading.Event()
+        self._idle.set()
+        threading.Thread(target=self._work, name="requests", daemon=True).start()
+
+    def ask(self, call: Callable[[], None], patience_s: float) -> bool:
+        """Have a call made and wait for its end, but not for long; tells whether it has been made.
+
+        While an earlier call hangs nothing is waited for and nothing queues up: whoever asks asks again.
+        """
+        if not self._idle.is_set():
+            return False
+        self._idle.clear()
+        self._calls.put(call)
+        return self._idle.wait(patience_s)
+
+    def _work(self) -> None:
+        while True:
+            call = self._calls.get()
+            try:
+                call()
+            finally:
+                self._idle.set()

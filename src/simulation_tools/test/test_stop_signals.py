@@ -1,0 +1,77 @@
+"""How processes end that use `StopSignals`, and nodes while they start: at once and without a traceback."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1]
+BEGIN = f"""
+import sys, time
+sys.path.insert(0, {str(PACKAGE / "src")!r})
+from simulation_tools.stop_signals import StopSignals, leave
+stop = StopSignals()
+print("begun", flush=True)
+"""
+
+
+def end(arguments, number=signal.SIGINT, after_s=0.0, line=None, **environment):
+    """Start a process, signal it after its first line or some time; returns (exit code, output, seconds)."""
+    process = subprocess.Popen(
+        arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **environment
+    )
+    try:
+        if line:
+            assert process.stdout.readline().strip() == line
+        time.sleep(after_s)
+        began = time.monotonic()
+        process.send_signal(number)
+        output, _ = process.communicate(timeout=10.0)
+        return process.returncode, output, time.monotonic() - began
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_before_anything_is_watched_it_ends_on_the_spot(number):
+    code, output, seconds = end([sys.executable, "-c", BEGIN + "time.sleep(60)"], number, line="begun")
+    assert code == 128 + number
+    assert output == ""
+    assert seconds < 0.5
+
+
+def test_a_main_thread_that_watches_ends_by_itself_and_closes():
+    body = """
+stop.watched()
+while not stop.wait(0.1):
+    pass
+leave(3, lambda: print("closed"))
+"""
+    code, output, seconds = end([sys.executable, "-c", BEGIN + body], line="begun", after_s=0.2)
+    assert (code, output) == (3, "closed\n")
+    assert seconds < 0.5
+
+
+@pytest.mark.parametrize("body", ["time.sleep(60)", "leave(0, lambda: time.sleep(60))"])
+def test_nothing_that_hangs_is_waited_for_long(body):
+    code, output, seconds = end(
+        [sys.executable, "-c", BEGIN + "stop.watched()\n" + body], line="begun", after_s=0.2
+    )
+    assert (code, output) == (0, "")
+    assert seconds < 1.5
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("node", ["gazebo", "mavros", "mavros_publisher", "tf_publisher"])
+@pytest.mark.parametrize("after_s", [0.5, 0.8, 1.2])
+def test_a_node_interrupted_while_it_starts_is_gone_at_once_without_a_traceback(node, after_s):
+    pytest.importorskip("rospy")
+    _, output, seconds = end([sys.executable, str(PACKAGE / "nodes" / node)], after_s=after_s)
+    assert "Traceback" not in output
+    assert seconds < 1.0
