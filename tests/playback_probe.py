@@ -17,7 +17,7 @@ from geometry_msgs.msg import TwistStamped
 
 HEARD = ("/scan/padded", "/UAV/vel_setpoint/raw/body", "/UAV/odometry", "/tf", "/tf_static")
 ANSWER = "/UAV/vel_setpoint/safe/body"
-START_S, DURATION_S = "8", "10"  # in the middle of the flight
+START_S, DURATION_S, RATE = "8", "7", "0.5"  # from the hover into the flight; slowly, for a slow machine
 
 
 def main(bag: str) -> int:
@@ -31,7 +31,7 @@ def main(bag: str) -> int:
 
     rospy.Subscriber(ANSWER, TwistStamped, on_answer, queue_size=1000)
     Client("/cepa", timeout=30)  # it is there, and ready
-    when = ("--delay", "2", "--start", START_S, "--duration", DURATION_S)
+    when = ("--delay", "2", "--start", START_S, "--duration", DURATION_S, "--rate", RATE)
     subprocess.run(["rosbag", "play", "--quiet", "--clock", *when, bag, "--topics", *HEARD], check=True)
     with rosbag.Bag(bag) as recorded:
         flown = {m.header.stamp.to_nsec(): velocity(m) for _, m, _ in recorded.read_messages([ANSWER])}

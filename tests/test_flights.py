@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import re
 import signal
 import socket
@@ -17,7 +18,15 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 WORLDS = ROOT / "src/master_thesis/worlds"
 
+READY_PATIENCE_S = 150.0  # quiet machines need 12 s
+
 pytestmark = [pytest.mark.ros, pytest.mark.flight]
+
+
+def busy() -> str | None:
+    """Return why times of the wall clock would say nothing now, or None on a machine of one's own."""
+    load, cores = os.getloadavg()[0], os.cpu_count() or 1
+    return f"a load of {load:.1f} on {cores} cores: others are at work, too" if load > cores + 0.5 else None
 
 
 class Flight:
@@ -84,6 +93,7 @@ def free_ports(count: int) -> list[int]:
 @pytest.fixture(scope="module")
 def forest(processes_of_module, tmp_path_factory):
     """Experiment 1 in the forest in real time, recorded."""
+    was_busy = busy()
     flight = Flight(
         processes_of_module,
         tmp_path_factory.mktemp("forest"),
@@ -92,7 +102,8 @@ def forest(processes_of_module, tmp_path_factory):
         record="true",
         headless="true",
     )
-    flight.wait(120.0)
+    flight.wait(250.0)
+    flight.was_busy = was_busy
     return flight
 
 
@@ -111,12 +122,16 @@ def test_experiment_1_does_what_it_should(forest):
 
 
 def test_experiment_1_keeps_up_with_the_clock(forest):
-    """Half as strict as what is promised of a machine of its own: this one may be shared."""
+    """What is promised of a machine of its own; it cannot be seen on one that others use as well."""
     result = forest.result
+    assert result["latency_ms"]["count"] > 700
+    assert result["lockstep_misses"] == 0
+    if forest.was_busy:
+        pytest.skip(f"the figures of the wall clock are not looked at: {forest.was_busy}")
     assert result["real_time_factor"] > 0.95
     assert result["latency_ms"]["median"] < 15.0
-    assert result["latency_ms"]["p99"] < 80.0
-    assert result["wall_time_to_ready_s"] < 20.0
+    assert result["latency_ms"]["p99"] < 40.0
+    assert result["wall_time_to_ready_s"] < 15.0
 
 
 def test_experiment_1_leaves_series_and_pictures(forest):
@@ -136,14 +151,15 @@ def test_the_recorded_flight_gives_the_same_answers_again(forest, processes):
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
     processes.start("roslaunch", "-p", str(port), "cepa", "cepa.launch", "visualiser:=false")
     probe = str(ROOT / "tests/playback_probe.py")
-    run = processes.run(sys.executable, probe, str(bag), timeout_s=60.0)
+    run = processes.run(sys.executable, probe, str(bag), timeout_s=200.0)
     assert run.returncode == 0, run.stdout
     figures = json.loads(run.stdout.splitlines()[-1])
-    assert figures["expected"] >= 390  # 10 s at 40 Hz
-    assert figures["answered"] >= figures["expected"] - 1
-    # Equal to the last bit, but where a busy machine lost a message and the one of 4 ms before stood in
-    assert figures["equal"] >= 0.95 * figures["expected"]
-    assert figures["furthest_apart_m_s"] < 0.01
+    assert figures["expected"] >= 270  # 7 s at 40 Hz
+    # Topics hold the newest message only: a machine that is busy for 50 ms (played at half speed) loses one,
+    # and an answer to a scan whose odometry was lost is made with the one of 10 ms before.
+    assert figures["answered"] >= 0.95 * figures["expected"]
+    assert figures["equal"] >= 0.9 * figures["expected"]
+    assert figures["furthest_apart_m_s"] < 0.05
 
 
 # -- the closed loop without ROS is the same flight ---------------------------------------------------------
@@ -160,7 +176,7 @@ def test_in_lockstep_the_nodes_fly_as_the_closed_loop_does(processes, tmp_path):
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
     with ClosedLoop(ClosedLoopParameters(SimulationParameters(str(world), seed=3), goal_xyz_m=goal)) as loop:
         outcome = loop.run()
-    flight.wait(90.0)
+    flight.wait(200.0)
     result = flight.result
     assert result["success"], result["failure"]
     assert result["lockstep_misses"] == 0
@@ -175,6 +191,23 @@ def test_in_lockstep_the_nodes_fly_as_the_closed_loop_does(processes, tmp_path):
         for axis in (1, 2, 3)
     ]
     assert np.linalg.norm(apart, axis=0).max() < 0.05
+
+
+def test_in_lockstep_a_flight_repeats_bit_for_bit(processes, tmp_path):
+    """With everything from the take-off to the landing, as fast as the machine can."""
+    world = WORLDS / "forest.world"
+    args = {"world": world, "goal": "6 0 2", "seed": 3, "lockstep": "true", "real_time_factor": 0}
+    flights = []
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        flights.append(Flight(processes, tmp_path / name, "fly_to_goal.launch", **args))
+        flights[-1].wait(200.0)
+        assert flights[-1].result["success"], flights[-1].result["failure"]
+        assert flights[-1].result["lockstep_misses"] == 0
+    for series in ("truth", "odometry", "v_safe", "v_final"):
+        first, second = ((flight.results / f"{series}.csv").read_bytes() for flight in flights)
+        assert first.count(b"\n") > 500
+        assert first == second, f"{series}.csv differs"
 
 
 # -- tuning in flight ---------------------------------------------------------------------------------------
@@ -194,13 +227,14 @@ def test_dynparam_changes_the_flight_while_flying(processes, tmp_path):
     """Two columns 1.35 m beside the way: outside r_UB = 1.2 m, inside the 1.5 m that is set between them."""
     world = tmp_path / "two_columns.world"
     world.write_text(TWO_COLUMNS.format(columns="".join(COLUMN.format(x=x) for x in (7, 18))))
-    args = {"world": world, "goal": "23 0 2", "lockstep": "true", "real_time_factor": 1}
+    args = {"world": world, "goal": "23 0 2", "lockstep": "true", "real_time_factor": 2}
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
-    flight.wait_until_said("is sent to the goal", 40.0)
-    time.sleep(5.5)  # 9 m on; real time, so that it matters little how long dynparam takes to start
+    flight.wait_until_said("is sent to the goal", READY_PATIENCE_S)
     dynparam = ("rosrun", "dynamic_reconfigure", "dynparam", "set", "/cepa", "r_ub", "1.5")
-    assert processes.run(*dynparam, timeout_s=20.0).returncode == 0
-    flight.wait(60.0)
+    probe = str(ROOT / "tests/tuning_probe.py")
+    run = processes.run(sys.executable, probe, "9", *dynparam, timeout_s=270.0)
+    assert run.returncode == 0, run.stdout
+    flight.wait(120.0)
     assert flight.result["success"], flight.result["failure"]
     assert flight.result["parameters"]["cepa"]["r_ub"] == 1.5
     truth = flight.series("truth")
@@ -215,13 +249,14 @@ STEERING = ("/lidar_median_filter", "/lidar_padding", "/cepa", "/yaw_regulator",
 LINK = ("/mavros_publisher", "/mavros")
 
 
+@pytest.mark.timeout(600)
 def test_nodes_that_die_in_flight(processes, tmp_path):
     """Each is killed at cruising speed; then the whole is interrupted."""
-    goal = "300 0 2"  # as far as the flight lasts
+    goal = "600 0 2"  # further than the flight gets
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", world=WORLDS / "empty.world", goal=goal)
-    flight.wait_until_said("is sent to the goal", 40.0)
+    flight.wait_until_said("is sent to the goal", READY_PATIENCE_S)
     probe = str(ROOT / "tests/fault_probe.py")
-    run = processes.run(sys.executable, probe, *STEERING, *LINK, timeout_s=200.0)
+    run = processes.run(sys.executable, probe, *STEERING, *LINK, timeout_s=400.0)
     assert run.returncode == 0, run.stdout
     seen = {report["node"]: report for report in map(json.loads, run.stdout.splitlines()[-7:])}
     for node, report in seen.items():
@@ -237,8 +272,10 @@ def test_nodes_that_die_in_flight(processes, tmp_path):
         assert seen[node]["hold_commanded_after_s"] > 1.0, seen[node]
         assert 0.5 < seen[node]["lowest"] < 1.99, seen[node]
     # Interrupted, it is over at once, and says so
+    was_busy = busy()
     flight.interrupt()
-    assert flight.wait(15.0) < 3.0
+    took_s = flight.wait(30.0)
+    assert took_s < (15.0 if was_busy else 3.0), was_busy
     result = flight.result
     assert result["reached_goal"] is False
     assert result["failure"] == "The run was interrupted before its end."
@@ -255,17 +292,6 @@ CANNOT_BE_LAUNCHED = {
         "scenario:=jungle",
         "There is no scenario 'jungle'; choose scenario:=empty|",
     ),
-    "lidar": (
-        "experiment_1",
-        "lidar:=sonar",
-        "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8",
-    ),
-    "speed": ("experiment_1", "speed:=abc", "'abc' is no speed; give a number from 0.05 to 15."),
-    "pose_source": (
-        "experiment_1",
-        "pose_source:=gps",
-        "There is no pose_source 'gps'; choose pose_source:=",
-    ),
     "mavros": ("experiment_1", "mavros:=fake", "There is no mavros 'fake'; choose mavros:=sim|real."),
     "malformed": ("fly_to_goal", "goal:=9 0 2", "broken.world:2: "),
 }
@@ -279,7 +305,7 @@ def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(processes, tmp_pat
         args["world"] = tmp_path / "broken.world"
         args["world"].write_text('<?xml version="1.0"?>\n<sdf version="1.6"><world')
     flight = Flight(processes, tmp_path, f"{launch_file}.launch", **args)
-    flight.wait(30.0)
+    flight.wait(100.0)
     assert sentence in flight.said
     assert "Traceback" not in flight.said
 
@@ -290,6 +316,9 @@ REFUSED = {
     "goal": ("_goal:=far away", "'far away' is no goal; give 3 numbers in metres and radians: x y z."),
     "near": ("_goal:=0 0 2", "The goal lies 0.00 m from the start; it must be 1 m to 10 km away."),
     "results": ("_results:=/proc", "Cannot make a results folder in /proc/"),
+    "lidar": ("_lidar:=sonar", "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8."),
+    "speed": ("_speed:=abc", "'abc' is no speed; give a number from 0.05 to 15."),
+    "pose_source": ("_pose_source:=gps", "There is no pose_source 'gps'; choose pose_source:="),
     "relative world": ("_world:=my.world", "for example world:=$PWD/my.world."),
     "relative results": ("_results:=out", "for example results:=$PWD/out."),
     "seed": ("_seed:=abc", "'abc' is no seed; give a whole number from 0 to 2147483647."),
@@ -303,7 +332,7 @@ def test_the_experiment_refuses_in_a_sentence(ros_master, case):
     arg, sentence = REFUSED[case]
     world = f"_world:={WORLDS / 'empty.world'}"
     words = (arg,) if arg.startswith("_world") else (world, arg)
-    run = ros_master.run("rosrun", "master_thesis", "experiment", *words, timeout_s=30.0)
+    run = ros_master.run("rosrun", "master_thesis", "experiment", *words, timeout_s=100.0)
     assert run.returncode == 1
     assert sentence in run.stdout
     assert "Traceback" not in run.stdout

@@ -38,12 +38,16 @@ class Monitor:
         """Simulation time of the newest true pose."""
         return self.log.truth.rows[-1][0] if len(self.log.truth) else 0.0
 
-    def on_truth(self, t_s: float, position_m, orientation_xyzw) -> list[Action]:
-        """Take the true pose, in `world`; return what is to be done now."""
+    def on_truth(self, t_s: float, position_m, orientation_xyzw, decide: bool = True) -> list[Action]:
+        """Take the true pose, in `world`; return what is to be done now, unless it is decided later."""
         if t_s < self.now_s - CLOCK_TOLERANCE_S:
             return self.abort("The clock jumped back: the simulation was reset.")
         self.log.truth.add(t_s, *position_m, *orientation_xyzw)
-        return self._noted(self.experiment.on_time(t_s))
+        return self.decide() if decide else []
+
+    def decide(self) -> list[Action]:
+        """Return what is to be done at the time of the newest true pose."""
+        return self._noted(self.experiment.on_time(self.now_s))
 
     def on_goal_reached(self, reached: bool) -> None:
         """Take note that the position controller is at the goal."""
