@@ -101,6 +101,7 @@ class PositionControllerTest(unittest.TestCase):
         another = odometry_of(self.stamps.next(0.01), child="uav2/base_frame")
         for pose, complaint in (
             (nan, "position that is not finite"),
+            (odometry_of(self.stamps.next(0.01), (0.0, -1e7, 0.0)), "position beyond 1e+06 m"),
             (zeros, "quaternion is zero"),
             (elsewhere, '"base_frame" in "world", but "base_frame" in "odom"'),
             (another, 'frame "uav2/base_frame"'),
@@ -116,6 +117,8 @@ class PositionControllerTest(unittest.TestCase):
         self.go_to(40.0, 0.0, 2.0)
         self.setpoints.send(setpoint_at(math.nan, 0.0, 2.0))
         self.warned.wait_for("setpoint has a coordinate that is not finite")
+        self.setpoints.send(setpoint_at(1e308, 0.0, 2.0))
+        self.warned.wait_for("setpoint has a coordinate beyond 1e+06 m")
         self.goals.assert_quiet()
         for _ in range(150):
             command = self.answer()

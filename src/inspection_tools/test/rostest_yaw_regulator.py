@@ -9,10 +9,11 @@ from pathlib import Path
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import TransformStamped, TwistStamped
+from tf2_msgs.msg import TFMessage
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import Input, Output, Stamps, Warned, velocity_of
+from ros_probe import Input, Output, Stamps, Warned, velocity_of, wait_until
 
 NODE = "/yaw_regulator"
 DEFAULTS = {"gain": 1.5, "max_yaw_rate": 1.0, "speed_on": 0.25, "speed_off": 0.15}
@@ -103,6 +104,7 @@ class YawRegulatorTest(unittest.TestCase):
         cases = [
             ((math.nan, 0.0, 0.0), "base_frame", "not finite. The command"),
             ((0.0, 0.0, math.inf), "base_frame", "not finite. The command"),
+            ((0.0, 1e300, 0.0), "base_frame", "beyond 1e+06 m/s; check its source. The command"),
             ((1.0, 0.0, 0.0), "odom", 'frame "odom"'),
         ]
         for linear, frame, complaint in cases:
@@ -115,11 +117,39 @@ class YawRegulatorTest(unittest.TestCase):
     def test_bad_references_are_ignored(self):
         for linear, frame, complaint in (
             ((math.nan, 0.0, 0.0), "base_frame", "not finite. The reference"),
-            ((0.0, 1.0, 0.0), "map", 'frame "map"'),
+            ((0.0, 1e300, 0.0), "base_frame", "beyond 1e+06 m/s; check its source. The reference"),
+            ((0.0, 1.0, 0.0), "map", 'no transform between "base_frame" and "map". The reference is ignored'),
         ):
             self.references.send(velocity_of(self.stamps.next(), linear, frame))
             self.warned.wait_for(complaint)
         self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, 0.0)
+
+    def test_a_reference_of_another_frame_is_turned_by_yaw(self):
+        # the body faces the world's y, so that the world's x is to its right; it leans forward meanwhile
+        transform = TransformStamped()
+        transform.header.frame_id, transform.child_frame_id = "base_frame", "world"
+        half_yaw, half_lean = -math.pi / 4.0, 0.1
+        q = transform.transform.rotation
+        q.x, q.z = math.sin(half_lean) * math.cos(half_yaw), math.cos(half_lean) * math.sin(half_yaw)
+        q.y = math.sin(half_lean) * math.sin(half_yaw)
+        q.w = math.cos(half_lean) * math.cos(half_yaw)
+        tf = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
+        tf.publish(TFMessage([transform]))
+        self.client.update_configuration({"max_yaw_rate": 5.0})
+
+        def yaw_rate():
+            stamp = self.stamps.next()
+            self.references.send(velocity_of(stamp, (0.6, 0.6, 0.0), "world"))
+            rospy.sleep(0.05)
+            self.commands.send(velocity_of(stamp, (0.0, 0.0, 0.0)))
+            rospy.sleep(0.05)
+            return self.final.messages.pop().twist.angular.z if self.final.messages else 0.0
+
+        wait_until(
+            lambda: yaw_rate() != 0.0, "a turn towards the reference"
+        )  # TF comes over its own connection
+        self.assertAlmostEqual(yaw_rate(), -1.5 * math.pi / 4.0, places=6)
+        self.final.messages.clear()
 
     def test_a_clock_that_jumps_back_clears_the_hysteresis(self):
         self.assertNotEqual(self.answer((0.0, 1.0, 0.0)).twist.angular.z, 0.0)

@@ -6,7 +6,10 @@ import math
 
 from inspection_tools.errors import PoseError, ScanError, VelocityError
 from inspection_tools.geometry import normalised
+from inspection_tools.position_controller import FARTHEST_M
 from inspection_tools.scan import ScanGeometry
+
+GREATEST_SPEED_M_S = 1e6
 
 
 def scan_geometry(scan) -> ScanGeometry:
@@ -37,12 +40,14 @@ def pose_of(pose) -> tuple:
     """Return position (x, y, z) and unit quaternion (x, y, z, w) of a geometry_msgs/Pose.
 
     Raises:
-        PoseError: not finite, or without an orientation.
+        PoseError: not finite, farther away than anything flies, or without an orientation.
     """
     p, q = pose.position, pose.orientation
     position_m = (p.x, p.y, p.z)
     if not all(math.isfinite(coordinate) for coordinate in position_m):
         raise PoseError("The pose has a position that is not finite.")
+    if max(map(abs, position_m)) > FARTHEST_M:
+        raise PoseError(f"The pose has a position beyond {FARTHEST_M:g} m; check its source.")
     return position_m, normalised((q.x, q.y, q.z, q.w))
 
 
@@ -56,16 +61,29 @@ def transform_of(transform) -> tuple:
     return (t.x, t.y, t.z), normalised((q.x, q.y, q.z, q.w))
 
 
-def velocity_of(command, base_frame: str) -> tuple:
+def body_velocity_of(command, base_frame: str) -> tuple:
     """Return the linear velocity (x, y, z) of a geometry_msgs/TwistStamped in the body frame.
 
     Raises:
-        VelocityError: not finite, or in another frame (none at all means the body frame).
+        VelocityError: as ``velocity_of``, or in another frame (none at all means the body frame).
     """
     frame = command.header.frame_id.lstrip("/")
     if frame not in ("", base_frame):
         raise VelocityError(f'The velocity is in frame "{frame}"; only "{base_frame}" is understood here.')
+    return velocity_of(command)
+
+
+def velocity_of(command) -> tuple:
+    """Return the linear velocity (x, y, z) of a geometry_msgs/TwistStamped, in its own frame.
+
+    Raises:
+        VelocityError: not finite, or faster than anything flies.
+    """
     v = command.twist.linear
     if not all(math.isfinite(component) for component in (v.x, v.y, v.z)):
         raise VelocityError("The velocity has a component that is not finite.")
+    if max(abs(v.x), abs(v.y), abs(v.z)) > GREATEST_SPEED_M_S:
+        raise VelocityError(
+            f"The velocity has a component beyond {GREATEST_SPEED_M_S:.0e} m/s; check its source."
+        )
     return (v.x, v.y, v.z)

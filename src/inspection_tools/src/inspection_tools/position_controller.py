@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from inspection_tools.checks import check_number
 from inspection_tools.errors import ParameterError, PoseError
 
+FARTHEST_M = 1e6
+"""A setpoint beyond this is a mistake, not a place to fly to."""
+
 MAX_TIME_STEP_S = 0.1
 """A longer gap between poses counts as this, so that the velocity never jumps after a gap."""
 
@@ -99,11 +102,15 @@ class PositionController:
         """Go to `position_m` (x, y, z) in the poses' frame.
 
         Raises:
-            PoseError: a coordinate is not finite; the old setpoint stays.
+            PoseError: a coordinate is not finite, or beyond all reason; the old setpoint stays.
         """
         setpoint_m = tuple(float(coordinate) for coordinate in position_m)
         if not all(math.isfinite(coordinate) for coordinate in setpoint_m):
             raise PoseError("The position setpoint has a coordinate that is not finite; it is ignored.")
+        if max(map(abs, setpoint_m)) > FARTHEST_M:
+            raise PoseError(
+                f"The position setpoint has a coordinate beyond {FARTHEST_M:.0e} m; it is ignored."
+            )
         if setpoint_m != self._setpoint_m:
             self._setpoint_m = setpoint_m
             self._goal_reached = False
