@@ -5,15 +5,20 @@ from __future__ import annotations
 
 import math
 import os
+import re
+import shlex
 import signal
+import subprocess
 import threading
 import time
 import unittest
 import xmlrpc.client
+from pathlib import Path
 
 import rosgraph
 import rosgraph_msgs.msg
 import rosnode
+import rospkg
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
@@ -111,6 +116,19 @@ class TestMavrosPublisher(unittest.TestCase):
         self.assertTrue(self.eventually(lambda: v().x > 0.9 and abs(v().y) < 0.15, 6.0, self.fly))
         heading = math.atan2(self.place[1] - start[1], self.place[0] - start[0])
         self.assertAlmostEqual(heading, YAW, delta=0.1)
+
+    def test_ba_the_command_of_the_readme_flies(self):
+        readme = Path(rospkg.RosPack().get_path("simulation_tools"), "README.md").read_text()
+        command = re.search(r"^rostopic pub .*$", readme, re.MULTILINE).group()
+        x, y, _ = self.place
+        environment = {**os.environ, "PATH": f"/usr/bin:{os.environ['PATH']}"}
+        pilot = subprocess.Popen(shlex.split(command), env=environment, stdout=subprocess.DEVNULL)
+        try:
+            ahead = lambda: (self.place[0] - x) * math.cos(YAW) + (self.place[1] - y) * math.sin(YAW)  # noqa: E731
+            self.assertTrue(self.eventually(lambda: ahead() > 2.0, 10.0))
+        finally:
+            pilot.terminate()
+            pilot.wait()
 
     def test_c_without_commands_it_hovers_on_the_spot(self):
         self.eventually(lambda: False, 1.5, self.fly)
