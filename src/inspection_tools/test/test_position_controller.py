@@ -155,7 +155,7 @@ def test_hovers_without_a_setpoint():
 
 
 def test_goal_reached_has_hysteresis_and_starts_anew_with_a_new_goal():
-    p = PositionControllerParameters(goal_tolerance_m=0.2, goal_hysteresis_m=0.1)
+    p = PositionControllerParameters(goal_tolerance=0.2, goal_hysteresis=0.1)
     controller = PositionController(p)
     controller.set_setpoint((0.0, 0.0, 0.0))
     distances = [0.5, 0.25, 0.19, 0.25, 0.29, 0.31, 0.25, 0.2]
@@ -212,7 +212,7 @@ def test_bad_numbers_are_refused_and_change_nothing(bad):
         ({"gain": 0.0}, "gain is 0.0"),
         ({"gain": "high"}, "gain is 'high'"),
         ({"max_acceleration": 0.5}, "lower the one or raise the other"),
-        ({"goal_tolerance_m": 0.0}, "goal_tolerance_m"),
+        ({"goal_tolerance": 0.0}, "goal_tolerance"),
     ],
 )
 def test_refuses_parameters_that_make_no_sense(parameters, complaint):

@@ -152,7 +152,7 @@ def test_with_drifting_odometry_the_goal_is_where_odometry_says(parameters):
         believed = np.linalg.norm(loop.log.odometry.rows[-1][1:4] - goal)
         truly = np.linalg.norm(loop.log.truth.rows[-1][1:4] - goal)
     assert outcome.reached_goal
-    assert believed <= given.position_controller.goal_tolerance_m
+    assert believed <= given.position_controller.goal_tolerance
     # 1 % of 30 m ahead, and half of 0.002 rad/m x (30 m)^2 = 0.9 m aside; noise may take away half of it
     assert truly > 0.4
 

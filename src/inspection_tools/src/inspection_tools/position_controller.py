@@ -32,8 +32,8 @@ class PositionControllerParameters:
         max_vertical_speed: m/s.
         max_vertical_acceleration: Limit of every change, and twice the approach's deceleration, m/s^2.
         vertical_gain: 1/s.
-        goal_tolerance_m: Nearer than this (in space) is reached, m.
-        goal_hysteresis_m: It stays reached until the distance exceeds tolerance + hysteresis, m.
+        goal_tolerance: Nearer than this (in space) is reached, m.
+        goal_hysteresis: It stays reached until the distance exceeds tolerance + hysteresis, m.
 
     Raises:
         ParameterError: a value out of range, or braking harder than `max_acceleration`.
@@ -46,8 +46,8 @@ class PositionControllerParameters:
     max_vertical_speed: float = 1.0
     max_vertical_acceleration: float = 1.0
     vertical_gain: float = 1.0
-    goal_tolerance_m: float = 0.2
-    goal_hysteresis_m: float = 0.1
+    goal_tolerance: float = 0.2
+    goal_hysteresis: float = 0.1
 
     def __post_init__(self):
         check_number("max_speed", self.max_speed, 0.0, 15.0)
@@ -57,8 +57,8 @@ class PositionControllerParameters:
         check_number("max_vertical_speed", self.max_vertical_speed, 0.0, 5.0)
         check_number("max_vertical_acceleration", self.max_vertical_acceleration, 0.1, 10.0)
         check_number("vertical_gain", self.vertical_gain, 0.1, 5.0)
-        check_number("goal_tolerance_m", self.goal_tolerance_m, 0.01, 10.0)
-        check_number("goal_hysteresis_m", self.goal_hysteresis_m, 0.0, 10.0)
+        check_number("goal_tolerance", self.goal_tolerance, 0.01, 10.0)
+        check_number("goal_hysteresis", self.goal_hysteresis, 0.0, 10.0)
         if self.braking_deceleration > self.max_acceleration:
             raise ParameterError(
                 f"braking_deceleration is {self.braking_deceleration} m/s^2, above max_acceleration "
@@ -173,8 +173,8 @@ class PositionController:
     def _is_reached(self, error_m) -> bool:
         distance_m = math.sqrt(sum(e * e for e in error_m))
         p = self.parameters
-        margin_m = p.goal_hysteresis_m if self._goal_reached else 0.0
-        return distance_m <= p.goal_tolerance_m + margin_m
+        margin_m = p.goal_hysteresis if self._goal_reached else 0.0
+        return distance_m <= p.goal_tolerance + margin_m
 
 
 def approach_speed(distance_m: float, max_speed_m_s: float, deceleration_m_s2: float, gain: float) -> float:
