@@ -283,6 +283,19 @@ def test_nodes_that_die_in_flight(processes, tmp_path):
     assert "Traceback" not in flight.said
 
 
+@pytest.mark.parametrize("after_s", [0.2, 1.0])  # while the nodes import, while they connect
+def test_interrupted_while_it_starts_the_launch_ends_quietly(processes, tmp_path, after_s):
+    flight = Flight(processes, tmp_path, "fly_to_goal.launch", world=WORLDS / "empty.world", goal="9 0 2")
+    flight.wait_until_said("process[experiment", READY_PATIENCE_S)
+    time.sleep(after_s)
+    was_busy = busy()
+    flight.interrupt()
+    took_s = flight.wait(60.0)
+    assert "Traceback" not in flight.said
+    assert "escalating" not in flight.said, "a node had to be killed"
+    assert took_s < (12.0 if was_busy else 3.0), was_busy
+
+
 # -- what cannot be flown -----------------------------------------------------------------------------------
 
 

@@ -153,6 +153,34 @@ def test_all_files_of_a_run(tmp_path, description):
     assert np.hypot(hits["x_m"] - 10.0, hits["y_m"]) == pytest.approx(3.0, abs=0.002)
 
 
+def test_an_interrupt_leaves_the_numbers_and_no_half_file(tmp_path, description):
+    monitor, _ = fly_straight()
+    folder = RunFolder(tmp_path, "experiment_1", datetime.now())
+    flown = folder, description, monitor.log, monitor.experiment.outcome
+    content = run_files.write_numbers(*flown, monitor.wall_figures(100.0))
+    before = sorted(path.name for path in folder.path.iterdir())
+
+    def interrupt(done, of):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_files.complete_run(*flown, content, interrupt)
+    assert sorted(path.name for path in folder.path.iterdir()) == before
+    assert json.loads((folder.path / "result.json").read_text())["success"] is True
+
+
+def test_a_write_that_is_interrupted_leaves_nothing(tmp_path, monkeypatch):
+    folder = RunFolder(tmp_path, "experiment_1", datetime.now())
+
+    def interrupt(descriptor):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("os.fsync", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        folder.write_bytes("flight.png", b"picture")
+    assert list(folder.path.iterdir()) == []
+
+
 def test_clearance_along_a_path_past_a_tree(tmp_path, worlds_folder, description):
     """Distance from a UAV to trunks at known places, with its own size from the model."""
     pytest.importorskip("pybullet")
