@@ -204,6 +204,7 @@ def test_in_lockstep_a_flight_repeats_bit_for_bit(processes, tmp_path):
         flights[-1].wait(200.0)
         assert flights[-1].result["success"], flights[-1].result["failure"]
         assert flights[-1].result["lockstep_misses"] == 0
+        assert "Traceback" not in flights[-1].said
     for series in ("truth", "odometry", "v_safe", "v_final"):
         first, second = ((flight.results / f"{series}.csv").read_bytes() for flight in flights)
         assert first.count(b"\n") > 500
