@@ -1,5 +1,8 @@
 """Which reference and which odometry belong to a scan."""
 
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from cepa.pairing import ScanPairing
 
 MS = 1_000_000
@@ -109,3 +112,48 @@ def test_clear_forgets_everything():
     p.clear()
     assert p.offer("reference", 25 * MS, "r25") == []
     assert values(p.offer_scan(25 * MS, "scan")) == [("scan", "r25", None)]
+
+
+def test_a_replayed_bag_may_begin_with_a_scan():
+    # nobody knows a source before it has said something: such a scan goes without, the second waits
+    p = pairing()
+    assert values(p.offer_scan(0, "scan 1")) == [("scan 1", None, None)]
+    p.offer("reference", 0, "r0")
+    p.offer("odometry", 0, "o0")
+    assert p.offer_scan(25 * MS, "scan 2") == []
+    p.offer("odometry", 25 * MS, "o25")
+    assert values(p.offer("reference", 25 * MS, "r25")) == [("scan 2", "r25", "o25")]
+
+
+events = st.lists(
+    st.tuples(st.sampled_from(["scan", "reference", "odometry"]), st.integers(0, 8)), min_size=1, max_size=60
+)
+
+
+@settings(max_examples=1000, deadline=None)
+@given(events)
+def test_whatever_comes_in_whatever_order_each_scan_is_answered_once_and_none_waits_for_ever(stream):
+    p, offered, answered = pairing(), [], []
+    for kind, ticks in stream:
+        if kind == "scan":
+            offered.append(len(offered))
+            answered += p.offer_scan(ticks * 25 * MS, offered[-1])
+            assert len(answered) >= len(offered) - 1  # none outlasts the next scan
+        else:
+            answered += p.offer(kind, ticks * 25 * MS, ticks)
+        assert [pair.scan.value for pair in answered] == offered[: len(answered)]
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.randoms(use_true_random=False), st.integers(2, 12))
+def test_sources_that_share_stamps_are_never_missed_however_the_messages_race(random, instants):
+    p, answered = pairing(), []
+    for source in ("reference", "odometry"):
+        p.offer(source, 0, 0)
+    for tick in range(1, instants):
+        messages = ["scan", "reference", "odometry"]
+        random.shuffle(messages)
+        for kind in messages:
+            stamp = tick * 25 * MS
+            answered += p.offer_scan(stamp, tick) if kind == "scan" else p.offer(kind, stamp, tick)
+    assert values(answered) == [(tick, tick, tick) for tick in range(1, instants)]
