@@ -221,6 +221,8 @@ class TestGazebo(unittest.TestCase):
             self.assertAlmostEqual((clock[-1].clock - clock[0].clock).to_sec(), 0.25, delta=0.05)
             applied = client.update_configuration({"real_time_factor": 1.0, "time_step": 0.0021})
             self.assertAlmostEqual(applied["time_step"], 0.002)  # whole milliseconds
+            applied = client.update_configuration({"real_time_factor": -3.0})
+            self.assertEqual(applied["real_time_factor"], 1.0)  # refused: 0 would be as fast as possible
             client.update_configuration({"pause": True})
             time.sleep(0.1)
             self.forget()

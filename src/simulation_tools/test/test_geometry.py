@@ -110,3 +110,9 @@ def test_what_is_no_rotation_is_refused(q):
 def test_a_position_that_is_not_finite_is_refused():
     with pytest.raises(ValueError, match="not finite"):
         Pose.checked((0, math.nan, 0), (0, 0, 0, 1))
+
+
+def test_a_position_beyond_any_world_is_refused():
+    assert Pose.checked((1e6, -1e6, 0), (0, 0, 0, 1)).position_m == (1e6, -1e6, 0)
+    with pytest.raises(ValueError, match="beyond 1e"):
+        Pose.checked((0, -1e35, 0), (0, 0, 0, 1))

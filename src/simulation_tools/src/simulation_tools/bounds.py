@@ -5,8 +5,13 @@ from __future__ import annotations
 from typing import Iterable
 
 FLOAT32_MAX = 3.4028234663852886e38
-MAX_DISTANCE_M = 1e6
-"""No world is larger; squares of much greater numbers leave a float32's range, and rays become noise."""
+MAX_MAGNITUDE = 1e6
+"""No length (m) or speed (m/s, rad/s) in a world is greater; squares of far greater ones overflow."""
+
+
+def are_sane(values: Iterable[float]) -> bool:
+    """Tell whether all of the numbers can be lengths or speeds in a world; NaN and infinity cannot."""
+    return all(abs(value) <= MAX_MAGNITUDE for value in values)
 
 
 def fit_float32(values: Iterable[float]) -> bool:

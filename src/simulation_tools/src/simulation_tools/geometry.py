@@ -16,6 +16,8 @@ from typing import Sequence, Tuple
 
 import numpy as np
 
+from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
+
 Vector3 = Tuple[float, float, float]
 Quaternion = Tuple[float, float, float, float]
 
@@ -178,8 +180,8 @@ class Pose:
     def checked(cls, position_m: Sequence[float], orientation_xyzw: Sequence[float]) -> Pose:
         """Build from untrusted numbers: normalises; raises ValueError when they are no pose."""
         x, y, z = (float(component) for component in position_m)
-        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
-            raise ValueError(f"the position ({x}, {y}, {z}) is not finite")
+        if not are_sane((x, y, z)):
+            raise ValueError(f"the position ({x}, {y}, {z}) is not finite or beyond {MAX_MAGNITUDE:g} m")
         return cls((x, y, z), quaternion_normalised(orientation_xyzw))
 
     def __matmul__(self, other: Pose) -> Pose:

@@ -5,7 +5,6 @@ Every time is in microseconds of simulated time, or a stamp made of it by `stamp
 
 from __future__ import annotations
 
-import math
 from typing import Iterable, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -18,6 +17,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, LaserScan
 from std_msgs.msg import Header
 
+from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
 from simulation_tools.geometry import Pose
 from simulation_tools.performance import PerformanceFigures
 from simulation_tools.sensors.imu import ImuSample
@@ -55,11 +55,11 @@ def twist_message(linear: Sequence[float], angular: Sequence[float]) -> Twist:
 
 
 def twist_from_message(message: Twist) -> tuple:
-    """Return (linear, angular) as tuples; ValueError when they are not finite."""
+    """Return (linear, angular) as tuples; ValueError when they cannot be speeds."""
     linear = (message.linear.x, message.linear.y, message.linear.z)
     angular = (message.angular.x, message.angular.y, message.angular.z)
-    if not all(math.isfinite(value) for value in linear + angular):
-        raise ValueError(f"the twist {linear}, {angular} is not finite")
+    if not are_sane(linear + angular):
+        raise ValueError(f"the twist {linear}, {angular} is not finite or beyond {MAX_MAGNITUDE:g}")
     return linear, angular
 
 

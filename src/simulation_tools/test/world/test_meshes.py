@@ -62,6 +62,24 @@ def test_a_mesh_file_of_each_kind_is_read_and_scaled(tmp_path, suffix):
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), (1.0, 2.0, 6.0), atol=1e-6)
 
 
+def test_the_unit_of_a_collada_file_counts_and_its_up_axis_does_not_as_in_gazebo(tmp_path):
+    path = tmp_path / "box.dae"
+    trimesh.creation.box((100.0, 200.0, 300.0)).export(path)
+    text = path.read_text()
+    assert "<up_axis>Y_UP</up_axis>" in text
+    unit = '<unit name="centimeter" meter="0.01"/>'
+    path.write_text(text.replace("<up_axis>", unit + "<up_axis>"))
+    mesh = mesh_of(Mesh(str(path), "x"))
+    np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), (1.0, 2.0, 3.0), atol=1e-6)
+
+
+def test_a_mesh_beyond_any_world_is_refused(tmp_path):
+    path = tmp_path / "box.stl"
+    trimesh.creation.box((1.0, 2.0, 3.0)).export(path)
+    with pytest.raises(MeshError, match="larger than 1e"):
+        mesh_of(Mesh(str(path), "x", (1e6, 1e6, 1e6)))
+
+
 @pytest.mark.parametrize("content", [b"", b"solid x\nendsolid x\n", b"\x00" * 84, b"not a mesh at all"])
 @pytest.mark.parametrize("suffix", ["stl", "obj", "dae"])
 def test_a_broken_mesh_file_gives_one_sentence(tmp_path, suffix, content):

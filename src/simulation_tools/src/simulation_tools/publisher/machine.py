@@ -16,7 +16,7 @@ import math
 from dataclasses import dataclass
 from typing import Sequence
 
-from simulation_tools.bounds import fit_float32
+from simulation_tools.bounds import are_sane
 from simulation_tools.geometry import Pose, Vector3, wrap_angle
 from simulation_tools.publisher.history import History
 from simulation_tools.publisher.interface import (
@@ -127,7 +127,7 @@ class SetpointPublisher:
         if frame_id not in ("", self.parameters.base_frame):
             text = f"a velocity command in the unknown frame {frame_id!r} is refused"
             actions.append(Log(f"{text}; it must be in {self.parameters.base_frame!r}.", repeated=True))
-        elif not fit_float32((*linear, yaw_rate)):
+        elif not are_sane((*linear, yaw_rate)):
             actions.append(
                 Log("a velocity command with NaN, infinity or an absurd number is refused.", repeated=True)
             )
@@ -141,7 +141,7 @@ class SetpointPublisher:
     def on_position(self, stamp_ns: int, position: Sequence[float], yaw: float) -> list[Action]:
         """Take in a position command (ENU, heading from east); the next pose is answered by it."""
         actions = []
-        if fit_float32((*position, yaw)):
+        if are_sane((*position, yaw)):
             self._position = _Command(stamp_ns, tuple(position), wrap_angle(yaw))
         else:
             actions.append(

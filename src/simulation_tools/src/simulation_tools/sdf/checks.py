@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Callable
 
+from simulation_tools.bounds import MAX_MAGNITUDE
+
 
 class Check:
     """A condition on a number, and how to say it."""
@@ -14,6 +16,7 @@ class Check:
         self.holds = holds
 
 
+LENGTH = Check(f"positive and at most {MAX_MAGNITUDE:g} m", lambda value: 0.0 < value <= MAX_MAGNITUDE)
 POSITIVE = Check("positive", lambda value: value > 0.0)
 NOT_NEGATIVE = Check("zero or positive", lambda value: value >= 0.0)
 

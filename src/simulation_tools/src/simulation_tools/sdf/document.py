@@ -12,6 +12,7 @@ from typing import Iterator
 
 from lxml import etree
 
+from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.checks import Check
 from simulation_tools.sdf.safe_xml import MAX_FILE_BYTES, SdfError, parse_xml
@@ -232,7 +233,10 @@ class Node:
         frame = node.attribute("relative_to", "") or node.attribute("frame", "")
         if not (node._element.text or "").strip():
             return Pose(), frame
-        return Pose.from_xyz_rpy(*node.numbers(6)), frame
+        numbers = node.numbers(6)
+        if not are_sane(numbers):
+            raise node.error(f"<pose> must hold numbers up to {MAX_MAGNITUDE:g}")
+        return Pose.from_xyz_rpy(*numbers), frame
 
 
 def unique(nodes: list[Node]) -> dict[str, Node]:

@@ -6,9 +6,10 @@ import math
 from pathlib import Path
 from typing import Sequence
 
+from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf import uri
-from simulation_tools.sdf.checks import NOT_NEGATIVE, POSITIVE
+from simulation_tools.sdf.checks import LENGTH, NOT_NEGATIVE, POSITIVE
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import (
     DEFAULT_SURFACE,
@@ -54,9 +55,9 @@ def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry | None:
     if kind.tag == "box":
         return Box(_positive_vector(kind.required("size")))
     if kind.tag == "cylinder":
-        return Cylinder(kind.required_value("radius", POSITIVE), kind.required_value("length", POSITIVE))
+        return Cylinder(kind.required_value("radius", LENGTH), kind.required_value("length", LENGTH))
     if kind.tag == "sphere":
-        return Sphere(kind.required_value("radius", POSITIVE))
+        return Sphere(kind.required_value("radius", LENGTH))
     if kind.tag == "plane":
         size = kind.child("size")
         return Plane(
@@ -155,6 +156,7 @@ def unit_vector(node: Node | None, default: Vector3) -> Vector3:
 
 def _positive_vector(node: Node) -> Vector3:
     x, y, z = node.numbers(3)
-    if min(x, y, z) <= 0.0:
-        raise node.error(f"<{node.tag}> must hold positive numbers only, not {x:g} {y:g} {z:g}")
+    if min(x, y, z) <= 0.0 or not are_sane((x, y, z)):
+        bounds = f"positive numbers only, up to {MAX_MAGNITUDE:g}"
+        raise node.error(f"<{node.tag}> must hold {bounds}, not {x:g} {y:g} {z:g}")
     return (x, y, z)

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Plane, Sphere
@@ -145,7 +146,10 @@ def _plane(plane: Plane) -> TriangleMesh:
 
 def _file(mesh: Mesh) -> TriangleMesh:
     loaded = _load(mesh.path)
-    return TriangleMesh(loaded.vertices * np.array(mesh.scale), loaded.triangles)
+    vertices = loaded.vertices * np.array(mesh.scale)
+    if np.abs(vertices).max() > MAX_MAGNITUDE:
+        raise MeshError(f"{mesh.path}: The mesh is larger than {MAX_MAGNITUDE:g} m.")
+    return TriangleMesh(vertices, loaded.triangles)
 
 
 @lru_cache(maxsize=64)
@@ -155,6 +159,8 @@ def _load(path: str) -> TriangleMesh:
     try:
         loaded = trimesh.load(path, force="mesh", process=False)
         vertices, triangles = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int32)
+        if loaded.units:  # of COLLADA only; its <up_axis> is ignored, as Gazebo and RViz do
+            vertices = vertices * trimesh.units.unit_conversion(loaded.units, "meters")
     except Exception as error:  # trimesh's readers raise whatever their input makes them stumble over
         raise MeshError(f"{path}: The mesh cannot be read: {str(error) or type(error).__name__}.") from None
     if not len(triangles) or len(triangles) > MAX_TRIANGLES:
