@@ -1,0 +1,50 @@
+"""What a callback publishes, it publishes under the node's lock, which the end of a node waits for.
+
+Read from the sources: that rospy closes a topic in just the moment of a publication cannot be had at will.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+NODES = sorted((Path(__file__).resolve().parents[1] / "nodes").iterdir())
+
+
+def dotted(expression) -> str:
+    """Write a name such as self._lock."""
+    if isinstance(expression, ast.Attribute):
+        return f"{dotted(expression.value)}.{expression.attr}"
+    return expression.id if isinstance(expression, ast.Name) else "?"
+
+
+def is_lock(statement) -> bool:
+    return isinstance(statement, ast.With) and dotted(statement.items[0].context_expr) == "self._lock"
+
+
+def unlocked_calls(node):
+    """Yield what is called below ``node`` outside of ``with self._lock``."""
+    for child in ast.iter_child_nodes(node):
+        if is_lock(child):
+            continue
+        if isinstance(child, ast.Call):
+            yield dotted(child.func)
+        yield from unlocked_calls(child)
+
+
+def acts(call: str) -> bool:
+    """Whether it is a method of the node itself, or a publication."""
+    return call.endswith(".publish") or (call.startswith("self.") and call.count(".") == 1)
+
+
+@pytest.mark.parametrize("path", NODES, ids=lambda path: path.name)
+def test_callbacks_act_under_the_lock_only(path):
+    callbacks = [
+        method
+        for method in ast.walk(ast.parse(path.read_text()))
+        if isinstance(method, ast.FunctionDef) and method.name.startswith("_on_")
+    ]
+    assert callbacks
+    assert {m.name: [call for call in unlocked_calls(m) if acts(call)] for m in callbacks} == {
+        m.name: [] for m in callbacks
+    }
