@@ -1,6 +1,6 @@
 """The layers of the workspace: libraries know no ROS, tool packages not each other (thesis, 9.2.2).
 
-A package's library is `src/<package>/`; what its nodes share may stand beside it, in `src/<package>_ros/`.
+A package's library is `src/<package>/`; what its nodes share stands in a package of its own, `<package>_ros`.
 """
 
 from __future__ import annotations

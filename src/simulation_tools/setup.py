@@ -4,6 +4,8 @@ from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
+# Two source folders, because the devel space puts a package's source folder first on sys.path: beside the
+# library, simulation_tools_ros would let Python find it there, without its generated simulation_tools.cfg.
 setup(
     **generate_distutils_setup(
         packages=[
@@ -17,6 +19,6 @@ setup(
             "simulation_tools.world",
             "simulation_tools_ros",
         ],
-        package_dir={"": "src"},
+        package_dir={"": "src", "simulation_tools_ros": "ros/simulation_tools_ros"},
     )
 )

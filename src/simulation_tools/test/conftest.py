@@ -1,8 +1,9 @@
-"""Lets the library's tests run where the workspace is not sourced: they need no ROS."""
+"""Lets the tests run where the workspace is not sourced: the library needs no ROS."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
+PACKAGE = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(PACKAGE / "src"), str(PACKAGE / "ros")]

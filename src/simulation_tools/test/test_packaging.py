@@ -15,7 +15,8 @@ def test_setup_lists_every_python_package():
         if isinstance(node, ast.keyword) and node.arg == "packages"
     )
     there = {
-        ".".join(path.parent.relative_to(PACKAGE / "src").parts)
-        for path in PACKAGE.glob("src/**/__init__.py")
+        ".".join(path.parent.relative_to(folder).parts)
+        for folder in (PACKAGE / "src", PACKAGE / "ros")
+        for path in folder.glob("**/__init__.py")
     }
     assert set(ast.literal_eval(packages)) == there
