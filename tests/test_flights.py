@@ -269,8 +269,7 @@ def test_nodes_that_die_in_flight(processes, tmp_path):
         assert seen[node]["hold_commanded_after_s"] < 0.7, seen[node]
         assert seen[node]["lowest"] > 1.8, seen[node]
     for node in LINK:
-        # Nothing is commanded until it is back; PX4 lands meanwhile, from 1 s after the last setpoint on
-        assert seen[node]["hold_commanded_after_s"] > 1.0, seen[node]
+        # Nothing gets to PX4 until it is back; PX4 lands meanwhile, from 1 s after the last setpoint on
         assert 0.5 < seen[node]["lowest"] < 1.99, seen[node]
     # Interrupted, it is over at once, and says so
     was_busy = busy()
