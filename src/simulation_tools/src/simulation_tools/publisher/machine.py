@@ -19,6 +19,7 @@ from typing import Sequence
 from simulation_tools.bounds import are_sane
 from simulation_tools.geometry import Pose, Vector3, wrap_angle
 from simulation_tools.publisher.history import History
+from simulation_tools.publisher.hover import Hover
 from simulation_tools.publisher.interface import (
     Action,
     AnnounceReady,
@@ -35,7 +36,6 @@ OFFBOARD = "OFFBOARD"
 _ON_GROUND = 1  # MAV_LANDED_STATE
 _NS = 1e-9
 _BEFORE_NS = 1_000_000
-_SPEED_WINDOW_S = 0.2  # poses this far apart tell the speed
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 
@@ -67,6 +67,7 @@ class SetpointPublisher:
     def __init__(self, parameters: PublisherParameters) -> None:
         self.parameters = parameters
         self._poses, self._states, self._landed = History(), History(), History()
+        self._hover = Hover(self._poses)
         self._clock_ns = 0
         self.restart()
 
@@ -80,12 +81,10 @@ class SetpointPublisher:
         self._stream_began_ns: int | None = None
         self._requested_ns: int | None = None
         self._complain_at_s = 0.0
-        self._hold: tuple[Vector3, float] | None = None
+        self._hover.release()
         self._hover_z_m = self.parameters.hover_height_m  # the local frame begins on the ground
         self._velocity: _Command | None = None
         self._position: _Command | None = None
-        self._hovering_since_ns: int | None = None
-        self._aims_above = False
         self._seen_offboard = False
         self._has_flown = False
         self._was_failsafe = False
@@ -229,7 +228,7 @@ class SetpointPublisher:
         self.phase = Phase.TAKING_OFF
         rise_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
         self._hover_z_m = pose.position_m[2] + rise_m
-        self._hold_above(pose)
+        self._hover.climb_over(pose, self._hover_z_m)
         self._seen_offboard = self._has_flown = False
         return []
 
@@ -242,7 +241,11 @@ class SetpointPublisher:
         if self._seen_offboard and flying and state.mode != OFFBOARD and not state.failsafe:
             return self._enter_yielded(state)
         if in_offboard:
-            return self._enter_flying(None, "hovering, ready.") if self._hovers(now_ns) else []
+            return (
+                self._enter_flying(None, "hovering, ready.")
+                if self._hover.reached(now_ns, self.parameters)
+                else []
+            )
         if (now_ns - self._stream_began_ns) * _NS < self.parameters.min_stream_s:
             return []
         return self._request(now_ns, RequestMode(OFFBOARD), RequestArm())
@@ -258,11 +261,11 @@ class SetpointPublisher:
         if not state.armed:
             return self._end_flight()
         if state.failsafe:
-            self._hold_above(pose)
+            self._hover.climb_over(pose, self._hover_z_m)
             return self._request(now_ns, RequestMode(OFFBOARD))
         if state.mode != OFFBOARD:
             return self._enter_yielded(state)
-        if self._poses_missing or not self._hovers(now_ns):
+        if self._poses_missing or not self._hover.reached(now_ns, self.parameters):
             return []
         return self._enter_flying(None, "hovering again, ready.")
 
@@ -285,15 +288,14 @@ class SetpointPublisher:
         self.phase = Phase.FLYING
         self._requested_ns = None
         if pose is not None:
-            self._hold_at(pose)
+            self._hover.hold(pose)
         return [AnnounceReady(True), Log(text, is_warning=False)]
 
     def _enter_returning(self, pose: Pose) -> list[Action]:
         """Hover there again before commands count: nobody has flown the UAV, and it may be low by now."""
         self.phase = Phase.RETURNING
         self._requested_ns = None
-        self._hovering_since_ns = None
-        self._hold_above(pose)
+        self._hover.climb_over(pose, self._hover_z_m)
         return [AnnounceReady(False), Log("the connection to the flight controller broke: hovering first.")]
 
     def _enter_yielded(self, state: FcuState) -> list[Action]:
@@ -314,38 +316,6 @@ class SetpointPublisher:
         self._requested_ns = now_ns
         return list(requests)
 
-    def _hovers(self, now_ns: int) -> bool:
-        """Whether the UAV has been at the hover point and slow for `ready_time_s`."""
-        p = self.parameters
-        here = self._poses.at(now_ns - p.decision_delay_s / _NS)
-        near = math.dist(here.position_m, self._hold[0]) <= p.ready_distance_m
-        slow = self._speed_m_s(now_ns) <= p.ready_speed_m_s
-        if not (near and slow):
-            self._hovering_since_ns = None
-        elif self._hovering_since_ns is None:
-            self._hovering_since_ns = now_ns
-        since_ns = self._hovering_since_ns
-        return since_ns is not None and (now_ns - since_ns) * _NS >= p.ready_time_s
-
-    def _speed_m_s(self, now_ns: int) -> float:
-        """Return the mean speed of late, as far as is surely known; infinity when it is not."""
-        then_ns = now_ns - self.parameters.decision_delay_s / _NS
-        here, before = self._poses.at(then_ns), self._poses.at(then_ns - _SPEED_WINDOW_S / _NS)
-        if before is None:
-            return math.inf
-        return math.dist(here.position_m, before.position_m) / _SPEED_WINDOW_S
-
-    def _hold_at(self, pose: Pose) -> None:
-        """Hover where the UAV is from now on."""
-        self._hold = (pose.position_m, pose.yaw_rad)
-        self._aims_above = False
-
-    def _hold_above(self, pose: Pose) -> None:
-        """Hover over this place from now on: at the hover height, or where the UAV is if that is higher."""
-        x, y, z = pose.position_m
-        self._hold = ((x, y, max(z, self._hover_z_m)), pose.yaw_rad)
-        self._aims_above = True
-
     # Setpoints
 
     def _setpoint(self, now_ns: int, stamp_ns: int) -> Action:
@@ -355,7 +325,7 @@ class SetpointPublisher:
         if commanded is not None:
             return commanded
         if self.phase in (Phase.TAKING_OFF, Phase.RETURNING, Phase.FLYING):
-            return self._hover(now_ns, stamp_ns)
+            return self._hover.setpoint(now_ns, stamp_ns, self.parameters)
         return SendVelocity(stamp_ns, _ZERO, 0.0)
 
     def _commanded(self, now_ns: int, stamp_ns: int) -> Action | None:
@@ -364,25 +334,16 @@ class SetpointPublisher:
         command = self._position if p.use_position_setpoint else self._velocity
         age_s = (max(now_ns, self._newest_ns) - command.stamp_ns) * _NS if command else math.inf
         if age_s > p.command_timeout_s:
-            if self._hold is None:
-                self._hold_at(self._poses.newest())
+            if self._hover.point is None:
+                self._hover.hold(self._poses.newest())
             return None
         if p.use_position_setpoint:
-            self._hold = None
+            self._hover.release()
             return SendPosition(stamp_ns, command.vector, command.yaw)
         if not command.is_zero:
-            self._hold = None
-        elif self._hold is None and self._speed_m_s(now_ns) <= p.hold_speed_m_s:
-            self._hold_at(self._poses.at(now_ns - p.decision_delay_s / _NS))
-        if self._hold is not None:
+            self._hover.release()
+        elif self._hover.point is None and self._hover.speed_m_s(now_ns, p) <= p.hold_speed_m_s:
+            self._hover.hold(self._poses.at(now_ns - p.decision_delay_s / _NS))
+        if self._hover.point is not None:
             return None
         return SendVelocity(stamp_ns, command.vector, command.yaw)
-
-    def _hover(self, now_ns: int, stamp_ns: int) -> Action:
-        """Hold; after a take-off aim above the hover point by a multiple of what is missing to it."""
-        p = self.parameters
-        (x, y, z), yaw = self._hold
-        if self._aims_above:
-            missing_m = z - self._poses.at(now_ns - p.decision_delay_s / _NS).position_m[2]
-            z += min(max(p.climb_gain * missing_m, 0.0), p.hover_height_m)
-        return SendPosition(stamp_ns, (x, y, z), yaw)
