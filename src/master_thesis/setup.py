@@ -1,7 +1,12 @@
-"""catkin's description of the Python package; run by catkin, not by hand."""
+"""catkin's description of the Python packages; run by catkin, not by hand."""
 
 from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(**generate_distutils_setup(packages=["master_thesis", "master_thesis_ros"], package_dir={"": "src"}))
+setup(
+    **generate_distutils_setup(
+        packages=["master_thesis", "master_thesis_ros"],
+        package_dir={"": "src", "master_thesis_ros": "ros/master_thesis_ros"},
+    )
+)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,20 +31,20 @@ class Reference:
     """The beam nearest to its direction."""
 
 
-class Algorithm:
+class Algorithm(ABC):
     """Base of ``Original`` and ``Improved``: scan, reference velocity, own velocity -> velocity and why."""
 
     def __init__(self, parameters: CepaParameters | None = None):
         self.parameters = parameters or CepaParameters()
         self._grid: Grid | None = None
 
+    @abstractmethod
     def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame.
 
         Raises:
             VelocityError: a velocity is not two finite numbers.
         """
-        raise NotImplementedError
 
     def beams(self, scan: LaserScan2D) -> Beams:
         """Return the scan's normal form, and keep the grid that belongs to it."""
