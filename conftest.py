@@ -47,6 +47,11 @@ def free_port() -> int:
         return sock.getsockname()[1]
 
 
+def heed_interrupts() -> None:
+    """Let SIGINT count again: tests run in a shell's background would inherit that it is ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 class Processes:
     """Starts commands in one environment; `stop` ends them and all that they started, in any group."""
 
@@ -57,7 +62,9 @@ class Processes:
 
     def start(self, *command: str, **options) -> subprocess.Popen:
         """Start a command; options are Popen's."""
-        return subprocess.Popen(command, env=self.environment, start_new_session=True, **options)
+        return subprocess.Popen(
+            command, env=self.environment, start_new_session=True, preexec_fn=heed_interrupts, **options
+        )
 
     def run(self, *command: str, timeout_s: float) -> subprocess.CompletedProcess:
         """Run a command to its end; returns its code, and all that it said as `stdout`.
