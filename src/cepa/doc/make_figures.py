@@ -83,12 +83,14 @@ def draw_steering():
         (0.0, "#e6b400", "some speeds rejected"),
     ):
         chosen = (rejected == 1.0) if share == 1.0 else (rejected > 0.0) & (rejected < 1.0)
+        if not chosen.any():
+            continue
         ring = np.stack([np.cos(beams.angles), np.sin(beams.angles)])[:, chosen] * (PARAMETERS.r_ub + 0.12)
         plane.plot(*ring, ".", color=colour, ms=3, label=label)
     _arrow(plane, v_ref, REFERENCE, "$v_{ref}$")
     _arrow(plane, decision.velocity_xy, OUTPUT, "$v_{out}$")
-    plane.set(xlim=(-2.8, 4.6), ylim=(-2.6, 2.8), aspect="equal", xlabel="x, m", ylabel="y, m")
-    plane.legend(loc="lower left", frameon=False, fontsize=7)
+    plane.set(xlim=(-2.8, 4.6), ylim=(-2.6, 3.6), aspect="equal", xlabel="x, m", ylabel="y, m")
+    plane.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncol=3, frameon=False, fontsize=7)
     _draw_costs(costs, scan, v_ref, v_uav, decision)
     return figure
 
