@@ -1,7 +1,15 @@
 """Helpers for UAV inspection software, free of ROS: see README.md for the nodes around them."""
 
-from inspection_tools.errors import InspectionToolsError, ParameterError, PoseError, ScanError, VelocityError
+from inspection_tools.errors import (
+    InspectionToolsError,
+    MissionError,
+    ParameterError,
+    PoseError,
+    ScanError,
+    VelocityError,
+)
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
+from inspection_tools.mission import Mission, MissionStatus, Waypoint, parse_mission, read_mission, way_m
 from inspection_tools.padding import UNSEEN_INTENSITY, LidarPadding, PaddedScan, PaddingParameters
 from inspection_tools.pairing import ReferencePairing
 from inspection_tools.position_controller import (
@@ -18,6 +26,9 @@ __all__ = [
     "LidarMedianFilter",
     "LidarPadding",
     "MedianFilterParameters",
+    "Mission",
+    "MissionError",
+    "MissionStatus",
     "PaddedScan",
     "PaddingParameters",
     "ParameterError",
@@ -29,6 +40,10 @@ __all__ = [
     "ScanError",
     "ScanGeometry",
     "VelocityError",
+    "Waypoint",
     "YawRegulator",
     "YawRegulatorParameters",
+    "parse_mission",
+    "read_mission",
+    "way_m",
 ]

@@ -19,3 +19,7 @@ class PoseError(InspectionToolsError):
 
 class VelocityError(InspectionToolsError):
     """A velocity that cannot be used: not finite."""
+
+
+class MissionError(InspectionToolsError):
+    """A mission that cannot be flown: no waypoints, or one that makes no sense."""

@@ -1,0 +1,211 @@
+"""A mission: waypoints flown one after the other, each within its tolerance and held for its time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Mapping, Sequence
+
+from inspection_tools.checks import check_number
+from inspection_tools.errors import MissionError, ParameterError, PoseError
+from inspection_tools.position_controller import FARTHEST_M
+
+LONGEST_HOLD_S = 86_400.0
+_KEYS = ("x", "y", "z", "yaw", "tolerance", "hold")
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """A place to be at.
+
+    Attributes:
+        position_m: (x, y, z) in the poses' frame.
+        yaw_rad: Heading to hand on with the setpoint, or None for any. Who flies decides what it means: by
+            position setpoints the UAV turns there, under the yaw regulator it looks where it flies. The
+            mission does not wait for it.
+        tolerance_m: Nearer than this (in space) is there.
+        hold_s: Time without a break that the UAV must be there; 0 passes through.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    position_m: tuple
+    yaw_rad: float | None = None
+    tolerance_m: float = 0.3
+    hold_s: float = 0.0
+
+    def __post_init__(self):
+        for axis, value in zip("xyz", self.position_m):
+            check_number(axis, value, -FARTHEST_M, FARTHEST_M)
+        if self.yaw_rad is not None:
+            check_number("yaw", self.yaw_rad, -100.0, 100.0)
+        check_number("tolerance", self.tolerance_m, 0.01, 100.0)
+        check_number("hold", self.hold_s, 0.0, LONGEST_HOLD_S)
+
+
+@dataclass(frozen=True)
+class MissionStatus:
+    """Answer to one pose.
+
+    Attributes:
+        target: The waypoint to fly to; after the end the last one.
+        reached: How many waypoints are done.
+        of: How many there are.
+        distance_m: From the pose to the target (as it was before this pose), m.
+        holding_s: For how long the UAV has been there.
+        target_changed: Whether `target` is another one than after the last pose, or the first one.
+        done: Whether all of them are done.
+    """
+
+    target: Waypoint
+    reached: int
+    of: int
+    distance_m: float
+    holding_s: float
+    target_changed: bool
+    done: bool
+
+
+class Mission:
+    """Flies one list of waypoints; driven by poses and their stamps, so that nothing waits on a clock."""
+
+    def __init__(self, waypoints: Sequence[Waypoint]):
+        """Begin at the first waypoint.
+
+        Raises:
+            MissionError: there is none.
+        """
+        if not waypoints:
+            raise MissionError("The mission has no waypoints; give at least one.")
+        self._waypoints = tuple(waypoints)
+        self._reached = 0
+        self._told = -1
+        self._arrived_s = None
+        self._stamp_s = None
+
+    def update(self, stamp_s: float, position_m) -> MissionStatus:
+        """Take a pose in; at most one waypoint gets done by it.
+
+        A pose older than the last one (a clock that jumped back) starts the hold anew, nothing else.
+
+        Args:
+            stamp_s: The pose's time.
+            position_m: (x, y, z) in the waypoints' frame.
+
+        Raises:
+            PoseError: a value is not finite; the state is then as before.
+        """
+        if not all(math.isfinite(value) for value in (stamp_s, *position_m)):
+            raise PoseError("The pose has a value that is not finite.")
+        if self._stamp_s is not None and stamp_s < self._stamp_s:
+            self._arrived_s = None
+        self._stamp_s = stamp_s
+        target = self._target()
+        distance_m = math.dist(position_m, target.position_m)
+        holding_s = self._hold(stamp_s, distance_m <= target.tolerance_m)
+        if self._arrived_s is not None and holding_s >= target.hold_s and not self.done:
+            self._reached += 1
+            self._arrived_s = None
+        changed, self._told = self._told != self._index(), self._index()
+        return MissionStatus(
+            self._target(), self._reached, len(self._waypoints), distance_m, holding_s, changed, self.done
+        )
+
+    @property
+    def done(self) -> bool:
+        """Whether every waypoint is done."""
+        return self._reached == len(self._waypoints)
+
+    def _index(self) -> int:
+        return min(self._reached, len(self._waypoints) - 1)
+
+    def _target(self) -> Waypoint:
+        return self._waypoints[self._index()]
+
+    def _hold(self, stamp_s: float, there: bool) -> float:
+        if not there:
+            self._arrived_s = None
+            return 0.0
+        if self._arrived_s is None:
+            self._arrived_s = stamp_s
+        return stamp_s - self._arrived_s
+
+
+def way_m(waypoints: Sequence[Waypoint], start_m) -> float:
+    """Return the length of the straight legs from `start_m` (x, y, z) through all waypoints, m."""
+    places = [tuple(start_m), *(waypoint.position_m for waypoint in waypoints)]
+    return sum(math.dist(a, b) for a, b in zip(places, places[1:]))
+
+
+def read_mission(path) -> tuple:
+    """Return the waypoints of a YAML file: see `parse_mission` for its form.
+
+    Raises:
+        MissionError: it cannot be read, or makes no sense; the sentence names the file.
+    """
+    import yaml  # only where a file is read
+
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise MissionError(f"The mission {path} cannot be read: {error.strerror}.") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        where = getattr(error, "problem_mark", None)
+        line = f", line {where.line + 1}" if where else ""
+        raise MissionError(f"The mission {path} is no YAML{line}.") from None
+    try:
+        return parse_mission(content)
+    except MissionError as error:
+        raise MissionError(f"{path}: {error}") from None
+
+
+def parse_mission(content) -> tuple:
+    """Return the waypoints (a tuple) of what a YAML file holds.
+
+    A mapping with `waypoints`, a list of "x y z" or "x y z yaw" (as text, as a list, or as a mapping with
+    these keys and its own tolerance and hold), and, for all that give none, `tolerance` and `hold`; or the
+    list alone. Metres, radians, seconds.
+
+    Raises:
+        MissionError: one sentence that says what is wrong with which waypoint.
+    """
+    if isinstance(content, Mapping):
+        unknown = sorted(set(content) - {"waypoints", "tolerance", "hold"}, key=str)
+        if unknown:
+            raise MissionError(f"A mission has waypoints, tolerance and hold, but no '{unknown[0]}'.")
+        common = {key: content[key] for key in ("tolerance", "hold") if key in content}
+        listed = content.get("waypoints")
+    else:
+        common, listed = {}, content
+    if not isinstance(listed, list) or not listed:
+        raise MissionError("The mission has no waypoints; give a list of 'x y z' or 'x y z yaw'.")
+    return tuple(_waypoint(number, given, common) for number, given in enumerate(listed, start=1))
+
+
+def _waypoint(number: int, given, common: Mapping) -> Waypoint:
+    values = {**common, **_as_mapping(number, given)}
+    unknown = sorted(set(values) - set(_KEYS), key=str)
+    missing = [key for key in "xyz" if key not in values]
+    if unknown or missing:
+        wrong = f"has no {missing[0]}" if missing else f"has a '{unknown[0]}', which is unknown"
+        raise MissionError(f"Waypoint {number} {wrong}; its keys are {', '.join(_KEYS)}.")
+    position = tuple(values.pop(axis) for axis in "xyz")
+    names = {"yaw": "yaw_rad", "tolerance": "tolerance_m", "hold": "hold_s"}
+    try:
+        return Waypoint(position, **{names[key]: value for key, value in values.items()})
+    except ParameterError as error:
+        raise MissionError(f"Waypoint {number}: {error}") from None
+
+
+def _as_mapping(number: int, given) -> dict:
+    if isinstance(given, Mapping):
+        return dict(given)
+    words = given.replace(",", " ").split() if isinstance(given, str) else given
+    if isinstance(words, list) and len(words) in (3, 4):
+        try:
+            return dict(zip(_KEYS, (float(word) for word in words)))
+        except (TypeError, ValueError):
+            pass
+    raise MissionError(f"Waypoint {number} is {given!r}; give three or four numbers: x y z or x y z yaw.")

@@ -1,0 +1,146 @@
+"""Missions: which waypoint is flown to when, and what a file may say."""
+
+import math
+
+import pytest
+
+from inspection_tools import (
+    Mission,
+    MissionError,
+    ParameterError,
+    PoseError,
+    Waypoint,
+    parse_mission,
+    read_mission,
+    way_m,
+)
+
+A, B = Waypoint((1.0, 0.0, 2.0)), Waypoint((1.0, 5.0, 2.0), hold_s=2.0)
+
+
+def test_flies_through_a_waypoint_and_holds_at_the_next():
+    mission = Mission([A, B])
+    first = mission.update(0.0, (0.0, 0.0, 2.0))
+    assert (first.target, first.target_changed, first.reached, first.distance_m) == (A, True, 0, 1.0)
+    assert not mission.update(0.1, (0.69, 0.0, 2.0)).target_changed  # 0.31 m away, tolerance 0.3 m
+    through = mission.update(0.2, (0.71, 0.0, 2.0))
+    assert (through.target, through.target_changed, through.reached, through.done) == (B, True, 1, False)
+    assert mission.update(10.0, (1.0, 4.8, 2.0)).holding_s == 0.0
+    held = mission.update(11.9, (1.0, 5.1, 2.0))
+    assert held.holding_s == pytest.approx(1.9)
+    assert not held.done
+    end = mission.update(12.0, (1.0, 5.1, 2.0))
+    assert (end.done, end.reached, end.of, end.target) == (True, 2, 2, B)
+    assert mission.done
+
+
+def test_stays_done_wherever_the_uav_goes():
+    mission = Mission([A])
+    assert mission.update(0.0, A.position_m).done
+    later = mission.update(1.0, (50.0, 0.0, 0.0))
+    assert (later.done, later.reached, later.target_changed) == (True, 1, False)
+
+
+def test_who_leaves_before_the_time_begins_to_hold_anew():
+    mission = Mission([B])
+    mission.update(0.0, B.position_m)
+    assert mission.update(1.5, (1.0, 5.4, 2.0)).holding_s == 0.0  # 0.4 m away
+    mission.update(1.6, B.position_m)
+    assert not mission.update(3.5, B.position_m).done
+    assert mission.update(3.6, B.position_m).done
+
+
+def test_a_clock_that_jumps_back_starts_the_hold_anew_and_keeps_what_is_done():
+    mission = Mission([A, B])
+    mission.update(100.0, A.position_m)
+    mission.update(101.0, B.position_m)
+    assert mission.update(5.0, B.position_m).holding_s == 0.0
+    assert mission.update(7.0, B.position_m).done
+
+
+def test_height_counts():
+    assert not Mission([A]).update(0.0, (1.0, 0.0, 1.6)).done
+
+
+def test_one_pose_does_one_waypoint_however_many_lie_there():
+    mission = Mission([A, A, A])
+    assert [mission.update(t, A.position_m).reached for t in (0.0, 0.1, 0.2)] == [1, 2, 3]
+
+
+def test_a_pose_that_is_not_finite_is_refused_and_changes_nothing():
+    mission = Mission([B])
+    mission.update(0.0, B.position_m)
+    for stamp, place in ((1.0, (math.nan, 0.0, 0.0)), (math.inf, B.position_m)):
+        with pytest.raises(PoseError):
+            mission.update(stamp, place)
+    assert mission.update(2.0, B.position_m).done
+
+
+def test_the_way_is_that_of_its_legs():
+    assert way_m([Waypoint((3.0, 4.0, 0.0)), Waypoint((3.0, 4.0, 2.0))], (0.0, 0.0, 0.0)) == 7.0
+
+
+def test_a_file_in_every_form(tmp_path):
+    path = tmp_path / "mission.yaml"
+    path.write_text(
+        "tolerance: 0.5\n"
+        "waypoints:\n"
+        "  - 1 2 3\n"
+        "  - [4, 5, 6, 0.5]\n"
+        "  - {x: 7, y: 8.5, z: 9, tolerance: 0.1, hold: 3}\n"
+    )
+    assert read_mission(path) == (
+        Waypoint((1.0, 2.0, 3.0), tolerance_m=0.5),
+        Waypoint((4.0, 5.0, 6.0), 0.5, tolerance_m=0.5),
+        Waypoint((7, 8.5, 9), tolerance_m=0.1, hold_s=3),
+    )
+    assert parse_mission([[1, 2, 3]]) == (Waypoint((1.0, 2.0, 3.0)),)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "no waypoints; give a list"),
+        ([], "no waypoints; give a list"),
+        ("1 2 3", "no waypoints; give a list"),
+        ({"waypoints": {"x": 1}}, "no waypoints; give a list"),
+        ({"waypoints": ["1 2 3"], "speed": 3}, "no 'speed'"),
+        (["1 2 3", "1 2"], "Waypoint 2 is '1 2'; give three or four numbers"),
+        (["1 2 up"], "Waypoint 1 is '1 2 up'"),
+        ([[1, 2, [3]]], "Waypoint 1 is"),
+        ([7], "Waypoint 1 is 7"),
+        ([{"x": 1, "y": 2}], "Waypoint 1 has no z; its keys are x, y, z, yaw, tolerance, hold"),
+        ([{"x": 1, "y": 2, "z": 3, "speed": 4}], "has a 'speed', which is unknown"),
+        (["1 nan 3"], "Waypoint 1: y is nan"),
+        ([[1, 2, 1e9]], "Waypoint 1: z is"),
+        ([{"x": 1, "y": 2, "z": True}], "Waypoint 1: z is True"),
+        ([{"x": 1, "y": 2, "z": 3, "hold": -1}], "hold is -1; it must be a number from 0"),
+        ([{"x": 1, "y": 2, "z": 3, "tolerance": 0}], "tolerance is 0"),
+    ],
+)
+def test_a_mission_that_makes_no_sense_is_one_sentence(content, words):
+    with pytest.raises(MissionError) as error:
+        parse_mission(content)
+    assert words in str(error.value)
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(MissionError, match=r"nowhere\.yaml cannot be read: No such file"):
+        read_mission(tmp_path / "nowhere.yaml")
+    path = tmp_path / "bad.yaml"
+    path.write_text("waypoints:\n  - [1, 2\n")
+    with pytest.raises(MissionError, match=r"bad\.yaml is no YAML, line 3"):
+        read_mission(path)
+    path.write_text("- 1 2\n")
+    with pytest.raises(MissionError, match=r"bad\.yaml: Waypoint 1 is"):
+        read_mission(path)
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(MissionError, match="is no YAML"):
+        read_mission(path)
+
+
+def test_no_mission_is_no_mission():
+    with pytest.raises(MissionError, match="no waypoints"):
+        Mission([])
+    with pytest.raises(ParameterError, match="yaw is inf"):
+        Waypoint((0.0, 0.0, 0.0), yaw_rad=math.inf)
