@@ -1,0 +1,1 @@
+"""What this package's nodes share: conversions of messages, parameters and frames."""

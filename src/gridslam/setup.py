@@ -1,0 +1,12 @@
+"""catkin's description of the Python packages; run by catkin, not by hand."""
+
+from distutils.core import setup
+
+from catkin_pkg.python_setup import generate_distutils_setup
+
+setup(
+    **generate_distutils_setup(
+        packages=["gridslam", "gridslam.kernels", "gridslam_ros"],
+        package_dir={"": "src", "gridslam_ros": "ros/gridslam_ros"},
+    )
+)

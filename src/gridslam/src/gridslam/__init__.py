@@ -1,0 +1,17 @@
+"""Grid mapping SLAM with a Rao-Blackwellised particle filter (Grisetti et al. 2005, 2007). See README.md."""
+
+from gridslam.errors import MapError, ParameterError, ScanError, SlamError, StateError
+from gridslam.occupancy_grid import OccupancyGrid
+from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
+
+__all__ = [
+    "MapError",
+    "OccupancyGrid",
+    "ParameterError",
+    "PlanarScan",
+    "ScanError",
+    "SlamError",
+    "SlamParameters",
+    "StateError",
+]

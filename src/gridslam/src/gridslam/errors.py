@@ -1,0 +1,21 @@
+"""The exceptions of this package; every message is one sentence that can be shown to a user as it is."""
+
+
+class SlamError(Exception):
+    """Base of everything that this package raises on purpose."""
+
+
+class ParameterError(SlamError):
+    """A parameter, or a combination of parameters, makes no sense."""
+
+
+class ScanError(SlamError):
+    """A laser scan that cannot be interpreted."""
+
+
+class MapError(SlamError):
+    """A map that cannot be interpreted, or that has outgrown its bounds."""
+
+
+class StateError(SlamError):
+    """A saved state that cannot be read or does not fit."""

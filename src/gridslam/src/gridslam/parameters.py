@@ -1,0 +1,149 @@
+"""Every parameter of the filter, under gmapping's names and with its defaults, checked once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from gridslam.errors import ParameterError
+
+KERNEL_SIZE_MAX = 10
+OPTIONAL = ("maxUrange", "maxRange", "xmin", "ymin", "xmax", "ymax")
+WHOLE = ("kernelSize", "iterations", "lskip", "particles", "seed", "threads")
+POSITIVE = ("sigma", "lstep", "astep", "lsigma", "ogain", "delta", "maxUrange", "maxRange")
+NOT_NEGATIVE = ("srr", "srt", "str", "stt", "linearUpdate", "angularUpdate", "llsamplerange", "lasamplerange")
+
+
+@dataclass(frozen=True)
+class SlamParameters:
+    """The parameters of the particle filter; what a launch file for slam_gmapping sets means the same here.
+
+    Raises ParameterError, in one sentence, for values that make no sense alone or together.
+    """
+
+    maxUrange: float | None = None
+    """m: beams are used up to here; one up to maxRange only frees what it crosses. None: maxRange."""
+    maxRange: float | None = None
+    """m: a longer reading is no return and says nothing. None: the scan's range_max."""
+    sigma: float = 0.05
+    """m2: a beam d from the map scores exp(-d^2 / sigma) in scan matching."""
+    kernelSize: int = 1
+    """Cells on every side of a beam's end that are searched for the map's nearest point."""
+    lstep: float = 0.05
+    """m: first step of the scan matcher's search."""
+    astep: float = 0.05
+    """rad: first step of the scan matcher's search."""
+    iterations: int = 5
+    """How often the scan matcher halves its steps."""
+    lsigma: float = 0.075
+    """m2: a beam d from the map has the log-likelihood -d^2 / lsigma."""
+    ogain: float = 3.0
+    """Smooths the weights: log-likelihoods are divided by ogain times particles."""
+    lskip: int = 0
+    """Beams skipped after each one that scan matching uses."""
+    minimumScore: float = 0.0
+    """A scan that matches with a lower score is placed by odometry alone; at most the number of beams."""
+    srr: float = 0.1
+    """Odometry: deviation of a translation, m per m."""
+    srt: float = 0.2
+    """Odometry: deviation of a rotation by translation, rad per m."""
+    str: float = 0.1
+    """Odometry: deviation of a translation by rotation, m per rad."""
+    stt: float = 0.2
+    """Odometry: deviation of a rotation, rad per rad."""
+    linearUpdate: float = 1.0
+    """m: a scan is processed after this much travel ..."""
+    angularUpdate: float = 0.5
+    """rad: ... or this much turning ..."""
+    temporalUpdate: float = -1.0
+    """s: ... or this much time; negative: never by time."""
+    resampleThreshold: float = 0.5
+    """Resampling happens when N_eff is below this share of the particles."""
+    particles: int = 30
+    """Number of particles."""
+    xmin: float | None = None
+    """m: the published map covers at least xmin to xmax, ymin to ymax. None: it covers what was seen."""
+    ymin: float | None = None
+    """m"""
+    xmax: float | None = None
+    """m"""
+    ymax: float | None = None
+    """m"""
+    delta: float = 0.05
+    """m: size of a cell."""
+    occ_thresh: float = 0.25
+    """A cell is occupied when a greater share of the beams that met it ended there."""
+    llsamplerange: float = 0.01
+    """m: the likelihood around the mode is sampled this far to every side ..."""
+    llsamplestep: float = 0.01
+    """m: ... in these steps."""
+    lasamplerange: float = 0.005
+    """rad: the likelihood around the mode is sampled this far to both sides ..."""
+    lasamplestep: float = 0.005
+    """rad: ... in these steps."""
+    seed: int = 0
+    """Seed of everything random: the same seed and scans give the same map."""
+    threads: int = 1
+    """Threads that share the particles; the result does not depend on it."""
+
+    def __post_init__(self):
+        for field in fields(self):
+            self._check_number(field.name)
+        self._check_signs()
+        self._check_combinations()
+
+    def _check_number(self, name):
+        value = getattr(self, name)
+        if value is None and name in OPTIONAL:
+            return
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not is_number or math.isnan(value) or (math.isinf(value) and name != "maxRange"):
+            raise ParameterError(f"{name} must be a finite number, not {value!r}.")
+        if name in WHOLE:
+            if int(value) != value:
+                raise ParameterError(f"{name} must be a whole number, not {value!r}.")
+            object.__setattr__(self, name, int(value))
+        else:
+            object.__setattr__(self, name, float(value))
+
+    def _check_signs(self):
+        for name in POSITIVE:
+            value = getattr(self, name)
+            if value is not None and not value > 0.0:
+                raise ParameterError(f"{name} must be greater than 0, not {value}.")
+        for name in (*NOT_NEGATIVE, "iterations", "lskip", "seed"):
+            if getattr(self, name) < 0:
+                raise ParameterError(f"{name} must be at least 0, not {getattr(self, name)}.")
+        for name in ("particles", "threads", "kernelSize"):
+            if getattr(self, name) < 1:
+                raise ParameterError(f"{name} must be at least 1, not {getattr(self, name)}.")
+        if self.kernelSize > KERNEL_SIZE_MAX:
+            raise ParameterError(f"kernelSize must be at most {KERNEL_SIZE_MAX}, not {self.kernelSize}.")
+        for name in ("resampleThreshold", "occ_thresh"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ParameterError(f"{name} must be between 0 and 1, not {getattr(self, name)}.")
+
+    def _check_combinations(self):
+        if self.maxUrange is not None and self.maxRange is not None and self.maxUrange > self.maxRange:
+            raise ParameterError(
+                f"maxUrange must be at most maxRange, but {self.maxUrange} > {self.maxRange}."
+            )
+        for name_step, name_range in (("llsamplestep", "llsamplerange"), ("lasamplestep", "lasamplerange")):
+            step, extent = getattr(self, name_step), getattr(self, name_range)
+            if not step > 0.0 or extent > 10.0 * step:
+                raise ParameterError(
+                    f"{name_step} must be greater than 0 and at least a tenth of {name_range}, "
+                    f"not {step} and {extent}."
+                )
+        box = (self.xmin, self.ymin, self.xmax, self.ymax)
+        if any(side is None for side in box):
+            if any(side is not None for side in box):
+                raise ParameterError("xmin, ymin, xmax and ymax must be given all four, or none of them.")
+        elif not (self.xmin < self.xmax and self.ymin < self.ymax):
+            raise ParameterError(f"xmin, ymin, xmax, ymax must span an area, not {box}.")
+
+    def ranges_for(self, range_max_m: float) -> tuple[float, float]:
+        """Return (usable, greatest) range in metres for a lidar that sees ``range_max_m`` far."""
+        greatest = range_max_m - 0.01 if self.maxRange is None else self.maxRange
+        usable = greatest if self.maxUrange is None else self.maxUrange
+        return min(usable, greatest), greatest

@@ -1,0 +1,51 @@
+"""Poses in the plane: rows of x, y in metres and yaw in radians.
+
+``a_in_b`` is the pose of frame a in frame b; ``compose(a_in_c, b_in_a)`` is then b in c. Every function takes
+one pose (3,) or many (..., 3) and broadcasts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+TURN = 2.0 * np.pi
+
+
+def wrap(angle_rad):
+    """Return an angle, or an array of them, in [-pi, pi)."""
+    return (angle_rad + np.pi) % TURN - np.pi
+
+
+def compose(frame, pose) -> np.ndarray:
+    """Return ``pose``, given in ``frame``, in the frame that ``frame`` is given in."""
+    frame, pose = np.asarray(frame, float), np.asarray(pose, float)
+    x, y, yaw = frame[..., 0], frame[..., 1], frame[..., 2]
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.stack(
+        np.broadcast_arrays(
+            x + cos * pose[..., 0] - sin * pose[..., 1],
+            y + sin * pose[..., 0] + cos * pose[..., 1],
+            wrap(yaw + pose[..., 2]),
+        ),
+        axis=-1,
+    )
+
+
+def inverse(pose) -> np.ndarray:
+    """Return the pose of the outer frame in ``pose``'s own frame."""
+    pose = np.asarray(pose, float)
+    cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    x, y = pose[..., 0], pose[..., 1]
+    return np.stack((-cos * x - sin * y, sin * x - cos * y, wrap(-pose[..., 2])), axis=-1)
+
+
+def between(first, second) -> np.ndarray:
+    """Return ``second`` as seen from ``first``, both given in one frame."""
+    return compose(inverse(first), second)
+
+
+def transform(pose, points_xy) -> np.ndarray:
+    """Return points (n, 2), given in one pose's frame, in the frame that the pose is given in."""
+    x, y, yaw = (float(value) for value in pose)
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.asarray(points_xy) @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
