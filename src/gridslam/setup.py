@@ -6,7 +6,13 @@ from catkin_pkg.python_setup import generate_distutils_setup
 
 setup(
     **generate_distutils_setup(
-        packages=["gridslam", "gridslam.kernels", "gridslam_ros"],
+        packages=[
+            "gridslam",
+            "gridslam.evaluation",
+            "gridslam.kernels",
+            "gridslam.loop_closure",
+            "gridslam_ros",
+        ],
         package_dir={"": "src", "gridslam_ros": "ros/gridslam_ros"},
     )
 )

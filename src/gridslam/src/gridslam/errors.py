@@ -19,3 +19,7 @@ class MapError(SlamError):
 
 class StateError(SlamError):
     """A saved state that cannot be read or does not fit."""
+
+
+class EvaluationError(SlamError):
+    """A trajectory, a ground truth or a map that cannot be judged."""

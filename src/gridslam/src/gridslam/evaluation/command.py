@@ -1,0 +1,151 @@
+"""The command ``rosrun gridslam gridslam_evaluate``: judges trajectories and maps."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from gridslam.errors import SlamError
+from gridslam.evaluation.map_error import map_error
+from gridslam.evaluation.relations import read_relations, relation_errors
+from gridslam.evaluation.trajectory_error import ALIGNMENTS, trajectory_error
+from gridslam.evaluation.tum import read_tum
+from gridslam.evaluation.walls import read_walls
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code: 0, or 1 with one sentence on stderr."""
+    options = _parser().parse_args(arguments)
+    try:
+        figures = options.judge(options)
+        if options.json:
+            _write_json(options.json, figures)
+    except SlamError as error:
+        print(f"gridslam_evaluate: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"gridslam_evaluate: {error.filename}: cannot be written ({error.strerror}).", file=sys.stderr)
+        return 1
+    _print(figures)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="gridslam_evaluate", description="Judge trajectories (TUM form) and maps (yaml + pgm)."
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    relations = commands.add_parser(
+        "relations", help="errors by hand-verified relative poses (Kuemmerle et al. 2009)"
+    )
+    relations.add_argument("trajectory", type=Path, help="trajectory to judge, TUM form")
+    relations.add_argument("relations", type=Path, help="t1 t2 x y z roll pitch yaw a line, may be .gz")
+    relations.add_argument(
+        "--scans",
+        type=Path,
+        help="TUM file whose stamps are the scans', for the exact relations (default: the trajectory's own)",
+    )
+    relations.set_defaults(judge=_relations)
+
+    ate = commands.add_parser("ate", help="ATE and RPE against a ground truth, through evo")
+    ate.add_argument("trajectory", type=Path, help="trajectory to judge, TUM form")
+    ate.add_argument("truth", type=Path, help="ground truth, TUM form")
+    ate.add_argument(
+        "--align", choices=ALIGNMENTS, default="none", help="before comparing (default: %(default)s)"
+    )
+    ate.add_argument(
+        "--rpe-distance",
+        type=_positive,
+        default=1.0,
+        metavar="M",
+        help="RPE over so much path (default: 1 m)",
+    )
+    ate.set_defaults(judge=_ate)
+
+    maps = commands.add_parser("map", help="distance of a map's occupied cells from the true walls")
+    maps.add_argument("map", type=Path, help="map to judge, map_server's yaml")
+    maps.add_argument(
+        "walls", type=Path, help="true walls: x1 y1 x2 y2 a line, or points on them: x y a line"
+    )
+    maps.add_argument(
+        "--map-in-world",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 0.0),
+        metavar=("X", "Y", "YAW"),
+        help="m, m, rad",
+    )
+    maps.add_argument("--estimate", type=Path, help="estimated path to draw, TUM form")
+    maps.add_argument("--truth", type=Path, help="true path to draw, TUM form")
+    maps.add_argument("--picture", type=Path, help="write map, walls and paths to this PNG")
+    maps.set_defaults(judge=_map)
+
+    for command in (relations, ate, maps):
+        command.add_argument("--json", type=Path, help="write the figures to this file, too")
+    return parser
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"must be greater than 0, not {text}")
+    return value
+
+
+def _relations(options) -> dict:
+    trajectory = read_tum(options.trajectory)
+    relations = read_relations(options.relations)
+    scan_stamps = read_tum(options.scans).stamps_s if options.scans else trajectory.stamps_s
+    figures = {"all": asdict(relation_errors(trajectory, relations))}
+    exact = relations.exact(scan_stamps)
+    if len(exact):
+        figures["exact"] = asdict(relation_errors(trajectory, exact))
+    return figures
+
+
+def _ate(options) -> dict:
+    error = trajectory_error(
+        read_tum(options.trajectory), read_tum(options.truth), options.align, options.rpe_distance
+    )
+    return error.as_dict()
+
+
+def _map(options) -> dict:
+    from gridslam.map_file import read_map
+
+    grid, walls, pose = read_map(options.map), read_walls(options.walls), tuple(options.map_in_world)
+    accuracy = map_error(grid, walls, pose)
+    if options.picture:
+        from gridslam.evaluation.map_picture import draw_map_error
+
+        estimate, truth = (read_tum(path) if path else None for path in (options.estimate, options.truth))
+        draw_map_error(options.picture, grid, walls, accuracy, pose, estimate, truth)
+    return accuracy.as_dict()
+
+
+def _write_json(path: Path, figures: dict) -> None:
+    path.write_text(json.dumps(_no_nan(figures), indent=2) + "\n")
+
+
+def _no_nan(value):
+    if isinstance(value, dict):
+        return {key: _no_nan(each) for key, each in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def _print(figures: dict, indent: str = "") -> None:
+    for name, value in figures.items():
+        if isinstance(value, dict):
+            print(f"{indent}{name}")
+            _print(value, indent + "  ")
+        else:
+            print(
+                f"{indent}{name:32s} {value:.4g}"
+                if isinstance(value, float)
+                else f"{indent}{name:32s} {value}"
+            )

@@ -1,0 +1,132 @@
+"""ATE and RPE of a trajectory against the ground truth, computed by evo."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam.errors import EvaluationError
+from gridslam.evaluation.tum import poses_at
+from gridslam.trajectory import Trajectory
+
+ALIGNMENTS = ("none", "origin", "all")
+
+
+@dataclass(frozen=True)
+class TrajectoryError:
+    """Absolute errors of each pose, their summary, and the relative error over a distance.
+
+    stamps_s, errors_m: (k,) each: position error of each judged pose.
+    """
+
+    stamps_s: np.ndarray
+    errors_m: np.ndarray
+    ate_rmse_m: float
+    ate_mean_m: float
+    ate_median_m: float
+    ate_max_m: float
+    ate_rotation_rmse_deg: float
+    rpe_distance_m: float
+    rpe_translation_rmse_m: float
+    """NaN where the path is too short for a pair of poses `rpe_distance_m` apart."""
+    rpe_rotation_rmse_deg: float
+
+    def as_dict(self) -> dict:
+        """Return the figures, without the series, under the names that result files use."""
+        series = ("stamps_s", "errors_m")
+        return {name: value for name, value in vars(self).items() if name not in series}
+
+
+def trajectory_error(
+    estimate: Trajectory, truth: Trajectory, align: str = "none", rpe_distance_m: float = 1.0
+) -> TrajectoryError:
+    """Compare an estimate with the truth, which is interpolated at the estimate's stamps.
+
+    Args:
+        estimate: the trajectory to judge; poses outside the truth's time are left out.
+        truth: the ground truth, densely stamped.
+        align: "none" (both are in one frame), "origin" (the first poses coincide) or "all" (least squares).
+        rpe_distance_m: the relative error is taken over pieces of path of this length.
+
+    Raises:
+        EvaluationError: nothing to compare, or evo is not installed, or it cannot align them.
+    """
+    if align not in ALIGNMENTS:
+        raise EvaluationError(f"align must be one of {', '.join(ALIGNMENTS)}, not {align!r}.")
+    judged = (estimate.stamps_s >= truth.stamps_s[0]) & (estimate.stamps_s <= truth.stamps_s[-1])
+    if judged.sum() < 2:
+        raise EvaluationError("Fewer than two poses of the estimate lie in the time of the ground truth.")
+    stamps_s = estimate.stamps_s[judged]
+    evo = _evo()
+    reference = _evo_path(evo, poses_at(truth, stamps_s), stamps_s)
+    estimated = _evo_path(evo, estimate.poses_in_map[judged], stamps_s)
+    try:
+        if align == "origin":
+            estimated.align_origin(reference)
+        elif align == "all":
+            estimated.align(reference)
+    except evo.EvoException as error:
+        raise EvaluationError(f"The trajectories cannot be aligned: {error}.") from None
+    relation = evo.metrics.PoseRelation
+    metres = _ape(evo, relation.translation_part, reference, estimated)
+    degrees = _ape(evo, relation.rotation_angle_deg, reference, estimated)
+    return TrajectoryError(
+        stamps_s=stamps_s,
+        errors_m=metres.error,
+        ate_rmse_m=_statistic(metres, "rmse"),
+        ate_mean_m=_statistic(metres, "mean"),
+        ate_median_m=_statistic(metres, "median"),
+        ate_max_m=_statistic(metres, "max"),
+        ate_rotation_rmse_deg=_statistic(degrees, "rmse"),
+        rpe_distance_m=rpe_distance_m,
+        rpe_translation_rmse_m=_rpe(evo, relation.translation_part, reference, estimated, rpe_distance_m),
+        rpe_rotation_rmse_deg=_rpe(evo, relation.rotation_angle_deg, reference, estimated, rpe_distance_m),
+    )
+
+
+class _Evo:
+    """evo's parts that are used here, imported only when something is judged."""
+
+    def __init__(self):
+        from evo import EvoException
+        from evo.core import metrics, trajectory
+
+        self.EvoException, self.metrics, self.trajectory = EvoException, metrics, trajectory
+
+
+def _evo() -> _Evo:
+    try:
+        return _Evo()
+    except ImportError as error:
+        raise EvaluationError(f"ATE and RPE need evo: pip install -r requirements.txt ({error}).") from None
+
+
+def _evo_path(evo: _Evo, poses: np.ndarray, stamps_s: np.ndarray):
+    zero = np.zeros(len(poses))
+    return evo.trajectory.PoseTrajectory3D(
+        positions_xyz=np.column_stack([poses[:, :2], zero]),
+        orientations_quat_wxyz=np.column_stack(
+            [np.cos(poses[:, 2] / 2), zero, zero, np.sin(poses[:, 2] / 2)]
+        ),
+        timestamps=stamps_s,
+    )
+
+
+def _ape(evo: _Evo, relation, reference, estimated):
+    metric = evo.metrics.APE(relation)
+    metric.process_data((reference, estimated))
+    return metric
+
+
+def _rpe(evo: _Evo, relation, reference, estimated, distance_m: float) -> float:
+    metric = evo.metrics.RPE(relation, distance_m, evo.metrics.Unit.meters, rel_delta_tol=0.2, all_pairs=True)
+    try:
+        metric.process_data((reference, estimated))
+    except evo.EvoException:
+        return float("nan")
+    return _statistic(metric, "rmse")
+
+
+def _statistic(metric, name: str) -> float:
+    return float(metric.get_all_statistics()[name])

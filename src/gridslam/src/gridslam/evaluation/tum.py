@@ -1,0 +1,47 @@
+"""Trajectories as files in TUM form: a line ``stamp x y z qx qy qz qw`` for each pose, # comments."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from gridslam.errors import EvaluationError
+from gridslam.trajectory import Trajectory
+
+
+def write_tum(path: Path, trajectory: Trajectory) -> None:
+    """Write a planar trajectory: z = 0, turned about z only; stamps to the microsecond."""
+    with open(path, "w") as file:
+        for stamp_s, (x, y, yaw) in zip(trajectory.stamps_s, trajectory.poses_in_map):
+            z, w = np.sin(yaw / 2.0), np.cos(yaw / 2.0)
+            file.write(f"{stamp_s:.6f} {x:.9g} {y:.9g} 0 0 0 {z:.9g} {w:.9g}\n")
+
+
+def read_tum(path: Path) -> Trajectory:
+    """Read a trajectory; of poses in space it keeps x, y and yaw.
+
+    Raises:
+        EvaluationError: the file cannot be read, or is not in TUM form, or its stamps do not increase.
+    """
+    try:
+        rows = np.loadtxt(path, ndmin=2)
+    except (OSError, ValueError, UnicodeDecodeError) as error:
+        raise EvaluationError(f"{path}: cannot be read as a trajectory ({error}).") from None
+    if rows.shape[1] != 8 or not len(rows) or not np.isfinite(rows).all():
+        raise EvaluationError(f"{path}: each line must hold 8 finite numbers: stamp x y z qx qy qz qw.")
+    _, first = np.unique(rows[:, 0], return_index=True)
+    if (np.diff(first) < 0).any():
+        raise EvaluationError(f"{path}: the stamps go back in time; sort the lines, or cut the file there.")
+    rows = rows[first]
+    x, y, z, w = rows[:, 4:].T
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return Trajectory(rows[:, 0], np.column_stack([rows[:, 1:3], yaw]))
+
+
+def poses_at(trajectory: Trajectory, stamps_s: np.ndarray) -> np.ndarray:
+    """Return the poses at any stamps, (n, 3): interpolated, yaw the short way round; held at the ends."""
+    x, y, yaw = np.asarray(trajectory.poses_in_map).T
+    own = trajectory.stamps_s
+    columns = [np.interp(stamps_s, own, values) for values in (x, y, np.unwrap(yaw))]
+    return np.column_stack(columns)

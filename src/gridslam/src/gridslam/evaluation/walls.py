@@ -1,0 +1,133 @@
+"""The true walls of a simulated world, as a map is compared with them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Iterable
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from gridslam.errors import EvaluationError
+
+SAME_LINE_M = 0.02  # segments on one line within this belong to one wall ...
+SAME_LINE_RAD = math.radians(0.5)  # ... when their directions agree this well, too
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Wall segments in the frame of the map.
+
+    ends_m: (n, 4) float64, x1, y1, x2, y2 of each segment; metres. Curved walls come as short segments.
+
+    Raises EvaluationError when that is not what it is given.
+    """
+
+    ends_m: np.ndarray
+
+    def __post_init__(self):
+        ends = np.asarray(self.ends_m, dtype=float)
+        if ends.ndim != 2 or ends.shape[1] != 4 or not len(ends) or not np.isfinite(ends).all():
+            raise EvaluationError("Walls need one or more segments of four finite numbers: x1, y1, x2, y2.")
+        object.__setattr__(self, "ends_m", ends)
+
+    @classmethod
+    def from_polygons(cls, polygons: Iterable[np.ndarray]) -> Walls:
+        """Return the sides of closed polygons, each (k, 2) corners in metres, in order."""
+        corners = [np.asarray(polygon, dtype=float) for polygon in polygons]
+        return cls(np.concatenate([np.hstack([each, np.roll(each, -1, axis=0)]) for each in corners]))
+
+    @property
+    def lengths_m(self) -> np.ndarray:
+        """(n,) length of each segment."""
+        return np.hypot(self.ends_m[:, 2] - self.ends_m[:, 0], self.ends_m[:, 3] - self.ends_m[:, 1])
+
+    def distances(self, points_xy_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return each point's distance to the nearest segment, and that segment's index: (p,) and (p,)."""
+        start, along = self.ends_m[:, :2], self.ends_m[:, 2:] - self.ends_m[:, :2]
+        squared = np.maximum((along**2).sum(axis=1), 1e-18)
+        best = np.full(len(points_xy_m), np.inf)
+        nearest = np.zeros(len(points_xy_m), dtype=np.int64)
+        for i in range(len(start)):
+            offset = points_xy_m - start[i]
+            foot = np.clip(offset @ along[i] / squared[i], 0.0, 1.0)
+            distance = np.hypot(*(offset - foot[:, None] * along[i]).T)
+            nearer = distance < best
+            best[nearer], nearest[nearer] = distance[nearer], i
+        return best, nearest
+
+    def samples(self, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return points along the walls, (p, 2), and the length of wall that each stands for, (p,)."""
+        points, weights = [], []
+        for (x1, y1, x2, y2), length in zip(self.ends_m, self.lengths_m):
+            pieces = max(1, math.ceil(length / spacing_m))
+            part = (np.arange(pieces) + 0.5)[:, None] / pieces
+            points.append(np.array([[x1, y1]]) + part * np.array([[x2 - x1, y2 - y1]]))
+            weights.append(np.full(pieces, length / pieces))
+        return np.concatenate(points), np.concatenate(weights)
+
+    def straight_walls(self) -> list[np.ndarray]:
+        """Return the indices of the segments of each straight wall.
+
+        Segments on one line are one wall, so that a wall broken by beams is judged over its whole length.
+        """
+        lines = [self._line(ends) for ends in self.ends_m]
+        walls: list[list[int]] = []
+        for i, ends in enumerate(self.ends_m):
+            for wall in walls:
+                angle, x, y = lines[wall[0]]
+                if abs(math.remainder(lines[i][0] - angle, math.pi)) > SAME_LINE_RAD:
+                    continue
+                normal = np.array([-math.sin(angle), math.cos(angle)])
+                if np.abs((ends.reshape(2, 2) - (x, y)) @ normal).max() < SAME_LINE_M:
+                    wall.append(i)
+                    break
+            else:
+                walls.append([i])
+        return [np.array(wall) for wall in walls]
+
+    @staticmethod
+    def _line(ends: np.ndarray) -> tuple[float, float, float]:
+        x1, y1, x2, y2 = ends
+        return math.atan2(y2 - y1, x2 - x1), x1, y1
+
+
+@dataclass(frozen=True)
+class WallPoints:
+    """Walls known by points on them only, (n, 2) metres in the map's frame, `spacing_m` apart."""
+
+    points_xy_m: np.ndarray
+    spacing_m: float
+
+    def distances(self, points_xy_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return each point's distance to the nearest wall point, and that one's index: (p,) and (p,)."""
+        return cKDTree(self.points_xy_m).query(points_xy_m)
+
+    def samples(self, spacing_m: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points themselves, (n, 2), and the length of wall that each stands for, (n,)."""
+        del spacing_m
+        return self.points_xy_m, np.full(len(self.points_xy_m), self.spacing_m)
+
+    def straight_walls(self) -> list[np.ndarray]:
+        """Points do not tell which of them make a wall: none."""
+        return []
+
+
+def read_walls(path: Path) -> Walls | WallPoints:
+    """Read walls from a text file: four numbers a line are a segment, two a point on a wall; # comments.
+
+    Raises:
+        EvaluationError: the file cannot be read, or holds something else.
+    """
+    try:
+        rows = np.loadtxt(path, delimiter="," if "," in Path(path).read_text() else None, ndmin=2)
+    except (OSError, ValueError, UnicodeDecodeError) as error:
+        raise EvaluationError(f"{path}: cannot be read as rows of numbers ({error}).") from None
+    if rows.shape[1] == 4:
+        return Walls(rows)
+    if rows.shape[1] != 2 or not len(rows) or not np.isfinite(rows).all():
+        raise EvaluationError(f"{path}: rows of 4 (x1 y1 x2 y2) or 2 (x y) finite numbers are needed.")
+    gaps = cKDTree(rows).query(rows, k=2)[0][:, 1] if len(rows) > 1 else np.ones(1)
+    return WallPoints(rows, float(np.median(gaps)))
