@@ -1,0 +1,145 @@
+"""Maps as files: an image and a YAML file about it, as ROS's map_server, map_saver and amcl have them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from gridslam.errors import MapError
+from gridslam.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+FREE_AT_MOST, OCCUPIED_AT_LEAST = 25, 65
+"""Occupancies, as map_saver divides them."""
+GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
+OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+"""As map_saver writes them; between them is unknown, and the grey of unknown lies just above the second."""
+MODES = ("trinary", "scale", "raw")
+
+
+def greys_of(grid: OccupancyGrid) -> np.ndarray:
+    """Return the picture of a map, (h, w) uint8: white free, black occupied, grey unknown, row 0 on top."""
+    greys = np.full(grid.cells.shape, GREY_UNKNOWN, dtype=np.uint8)
+    greys[(grid.cells >= FREE) & (grid.cells <= FREE_AT_MOST)] = GREY_FREE
+    greys[grid.cells >= OCCUPIED_AT_LEAST] = GREY_OCCUPIED
+    return greys[::-1]
+
+
+def write_map(name: str | Path, grid: OccupancyGrid) -> tuple[Path, Path]:
+    """Write ``name``.pgm and ``name``.yaml and return their paths.
+
+    Raises:
+        MapError: the map is empty, or the files cannot be written.
+    """
+    if not grid.cells.size:
+        raise MapError("The map has no cells yet; nothing is saved.")
+    name = Path(name)
+    image_path, yaml_path = (name.with_name(name.name + ending) for ending in (".pgm", ".yaml"))
+    height, width = grid.cells.shape
+    x, y = grid.origin_xy_m
+    header = f"P5\n# {grid.resolution_m:.3f} m/pix\n{width} {height}\n255\n"
+    facts = (
+        f"image: {image_path.name}\nresolution: {grid.resolution_m:.6f}\n"
+        f"origin: [{x:.6f}, {y:.6f}, 0.000000]\nnegate: 0\n"
+        f"occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
+    )
+    try:
+        image_path.write_bytes(header.encode() + greys_of(grid).tobytes())
+        yaml_path.write_text(facts)
+    except OSError as error:
+        raise MapError(f"The map cannot be written to {error.filename}: {error.strerror}.") from None
+    return image_path, yaml_path
+
+
+def write_picture(path: str | Path, grid: OccupancyGrid) -> None:
+    """Write the map as a picture for people (PNG and what else Pillow knows by the ending)."""
+    from PIL import Image
+
+    try:
+        Image.fromarray(np.ascontiguousarray(greys_of(grid))).save(path)
+    except (OSError, ValueError) as error:
+        raise MapError(f"The map's picture cannot be written to {path}: {error}.") from None
+
+
+def read_map(path: str | Path) -> OccupancyGrid:
+    """Read a map by its YAML file: any image that Pillow reads, in map_server's three modes.
+
+    Raises:
+        MapError: a file cannot be read, or says what makes no sense; a turned map (yaw) is refused too.
+    """
+    path = Path(path)
+    facts = _facts_of(path)
+    resolution_m = _number(facts, "resolution", path)
+    x, y, yaw = _origin(facts, path)
+    if yaw != 0.0:
+        raise MapError(f"{path}: the map is turned by {yaw:g} rad; only maps with yaw 0 are understood.")
+    greys = _greys_in(path.parent / str(facts["image"]))
+    try:
+        return OccupancyGrid(_occupancy(greys, facts, path)[::-1], resolution_m, (x, y))
+    except MapError as error:
+        raise MapError(f"{path}: {error}") from None
+
+
+def _facts_of(path: Path) -> dict:
+    import yaml
+
+    try:
+        facts = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError) as error:
+        raise MapError(f"The map's file {path} cannot be read: {error}.") from None
+    except yaml.YAMLError as error:
+        where = f" in line {error.problem_mark.line + 1}" if getattr(error, "problem_mark", None) else ""
+        raise MapError(f"{path} is no valid YAML{where}.") from None
+    missing = [key for key in ("image", "resolution", "origin") if key not in (facts or ())]
+    if not isinstance(facts, dict) or missing:
+        raise MapError(f"{path} is no map's YAML file: it lacks image, resolution or origin.")
+    return facts
+
+
+def _greys_in(path: Path) -> np.ndarray:
+    """Return the image's brightness, (h, w) in [0, 255], row 0 on top."""
+    from PIL import Image
+
+    Image.MAX_IMAGE_PIXELS = None  # maps are larger than pictures, and the user's own
+    try:
+        with Image.open(path) as image:
+            if image.mode.startswith("I"):  # 16 bits
+                return np.asarray(image, dtype=np.float64) / 257.0
+            bands = np.asarray(image.convert("RGB"), dtype=np.float64)
+    except (OSError, ValueError, SyntaxError) as error:
+        raise MapError(f"The map's image {path} cannot be read: {error}.") from None
+    return bands.mean(axis=2)
+
+
+def _occupancy(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
+    """Return (h, w) int8 cells as map_server would publish them, row 0 on top."""
+    mode = facts.get("mode", "trinary")
+    if mode not in MODES:
+        raise MapError(f"{path}: mode is {mode!r}; it must be trinary, scale or raw.")
+    if mode == "raw":
+        return np.where(greys <= OCCUPIED, greys, UNKNOWN).astype(np.int8)
+    share = greys / 255.0 if facts.get("negate", 0) else 1.0 - greys / 255.0
+    occupied = _number(facts, "occupied_thresh", path, OCCUPIED_THRESH)
+    free = _number(facts, "free_thresh", path, FREE_THRESH)
+    if not 0.0 <= free < occupied <= 1.0:
+        raise MapError(
+            f"{path}: free_thresh {free:g} and occupied_thresh {occupied:g} must rise within 0 to 1."
+        )
+    between = UNKNOWN if mode == "trinary" else (1.0 + 98.0 * (share - free) / (occupied - free)).astype(int)
+    return np.where(share > occupied, OCCUPIED, np.where(share < free, FREE, between)).astype(np.int8)
+
+
+def _number(facts: dict, key: str, path: Path, default: float | None = None) -> float:
+    value = facts.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise MapError(f"{path}: {key} is {value!r}; it must be a number.")
+    return float(value)
+
+
+def _origin(facts: dict, path: Path) -> tuple[float, float, float]:
+    origin = facts["origin"]
+    if isinstance(origin, list) and len(origin) in (2, 3):
+        numbers = {str(index): value for index, value in enumerate([*origin, 0.0][:3])}
+        return tuple(_number(numbers, str(index), path) for index in range(3))
+    raise MapError(f"{path}: origin is {origin!r}; it must be [x, y, yaw].")

@@ -1,0 +1,122 @@
+"""CARMEN logs: lines written by hand are read as the format says, and what is written is read back."""
+
+import gzip
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gridslam.carmen import (
+    CarmenError,
+    CarmenOdometry,
+    CarmenScan,
+    flaser_angles,
+    format_odometry,
+    format_scan,
+    read_log,
+)
+
+INTEL = Path(__file__).resolve().parents[4] / "shared/data/intel_keyframes.log.gz"
+FLASER = "FLASER 3 1.00 2.50 81.83 0.5 0.25 0.1 0.4 0.2 0.05 976052857.295471 nohost 0.98"
+ROBOTLASER = (
+    "ROBOTLASER1 0 -1.0 2.0 1.0 30.0 0.01 0 3 1.0 2.0 31.0 2 7 8 0.5 0.25 0.1 0.4 0.2 0.05 "
+    "0.1 0.2 0.3 0.4 0.5 12.25 host 0.98"
+)
+ODOM = "ODOM 1.0 2.0 0.5 0.75 -0.1 0.0 976052857.3 nohost 1.0"
+HEADER = "# CARMEN Logfile\nPARAM robot_length 0.5 1.0 nohost 1.0\n\n"
+
+numbers = st.floats(-1000.0, 1000.0).map(lambda value: round(value, 6))
+poses = st.tuples(numbers, numbers, numbers)
+ranges = st.lists(st.floats(0.0, 80.0).map(lambda value: round(value, 3)) | st.just(math.inf), min_size=1)
+
+
+def log(folder, *lines):
+    path = folder / "a.log"
+    path.write_text(HEADER + "\n".join(lines) + "\n")
+    return path
+
+
+def test_flaser(tmp_path):
+    (scan,) = read_log(log(tmp_path, FLASER))
+    assert scan.stamp_s == 976052857.295471
+    assert scan.ranges_m.tolist() == [1.0, 2.5, math.inf]
+    assert (scan.lidar_in_odom, scan.robot_in_odom) == ((0.5, 0.25, 0.1), (0.4, 0.2, 0.05))
+    assert scan.range_max_m == 80.0
+
+
+@pytest.mark.parametrize(
+    ("count", "first_deg", "last_deg"),
+    [(180, -90, 89), (181, -90, 90), (360, -90, 89.5), (361, -90, 90), (401, -50, 50), (1081, -135, 135)],
+)
+def test_how_many_readings_say_which_angles(count, first_deg, last_deg):
+    first, step = flaser_angles(count)
+    np.testing.assert_allclose(np.degrees([first, first + (count - 1) * step]), [first_deg, last_deg])
+
+
+def test_robotlaser1(tmp_path):
+    (scan,) = read_log(log(tmp_path, ROBOTLASER))
+    assert (scan.angle_min_rad, scan.angle_increment_rad, scan.range_max_m) == (-1.0, 1.0, 30.0)
+    assert scan.ranges_m.tolist() == [1.0, 2.0, math.inf]
+    assert (scan.lidar_in_odom, scan.robot_in_odom) == ((0.5, 0.25, 0.1), (0.4, 0.2, 0.05))
+    assert scan.stamp_s == 12.25
+
+
+def test_odom(tmp_path):
+    assert list(read_log(log(tmp_path, ODOM))) == [CarmenOdometry(976052857.3, (1.0, 2.0, 0.5), 0.75, -0.1)]
+
+
+def test_range_max_may_be_given(tmp_path):
+    scan, other = read_log(log(tmp_path, FLASER, ROBOTLASER), range_max_m=2.0)
+    assert scan.ranges_m.tolist() == [1.0, math.inf, math.inf]
+    assert other.range_max_m == 2.0
+
+
+@given(st.floats(0.0, 2e9).map(lambda value: round(value, 6)), ranges, poses, poses, st.booleans())
+def test_what_is_written_is_read_back(tmp_path_factory, stamp_s, ranges_m, robot, lidar, conventional):
+    angles = flaser_angles(len(ranges_m)) if conventional else (-0.123456, 0.012345)
+    scan = CarmenScan(stamp_s, np.array(ranges_m), *angles, 80.0, robot, lidar)
+    odometry = CarmenOdometry(stamp_s, robot, *lidar[:2])
+    line = format_scan(scan)
+    assert line.startswith("FLASER" if conventional else "ROBOTLASER1")
+    read, read_odometry = read_log(log(tmp_path_factory.getbasetemp(), line, format_odometry(odometry)))
+    np.testing.assert_allclose(read.ranges_m, ranges_m, atol=1e-9)
+    assert (read.stamp_s, read.robot_in_odom, read.lidar_in_odom) == (stamp_s, robot, lidar)
+    np.testing.assert_allclose((read.angle_min_rad, read.angle_increment_rad), angles, atol=1e-6)
+    assert read_odometry == odometry
+
+
+def test_invalid_and_too_close_readings_are_zero():
+    scan = CarmenScan(1.0, np.array([np.nan, -np.inf, 1.0]), 0.0, 0.1, 80.0, (0, 0, 0), (0, 0, 0))
+    assert " 3 0.000 0.000 1.000 " in format_scan(scan)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["FLASER 3 1.0 2.0", "FLASER x", "FLASER", FLASER.replace("2.50", "nan"), ROBOTLASER[:40], "ODOM 1 2 3"],
+)
+def test_a_broken_line_is_said_by_number(tmp_path, line):
+    with pytest.raises(CarmenError, match=r"a\.log:5: "):
+        list(read_log(log(tmp_path, ODOM, line)))
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(CarmenError, match="nothing"):
+        list(read_log(tmp_path / "nothing.log"))
+    (tmp_path / "a.log.gz").write_bytes(gzip.compress(FLASER.encode() * 100)[:-20])
+    with pytest.raises(CarmenError, match="cannot be read"):
+        list(read_log(tmp_path / "a.log.gz"))
+    (tmp_path / "b.log.gz").write_text("not packed")
+    with pytest.raises(CarmenError, match="cannot be read"):
+        list(read_log(tmp_path / "b.log.gz"))
+
+
+@pytest.mark.skipif(not INTEL.exists(), reason=f"needs {INTEL}")
+def test_the_intel_log():
+    scans = list(read_log(INTEL))
+    assert len(scans) == 910
+    assert all(scan.ranges_m.size == 180 for scan in scans)
+    stamps_s = [scan.stamp_s for scan in scans]
+    assert (stamps_s[0], stamps_s[-1]) == (976052890.244111, 976055541.103089)

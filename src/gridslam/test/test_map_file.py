@@ -1,0 +1,124 @@
+"""Maps are written as map_saver writes them, and read as map_server reads them."""
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from PIL import Image
+
+from gridslam import MapError, OccupancyGrid
+from gridslam.map_file import read_map, write_map, write_picture
+
+FACTS = {"image": "map.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0]}
+
+
+def drawn():
+    """Two rows: the lower one (y = 0) free, unknown, occupied; the upper one all free."""
+    return OccupancyGrid(np.array([[0, -1, 100], [0, 0, 0]]), 0.05, (-1.5, 2.0))
+
+
+def write_files(folder, greys, **facts):
+    Image.fromarray(np.asarray(greys, dtype=np.uint8)).save(folder / "map.pgm")
+    (folder / "map.yaml").write_text(yaml.safe_dump({**FACTS, **facts}))
+    return folder / "map.yaml"
+
+
+def test_the_image_is_map_savers(tmp_path):
+    image, _ = write_map(tmp_path / "hold", drawn())
+    assert image.read_bytes().split(b"\n", 2)[0] == b"P5"
+    np.testing.assert_array_equal(np.asarray(Image.open(image)), [[254, 254, 254], [254, 205, 0]])
+
+
+def test_the_yaml_file_is_map_servers(tmp_path):
+    _, facts = write_map(tmp_path / "hold.2", drawn())
+    assert facts.name == "hold.2.yaml"
+    assert yaml.safe_load(facts.read_text()) == {
+        "image": "hold.2.pgm",
+        "resolution": 0.05,
+        "origin": [-1.5, 2.0, 0.0],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.196,
+    }
+
+
+@settings(max_examples=25)
+@given(
+    arrays(np.int8, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements=st.sampled_from([-1, 0, 100]))
+)
+def test_a_map_comes_back_as_it_was(tmp_path_factory, cells):
+    grid = OccupancyGrid(cells, 0.025, (-3.25, 7.5))
+    read = read_map(write_map(tmp_path_factory.mktemp("map") / "m", grid)[1])
+    np.testing.assert_array_equal(read.cells, cells)
+    assert (read.resolution_m, read.origin_xy_m) == (grid.resolution_m, grid.origin_xy_m)
+
+
+def test_probabilities_are_divided_as_map_saver_does(tmp_path):
+    grid = OccupancyGrid(np.array([[0, 25, 26, 64, 65, 100]]), 0.05, (0.0, 0.0))
+    assert read_map(write_map(tmp_path / "m", grid)[1]).cells.tolist() == [[0, 0, -1, -1, 100, 100]]
+
+
+def test_modes_and_negate(tmp_path):
+    # occupancy 1 - 102/255 = 0.6 lies between the thresholds 0.2 and 0.7: 1 + 98 * 0.4 / 0.5 = 79.4
+    greys, thresholds = [[0, 102, 255]], {"occupied_thresh": 0.7, "free_thresh": 0.2}
+    expected = {"trinary": [100, -1, 0], "scale": [100, 79, 0], "raw": [0, -1, -1]}
+    for mode, cells in expected.items():
+        path = write_files(tmp_path, greys, mode=mode, negate=0, **thresholds)
+        assert read_map(path).cells.tolist() == [cells], mode
+    path = write_files(tmp_path, greys, negate=1, **thresholds)
+    assert read_map(path).cells.tolist() == [[0, -1, 100]]
+
+
+def test_colour_images_count_by_their_mean(tmp_path):
+    colours = np.array([[[255, 255, 255], [255, 0, 0], [0, 0, 0]]], dtype=np.uint8)
+    Image.fromarray(colours).save(tmp_path / "map.png")
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump({**FACTS, "image": "map.png"}))
+    assert read_map(tmp_path / "map.yaml").cells.tolist() == [[0, 100, 100]]
+
+
+def test_a_picture_for_people(tmp_path):
+    write_picture(tmp_path / "map.png", drawn())
+    np.testing.assert_array_equal(
+        np.asarray(Image.open(tmp_path / "map.png")), [[254, 254, 254], [254, 205, 0]]
+    )
+
+
+@pytest.mark.parametrize(
+    ("facts", "words"),
+    [
+        ({"origin": [0.0, 0.0, 0.5]}, "yaw 0"),
+        ({"origin": 3}, "origin"),
+        ({"origin": [0.0, "a", 0.0]}, "must be a number"),
+        ({"resolution": "fine"}, "resolution"),
+        ({"resolution": -1.0}, "resolution"),
+        ({"image": "other.pgm"}, "other.pgm"),
+        ({"mode": "rgb"}, "mode"),
+        ({"free_thresh": 0.9}, "free_thresh"),
+    ],
+)
+def test_what_makes_no_sense_is_one_sentence(tmp_path, facts, words):
+    path = write_files(tmp_path, [[0, 255]], **facts)
+    with pytest.raises(MapError, match=words):
+        read_map(path)
+
+
+@pytest.mark.parametrize("text", ["", "- 1", "image: map.pgm", "a: [", "image: {\n"])
+def test_a_file_that_is_no_maps_is_said_by_name(tmp_path, text):
+    (tmp_path / "map.yaml").write_text(text)
+    with pytest.raises(MapError, match=r"map\.yaml"):
+        read_map(tmp_path / "map.yaml")
+
+
+def test_a_broken_image_and_missing_files(tmp_path):
+    with pytest.raises(MapError, match="nothing"):
+        read_map(tmp_path / "nothing.yaml")
+    path = write_files(tmp_path, [[0, 255]])
+    (tmp_path / "map.pgm").write_bytes(b"P5\n3")
+    with pytest.raises(MapError, match=r"map\.pgm"):
+        read_map(path)
+    with pytest.raises(MapError, match="cannot be written"):
+        write_map(tmp_path / "no/folder/map", drawn())
+    with pytest.raises(MapError, match="no cells"):
+        write_map(tmp_path / "map", OccupancyGrid(np.zeros((0, 0)), 0.05, (0.0, 0.0)))
