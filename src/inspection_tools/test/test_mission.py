@@ -95,6 +95,8 @@ def test_a_file_in_every_form(tmp_path):
         Waypoint((7, 8.5, 9), tolerance_m=0.1, hold_s=3),
     )
     assert parse_mission([[1, 2, 3]]) == (Waypoint((1.0, 2.0, 3.0)),)
+    a, b = Waypoint((1.0, 2.0, 3.0)), Waypoint((4.0, 5.0, 6.0))
+    assert parse_mission({"waypoints": ["1 2 3", "4 5 6"], "laps": 2}) == (a, b, a, b)
 
 
 @pytest.mark.parametrize(
@@ -105,6 +107,8 @@ def test_a_file_in_every_form(tmp_path):
         ("1 2 3", "no waypoints; give a list"),
         ({"waypoints": {"x": 1}}, "no waypoints; give a list"),
         ({"waypoints": ["1 2 3"], "speed": 3}, "no 'speed'"),
+        ({"waypoints": ["1 2 3"], "laps": 0}, "laps is 0; it must be a whole number from 1 to 1000"),
+        ({"waypoints": ["1 2 3"], "laps": 1.5}, "laps is 1.5"),
         (["1 2 3", "1 2"], "Waypoint 2 is '1 2'; give three or four numbers"),
         (["1 2 up"], "Waypoint 1 is '1 2 up'"),
         ([[1, 2, [3]]], "Waypoint 1 is"),

@@ -12,6 +12,7 @@ from inspection_tools.errors import MissionError, ParameterError, PoseError
 from inspection_tools.position_controller import FARTHEST_M
 
 LONGEST_HOLD_S = 86_400.0
+MOST_LAPS = 1000
 _KEYS = ("x", "y", "z", "yaw", "tolerance", "hold")
 
 
@@ -165,23 +166,25 @@ def parse_mission(content) -> tuple:
     """Return the waypoints (a tuple) of what a YAML file holds.
 
     A mapping with `waypoints`, a list of "x y z" or "x y z yaw" (as text, as a list, or as a mapping with
-    these keys and its own tolerance and hold), and, for all that give none, `tolerance` and `hold`; or the
-    list alone. Metres, radians, seconds.
+    these keys and its own tolerance and hold); for all that give none `tolerance` and `hold`; and `laps`, how
+    often the list is flown. Or the list alone. Metres, radians, seconds.
 
     Raises:
         MissionError: one sentence that says what is wrong with which waypoint.
     """
     if isinstance(content, Mapping):
-        unknown = sorted(set(content) - {"waypoints", "tolerance", "hold"}, key=str)
+        unknown = sorted(set(content) - {"waypoints", "tolerance", "hold", "laps"}, key=str)
         if unknown:
-            raise MissionError(f"A mission has waypoints, tolerance and hold, but no '{unknown[0]}'.")
+            raise MissionError(f"A mission has waypoints, tolerance, hold and laps, but no '{unknown[0]}'.")
         common = {key: content[key] for key in ("tolerance", "hold") if key in content}
-        listed = content.get("waypoints")
+        listed, laps = content.get("waypoints"), content.get("laps", 1)
     else:
-        common, listed = {}, content
+        common, listed, laps = {}, content, 1
     if not isinstance(listed, list) or not listed:
         raise MissionError("The mission has no waypoints; give a list of 'x y z' or 'x y z yaw'.")
-    return tuple(_waypoint(number, given, common) for number, given in enumerate(listed, start=1))
+    if isinstance(laps, bool) or not isinstance(laps, int) or not 1 <= laps <= MOST_LAPS:
+        raise MissionError(f"laps is {laps!r}; it must be a whole number from 1 to {MOST_LAPS}.")
+    return laps * tuple(_waypoint(number, given, common) for number, given in enumerate(listed, start=1))
 
 
 def _waypoint(number: int, given, common: Mapping) -> Waypoint:

@@ -1,0 +1,146 @@
+"""A flight as SLAM sees it, kept in one file: every scan, odometry with the attitude, and the truth.
+
+One recorded flight serves every variant of SLAM: it is flown by the ground truth, so that it is the same
+whatever SLAM would have made of it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Iterator, NamedTuple
+
+import numpy as np
+
+from master_thesis.errors import FlightError
+from simulation_tools.geometry import Pose
+from simulation_tools.sensors.lidar import Lidar
+
+
+@dataclass(frozen=True)
+class LidarGeometry:
+    """The lidar of a recording. position_m, orientation_xyzw: of its frame in the base frame."""
+
+    angle_min_rad: float
+    angle_increment_rad: float
+    range_min_m: float
+    range_max_m: float
+    position_m: tuple
+    orientation_xyzw: tuple
+
+    @classmethod
+    def of(cls, lidar: Lidar) -> LidarGeometry:
+        """Return that of a simulated lidar."""
+        pose = lidar.pose_in_body
+        ranges = lidar.range_min, lidar.range_max
+        return cls(lidar.angle_min, lidar.angle_increment, *ranges, pose.position_m, pose.orientation_xyzw)
+
+
+class RecordedScan(NamedTuple):
+    """One instant: ranges (beams,) by REP-117; the base frame's poses in `odom` and in `world`."""
+
+    t_s: float
+    ranges: np.ndarray
+    odometry: Pose
+    truth: Pose
+
+
+@dataclass(frozen=True)
+class FlightRecording:
+    """The scans of one flight in the order of time.
+
+    times_s: (n,). ranges_m: (n, beams) float32. odometry, truth: (n, 7) of position and quaternion xyzw in
+    `odom` and in `world`. name: what was flown, for titles and file names.
+    """
+
+    name: str
+    lidar: LidarGeometry
+    times_s: np.ndarray
+    ranges_m: np.ndarray
+    odometry: np.ndarray
+    truth: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.times_s)
+
+    def __iter__(self) -> Iterator[RecordedScan]:
+        rows = zip(self.times_s.tolist(), self.ranges_m, self.odometry.tolist(), self.truth.tolist())
+        for t_s, ranges, odometry, truth in rows:
+            yield RecordedScan(t_s, ranges, _pose(odometry), _pose(truth))
+
+    def every(self, period_s: float) -> FlightRecording:
+        """Return a recording of a slower lidar: scans at least `period_s` apart (a sweep over scan rates)."""
+        kept, due_s = [], -math.inf
+        for index, t_s in enumerate(self.times_s.tolist()):
+            if t_s >= due_s - 1e-6:
+                kept.append(index)
+                due_s = max(due_s + period_s, t_s) if math.isfinite(due_s) else t_s + period_s
+        return self._taken(np.array(kept, dtype=int))
+
+    def between(self, start_s: float, end_s: float) -> FlightRecording:
+        """Return the scans with start <= t <= end."""
+        return self._taken(np.flatnonzero((self.times_s >= start_s) & (self.times_s <= end_s)))
+
+    def _taken(self, rows: np.ndarray) -> FlightRecording:
+        series = (self.times_s[rows], self.ranges_m[rows], self.odometry[rows], self.truth[rows])
+        return FlightRecording(self.name, self.lidar, *series)
+
+    def save(self, path: Path) -> None:
+        """Write it as a numpy archive (.npz)."""
+        lidar = {f"lidar_{f.name}": getattr(self.lidar, f.name) for f in fields(LidarGeometry)}
+        series = {name: getattr(self, name) for name in ("times_s", "ranges_m", "odometry", "truth")}
+        np.savez(path, name=self.name, **lidar, **series)
+
+    @classmethod
+    def load(cls, path: Path) -> FlightRecording:
+        """Read what `save` wrote.
+
+        Raises:
+            FlightError: the file is missing, or something else.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                lidar = LidarGeometry(*(_plain(archive[f"lidar_{f.name}"]) for f in fields(LidarGeometry)))
+                series = (archive[name] for name in ("times_s", "ranges_m", "odometry", "truth"))
+                return cls(str(archive["name"]), lidar, *series)
+        except OSError as error:
+            raise FlightError(f"The recording {path} cannot be read: {error.strerror or error}.") from None
+        except (KeyError, ValueError):
+            raise FlightError(f"{path} is no recording of a flight; record one anew.") from None
+
+
+class FlightRecorder:
+    """Listens to a closed loop (`ClosedLoop.listeners`) and keeps its scans."""
+
+    def __init__(self, name: str, lidar: Lidar) -> None:
+        self._name, self._lidar = name, LidarGeometry.of(lidar)
+        self._scans: list[RecordedScan] = []
+
+    def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+        """Keep a scan."""
+        self._scans.append(RecordedScan(t_s, np.array(ranges, dtype=np.float32), odometry, truth))
+
+    def recording(self) -> FlightRecording:
+        """Return all that was heard so far."""
+        scans = self._scans
+        return FlightRecording(
+            self._name,
+            self._lidar,
+            np.array([scan.t_s for scan in scans]),
+            np.array([scan.ranges for scan in scans], dtype=np.float32),
+            np.array([_row(scan.odometry) for scan in scans]).reshape(-1, 7),
+            np.array([_row(scan.truth) for scan in scans]).reshape(-1, 7),
+        )
+
+
+def _row(pose: Pose) -> tuple:
+    return (*pose.position_m, *pose.orientation_xyzw)
+
+
+def _pose(row) -> Pose:
+    return Pose(tuple(row[:3]), tuple(row[3:]))
+
+
+def _plain(value: np.ndarray):
+    return tuple(value.tolist()) if value.ndim else float(value)

@@ -1,0 +1,99 @@
+"""Experiments 3 and 4 without ROS: what is flown, and the flight recorded for SLAM (thesis, 8.2)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from inspection_tools import PositionControllerParameters, read_mission
+from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.errors import FlightError
+from master_thesis.experiment import Phase
+from master_thesis.flight_recording import FlightRecorder, FlightRecording
+from master_thesis.scenario import FLIGHT_HEIGHT_M, choose
+from simulation_tools.geometry import Pose
+from simulation_tools.sensors.odometry import OdometryParameters
+from simulation_tools.simulation import SimulationParameters
+
+PACKAGE = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class MappingScenario:
+    """A world to be mapped, where the UAV starts in it, its mission, and how long and how fast it flies."""
+
+    world: str
+    mission: str
+    start_xyz_yaw: tuple[float, float, float, float]
+    speed_m_s: float
+    duration_s: float = math.inf
+
+    @property
+    def world_path(self) -> Path:
+        """The SDF file."""
+        return PACKAGE / "worlds" / f"{self.world}.world"
+
+    @property
+    def mission_path(self) -> Path:
+        """The YAML file of waypoints."""
+        return PACKAGE / "config" / "missions" / f"{self.mission}.yaml"
+
+    @property
+    def flight_height_m(self) -> float:
+        """Height of the flight over the floor, at which the map is the world's."""
+        return FLIGHT_HEIGHT_M
+
+
+SCENARIOS = {
+    "room": MappingScenario("room", "room", (-5.5, -0.5, 0.0, 0.0), speed_m_s=0.6, duration_s=240.0),
+    "hold": MappingScenario("hold", "hold", (0.0, -7.0, 0.0, 0.0), speed_m_s=1.0),
+    "hold_middle": MappingScenario("hold", "hold_middle", (-8.0, 0.0, 0.0, 0.0), speed_m_s=1.0),
+}
+"""Experiment 3, Experiment 4, and the flight down the middle that the thesis advises for the TiM (9.1.2)."""
+
+
+def parameters_of(
+    name: str,
+    lidar: str,
+    seed: int,
+    odometry: OdometryParameters | None = None,
+    lidar_range_max_m: float = 0.0,
+) -> ClosedLoopParameters:
+    """Return the closed loop of one of the scenarios; odometry: its drift, by default the experiments'.
+
+    Raises:
+        ScenarioError: there is no such scenario.
+    """
+    choose("scenario", name, tuple(SCENARIOS))
+    scenario = SCENARIOS[name]
+    x, y, z, yaw = scenario.start_xyz_yaw
+    simulation = SimulationParameters(
+        world=str(scenario.world_path),
+        lidar=lidar,
+        spawn_pose=Pose.from_xyz_rpy(x, y, z, 0.0, 0.0, yaw),
+        seed=seed,
+        odometry=odometry or OdometryParameters(),
+        lidar_range_max_m=lidar_range_max_m,
+    )
+    return ClosedLoopParameters(
+        simulation,
+        mission=read_mission(scenario.mission_path),
+        duration_s=scenario.duration_s,
+        position_controller=replace(PositionControllerParameters(), max_speed=scenario.speed_m_s),
+    )
+
+
+def fly_and_record(name: str, parameters: ClosedLoopParameters) -> FlightRecording:
+    """Fly until the mission is over and return what SLAM would have heard of it, from the start on.
+
+    Raises:
+        FlightError: the mission was not flown to its end, or something was touched.
+    """
+    with ClosedLoop(parameters) as loop:
+        recorder = FlightRecorder(name, loop.simulation.lidar)
+        loop.listeners.append(recorder)
+        outcome = loop.run_to(Phase.HOVERING)
+    if not outcome.reached_goal or outcome.collision:
+        raise FlightError(f"The flight {name} failed: {outcome.failure or 'the mission was not flown.'}")
+    return recorder.recording()

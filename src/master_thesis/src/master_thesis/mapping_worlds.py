@@ -1,0 +1,181 @@
+"""The two worlds of Experiments 3 and 4 (thesis, figures 8.8 and 8.13), drawn by code.
+
+Everything solid stands on the floor and is taller than the flight by a metre or more: a lidar sees the same
+plan from the ground, from the flight's height and while the UAV leans a little.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from master_thesis.errors import ScenarioError
+from master_thesis.world_writer import Box, Colour, Cylinder, Part, Prop, Surroundings, write_world
+
+ROOM_X_M, ROOM_Y_M = 16.0, 12.0
+"""The room between its walls' faces; its middle is the origin. The thesis gives no size."""
+
+HOLD_X_M, HOLD_Y_M = 30.0, 20.0
+BEAM_WIDTH_M, BEAM_DEPTH_M, BEAM_SPACING_M = 1.0, 0.5, 3.0
+"""The hold between its plating's faces, its middle at the origin, and the beams on all four sides."""
+
+_CONCRETE_FLOOR = Surroundings(Colour(0.86, 0.86, 0.84), camera=(-13.0, 0.0, 13.0, 0.0, 0.8, 0.0))
+_STEEL_FLOOR = Surroundings(Colour(0.70, 0.68, 0.66), camera=(-22.0, 0.0, 22.0, 0.0, 0.8, 0.0))
+_PLASTER = Colour(0.88, 0.86, 0.80)
+_BRICK = Colour(0.66, 0.36, 0.28)
+_BROWN = Colour(0.45, 0.30, 0.18)
+_CARDBOARD = Colour(0.74, 0.60, 0.42)
+_BLUE = Colour(0.25, 0.42, 0.62)
+_PAINTED_STEEL = Colour(0.62, 0.30, 0.24)
+_FRAME_STEEL = Colour(0.52, 0.25, 0.20)
+
+_THICK_M = 0.2
+_ROOM_HEIGHT_M = 4.0
+_HOLD_HEIGHT_M = 8.0
+_BOARD_M = 0.04
+
+
+def world_names() -> tuple[str, ...]:
+    """Return the names of the worlds."""
+    return tuple(_MAKERS)
+
+
+def make(name: str) -> str:
+    """Return the SDF text of one world, the same on every call.
+
+    Raises:
+        ScenarioError: there is no world of this name.
+    """
+    if name not in _MAKERS:
+        raise ScenarioError(f"There is no world '{name}'; choose one of {', '.join(_MAKERS)}.")
+    return _MAKERS[name]()
+
+
+def write_all(folder: Path) -> list[Path]:
+    """Write both worlds as FOLDER/NAME.world and return the paths."""
+    paths = [Path(folder) / f"{name}.world" for name in _MAKERS]
+    for path in paths:
+        path.write_text(make(path.stem), encoding="utf-8")
+    return paths
+
+
+def _room() -> str:
+    comment = "Experiment 3: a cluttered room, 16 x 12 m (thesis, figure 8.8)."
+    props = (*_shell(ROOM_X_M, ROOM_Y_M, _ROOM_HEIGHT_M, _PLASTER), *_partitions(), *_clutter())
+    return write_world("room", comment, _CONCRETE_FLOOR, props)
+
+
+def _hold() -> str:
+    comment = "Experiment 4: a cargo hold, 30 x 20 m, with beams 1 m wide on its sides (thesis, figure 8.13)."
+    props = (*_shell(HOLD_X_M, HOLD_Y_M, _HOLD_HEIGHT_M, _PAINTED_STEEL), *_beams())
+    return write_world("hold", comment, _STEEL_FLOOR, props)
+
+
+_MAKERS = {"room": _room, "hold": _hold}
+
+
+def _shell(x_m: float, y_m: float, height_m: float, colour: Colour) -> tuple[Prop, ...]:
+    """Close a rectangle of these inner measures with four walls; those along x go round the corners."""
+    along_x = (Part("wall", Box(x_m + 2 * _THICK_M, _THICK_M, height_m), colour),)
+    along_y = (Part("wall", Box(_THICK_M, y_m, height_m), colour),)
+    half_x, half_y = (x_m + _THICK_M) / 2, (y_m + _THICK_M) / 2
+    return (
+        Prop("side_left", 0.0, half_y, along_x),
+        Prop("side_right", 0.0, -half_y, along_x),
+        Prop("side_ahead", half_x, 0.0, along_y),
+        Prop("side_behind", -half_x, 0.0, along_y),
+    )
+
+
+def _partitions() -> tuple[Prop, ...]:
+    """Free-standing walls: behind those at the right the UAV sees nothing of the rest (figure 8.11)."""
+    return (
+        _wall("wall_long", (-5.0, -2.2), (0.2, -2.2)),
+        _wall("wall_corner", (0.2, -2.2), (0.2, -3.6)),
+        _wall("wall_bay", (2.6, 6.0), (2.6, 3.2)),
+        _wall("wall_slanted", (3.2, -1.2), (5.2, -2.7)),
+    )
+
+
+def _wall(name: str, start: tuple[float, float], end: tuple[float, float]) -> Prop:
+    """Build a brick wall between two points of its middle line, half its thickness beyond both."""
+    length = math.hypot(end[0] - start[0], end[1] - start[1])
+    yaw = math.atan2(end[1] - start[1], end[0] - start[0])
+    middle = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2
+    return Prop(name, *middle, (Part("wall", Box(length + _THICK_M, _THICK_M, _ROOM_HEIGHT_M), _BRICK),), yaw)
+
+
+def _clutter() -> tuple[Prop, ...]:
+    return (
+        _bookshelf(-6.6, 2.4),
+        *(
+            Prop(f"column_{number}", x, y, (Part("column", Cylinder(radius, 3.5), _BLUE),))
+            for number, (x, y, radius) in enumerate(
+                (
+                    (-0.6, 0.9, 0.40),
+                    (5.3, 3.4, 0.50),
+                    (-3.2, 4.4, 0.30),
+                    (2.2, -4.6, 0.45),
+                    (-6.9, -3.4, 0.35),
+                )
+            )
+        ),
+        *(
+            Prop(f"box_{number}", x, y, (Part("box", Box(along, across, 3.2), _CARDBOARD),), yaw)
+            for number, (x, y, along, across, yaw) in enumerate(
+                (
+                    (-3.6, 1.0, 1.0, 0.8, 0.4),
+                    (7.1, 0.6, 1.2, 1.4, 0.0),
+                    (0.4, 4.9, 0.9, 0.9, 0.8),
+                    (6.9, -5.3, 1.2, 0.6, -0.3),
+                    (-3.0, -5.4, 1.6, 0.7, 0.1),
+                    (3.0, 0.3, 0.7, 0.5, 1.1),
+                )
+            )
+        ),
+    )
+
+
+def _bookshelf(x_m: float, y_m: float) -> Prop:
+    """A bookshelf open towards +x, whose lowest boards a lidar at 2 m does not see: on the map a [."""
+    depth, width, height = 0.5, 2.2, 3.2
+    side = Box(depth, _BOARD_M, height)
+    half = (width - _BOARD_M) / 2
+    back = Part(
+        "back", Box(_BOARD_M, width, height), _BROWN, centre=((_BOARD_M - depth) / 2, 0.0, height / 2)
+    )
+    board = Box(depth, width - 2 * _BOARD_M, _BOARD_M)
+    return Prop(
+        "bookshelf",
+        x_m,
+        y_m,
+        (
+            back,
+            Part("side_left", side, _BROWN, centre=(0.0, half, height / 2)),
+            Part("side_right", side, _BROWN, centre=(0.0, -half, height / 2)),
+            *(
+                Part(f"board_{number}", board, _BROWN, centre=(0.0, 0.0, z), solid=False)
+                for number, z in enumerate((0.05, 0.6, 1.15, 1.7, 2.3, 2.85))
+            ),
+        ),
+    )
+
+
+def _beams() -> tuple[Prop, ...]:
+    """Beams every 3 m on all four sides, symmetrically about the middle of each."""
+    props = []
+    for side, length, reach, yaw in (
+        ("left", HOLD_X_M, HOLD_Y_M / 2, -math.pi / 2),
+        ("right", HOLD_X_M, HOLD_Y_M / 2, math.pi / 2),
+        ("ahead", HOLD_Y_M, HOLD_X_M / 2, math.pi),
+        ("behind", HOLD_Y_M, HOLD_X_M / 2, 0.0),
+    ):
+        beam = (Part("beam", Box(BEAM_DEPTH_M, BEAM_WIDTH_M, _HOLD_HEIGHT_M), _FRAME_STEEL),)
+        out = BEAM_DEPTH_M / 2 - reach  # from the middle of the hold, against the side's inward normal
+        count = int((length - BEAM_WIDTH_M) / BEAM_SPACING_M) + 1
+        for number in range(count):
+            along = (number - (count - 1) / 2) * BEAM_SPACING_M
+            x = out * math.cos(yaw) - along * math.sin(yaw)
+            y = out * math.sin(yaw) + along * math.cos(yaw)
+            props.append(Prop(f"beam_{side}_{number:02d}", x, y, beam, yaw))
+    return tuple(props)
