@@ -88,6 +88,14 @@ def test_the_same_scan_again_is_answered_again():
     assert values(p.offer_scan(0, "scan")) == [("scan", "r0", None)]
 
 
+def test_for_some_sources_the_nearest_in_time_belongs_to_a_scan_not_the_newest():
+    p = ScanPairing(("reference", "odometry"), nearest=("odometry",))
+    for source in ("reference", "odometry"):
+        for at_ms in (0, 10, 20, 30):
+            p.offer(source, at_ms * MS, f"{source} {at_ms}")
+    assert values(p.offer_scan(12 * MS, "scan")) == [("scan", "reference 30", "odometry 10")]
+
+
 def test_old_values_are_not_fresh():
     p = pairing()
     p.offer("reference", 0, "r0")

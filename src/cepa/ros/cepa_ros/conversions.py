@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
 
+GREATEST_SPEED_M_S = 1e6
 UNSEEN_INTENSITY = -1.0
 """An intensity that marks a beam as unseen, as lidar_padding does."""
 
 
-GREATEST_SPEED_M_S = 1e6
+class OwnState(NamedTuple):
+    """What CEPA takes of an odometry message: velocity (m/s, body), height, orientation."""
+
+    velocity: tuple[float, float, float]
+    z_m: float = 0.0
+    orientation_xyzw: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
 
 def scan_of(message) -> LaserScan2D:

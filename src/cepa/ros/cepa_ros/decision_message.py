@@ -7,8 +7,10 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-REFERENCE, OUTPUT, ORIGINAL, IMPROVED = "v_ref", "v_out", "emergency original", "emergency improved"
+REFERENCE, OUTPUT, OWN = "v_ref", "v_out", "v_uav"
+ORIGINAL, IMPROVED = "emergency original", "emergency improved"
 COLOURS = {
+    OWN: (0.65, 0.65, 0.65),
     REFERENCE: (0.25, 0.55, 1.0),
     OUTPUT: (1.0, 0.85, 0.2),
     ORIGINAL: (0.9, 0.1, 0.1),

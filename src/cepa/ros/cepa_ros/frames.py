@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import rospy
 import tf2_ros
@@ -35,12 +36,20 @@ class PlaneTurn:
         return self._cos * x + self._sin * y, self._side * (self._cos * y - self._sin * x)
 
 
+class Mount(NamedTuple):
+    """How a lidar sits on the body: its turn of the plane, and its whole pose in the base frame."""
+
+    turn: PlaneTurn
+    position_m: tuple[float, float, float]
+    orientation_xyzw: tuple[float, float, float, float]
+
+
 class Frames:
     """Turns of the horizontal plane between frames; only /tf_static is listened to until /tf is needed."""
 
     def __init__(self, base_frame: str):
         self.base_frame = base_frame
-        self._mounts: dict[str, PlaneTurn] = {}
+        self._mounts: dict[str, Mount] = {}
         self._subscribers: list = []
         self.restart()
 
@@ -52,20 +61,22 @@ class Frames:
         self._moving = False
         self._subscribers = [rospy.Subscriber("/tf_static", TFMessage, self._on_static, queue_size=100)]
 
-    def lidar_mount(self, frame: str) -> PlaneTurn:
-        """Return how the lidar's frame turns into the base frame; asked for once.
+    def lidar_mount(self, frame: str) -> Mount:
+        """Return how the lidar sits on the base frame; asked for once.
 
         Raises:
             FrameError: TF does not know it yet, or the lidar does not lie flat.
         """
         if frame not in self._mounts:
-            turn, lean_cosine = self._look_up(frame)
+            mount = self._look_up(frame)
+            x, y, _, _ = mount.orientation_xyzw
+            lean_cosine = 1.0 - 2.0 * (x * x + y * y)
             if abs(lean_cosine) < LEVEL_COSINE:
                 lean = math.degrees(math.acos(lean_cosine))
                 raise FrameError(
                     f'The lidar "{frame}" leans by {lean:.0f} degrees; CEPA needs one that lies flat.'
                 )
-            self._mounts[frame] = turn
+            self._mounts[frame] = mount
         return self._mounts[frame]
 
     def yaw_turn(self, frame: str) -> PlaneTurn:
@@ -74,22 +85,21 @@ class Frames:
         Raises:
             FrameError: TF does not know it (yet).
         """
-        return self._look_up(frame)[0]
+        return self._look_up(frame).turn
 
-    def _look_up(self, frame: str) -> tuple[PlaneTurn, float]:
-        """Return (turn into the base frame, cosine of the angle between the z axes)."""
+    def _look_up(self, frame: str) -> Mount:
         frame = frame.lstrip("/")
         if frame in ("", self.base_frame):
-            return PlaneTurn(0.0), 1.0
+            return Mount(PlaneTurn(0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
         try:
-            found = self._buffer.lookup_transform(self.base_frame, frame, rospy.Time(0))
+            found = self._buffer.lookup_transform(self.base_frame, frame, rospy.Time(0)).transform
         except tf2_ros.TransformException:
             self._listen_to_moving()
             raise FrameError(f'TF knows no transform from "{frame}" to "{self.base_frame}".') from None
-        q = found.transform.rotation
-        lean_cosine = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
+        t, q = found.translation, found.rotation
         yaw = math.atan2(2.0 * (q.x * q.y + q.z * q.w), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-        return PlaneTurn(yaw, flipped=lean_cosine < 0.0), lean_cosine
+        turn = PlaneTurn(yaw, flipped=q.x * q.x + q.y * q.y > 0.5)
+        return Mount(turn, (t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 
     def _listen_to_moving(self) -> None:
         if not self._moving:

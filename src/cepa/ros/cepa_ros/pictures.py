@@ -72,14 +72,15 @@ def draw(header, beams: Beams, velocities: dict, algorithm: str, parameters: Cep
     decision_message.
     """
     canvas = Canvas(header)
-    canvas.lines("r_lb", view.circle(parameters.r_lb), WHITE, 0.02)
+    v_uav = velocities.get(decision_message.OWN, (0.0, 0.0))
+    canvas.lines("r_lb", view.emergency_outline(parameters, v_uav), WHITE, 0.02)
     canvas.lines("r_ub", view.circle(parameters.r_ub), WHITE, 0.01, alpha=0.5)
     emergency = decision_message.ORIGINAL in velocities
     v_out = velocities.get(decision_message.OUTPUT, (0.0, 0.0))
     _draw_cushions(canvas, v_out if not emergency else (0.0, 0.0), algorithm, parameters)
     reference_speed = math.hypot(*velocities.get(decision_message.REFERENCE, (0.0, 0.0)))
     _draw_rejected(canvas, beams, parameters, reference_speed, emergency)
-    canvas.segments("intrusions", view.intrusions(beams, parameters), [(*RED, 0.9)], 0.01)
+    canvas.segments("intrusions", view.intrusions(beams, parameters, v_uav), [(*RED, 0.9)], 0.01)
     for name in decision_message.COLOURS:
         hidden = emergency and name == decision_message.OUTPUT  # the proposals say it already
         canvas.arrow(name, None if hidden else _moving(velocities.get(name)))

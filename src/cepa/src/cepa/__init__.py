@@ -1,8 +1,9 @@
 """Cushioned Extended-Periphery Avoidance (CEPA), after chapter 6 of the thesis. See README.md."""
 
 from cepa.decision import Decision, Reason
-from cepa.errors import CepaError, ParameterError, ScanError, VelocityError
+from cepa.errors import AttitudeError, CepaError, ParameterError, ScanError, VelocityError
 from cepa.improved import Improved
+from cepa.levelling import LidarAttitude, levelled
 from cepa.original import Original
 from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
@@ -12,14 +13,17 @@ ALGORITHMS = {"improved": Improved, "original": Original}
 
 __all__ = [
     "ALGORITHMS",
+    "AttitudeError",
     "CepaError",
     "CepaParameters",
     "Decision",
     "Improved",
     "LaserScan2D",
+    "LidarAttitude",
     "Original",
     "ParameterError",
     "Reason",
     "ScanError",
     "VelocityError",
+    "levelled",
 ]

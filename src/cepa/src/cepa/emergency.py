@@ -8,9 +8,11 @@ from typing import Iterator
 
 import numpy as np
 
+from cepa.cushion import stopping_distance
 from cepa.decision import Reason, Vector2
 from cepa.kernels.emergency import (
     direction_is_safe,
+    emergency_edges,
     k_filter,
     safe_directions,
     safe_directions_one_by_one,
@@ -19,10 +21,30 @@ from cepa.kernels.emergency import (
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid
 
+UNLIMITED_M = 1e9
+"""Farther than any lidar sees; finite, so that what has no return is beyond it."""
 
-def is_emergency(beams: Beams, parameters: CepaParameters) -> bool:
-    """Whether anything seen is within r_LB (equation 6.4 would forbid every direction)."""
-    return beams.nearest <= parameters.r_lb
+
+def is_emergency(beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2) -> bool:
+    """Whether anything seen is within r_LB (equation 6.4 would forbid every direction).
+
+    With ``velocity_aware_emergency`` also what the UAV cannot brake for.
+    """
+    if not parameters.velocity_aware_emergency:
+        return beams.nearest <= parameters.r_lb
+    return bool((beams.ranges <= edges(beams, grid, parameters, v_uav)).any())
+
+
+def edges(beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2) -> np.ndarray:
+    """Return the ranges (N,) in m within which an obstacle is an emergency."""
+    r_lb, speed = float(parameters.r_lb), math.hypot(*v_uav)
+    if not parameters.velocity_aware_emergency or speed == 0.0:
+        return np.full(grid.count, r_lb)
+    angle = math.atan2(v_uav[1], v_uav[0]) - beams.angle_0
+    stopping = stopping_distance(speed, parameters.braking_deceleration, parameters.braking_latency)
+    stopping = min(stopping, UNLIMITED_M)
+    towards = math.cos(angle), math.sin(angle)
+    return emergency_edges(grid.cos, grid.sin, *towards, stopping, r_lb, float(parameters.body_radius))
 
 
 @dataclass(frozen=True)
@@ -41,10 +63,15 @@ class Flight:
         return self.speed * math.cos(self.angle + angle_0), self.speed * math.sin(self.angle + angle_0)
 
 
-def original_flight(beams: Beams, grid: Grid, parameters: CepaParameters) -> Flight:
-    """Return the sum of the intrusions into the circle of r_LB, after the K filter (thesis 6.1.2)."""
+def original_flight(beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2) -> Flight:
+    """Return the sum of the intrusions into the circle of r_LB, after the K filter (thesis 6.1.2).
+
+    ``v_uav``: the UAV's own velocity in the scan's frame, m/s; with ``velocity_aware_emergency`` the circle
+    bulges along it.
+    """
     filtered = k_filter(beams.ranges, float(parameters.k_filter), grid.increment)
-    x, y, total = sum_of_intrusions(filtered, grid.cos, grid.sin, float(parameters.r_lb), grid.increment)
+    zone = edges(beams, grid, parameters, v_uav)
+    x, y, total = sum_of_intrusions(filtered, grid.cos, grid.sin, zone, grid.increment)
     length = math.hypot(x, y)
     if length <= 1e-9 * total:
         return Flight(0.0, 0.0, 1.0)

@@ -15,3 +15,7 @@ class ScanError(CepaError):
 
 class VelocityError(CepaError):
     """A velocity that is not two finite numbers."""
+
+
+class AttitudeError(CepaError):
+    """A lidar's attitude or height that is none."""

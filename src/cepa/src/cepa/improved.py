@@ -27,7 +27,7 @@ class Improved(Algorithm):
         """
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
-        if is_emergency(beams, self.parameters):  # 2
+        if is_emergency(beams, self._grid, self.parameters, v_uav):  # 2
             return self._flee(beams, v_uav)  # 3-6
         reference = self._reference(v_ref, beams)
         if reference.speed < self.parameters.reference_speed_min:
@@ -39,7 +39,7 @@ class Improved(Algorithm):
         return self._best_of_valid(reference, v_ref, cost, weights, beams)  # 11-20
 
     def _flee(self, beams: Beams, v_uav: Vector2) -> Decision:
-        proposal = original_flight(beams, self._grid, self.parameters)  # 3
+        proposal = original_flight(beams, self._grid, self.parameters, v_uav)  # 3
         flight, reason = improved_flight(proposal, beams, self._grid, self.parameters, v_uav)  # 4-5
         original = proposal.velocity(beams.angle_0)
         improved = flight.velocity(beams.angle_0) if flight else (0.0, 0.0)

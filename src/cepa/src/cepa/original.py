@@ -20,12 +20,13 @@ class Original(Algorithm):
     def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
 
-        The numbers are the lines of algorithm 1. ``v_uav_xy`` does not matter here.
+        The numbers are the lines of algorithm 1. ``v_uav_xy`` matters with ``velocity_aware_emergency`` only.
         """
-        v_ref, _ = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
+        v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
-        if is_emergency(beams, self.parameters):  # 2
-            proposal = original_flight(beams, self._grid, self.parameters).velocity(beams.angle_0)  # 3
+        if is_emergency(beams, self._grid, self.parameters, v_uav):  # 2
+            flight = original_flight(beams, self._grid, self.parameters, v_uav)
+            proposal = flight.velocity(beams.angle_0)  # 3
             return Decision(proposal, True, math.nan, 0, Reason.EMERGENCY_SUM, proposal)
         reference = self._reference(v_ref, beams)
         if reference.speed < self.parameters.reference_speed_min:

@@ -34,7 +34,8 @@ class PairedScan:
 
 
 class ScanPairing:
-    """Finds for each scan the message of its own stamp where a source gives one, else the source's newest.
+    """Finds for each scan the message of its own stamp where a source gives one, else the source's newest, or
+    for the sources in ``nearest`` the one whose stamp is nearest to the scan's.
 
     Messages of one instant come over different connections, so that a scan may overtake what belongs to it.
     While a source is known to share its stamps with the scans, a scan is held until that source's message
@@ -43,8 +44,8 @@ class ScanPairing:
     once more.
     """
 
-    def __init__(self, sources: tuple[str, ...]):
-        self._sources = sources
+    def __init__(self, sources: tuple[str, ...], nearest: tuple[str, ...] = ()):
+        self._sources, self._nearest = sources, nearest
         self.clear()
 
     def clear(self) -> None:
@@ -91,6 +92,9 @@ class ScanPairing:
             if message.stamp_ns == stamp_ns:
                 self._shares_stamps[source] = True
                 return message
-        if messages:
-            self._shares_stamps[source] = False
-        return messages[-1] if messages else None
+        if not messages:
+            return None
+        self._shares_stamps[source] = False
+        if source in self._nearest:
+            return min(messages, key=lambda message: abs(message.stamp_ns - stamp_ns))
+        return messages[-1]

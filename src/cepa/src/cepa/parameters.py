@@ -56,6 +56,20 @@ class CepaParameters:
     """Invalid beams in a row that take the smaller range of their neighbours; a longer gap is unseen."""
     unseen_is_free: bool = False
     """Whether a direction that no beam covers may be chosen."""
+    velocity_aware_emergency: bool = False
+    """Whether what the UAV cannot brake for is an emergency too; see emergency_edge in cushion.py."""
+    braking_deceleration: float = 4.0
+    """a, m/s2: of the UAV in an emergency; the stopping distance is v^2 / 2a + v * braking_latency."""
+    braking_latency: float = 0.25
+    """s: from a scan until the UAV begins to brake."""
+    levelling: bool = False
+    """Whether beams that end on floor or ceiling are dropped; whoever steers does so, see levelling.py."""
+    floor_height: float = 0.0
+    """m: z of the floor in the frame of the odometry."""
+    ceiling_height: float = 1000.0
+    """m: z of the ceiling in the frame of the odometry."""
+    floor_margin: float = 0.15
+    """m: what ends so near to the height of floor or ceiling is part of it."""
 
     def __post_init__(self):
         self._check_types()
@@ -65,12 +79,14 @@ class CepaParameters:
     def _check_types(self):
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name in ("speed_fractions", "unseen_is_free"):
+            if field.name == "speed_fractions":
+                continue
+            if isinstance(field.default, bool):
+                if not isinstance(value, bool):
+                    raise ParameterError(f"{field.name} must be true or false, not {value!r}.")
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
                 raise ParameterError(f"{field.name} must be a finite number, not {value!r}.")
-        if not isinstance(self.unseen_is_free, bool):
-            raise ParameterError(f"unseen_is_free must be true or false, not {self.unseen_is_free!r}.")
         try:
             fractions = tuple(float(fraction) for fraction in self.speed_fractions)
         except (TypeError, ValueError):
@@ -85,6 +101,7 @@ class CepaParameters:
             "body_radius",
             "emergency_lookahead",
             "emergency_gain",
+            "braking_deceleration",
         )
         for name in positive:
             if not getattr(self, name) > 0.0:
@@ -98,6 +115,8 @@ class CepaParameters:
             "v_min",
             "emergency_cancellation",
             "emergency_tie_angle",
+            "braking_latency",
+            "floor_margin",
         )
         for name in (*at_least_zero, "dropout_beams"):
             if not getattr(self, name) >= 0:
@@ -125,6 +144,11 @@ class CepaParameters:
         if self.emergency_cancellation >= 1.0:
             raise ParameterError(
                 f"emergency_cancellation must be less than 1, not {self.emergency_cancellation}."
+            )
+        if not self.floor_height < self.ceiling_height:
+            raise ParameterError(
+                f"floor_height must be less than ceiling_height, "
+                f"but {self.floor_height} >= {self.ceiling_height}."
             )
         if not self.speed_fractions or not all(0.0 < fraction <= 1.0 for fraction in self.speed_fractions):
             raise ParameterError(

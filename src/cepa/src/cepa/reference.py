@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from cepa.algorithm import REFERENCE_INCREMENT_RAD, normal_form
-from cepa.cushion import improved_cushion, original_cushion
+from cepa.cushion import emergency_edge, improved_cushion, original_cushion, stopping_distance
 from cepa.decision import Vector2
 from cepa.kernels.emergency import ALONGSIDE_M
 from cepa.parameters import CepaParameters
@@ -38,6 +38,14 @@ def k_filter(beams: Beams, slope: float) -> np.ndarray:
     directions = beams.angles
     between = np.abs(wrap(directions[:, None] - directions[None, :]))
     return np.min(beams.ranges[None, :] + slope * between, axis=1)
+
+
+def emergency_edges(parameters: CepaParameters, beams: Beams, v_uav: Vector2) -> np.ndarray:
+    """Return the range (N,) in m of each beam within which an obstacle is an emergency."""
+    speed = math.hypot(*v_uav) if parameters.velocity_aware_emergency else 0.0
+    stopping = stopping_distance(speed, parameters.braking_deceleration, parameters.braking_latency)
+    psi = wrap(beams.angles - math.atan2(v_uav[1], v_uav[0]))
+    return emergency_edge(psi, stopping, parameters.r_lb, parameters.body_radius)
 
 
 def is_safe(parameters: CepaParameters, beams: Beams, angle: float) -> bool:

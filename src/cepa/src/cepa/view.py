@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from cepa.cushion import improved_cushion, original_cushion
+from cepa.cushion import emergency_edge, improved_cushion, original_cushion, stopping_distance
 from cepa.decision import Vector2
+from cepa.emergency import edges
 from cepa.kernels.emergency import k_filter
 from cepa.kernels.improved import valid_directions
 from cepa.parameters import CepaParameters
@@ -40,12 +41,22 @@ def rejected_directions(beams: Beams, parameters: CepaParameters, reference_spee
     return np.where(beams.seen | parameters.unseen_is_free, rejected, np.nan)
 
 
-def intrusions(beams: Beams, parameters: CepaParameters) -> np.ndarray:
-    """Return the intrusions into the circle of r_LB after the K filter, (n, 2 ends, 2) m (figure 6.3)."""
+def intrusions(beams: Beams, parameters: CepaParameters, v_uav: Vector2 = (0.0, 0.0)) -> np.ndarray:
+    """Return what is too near after the K filter, (n, 2 ends, 2) m (figure 6.3); ``v_uav`` in m/s."""
     filtered = k_filter(beams.ranges, float(parameters.k_filter), beams.increment)
-    inside = filtered < parameters.r_lb
+    edge = edges(beams, Grid(beams.ranges.size, beams.increment), parameters, v_uav)
+    inside = filtered < edge
     direction = beams.angles[inside]
-    return np.stack([_polar(direction, parameters.r_lb), _polar(direction, filtered[inside])], axis=1)
+    return np.stack([_polar(direction, edge[inside]), _polar(direction, filtered[inside])], axis=1)
+
+
+def emergency_outline(parameters: CepaParameters, v_uav: Vector2) -> np.ndarray:
+    """Return the closed outline of what is an emergency at the own velocity ``v_uav`` (m/s), (n, 2) m."""
+    speed = math.hypot(*v_uav) if parameters.velocity_aware_emergency else 0.0
+    stopping = stopping_distance(speed, parameters.braking_deceleration, parameters.braking_latency)
+    psi = np.linspace(-math.pi, math.pi, 4 * OUTLINE_POINTS)
+    edge = emergency_edge(psi, stopping, parameters.r_lb, parameters.body_radius)
+    return _polar(psi + math.atan2(v_uav[1], v_uav[0]), edge)
 
 
 def _polar(angle: np.ndarray, radius) -> np.ndarray:

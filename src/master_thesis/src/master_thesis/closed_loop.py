@@ -11,26 +11,32 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field
-from typing import Callable
+from typing import Callable, Protocol, Sequence
 
-from cepa import ALGORITHMS, CepaParameters, LaserScan2D
+import numpy as np
+
+from cepa import ALGORITHMS, CepaParameters, LaserScan2D, LidarAttitude, levelled
 from cepa.algorithm import Algorithm
 from inspection_tools import (
     LidarMedianFilter,
     LidarPadding,
     MedianFilterParameters,
+    Mission,
     PaddingParameters,
     PositionController,
     PositionControllerParameters,
     ScanGeometry,
+    Waypoint,
     YawRegulator,
     YawRegulatorParameters,
+    way_m,
 )
 from master_thesis.errors import FlightError
 from master_thesis.experiment import Action, ExperimentParameters, Outcome, Phase
 from master_thesis.flight_log import FlightLog
 from master_thesis.monitor import Monitor
 from master_thesis.publisher_link import PublisherLink
+from simulation_tools.geometry import Pose
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
 from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
@@ -42,12 +48,15 @@ POSE_SOURCES = ("ground_truth", "odometry")
 class ClosedLoopParameters:
     """What is flown and with what; every default is the nodes'.
 
-    goal_xyz_m: in the frame of `pose_source`; None: no goal is sent, v_ref stays zero. algorithm: of
+    goal_xyz_m: in the frame of `pose_source`; None: no goal is sent, v_ref stays zero. mission: waypoints to
+    fly in place of the goal, which is reached with the last of them, or after duration_s. algorithm: of
     `cepa.ALGORITHMS`.
     """
 
     simulation: SimulationParameters
     goal_xyz_m: tuple[float, float, float] | None = (40.0, 0.0, 2.0)
+    mission: Sequence[Waypoint] = ()
+    duration_s: float = math.inf
     algorithm: str = "improved"
     pose_source: str = "ground_truth"
     cepa: CepaParameters = field(default_factory=CepaParameters)
@@ -68,11 +77,22 @@ class ClosedLoopParameters:
 
     @property
     def limits_of_way(self) -> ExperimentParameters:
-        """The limits, with time enough for the way to the goal."""
-        if self.goal_xyz_m is None:
+        """The limits, with time enough for the way to the goal or through the mission."""
+        start = self.simulation.spawn_pose.position_m
+        if self.mission:
+            length_m = way_m(self.mission, start)
+        elif self.goal_xyz_m is not None:
+            length_m = math.dist(self.goal_xyz_m[:2], start[:2])
+        else:
             return self.limits
-        way_m = math.dist(self.goal_xyz_m[:2], self.simulation.spawn_pose.position_m[:2])
-        return self.limits.for_way(way_m, max(self.position_controller.max_speed, 0.01))
+        return self.limits.for_way(length_m, max(self.position_controller.max_speed, 0.01))
+
+
+class ScanListener(Protocol):
+    """Hears every scan of a flight beside the control chain: a recorder, SLAM."""
+
+    def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+        """Take a scan as the lidar gave it (beams,), and the poses of its instant in `odom` and `world`."""
 
 
 class ClosedLoop:
@@ -84,6 +104,7 @@ class ClosedLoop:
         steering: flown instead of `parameters.algorithm`, for instance one that records what it is asked.
         """
         self.parameters = parameters
+        self.listeners: list[ScanListener] = []
         self.simulation = Simulation(parameters.simulation)
         self.monitor = Monitor(parameters.limits_of_way, self.simulation.uav_name)
         lidar = self.simulation.lidar
@@ -94,12 +115,14 @@ class ClosedLoop:
         self._median_filter = LidarMedianFilter(parameters.median_filter)
         self._padding = LidarPadding(parameters.padding)
         self._position_controller = PositionController(parameters.position_controller)
+        self._mission: Mission | None = None
         self._cepa = steering or ALGORITHMS[parameters.algorithm](parameters.cepa)
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
         self.publisher = PublisherLink(self.simulation.px4, parameters.publisher)
         self.newest_scan: LaserScan2D | None = None  # as CEPA got it: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
         self._v_uav = (0.0, 0.0)
+        self._own_pose = Pose.identity()
         self._finished = False
         self._begun = False
 
@@ -143,17 +166,31 @@ class ClosedLoop:
     def _on_pose(self, output: StepOutput) -> None:
         t_s = 1e-6 * output.time_us
         truth, odometry = output.ground_truth, output.odometry
-        self._v_uav = odometry.linear_velocity_m_s[:2]
+        self._v_uav, self._own_pose = odometry.linear_velocity_m_s[:2], odometry.pose
         self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
         pose = (truth if self.parameters.pose_source == "ground_truth" else odometry).pose
+        reached = self._follow_mission(t_s, pose)
         command = self._position_controller.update(t_s, pose.position_m, pose.yaw_rad)
         self._v_ref = command.velocity_m_s
         self.log.v_ref.add(t_s, *command.velocity_m_s, 0.0)
         self._carry_out(self.monitor.on_truth(t_s, truth.pose.position_m, truth.pose.orientation_xyzw))
-        self.monitor.on_goal_reached(command.goal_reached)
+        self.monitor.on_goal_reached(command.goal_reached if reached is None else reached)
+
+    def _follow_mission(self, t_s: float, pose: Pose) -> bool | None:
+        """Fly to the next waypoint; tell whether the mission is over, or None when there is no mission."""
+        if not self.parameters.mission:
+            return None
+        if self._mission is None:
+            return False
+        status = self._mission.update(t_s, pose.position_m)
+        if status.target_changed:
+            self._position_controller.set_setpoint(status.target.position_m)
+        return status.done or t_s - self.outcome.times_s[Phase.FLYING] >= self.parameters.duration_s
 
     def _on_scan(self, output: StepOutput) -> None:
         t_s, lidar = 1e-6 * output.time_us, self.simulation.lidar
+        for listener in self.listeners:
+            listener.on_scan(t_s, output.scan, output.odometry.pose, output.ground_truth.pose)
         limits = lidar.range_min, lidar.range_max
         filtered = self._median_filter.filter(output.scan, self._geometry, *limits)
         padded = self._padding.pad(filtered, self._geometry, *limits)
@@ -163,6 +200,8 @@ class ClosedLoop:
         )
         self.newest_scan = scan
         started = time.thread_time()  # what else the machine does meanwhile is not CEPA's
+        if self._cepa.parameters.levelling:
+            scan = self._levelled(scan)
         decision = self._cepa.steer(scan, self._v_ref[:2], self._v_uav)
         computation_ms = 1e3 * (time.thread_time() - started)
         velocity = (*decision.velocity_xy, self._v_ref[2])
@@ -180,6 +219,13 @@ class ClosedLoop:
             decision.reason.value,
         )
 
+    def _levelled(self, scan: LaserScan2D) -> LaserScan2D:
+        body, mount = self._own_pose, self.simulation.lidar.pose_in_body
+        attitude = LidarAttitude.of_mounted(
+            body.position_m[2], body.orientation_xyzw, mount.position_m, mount.orientation_xyzw
+        )
+        return levelled(scan, attitude, self._cepa.parameters, math.hypot(*self._v_uav))
+
     def _watch(self, output: StepOutput) -> None:
         for contact in output.contacts:
             shapes = contact.collision_1, contact.collision_2
@@ -190,7 +236,9 @@ class ClosedLoop:
     def _carry_out(self, actions) -> None:
         for action in actions:
             if action is Action.SEND_GOAL:
-                if self.parameters.goal_xyz_m is not None:
+                if self.parameters.mission:
+                    self._mission = Mission(self.parameters.mission)
+                elif self.parameters.goal_xyz_m is not None:
                     self._position_controller.set_setpoint(self.parameters.goal_xyz_m)
             elif action is Action.LAND:
                 self.simulation.px4.request_mode(Mode.AUTO_LAND)

@@ -28,13 +28,26 @@ def k_filter(ranges, slope, increment):
 
 
 @njit(cache=True)
-def sum_of_intrusions(filtered, cos, sin, r_lb, increment):
+def emergency_edges(cos, sin, towards_x, towards_y, stopping, r_lb, body_radius):
+    """Return (N,) m: ``cushion.emergency_edge`` of every beam; ``towards``: the own velocity's direction."""
+    edges = np.full(cos.size, r_lb)
+    farthest = r_lb + stopping
+    for j in range(cos.size):
+        if cos[j] * towards_x + sin[j] * towards_y > 0.0:
+            across = abs(sin[j] * towards_x - cos[j] * towards_y)
+            side = body_radius / across if across * farthest > body_radius else farthest
+            edges[j] = max(r_lb, side)
+    return edges
+
+
+@njit(cache=True)
+def sum_of_intrusions(filtered, cos, sin, edges, increment):
     """Return (x, y, total) in m rad: the intrusions summed as vectors off the obstacles, and as lengths."""
     x = 0.0
     y = 0.0
     total = 0.0
     for i in range(filtered.size):
-        depth = r_lb - filtered[i]
+        depth = edges[i] - filtered[i]
         if depth > 0.0:
             x -= depth * cos[i]
             y -= depth * sin[i]
