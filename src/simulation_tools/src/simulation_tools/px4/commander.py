@@ -7,10 +7,12 @@ wanted one again as soon as what was lost is back.
 from __future__ import annotations
 
 import math
-from typing import Callable
+from dataclasses import dataclass
+from typing import Callable, Sequence
 
 import numpy as np
 
+from simulation_tools.geometry import Vector3
 from simulation_tools.px4.modes import MAIN_MODES, Mode, Result, Severity
 from simulation_tools.px4.parameters import Px4Parameters
 
@@ -19,6 +21,14 @@ _LOSS_ACTIONS = {1: Mode.AUTO_LOITER, 2: Mode.AUTO_RTL, 3: Mode.AUTO_LAND}
 _OFFBOARD_LOSS_ACTIONS = {0: Mode.AUTO_LAND, 1: Mode.AUTO_LOITER, 2: Mode.AUTO_RTL}
 
 Say = Callable[[Severity, str], None]
+
+
+@dataclass(frozen=True)
+class Reposition:
+    """Where hold is to go: NED and yaw (clockwise from north), NaN for what is to stay."""
+
+    position_ned_m: Vector3
+    yaw_rad: float
 
 
 class Commander:
@@ -37,6 +47,7 @@ class Commander:
         self.armed = False
         self.home: np.ndarray | None = None
         self.takeoff_height_m = math.nan
+        self.reposition_target: Reposition | None = None
         self.mode_entries = 0  # rises whenever the flying mode is entered anew
         self._now_us = 0
         self._position = np.zeros(3)
@@ -89,6 +100,7 @@ class Commander:
         self._mode_was_asked_for = True
         if mode is not self.wanted_mode:
             self.takeoff_height_m = math.nan
+        self.reposition_target = None
         self.wanted_mode = mode
         self._choose_mode()
         return Result.ACCEPTED
@@ -100,6 +112,19 @@ class Commander:
             self.takeoff_height_m = height_m
             self.mode_entries += 1
         return result
+
+    def reposition(self, target: Reposition) -> None:
+        """Give hold another place, if hold is what flies."""
+        if self.mode is Mode.AUTO_LOITER:
+            self.reposition_target = target
+            self.mode_entries += 1
+
+    def request_home(self, position_ned_m: Sequence[float] | None) -> Result:
+        """Answer DO_SET_HOME; None: here."""
+        if not self._position_valid:
+            return Result.TEMPORARILY_REJECTED
+        self.home = self._position.copy() if position_ned_m is None else np.array(position_ned_m, float)
+        return Result.ACCEPTED
 
     def takeoff_finished(self) -> None:
         """Hold, after a take-off has reached its height."""

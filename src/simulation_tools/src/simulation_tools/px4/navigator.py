@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from simulation_tools.px4.commander import Commander
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.position_control import SETPOINT_DTYPE
@@ -21,19 +22,27 @@ class Navigator:
     def __init__(self, parameters: Px4Parameters) -> None:
         self._parameters = parameters
         self.setpoint = np.zeros(1, SETPOINT_DTYPE)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget mode and target, as at power-on."""
         self.finished = False  # a take-off has reached its height
         self._mode: Mode | None = None
         self._position = np.zeros(3)
         self._velocity = np.zeros(3)
         self._target = np.zeros(3)
-        self._yaw = 0.0
+        self._yaw = self._wanted_yaw = 0.0
+        self._cruise_speed_m_s = math.nan
         self._waited_s = 0.0
         self._landing = False
 
-    def enter(
-        self, mode: Mode, estimate: np.ndarray, home: np.ndarray, takeoff_height_m: float = math.nan
-    ) -> None:
-        """Start a mode from where the vehicle is. home (3,); takeoff_height_m over home, NaN: default."""
+    def set_cruise_speed(self, speed_m_s: float) -> None:
+        """Fly at this speed instead of MPC_XY_CRUISE; NaN: no longer."""
+        self._cruise_speed_m_s = speed_m_s
+
+    def enter(self, commander: Commander, estimate: np.ndarray) -> None:
+        """Start the commander's mode, with what it was asked for, from where the vehicle is."""
+        mode, home = commander.mode, commander.home
         p = self._parameters
         took_off = self._mode is Mode.AUTO_TAKEOFF and self.finished
         self._mode = mode
@@ -42,13 +51,15 @@ class Navigator:
             return
         self._position = estimate["position"][0].copy()
         self._velocity = estimate["velocity"][0].copy()
-        self._yaw = float(estimate["yaw"][0])
+        self._yaw = self._wanted_yaw = float(estimate["yaw"][0])
         self._waited_s = 0.0
         self.finished = False
         self._landing = mode is Mode.AUTO_LAND
         self._target = self._stopping_point()
         if mode is Mode.AUTO_TAKEOFF:
-            height = p["MIS_TAKEOFF_ALT"] if math.isnan(takeoff_height_m) else takeoff_height_m
+            height = (
+                p["MIS_TAKEOFF_ALT"] if math.isnan(commander.takeoff_height_m) else commander.takeoff_height_m
+            )
             self._velocity[:] = 0.0
             self._target = self._position.copy()
             self._target[2] = min(home[2] - height, self._position[2])
@@ -56,6 +67,11 @@ class Navigator:
             near = np.hypot(*(self._position - home)[:2]) < p["NAV_ACC_RAD"]
             height = p["RTL_DESCEND_ALT"] if near else p["RTL_RETURN_ALT"]
             self._target[2] = min(self._position[2], home[2] - height)
+        elif mode is Mode.AUTO_LOITER and commander.reposition_target is not None:
+            asked = np.array(commander.reposition_target.position_ned_m)
+            yaw = commander.reposition_target.yaw_rad
+            self._target = np.where(np.isnan(asked), self._target, asked)
+            self._wanted_yaw = self._yaw if math.isnan(yaw) else yaw
 
     def update(self, estimate: np.ndarray, home: np.ndarray, dt_s: float) -> np.ndarray:
         """Return the setpoint record, shape (1,), the same each time."""
@@ -63,6 +79,7 @@ class Navigator:
             self._return(home, dt_s)
         climb = self._parameters["MPC_TKO_SPEED"] if self._mode is Mode.AUTO_TAKEOFF else None
         self._advance(dt_s, climb)
+        self._turn(dt_s)
         setpoint = self.setpoint[0]
         setpoint["position"] = self._position
         setpoint["velocity"] = self._velocity
@@ -104,15 +121,22 @@ class Navigator:
         point[2] += v[2] * abs(v[2]) / (2.0 * limit)
         return point
 
+    def _turn(self, dt_s: float) -> None:
+        """Turn the heading towards the wanted one, at most at MPC_YAWRAUTO_MAX."""
+        most = math.radians(self._parameters["MPC_YAWRAUTO_MAX"]) * dt_s
+        gap = math.remainder(self._wanted_yaw - self._yaw, 2.0 * math.pi)
+        self._yaw = math.remainder(self._yaw + min(max(gap, -most), most), 2.0 * math.pi)
+
     def _advance(self, dt_s: float, climb_speed_m_s: float | None) -> None:
         """Move the reference point towards the target for dt_s."""
         p = self._parameters
         gap = self._target - self._position
         acceleration = p["MPC_ACC_HOR"]
+        cruise = p["MPC_XY_CRUISE"] if math.isnan(self._cruise_speed_m_s) else self._cruise_speed_m_s
         distance = math.hypot(gap[0], gap[1])
         wanted = np.zeros(3)
         if distance > 1e-6:
-            speed = min(p["MPC_XY_CRUISE"], math.sqrt(2.0 * acceleration * distance), distance / 0.3)
+            speed = min(cruise, p["MPC_XY_VEL_MAX"], math.sqrt(2.0 * acceleration * distance), distance / 0.3)
             wanted[:2] = gap[:2] / distance * speed
         up = p["MPC_Z_VEL_MAX_UP"] if climb_speed_m_s is None else climb_speed_m_s
         limit = up if gap[2] < 0.0 else p["MPC_Z_VEL_MAX_DN"]

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from simulation_tools.px4.parameters import Px4Parameters
+from simulation_tools.px4.setpoint import Setpoint
 
 GRAVITY_M_S2 = 9.80665
 
@@ -227,6 +228,13 @@ def _update(setpoints, estimates, gain_records, limit_records, states, dt, outpu
     out.yaw_rate = 0.0 if math.isnan(setpoint.yaw_rate) else setpoint.yaw_rate
     out.thrust = math.sqrt(thrust[0] ** 2 + thrust[1] ** 2 + thrust[2] ** 2)
     _attitude(thrust, out.yaw, out.attitude)
+
+
+def fill(record: np.ndarray, setpoint: Setpoint) -> None:
+    """Copy a setpoint into a record array of SETPOINT_DTYPE, shape (1,)."""
+    row = record[0]
+    for name in SETPOINT_DTYPE.names:
+        row[name] = getattr(setpoint, name)
 
 
 class PositionControl:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence
 
-from simulation_tools.geometry import Quaternion, Vector3
+from simulation_tools.geometry import Quaternion, Vector3, rotate
 from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
 
 NAN = math.nan
@@ -49,6 +49,19 @@ class Setpoint:
             yaw_rate=-yaw_rate_flu_rad_s,
             body=True,
             time_boot_ms=time_boot_ms,
+        )
+
+    def in_local_frame(self, yaw_rad: float, attitude_wxyz: Sequence[float]) -> Setpoint:
+        """Turn a body setpoint to NED: velocity by yaw, acceleration by the whole attitude, as PX4 does."""
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        vx, vy, vz = self.velocity
+        w, x, y, z = attitude_wxyz
+        return replace(
+            self,
+            position=UNSET,
+            velocity=(c * vx - s * vy, s * vx + c * vy, vz),
+            acceleration=rotate((x, y, z, w), self.acceleration),
+            body=False,
         )
 
     @property

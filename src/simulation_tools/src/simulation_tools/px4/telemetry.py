@@ -37,9 +37,6 @@ OFFBOARD_RATES_HZ = {
 # A ground station's link is slower; nothing on it steers.
 GROUND_RATES_HZ = {name: min(rate, 10.0) for name, rate in OFFBOARD_RATES_HZ.items() if name != "TIMESYNC"}
 
-ORIGIN_LATITUDE_DEG = 47.397742  # PX4 SITL's home in Zurich, at the world's origin
-ORIGIN_LONGITUDE_DEG = 8.545594
-_EARTH_RADIUS_M = 6371000.0
 _NAN = math.nan
 _UNKNOWN_U16 = 65535
 _CELLS, _CELL_FULL_V, _CELL_EMPTY_V = 4, 4.05, 3.7  # PX4's simulated battery
@@ -55,13 +52,6 @@ def build(name: str, px4: Px4, status: Px4Status) -> common.MAVLink_message | No
 def can_build(name: str) -> bool:
     """Whether a message of that name is known here."""
     return name in _BUILDERS
-
-
-def global_position(north_m: float, east_m: float) -> tuple[float, float]:
-    """Latitude and longitude, degrees, of a place near the world's origin."""
-    latitude = ORIGIN_LATITUDE_DEG + math.degrees(north_m / _EARTH_RADIUS_M)
-    shrink = math.cos(math.radians(ORIGIN_LATITUDE_DEG))
-    return latitude, ORIGIN_LONGITUDE_DEG + math.degrees(east_m / (_EARTH_RADIUS_M * shrink))
 
 
 def _euler(q: list[float]) -> tuple[float, float, float]:
@@ -99,7 +89,7 @@ def _attitude_quaternion(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 def _highres_imu(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     estimate = px4.estimate[0]
-    altitude = px4.origin_altitude_m - float(estimate["position"][2])
+    altitude = px4.origin.altitude_m - float(estimate["position"][2])
     pressure_hpa = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588  # international standard atmosphere
     return common.MAVLink_highres_imu_message(
         status.time_us,
@@ -168,13 +158,13 @@ def _global_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | No
         return None
     estimate = px4.estimate[0]
     north, east, down = estimate["position"].tolist()
-    latitude, longitude = global_position(north, east)
+    latitude, longitude = px4.origin.to_global(north, east)
     heading = math.degrees(float(estimate["yaw"])) % 360.0
     return common.MAVLink_global_position_int_message(
         status.time_us // 1000,
         round(1e7 * latitude),
         round(1e7 * longitude),
-        round(1e3 * (px4.origin_altitude_m - down)),
+        round(1e3 * (px4.origin.altitude_m - down)),
         round(1e3 * (float(px4.home[2]) - down)),
         *(_int16(100.0 * v) for v in estimate["velocity"].tolist()),
         int(100.0 * heading) % 36000,
@@ -185,13 +175,13 @@ def _gps_raw(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     estimate = px4.estimate[0]
     north, east, down = estimate["position"].tolist()
     vx, vy, _ = estimate["velocity"].tolist()
-    latitude, longitude = global_position(north, east)
+    latitude, longitude = px4.origin.to_global(north, east)
     return common.MAVLink_gps_raw_int_message(
         status.time_us,
         common.GPS_FIX_TYPE_3D_FIX,
         round(1e7 * latitude),
         round(1e7 * longitude),
-        round(1e3 * (px4.origin_altitude_m - down)),
+        round(1e3 * (px4.origin.altitude_m - down)),
         90,
         90,
         min(round(100.0 * math.hypot(vx, vy)), _UNKNOWN_U16),
@@ -227,7 +217,7 @@ def _position_target(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 def _altitude(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     local = -float(px4.estimate["position"][0, 2])
-    amsl = px4.origin_altitude_m + local
+    amsl = px4.origin.altitude_m + local
     relative = local + float(px4.home[2]) if px4.home is not None else _NAN
     return common.MAVLink_altitude_message(status.time_us, amsl, amsl, local, relative, _NAN, relative)
 
@@ -238,7 +228,7 @@ def _vfr_hud(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     speed = math.hypot(vx, vy)
     heading = int(math.degrees(float(estimate["yaw"])) % 360.0)
     throttle = round(100.0 * float(px4.attitude_setpoint["thrust"][0])) if status.armed else 0
-    altitude = px4.origin_altitude_m - float(estimate["position"][2])
+    altitude = px4.origin.altitude_m - float(estimate["position"][2])
     return common.MAVLink_vfr_hud_message(speed, speed, heading, throttle, altitude, -vz)
 
 
@@ -306,11 +296,11 @@ def _home_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | None
     if px4.home is None:
         return None
     north, east, down = px4.home.tolist()
-    latitude, longitude = global_position(north, east)
+    latitude, longitude = px4.origin.to_global(north, east)
     return common.MAVLink_home_position_message(
         round(1e7 * latitude),
         round(1e7 * longitude),
-        round(1e3 * (px4.origin_altitude_m - down)),
+        round(1e3 * (px4.origin.altitude_m - down)),
         north,
         east,
         down,

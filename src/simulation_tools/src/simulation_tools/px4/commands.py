@@ -1,0 +1,124 @@
+"""What the flight controller does for each MAV_CMD, and the answer that PX4 gives.
+
+Commands about messages and intervals are the link's (`message_commands.py`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Callable, Sequence
+
+from simulation_tools.px4.commander import FORCE_MAGIC, Commander, Reposition, Say
+from simulation_tools.px4.geodesy import GeodeticOrigin
+from simulation_tools.px4.modes import Mode, Result, Severity
+
+Parameters = Sequence[float]
+"""The seven parameters of a command; NaN: not given."""
+
+NAV_LOITER_UNLIM, NAV_RETURN_TO_LAUNCH, NAV_LAND, NAV_TAKEOFF = 17, 20, 21, 22
+DO_SET_MODE, DO_CHANGE_SPEED, DO_SET_HOME, DO_REPOSITION = 176, 178, 179, 192
+MISSION_START, COMPONENT_ARM_DISARM = 300, 400
+_CUSTOM_MODE_ENABLED, _AUTO, _MANUAL_INPUT, _GUIDED, _STABILIZED = 1, 4, 64, 8, 16
+_CHANGE_MODE = 1  # flag of DO_REPOSITION
+
+
+class Commands:
+    """Carries out commands. All numbers are taken as they come: whatever makes no sense is refused."""
+
+    def __init__(
+        self,
+        commander: Commander,
+        origin: GeodeticOrigin,
+        say: Say,
+        set_cruise_speed: Callable[[float], None],
+    ) -> None:
+        """set_cruise_speed: of the automatic modes, m/s; NaN for the parameter's."""
+        self._commander = commander
+        self._origin = origin
+        self._say = say
+        self._set_cruise_speed = set_cruise_speed
+        self._handlers: dict[int, Callable[[Parameters], Result]] = {
+            COMPONENT_ARM_DISARM: self._arm_or_disarm,
+            DO_SET_MODE: self._set_mode,
+            DO_SET_HOME: self._set_home,
+            DO_REPOSITION: self._reposition,
+            DO_CHANGE_SPEED: self._change_speed,
+            NAV_TAKEOFF: self._take_off,
+            NAV_LAND: lambda params: self._enter(Mode.AUTO_LAND),
+            NAV_RETURN_TO_LAUNCH: lambda params: self._enter(Mode.AUTO_RTL),
+            NAV_LOITER_UNLIM: lambda params: self._enter(Mode.AUTO_LOITER),
+            MISSION_START: self._start_mission,
+        }
+
+    def handle(self, command: int, params: Parameters) -> Result:
+        """Carry out a command and return PX4's answer."""
+        handler = self._handlers.get(command)
+        return Result.UNSUPPORTED if handler is None else handler(params)
+
+    def _enter(self, mode: Mode) -> Result:
+        return self._commander.request_mode(*mode.value)
+
+    def _arm_or_disarm(self, params: Parameters) -> Result:
+        action, force = params[0], params[1] == FORCE_MAGIC
+        if action not in (0.0, 1.0):
+            self._say(Severity.CRITICAL, f"Unsupported ARM_DISARM param: {action:.3f}")
+            return Result.UNSUPPORTED
+        return self._commander.request_arm(force) if action else self._commander.request_disarm(force)
+
+    def _set_mode(self, params: Parameters) -> Result:
+        if not all(map(math.isfinite, params[:3])):
+            return Result.DENIED
+        base, main, sub = (int(value) for value in params[:3])
+        if base & _CUSTOM_MODE_ENABLED:
+            return self._commander.request_mode(main, sub)
+        if base & _AUTO:
+            return self._enter(Mode.AUTO_MISSION)
+        if base & _MANUAL_INPUT and base & _GUIDED:
+            return self._enter(Mode.POSCTL)
+        return self._enter(Mode.STABILIZED if base & _STABILIZED else Mode.MANUAL)
+
+    def _take_off(self, params: Parameters) -> Result:
+        """The altitude is above mean sea level."""
+        home = self._commander.home
+        over_home_m = params[6] - self._origin.altitude_m + (float(home[2]) if home is not None else 0.0)
+        return self._commander.request_takeoff(over_home_m if math.isfinite(over_home_m) else math.nan)
+
+    def _reposition(self, params: Parameters) -> Result:
+        """Go to a latitude, longitude and altitude, NaN for where it is; a flag changes the mode first."""
+        speed, flags, _, yaw, latitude, longitude, altitude = params
+        north, east = math.nan, math.nan
+        if self._is_place(latitude, longitude):
+            north, east = self._origin.to_local(latitude, longitude)
+        elif math.isfinite(latitude) and math.isfinite(longitude):
+            return Result.DENIED
+        down = self._origin.altitude_m - altitude if math.isfinite(altitude) else math.nan
+        if math.isfinite(flags) and int(flags) & _CHANGE_MODE:
+            result = self._enter(Mode.AUTO_LOITER)
+            if result is not Result.ACCEPTED:
+                self._say(Severity.CRITICAL, "Reposition command rejected")
+                return result
+        self._set_cruise_speed(speed if speed > 0.0 and math.isfinite(speed) else math.nan)
+        self._commander.reposition(Reposition((north, east, down), yaw if math.isfinite(yaw) else math.nan))
+        return Result.ACCEPTED
+
+    def _change_speed(self, params: Parameters) -> Result:
+        speed = params[1]
+        self._set_cruise_speed(speed if speed > 0.0 and math.isfinite(speed) else math.nan)
+        return Result.ACCEPTED
+
+    def _set_home(self, params: Parameters) -> Result:
+        latitude, longitude, altitude = params[4:7]
+        if params[0] == 1.0:
+            return self._commander.request_home(None)
+        if not (self._is_place(latitude, longitude) and math.isfinite(altitude)):
+            return Result.DENIED
+        north, east = self._origin.to_local(latitude, longitude)
+        return self._commander.request_home((north, east, self._origin.altitude_m - altitude))
+
+    def _start_mission(self, params: Parameters) -> Result:
+        self._say(Severity.CRITICAL, "Mission start denied! No valid mission")
+        return Result.DENIED
+
+    @staticmethod
+    def _is_place(latitude: float, longitude: float) -> bool:
+        return abs(latitude) <= 90.0 and abs(longitude) <= 180.0

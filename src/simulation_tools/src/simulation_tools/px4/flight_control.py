@@ -1,0 +1,165 @@
+"""From what the flying mode asks for to rotor commands: PX4's controllers, take-off and land detection.
+
+Rates and mixer run on every gyro sample, the attitude controller after them, and whatever needs a position at
+half that rate; `Px4` calls them in that order.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from simulation_tools.px4.attitude_control import AttitudeControl, RateControl
+from simulation_tools.px4.commander import Commander
+from simulation_tools.px4.hover_thrust import HoverThrustEstimator
+from simulation_tools.px4.land_detector import LandDetector
+from simulation_tools.px4.mixer import Mixer
+from simulation_tools.px4.modes import Mode
+from simulation_tools.px4.parameters import Px4Parameters
+from simulation_tools.px4.position_control import SETPOINT_DTYPE, PositionControl, fill
+from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
+from simulation_tools.px4.takeoff import Takeoff, TakeoffState
+
+_PRESS_DOWN_M_S2 = 100.0  # an acceleration setpoint that means: no thrust
+_HOVER_ESTIMATE_ABOVE_M = 1.0  # over home; lower, the ground's effect would be taken for thrust
+
+
+class FlightControl:
+    """The controllers of one vehicle. Estimates and setpoints are record arrays of shape (1,), NED."""
+
+    def __init__(self, parameters: Px4Parameters) -> None:
+        self._parameters = parameters
+        self.takeoff = Takeoff(parameters)
+        self.land_detector = LandDetector(parameters)
+        self.position = PositionControl(parameters)
+        self.attitude = AttitudeControl(parameters)
+        self.mixer = Mixer()
+        self._rate = RateControl(parameters)
+        self._hover = HoverThrustEstimator(parameters)
+        self._press_down = np.zeros(1, SETPOINT_DTYPE)
+        fill(self._press_down, Setpoint(acceleration=(0.0, 0.0, _PRESS_DOWN_M_S2)))
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to power-on."""
+        for part in (self.takeoff, self.land_detector, self._hover, self.position, self.attitude, self._rate):
+            part.reset()
+        self.mixer.stop()
+        self._body_rates: np.ndarray | None = None
+        self._thrust = 0.0
+        self._high_enough = False
+
+    def load_parameters(self) -> None:
+        """Take changed parameters into the controllers."""
+        for controller in (self.position, self.attitude, self._rate):
+            controller.load_parameters()
+
+    def update_rates(self, armed: bool, rates: np.ndarray, dt_s: float) -> np.ndarray:
+        """Return the rotor commands (4,), 0..1, for the newest gyro sample (3,), rad/s FRD."""
+        if not armed:
+            self._rate.reset_integral()
+            return self.mixer.stop()
+        wanted = self.attitude.rates_setpoint if self._body_rates is None else self._body_rates
+        integrate = not self.land_detector.maybe_landed
+        torques = self._rate.update(rates, wanted, self.mixer.saturation, integrate, dt_s)
+        return self.mixer.mix(torques, self._thrust, self._parameters["THR_MDL_FAC"])
+
+    def update_attitude(self, attitude: np.ndarray) -> None:
+        """Set the rates for the next gyro sample from the attitude (4,), FRD in NED, w x y z."""
+        setpoint = self.position.output[0]
+        self.attitude.update(attitude, setpoint["attitude"], setpoint["yaw_rate"])
+
+    def update(
+        self,
+        setpoint: np.ndarray | AttitudeSetpoint | None,
+        estimate: np.ndarray,
+        commander: Commander,
+        dt_s: float,
+    ) -> None:
+        """Set attitude and thrust for what the flying mode asks for; None: stay on the ground."""
+        self._body_rates = None
+        sinking_m_s = math.nan
+        if isinstance(setpoint, AttitudeSetpoint):
+            self.takeoff.update(commander.armed, self.land_detector.landed, False, True, dt_s)
+            self._follow_attitude(setpoint)
+        else:
+            if setpoint is not None:
+                sinking_m_s = float(setpoint["velocity"][0, 2])
+            self._control_position(setpoint, estimate, commander, dt_s)
+        self._estimate_hover_thrust(estimate, commander, dt_s)
+        self.land_detector.update(
+            commander.armed,
+            estimate,
+            sinking_m_s,
+            self._thrust,
+            self.position.hover_thrust,
+            self._hover.valid,
+            dt_s,
+        )
+
+    def _control_position(
+        self, setpoint: np.ndarray | None, estimate: np.ndarray, commander: Commander, dt_s: float
+    ) -> None:
+        """Run take-off, position and velocity control."""
+        control, p = self.position, self._parameters
+        landed = self.land_detector.landed
+        wanted = setpoint is not None and landed and _asks_to_climb(setpoint, estimate, commander.mode)
+        self.takeoff.update(commander.armed, landed, wanted, False, dt_s)
+        flying = self.takeoff.state >= TakeoffState.FLIGHT
+        if not flying:
+            control.set_hover_thrust(p["MPC_THR_HOVER"])
+        on_ground = self.takeoff.state < TakeoffState.RAMPUP or (flying and self.land_detector.ground_contact)
+        if setpoint is None or on_ground:
+            setpoint = self._press_down
+            control.reset_integral()
+        up = p["MPC_TKO_SPEED"] if commander.mode is Mode.AUTO_TAKEOFF else p["MPC_Z_VEL_MAX_UP"]
+        limits = control.limits[0]
+        limits["tilt"] = math.radians(p["MPC_TILTMAX_AIR" if flying else "MPC_TILTMAX_LND"])
+        limits["speed_up"] = min(self.takeoff.speed_limit(up, dt_s), p["MPC_Z_VEL_MAX_UP"])
+        limits["speed_down"] = p["MPC_Z_VEL_MAX_DN"]
+        limits["thrust_min"] = p["MPC_THR_MIN"] if flying else 0.0
+        control.update(setpoint, estimate, dt_s)
+        self._thrust = float(control.output["thrust"][0])
+
+    def _follow_attitude(self, setpoint: AttitudeSetpoint) -> None:
+        """Hand an attitude or body rates setpoint on to the inner controllers."""
+        output = self.position.output[0]
+        self._thrust = min(max(setpoint.thrust, 0.0), 1.0)
+        output["thrust"] = self._thrust
+        output["thrust_vector"] = (0.0, 0.0, -self._thrust)
+        self.position.reset_integral()
+        if setpoint.attitude is None:
+            self._body_rates = np.array(setpoint.rates)
+        else:
+            output["attitude"] = setpoint.attitude
+            output["yaw_rate"] = 0.0 if math.isnan(setpoint.rates[2]) else setpoint.rates[2]
+
+    def _estimate_hover_thrust(self, estimate: np.ndarray, commander: Commander, dt_s: float) -> None:
+        """Feed the hover thrust estimator from the first climb through a metre over home to the landing."""
+        hover, home = self._hover, commander.home
+        if self.land_detector.landed:
+            self._high_enough = False
+        elif home is not None and home[2] - estimate["position"][0, 2] > _HOVER_ESTIMATE_ABOVE_M:
+            self._high_enough = True
+        if not (commander.armed and self._high_enough):
+            hover.invalidate()
+            if not commander.armed:
+                hover.reset()
+            return
+        thrust = -float(self.position.output["thrust_vector"][0, 2])
+        hover.update(-float(estimate["acceleration"][0, 2]), thrust, dt_s)
+        if hover.valid and self._parameters["MPC_USE_HTE"] == 1:
+            self.position.update_hover_thrust(hover.hover_thrust)
+
+
+def _asks_to_climb(setpoint: np.ndarray, estimate: np.ndarray, mode: Mode) -> bool:
+    """Whether a setpoint record asks to leave the ground."""
+    if mode in (Mode.AUTO_LOITER, Mode.AUTO_LAND):
+        return False
+    asked = setpoint[0]
+    return bool(
+        asked["position"][2] < estimate["position"][0, 2]
+        or asked["velocity"][2] < 0.0
+        or asked["acceleration"][2] < 0.0
+    )

@@ -1,0 +1,55 @@
+"""Between the local frame and latitude and longitude, by PX4's projection.
+
+Azimuthal equidistant on a sphere about the origin (Snyder, "Map projections", 1987, section 25): distances
+and bearings from the origin are true.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from simulation_tools.px4.autopilot import Px4Error
+
+EARTH_RADIUS_M = 6371000.0
+
+
+@dataclass(frozen=True)
+class GeodeticOrigin:
+    """Where the world's origin lies on earth; altitude above mean sea level. Default: PX4 SITL's, Zurich."""
+
+    latitude_deg: float = 47.397742
+    longitude_deg: float = 8.545594
+    altitude_m: float = 488.0
+
+    def __post_init__(self) -> None:
+        inside = abs(self.latitude_deg) < 90.0 and abs(self.longitude_deg) <= 180.0
+        if not (inside and abs(self.altitude_m) <= 1e4):  # false for NaN, too
+            raise Px4Error(
+                "the origin's latitude must lie within -90..90 degrees, its longitude within -180..180 and "
+                "its altitude within -10..10 km, "
+                f"got {self.latitude_deg}, {self.longitude_deg}, {self.altitude_m}"
+            )
+
+    def to_global(self, north_m: float, east_m: float) -> tuple[float, float]:
+        """Return latitude and longitude, degrees, of a place given from the origin."""
+        c = math.hypot(north_m, east_m) / EARTH_RADIUS_M
+        k = math.sin(c) / c if c > 0.0 else 1.0
+        x, y = north_m / EARTH_RADIUS_M, east_m / EARTH_RADIUS_M
+        latitude, longitude = math.radians(self.latitude_deg), math.radians(self.longitude_deg)
+        sine = math.cos(c) * math.sin(latitude) + k * x * math.cos(latitude)
+        turned = math.atan2(k * y, math.cos(c) * math.cos(latitude) - k * x * math.sin(latitude))
+        wrapped = math.remainder(longitude + turned, 2.0 * math.pi)
+        return math.degrees(math.asin(min(1.0, max(-1.0, sine)))), math.degrees(wrapped)
+
+    def to_local(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
+        """Return north and east, metres from the origin, of a place on earth."""
+        here, there = math.radians(self.latitude_deg), math.radians(latitude_deg)
+        turned = math.radians(longitude_deg - self.longitude_deg)
+        cosine = math.sin(here) * math.sin(there) + math.cos(here) * math.cos(there) * math.cos(turned)
+        north = math.cos(here) * math.sin(there) - math.sin(here) * math.cos(there) * math.cos(turned)
+        east = math.cos(there) * math.sin(turned)
+        # The angle from the origin by both functions: either alone is ill-conditioned somewhere.
+        sine = math.hypot(north, east)
+        k = math.atan2(sine, cosine) / sine if sine > 0.0 else 1.0
+        return k * north * EARTH_RADIUS_M, k * east * EARTH_RADIUS_M
