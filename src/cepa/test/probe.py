@@ -147,8 +147,11 @@ def velocity_of(stamp, linear, frame="base_frame"):
     return message
 
 
-def odometry_of(stamp, velocity=(0.0, 0.0, 0.0)):
+def odometry_of(stamp, velocity=(0.0, 0.0, 0.0), height=2.0, pitch=0.0):
     message = Odometry()
+    message.pose.pose.position.z = height
+    q = message.pose.pose.orientation
+    q.y, q.w = math.sin(pitch / 2), math.cos(pitch / 2)
     message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, "odom", "base_frame"
     v = message.twist.twist.linear
     v.x, v.y, v.z = velocity
