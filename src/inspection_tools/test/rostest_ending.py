@@ -13,7 +13,7 @@ import rostest
 from roslib.packages import find_node
 
 PACKAGE = "inspection_tools"
-NODES = ("position_controller", "yaw_regulator", "lidar_median_filter", "lidar_padding")
+NODES = ("position_controller", "yaw_regulator", "lidar_median_filter", "lidar_padding", "mission")
 AFTER_S = (0.0, 0.15, 0.35, 0.7, 1.5)
 LEFT_WITHIN_S = 1.5
 

@@ -90,7 +90,7 @@ def _shell(x_m: float, y_m: float, height_m: float, colour: Colour) -> tuple[Pro
 def _partitions() -> tuple[Prop, ...]:
     """Free-standing walls: behind those at the right the UAV sees nothing of the rest (figure 8.11)."""
     return (
-        _wall("wall_long", (-5.0, -2.2), (0.2, -2.2)),
+        _wall("wall_long", (-4.7, -2.2), (0.2, -2.2)),
         _wall("wall_corner", (0.2, -2.2), (0.2, -3.6)),
         _wall("wall_bay", (2.6, 6.0), (2.6, 3.2)),
         _wall("wall_slanted", (3.2, -1.2), (5.2, -2.7)),
@@ -115,8 +115,8 @@ def _clutter() -> tuple[Prop, ...]:
                     (-0.6, 0.9, 0.40),
                     (5.3, 3.4, 0.50),
                     (-3.2, 4.4, 0.30),
-                    (2.2, -4.6, 0.45),
-                    (-6.9, -3.4, 0.35),
+                    (2.6, -4.9, 0.45),
+                    (-7.2, -3.7, 0.35),
                 )
             )
         ),

@@ -1,0 +1,67 @@
+"""Where a node's poses come from: odometry, ground truth, or odometry corrected by SLAM."""
+
+from __future__ import annotations
+
+import rospy
+
+from inspection_tools.errors import ParameterError, PoseError
+from inspection_tools.geometry import multiply, rotate, yaw_of
+from inspection_tools_ros import conversions
+from inspection_tools_ros.frames import FrameError, Frames
+
+POSE_SOURCES = ("odometry", "ground_truth", "slam")
+
+
+class PoseSource:
+    """The source that the private parameters pose_source and {base, odom, map, world}_frame name.
+
+    Attributes:
+        topic: of nav_msgs/Odometry: odometry, or ground_truth.
+        goal_frame: in which poses and goals are: odom, world or map.
+
+    Raises:
+        ParameterError: there is no such source.
+    """
+
+    def __init__(self):
+        self._source = rospy.get_param("~pose_source", "odometry")
+        if self._source not in POSE_SOURCES:
+            raise ParameterError(
+                f"pose_source is {self._source!r}; it must be one of {', '.join(POSE_SOURCES)}."
+            )
+        self.base_frame = rospy.get_param("~base_frame", "base_frame")
+        self._odom_frame = rospy.get_param("~odom_frame", "odom")
+        self._map_frame = rospy.get_param("~map_frame", "map")
+        world_frame = rospy.get_param("~world_frame", "world")
+        self.topic = "ground_truth" if self._source == "ground_truth" else "odometry"
+        self._pose_frame = world_frame if self._source == "ground_truth" else self._odom_frame
+        self.goal_frame = self._map_frame if self._source == "slam" else self._pose_frame
+        self._frames = Frames()
+        if self._source == "slam":
+            self._frames.listen()
+
+    def pose(self, odometry) -> tuple:
+        """Return position (x, y, z) and yaw of a nav_msgs/Odometry in `goal_frame`, without waiting for TF.
+
+        Raises:
+            PoseError: another frame is expected, it is no pose, or TF does not know SLAM's correction (yet).
+        """
+        frame, child = odometry.header.frame_id.lstrip("/"), odometry.child_frame_id.lstrip("/")
+        if frame != self._pose_frame or child not in ("", self.base_frame):
+            raise PoseError(
+                f'The pose is of frame "{child}" in "{frame}", '
+                f'but "{self.base_frame}" in "{self._pose_frame}" is expected.'
+            )
+        position_m, orientation = conversions.pose_of(odometry.pose.pose)
+        if self._source != "slam":
+            return position_m, yaw_of(orientation)
+        shift_m, turn = self._map_to_odom()
+        moved_m = rotate(turn, position_m)
+        return tuple(a + b for a, b in zip(shift_m, moved_m)), yaw_of(multiply(turn, orientation))
+
+    def _map_to_odom(self) -> tuple:
+        """The newest correction by SLAM; no waiting, the next pose asks again."""
+        try:
+            return self._frames.look_up(self._map_frame, self._odom_frame)
+        except FrameError as error:
+            raise PoseError(f"{error} Is SLAM running?") from None
