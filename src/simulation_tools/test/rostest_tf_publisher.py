@@ -11,6 +11,7 @@ import unittest
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 from simulation_tools.geometry import Pose
@@ -33,8 +34,10 @@ class TestTfPublisher(unittest.TestCase):
         cls.odometry = rospy.Publisher("odometry", Odometry, queue_size=100)
         cls.ground_truth = rospy.Publisher("ground_truth", Odometry, queue_size=100)
         rospy.Subscriber("/tf", TFMessage, cls._on_tf)
+        cls.joint_states = rospy.Publisher("joint_states", JointState, queue_size=10)
         deadline = time.time() + 10.0
-        while min(cls.odometry.get_num_connections(), cls.ground_truth.get_num_connections()) < 1:
+        publishers = (cls.odometry, cls.ground_truth, cls.joint_states)
+        while min(publisher.get_num_connections() for publisher in publishers) < 1:
             assert time.time() < deadline, "tf_publisher does not subscribe"
             time.sleep(0.02)
         cls.seconds = 10.0
@@ -100,6 +103,33 @@ class TestTfPublisher(unittest.TestCase):
             seen.add(frame)
             frame = parents[frame]
         self.assertFalse({"world", "odom", "map"} & set(parents))
+
+    def test_the_lidar_turns_on_its_gimbal_once_its_joints_are_told(self):
+        names = ["iris::lidar_roll_joint", "iris::lidar_pitch_joint"]
+        bad = JointState(name=names, position=[math.nan, 0.0])
+        short = JointState(name=names, position=[0.1])
+        good = JointState(name=names, position=[0.3, -0.2])
+        good.header.stamp = rospy.Time.from_sec(7.0)
+        for message in (bad, short, good):
+            self.joint_states.publish(message)
+        self.wait_for(lambda: self.received)
+        (message,) = self.received
+        edges = {t.child_frame_id: t for t in message.transforms}
+        self.assertEqual(set(edges), {"lidar_gimbal", "lidar_mount"})
+        self.assertEqual({t.header.stamp for t in message.transforms}, {good.header.stamp})
+        turned = pose_of(edges["lidar_gimbal"]) @ pose_of(edges["lidar_mount"])
+        # Rx(roll) Ry(pitch): its z axis is (sin p, -sin r cos p, cos r cos p).
+        up = turned.rotation[:, 2]
+        for value, expected in zip(up, (math.sin(-0.2), -math.sin(0.3) * math.cos(-0.2))):
+            self.assertAlmostEqual(value, expected, places=12)
+        deadline = time.time() + 5.0
+        while True:
+            static = rospy.wait_for_message("/tf_static", TFMessage, timeout=5.0)
+            standing = {t.child_frame_id for t in static.transforms}
+            if "lidar_mount" not in standing:
+                break
+            self.assertLess(time.time(), deadline, "a frame that moves is latched as standing still")
+        self.assertIn("hokuyo", standing)
 
     def test_a_pose_that_is_none_is_ignored(self):
         self.fly_until_both()

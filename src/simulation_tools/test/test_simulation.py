@@ -12,8 +12,9 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.px4.modes import Mode, Result
 from simulation_tools.px4.setpoint import Setpoint
+from simulation_tools.random_streams import RandomStreams
 from simulation_tools.sensors.odometry import OdometryParameters
-from simulation_tools.simulation import RandomStreams, Simulation, SimulationError, SimulationParameters
+from simulation_tools.simulation import Simulation, SimulationError, SimulationParameters
 from simulation_tools.uav import LIDARS
 from simulation_tools.world.world import BodyState
 

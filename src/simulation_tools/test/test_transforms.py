@@ -1,17 +1,13 @@
-"""The pairing of odometry and ground truth, and the frames of a model."""
+"""The pairing of odometry and ground truth."""
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.parser import parse_model
-from simulation_tools.transforms import ABSENT_AFTER_NS, EdgePairer, FrameNames, static_edges
+from simulation_tools.transforms import ABSENT_AFTER_NS, EdgePairer, FrameNames
 
 TICK_NS = 10_000_000
 IN_ODOM = Pose.from_xyz_rpy(1.0, 2.0, 3.0, 0.1, -0.2, 0.3)
@@ -116,28 +112,3 @@ def test_frame_names_are_parameters():
     pairer = EdgePairer(FrameNames(odom="a/odom", base="a/base", world="a/world"))
     assert names(pairer.on_odometry(0, IN_ODOM)) == {("a/odom", "a/base")}
     assert names(pairer.on_ground_truth(TICK_NS * 100, IN_WORLD)) == {("a/base", "a/world")}
-
-
-ARM = """
-<sdf version="1.6"><model name="arm">
-  <link name="base"><pose>0 0 0.5 0 0 0</pose></link>
-  <link name="finger"><pose>1 0 0.5 0 0 1.5707963267948966</pose>
-    <sensor name="eye" type="imu"><pose>0.2 0 0 0 0 0</pose></sensor>
-  </link>
-  <joint name="hinge" type="revolute">
-    <parent>base</parent><child>finger</child><axis><xyz>0 0 1</xyz></axis>
-  </joint>
-</model></sdf>
-"""
-
-
-def test_static_edges_form_a_tree_that_ends_where_the_model_says():
-    edges = static_edges(parse_model(ARM, "arm", ()), "base_frame", "uav1/")
-    parents = {edge.child: edge for edge in edges}
-    assert len(parents) == len(edges), "a frame has two parents"
-    pose, frame = Pose.identity(), "uav1/finger/eye"
-    while frame != "base_frame":
-        pose, frame = parents[frame].pose @ pose, parents[frame].parent
-    # The finger stands at (1, 0, 0.5), turned by 90 degrees: its eye, 0.2 m ahead, is to the left.
-    np.testing.assert_allclose(pose.position_m, (1.0, 0.2, 0.5), atol=1e-12)
-    assert pose.yaw_rad == pytest.approx(math.pi / 2)

@@ -14,7 +14,7 @@ from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Tw
 from geometry_msgs.msg import Pose as PoseMessage
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, LaserScan
+from sensor_msgs.msg import Imu, JointState, LaserScan
 from std_msgs.msg import Header
 
 from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
@@ -98,6 +98,22 @@ def odometry_message(time_us: int, sample: OdometrySample, frame_id: str, child_
     message.pose.pose = pose_message(sample.pose)
     message.twist.twist = twist_message(sample.linear_velocity_m_s, sample.angular_velocity_rad_s)
     return message
+
+
+def joint_state_message(time_us: int, angles_rad: dict[str, float]) -> JointState:
+    """Return a sensor_msgs/JointState with the angles of joints by name."""
+    return JointState(
+        header=Header(stamp=stamp(time_us)), name=list(angles_rad), position=list(angles_rad.values())
+    )
+
+
+def angles_from_message(message: JointState) -> dict[str, float]:
+    """Return the angle of each joint by its name; ValueError, with a clause that says why, otherwise."""
+    if len(message.name) != len(message.position):
+        raise ValueError(f"it names {len(message.name)} joints and {len(message.position)} angles")
+    if not are_sane(message.position):
+        raise ValueError(f"an angle is not finite or beyond {MAX_MAGNITUDE:g} rad")
+    return dict(zip(message.name, message.position))
 
 
 def imu_message(time_us: int, sample: ImuSample, frame_id: str) -> Imu:

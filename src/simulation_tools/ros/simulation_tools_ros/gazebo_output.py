@@ -42,6 +42,7 @@ class Topics:
     ground_truth: Publisher
     imu: Publisher
     collision: Publisher
+    joint_states: Publisher
     model_states: Publisher
     visuals: Publisher
     performance: Publisher
@@ -50,8 +51,8 @@ class Topics:
 class GazeboOutput:
     """Publishes the simulator's outputs; all calls come from the simulation's thread.
 
-    Order at one instant: clock, odometry, ground truth, IMU, contacts, and the scan
-    last, so that whoever works on the scan has the rest already.
+    Order at one instant: clock, joints, odometry, ground truth, IMU, contacts, and the scan last, so that
+    whoever works on the scan has the rest already.
     """
 
     def __init__(
@@ -85,6 +86,7 @@ class GazeboOutput:
         if output.ground_truth is not None or output.imu is not None or contacts_due:
             topics.clock.publish(conversions.clock_message(time_us))
         if output.ground_truth is not None:
+            self._publish_joints(time_us)
             self._publish_poses(output)
             if time_us >= self._model_states_due_us:
                 self._publish_models(time_us)
@@ -121,6 +123,14 @@ class GazeboOutput:
             if not model.static:
                 self._moving_poses[name] = pose
         self._topics.visuals.publish(all_markers(markers, replace=bool(gone)))
+
+    def _publish_joints(self, time_us: int) -> None:
+        """Publish the angle of every joint in the world that moves, called as Gazebo calls it."""
+        if not self._topics.joint_states.get_num_connections():
+            return
+        angles = self._simulation.joint_angles()
+        if angles:
+            self._topics.joint_states.publish(conversions.joint_state_message(time_us, angles))
 
     def _publish_poses(self, output: StepOutput) -> None:
         frames = self._frames

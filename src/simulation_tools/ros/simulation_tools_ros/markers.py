@@ -61,14 +61,4 @@ def _drawn_pose(visual: Visual) -> Pose:
     """Pose of the drawn shape in the visual: a plane is drawn as a thin box just below its surface."""
     if not isinstance(visual.geometry, Plane):
         return Pose.identity()
-    turned = Pose((0.0, 0.0, 0.0), _turn_z_to(visual.geometry.normal))
-    return turned @ Pose((0.0, 0.0, -0.5 * PLANE_THICKNESS_M))
-
-
-def _turn_z_to(normal) -> tuple:
-    """Return the shortest rotation that takes the z axis to a unit vector, as a quaternion xyzw."""
-    x, y, z = normal
-    if z < -1.0 + 1e-12:
-        return (1.0, 0.0, 0.0, 0.0)
-    length = (x * x + y * y + (1.0 + z) ** 2) ** 0.5  # of the quaternion (z axis) x normal, 1 + cos
-    return (-y / length, x / length, 0.0, (1.0 + z) / length)
+    return visual.geometry.turn_from_z @ Pose((0.0, 0.0, -0.5 * PLANE_THICKNESS_M))

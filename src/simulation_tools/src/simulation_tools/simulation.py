@@ -20,6 +20,8 @@ from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint
+from simulation_tools.random_streams import RandomStreams
+from simulation_tools.schedule import Schedule
 from simulation_tools.sdf.elements import Model
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.sensors.imu import Imu, ImuSample, specific_force
@@ -27,6 +29,7 @@ from simulation_tools.sensors.lidar import Lidar
 from simulation_tools.sensors.odometry import DriftingOdometry, OdometryParameters, OdometrySample
 from simulation_tools.uav import load_uav
 from simulation_tools.vehicle.airframe import Airframe
+from simulation_tools.vehicle.gimbal import Gimbal
 from simulation_tools.world.meshes import mesh_of
 from simulation_tools.world.world import Contact, PhysicsWorld
 
@@ -35,6 +38,9 @@ IRIS = "iris"
 
 POSE_RATE_HZ = 100.0
 """Of odometry and ground truth, as TF needs it; they come at every scan besides."""
+
+
+_NO_GIMBAL = 'The lidar of "{}" cannot be levelled: its SDF has no gimbal (see models/iris).'
 
 
 class SimulationError(SimulationToolsError):
@@ -51,6 +57,7 @@ class SimulationParameters:
     is at this height. seed: of every random stream.
     lidar_range_max_m: replaces the lidar's own greatest range when positive. px4_parameters: those that
     differ from PX4's defaults, by name. time_step_s: of physics and flight controller, whole milliseconds.
+    level_lidar: start with the lidar's gimbal levelling.
     """
 
     world: str
@@ -64,6 +71,7 @@ class SimulationParameters:
     px4_parameters: Mapping[str, float] = field(default_factory=dict)
     time_step_s: float = 0.004
     gui: bool = False
+    level_lidar: bool = False
 
     def __post_init__(self):
         step_us_from(self.time_step_s)
@@ -112,6 +120,11 @@ class Simulation:
         rotors_of = load_uav(IRIS, None, parameters.model_path).model if fixed else self.uav.model
         self.airframe = Airframe.from_sdf(rotors_of)
         rigid = frozenset() if fixed else self.airframe.rotor_joints
+        self.gimbal = Gimbal.from_sdf(self.uav.model)
+        if self.gimbal is not None:
+            rigid |= frozenset(self.gimbal.joint_names)
+        elif parameters.level_lidar:
+            raise SimulationError(_NO_GIMBAL.format(self.uav_name))
         self.world = PhysicsWorld(world, parameters.time_step_s, parameters.gui)
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
         self.world.spawn(self.uav.model, self.uav_name, spawn_pose, rigid)
@@ -143,6 +156,9 @@ class Simulation:
         self._odometry_us = 0
         for schedule in (self._scan_schedule, self._pose_schedule, self._imu_schedule):
             schedule.restart()
+        if self.gimbal is not None:
+            self.gimbal.reset(self.parameters.level_lidar)
+            self._aim_lidar()
 
     @property
     def time_step_s(self) -> float:
@@ -175,7 +191,29 @@ class Simulation:
         self.time_us += self._step_us
         self._body = self.world.get_state(self.uav_name)
         self._specific_force = self._felt_since(velocity, dt_s)
+        if self.gimbal is not None and self.gimbal.is_active:
+            self.gimbal.step(self._body.pose.orientation_xyzw, dt_s)
+            self._aim_lidar()
         return self.sense()
+
+    def set_level_lidar(self, level: bool) -> None:
+        """Switch the levelling of the lidar on or off; SimulationError when it is not on a gimbal."""
+        if self.gimbal is None:
+            raise SimulationError(_NO_GIMBAL.format(self.uav_name))
+        self.gimbal.switch(level)
+
+    def joint_angles(self) -> dict[str, float]:
+        """Return the angle of every joint that moves, rad, by `model::joint`; a gimbal's once it was used."""
+        angles = self.world.joint_angles()
+        if self.gimbal is not None and self.gimbal.used:
+            for joint, angle in zip(self.gimbal.joint_names, self.gimbal.angles_rad):
+                angles[f"{self.uav_name}::{joint}"] = angle
+        return angles
+
+    def _aim_lidar(self) -> None:
+        mount = self.uav.lidar
+        if self.lidar is not None and mount.link in self.gimbal.carries:
+            self.lidar.pose_in_body = self.gimbal.turned(mount.pose)
 
     def sense(self) -> StepOutput:
         """Return what the sensors that are due say now; at a scan odometry and ground truth always are."""
@@ -242,31 +280,15 @@ class Simulation:
     def reset_poses(self) -> None:
         """Put every model back to where it started; time, noise and flight controller go on."""
         self.world.reset()
+        self.models_moved()
+
+    def models_moved(self) -> None:
+        """Look at the UAV again after something else than a step has moved it: no IMU feels such a move."""
         self._body = self.world.get_state(self.uav_name)
 
     def close(self) -> None:
         """Release the physics engine."""
         self.world.close()
-
-
-class RandomStreams:
-    """Independent random generators by name, spawned from one seed; `rewind` makes them repeat themselves.
-
-    Adding a name at the end changes none of the streams before it.
-    """
-
-    def __init__(self, seed: int, names: Sequence[str]):
-        children = np.random.SeedSequence(seed).spawn(len(names))
-        self._generators = {name: np.random.default_rng(child) for name, child in zip(names, children)}
-        self._starts = {name: rng.bit_generator.state for name, rng in self._generators.items()}
-
-    def __getitem__(self, name: str) -> np.random.Generator:
-        return self._generators[name]
-
-    def rewind(self) -> None:
-        """Put every generator back to its start; whoever holds one goes on using it."""
-        for name, generator in self._generators.items():
-            generator.bit_generator.state = self._starts[name]
 
 
 def step_us_from(time_step_s: float) -> int:
@@ -285,23 +307,3 @@ def standing_height_m(model: Model) -> float:
         for collision in link.collisions
     ]
     return -float(min(heights, default=0.0))
-
-
-class Schedule:
-    """When a sensor fires: at the first instant at or after each due time k / rate (rate 0: at each).
-
-    The due times are exact: those of a 15 Hz lidar do not wander because its period is no whole number of us.
-    """
-
-    def __init__(self, rate_hz: float):
-        self._rate_hz = rate_hz
-        self.due_us = 0
-
-    def restart(self) -> None:
-        """Be due at t = 0."""
-        self.due_us = 0
-
-    def fired(self, now_us: int) -> None:
-        """Wait for the first due time after now."""
-        count = math.floor(1e-6 * now_us * self._rate_hz + 1e-9) + 1
-        self.due_us = math.ceil(1e6 * count / self._rate_hz - 1e-3) if self._rate_hz > 0.0 else now_us + 1

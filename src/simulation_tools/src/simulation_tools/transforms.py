@@ -11,8 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Model
-from simulation_tools.sdf.frames import model_frames, root_link
 
 ABSENT_AFTER_NS = 500_000_000
 """A source that has said nothing for this long is not waited for."""
@@ -88,17 +86,3 @@ class EdgePairer:
             source: edge for source, edge in self._waiting.items() if edge.stamp_ns > self._published_ns
         }
         return list(edges)
-
-
-def static_edges(model: Model, base_frame: str, prefix: str = "") -> list[Edge]:
-    """Return every frame of an SDF model as an edge for /tf_static; joints that move stand at zero.
-
-    base_frame: TF name of the model frame. prefix: put before the names of links, sensors and joints, for
-    several UAVs in one tree.
-    """
-    root = root_link(model)
-    edges = [Edge(0, base_frame, prefix + root.name, root.pose)]
-    edges += [
-        Edge(0, prefix + frame.parent, prefix + frame.child, frame.pose) for frame in model_frames(model)
-    ]
-    return edges

@@ -26,11 +26,15 @@ class UavError(SimulationToolsError):
 
 @dataclass(frozen=True)
 class MountedSensor:
-    """A sensor and where it sits. frame: TF name. pose: of the sensor in the model frame."""
+    """A sensor and where it sits.
+
+    frame: TF name. pose: of the sensor in the model frame, all joints at zero. link: that carries it.
+    """
 
     sensor: Sensor
     frame: str
     pose: Pose
+    link: str
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,13 @@ def _location(model: str) -> str:
 
 def _first(model: Model, kind: type) -> MountedSensor | None:
     for link, sensor in model.sensors(kind):
-        return MountedSensor(sensor, sensor_frame(link, sensor), link.pose @ sensor.pose)
+        return mounted(link, sensor)
     return None
+
+
+def mounted(link: Link, sensor: Sensor) -> MountedSensor:
+    """Return a sensor with the place that its link gives it."""
+    return MountedSensor(sensor, sensor_frame(link, sensor), link.pose @ sensor.pose, link.name)
 
 
 def sensor_frame(link: Link, sensor: Sensor) -> str:

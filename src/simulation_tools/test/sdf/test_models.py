@@ -72,7 +72,11 @@ def test_a_quadrotor_balances_in_its_origin_with_the_stated_mass_and_inertia(nam
 
 def test_the_iris_has_px4s_rotors():
     iris = load_model("model://iris", [MODELS])
-    motors = {int(plugin.parameters["motorNumber"]): plugin.parameters for plugin in iris.plugins}
+    motors = {
+        int(plugin.parameters["motorNumber"]): plugin.parameters
+        for plugin in iris.plugins
+        if plugin.filename == "libgazebo_motor_model.so"
+    }
     places = [(0.13, -0.22), (-0.13, 0.20), (0.13, 0.22), (-0.13, -0.20)]
     for number, (place, turning) in enumerate(zip(places, ("ccw", "ccw", "cw", "cw"))):
         parameters = motors[number]

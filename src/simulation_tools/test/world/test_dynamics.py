@@ -246,3 +246,23 @@ def test_a_reset_world_repeats_itself_bit_for_bit(build):
     first = [run(world, "b", 1) for _ in range(400)]
     world.reset()
     assert [run(world, "b", 1) for _ in range(400)] == first
+
+
+@pytest.mark.parametrize(("friction", "holds"), [(5.2, True), (4.5, False)])
+def test_dry_friction_holds_a_hinge_up_to_its_torque(build, friction, holds):
+    # A rod of 1 kg and 1 m, level, on a hinge at its end: its weight's torque is m g L / 2 = 4.9 N m.
+    rod = model(
+        f'<link name="rod">{mass(1, 1e-4, 1 / 12, 1 / 12)}</link><joint name="pivot" type="revolute">'
+        "<pose>-.5 0 0 0 0 0</pose><parent>world</parent><child>rod</child><axis><xyz>0 1 0</xyz>"
+        f"<dynamics><friction>{friction}</friction></dynamics></axis></joint>"
+    )
+    world = build()
+    world.spawn(rod, "p", Pose.from_xyz_rpy(0, 0, 2))
+    for _ in range(250):
+        world.step()
+    angle = world.joint_angles()["p::pivot"]
+    if holds:
+        assert abs(angle) < 1e-3
+    else:
+        # About the hinge J = m L^2 / 3: for a small angle, alpha = (4.9 - friction) / J for a second.
+        assert angle == pytest.approx(0.5 * (G / 2 - friction) * 3, rel=0.15)

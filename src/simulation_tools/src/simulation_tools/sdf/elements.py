@@ -6,6 +6,7 @@ docstring names, whatever ``frame`` attribute the file used. Defaults are those 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Tuple, Union
 
@@ -42,6 +43,15 @@ class Plane:
 
     normal: Vector3 = (0.0, 0.0, 1.0)
     size_m: tuple[float, float] = (1.0, 1.0)
+
+    @property
+    def turn_from_z(self) -> Pose:
+        """Shortest turn that takes the z axis to the normal."""
+        x, y, z = self.normal
+        if z < -1.0 + 1e-12:
+            return Pose(orientation_xyzw=(1.0, 0.0, 0.0, 0.0))
+        length = math.sqrt(x * x + y * y + (1.0 + z) ** 2)  # of the quaternion (z axis) x normal, 1 + cos
+        return Pose(orientation_xyzw=(-y / length, x / length, 0.0, (1.0 + z) / length))
 
 
 @dataclass(frozen=True)
@@ -222,7 +232,8 @@ class Joint:
     """A joint between two links of a model (parent may be ``"world"``).
 
     kind: ``"fixed"`` or ``"revolute"``. pose: of the joint in the child link's frame. axis: unit vector in
-    the joint's frame. lower_rad, upper_rad: limits, infinite when there are none.
+    the joint's frame. lower_rad, upper_rad: limits, infinite when there are none. damping: N m s/rad.
+    friction: torque up to which the joint does not turn, N m.
     """
 
     name: str
@@ -234,6 +245,7 @@ class Joint:
     lower_rad: float = float("-inf")
     upper_rad: float = float("inf")
     damping: float = 0.0
+    friction: float = 0.0
 
 
 @dataclass(frozen=True)

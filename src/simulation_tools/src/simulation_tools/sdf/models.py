@@ -212,14 +212,23 @@ def _with_axis(node: Node, joint: Joint, kind: str, links: dict[str, Link]) -> J
     if kind == "continuous":
         lower, upper = -infinite, infinite
     dynamics = node.child("dynamics")
-    damping = 0.0
+    damping = friction = 0.0
     if dynamics is not None:
         damping = dynamics.value("damping", 0.0, NOT_NEGATIVE)
-        for tag in ("friction", "spring_reference", "spring_stiffness"):
+        friction = dynamics.value("friction", 0.0, NOT_NEGATIVE)
+        for tag in ("spring_reference", "spring_stiffness"):
             dynamics.accept_value(tag, *ZERO)
     # A hinge without play is how older models write a fixed joint.
     kind = "fixed" if lower == upper == 0.0 else "revolute"
-    return replace(joint, kind=kind, axis=axis, lower_rad=lower, upper_rad=upper, damping=damping)
+    return replace(
+        joint,
+        kind=kind,
+        axis=axis,
+        lower_rad=lower,
+        upper_rad=upper,
+        damping=damping,
+        friction=friction,
+    )
 
 
 def _flattened_links(model: Model) -> list[Link]:

@@ -12,6 +12,7 @@ KNOWN_LIBRARIES = frozenset(
         "libgazebo_motor_model.so",
         "libsimulation_tools_linear_rotor.so",
         "libsimulation_tools_body_drag.so",
+        "libsimulation_tools_gimbal.so",
         "libgazebo_multirotor_base_plugin.so",
         "libgazebo_imu_plugin.so",
         "libgazebo_mavlink_interface.so",

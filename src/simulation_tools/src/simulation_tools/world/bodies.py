@@ -145,9 +145,9 @@ class BodyFactory:
         pybullet.changeDynamics(
             uid, index, jointDamping=part.joint.damping, physicsClientId=self._client, **limits
         )
-        # PyBullet brakes every new joint with a motor; a free joint has none.
+        # PyBullet brakes every new joint with a motor: dry friction is one that wants no speed.
         pybullet.setJointMotorControl2(
-            uid, index, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=self._client
+            uid, index, pybullet.VELOCITY_CONTROL, force=part.joint.friction, physicsClientId=self._client
         )
 
     def _set_contact(self, uid: int, index: int, placed: Sequence[PlacedCollision]) -> None:

@@ -34,6 +34,14 @@ def part_pose(client: int, body: Body, link: int) -> Pose:
     return Pose(state[4], state[5])
 
 
+def joint_angles_of(client: int, body: Body) -> dict[str, float]:
+    """Return the angle of each hinge of a body by its joint's name, rad."""
+    return {
+        part.joint.name: pybullet.getJointState(body.uid, index, physicsClientId=client)[0]
+        for index, part in enumerate(body.parts[1:])
+    }
+
+
 def state_of(client: int, body: Body) -> BodyState:
     """Return the state of the model frame that a moving body's base carries."""
     pose = model_frame(client, body)

@@ -19,7 +19,14 @@ from simulation_tools.world.bodies import Body, BodyFactory, part_mesh
 from simulation_tools.world.clearance import Clearances, OwnShape
 from simulation_tools.world.contacts import Contact, contacts_of
 from simulation_tools.world.engine import WorldError, connect, pybullet
-from simulation_tools.world.kinematics import BodyState, model_frame, part_pose, place, state_of
+from simulation_tools.world.kinematics import (
+    BodyState,
+    joint_angles_of,
+    model_frame,
+    part_pose,
+    place,
+    state_of,
+)
 from simulation_tools.world.meshes import TriangleMesh, joined
 from simulation_tools.world.rays import RayScene
 
@@ -66,6 +73,7 @@ class PhysicsWorld:
         self._owner: dict[int, tuple[str, Body]] = {}
         self._states: dict[str, BodyState] = {}
         self._lifts: list[tuple[Body, int, MassProperties]] = []
+        self._hinged: list[tuple[str, Body]] = []
         self._client = connect(gui)
         self._factory = BodyFactory(self._client, draw=gui)
         self._clearances = Clearances(self._client, self._owner)
@@ -153,6 +161,14 @@ class PhysicsWorld:
         if state is None:
             state = self._states[name] = self._ask_state(name)
         return state
+
+    def joint_angles(self) -> dict[str, float]:
+        """Return the angle of every joint that the physics moves, rad, by its name, `model::joint`."""
+        return {
+            f"{name}::{joint}": angle
+            for name, body in self._hinged
+            for joint, angle in joint_angles_of(self._client, body).items()
+        }
 
     def set_state(self, name: str, state: BodyState) -> None:
         """Put a model somewhere, with a velocity (for what is not fixed). Its joints keep their angles."""
@@ -256,8 +272,9 @@ class PhysicsWorld:
             raise WorldError(f'There is no model called "{name}".') from None
 
     def _surroundings_changed(self) -> None:
-        """Look again at what stands around and what has no weight."""
+        """Look again at what stands around, what has joints and what has no weight."""
         self._clearances.forget()
+        self._hinged = [(name, body) for name, body in self._owner.values() if len(body.parts) > 1]
         self._lifts = [
             (body, index - 1, part.weightless)
             for _, body in self._owner.values()
