@@ -125,9 +125,9 @@ class Pilot:
             rows.append(_row(self.state, start_us))
         return np.array(rows).reshape(-1, len(COLUMNS))
 
-    def take_off(self, down: float, seconds: float) -> np.ndarray:
-        """Arm in OFFBOARD and rise to a height; return the rows from the arming on."""
-        self.stream(_hold(0.0, down))
+    def take_off(self, rise_m: float, seconds: float) -> np.ndarray:
+        """Arm in OFFBOARD and rise from where it stands; return the rows from the arming on."""
+        self.stream(_hold(0.0, -self.state.pose.position_m[2] - rise_m))
         self.fly(1.0)
         for answer in (self._px4.request_mode(Mode.OFFBOARD), self._px4.request_arm()):
             if answer is not Result.ACCEPTED:
@@ -208,5 +208,5 @@ def rms_percent(manoeuvre: Manoeuvre, rows: np.ndarray, reference: np.ndarray) -
 
 def fly_all(pilot: Pilot) -> Mapping[str, np.ndarray]:
     """Take off to 3 m and fly every manoeuvre in the reference's order; return the rows by name."""
-    pilot.take_off(-3.0, 18.0)
+    pilot.take_off(3.0, 18.0)
     return {manoeuvre.name: pilot.manoeuvre(manoeuvre) for manoeuvre in MANOEUVRES}
