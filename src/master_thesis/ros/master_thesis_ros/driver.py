@@ -1,0 +1,109 @@
+"""How an experiment's driver runs; Ctrl-C ends it at once in every phase, and what was flown is reported."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import sys
+import time
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import datetime
+from typing import Callable
+
+import rospy
+
+from master_thesis import results, run_report, scenario
+from master_thesis.errors import MasterThesisError
+from master_thesis.monitor import Monitor
+from master_thesis.recorder import BagRecorder
+from master_thesis_ros.flight_node import INTERRUPTED, FlightNode
+from master_thesis_ros.parameters import all_parameters, text
+from simulation_tools.errors import SimulationToolsError
+
+
+def run(name: str, fly: Callable[[], int]) -> None:
+    """Run a driver as a node of this name, and end the process with what `fly` returns.
+
+    Call it in the main thread. Errors of the libraries are one sentence and exit code 1.
+    """
+    code = _guarded(name, fly)
+    rospy.signal_shutdown("the run is over")
+    logging.shutdown()
+    sys.stdout.flush()
+    os._exit(code)  # rospy's threads may hang the interpreter's own end, and half a second is saved
+
+
+def _guarded(name: str, fly: Callable[[], int]) -> int:
+    try:
+        _on_signals(_interrupt)
+        rospy.init_node(name, disable_signals=True)
+        return fly()
+    except (MasterThesisError, SimulationToolsError) as error:
+        rospy.logfatal(str(error))
+        return 1
+    except KeyboardInterrupt:  # before there was anything to report
+        return 130
+
+
+class Run:
+    """One run's folder, its recorder, and the wall time since roslaunch was called."""
+
+    def __init__(self, description: run_report.RunDescription) -> None:
+        self._started_s = time.perf_counter() - results.process_age_s(os.getppid())
+        self._description = description
+        root = scenario.absolute("results", text("results", os.path.abspath("results")))
+        self.folder = results.RunFolder(root, description.experiment, datetime.now())
+        rospy.loginfo(f"The results will be in {self.folder.path}.")
+        record = rospy.get_param("~record", False)
+        self._recorder = BagRecorder(self.folder.path / "flight.bag") if record else None
+        self._parameters = all_parameters()
+        self.interrupted = False
+
+    def lead(self, monitor: Monitor, make_node: Callable[[], FlightNode]) -> FlightNode | None:
+        """Fly to the end, or to an interruption; return the node, if there is one by then."""
+        node = None
+        try:
+            node = make_node()
+            node.run()
+            self.interrupted = rospy.is_shutdown()
+        except KeyboardInterrupt:
+            self.interrupted = True
+        finally:
+            _on_signals(signal.SIG_IGN)  # until the numbers are written
+            if node:
+                node.close()
+            else:
+                monitor.abort(INTERRUPTED)
+        return node
+
+    def close(self, monitor: Monitor) -> tuple[run_report.RunDescription, run_report.WallFigures]:
+        """Complete the bag; return what was flown, with all parameters, and the figures of wall time."""
+        wall = monitor.wall_figures(self._started_s)
+        if self._recorder and not self._recorder.close():
+            rospy.logerr(f"rosbag did not complete {self._recorder.bag}; see its messages above.")
+        parameters = self._parameters if self.interrupted else all_parameters()
+        return replace(self._description, parameters=parameters), wall
+
+
+@contextmanager
+def interruptible(what_is_missing: str):
+    """Let Ctrl-C leave out what takes a few seconds, with a warning."""
+    try:
+        _on_signals(_interrupt)
+        yield
+    except KeyboardInterrupt:
+        rospy.logwarn(f"Interrupted: the results are without {what_is_missing}.")
+    finally:
+        _on_signals(signal.SIG_IGN)
+
+
+def _on_signals(handler) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
+
+
+def _interrupt(number: int, frame) -> None:
+    _on_signals(signal.SIG_IGN)  # once is enough
+    raise KeyboardInterrupt
