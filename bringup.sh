@@ -113,12 +113,14 @@ run_tests() {
   exec .venv/bin/python -m pytest "$@"
 }
 
-# run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py, without a name every one that is no helper (_*.py)
+# run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py; without a name every one that is no helper (_*.py), brief
 run_benchmarks() {
   local name='[!_]*' benchmarks benchmark code=0
   if [[ -n ${1:-} && $1 != -* ]]; then
     name=$1
     shift
+  else
+    set -- --brief "$@"
   fi
   mapfile -t benchmarks < <(find benchmarks -maxdepth 1 -name "$name.py" 2>/dev/null | sort)
   ((${#benchmarks[@]} > 0)) || fail "There is no benchmark of the name $name: benchmarks/ holds no $name.py."

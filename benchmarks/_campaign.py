@@ -1,7 +1,7 @@
 """Flights through random forests: how each is drawn, flown and judged.
 
-A trial is fixed by its number alone: forest, noise and speed come from one seed sequence, so that it does not
-matter which process flies it, and both algorithms meet the same forests.
+A trial's forest and noise are fixed by its number alone, so that it does not matter which process flies it,
+and every algorithm and variant meets the same forests.
 """
 
 from __future__ import annotations
@@ -33,17 +33,30 @@ SPACINGS_M = (2.0, 4.0)
 RADII_M = (0.12, 0.30)
 STUCK_S = 12.0
 """A flight that comes no nearer to the goal for so long is stuck."""
+VARIANTS = {
+    "": CepaParameters(),
+    "velocity_aware": CepaParameters(velocity_aware_emergency=True),
+    "levelling": CepaParameters(levelling=True),
+}
+"""What is flown besides the defaults: each extension that is off by default, on."""
 _BARK = Colour(0.55, 0.40, 0.27)
 _GRASS = Surroundings(Colour(0.80, 0.87, 0.72))
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One flight to be flown. number: of its forest, which with the speed decides all."""
+    """One flight to be flown. number: of its forest. variant: of `VARIANTS`. height_m: of the goal."""
 
     number: int
     algorithm: str
     speed_m_s: float
+    variant: str = ""
+    height_m: float = 2.0
+
+    @property
+    def name(self) -> str:
+        """What flies: the algorithm, with its variant if it is one."""
+        return f"{self.algorithm}_{self.variant}" if self.variant else self.algorithm
 
     @property
     def forest(self) -> np.ndarray:
@@ -91,12 +104,12 @@ def sdf(trunks: np.ndarray) -> str:
 
 
 def fly(trial: Trial, cepa: CepaParameters | None = None) -> Flown:
-    """Fly a trial to its end. cepa: other parameters than the defaults."""
+    """Fly a trial to its end. cepa: other parameters than the variant's."""
     trunks = trial.forest
     with tempfile.TemporaryDirectory() as folder:
         world = Path(folder) / "forest.world"
         world.write_text(sdf(trunks), encoding="utf-8")
-        with ClosedLoop(_parameters(trial, world, cepa or CepaParameters())) as loop:
+        with ClosedLoop(_parameters(trial, world, cepa or VARIANTS[trial.variant])) as loop:
             loop.run_to(Phase.FLYING)
             watch = _Watch(loop)
             loop.run(until=watch.over)
@@ -106,7 +119,7 @@ def fly(trial: Trial, cepa: CepaParameters | None = None) -> Flown:
 def _parameters(trial: Trial, world: Path, cepa: CepaParameters) -> ClosedLoopParameters:
     return ClosedLoopParameters(
         SimulationParameters(world=str(world), seed=trial.number),
-        goal_xyz_m=(GOAL_X_M, 0.0, 2.0),
+        goal_xyz_m=(GOAL_X_M, 0.0, trial.height_m),
         algorithm=trial.algorithm,
         cepa=cepa,
         position_controller=PositionControllerParameters(max_speed=trial.speed_m_s),

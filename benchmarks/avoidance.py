@@ -2,42 +2,42 @@
 
 Each forest (_campaign.py) is flown by both algorithms in the ROS-free closed loop: the same simulator, flight
 controller, lidar and filters as in the graph. The speed goes through 1, 2, 3 and 4 m/s from forest to forest.
-The improved algorithm then flies every forest at 2 m/s, where it must never collide.
+The improved algorithm then flies every forest at 2 m/s, where it must never collide, and the mixed speeds
+again with each extension that is off by default (velocity-aware emergency, levelling).
 
-Figures: cepa.campaign.ALGORITHM.{all, 1_m_s, ...} and cepa.campaign.improved_at_2_m_s, each with collisions
-per km and their exact 95 % interval, share stuck and time to goal; and results/avoidance.png.
+Every flight is written to results/avoidance_flights.jsonl as soon as it is over; --resume goes on from there.
+
+Figures: cepa.campaign.{original, improved, improved_VARIANT}.{all, 1_m_s, ...} and
+cepa.campaign.improved_at_2_m_s, each with collisions per km and their exact 95 % interval, share stuck and
+time to goal; and results/avoidance.png.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
-from concurrent.futures import ProcessPoolExecutor
 from typing import Sequence
 
-from tqdm import tqdm
-
 from benchmarks import _campaign, _campaign_figure
-from benchmarks._campaign import SPEEDS_M_S, Flown, Trial
-from benchmarks._report import Report, options, table, write_atomically
+from benchmarks._campaign import SPEEDS_M_S, VARIANTS, Flown, Trial
+from benchmarks._flown_file import FlownFile, fly_all
+from benchmarks._report import ROOT, Report, options, table, write_atomically
+from master_thesis.results import commit
 
 SAFE_SPEED_M_S = 2.0
+BRIEF = {"original": 16, "variants": 40}
+"""Flights of what is slow, and of what is flown besides, in a brief run."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
-    parser = options(__doc__)
-    parser.add_argument("--flights", type=int, default=200, metavar="N", help="forests for each algorithm")
-    parser.add_argument("--original", type=int, metavar="N", help="fewer for the original, which is slow")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes that fly")
-    given = parser.parse_args(arguments)
+    given = _options().parse_args(arguments)
     with Report("avoidance", given.results, vars(given)) as report:
-        # The slow flights first, so that the workers end together
-        number = {"original": min(given.original or given.flights, given.flights), "improved": given.flights}
-        flown = fly_all(trials(number), given.workers)
-        mixed = {
-            name: [f for f in flown[: sum(number.values())] if f.trial.algorithm == name] for name in number
-        }
-        safe = [f for f in flown if f.trial.algorithm == "improved" and f.trial.speed_m_s == SAFE_SPEED_M_S]
+        number = numbers(given)
+        file = FlownFile(given.results / "avoidance_flights.jsonl", commit(ROOT), given.resume)
+        flown = fly_all(trials(number), given.workers, file)
+        mixed = {name: [f for f in flown[: sum(number.values())] if f.trial.name == name] for name in number}
+        safe = [f for f in flown if f.trial.name == "improved" and f.trial.speed_m_s == SAFE_SPEED_M_S]
         sets = {f"{name}.{part}": s for name in mixed for part, s in by_speed(mixed[name]).items()}
         sets[f"improved_at_{SAFE_SPEED_M_S:g}_m_s"] = safe
         figures = {name: _campaign.figures(flights) for name, flights in sets.items()}
@@ -45,20 +45,43 @@ def main(arguments: Sequence[str] | None = None) -> None:
             report.add(f"cepa.campaign.{name}", values)
         write_atomically(given.results / "avoidance.png", _campaign_figure.png(mixed))
         print(f"\n{campaign_table(figures)}\n{failures(flown)}")
+        if given.brief:
+            print(f"Brief: {number['original']} of {given.flights} forests with the original algorithm.")
+
+
+def _options() -> argparse.ArgumentParser:
+    parser = options(__doc__)
+    parser.add_argument("--flights", type=int, default=200, metavar="N", help="forests for each algorithm")
+    parser.add_argument("--original", type=int, metavar="N", help="fewer for the original, which is slow")
+    parser.add_argument("--variants", type=int, metavar="N", help="fewer with each extension")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes that fly")
+    parser.add_argument("--resume", action="store_true", help="go on from an interrupted run of this commit")
+    return parser
+
+
+def numbers(given: argparse.Namespace) -> dict[str, int]:
+    """Return how many flights in mixed speeds each algorithm and each variant is to fly."""
+    brief = BRIEF if given.brief else {}
+
+    def fewer(what: str) -> int:
+        asked = getattr(given, what)
+        return min(given.flights, brief.get(what, given.flights) if asked is None else asked)
+
+    variants = {Trial(0, "improved", 1.0, variant).name: fewer("variants") for variant in VARIANTS if variant}
+    # The slow flights first, so that the workers end together
+    return {"original": fewer("original"), "improved": given.flights, **variants}
 
 
 def trials(number: dict[str, int]) -> list[Trial]:
-    """Return the flights: each algorithm's in mixed speeds, then improved where 2 m/s is missing."""
+    """Return the flights: each name's in mixed speeds, then improved where 2 m/s is missing."""
     speeds = [SPEEDS_M_S[n % len(SPEEDS_M_S)] for n in range(max(number.values()))]
-    mixed = [Trial(n, name, speeds[n]) for name, count in number.items() for n in range(count)]
+    mixed = [
+        Trial(n, algorithm, speeds[n], variant)
+        for algorithm, _, variant in (name.partition("_") for name in number)
+        for n in range(number[f"{algorithm}_{variant}" if variant else algorithm])
+    ]
     missing = (n for n in range(number["improved"]) if speeds[n] != SAFE_SPEED_M_S)
     return mixed + [Trial(n, "improved", SAFE_SPEED_M_S) for n in missing]
-
-
-def fly_all(all_trials: Sequence[Trial], workers: int) -> list[Flown]:
-    """Fly the trials in some processes; the results come in the trials' order."""
-    with ProcessPoolExecutor(workers) as pool:
-        return list(tqdm(pool.map(_campaign.fly, all_trials), "flights", len(all_trials), unit=" flights"))
 
 
 def by_speed(flown: Sequence[Flown]) -> dict[str, list[Flown]]:

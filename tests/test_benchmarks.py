@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT))  # benchmarks is a package of the workspace's root
 
-from benchmarks import _campaign, _places, _report  # noqa: E402
+from benchmarks import _campaign, _places, _report, avoidance  # noqa: E402
 from benchmarks._campaign import Flown, Trial  # noqa: E402
 from benchmarks._flights import Question  # noqa: E402
+from benchmarks._flown_file import FlownFile  # noqa: E402
 from benchmarks.cepa import replay  # noqa: E402
 from cepa import CepaParameters, Improved, LaserScan2D  # noqa: E402
 
@@ -90,6 +92,33 @@ def flown(end, distance_m, time_s=13.0, clearance_m=0.5):
     return Flown(Trial(0, "improved", 2.0), end, distance_m, time_s, clearance_m, 0, np.zeros((1, 2)))
 
 
+def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path):
+    path, (first, second) = tmp_path / "flights.jsonl", (flown("goal", 26.0), flown("collision", 4.0))
+    second = replace(second, trial=Trial(1, "improved", 2.0, "levelling"))
+    begun = FlownFile(path, "abc")
+    begun.add(first)
+    begun.add(second)
+    with open(path, "a", encoding="utf-8") as stream:
+        stream.write('{"trial": {"number": 2, "algo')  # the power went off
+    resumed = FlownFile(path, "abc", resume=True)
+    assert list(resumed.flown) == [first.trial, second.trial]
+    assert resumed.flown[second.trial].distance_m == 4.0
+    assert np.array_equal(resumed.flown[first.trial].path_xy, first.path_xy)
+    with pytest.raises(ValueError, match="another commit, abc"):
+        FlownFile(path, "def", resume=True)
+    assert FlownFile(path, "def").flown == {}
+
+
+def test_a_brief_run_cuts_what_is_slow_and_names_all_the_same():
+    brief = avoidance.numbers(avoidance._options().parse_args(["--brief"]))
+    whole = avoidance.numbers(avoidance._options().parse_args([]))
+    assert set(whole.values()) == {200}
+    assert brief["improved"] == 200
+    assert brief["original"] < 50
+    assert set(brief) == set(whole)
+    assert len(avoidance.trials(whole)) == 4 * 200 + 150
+
+
 def test_collisions_count_by_what_was_flown():
     figures = _campaign.figures([flown("goal", 30.0), flown("goal", 26.0, 26.0), flown("collision", 4.0)])
     assert figures["collisions_per_km"] == pytest.approx(1 / 0.06)
@@ -157,7 +186,9 @@ def test_cepa_is_benchmarked(tmp_path):
 def test_the_campaign_is_flown(tmp_path):
     written, said = run("avoidance", tmp_path, "--flights", "1", "--workers", "1")
     campaign = written["cepa"]["campaign"]
-    assert campaign["improved"]["all"]["flights"] == campaign["original"]["all"]["flights"] == 1
+    for name in ("improved", "original", "improved_velocity_aware", "improved_levelling"):
+        assert campaign[name]["all"]["flights"] == 1
+    assert len((tmp_path / "avoidance_flights.jsonl").read_text().splitlines()) == 1 + 4
     assert campaign["improved_at_2_m_s"]["collisions"] == 0
     assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (_campaign.GOAL_X_M - 0.2)
     assert (tmp_path / "avoidance.png").read_bytes().startswith(b"\x89PNG")
