@@ -1,7 +1,13 @@
-"""What all tests share: the libraries on the path, the `ros` marker, a ROS master of one's own."""
+"""What all tests share: the libraries on the path, the markers, a ROS master of one's own.
+
+Tests may run in several processes (pytest-xdist, `-n 2`): most of them beside each other, those that measure
+wall time (marker `realtime`) with the machine to themselves.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
 import shutil
 import signal
@@ -11,14 +17,31 @@ import sys
 import time
 import uuid
 from pathlib import Path
+from typing import Callable, Iterator
 
 import pytest
 
 ROOT = Path(__file__).resolve().parent
-TOKEN = "WORKSPACE_TEST"  # environment variable by which everything that a test has started is found again
+# Environment variables by which everything that a test, or any test of a run, has started is found again
+TOKEN, RUN_TOKEN = "WORKSPACE_TEST", "WORKSPACE_TEST_RUN"
+
+RUN = pytest.StashKey[str]()
 
 # Libraries are tested where nothing is built, too; a built workspace comes first, it has messages as well.
 sys.path += sorted(str(path) for path in ROOT.glob("src/*/src"))
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Mark all that this run starts, and let SIGTERM end it as Ctrl-C does."""
+    if RUN_TOKEN not in os.environ:  # else this is a worker of the run
+        os.environ[RUN_TOKEN] = config.stash[RUN] = uuid.uuid4().hex
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Leave nothing behind, also when the run was interrupted and a worker had no time to clear up."""
+    if RUN in config.stash:
+        stop_all(lambda: marked(RUN_TOKEN, config.stash[RUN]))
 
 
 def why_no_ros() -> str | None:
@@ -38,6 +61,62 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if reason and item.get_closest_marker("ros"):
             item.add_marker(pytest.mark.skip(reason=reason))
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=turn)
+
+
+# -- several tests at a time --------------------------------------------------------------------------------
+
+# Files whose tests are dear and share nothing: each test may run in another process than its neighbours.
+ONE_BY_ONE = ("tests/test_rostests.py", "tests/test_flights.py", "tests/test_configuration_files.py")
+
+
+def turn(item: pytest.Item) -> int:
+    """Return when a test's turn comes: dear ones first; last those that nobody else may run beside."""
+    if item.get_closest_marker("realtime"):
+        return 2
+    return 0 if item.nodeid.startswith("tests/") else 1
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log):
+    """Hand out whole files, whose tests may share what is dear to make, and the tests of some one by one."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.split("::")[0]
+            return nodeid if file in ONE_BY_ONE else file
+
+    config.option.loadscopereorder = False  # the order is ours
+    return ByFile(config, log)
+
+
+@contextlib.contextmanager
+def machine(alone: bool) -> Iterator[None]:
+    """Hold the machine: alone, or together with all others who need not be alone.
+
+    Whoever waits for it stands in the door meanwhile, so that those who come later cannot overtake for ever.
+    The two files are only what all processes can lock; nothing is written into them.
+    """
+    with (ROOT / "conftest.py").open() as door, (ROOT / "pyproject.toml").open() as room:
+        fcntl.flock(door, fcntl.LOCK_EX)
+        fcntl.flock(room, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
+        fcntl.flock(door, fcntl.LOCK_UN)
+        try:
+            yield
+        finally:
+            fcntl.flock(room, fcntl.LOCK_UN)  # not by closing: a forked child may still hold the file open
+
+
+@pytest.hookimpl(hookwrapper=True, tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item):
+    """Run a test when its turn comes: its fixtures belong to it, the wait does not count as its time."""
+    with machine(alone=item.get_closest_marker("realtime") is not None):
+        yield
+
+
+# -- what tests start ---------------------------------------------------------------------------------------
 
 
 def free_port() -> int:
@@ -84,29 +163,34 @@ class Processes:
         return subprocess.CompletedProcess(command, child.returncode, said)
 
     def stop(self) -> None:
-        """End everything: asked with SIGINT, then SIGTERM, then killed."""
-        for number, patience_s in ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0)):
-            for pid in self._alive():
-                try:
-                    os.kill(pid, number)
-                except ProcessLookupError:
-                    continue
-            end = time.monotonic() + patience_s
-            while self._alive() and time.monotonic() < end:
-                time.sleep(0.05)
+        """End everything that was started here, and what that has started."""
+        stop_all(lambda: marked(TOKEN, self._token))
 
-    def _alive(self) -> list[int]:
-        mark = f"{TOKEN}={self._token}".encode()
-        found = []
-        for path in Path("/proc").glob("[0-9]*"):
-            try:
-                ours = mark in (path / "environ").read_bytes().split(b"\0")
-                zombie = (path / "stat").read_text().rpartition(")")[2].split()[0] == "Z"
-            except OSError:
-                continue
-            if ours and not zombie:
-                found.append(int(path.name))
-        return found
+
+def stop_all(find: Callable[[], list[int]]) -> None:
+    """End the processes that `find` returns: asked with SIGINT, then SIGTERM, then killed."""
+    for number, patience_s in ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0)):
+        for pid in find():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, number)
+        end = time.monotonic() + patience_s
+        while find() and time.monotonic() < end:
+            time.sleep(0.05)
+
+
+def marked(variable: str, value: str) -> list[int]:
+    """Return the processes, but this one, that have this value of a variable in their environment."""
+    mark = f"{variable}={value}".encode()
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            ours = mark in (path / "environ").read_bytes().split(b"\0")
+            zombie = (path / "stat").read_text().rpartition(")")[2].split()[0] == "Z"
+        except OSError:
+            continue
+        if ours and not zombie and int(path.name) != os.getpid():
+            found.append(int(path.name))
+    return found
 
 
 @pytest.fixture
@@ -129,6 +213,17 @@ def processes_of_module(tmp_path_factory):
 @pytest.fixture
 def ros_master(processes):
     """Like `processes`, with a ROS master of their own, which `environment` leads to."""
+    return start_master(processes)
+
+
+@pytest.fixture(scope="module")
+def master_of_module(processes_of_module):
+    """Like `ros_master`, for what several tests of one file look at."""
+    return start_master(processes_of_module)
+
+
+def start_master(processes: Processes) -> Processes:
+    """Start a ROS master on a free port, lead `processes` to it, and wait until it answers."""
     port = free_port()
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
     master = processes.start("rosmaster", "--core", "-p", str(port), stdout=subprocess.DEVNULL)

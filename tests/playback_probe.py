@@ -14,6 +14,7 @@ import rosbag
 import rospy
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
+from tf2_msgs.msg import TFMessage
 
 HEARD = ("/scan/padded", "/UAV/vel_setpoint/raw/body", "/UAV/odometry", "/tf", "/tf_static")
 ANSWER = "/UAV/vel_setpoint/safe/body"
@@ -30,9 +31,12 @@ def main(bag: str) -> int:
         answers[message.header.stamp.to_nsec()] = velocity(message)
 
     rospy.Subscriber(ANSWER, TwistStamped, on_answer, queue_size=1000)
+    rospy.Subscriber("/tf", TFMessage)  # CEPA looks for frames only when it needs one
+    rospy.Subscriber("/tf_static", TFMessage)
     Client("/cepa", timeout=30)  # it is there, and ready
-    when = ("--delay", "2", "--start", START_S, "--duration", DURATION_S, "--rate", RATE)
-    subprocess.run(["rosbag", "play", "--quiet", "--clock", *when, bag, "--topics", *HEARD], check=True)
+    when = ("--delay", "1", "--start", START_S, "--duration", DURATION_S, "--rate", RATE)
+    play = ("rosbag", "play", "--quiet", "--clock", "--wait-for-subscribers")
+    subprocess.run([*play, *when, bag, "--topics", *HEARD], check=True)
     with rosbag.Bag(bag) as recorded:
         flown = {m.header.stamp.to_nsec(): velocity(m) for _, m, _ in recorded.read_messages([ANSWER])}
     expected = {stamp: v for stamp, v in flown.items() if min(answers) <= stamp <= max(answers)}

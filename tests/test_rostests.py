@@ -1,7 +1,6 @@
 """Every rostest of the workspace, as one pytest test each.
 
-A rostest brings its own master on a free port. They run one after the other: they fly in real time, and two
-flights at once would change each other's timing.
+A rostest brings its own master on a free port, so that several can run at a time.
 """
 
 from __future__ import annotations
@@ -15,11 +14,33 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 ROSTESTS = sorted(ROOT.glob("src/*/test/**/*.test"))
 TIMEOUT_S = 240.0
+# Those that measure wall time: how soon something is ready or gone, how late a setpoint is
+REALTIME = (
+    "cepa/ending",
+    "inspection_tools/ending",
+    "simulation_tools/gazebo_start",
+    "simulation_tools/sitl",
+)
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(TIMEOUT_S + 30.0)]
 
 
-@pytest.mark.parametrize("path", ROSTESTS, ids=lambda path: f"{package_of(path)}/{path.stem}")
+def name_of(path: Path) -> str:
+    return f"{path.relative_to(ROOT / 'src').parts[0]}/{path.stem}"
+
+
+def rostests() -> list:
+    return [
+        pytest.param(path, id=name, marks=[pytest.mark.realtime] if name in REALTIME else [])
+        for path, name in ((path, name_of(path)) for path in ROSTESTS)
+    ]
+
+
+def test_those_that_measure_wall_time_are_there():
+    assert {name_of(path) for path in ROSTESTS} >= REALTIME
+
+
+@pytest.mark.parametrize("path", rostests())
 def test_rostest(path, processes, tmp_path):
     try:
         run = processes.run("rostest", "--results-base-dir", str(tmp_path), str(path), timeout_s=TIMEOUT_S)
@@ -48,7 +69,3 @@ def failures_in(results: list[Path]) -> str:
         for failure in ElementTree.parse(result).iter(kind)
     )
     return "\n".join(found)
-
-
-def package_of(path: Path) -> str:
-    return path.relative_to(ROOT / "src").parts[0]

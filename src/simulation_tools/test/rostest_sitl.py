@@ -11,6 +11,7 @@ import rospy
 import rostest
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray
+from dynamic_reconfigure.client import Client
 from gazebo_msgs.msg import ContactsState
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
@@ -46,10 +47,13 @@ class TestSitl(unittest.TestCase):
             self.assertAlmostEqual(value, wanted, delta=0.25)
 
     def test_2_without_commands_it_holds_its_place_within_5_cm(self):
-        time.sleep(6.0)  # the rest of the climb
+        gazebo = Client("/gazebo", timeout=5.0)
+        gazebo.update_configuration({"real_time_factor": 3.0})
+        rospy.sleep(6.0)  # the rest of the climb
         self.places.clear()
         self.contacts.clear()
-        time.sleep(3.0)
+        rospy.sleep(3.0)
+        gazebo.update_configuration({"real_time_factor": 1.0})
         self.assertGreater(len(self.places), 250)
         for _, place in self.places:
             for value, wanted in zip(place, HOVER_M):

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,7 @@ def end(arguments, number=signal.SIGINT, after_s=0.0, line=None, **environment):
         process.wait()
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_before_anything_is_watched_it_ends_on_the_spot(number):
     code, output, seconds = end([sys.executable, "-c", BEGIN + "time.sleep(60)"], number, line="begun")
@@ -46,6 +48,7 @@ def test_before_anything_is_watched_it_ends_on_the_spot(number):
     assert seconds < 0.5
 
 
+@pytest.mark.realtime
 def test_a_main_thread_that_watches_ends_by_itself_and_closes():
     body = """
 stop.watched()
@@ -58,6 +61,7 @@ leave(3, lambda: print("closed"))
     assert seconds < 0.5
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("body", ["time.sleep(60)", "leave(0, lambda: time.sleep(60))"])
 def test_nothing_that_hangs_is_waited_for_long(body):
     code, output, seconds = end(
@@ -68,10 +72,16 @@ def test_nothing_that_hangs_is_waited_for_long(body):
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize("node", ["gazebo", "mavros", "mavros_publisher", "tf_publisher"])
+@pytest.mark.realtime
 @pytest.mark.parametrize("after_s", [0.5, 0.8, 1.2])
-def test_a_node_interrupted_while_it_starts_is_gone_at_once_without_a_traceback(node, after_s):
+def test_a_node_interrupted_while_it_starts_is_gone_at_once_without_a_traceback(after_s):
+    """All at the same time: each is to be gone within a second though the others end beside it."""
     pytest.importorskip("rospy")
-    _, output, seconds = end([sys.executable, str(PACKAGE / "nodes" / node)], after_s=after_s)
-    assert "Traceback" not in output
-    assert seconds < 1.0
+    nodes = [
+        str(PACKAGE / "nodes" / name) for name in ("gazebo", "mavros", "mavros_publisher", "tf_publisher")
+    ]
+    with ThreadPoolExecutor(len(nodes)) as pool:
+        ends = pool.map(lambda node: end([sys.executable, node], after_s=after_s), nodes)
+    for node, (_, output, seconds) in zip(nodes, ends):
+        assert "Traceback" not in output, node
+        assert seconds < 1.0, node

@@ -1,0 +1,93 @@
+"""What cannot be flown ends the launch, and the experiment's node, with a sentence."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+from subprocess import PIPE, STDOUT
+
+import pytest
+from launched_flight import Flight
+
+ROOT = Path(__file__).resolve().parents[1]
+WORLDS = ROOT / "src/master_thesis/worlds"
+
+pytestmark = pytest.mark.ros
+
+CANNOT_BE_LAUNCHED = {
+    "scenario": (
+        "experiment_1",
+        "scenario:=jungle",
+        "There is no scenario 'jungle'; choose scenario:=empty|",
+    ),
+    "mavros": ("experiment_1", "mavros:=fake", "There is no mavros 'fake'; choose mavros:=sim|real."),
+    "malformed": ("fly_to_goal", "goal:=9 0 2", "broken.world:2: "),
+}
+
+
+@pytest.mark.parametrize("case", CANNOT_BE_LAUNCHED)
+def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(processes, tmp_path, case):
+    launch_file, arg, sentence = CANNOT_BE_LAUNCHED[case]
+    args = dict([arg.split(":=")])
+    if launch_file == "fly_to_goal":
+        args["world"] = tmp_path / "broken.world"
+        args["world"].write_text('<?xml version="1.0"?>\n<sdf version="1.6"><world')
+    flight = Flight(processes, tmp_path, f"{launch_file}.launch", **args)
+    flight.wait(100.0)
+    assert sentence in flight.said
+    assert "Traceback" not in flight.said
+
+
+REFUSED = {
+    "algorithm": ("_algorithm:=best", "There is no algorithm 'best'; choose algorithm:=improved|original."),
+    "world": ("_world:=/no.world", "There is no world file /no.world; give the path of an SDF world"),
+    "goal": ("_goal:=far away", "'far away' is no goal; give 3 numbers in metres and radians: x y z."),
+    "near": ("_goal:=0 0 2", "The goal lies 0.00 m from the start; it must be 1 m to 10 km away."),
+    "results": ("_results:=/proc", "Cannot make a results folder in /proc/"),
+    "lidar": ("_lidar:=sonar", "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8."),
+    "speed": ("_speed:=abc", "'abc' is no speed; give a number from 0.05 to 15."),
+    "pose_source": ("_pose_source:=gps", "There is no pose_source 'gps'; choose pose_source:="),
+    "relative world": ("_world:=my.world", "for example world:=$PWD/my.world."),
+    "relative results": ("_results:=out", "for example results:=$PWD/out."),
+    "seed": ("_seed:=abc", "'abc' is no seed; give a whole number from 0 to 2147483647."),
+    "no number": ("_hover_s:=two", "hover_s is two; it must be a positive number of seconds."),
+    "limit": ("_hover_s:=-1", "hover_s is -1; it must be a positive number of seconds."),
+}
+
+
+@pytest.fixture(scope="module")
+def refusals(master_of_module):
+    """Start the experiment's node with each fault, all at a time; returns (exit code, output) of each."""
+    started = {}
+    for number, (case, (arg, _)) in enumerate(REFUSED.items()):
+        world = f"_world:={WORLDS / 'empty.world'}"
+        words = (arg,) if arg.startswith("_world") else (world, arg)
+        name = f"__name:=refused_{number}"
+        started[case] = master_of_module.start(
+            *("rosrun", "master_thesis", "experiment", name, *words), stdout=PIPE, stderr=STDOUT, text=True
+        )
+    said = {case: process.communicate(timeout=100.0)[0] for case, process in started.items()}
+    return {case: (started[case].returncode, said[case]) for case in REFUSED}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_the_experiment_refuses_in_a_sentence(refusals, case):
+    code, said = refusals[case]
+    assert code == 1
+    assert REFUSED[case][1] in said
+    assert "Traceback" not in said
+
+
+def test_a_node_that_cannot_start_ends_the_launch_with_its_sentence(processes, tmp_path):
+    """MAVROS's port is taken; roslaunch starts such a node for ever, and the UAV would never be ready."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        port = other.getsockname()[1]
+        args = {"world": WORLDS / "empty.world", "goal": "9 0 2", "offboard_port": port}
+        flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
+        flight.wait(100.0)
+    failure = flight.result["failure"]
+    assert str(port) in failure
+    assert failure in flight.said
+    assert flight.result["wall_time_s"] < 45.0  # the hover is waited for 60 s
+    assert "Traceback" not in flight.said
