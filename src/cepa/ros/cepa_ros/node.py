@@ -11,6 +11,7 @@ from cepa_ros.ending import Ending, leave, silence_threads
 
 WARNING_PERIOD_S = 5.0
 LAST_CALLBACK_S = 0.4
+HEARD_AFTER_S = 0.3  # wall time until whoever listens to /rosout is connected to a new node
 
 
 def parameters_of(config) -> tuple[str, CepaParameters]:
@@ -98,6 +99,7 @@ def run(name: str, node_class, ending: Ending) -> None:
 
 def _give_up(error: CepaError) -> None:
     name = rospy.get_name()
+    rospy.rostime.wallsleep(HEARD_AFTER_S)
     rospy.logfatal(
         "%s cannot start: %s Change it in the launch file, or by rosparam set under %s.", name, error, name
     )

@@ -12,6 +12,7 @@ from inspection_tools_ros.ending import Ending, leave, silence_threads
 
 WARNING_PERIOD_S = 5.0
 LAST_CALLBACK_S = 0.4
+HEARD_AFTER_S = 0.3  # wall time until whoever listens to /rosout is connected to a new node
 
 
 def read_parameters(parameter_class):
@@ -80,6 +81,7 @@ def run(name: str, node_class, ending: Ending) -> None:
 
 def _give_up(error: InspectionToolsError) -> None:
     name = rospy.get_name()
+    rospy.rostime.wallsleep(HEARD_AFTER_S)
     rospy.logfatal(
         "%s cannot start: %s Change it in the launch file, or by rosparam set under %s.", name, error, name
     )

@@ -15,10 +15,11 @@ from mavros_msgs.msg import State
 from mavros_msgs.srv import SetMode
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool, Header
 
-from master_thesis.experiment import Action
+from master_thesis.experiment import Action, Phase
 from master_thesis.monitor import Monitor
 from master_thesis_ros.messages import decision_rows, pose_values, stamp_s, twist_row
 
@@ -35,7 +36,7 @@ class FlightNode:
     Subscribes: ready (std_msgs/Bool); ground_truth, odometry (nav_msgs/Odometry); vel_raw,
     vel_safe, vel_final (geometry_msgs/TwistStamped); scan (sensor_msgs/LaserScan); cepa_stats,
     performance (diagnostic_msgs/DiagnosticArray); collision (gazebo_msgs/ContactsState);
-    mavros/state (mavros_msgs/State).
+    mavros/state (mavros_msgs/State); /rosout (rosgraph_msgs/Log), for nodes that cannot start.
     Publishes: ~path (nav_msgs/Path, latched; for RViz); in lockstep ~processed (std_msgs/Header), the
     acknowledgement of a scan.
     Calls: mavros/set_mode (AUTO.LAND).
@@ -70,6 +71,7 @@ class FlightNode:
             ("performance", DiagnosticArray, self._on_performance),
             ("collision", ContactsState, self._on_contacts),
             ("mavros/state", State, self._on_state),
+            ("/rosout", Log, self._on_log),
         ):
             self.subscribe(name, message_class, handler)
         self._on_scan_locked = self._locked(self._on_scan)
@@ -203,6 +205,11 @@ class FlightNode:
         self._armed = message.armed if message.connected else None
         if message.connected and not self._lockstep:
             self._enqueue(self._monitor.on_armed(message.armed))
+
+    def _on_log(self, message: Log) -> None:
+        """End a run before its flight when a node cannot start: roslaunch would start it again for ever."""
+        if message.level == Log.FATAL and self._monitor.experiment.phase is Phase.WAITING:
+            self._enqueue(self._monitor.abort(message.msg))
 
     def _draw_path(self, message: Odometry) -> None:
         here, poses = message.pose.pose.position, self._path.poses

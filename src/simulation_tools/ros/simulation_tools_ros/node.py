@@ -11,6 +11,7 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.stop_signals import StopSignals, leave
 
 LAST_ANSWER_S = 0.15
+HEARD_AFTER_S = 0.3  # wall time until whoever listens to /rosout is connected to a new node
 
 
 class ParameterError(SimulationToolsError):
@@ -39,6 +40,7 @@ def run(name: str, make: Callable[[], Callable[[StopSignals], None]], stop: Stop
         stop.watched()
         run_node(stop)
     except SimulationToolsError as error:
+        rospy.rostime.wallsleep(HEARD_AFTER_S)
         rospy.logfatal(str(error))
         code = 1
     except rospy.ROSException:
