@@ -40,6 +40,7 @@ EXAMPLES = {
     "world": str(ROOT / "src/master_thesis/worlds/empty.world"),
     "start": "0 0 0 0",
     "goal": "10 0 2",
+    "bag": "some.bag",
 }
 OPTIONAL = {"mavros"}  # asked for by an argument only, and not in every distribution
 

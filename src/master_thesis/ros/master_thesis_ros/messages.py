@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 
 def stamp_s(message) -> float:
     """Return a message's stamp, s."""
@@ -12,6 +14,12 @@ def pose_values(message) -> tuple:
     """Return (x, y, z, qx, qy, qz, qw) of a geometry_msgs/Pose."""
     p, q = message.position, message.orientation
     return (p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+
+
+def planar_pose(pose) -> tuple:
+    """Return (x, y, yaw) of a geometry_msgs/Pose."""
+    x, y, _, qx, qy, qz, qw = pose_values(pose)
+    return (x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
 
 
 def twist_row(message) -> tuple:

@@ -117,6 +117,7 @@ def result(description: RunDescription, merit: dict, wall: WallFigures, min_clea
         "world": scenario.world_path,
         "start": scenario.start_xyz_yaw,
         "goal": scenario.goal_xyz_m,
+        "mission": scenario.mission_path,
         "parameters": description.parameters,
         "versions": results.versions(),
         "machine": results.machine(),

@@ -1,0 +1,134 @@
+"""Writes what SLAM made of a flight into a results folder: trajectories, maps, pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Sequence
+
+import numpy as np
+
+from gridslam.evaluation import (
+    MapAccuracy,
+    TrajectoryError,
+    Walls,
+    draw_map_error,
+    poses_at,
+    trajectory_error,
+    write_tum,
+)
+from gridslam.map_file import write_map
+from gridslam.trajectory import Trajectory
+from master_thesis import slam_figures
+from master_thesis.figures import TimeSeries
+from master_thesis.floor_plan import Outline
+from master_thesis.results import RunFolder
+from master_thesis.slam_report import judge
+from master_thesis.slam_run import SlamRun
+
+
+@dataclass(frozen=True)
+class Surveyed:
+    """A flight with all that its map is judged by.
+
+    title: what was flown. truth, odometry: the whole flight's, in `world` and in `odom`. walls: what the map
+    should show. outlines: the world from above. height_m: of the flight.
+    """
+
+    title: str
+    run: SlamRun
+    truth: Trajectory
+    odometry: Trajectory
+    walls: Walls
+    outlines: Sequence[Outline]
+    height_m: float
+
+
+def write_survey(folder: RunFolder, survey: Surveyed) -> dict:
+    """Write trajectories, maps and pictures of a flight; return its figures of merit.
+
+    truth.tum, odometry.tum, slam_online.tum, slam_final.tum; map.{pgm, yaml}, map_half_way.{pgm, yaml};
+    walls.csv; map.png, map_error.png, error.png.
+
+    Raises:
+        EvaluationError: there is nothing to judge: no path, or an empty map.
+    """
+    run, path = survey.run, folder.path
+    for name, trajectory in (
+        ("truth", survey.truth),
+        ("odometry", survey.odometry),
+        ("slam_online", run.online),
+        ("slam_final", run.final),
+    ):
+        write_tum(path / f"{name}.tum", trajectory)
+    write_map(path / "map", run.grid)
+    write_map(path / "map_half_way", run.half_way)
+    folder.write_csv("walls.csv", ("x1_m", "y1_m", "x2_m", "y2_m"), survey.walls.ends_m.tolist())
+    figures, errors, accuracy = judge(run, survey.truth, survey.walls)
+    drift = _odometry_error(survey)
+    figures["odometry_ate_rmse_m"] = drift.ate_rmse_m
+    _write_pictures(folder, survey, figures, (errors, drift), accuracy)
+    return figures
+
+
+def _write_pictures(
+    folder: RunFolder,
+    survey: Surveyed,
+    figures: dict,
+    errors: tuple[TrajectoryError, TrajectoryError],
+    accuracy: MapAccuracy,
+) -> None:
+    run = survey.run
+    title = "{}: ATE {:.3f} m, map error {:.3f} m (95 %: {:.3f} m)".format(
+        survey.title, figures["ate_rmse_m"], figures["map_error_mean_m"], figures["map_error_p95_m"]
+    )
+    shown = slam_figures.world_and_maps_png(
+        title, survey.outlines, survey.height_m, survey.truth.poses_in_map[:, :2], map_views(run)
+    )
+    folder.write_bytes("map.png", shown)
+    online = trajectory_error(run.online, survey.truth)
+    panels = (
+        TimeSeries(
+            "SLAM [m]", (("path at the end", _curve(errors[0])), ("as believed in flight", _curve(online)))
+        ),
+        TimeSeries("odometry [m]", (("odometry alone", _curve(errors[1])),)),
+    )
+    folder.write_bytes("error.png", slam_figures.error_png(title, panels, closure_times(run)))
+    draw_map_error(
+        folder.path / "map_error.png",
+        run.grid,
+        survey.walls,
+        accuracy,
+        estimate=run.final,
+        truth=survey.truth,
+    )
+
+
+def map_views(run: SlamRun) -> tuple[slam_figures.MapView, ...]:
+    """Return the map at half time and at the end, as they are drawn."""
+    half_s = (run.final.stamps_s[0] + run.final.stamps_s[-1]) / 2
+    until_half = run.online.poses_in_map[run.online.stamps_s <= half_s, :2]
+    none = np.empty((0, 2, 2))
+    return (
+        slam_figures.MapView("map at half time", run.half_way, until_half, none),
+        slam_figures.MapView("map at the end", run.grid, run.final.poses_in_map[:, :2], closure_pairs(run)),
+    )
+
+
+def closure_times(run: SlamRun) -> list[float]:
+    """Return when loops closed: the stamps of the scans that were recognised."""
+    return [closure.stamp_to_s for closure in run.closures]
+
+
+def closure_pairs(run: SlamRun) -> np.ndarray:
+    """Return where loops closed: pairs of places on the final path, (k, 2, 2)."""
+    stamps = np.array([(closure.stamp_from_s, closure.stamp_to_s) for closure in run.closures])
+    return poses_at(run.final, stamps.ravel())[:, :2].reshape(-1, 2, 2)
+
+
+def _odometry_error(survey: Surveyed) -> TrajectoryError:
+    stamps = survey.run.final.stamps_s
+    return trajectory_error(Trajectory(stamps, poses_at(survey.odometry, stamps)), survey.truth)
+
+
+def _curve(error: TrajectoryError) -> np.ndarray:
+    return np.column_stack((error.stamps_s, error.errors_m))

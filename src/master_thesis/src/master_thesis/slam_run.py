@@ -1,0 +1,142 @@
+"""SLAM run on a flight without ROS: beside the closed loop as it flies, or on its recording."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from gridslam import OccupancyGrid, ScanError
+from gridslam.evaluation import Walls
+from gridslam.scan_projection import project
+from gridslam.session import SlamSession
+from gridslam.trajectory import Trajectory
+from master_thesis.flight_recording import FlightRecording, LidarGeometry
+from master_thesis.floor_plan import outlines
+from master_thesis.true_walls import seen_faces
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.parser import load_world
+
+
+class FoundAgain(NamedTuple):
+    """A loop that was closed: the stamps of the scans of a place, first seen and seen again."""
+
+    stamp_from_s: float
+    stamp_to_s: float
+
+
+@dataclass(frozen=True)
+class SlamRun:
+    """What SLAM made of a flight.
+
+    online: where it believed the UAV to be as it flew; final: the path as it believes it at the end; both of
+    the processed scans, in `map`. half_way: the map when half of the time was over. cpu_ms: of each processed
+    scan, of the thread that ran it, (n,), where it was measured. scans: heard, processed or not.
+    """
+
+    online: Trajectory
+    final: Trajectory
+    grid: OccupancyGrid
+    half_way: OccupancyGrid
+    closures: Sequence[FoundAgain]
+    cpu_ms: np.ndarray
+    scans: int
+
+
+class SlamParticipant:
+    """Feeds a SLAM session as its node would: scan, attitude and odometry of one instant (a ScanListener).
+
+    half_time_s: when the map is kept for `SlamRun.half_way`. levelling: undo the UAV's lean; without it a
+    leaning scan is taken for a level one.
+    """
+
+    def __init__(
+        self,
+        session: SlamSession,
+        lidar: LidarGeometry,
+        half_time_s: float = math.inf,
+        levelling: bool = True,
+    ) -> None:
+        self.session = session
+        self._lidar = lidar
+        self._mounting = (lidar.position_m, lidar.orientation_xyzw)
+        self._levelling = levelling
+        self._half_time_s = half_time_s
+        self._half_way: OccupancyGrid | None = None
+        self._online: list[tuple] = []
+        self._cpu_ms: list[float] = []
+        self._scans = 0
+
+    def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+        """Take a scan; a scan without a usable beam is left out, as by the node."""
+        self._scans += 1
+        if self._half_way is None and t_s >= self._half_time_s:
+            self._half_way = self.session.grid()
+        roll, pitch, yaw = odometry.rpy_rad
+        x, y, z = odometry.position_m
+        started = time.thread_time()  # what else the machine does meanwhile does not count
+        try:
+            scan = project(
+                ranges,
+                self._lidar.angle_min_rad,
+                self._lidar.angle_increment_rad,
+                self._lidar.range_min_m,
+                self._lidar.range_max_m,
+                self._mounting,
+                attitude_rad=(roll, pitch) if self._levelling else (0.0, 0.0),
+                height_m=z if self._levelling else None,
+                stamp_s=t_s,
+            )
+        except ScanError:
+            return
+        update = self.session.process(scan, (x, y, yaw))
+        if update is not None:
+            self._cpu_ms.append(1e3 * (time.thread_time() - started))
+            self._online.append((t_s, *update.base_in_map))
+
+    def run(self) -> SlamRun:
+        """Return what became of the flight so far."""
+        online = np.array(self._online).reshape(-1, 4)
+        grid = self.session.grid()
+        return SlamRun(
+            Trajectory(online[:, 0], online[:, 1:]),
+            self.session.trajectory(),
+            grid,
+            self._half_way or grid,
+            tuple(FoundAgain(c.stamp_from_s, c.stamp_to_s) for c in self.session.closures),
+            np.array(self._cpu_ms),
+            self._scans,
+        )
+
+
+def replay(recording: FlightRecording, session: SlamSession, levelling: bool = True) -> SlamRun:
+    """Run SLAM on a recorded flight, as fast as it can."""
+    half_time_s = float(recording.times_s[0] + recording.times_s[-1]) / 2
+    participant = SlamParticipant(session, recording.lidar, half_time_s, levelling)
+    for scan in recording:
+        participant.on_scan(*scan)
+    return participant.run()
+
+
+def true_path(times_s: np.ndarray, poses: np.ndarray) -> Trajectory:
+    """Return true poses, (n, 7) of position and quaternion xyzw in `world`, as a planar trajectory.
+
+    Without drift `map` coincides with `world`: both begin at the UAV's true pose.
+    """
+    x, y, z, w = poses[:, 3:].T
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return Trajectory(times_s, np.column_stack((poses[:, :2], yaw)))
+
+
+def true_walls(world_path: str, height_m: float, inside_xy: tuple[float, float]) -> Walls:
+    """Return the walls that a map of a world should show at this height, around a place.
+
+    Raises:
+        SimulationToolsError: the world cannot be read.
+        ScenarioError: it has no such walls.
+    """
+    faces = seen_faces(outlines(load_world(str(world_path))), height_m, inside_xy)
+    return Walls(faces.reshape(-1, 4))

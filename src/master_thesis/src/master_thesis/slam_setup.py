@@ -1,0 +1,56 @@
+"""gridslam as the experiments set it up: the YAML files that the launch files load, without ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Mapping
+
+from gridslam import OccupancyGrid, SlamParameters
+from gridslam.loop_closure import LoopClosureParameters
+from gridslam.session import SlamSession, closure_parameters
+from master_thesis.errors import ScenarioError
+from master_thesis.mapping_flight import PACKAGE
+
+CLOSURE_PREFIX = "closure_"
+
+
+@dataclass(frozen=True)
+class SlamSetup:
+    """Parameters of the filter and of the loop closer."""
+
+    parameters: SlamParameters
+    loop_closure: LoopClosureParameters
+
+    def session(
+        self, seed: int, loop_closure: bool, starting_map: OccupancyGrid | None = None, say=lambda words: None
+    ) -> SlamSession:
+        """Return a new run of SLAM."""
+        closure = self.loop_closure if loop_closure else None
+        return SlamSession(replace(self.parameters, seed=seed), closure, starting_map=starting_map, say=say)
+
+
+def read_setup(world: str) -> SlamSetup:
+    """Return what `config/gridslam_WORLD.yaml` says; what only a node has is left out.
+
+    Raises:
+        ScenarioError: there is no such file.
+        SlamError: a parameter makes no sense.
+    """
+    import yaml  # only where a file is read
+
+    path = Path(PACKAGE) / "config" / f"gridslam_{world}.yaml"
+    try:
+        return setup_of(yaml.safe_load(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise ScenarioError(f"SLAM's parameters {path} cannot be read: {error.strerror}.") from None
+
+
+def setup_of(given: Mapping) -> SlamSetup:
+    """Return the set-up of a node's parameters by their names there."""
+    names = {field.name for field in fields(SlamParameters)}
+    own = {name: value for name, value in given.items() if name in names}
+    closure = {
+        name[len(CLOSURE_PREFIX) :]: value for name, value in given.items() if name.startswith(CLOSURE_PREFIX)
+    }
+    return SlamSetup(SlamParameters(**own), closure_parameters(closure))

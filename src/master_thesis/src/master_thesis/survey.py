@@ -1,0 +1,57 @@
+"""From a flight's log and what SLAM made of it to the files and figures of its results."""
+
+from __future__ import annotations
+
+from typing import Callable
+
+import numpy as np
+
+from gridslam.trajectory import Trajectory
+from master_thesis import analysis
+from master_thesis.experiment import Outcome
+from master_thesis.flight_log import POSE_COLUMNS, FlightLog, Series
+from master_thesis.results import RunFolder
+from master_thesis.run_report import RunDescription, flight_interval_s
+from master_thesis.scenario import FLIGHT_HEIGHT_M
+from master_thesis.slam_files import Surveyed, write_survey
+from master_thesis.slam_run import SlamRun, true_path, true_walls
+
+
+def survey(
+    folder: RunFolder,
+    description: RunDescription,
+    log: FlightLog,
+    outcome: Outcome,
+    slam: Callable[[Trajectory, float], SlamRun],
+) -> dict:
+    """Write maps, trajectories and pictures of a flight; return its figures.
+
+    slam: what SLAM made of the flight, given the odometry of all of it and when half of its time was over.
+
+    Raises:
+        SlamError: there is no map, or nothing to judge.
+        SimulationToolsError, ScenarioError: the world cannot be read, or has no walls.
+        ResultsError: a file cannot be written.
+    """
+    scenario = description.scenario
+    odometry = planar(log.odometry)
+    start_s, end_s = flight_interval_s(log, outcome)
+    height_m = FLIGHT_HEIGHT_M
+    return write_survey(
+        folder,
+        Surveyed(
+            title=f"{scenario.name}, {description.lidar}, seed {description.seed}",
+            run=slam(odometry, (start_s + end_s) / 2),
+            truth=planar(log.truth),
+            odometry=odometry,
+            walls=true_walls(scenario.world_path, height_m, scenario.start_xyz_yaw[:2]),
+            outlines=analysis.floor_plan(description),
+            height_m=height_m,
+        ),
+    )
+
+
+def planar(poses: Series) -> Trajectory:
+    """Return a log's poses as a planar trajectory."""
+    rows = poses.array(*POSE_COLUMNS)
+    return true_path(rows[:, 0], rows[:, 1:]) if len(rows) else Trajectory(np.zeros(0), np.zeros((0, 3)))
