@@ -1,0 +1,214 @@
+"""The commands carmen_to_bag and bag_to_carmen."""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import math
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from gridslam import SlamError, se2
+from gridslam.attitude import matrix_of_quaternion, roll_pitch_yaw_of
+from gridslam.carmen import (
+    CarmenError,
+    CarmenOdometry,
+    CarmenScan,
+    format_odometry,
+    format_scan,
+    read_log,
+)
+from gridslam_ros.bags import BagCount, BagError, open_bag, scan_topic_of, scans_of
+from gridslam_ros.conversions import pose_message
+from gridslam_ros.odometry_frames import FrameError, OdometryFrames
+
+RANGE_MIN_M = 0.02
+SAME = 0.01
+"""m, rad: a lidar whose place on the robot varies by less is fixed to it."""
+
+
+def carmen_to_bag(argv: list[str] | None = None) -> int:
+    """Run the command; returns the exit code."""
+    parser = _parser("carmen_to_bag", "Turns a CARMEN log into a bag of scans, odometry and TF.")
+    parser.add_argument("log", help="CARMEN log, plain or .gz")
+    parser.add_argument("bag", nargs="?", help="bag to write (default: the log's name with .bag)")
+    parser.add_argument("--range-max", type=float, metavar="M", help="m; longer readings are no return")
+    parser.add_argument("--lidar-frame", default="laser", help="(default: %(default)s)")
+    parser.add_argument(
+        "--lidar-pose",
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "YAW"),
+        help="of the lidar on the robot, m and rad (default: as the log has it)",
+    )
+    parser.add_argument("--odometry", default="/odom", help="topic of ODOM lines (default: %(default)s)")
+    arguments = parser.parse_args(argv)
+    bag = arguments.bag or arguments.log.replace(".gz", "").replace(".log", "") + ".bag"
+    return _run("carmen_to_bag", lambda: _write_bag(arguments, bag), bag)
+
+
+def bag_to_carmen(argv: list[str] | None = None) -> int:
+    """Run the command; returns the exit code."""
+    parser = _parser("bag_to_carmen", "Turns a bag's scans and TF into a CARMEN log.")
+    parser.add_argument("bag", help="bag to read")
+    parser.add_argument(
+        "log", nargs="?", help="log to write, .gz packs it (default: the bag's name with .log)"
+    )
+    parser.add_argument("--odometry", metavar="TOPIC", help="nav_msgs/Odometry to write as ODOM lines too")
+    arguments = parser.parse_args(argv)
+    log = arguments.log or str(Path(arguments.bag).with_suffix(".log"))
+    return _run("bag_to_carmen", lambda: _write_log(arguments, log), log)
+
+
+def _parser(name: str, description: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=name, description=description)
+    parser.add_argument(
+        "--scan", default="/scan", metavar="TOPIC", help="of the scans (default: %(default)s)"
+    )
+    parser.add_argument("--odom-frame", default="odom", help="(default: %(default)s)")
+    parser.add_argument("--base-frame", default="base_link", help="(default: %(default)s)")
+    return parser
+
+
+def _run(name: str, convert, target: str) -> int:
+    """Convert to a file beside the target first, so that a fault leaves no half of it behind."""
+    try:
+        print(f"{name}: {convert()} in {target}")
+    except SlamError as error:
+        Path(_part(target)).unlink(missing_ok=True)
+        print(f"{name}: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _part(target: str) -> str:
+    folder, name = os.path.split(target)
+    return os.path.join(folder, f".part-{name}")
+
+
+def _write_bag(arguments, target: str) -> str:
+    counts = {CarmenScan: 0, CarmenOdometry: 0}
+    arguments.lidar_pose = arguments.lidar_pose or _lidar_pose(arguments.log)
+    with open_bag(_part(target), "w") as bag:
+        for record in read_log(arguments.log, arguments.range_max):
+            stamp = max(rospy.Time.from_sec(record.stamp_s), rospy.Time(0, 1))
+            write = _write_scan if isinstance(record, CarmenScan) else _write_odometry
+            write(bag, record, stamp, arguments)
+            counts[type(record)] += 1
+    if not counts[CarmenScan]:
+        raise CarmenError(f"{arguments.log} holds no FLASER or ROBOTLASER1 line; nothing is written.")
+    os.replace(_part(target), target)
+    return f"{counts[CarmenScan]} scans and {counts[CarmenOdometry]} readings of odometry"
+
+
+def _lidar_pose(log: str) -> np.ndarray:
+    """Return where the lidar is on the robot; in logs with corrected poses, they do not tell."""
+    poses = [
+        se2.between(record.robot_in_odom, record.lidar_in_odom)
+        for record in read_log(log)
+        if isinstance(record, CarmenScan)
+    ]
+    if poses and np.abs(se2.between(poses[0], poses)).max() < SAME:
+        return poses[0]
+    if poses:
+        print(
+            "carmen_to_bag: the lidar moves on the robot, so its poses in this log are corrected ones; it "
+            "is taken to be in the robot's middle (--lidar-pose says otherwise).",
+            file=sys.stderr,
+        )
+    return np.zeros(3)
+
+
+def _write_scan(bag, record: CarmenScan, stamp, arguments) -> None:
+    edges = [
+        _transform(arguments.odom_frame, arguments.base_frame, record.robot_in_odom, stamp),
+        _transform(arguments.base_frame, arguments.lidar_frame, arguments.lidar_pose, stamp),
+    ]
+    bag.write("/tf", TFMessage(edges), stamp)
+    message = LaserScan(range_min=RANGE_MIN_M, range_max=record.range_max_m, ranges=record.ranges_m)
+    message.header.stamp, message.header.frame_id = stamp, arguments.lidar_frame
+    message.angle_min, message.angle_increment = record.angle_min_rad, record.angle_increment_rad
+    message.angle_max = record.angle_min_rad + (record.ranges_m.size - 1) * record.angle_increment_rad
+    bag.write(arguments.scan, message, stamp)
+
+
+def _write_odometry(bag, record: CarmenOdometry, stamp, arguments) -> None:
+    message = Odometry(child_frame_id=arguments.base_frame)
+    message.header.stamp, message.header.frame_id = stamp, arguments.odom_frame
+    message.pose.pose = pose_message(*record.robot_in_odom)
+    message.twist.twist.linear.x, message.twist.twist.angular.z = record.speed_mps, record.turn_rate_radps
+    bag.write(arguments.odometry, message, stamp)
+
+
+def _transform(parent: str, child: str, pose, stamp) -> TransformStamped:
+    x, y, yaw = (float(value) for value in pose)
+    transform = TransformStamped(child_frame_id=child)
+    transform.header.stamp, transform.header.frame_id = stamp, parent
+    transform.transform.translation.x, transform.transform.translation.y = x, y
+    transform.transform.rotation.z, transform.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return transform
+
+
+def _write_log(arguments, target: str) -> str:
+    frames, count = OdometryFrames(arguments.odom_frame, arguments.base_frame), BagCount()
+    lines: list[tuple[float, str]] = []
+    with open_bag(arguments.bag) as bag:
+        topic = scan_topic_of(bag, arguments.scan)
+        for message in scans_of(bag, topic, frames, count):
+            try:
+                lines.append((message.header.stamp.to_sec(), format_scan(_carmen_scan(message, frames))))
+            except FrameError:
+                count.without_tf += 1
+        scans = len(lines)
+        if arguments.odometry:
+            lines += [_odometry_line(message) for _, message, _ in bag.read_messages([arguments.odometry])]
+    if not scans:
+        raise BagError(
+            f'TF in the bag does not lead from its {count.read} scans over "{arguments.base_frame}" to '
+            f'"{arguments.odom_frame}"; say --base-frame and --odom-frame.'
+        )
+    lines.sort(key=lambda line: line[0])
+    try:
+        with (gzip.open if target.endswith(".gz") else open)(_part(target), "wt") as log:
+            log.write("# CARMEN Logfile\n" + "".join(line + "\n" for _, line in lines))
+        os.replace(_part(target), target)
+    except OSError as error:
+        raise CarmenError(f"{target} cannot be written: {error.strerror}.") from None
+    lost = f" ({count.without_tf} scans without TF are left out)" if count.without_tf else ""
+    return f"{scans} scans and {len(lines) - scans} readings of odometry{lost}"
+
+
+def _carmen_scan(message: LaserScan, frames: OdometryFrames) -> CarmenScan:
+    poses = frames.look_up(message)
+    base_in_odom, lidar_in_base = (_planar(pose) for pose in poses)
+    side = math.copysign(1.0, matrix_of_quaternion(poses[1][1])[2, 2])  # -1: the lidar is upside down
+    return CarmenScan(
+        stamp_s=message.header.stamp.to_sec(),
+        ranges_m=np.asarray(message.ranges),
+        angle_min_rad=side * message.angle_min,
+        angle_increment_rad=side * message.angle_increment,
+        range_max_m=message.range_max,
+        robot_in_odom=base_in_odom,
+        lidar_in_odom=tuple(se2.compose(base_in_odom, lidar_in_base).tolist()),
+    )
+
+
+def _planar(pose) -> tuple[float, float, float]:
+    (x, y, _), orientation = pose
+    return x, y, roll_pitch_yaw_of(matrix_of_quaternion(orientation))[2]
+
+
+def _odometry_line(message: Odometry) -> tuple[float, str]:
+    p, q = message.pose.pose.position, message.pose.pose.orientation
+    pose = _planar(((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)))
+    twist = message.twist.twist
+    stamp_s = message.header.stamp.to_sec()
+    return stamp_s, format_odometry(CarmenOdometry(stamp_s, pose, twist.linear.x, twist.angular.z))

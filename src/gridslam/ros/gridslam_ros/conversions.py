@@ -1,0 +1,72 @@
+"""From the filter's results to ROS messages."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped
+from nav_msgs.msg import OccupancyGrid as GridMessage
+from nav_msgs.msg import Path
+from rospy.numpy_msg import numpy_msg
+from std_msgs.msg import Header
+
+from gridslam import MapError, OccupancyGrid
+
+NumpyGridMessage = numpy_msg(GridMessage)
+"""As GridMessage, with the data as an array: sent at once instead of cell by cell."""
+
+
+def header_of(stamp_s: float, frame: str) -> Header:
+    """Return a header."""
+    return Header(stamp=rospy.Time.from_sec(stamp_s), frame_id=frame)
+
+
+def grid_message(grid: OccupancyGrid, header: Header) -> NumpyGridMessage:
+    """Return the map as a message."""
+    message = NumpyGridMessage(header=header, data=grid.cells.ravel())
+    message.info.map_load_time = header.stamp
+    message.info.resolution = grid.resolution_m
+    message.info.height, message.info.width = grid.cells.shape
+    message.info.origin = pose_message(*grid.origin_xy_m, 0.0)
+    return message
+
+
+def grid_of(message: GridMessage) -> OccupancyGrid:
+    """Return the map of a message.
+
+    Raises:
+        MapError: it makes no sense; a turned one is refused too.
+    """
+    info = message.info
+    if abs(info.origin.orientation.z) > 1e-9:
+        raise MapError("The map is turned against its frame; only maps with yaw 0 are understood.")
+    cells = np.asarray(message.data, dtype=np.int8)
+    if cells.size != info.width * info.height:
+        raise MapError(f"The map says {info.width} x {info.height} cells, but holds {cells.size}.")
+    origin = info.origin.position
+    return OccupancyGrid(cells.reshape(info.height, info.width), info.resolution, (origin.x, origin.y))
+
+
+def particles_message(poses: np.ndarray, header: Header) -> PoseArray:
+    """Return poses (n, 3) of the particles as a message."""
+    return PoseArray(header=header, poses=[pose_message(*pose) for pose in poses.tolist()])
+
+
+def path_message(stamps_s: np.ndarray, poses: np.ndarray, header: Header) -> Path:
+    """Return a trajectory, stamps (n,) and poses (n, 3), as a message."""
+    path = Path(header=header)
+    path.poses = [
+        PoseStamped(header=header_of(stamp_s, header.frame_id), pose=pose_message(*pose))
+        for stamp_s, pose in zip(stamps_s.tolist(), poses.tolist())
+    ]
+    return path
+
+
+def pose_message(x: float, y: float, yaw: float) -> Pose:
+    """Return a pose in the plane as a message."""
+    pose = Pose()
+    pose.position.x, pose.position.y = x, y
+    pose.orientation.z, pose.orientation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+    return pose

@@ -1,0 +1,69 @@
+"""When TF map -> odom goes out, and with which stamp: driven by messages, so that a clock may stand still."""
+
+from __future__ import annotations
+
+import math
+import threading
+
+import rospy
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+APART_NS = 1000
+"""Two transforms of one stamp would be refused by TF; a correction comes at least so much after the last."""
+
+
+class MapToOdom:
+    """Publishes the newest map -> odom; each goes out ``delay_s`` ahead of its time, as gmapping's.
+
+    Being ahead lets others look up the map's frame at the newest odometry's stamp without waiting.
+
+    Args:
+        publisher: of TFMessage.
+        frames: names of map and odom.
+        period_s: between two transforms at least, unless one corrects the other; 0 publishes none at all.
+        delay_s: how far ahead of the message that led to it a transform is stamped.
+    """
+
+    def __init__(self, publisher, frames: tuple[str, str], period_s: float, delay_s: float):
+        self._publisher, self._frames = publisher, frames
+        self._period_ns, self._delay_ns = int(period_s * 1e9), int(delay_s * 1e9)
+        self._lock = threading.Lock()
+        self.restart(None)
+
+    def restart(self, pose: tuple[float, float, float] | None) -> None:
+        """Begin anew with this odom in map (x, y, yaw), or with none until ``correct`` tells of one."""
+        with self._lock:
+            self._pose, self._last_ns = pose, None
+
+    def correct(self, pose: tuple[float, float, float], stamp_ns: int) -> None:
+        """Publish a new odom in map, known since a message of this stamp."""
+        with self._lock:
+            changed, self._pose = pose != self._pose, pose
+            self._publish(stamp_ns, at_once=changed)
+
+    def keep_up(self, stamp_ns: int) -> None:
+        """Publish the last one again if its time has come at this stamp."""
+        with self._lock:
+            if self._pose is not None:
+                self._publish(stamp_ns, at_once=False)
+
+    def _publish(self, stamp_ns: int, at_once: bool) -> None:
+        if not self._period_ns:
+            return
+        ahead_ns = stamp_ns + self._delay_ns
+        if self._last_ns is not None:
+            if not at_once and ahead_ns < self._last_ns + self._period_ns:
+                return
+            ahead_ns = max(ahead_ns, self._last_ns + APART_NS)
+        self._last_ns = ahead_ns
+        self._publisher.publish(TFMessage([self._message(ahead_ns)]))
+
+    def _message(self, stamp_ns: int) -> TransformStamped:
+        x, y, yaw = self._pose
+        message = TransformStamped()
+        message.header.frame_id, message.child_frame_id = self._frames
+        message.header.stamp = rospy.Time(*divmod(stamp_ns, 1_000_000_000))
+        message.transform.translation.x, message.transform.translation.y = x, y
+        message.transform.rotation.z, message.transform.rotation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+        return message

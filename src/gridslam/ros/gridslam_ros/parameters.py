@@ -1,0 +1,125 @@
+"""The node's parameters: the filter's, the loop closure's, and those that only a node has."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from gridslam import ParameterError, SlamParameters
+
+NOT_NEGATIVE = ("map_update_interval", "transform_publish_period", "tf_delay")
+NAMES = ("base_frame", "map_frame", "odom_frame")
+YES_OR_NO = ("levelling", "localisation_only", "loop_closure", "continue_from_state")
+PATHS = ("starting_map", "state_file")
+CLOSURE_PREFIX = "closure_"
+
+
+@dataclass(frozen=True)
+class NodeParameters:
+    """What slam_gmapping has beside the filter's parameters, under the same names, and what is new here.
+
+    Raises ParameterError, in one sentence, for values that make no sense.
+    """
+
+    base_frame: str = "base_link"
+    """Frame of the vehicle."""
+    map_frame: str = "map"
+    """Frame of the map."""
+    odom_frame: str = "odom"
+    """Frame of the odometry."""
+    throttle_scans: int = 1
+    """Of so many scans one is used."""
+    map_update_interval: float = 5.0
+    """s: between two maps at least, by the scans' stamps."""
+    transform_publish_period: float = 0.05
+    """s: between two map -> odom at least; 0: none is published."""
+    tf_delay: float | None = None
+    """s: how far ahead map -> odom is stamped. None: transform_publish_period."""
+    levelling: bool = True
+    """Undo the lean of the base frame in the scans."""
+    floor_z: float = 0.0
+    """m: height of the floor in odom_frame, to drop beams that hit it; NaN: not known, none is dropped."""
+    starting_map: str = ""
+    """Path of a map's YAML file to begin with; empty: none."""
+    starting_pose: tuple = ()
+    """x, y in m and yaw in rad of the base in the map at the first scan; empty: as odometry has it."""
+    localisation_only: bool = False
+    """The starting map stays as it is."""
+    loop_closure: bool = False
+    """Find places again and correct the map."""
+    state_file: str = ""
+    """Path of the file for ~save_state and ~load_state."""
+    continue_from_state: bool = False
+    """Begin with the state in state_file."""
+
+    def __post_init__(self):
+        self._check_types()
+        if self.tf_delay is None:
+            object.__setattr__(self, "tf_delay", self.transform_publish_period)
+        for name in NOT_NEGATIVE:
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise ParameterError(f"{name} must be at least 0, not {getattr(self, name)}.")
+        if self.throttle_scans < 1:
+            raise ParameterError(f"throttle_scans must be at least 1, not {self.throttle_scans}.")
+        if len({getattr(self, name).lstrip("/") for name in NAMES}) < len(NAMES):
+            raise ParameterError("base_frame, map_frame and odom_frame must be three different names.")
+        if self.localisation_only and not self.starting_map and not self.continue_from_state:
+            raise ParameterError("localisation_only needs a map: give starting_map, or continue_from_state.")
+        if self.localisation_only and self.loop_closure:
+            raise ParameterError("loop_closure changes the map, which localisation_only forbids; choose one.")
+        if self.continue_from_state and not self.state_file:
+            raise ParameterError("continue_from_state needs state_file.")
+        object.__setattr__(self, "starting_pose", _pose(self.starting_pose))
+
+    def _check_types(self):
+        for name in NAMES:
+            value = getattr(self, name)
+            if not isinstance(value, str) or not value.strip("/"):
+                raise ParameterError(f"{name} must be a frame's name, not {value!r}.")
+        for name in PATHS:
+            object.__setattr__(self, name, str(getattr(self, name)))
+        for name in YES_OR_NO:
+            if not isinstance(getattr(self, name), (bool, int)):
+                raise ParameterError(f"{name} must be true or false, not {getattr(self, name)!r}.")
+        for name in (*NOT_NEGATIVE, "throttle_scans", "floor_z"):
+            value = getattr(self, name)
+            if value is None and name == "tf_delay":
+                continue
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise ParameterError(f"{name} must be a number, not {value!r}.")
+
+    @property
+    def floor_z_m(self) -> float | None:
+        """Height of the floor in odom_frame, or None."""
+        return None if math.isnan(self.floor_z) else float(self.floor_z)
+
+
+def sort_parameters(given: dict) -> tuple[NodeParameters, SlamParameters, dict, list[str]]:
+    """Return (the node's, the filter's, the loop closure's, unknown names) of parameters by name.
+
+    Raises:
+        ParameterError: a value makes no sense.
+    """
+    node_names = {field.name for field in dataclasses.fields(NodeParameters)}
+    slam_names = {field.name for field in dataclasses.fields(SlamParameters)}
+    node = {name: value for name, value in given.items() if name in node_names}
+    slam = {name: value for name, value in given.items() if name in slam_names}
+    closure = {
+        name[len(CLOSURE_PREFIX) :]: value for name, value in given.items() if name.startswith(CLOSURE_PREFIX)
+    }
+    known = node_names | slam_names | {CLOSURE_PREFIX + name for name in closure}
+    return NodeParameters(**node), SlamParameters(**slam), closure, sorted(set(given) - known)
+
+
+def _pose(value) -> tuple:
+    """Read (x, y, yaw) from "x y yaw", a list, or nothing."""
+    if isinstance(value, str):
+        value = value.replace(",", " ").split()
+    try:
+        numbers = tuple(float(number) for number in value)
+    except (TypeError, ValueError):
+        numbers = (math.nan,)
+    if len(numbers) not in (0, 3) or not all(math.isfinite(number) for number in numbers):
+        raise ParameterError(f'starting_pose must be "x y yaw" in m and rad, not {value!r}.')
+    return numbers

@@ -1,0 +1,191 @@
+"""The command gridslam_replay: a bag through SLAM as fast as it goes, and everything written down."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import os
+import platform
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import yaml
+from tqdm import tqdm
+
+from gridslam import ParameterError, ScanError, SlamError, se2
+from gridslam.evaluation.tum import write_tum
+from gridslam.map_file import read_map, write_map, write_picture
+from gridslam.session import SlamSession, closure_parameters
+from gridslam.trajectory import Trajectory
+from gridslam.warm_up import warm_up
+from gridslam_ros.bags import BagCount, BagError, open_bag, scan_topic_of, scans_of
+from gridslam_ros.odometry_frames import FrameError, OdometryFrames
+from gridslam_ros.parameters import NodeParameters, sort_parameters
+from gridslam_ros.scan_source import ScanSource
+
+SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; returns the exit code."""
+    given, rest = split_parameters(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(
+        prog="gridslam_replay",
+        description="Maps a bag as fast as it can be read. Writes map, trajectories (TUM) and timing.",
+        epilog="name:=value sets any parameter of slam_gridslam: particles:=60 loop_closure:=true",
+        usage="gridslam_replay BAG [--scan TOPIC] [--output FOLDER] [name:=value ...]",
+    )
+    parser.add_argument("bag", metavar="BAG", help="bag with scans and TF odom -> base -> lidar")
+    parser.add_argument(
+        "--scan", default="/scan", metavar="TOPIC", help="of the scans (default: %(default)s)"
+    )
+    parser.add_argument("--output", metavar="FOLDER", help="where results go (default: BAG's name + _slam)")
+    arguments = parser.parse_args(rest)
+    output = Path(arguments.output or str(Path(arguments.bag).with_suffix("")) + "_slam")
+    try:
+        Replay(arguments.bag, arguments.scan, given).run(output)
+    except SlamError as error:
+        print(f"gridslam_replay: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("gridslam_replay: interrupted; nothing is written.", file=sys.stderr)
+        return 130
+    return 0
+
+
+def split_parameters(argv: list[str]) -> tuple[dict, list[str]]:
+    """Return (parameters by name, the other words); a parameter is ``name:=value``, -- may stand before."""
+    given, rest = {}, []
+    for word in argv:
+        name, is_parameter, value = word.partition(":=")
+        if is_parameter:
+            given[name.lstrip("-_")] = yaml.safe_load(value) if value else ""
+        else:
+            rest.append(word)
+    return given, rest
+
+
+class Replay:
+    """One run over one bag.
+
+    Raises SlamError, in one sentence, for what cannot be done.
+    """
+
+    def __init__(self, bag: str, topic: str, given: dict):
+        settings, self._parameters, closure, unknown = sort_parameters(given)
+        if unknown:
+            raise ParameterError(f"There is no parameter {', '.join(unknown)}; README.md lists them all.")
+        self._bag, self._topic, self._settings = bag, topic, settings
+        self._frames = OdometryFrames(settings.odom_frame, settings.base_frame)
+        self._source = ScanSource(self._frames, say, bool(settings.levelling), settings.floor_z_m)
+        self._session = self._make_session(settings, closure)
+        self._count = BagCount()
+        self._unusable = 0
+        self._online: list[tuple[float, np.ndarray]] = []
+        self._cpu_s: list[float] = []
+
+    def _make_session(self, settings: NodeParameters, closure: dict) -> SlamSession:
+        if settings.continue_from_state:
+            return SlamSession.load(settings.state_file, say=say)
+        return SlamSession(
+            self._parameters,
+            loop_closure=closure_parameters(closure) if settings.loop_closure else None,
+            starting_map=read_map(settings.starting_map) if settings.starting_map else None,
+            starting_pose=settings.starting_pose or None,
+            localisation_only=bool(settings.localisation_only),
+            say=say,
+        )
+
+    def run(self, output: Path) -> None:
+        """Map the bag, and write the results into a folder."""
+        warm_up()
+        start_s = time.perf_counter()
+        with open_bag(self._bag) as bag:
+            topic = scan_topic_of(bag, self._topic)
+            total = bag.get_message_count(topic)
+            with tqdm(total=total, unit="scan", desc=Path(self._bag).name, mininterval=0.2) as bar:
+                for scan in scans_of(bag, topic, self._frames, self._count):
+                    bar.update(self._count.read - bar.n)
+                    if self._count.read % self._settings.throttle_scans == 0:
+                        self._process(scan)
+                        bar.set_postfix(integrated=len(self._cpu_s), refresh=False)
+                bar.update(self._count.read - bar.n)
+        if not self._cpu_s:
+            raise BagError(self._why_nothing())
+        wall_s = time.perf_counter() - start_s
+        self._write(output, wall_s)
+
+    def _process(self, scan) -> None:
+        begun_s = time.process_time()
+        try:
+            planar, base_in_odom = self._source.planar(scan)
+            update = self._session.process(planar, base_in_odom)
+        except FrameError:
+            self._count.without_tf += 1
+            return
+        except ScanError as error:
+            self._unusable += 1
+            say(f"{error} The scan at {scan.header.stamp.to_sec():.3f} s is left out.")
+            return
+        if update is not None:
+            self._cpu_s.append(time.process_time() - begun_s)
+        self._online.append((planar.stamp_s, se2.compose(self._session.map_to_odom, base_in_odom)))
+
+    def _why_nothing(self) -> str:
+        if self._count.without_tf:
+            return (
+                f"No scan could be used: TF in the bag does not lead from its {self._count.read} scans over "
+                f'"{self._settings.base_frame}" to "{self._settings.odom_frame}"; say base_frame:=... and '
+                "odom_frame:=..."
+            )
+        return f"None of the {self._count.read} scans on {self._topic} could be used."
+
+    def _write(self, output: Path, wall_s: float) -> None:
+        begun_s = time.process_time()
+        grid = self._session.grid()
+        render_s = time.process_time() - begun_s
+        online = Trajectory(*(np.array(column) for column in zip(*self._online)))
+        try:
+            output.mkdir(parents=True, exist_ok=True)
+            write_tum(output / "trajectory_online.tum", online)
+            write_tum(output / "trajectory_final.tum", self._session.trajectory())
+            figures = self._figures(wall_s, render_s)
+            (output / "timing.json").write_text(json.dumps(figures, indent=2) + "\n")
+        except OSError as error:
+            raise BagError(f"The results cannot be written: {error}.") from None
+        write_map(output / "map", grid)
+        write_picture(output / "map.png", grid)
+        print(
+            f"{figures['scans_integrated']} of {figures['scans_read']} scans integrated in {wall_s:.1f} s, "
+            f"{figures['cpu_ms_per_integrated_scan']:.2f} ms of CPU each; "
+            f"{len(self._session.closures)} loops closed.\n"
+            f"Map, trajectories and timing are in {output}"
+        )
+
+    def _figures(self, wall_s: float, render_s: float) -> dict:
+        return {
+            "bag": os.path.abspath(self._bag),
+            "scans_read": self._count.read,
+            "scans_without_tf": self._count.without_tf,
+            "scans_unusable": self._unusable,
+            "scans_integrated": len(self._cpu_s),
+            "cpu_ms_per_integrated_scan": 1e3 * float(np.mean(self._cpu_s)),
+            "cpu_ms_per_integrated_scan_p95": 1e3 * float(np.percentile(self._cpu_s, 95)),
+            "render_ms": 1e3 * render_s,
+            "wall_s": wall_s,
+            "cpu_s": time.process_time(),
+            "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+            "loops_closed": len(self._session.closures),
+            "parameters": dataclasses.asdict(self._parameters),
+            "node_parameters": {name: getattr(self._settings, name) for name in SIDE},
+            "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}",
+        }
+
+
+def say(sentence: str) -> None:
+    """Print a warning above the progress bar."""
+    tqdm.write(f"gridslam_replay: {sentence}", file=sys.stderr)

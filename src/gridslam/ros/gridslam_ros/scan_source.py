@@ -1,0 +1,73 @@
+"""From a LaserScan message and TF to what the filter takes; the node and the replay of bags share it."""
+
+from __future__ import annotations
+
+from typing import Callable
+
+import numpy as np
+
+from gridslam import PlanarScan
+from gridslam.attitude import matrix_of_quaternion, roll_pitch_yaw_of
+from gridslam.scan_projection import project
+from gridslam_ros.odometry_frames import OdometryFrames
+
+
+class ScanSource:
+    """Projects scans with the poses that TF knows for their stamps.
+
+    Args:
+        frames: the transforms.
+        say: is called with a sentence when something about the scans is odd.
+        levelling: whether the base frame's lean, and the floor, are taken into account.
+        floor_z_m: height of the floor in the odometry's frame; None: unknown, no beam is dropped for it.
+    """
+
+    def __init__(
+        self,
+        frames: OdometryFrames,
+        say: Callable[[str], None],
+        levelling: bool = True,
+        floor_z_m: float | None = 0.0,
+    ):
+        self._frames = frames
+        self._say = say
+        self._levelling, self._floor_z_m = levelling, floor_z_m
+        self._lidar = None
+
+    def planar(self, scan) -> tuple[PlanarScan, tuple[float, float, float]]:
+        """Return (levelled scan, base in odom as x, y, yaw) of a message whose frames are known.
+
+        Raises:
+            FrameError: TF does not know where the lidar was.
+            ScanError: the scan or its frames make no sense.
+        """
+        (position_xyz, orientation), lidar_in_base = self._frames.look_up(scan)
+        x, y, z = position_xyz
+        roll_rad, pitch_rad, yaw_rad = roll_pitch_yaw_of(matrix_of_quaternion(orientation))
+        height_m = None
+        if not self._levelling:
+            roll_rad = pitch_rad = 0.0
+        elif self._floor_z_m is not None:
+            height_m = z - self._floor_z_m
+        self._watch_lidar(scan)
+        planar = project(
+            np.asarray(scan.ranges),
+            scan.angle_min,
+            scan.angle_increment,
+            scan.range_min,
+            scan.range_max,
+            lidar_in_base,
+            (roll_rad, pitch_rad),
+            height_m,
+            scan.header.stamp.to_sec(),
+        )
+        return planar, (x, y, yaw_rad)
+
+    def _watch_lidar(self, scan) -> None:
+        lidar = (scan.header.frame_id, len(scan.ranges))
+        if self._lidar not in (None, lidar):
+            self._say(
+                f'The scans changed from {self._lidar[1]} beams in "{self._lidar[0]}" to {lidar[1]} beams in '
+                f'"{lidar[0]}"; mapping goes on with them.'
+            )
+        self._lidar = lidar

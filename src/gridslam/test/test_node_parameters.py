@@ -1,0 +1,148 @@
+"""The node's parameters: slam_gmapping's names and defaults, in every file the same, checked once."""
+
+import dataclasses
+import math
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from gridslam import ParameterError, SlamParameters
+
+parameters = pytest.importorskip(
+    "gridslam_ros.parameters", reason="the workspace is not built, or not sourced"
+)
+PACKAGE = Path(__file__).resolve().parents[1]
+YAML = PACKAGE / "config/gridslam.yaml"
+GMAPPING = {  # wiki.ros.org/gmapping and slam_gmapping.cpp
+    "throttle_scans": 1,
+    "base_frame": "base_link",
+    "map_frame": "map",
+    "odom_frame": "odom",
+    "map_update_interval": 5.0,
+    "sigma": 0.05,
+    "kernelSize": 1,
+    "lstep": 0.05,
+    "astep": 0.05,
+    "iterations": 5,
+    "lsigma": 0.075,
+    "ogain": 3.0,
+    "lskip": 0,
+    "minimumScore": 0.0,
+    "srr": 0.1,
+    "srt": 0.2,
+    "str": 0.1,
+    "stt": 0.2,
+    "linearUpdate": 1.0,
+    "angularUpdate": 0.5,
+    "temporalUpdate": -1.0,
+    "resampleThreshold": 0.5,
+    "particles": 30,
+    "delta": 0.05,
+    "llsamplerange": 0.01,
+    "llsamplestep": 0.01,
+    "lasamplerange": 0.005,
+    "lasamplestep": 0.005,
+    "transform_publish_period": 0.05,
+    "tf_delay": 0.05,
+    "occ_thresh": 0.25,
+}
+
+
+NODE_IN_YAML = {
+    "throttle_scans",
+    "levelling",
+    "floor_z",
+    "map_update_interval",
+    "transform_publish_period",
+    "tf_delay",
+}
+
+
+def defaults():
+    node, slam, _, _ = parameters.sort_parameters({})
+    return {**dataclasses.asdict(slam), **dataclasses.asdict(node)}
+
+
+def test_names_and_defaults_are_slam_gmappings():
+    assert {name: defaults()[name] for name in GMAPPING} == GMAPPING
+
+
+def test_a_launch_file_for_slam_gmapping_sets_what_it_means():
+    given = {
+        "maxUrange": 16,
+        "particles": 80,
+        "xmin": -50.0,
+        "ymin": -50,
+        "xmax": 50,
+        "ymax": 50,
+        "delta": 0.1,
+    }
+    node, slam, closure, unknown = parameters.sort_parameters({**given, "transform_publish_period": 0.02})
+    assert (slam.maxUrange, slam.particles, slam.xmin, slam.delta) == (16.0, 80, -50.0, 0.1)
+    assert node.tf_delay == node.transform_publish_period == 0.02
+    assert (closure, unknown) == ({}, [])
+
+
+def test_names_are_sorted_and_unknown_ones_told():
+    _, _, closure, unknown = parameters.sort_parameters({"closure_radius": 3, "partcles": 3, "seed": 4})
+    assert (closure, unknown) == ({"radius": 3}, ["partcles"])
+
+
+@pytest.mark.parametrize("pose", ["1 2 0.5", "1, 2, 0.5", [1, 2, 0.5]])
+def test_a_starting_pose(pose):
+    assert parameters.NodeParameters(starting_pose=pose).starting_pose == (1.0, 2.0, 0.5)
+
+
+def test_a_floor_that_is_not_known():
+    assert parameters.NodeParameters(floor_z=math.nan).floor_z_m is None
+    assert parameters.NodeParameters(floor_z=-1).floor_z_m == -1.0
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"particles": 0}, "particles must be at least 1"),
+        ({"throttle_scans": 0}, "throttle_scans must be at least 1"),
+        ({"throttle_scans": "x"}, "throttle_scans must be a number"),
+        ({"map_update_interval": -1.0}, "map_update_interval must be at least 0"),
+        ({"tf_delay": math.inf}, "tf_delay must be at least 0"),
+        ({"transform_publish_period": True}, "transform_publish_period must be a number"),
+        ({"odom_frame": "/map"}, "three different names"),
+        ({"base_frame": ""}, "base_frame must be a frame's name"),
+        ({"base_frame": 3}, "base_frame must be a frame's name"),
+        ({"levelling": "yes"}, "levelling must be true or false"),
+        ({"localisation_only": True}, "localisation_only needs a map"),
+        ({"localisation_only": True, "starting_map": "m.yaml", "loop_closure": True}, "choose one"),
+        ({"continue_from_state": True}, "needs state_file"),
+        ({"starting_pose": "1 2"}, "starting_pose must be"),
+        ({"starting_pose": "1 2 nan"}, "starting_pose must be"),
+    ],
+)
+def test_what_makes_no_sense_is_one_sentence(given, words):
+    with pytest.raises(ParameterError, match=words):
+        parameters.sort_parameters(given)
+
+
+def test_the_yaml_file_holds_every_default_and_says_what_it_does():
+    config = yaml.safe_load(YAML.read_text())
+    assert {name: defaults()[name] for name in config} == config
+    lines = [line for line in YAML.read_text().splitlines() if re.match(r"(# )?\w+: \S", line)]
+    told = {re.match(r"(?:# )?(\w+):", line)[1]: line.partition("  #")[2] for line in lines}
+    assert set(told) == {field.name for field in dataclasses.fields(SlamParameters)} | NODE_IN_YAML
+    assert all("efault" in sentence for sentence in told.values()), told
+
+
+def test_the_launch_file_sets_the_other_parameters():
+    launch = ElementTree.parse(PACKAGE / "launch/gridslam.launch").getroot()
+    names = {param.get("name") for param in launch.iter("param")}
+    told = {line.split(":")[0].lstrip("# ") for line in YAML.read_text().splitlines()}
+    assert set(defaults()) - names <= told
+    assert names <= set(defaults())
+
+
+def test_every_parameter_is_in_the_readme():
+    readme = (PACKAGE / "README.md").read_text()
+    assert [name for name in defaults() if f"`{name}`" not in readme] == []
