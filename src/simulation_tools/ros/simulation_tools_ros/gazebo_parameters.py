@@ -9,6 +9,7 @@ import rospy
 
 from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.geometry import Pose
+from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.run_loop import PacingParameters
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters
@@ -60,6 +61,11 @@ def simulation_parameters() -> SimulationParameters:
         time_step_s=number("time_step", 0.004),
         gui=bool(rospy.get_param("~gui", False)),
         level_lidar=bool(rospy.get_param("~level_lidar", False)),
+        origin=GeodeticOrigin(
+            number("latitude", GeodeticOrigin.latitude_deg),
+            number("longitude", GeodeticOrigin.longitude_deg),
+            number("altitude", GeodeticOrigin.altitude_m),
+        ),
     )
 
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
-from simulation_tools.px4.autopilot import VehicleState
+from simulation_tools.px4.autopilot import Autopilot, VehicleState
+from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.px4 import Px4
@@ -57,7 +58,7 @@ class SimulationParameters:
     is at this height. seed: of every random stream.
     lidar_range_max_m: replaces the lidar's own greatest range when positive. px4_parameters: those that
     differ from PX4's defaults, by name. time_step_s: of physics and flight controller, whole milliseconds.
-    level_lidar: start with the lidar's gimbal levelling.
+    level_lidar: start with the lidar's gimbal levelling. origin: where the world's origin lies on earth.
     """
 
     world: str
@@ -72,6 +73,7 @@ class SimulationParameters:
     time_step_s: float = 0.004
     gui: bool = False
     level_lidar: bool = False
+    origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
 
     def __post_init__(self):
         step_us_from(self.time_step_s)
@@ -95,13 +97,14 @@ class StepOutput(NamedTuple):
 
 
 class Simulation:
-    """A world with one UAV in it.
+    """A world with one UAV in it. wind_m_s: of the air, world frame; may be changed at any time.
 
-    `sense` gives the first instant (t = 0, before any step), `step` every later one. Raises
-    `SimulationToolsError` subclasses when files or parameters are bad.
+    `sense` gives the first instant (t = 0, before any step), `step` every later one. autopilot: who flies;
+    None: the PX4 stand-in, which is then also `px4`. Raises `SimulationToolsError` subclasses when files or
+    parameters are bad.
     """
 
-    def __init__(self, parameters: SimulationParameters):
+    def __init__(self, parameters: SimulationParameters, autopilot: Autopilot | None = None):
         self.parameters = parameters
         self.uav = load_uav(
             parameters.model, parameters.lidar, parameters.model_path, parameters.lidar_range_max_m
@@ -113,7 +116,8 @@ class Simulation:
                 f'{parameters.world} already holds a model named "{self.uav_name}", as the UAV is called.'
             )
         self.warnings = (*world.warnings, *self.uav.model.warnings)
-        self._gravity, self._wind = world.gravity_m_s2, world.wind_m_s
+        self._gravity = world.gravity_m_s2
+        self.wind_m_s = world.wind_m_s
         self._step_us = step_us_from(parameters.time_step_s)
         self._streams = RandomStreams(parameters.seed, ("lidar", "imu", "odometry", "px4"))
         fixed = self.uav.model.static  # a lidar on a stand: an iris's rotors turn for nothing
@@ -129,7 +133,12 @@ class Simulation:
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
         self.world.spawn(self.uav.model, self.uav_name, spawn_pose, rigid)
         tuned = {"MPC_THR_HOVER": self._hover_thrust(), **parameters.px4_parameters}
-        self.px4 = Px4(self.airframe, Px4Parameters(tuned), self._streams["px4"])
+        self.px4 = None
+        if autopilot is None:
+            autopilot = self.px4 = Px4(
+                self.airframe, Px4Parameters(tuned), self._streams["px4"], origin=parameters.origin
+            )
+        self.autopilot: Autopilot = autopilot
         lidar, imu = self.uav.lidar, self.uav.imu
         self.lidar = Lidar(lidar.sensor, lidar.pose, self._streams["lidar"]) if lidar else None
         self._imu = Imu(imu.sensor, imu.pose, self._streams["imu"]) if imu else None
@@ -181,10 +190,10 @@ class Simulation:
             rotate_inverse(q, body.angular_velocity_rad_s),
             self._specific_force,
         )
-        commands = self.px4.step(state)
+        commands = self.autopilot.step(state)
         dt_s = 1e-6 * self._step_us
         force, torque = self.airframe.step(
-            commands, rotate_inverse(q, velocity), dt_s, rotate_inverse(q, self._wind)
+            commands, rotate_inverse(q, velocity), dt_s, rotate_inverse(q, self.wind_m_s)
         )
         self.world.apply_wrench(self.uav_name, force, torque)
         self.world.step()
@@ -264,12 +273,17 @@ class Simulation:
         self._streams.rewind()
         self.world.reset()
         self.airframe.reset()
-        self.px4.reset()
+        self.autopilot.reset()
         self._odometry.reset()
         self._begin()
 
     def warm_up(self) -> None:
-        """Fly for a second, then reset: whatever compiles or loads on first use has done so afterwards."""
+        """Fly for a second, then reset: whatever compiles or loads on first use has done so afterwards.
+
+        With another autopilot than the stand-in nothing flies: it would see the time of the second go back.
+        """
+        if self.px4 is None:
+            return
         for _ in range(round(1.0 / self.time_step_s)):
             self.px4.offer_setpoint(Setpoint.hold((0.0, 0.0, 1.0)))
             self.px4.request_mode(Mode.OFFBOARD)
@@ -287,7 +301,8 @@ class Simulation:
         self._body = self.world.get_state(self.uav_name)
 
     def close(self) -> None:
-        """Release the physics engine."""
+        """Release the physics engine and the autopilot."""
+        self.autopilot.close()
         self.world.close()
 
 

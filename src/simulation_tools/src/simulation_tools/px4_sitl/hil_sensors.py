@@ -1,0 +1,160 @@
+"""What PX4's sensors would measure, as the messages of its simulator protocol (NED, FRD)."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from pymavlink.dialects.v20 import common
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import rotate_inverse
+from simulation_tools.px4.autopilot import VehicleState
+from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned, flu_to_frd
+from simulation_tools.px4.geodesy import GeodeticOrigin
+from simulation_tools.schedule import Schedule
+from simulation_tools.sensors.atmosphere import pressure_pa, temperature_k
+
+# Accelerometer, gyroscope, magnetometer, pressure, pressure altitude and temperature; no airspeed.
+FIELDS_UPDATED = 7167
+GPS_FIX_3D = 3
+GRAVITY_M_S2 = 9.80665
+_KELVIN = 273.15
+
+
+@dataclass(frozen=True)
+class HilParameters:
+    """The sensors of a PX4 in the loop.
+
+    origin: where the world's origin lies on earth. magnetic_field_ned_gauss: of the earth there. *_noise:
+    standard deviations of white noise; none may be zero, since PX4 takes a value that stays the same for 100
+    samples for a dead sensor's. gps_rate_hz, gps_delay_s: PX4 expects a GPS to be late by EKF2_GPS_DELAY,
+    0.11 s.
+    """
+
+    origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
+    magnetic_field_ned_gauss: tuple[float, float, float] = (0.21523, 0.00771, 0.42741)
+    accelerometer_noise_m_s2: float = 0.02
+    gyroscope_noise_rad_s: float = 0.001
+    magnetometer_noise_gauss: float = 0.002
+    pressure_noise_pa: float = 1.0
+    gps_rate_hz: float = 20.0
+    gps_delay_s: float = 0.11
+
+    def __post_init__(self) -> None:
+        for name in (
+            "accelerometer_noise_m_s2",
+            "gyroscope_noise_rad_s",
+            "magnetometer_noise_gauss",
+            "pressure_noise_pa",
+            "gps_rate_hz",
+        ):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise SimulationToolsError(f"{name} must be positive, not {getattr(self, name)}.")
+        if not 0.0 <= self.gps_delay_s <= 1.0:
+            raise SimulationToolsError(f"gps_delay_s must be 0 to 1 s, not {self.gps_delay_s}.")
+
+
+class HilSensors:
+    """Measures one vehicle's state. Times are PX4's clock, microseconds; rng: source of all noise."""
+
+    def __init__(self, parameters: HilParameters, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._rng = rng
+        self._past: deque[tuple[int, VehicleState]] = deque()
+        self._gps_schedule = Schedule(parameters.gps_rate_hz)
+
+    def restart(self) -> None:
+        """Forget what was measured: a PX4 that has just been started knows no past."""
+        self._past.clear()
+        self._gps_schedule.restart()
+
+    def sensor(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_sensor_message:
+        """Return HIL_SENSOR: m/s2 and rad/s (FRD), Gauss (FRD), hPa, m, degrees Celsius."""
+        p = self._parameters
+        force = flu_to_frd(state.specific_force_body_m_s2) + self._noise(p.accelerometer_noise_m_s2)
+        rates = flu_to_frd(state.angular_velocity_body_rad_s) + self._noise(p.gyroscope_noise_rad_s)
+        field_enu = enu_to_ned(p.magnetic_field_ned_gauss)
+        magnetic = flu_to_frd(rotate_inverse(state.pose.orientation_xyzw, field_enu)) + self._noise(
+            p.magnetometer_noise_gauss
+        )
+        altitude_m = p.origin.altitude_m + state.pose.position_m[2]
+        pressure = pressure_pa(altitude_m) + p.pressure_noise_pa * self._rng.standard_normal()
+        return common.MAVLink_hil_sensor_message(
+            time_us,
+            *force,
+            *rates,
+            *magnetic,
+            abs_pressure=0.01 * pressure,
+            diff_pressure=0.0,
+            pressure_alt=altitude_m + (pressure_pa(altitude_m) - pressure) / _pascal_per_metre(altitude_m),
+            temperature=temperature_k(altitude_m) - _KELVIN,
+            fields_updated=FIELDS_UPDATED,
+        )
+
+    def gps(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_gps_message | None:
+        """Return HIL_GPS when one is due, of where the vehicle was gps_delay_s ago; call it at every step."""
+        self._past.append((time_us, state))
+        measured_us = time_us - round(1e6 * self._parameters.gps_delay_s)
+        while len(self._past) > 1 and self._past[1][0] <= measured_us:
+            self._past.popleft()
+        if time_us < self._gps_schedule.due_us:
+            return None
+        self._gps_schedule.fired(time_us)
+        return self._fix(self._past[0][1], time_us)
+
+    def _fix(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_gps_message:
+        east, north, up = state.pose.position_m
+        latitude_deg, longitude_deg = self._parameters.origin.to_global(north, east)
+        north_cm_s, east_cm_s, down_cm_s = (
+            max(-32767, min(32767, round(100.0 * v))) for v in enu_to_ned(state.velocity_world_m_s)
+        )
+        return common.MAVLink_hil_gps_message(
+            time_us,
+            fix_type=GPS_FIX_3D,
+            lat=round(1e7 * latitude_deg),
+            lon=round(1e7 * longitude_deg),
+            alt=round(1e3 * (self._parameters.origin.altitude_m + up)),
+            eph=30,
+            epv=40,
+            vel=min(65534, round(math.hypot(north_cm_s, east_cm_s))),
+            vn=north_cm_s,
+            ve=east_cm_s,
+            vd=down_cm_s,
+            cog=round(100.0 * math.degrees(math.atan2(east_cm_s, north_cm_s))) % 36000,
+            satellites_visible=10,
+        )
+
+    def truth(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_state_quaternion_message:
+        """Return HIL_STATE_QUATERNION: the true state, which PX4 logs beside its estimate."""
+        east, north, up = state.pose.position_m
+        latitude_deg, longitude_deg = self._parameters.origin.to_global(north, east)
+        velocity_cm_s = [round(100.0 * v) for v in enu_to_ned(state.velocity_world_m_s)]
+        speed_cm_s = round(math.hypot(*velocity_cm_s))
+        milli_g = [round(1000.0 * a / GRAVITY_M_S2) for a in flu_to_frd(state.specific_force_body_m_s2)]
+        return common.MAVLink_hil_state_quaternion_message(
+            time_us,
+            attitude_to_ned(state.pose.orientation_xyzw),
+            *flu_to_frd(state.angular_velocity_body_rad_s),
+            round(1e7 * latitude_deg),
+            round(1e7 * longitude_deg),
+            round(1e3 * (self._parameters.origin.altitude_m + up)),
+            *_int16(velocity_cm_s),
+            min(speed_cm_s, 65535),
+            min(speed_cm_s, 65535),
+            *_int16(milli_g),
+        )
+
+    def _noise(self, deviation: float) -> np.ndarray:
+        return deviation * self._rng.standard_normal(3)
+
+
+def _int16(values: list[int]) -> list[int]:
+    return [max(-32768, min(32767, value)) for value in values]
+
+
+def _pascal_per_metre(altitude_m: float) -> float:
+    """Return by how much pressure falls with height there."""
+    return pressure_pa(altitude_m - 0.5) - pressure_pa(altitude_m + 0.5)

@@ -1,0 +1,127 @@
+"""Real PX4 as the simulator's flight controller, in lockstep with the physics."""
+
+from __future__ import annotations
+
+from typing import Callable
+
+import numpy as np
+from pymavlink.dialects.v20 import common
+
+from simulation_tools.px4.autopilot import VehicleState
+from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
+from simulation_tools.px4_sitl.simulator_link import SimulatorLink
+
+ROTORS = 4
+_REAL_PACE_S = 0.004  # before its first answer PX4 still starts, by the wall clock
+_PATIENCE_S = 0.5
+
+
+class Px4Sitl:
+    """An `Autopilot` whose commands come from the PX4 at the other end of a link.
+
+    Each step sends HIL_SENSOR and waits for the HIL_ACTUATOR_CONTROLS made from it. Without PX4 the rotors
+    stand still and the world goes on. PX4's clock is driven by the messages' stamps and must never go back,
+    so it keeps counting when the simulation is reset. A PX4 that stops answering (a debugger's breakpoint)
+    nearly stops simulated time: the last commands hold, one step at each time-out.
+    """
+
+    def __init__(self, link: SimulatorLink, parameters: HilParameters, rng: np.random.Generator) -> None:
+        self._link = link
+        self._sensors = HilSensors(parameters, rng)
+        self._commands = np.zeros(ROTORS)
+        self._clock_us = 0
+        self._last_us: int | None = None
+        self._forget_px4()
+
+    @property
+    def on_warning(self) -> Callable[[str], None]:
+        """Called with a sentence when something is wrong with the link."""
+        return self._link.on_warning
+
+    @on_warning.setter
+    def on_warning(self, warn: Callable[[str], None]) -> None:
+        self._link.on_warning = warn
+
+    @property
+    def answers(self) -> bool:
+        """Whether PX4 runs in lockstep: it has answered the last measurement."""
+        return self._in_lockstep
+
+    def step(self, state: VehicleState) -> np.ndarray:
+        """Let PX4 sense a state; returns the rotor commands (4,), 0..1, that it answers with.
+
+        Rotors: front right, rear left, front left, rear right.
+        """
+        self._advance_clock(state.time_us)
+        if not self._link.connected:
+            self._forget_px4()
+            if not self._link.accept():
+                return self._commands
+        self._send(state)
+        self._hear()
+        return self._commands
+
+    def _advance_clock(self, time_us: int) -> None:
+        went_on = self._last_us is not None and time_us > self._last_us
+        self._clock_us += time_us - self._last_us if went_on else round(1e6 * _REAL_PACE_S)
+        self._last_us = time_us
+
+    def _send(self, state: VehicleState) -> None:
+        messages = [self._sensors.sensor(state, self._clock_us), self._sensors.gps(state, self._clock_us)]
+        if self._truth_period_us and self._clock_us - self._truth_us >= self._truth_period_us:
+            self._truth_us = self._clock_us
+            messages.append(self._sensors.truth(state, self._clock_us))
+        self._link.send(*(message for message in messages if message is not None))
+
+    def _hear(self) -> None:
+        """Wait for the answer to the newest measurement, and heed whatever else PX4 says."""
+        while True:
+            messages = self._link.receive(_PATIENCE_S if self._in_lockstep else _REAL_PACE_S)
+            if not messages:
+                self._miss()
+                return
+            answers = [self._heed(message) for message in messages]  # every message counts
+            if any(answers):
+                return
+
+    def _heed(self, message: common.MAVLink_message) -> bool:
+        """Take one message; True when it answers the newest measurement."""
+        kind = message.get_type()
+        if kind == "HIL_ACTUATOR_CONTROLS":
+            self._in_lockstep = True
+            controls = np.nan_to_num(np.array(message.controls[:ROTORS]), nan=0.0)
+            self._commands = np.clip(controls, 0.0, 1.0)
+            return message.time_usec >= self._clock_us
+        wants = kind == "COMMAND_LONG" and message.command == common.MAV_CMD_SET_MESSAGE_INTERVAL
+        if wants and message.param1 == common.MAVLINK_MSG_ID_HIL_STATE_QUATERNION and message.param2 >= 0.0:
+            self._truth_period_us = round(min(message.param2, 1e9))
+        return False
+
+    def _miss(self) -> None:
+        if not self._link.connected:
+            self._forget_px4()
+        elif self._in_lockstep:
+            self.on_warning(
+                f"PX4 has not answered a measurement for {_PATIENCE_S:g} s, and simulated time waits for it; "
+                "if it hangs, stop it and start it again."
+            )
+
+    def _forget_px4(self) -> None:
+        self._commands = np.zeros(ROTORS)
+        self._in_lockstep = False
+        self._truth_period_us = 0
+        self._truth_us = 0
+        self._sensors.restart()
+
+    def reset(self) -> None:
+        """Go on with the same PX4, which cannot be rebooted over this link: it sees the vehicle jump."""
+        self._last_us = None
+        if self._link.connected:
+            self.on_warning(
+                "The simulation was reset, but a real PX4 cannot be: its estimate takes seconds to follow "
+                "the jump. Start PX4 again for a clean start."
+            )
+
+    def close(self) -> None:
+        """Close the link."""
+        self._link.close()

@@ -1,0 +1,125 @@
+"""The TCP link on which PX4 SITL looks for its simulator: MAVLink 2, one PX4 at a time.
+
+PX4 connects, and tries again until somebody listens. It sends a heartbeat and asks for messages once, then
+one HIL_ACTUATOR_CONTROLS for every HIL_SENSOR. It never connects twice: when a connection ends, PX4 has to be
+started again, and the link waits for that.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+from typing import Callable
+
+from pymavlink.dialects.v20 import common
+
+from simulation_tools.mavlink import LinkError
+
+DEFAULT_PORT = 4560
+_SYSTEM, _COMPONENT = 1, 200  # who Gazebo's plugin says it is
+_CHUNK = 65536
+_SEND_PATIENCE_S = 1.0  # a PX4 that reads nothing for so long counts as gone
+
+
+class SimulatorLink:
+    """Listens on `host:port` (0: a free one, see `port`) and talks to the PX4 that connects.
+
+    `on_warning` is called with a sentence when a connection is lost. Raises LinkError when the port cannot
+    be had.
+    """
+
+    def __init__(self, port: int = DEFAULT_PORT, host: str = "127.0.0.1") -> None:
+        self._server = _listen(host, port)
+        self.port = self._server.getsockname()[1]
+        self._peer: socket.socket | None = None
+        self._mav = common.MAVLink(None, srcSystem=_SYSTEM, srcComponent=_COMPONENT)
+        self.on_warning: Callable[[str], None] = lambda sentence: None
+        self.bad = 0
+
+    @property
+    def connected(self) -> bool:
+        """Whether a PX4 is connected."""
+        return self._peer is not None
+
+    def accept(self) -> bool:
+        """Take the connection of a PX4 that waits for one; False when none does. Never waits."""
+        try:
+            peer, _ = self._server.accept()
+        except OSError:
+            return False
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        peer.settimeout(_SEND_PATIENCE_S)
+        self._peer = peer
+        self._mav = common.MAVLink(None, srcSystem=_SYSTEM, srcComponent=_COMPONENT)
+        self._mav.robust_parsing = True
+        return True
+
+    def send(self, *messages: common.MAVLink_message) -> None:
+        """Send messages together."""
+        if self._peer is None:
+            return
+        packets = bytearray()
+        for message in messages:
+            packets += message.pack(self._mav)
+            self._mav.seq = (self._mav.seq + 1) % 256
+        try:
+            self._peer.sendall(packets)
+        except OSError:
+            self._lose()
+
+    def receive(self, timeout_s: float) -> list[common.MAVLink_message]:
+        """Return the messages that are there, waiting at most so long, in wall time, for the first."""
+        end = time.monotonic() + timeout_s
+        while self._peer is not None:
+            readable, _, _ = select.select([self._peer], [], [], max(end - time.monotonic(), 0.0))
+            if not readable:
+                return []
+            messages = self._read()
+            if messages:
+                return messages
+        return []
+
+    def _read(self) -> list[common.MAVLink_message]:
+        data = b""
+        with contextlib.suppress(OSError):
+            data = self._peer.recv(_CHUNK)
+        if not data:
+            self._lose()
+            return []
+        messages = self._mav.parse_buffer(data) or []
+        good = [message for message in messages if message.get_msgId() >= 0]
+        self.bad += len(messages) - len(good)
+        return good
+
+    def _lose(self) -> None:
+        self._peer.close()
+        self._peer = None
+        self.on_warning(
+            "PX4 has closed its connection to the simulator, and the rotors stop; start PX4 again, "
+            f"the simulator waits for it on TCP port {self.port}."
+        )
+
+    def close(self) -> None:
+        """Close the connection and the port."""
+        if self._peer is not None:
+            self._peer.close()
+            self._peer = None
+        self._server.close()
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    server = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        server.bind((host, port))
+        server.listen(1)
+        server.setblocking(False)
+    except (OSError, OverflowError) as error:
+        server.close()
+        raise LinkError(
+            f"cannot listen on TCP {host}:{port} for PX4: {getattr(error, 'strerror', None) or error}; "
+            "stop the program that uses the port (another simulator?) or choose another port"
+        ) from None
+    return server
