@@ -1,0 +1,64 @@
+"""Odometry as a filter needs it: without jumps."""
+
+from __future__ import annotations
+
+import math
+from typing import Callable
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.errors import ScanError
+
+FASTEST_MPS, FASTEST_RADPS = 20.0, 12.0
+"""No vehicle of ours moves or turns faster; odometry that does has jumped."""
+LEEWAY_M, LEEWAY_RAD = 0.5, 0.5
+"""What odometry may be off from one reading to the next."""
+
+
+class ContinuousOdometry:
+    """Odometry without its jumps: across one (a reset, a wheel in the air) the vehicle counts as at rest."""
+
+    def __init__(self, say: Callable[[str], None]):
+        self._say = say
+        self._last_s = None
+        self._last = None
+        self.odom_in_continuous = np.zeros(3)
+
+    def follow(self, stamp_s: float, base_in_odom) -> np.ndarray:
+        """Return the base in a frame in which it never jumps; at first that is the odometry's own.
+
+        Raises:
+            ScanError: the pose is not finite.
+        """
+        base_in_odom = np.asarray(base_in_odom, dtype=float)
+        if base_in_odom.shape != (3,) or not np.isfinite(base_in_odom).all():
+            raise ScanError(f"The odometry's pose {base_in_odom.tolist()} is not finite x, y, yaw.")
+        if self._last is not None:
+            self._mend(stamp_s - self._last_s, base_in_odom)
+        self._last_s, self._last = stamp_s, base_in_odom
+        return se2.compose(self.odom_in_continuous, base_in_odom)
+
+    def _mend(self, seconds: float, base_in_odom: np.ndarray) -> None:
+        x, y, yaw = se2.between(self._last, base_in_odom)
+        seconds = max(seconds, 0.0)
+        way_m = math.hypot(x, y)
+        if way_m <= LEEWAY_M + FASTEST_MPS * seconds and abs(yaw) <= LEEWAY_RAD + FASTEST_RADPS * seconds:
+            return
+        self._say(
+            f"Odometry jumped by {way_m:.2f} m and {math.degrees(yaw):.0f} degrees in {seconds:.3f} s; "
+            "the vehicle is taken not to have moved."
+        )
+        at_rest = se2.compose(self.odom_in_continuous, self._last)
+        self.odom_in_continuous = se2.compose(at_rest, se2.inverse(base_in_odom))
+
+    def state(self) -> dict:
+        """Return what ``restore`` takes."""
+        last = None if self._last is None else self._last.tolist()
+        return {"last_s": self._last_s, "last": last, "odom": self.odom_in_continuous.tolist()}
+
+    def restore(self, state: dict) -> None:
+        """Go on from a state."""
+        self._last_s = state["last_s"]
+        self._last = None if state["last"] is None else np.array(state["last"])
+        self.odom_in_continuous = np.array(state["odom"])

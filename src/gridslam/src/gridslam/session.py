@@ -1,0 +1,190 @@
+"""One run of SLAM: the filter, the loop closer if there is one, and odometry that may jump.
+
+The node, the replay of bags and simulations without ROS all drive this.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import tempfile
+import warnings
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Callable
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.continuous_odometry import ContinuousOdometry
+from gridslam.errors import ParameterError, StateError
+from gridslam.occupancy_grid import OccupancyGrid
+from gridslam.parameters import SlamParameters
+from gridslam.particle_filter import GridSlam, ScanUpdate
+from gridslam.scan import PlanarScan
+from gridslam.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from gridslam.loop_closure import Closure, LoopClosureParameters
+
+FILTER, ODOMETRY = "filter", "odometry.json"
+"""The parts of a saved session."""
+
+
+class SlamSession:
+    """A `GridSlam` fed with scans and odometry as they come, with loop closure when asked for.
+
+    Args:
+        parameters: of the filter.
+        loop_closure: parameters of the loop closer; None: none.
+        starting_map: to begin with; None: an empty one.
+        starting_pose: of the base in the map at the first scan; None: as odometry has it, so that map and
+            odometry begin as one frame.
+        localisation_only: the starting map stays as it is.
+        say: is called with a sentence when something about the odometry is odd.
+    """
+
+    def __init__(
+        self,
+        parameters: SlamParameters,
+        loop_closure: LoopClosureParameters | None = None,
+        starting_map: OccupancyGrid | None = None,
+        starting_pose: tuple[float, float, float] | None = None,
+        localisation_only: bool = False,
+        say: Callable[[str], None] = warnings.warn,
+    ):
+        self._parameters = parameters
+        self._starting = {"starting_map": starting_map, "localisation_only": localisation_only}
+        self._starting_pose = starting_pose
+        self._odometry = ContinuousOdometry(say)
+        self._closer = None if loop_closure is None else _closer(loop_closure)
+        self._slam: GridSlam | None = None
+
+    def process(self, scan: PlanarScan, base_in_odom) -> ScanUpdate | None:
+        """Take in one scan; returns None while the vehicle has not moved enough since the last.
+
+        Raises:
+            ScanError: the scan or the odometry makes no sense.
+        """
+        base = self._odometry.follow(scan.stamp_s, base_in_odom)
+        if self._slam is None:
+            self._slam = self._begin(base)
+        update = self._slam.process(scan, tuple(base.tolist()))
+        if update is not None and self._closer is not None and self._closer.update(self._slam):
+            update = dataclasses.replace(update, base_in_map=self._slam.base_in_map)
+        return update
+
+    def _begin(self, base: np.ndarray) -> GridSlam:
+        return GridSlam(
+            self._parameters,
+            starting_pose=tuple(base.tolist()) if self._starting_pose is None else self._starting_pose,
+            keep_scans=self._closer is not None,
+            **self._starting,
+        )
+
+    # what it knows
+
+    @property
+    def slam(self) -> GridSlam | None:
+        """The filter; None before the first scan."""
+        return self._slam
+
+    @property
+    def map_to_odom(self) -> tuple[float, float, float] | None:
+        """Pose of the odometry's frame in the map (x, y, yaw); None if only the first scan will tell."""
+        if self._slam is None:
+            return (0.0, 0.0, 0.0) if self._starting_pose is None else None
+        odom = se2.compose(self._slam.map_to_odom, self._odometry.odom_in_continuous)
+        return tuple(odom.tolist())
+
+    @property
+    def closures(self) -> list[Closure]:
+        """The loops closed so far."""
+        return [] if self._closer is None else self._closer.closures
+
+    @property
+    def entropy(self) -> float:
+        """Of the particles' weights; 0 before the first scan."""
+        return 0.0 if self._slam is None else self._slam.entropy
+
+    @property
+    def particle_poses(self) -> np.ndarray:
+        """(particles, 3) poses in the map; none before the first scan."""
+        return np.zeros((0, 3)) if self._slam is None else self._slam.particle_poses
+
+    def trajectory(self) -> Trajectory:
+        """Return the best particle's path as it is now, at the scans that were integrated."""
+        if self._slam is None:
+            return Trajectory(np.zeros(0), np.zeros((0, 3)))
+        return self._slam.trajectory()
+
+    def grid(self) -> OccupancyGrid:
+        """Return the best particle's map.
+
+        Raises:
+            StateError: there is none before the first scan.
+        """
+        if self._slam is None:
+            raise StateError("There is no map before the first scan.")
+        return self._slam.grid()
+
+    # saved and continued
+
+    def save(self, path: str | Path) -> None:
+        """Write the complete state; a run that goes on from it equals one that was never interrupted.
+
+        Raises:
+            StateError: there is nothing to save yet, or the file cannot be written.
+        """
+        if self._slam is None:
+            raise StateError("There is nothing to save before the first scan.")
+        path = Path(path)
+        try:
+            with tempfile.TemporaryDirectory(dir=path.parent, prefix=".part-") as folder:
+                self._slam.save(Path(folder, FILTER))
+                part = Path(folder, "state")
+                with zipfile.ZipFile(part, "w") as state:
+                    state.write(Path(folder, FILTER), FILTER)
+                    state.writestr(ODOMETRY, json.dumps(self._odometry.state()))
+                os.replace(part, path)
+        except OSError as error:
+            raise StateError(f"The state cannot be written to {path}: {error.strerror}.") from None
+
+    @classmethod
+    def load(cls, path: str | Path, say: Callable[[str], None] = warnings.warn) -> SlamSession:
+        """Return the session that was saved.
+
+        Raises:
+            StateError: the file cannot be read, or holds no state.
+        """
+        try:
+            with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as state:
+                slam = GridSlam.load(Path(state.extract(FILTER, folder)))
+                odometry = json.loads(state.read(ODOMETRY))
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise StateError(f"{path} cannot be read as a saved state: {error}.") from None
+        session = cls(slam.parameters, say=say)
+        session._slam = slam
+        session._odometry.restore(odometry)
+        return session
+
+
+def closure_parameters(given: dict) -> LoopClosureParameters:
+    """Return the loop closer's parameters, of those given by name and the defaults.
+
+    Raises:
+        ParameterError: one is unknown or makes no sense.
+    """
+    from gridslam.loop_closure import LoopClosureParameters
+
+    unknown = set(given) - {field.name for field in dataclasses.fields(LoopClosureParameters)}
+    if unknown:
+        raise ParameterError(f"The loop closure has no parameter {', '.join(sorted(unknown))}.")
+    return LoopClosureParameters(**given)
+
+
+def _closer(parameters: LoopClosureParameters):
+    from gridslam.loop_closure import LoopCloser  # only where it is asked for: it slows the start
+
+    return LoopCloser(parameters)
