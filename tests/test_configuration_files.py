@@ -41,6 +41,7 @@ EXAMPLES = {
     "start": "0 0 0 0",
     "goal": "10 0 2",
     "bag": "some.bag",
+    "mission": str(ROOT / "src/master_thesis/config/missions/room.yaml"),
 }
 OPTIONAL = {"mavros"}  # asked for by an argument only, and not in every distribution
 
