@@ -116,6 +116,7 @@ class Replay:
                 bar.update(self._count.read - bar.n)
         if not self._cpu_s:
             raise BagError(self._why_nothing())
+        self._session.finish()
         wall_s = time.perf_counter() - start_s
         self._write(output, wall_s)
 

@@ -75,6 +75,11 @@ class SlamSession:
             update = dataclasses.replace(update, base_in_map=self._slam.base_in_map)
         return update
 
+    def finish(self) -> None:
+        """Correct the path by all closures together; call it when the last scan has come."""
+        if self._closer is not None and self._slam is not None:
+            self._closer.finish(self._slam)
+
     def _begin(self, base: np.ndarray) -> GridSlam:
         return GridSlam(
             self._parameters,
