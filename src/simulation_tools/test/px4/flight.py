@@ -14,10 +14,10 @@ from simulation_tools.px4.setpoint import Setpoint
 class Flight:
     """Airframe, body and flight controller in a loop; `stream` is the setpoint sent at 50 Hz, or None."""
 
-    def __init__(self, airframe, body, noise=None, seed=0, parameters=None):
+    def __init__(self, airframe, body, noise=None, seed=0, parameters=None, origin=None):
         self.airframe = airframe
         self.body = body
-        self.px4 = Px4(airframe, parameters, np.random.default_rng(seed), noise)
+        self.px4 = Px4(airframe, parameters, np.random.default_rng(seed), noise, origin)
         self.texts = []
         self.px4.on_statustext = lambda severity, text: self.texts.append(text)
         self.stream = None
@@ -30,8 +30,8 @@ class Flight:
         return cls(reference_quad(), RigidBody.reference_quad(**where), noise, seed)
 
     @classmethod
-    def of_iris(cls, extra_kg=0.13, noise=None, seed=0, parameters=None, **where):
-        return cls(iris(), RigidBody.iris(extra_kg, **where), noise, seed, parameters)
+    def of_iris(cls, extra_kg=0.13, noise=None, seed=0, parameters=None, origin=None, **where):
+        return cls(iris(), RigidBody.iris(extra_kg, **where), noise, seed, parameters, origin)
 
     @property
     def time_s(self):

@@ -56,7 +56,7 @@ class Commander:
         self._mode_was_asked_for = False
         self._setpoint_us: int | None = None
         self._ground_station_us: int | None = None
-        self._armed_us = 0
+        self.armed_us = 0
         self._landed_us = 0
         self._flown = False
 
@@ -144,7 +144,7 @@ class Commander:
             return Result.TEMPORARILY_REJECTED
         self.armed = True
         self.home = self._position.copy()
-        self._armed_us = self._landed_us = self._now_us
+        self.armed_us = self._landed_us = self._now_us
         self._flown = False
         self.mode_entries += 1
         self._say(Severity.INFO, "Armed by external command")
@@ -226,7 +226,7 @@ class Commander:
         if self._flown:
             if 0.0 < p["COM_DISARM_LAND"] <= 1e-6 * (self._now_us - self._landed_us):
                 self._disarm("landing")
-        elif 0.0 < p["COM_DISARM_PRFLT"] <= 1e-6 * (self._now_us - self._armed_us):
+        elif 0.0 < p["COM_DISARM_PRFLT"] <= 1e-6 * (self._now_us - self.armed_us):
             self._disarm("auto preflight disarming")
 
     def _disarm(self, reason: str) -> None:

@@ -53,6 +53,7 @@ class Channel:
         self._peers: dict[Address, Peer] = {}
         self._streams = {name: Stream(round(1e6 / rate)) for name, rate in rates_hz.items()}
         self._next_due_us = 0
+        self._heartbeat_content: tuple | None = None
         self.codec = Codec(int(px4.parameters["MAV_SYS_ID"]), int(px4.parameters["MAV_COMP_ID"]))
         self.socket = open_udp(host, local_port, purpose)
 
@@ -99,6 +100,9 @@ class Channel:
         addresses = self._addresses()
         everything = bool(self._peers) or self._streams_unasked
         status = self._px4.status if addresses else None
+        if status is not None and status.heartbeat_content != self._heartbeat_content:
+            self._heartbeat_content = status.heartbeat_content
+            self._streams["HEARTBEAT"].due_us = time_us  # clients need not wait for what has changed
         for name, stream in self._streams.items():
             if not stream.period_us or time_us < stream.due_us:
                 continue
@@ -112,10 +116,8 @@ class Channel:
         periodic = [stream.due_us for stream in self._streams.values() if stream.period_us]
         self._next_due_us = min(periodic, default=time_us)
 
-    def interval_us(self, name: str) -> int | None:
-        """Return the interval at which a message is streamed; 0: not at all, None: unknown message."""
-        if not telemetry.can_build(name):
-            return None
+    def interval_us(self, name: str) -> int:
+        """Return the interval at which a message is streamed; 0: not at all."""
         stream = self._streams.get(name)
         return stream.period_us if stream else 0
 

@@ -13,26 +13,24 @@ from typing import Callable
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.mavlink import (
-    GCS_PORT_STEP,
-    OFFBOARD_PORT_STEP,
-    Address,
-    decode_text,
-    parameter_from_wire,
-    parameter_to_wire,
-    wait_readable,
-)
+from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP, Address, wait_readable
 from simulation_tools.px4 import telemetry
-from simulation_tools.px4.autopilot import Px4Error
 from simulation_tools.px4.mavlink_channel import Channel
+from simulation_tools.px4.message_commands import MessageCommands
 from simulation_tools.px4.modes import Result, Severity
+from simulation_tools.px4.parameter_protocol import ParameterProtocol
 from simulation_tools.px4.px4 import Px4
-from simulation_tools.px4.setpoint import NAN, UNSET, AttitudeSetpoint, Setpoint
+from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
+from simulation_tools.px4.setpoint_messages import (
+    SetpointError,
+    from_attitude_target,
+    from_global_target,
+    from_local_target,
+)
 
-_FORCE_SET = 512
-_ATTITUDE_IGNORE, _THROTTLE_IGNORE = 128, 64
 # The types of PX4's custom mode live in the upper bytes of custom_mode.
 _MAIN_SHIFT, _SUB_SHIFT = 16, 24
+_NOT_GIVEN = (0x7FF80000, 0x7FFFFFFF)  # latitude or longitude of COMMAND_INT
 
 
 @dataclass
@@ -95,9 +93,14 @@ class MavlinkLink:
         self._channels = (self.offboard, self.ground)
         self._sockets = [channel.socket for channel in self._channels]
         px4.on_statustext = self._say
+        self._message_commands = MessageCommands(px4)
+        self._parameter_protocol = ParameterProtocol(
+            px4.parameters, lambda text: self._say(Severity.ERROR, text)
+        )
         self._handlers = {
             "HEARTBEAT": self._heartbeat,
-            "SET_POSITION_TARGET_LOCAL_NED": self._position_target,
+            "SET_POSITION_TARGET_LOCAL_NED": self._local_target,
+            "SET_POSITION_TARGET_GLOBAL_INT": self._global_target,
             "SET_ATTITUDE_TARGET": self._attitude_target,
             "COMMAND_LONG": self._command_long,
             "COMMAND_INT": self._command_int,
@@ -106,7 +109,12 @@ class MavlinkLink:
             "PARAM_REQUEST_READ": self._param_read,
             "PARAM_SET": self._param_set,
             "TIMESYNC": self._timesync,
+            "PING": self._ping,
             "MISSION_REQUEST_LIST": self._mission_list,
+            "MISSION_REQUEST_INT": self._mission_item,
+            "MISSION_REQUEST": self._mission_item,
+            "MISSION_COUNT": self._mission_upload,
+            "MISSION_CLEAR_ALL": self._mission_clear,
         }
 
     def poll(self, time_us: int, until: Callable[[], bool] = lambda: False) -> None:
@@ -161,58 +169,31 @@ class MavlinkLink:
             channel.codec.component_id,
         )
 
-    def _position_target(self, channel: Channel, m, sender: Address) -> None:
-        fields = (m.x, m.y, m.z, m.vx, m.vy, m.vz, m.afx, m.afy, m.afz, m.yaw, m.yaw_rate)
-        if not self._is_for_us(channel, m) or not all(map(math.isfinite, fields)):
-            self.statistics.refused_setpoints += 1
+    def _local_target(self, channel: Channel, m, sender: Address) -> None:
+        self._offer(channel, m, lambda: from_local_target(m))
+
+    def _global_target(self, channel: Channel, m, sender: Address) -> None:
+        px4 = self._px4
+        if px4.home is None:
+            self.statistics.refused_setpoints += 1  # without a position there is nothing to convert
             return
-        body = m.coordinate_frame == common.MAV_FRAME_BODY_NED
-        if not body and m.coordinate_frame != common.MAV_FRAME_LOCAL_NED:
-            self.statistics.refused_setpoints += 1
-            text = f"SET_POSITION_TARGET_LOCAL_NED coordinate frame {m.coordinate_frame} unsupported"
-            self._warn(text, text)
-            self._say(Severity.CRITICAL, text)
-            return
-        mask = m.type_mask
-        acceleration = _unmasked(fields[6:9], mask >> 6, together=body)
-        if mask & _FORCE_SET and acceleration != UNSET:
-            self.statistics.refused_setpoints += 1
-            self._say(Severity.CRITICAL, "SET_POSITION_TARGET_LOCAL_NED force not supported")
-            return
-        self._offer(
-            Setpoint(
-                position=UNSET if body else _unmasked(fields[0:3], mask),
-                velocity=_unmasked(fields[3:6], mask >> 3, together=body),
-                acceleration=acceleration,
-                yaw=NAN if mask & 1024 else m.yaw,
-                yaw_rate=NAN if mask & 2048 else m.yaw_rate,
-                body=body,
-                time_boot_ms=m.time_boot_ms,
-            )
-        )
+        self._offer(channel, m, lambda: from_global_target(m, px4.origin, px4.home.tolist()))
 
     def _attitude_target(self, channel: Channel, m, sender: Address) -> None:
-        norm = math.sqrt(sum(component * component for component in m.q))
-        use_attitude = not m.type_mask & _ATTITUDE_IGNORE
-        if not self._is_for_us(channel, m) or (use_attitude and not 1e-3 < norm < 1e3):
-            self.statistics.refused_setpoints += 1
-            return
-        rates = (m.body_roll_rate, m.body_pitch_rate, m.body_yaw_rate)
-        self._offer(
-            AttitudeSetpoint(
-                attitude=tuple(component / norm for component in m.q) if use_attitude else None,
-                rates=_unmasked(rates, m.type_mask),
-                thrust=NAN if m.type_mask & _THROTTLE_IGNORE else m.thrust,
-                time_boot_ms=m.time_boot_ms,
-            )
-        )
+        self._offer(channel, m, lambda: from_attitude_target(m))
 
-    def _offer(self, setpoint: Setpoint | AttitudeSetpoint) -> None:
-        if self._px4.offer_setpoint(setpoint):
-            self.statistics.setpoints += 1
-            self.on_setpoint(setpoint.time_boot_ms)
-        else:
-            self.statistics.refused_setpoints += 1
+    def _offer(self, channel: Channel, m, read: Callable[[], Setpoint | AttitudeSetpoint]) -> None:
+        """Hand a setpoint on, if the message is one and is for us."""
+        try:
+            if self._is_for_us(channel, m) and self._px4.offer_setpoint(read()):
+                self.statistics.setpoints += 1
+                self.on_setpoint(m.time_boot_ms)
+                return
+        except SetpointError as refusal:
+            if str(refusal):
+                self._warn(str(refusal), str(refusal))
+                self._say(Severity.CRITICAL, str(refusal))
+        self.statistics.refused_setpoints += 1
 
     def _command_long(self, channel: Channel, m, sender: Address) -> None:
         if self._is_for_us(channel, m):
@@ -221,7 +202,8 @@ class MavlinkLink:
 
     def _command_int(self, channel: Channel, m, sender: Address) -> None:
         if self._is_for_us(channel, m):
-            params = (m.param1, m.param2, m.param3, m.param4, 1e-7 * m.x, 1e-7 * m.y, m.z)
+            latitude, longitude = (math.nan if value in _NOT_GIVEN else 1e-7 * value for value in (m.x, m.y))
+            params = (m.param1, m.param2, m.param3, m.param4, latitude, longitude, m.z)
             self._command(channel, m, params, sender)
 
     def _set_mode(self, channel: Channel, m, sender: Address) -> None:
@@ -233,18 +215,12 @@ class MavlinkLink:
         self._acknowledge(channel, command, result, m, sender)
 
     def _command(self, channel: Channel, m, params: tuple[float, ...], sender: Address) -> None:
-        """Carry out a command and acknowledge it; those about messages are the link's own."""
-        handler = {
-            common.MAV_CMD_REQUEST_MESSAGE: self._request_message,
-            common.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_message_interval,
-            common.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_message_interval,
-            common.MAV_CMD_GET_HOME_POSITION: self._get_home,
-            common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._get_capabilities,
-        }.get(m.command)
-        if handler is not None:
-            after, result = handler(channel, params)
+        """Carry out a command and acknowledge it; the message that it asks for goes out afterwards."""
+        after = None
+        if self._message_commands.handles(m.command):
+            after, result = self._message_commands.handle(channel, m.command, params)
         else:
-            after, result = None, self._px4.command(m.command, params)
+            result = self._px4.command(m.command, params)
         self._acknowledge(channel, m.command, result, m, sender)
         if after is not None:
             channel.reply(after, sender)
@@ -256,72 +232,51 @@ class MavlinkLink:
         )
         channel.reply(ack, sender)
 
-    def _request_message(self, channel: Channel, params: tuple[float, ...]):
-        name = _message_name(params[0])
-        message = telemetry.build(name, self._px4, self._px4.status) if telemetry.can_build(name) else None
-        return message, Result.DENIED if message is None else Result.ACCEPTED
-
-    def _set_message_interval(self, channel: Channel, params: tuple[float, ...]):
-        done = channel.set_interval(_message_name(params[0]), params[1])
-        return None, Result.ACCEPTED if done else Result.FAILED
-
-    def _get_message_interval(self, channel: Channel, params: tuple[float, ...]):
-        interval_us = channel.interval_us(_message_name(params[0]))
-        if interval_us is None:
-            return None, Result.FAILED
-        return common.MAVLink_message_interval_message(int(params[0]), interval_us or -1), Result.ACCEPTED
-
-    def _get_home(self, channel: Channel, params: tuple[float, ...]):
-        message = telemetry.build("HOME_POSITION", self._px4, self._px4.status)
-        return message, Result.DENIED if message is None else Result.ACCEPTED
-
-    def _get_capabilities(self, channel: Channel, params: tuple[float, ...]):
-        return telemetry.build("AUTOPILOT_VERSION", self._px4, self._px4.status), Result.ACCEPTED
-
-    # Parameters, time and missions
-
     def _param_list(self, channel: Channel, m, sender: Address) -> None:
         if self._is_for_us(channel, m):
-            for name in self._px4.parameters:
-                channel.reply(self._param_value(name), sender)
+            for answer in self._parameter_protocol.list():
+                channel.reply(answer, sender)
 
     def _param_read(self, channel: Channel, m, sender: Address) -> None:
-        parameters = self._px4.parameters
-        name = parameters.name_at(m.param_index) if m.param_index >= 0 else decode_text(m.param_id)
-        if self._is_for_us(channel, m) and name is not None and name in parameters:
-            channel.reply(self._param_value(name), sender)
+        answer = self._parameter_protocol.read(m) if self._is_for_us(channel, m) else None
+        if answer is not None:
+            channel.reply(answer, sender)
 
     def _param_set(self, channel: Channel, m, sender: Address) -> None:
-        name = decode_text(m.param_id)
-        if not self._is_for_us(channel, m) or name not in self._px4.parameters:
-            return
-        try:
-            self._px4.parameters.set(name, parameter_from_wire(m.param_value, m.param_type))
-        except (Px4Error, ValueError) as error:
-            self._say(Severity.ERROR, f"parameter {name}: {error}")
-        channel.reply(self._param_value(name), sender)
-
-    def _param_value(self, name: str) -> common.MAVLink_message:
-        parameters = self._px4.parameters
-        is_integer = parameters.spec(name).is_integer
-        return common.MAVLink_param_value_message(
-            name.encode("ascii"),
-            parameter_to_wire(parameters[name], is_integer),
-            common.MAV_PARAM_TYPE_INT32 if is_integer else common.MAV_PARAM_TYPE_REAL32,
-            len(parameters),
-            parameters.index_of(name),
-        )
+        answer = self._parameter_protocol.set(m) if self._is_for_us(channel, m) else None
+        if answer is not None:
+            channel.reply(answer, sender)
 
     def _timesync(self, channel: Channel, m, sender: Address) -> None:
         if m.tc1 == 0:
             channel.reply(common.MAVLink_timesync_message(1000 * self._time_us, m.ts1), sender)
 
+    def _ping(self, channel: Channel, m, sender: Address) -> None:
+        if m.target_system == 0 and m.target_component == 0:
+            source = (m.get_srcSystem(), m.get_srcComponent())
+            channel.reply(common.MAVLink_ping_message(m.time_usec, m.seq, *source), sender)
+
+    # Missions: there are none
+
     def _mission_list(self, channel: Channel, m, sender: Address) -> None:
         if self._is_for_us(channel, m):
-            count = common.MAVLink_mission_count_message(
-                m.get_srcSystem(), m.get_srcComponent(), 0, m.mission_type
-            )
-            channel.reply(count, sender)
+            source = (m.get_srcSystem(), m.get_srcComponent())
+            channel.reply(common.MAVLink_mission_count_message(*source, 0, m.mission_type), sender)
+
+    def _mission_item(self, channel: Channel, m, sender: Address) -> None:
+        self._mission_answer(channel, m, common.MAV_MISSION_ERROR, sender)
+
+    def _mission_upload(self, channel: Channel, m, sender: Address) -> None:
+        result = common.MAV_MISSION_NO_SPACE if m.count else common.MAV_MISSION_ACCEPTED
+        self._mission_answer(channel, m, result, sender)
+
+    def _mission_clear(self, channel: Channel, m, sender: Address) -> None:
+        self._mission_answer(channel, m, common.MAV_MISSION_ACCEPTED, sender)
+
+    def _mission_answer(self, channel: Channel, m, result: int, sender: Address) -> None:
+        if self._is_for_us(channel, m):
+            source = (m.get_srcSystem(), m.get_srcComponent())
+            channel.reply(common.MAVLink_mission_ack_message(*source, result, m.mission_type), sender)
 
     # Words
 
@@ -335,18 +290,3 @@ class MavlinkLink:
         if kind not in self._warned:
             self._warned.add(kind)
             self.on_warning(sentence)
-
-
-def _unmasked(values: tuple[float, ...], mask: int, together: bool = False) -> tuple[float, ...]:
-    """Replace what the mask's lowest bits ignore by NaN; together: all of it when one is ignored."""
-    if together and mask & 0b111:
-        return UNSET
-    return tuple(NAN if mask >> i & 1 else value for i, value in enumerate(values))
-
-
-def _message_name(number: float) -> str:
-    """Return the MAVLink name of a message number; empty when it is none."""
-    if not math.isfinite(number):
-        return ""
-    kind = common.mavlink_map.get(int(number))
-    return kind.msgname if kind else ""

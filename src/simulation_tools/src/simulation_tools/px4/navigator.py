@@ -1,7 +1,7 @@
 """Setpoints of the automatic modes: hold, take-off, land and return.
 
-Targets are approached along a reference point that is limited in speed and acceleration, a simple form of
-PX4's trajectory generator.
+Targets are approached along a reference point that is limited in speed, acceleration and jerk, as by PX4's
+trajectory generator; it waits for a vehicle that falls behind.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from simulation_tools.px4.commander import Commander
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.position_control import SETPOINT_DTYPE
+from simulation_tools.px4.trajectory import SmoothAxis, speed_that_stops_within
 
 
 class Navigator:
@@ -28,8 +29,7 @@ class Navigator:
         """Forget mode and target, as at power-on."""
         self.finished = False  # a take-off has reached its height
         self._mode: Mode | None = None
-        self._position = np.zeros(3)
-        self._velocity = np.zeros(3)
+        self._axes = (SmoothAxis(), SmoothAxis(), SmoothAxis())
         self._target = np.zeros(3)
         self._yaw = self._wanted_yaw = 0.0
         self._cruise_speed_m_s = math.nan
@@ -49,8 +49,8 @@ class Navigator:
         if took_off and mode is Mode.AUTO_LOITER:
             self.finished = False  # hold where the take-off leads to, not where it was cut short
             return
-        self._position = estimate["position"][0].copy()
-        self._velocity = estimate["velocity"][0].copy()
+        for axis, position, velocity in zip(self._axes, *estimate[["position", "velocity"]][0].tolist()):
+            axis.start(position, velocity)
         self._yaw = self._wanted_yaw = float(estimate["yaw"][0])
         self._waited_s = 0.0
         self.finished = False
@@ -60,13 +60,15 @@ class Navigator:
             height = (
                 p["MIS_TAKEOFF_ALT"] if math.isnan(commander.takeoff_height_m) else commander.takeoff_height_m
             )
-            self._velocity[:] = 0.0
-            self._target = self._position.copy()
-            self._target[2] = min(home[2] - height, self._position[2])
+            position = estimate["position"][0]
+            for axis, start in zip(self._axes, position.tolist()):
+                axis.start(start)
+            self._target = position.copy()
+            self._target[2] = min(home[2] - height, position[2])
         elif mode is Mode.AUTO_RTL:
-            near = np.hypot(*(self._position - home)[:2]) < p["NAV_ACC_RAD"]
+            near = self._distance_xy(home) < p["NAV_ACC_RAD"]
             height = p["RTL_DESCEND_ALT"] if near else p["RTL_RETURN_ALT"]
-            self._target[2] = min(self._position[2], home[2] - height)
+            self._target[2] = min(self._axes[2].position, home[2] - height)
         elif mode is Mode.AUTO_LOITER and commander.reposition_target is not None:
             asked = np.array(commander.reposition_target.position_ned_m)
             yaw = commander.reposition_target.yaw_rad
@@ -78,15 +80,14 @@ class Navigator:
         if self._mode is Mode.AUTO_RTL and not self._landing:
             self._return(home, dt_s)
         climb = self._parameters["MPC_TKO_SPEED"] if self._mode is Mode.AUTO_TAKEOFF else None
-        self._advance(dt_s, climb)
+        self._advance(dt_s * self._stretch(estimate["position"][0]), climb)
         self._turn(dt_s)
         setpoint = self.setpoint[0]
-        setpoint["position"] = self._position
-        setpoint["velocity"] = self._velocity
-        setpoint["acceleration"] = math.nan
+        for name in ("position", "velocity", "acceleration"):
+            setpoint[name] = [getattr(axis, name) for axis in self._axes]
         setpoint["yaw"], setpoint["yaw_rate"] = self._yaw, math.nan
         if self._landing:
-            setpoint["position"][2] = math.nan
+            setpoint["position"][2] = setpoint["acceleration"][2] = math.nan
             setpoint["velocity"][2] = self._landing_speed(float(home[2] - estimate["position"][0, 2]))
         if self._mode is Mode.AUTO_TAKEOFF:
             self.finished = abs(self._target[2] - estimate["position"][0, 2]) < 0.2
@@ -95,14 +96,19 @@ class Navigator:
     def _return(self, home: np.ndarray, dt_s: float) -> None:
         """Climb, fly home, sink, wait, land: move the target when the last one is reached."""
         p = self._parameters
-        at_height = abs(self._target[2] - self._position[2]) < 0.5
+        at_height = abs(self._target[2] - self._axes[2].position) < 0.5
         if at_height:
             self._target[:2] = home[:2]
-        if at_height and np.hypot(*(self._position - home)[:2]) < 0.5:
+        if at_height and self._distance_xy(home) < 0.5:
             self._target[2] = max(self._target[2], home[2] - p["RTL_DESCEND_ALT"])
-            if abs(self._target[2] - self._position[2]) < 0.5:
+            if abs(self._target[2] - self._axes[2].position) < 0.5:
                 self._waited_s += dt_s
                 self._landing = 0.0 <= p["RTL_LAND_DELAY"] <= self._waited_s
+
+    def _distance_xy(self, place: np.ndarray) -> float:
+        """Return how far the reference point is from a place, metres over ground."""
+        north, east, _ = self._axes
+        return math.hypot(north.position - place[0], east.position - place[1])
 
     def _landing_speed(self, height_m: float) -> float:
         """Sinking speed by height over home: fast above ALT1, MPC_LAND_SPEED below ALT2, linear between."""
@@ -113,13 +119,22 @@ class Navigator:
     def _stopping_point(self) -> np.ndarray:
         """Where the reference comes to rest when it brakes at once."""
         p = self._parameters
-        v = self._velocity
-        point = self._position.copy()
-        speed = math.hypot(v[0], v[1])
-        point[:2] += v[:2] * speed / (2.0 * p["MPC_ACC_HOR"])
-        limit = p["MPC_ACC_DOWN_MAX"] if v[2] < 0.0 else p["MPC_ACC_UP_MAX"]
-        point[2] += v[2] * abs(v[2]) / (2.0 * limit)
-        return point
+        velocity = [axis.velocity for axis in self._axes]
+        vertical = p["MPC_ACC_DOWN_MAX" if velocity[2] < 0.0 else "MPC_ACC_UP_MAX"]
+        speeds = (math.hypot(velocity[0], velocity[1]),) * 2 + (abs(velocity[2]),)
+        point = [
+            axis.position + axis.velocity * (speed / (2.0 * limit) + limit / p["MPC_JERK_AUTO"])
+            for axis, speed, limit in zip(self._axes, speeds, (p["MPC_ACC_HOR"],) * 2 + (vertical,))
+        ]
+        return np.array(point)
+
+    def _stretch(self, position: np.ndarray) -> float:
+        """Return how fast the reference's time runs: slower, the farther the vehicle has fallen behind."""
+        north, east, _ = self._axes
+        behind = (north.position - position[0], east.position - position[1])
+        if behind[0] * north.velocity + behind[1] * east.velocity <= 0.0:
+            return 1.0  # it is ahead
+        return 1.0 - min(math.hypot(*behind) / self._parameters["MPC_XY_ERR_MAX"], 1.0)
 
     def _turn(self, dt_s: float) -> None:
         """Turn the heading towards the wanted one, at most at MPC_YAWRAUTO_MAX."""
@@ -130,24 +145,18 @@ class Navigator:
     def _advance(self, dt_s: float, climb_speed_m_s: float | None) -> None:
         """Move the reference point towards the target for dt_s."""
         p = self._parameters
-        gap = self._target - self._position
-        acceleration = p["MPC_ACC_HOR"]
+        jerk, acceleration = p["MPC_JERK_AUTO"], p["MPC_ACC_HOR"]
+        north, east, down = (target - axis.position for target, axis in zip(self._target, self._axes))
+        distance = math.hypot(north, east)
         cruise = p["MPC_XY_CRUISE"] if math.isnan(self._cruise_speed_m_s) else self._cruise_speed_m_s
-        distance = math.hypot(gap[0], gap[1])
-        wanted = np.zeros(3)
-        if distance > 1e-6:
-            speed = min(cruise, p["MPC_XY_VEL_MAX"], math.sqrt(2.0 * acceleration * distance), distance / 0.3)
-            wanted[:2] = gap[:2] / distance * speed
-        up = p["MPC_Z_VEL_MAX_UP"] if climb_speed_m_s is None else climb_speed_m_s
-        limit = up if gap[2] < 0.0 else p["MPC_Z_VEL_MAX_DN"]
-        brake = p["MPC_ACC_DOWN_MAX"]
-        speed = min(limit, math.sqrt(2.0 * brake * abs(gap[2])), abs(gap[2]) / 0.3)
-        wanted[2] = math.copysign(speed, gap[2])
+        speed = min(cruise, p["MPC_XY_VEL_MAX"], speed_that_stops_within(distance, acceleration, jerk))
+        share = speed / distance if distance > 1e-6 else 0.0
+        self._axes[0].advance(share * north, acceleration, jerk, dt_s)
+        self._axes[1].advance(share * east, acceleration, jerk, dt_s)
 
-        change = wanted - self._velocity
-        horizontal = math.hypot(change[0], change[1])
-        if horizontal > acceleration * dt_s:
-            change[:2] *= acceleration * dt_s / horizontal
-        change[2] = min(max(change[2], -p["MPC_ACC_UP_MAX"] * dt_s), brake * dt_s)
-        self._velocity += change
-        self._position += self._velocity * dt_s
+        up = p["MPC_Z_VEL_MAX_UP"] if climb_speed_m_s is None else climb_speed_m_s
+        limit, acceleration = (
+            (up, p["MPC_ACC_UP_MAX"]) if down < 0.0 else (p["MPC_Z_VEL_MAX_DN"], p["MPC_ACC_DOWN_MAX"])
+        )
+        speed = min(limit, speed_that_stops_within(abs(down), acceleration, jerk))
+        self._axes[2].advance(math.copysign(speed, down), acceleration, jerk, dt_s)

@@ -46,7 +46,7 @@ PARAMETER_TABLE = (
     ("MPC_ACC_UP_MAX", 4.0, 2.0, 15.0, "m/s2, upward acceleration of automatic modes"),
     ("MPC_ACC_DOWN_MAX", 3.0, 2.0, 15.0, "m/s2, downward acceleration of automatic modes"),
     ("MPC_JERK_MAX", 8.0, 0.5, 500.0, "not used: no remote control"),
-    ("MPC_JERK_AUTO", 4.0, 1.0, 80.0, "not used: automatic modes are limited in acceleration"),
+    ("MPC_JERK_AUTO", 4.0, 1.0, 80.0, "m/s3, jerk of automatic modes"),
     ("MPC_TILTMAX_AIR", 45.0, 20.0, 89.0, "deg, limit of tilt in flight"),
     ("MPC_TILTMAX_LND", 12.0, 5.0, 89.0, "deg, limit of tilt before the take-off is over"),
     ("MPC_TKO_SPEED", 1.5, 1.0, 5.0, "m/s, climbing in TAKEOFF"),
@@ -73,7 +73,7 @@ PARAMETER_TABLE = (
     ("MPC_YAWRAUTO_MAX", 45.0, 0.0, 360.0, "deg/s, limit of turning in automatic modes"),
     ("MPC_POS_MODE", 4, 0, 4, "not used: no remote control"),
     ("MPC_YAW_EXPO", 0.6, 0.0, 1.0, "not used: no remote control"),
-    ("MPC_XY_ERR_MAX", 2.0, 0.1, 10.0, "not used: automatic modes hold their setpoint"),
+    ("MPC_XY_ERR_MAX", 2.0, 0.1, 10.0, "m, automatic modes' setpoint waits for a vehicle this far behind"),
     ("MPC_XY_TRAJ_P", 0.5, 0.1, 1.0, "not used: see MPC_ACC_HOR"),
     # Hover thrust estimator
     ("HTE_HT_NOISE", 0.0036, 0.0001, 1.0, "1/s, process noise of the hover thrust"),

@@ -53,6 +53,11 @@ class Px4Status:
             return 5
         return 4 if self.armed else 3
 
+    @property
+    def heartbeat_content(self) -> tuple:
+        """What a heartbeat says and that may change."""
+        return (self.mode, self.armed, self.failsafe)
+
 
 class Px4:
     """One flight controller; an `Autopilot`.
@@ -156,6 +161,11 @@ class Px4:
     def home(self) -> np.ndarray | None:
         """Home position, NED, (3,); None before there is one."""
         return self._commander.home
+
+    @property
+    def armed_since_us(self) -> int | None:
+        """Since when the rotors may turn; None: they may not."""
+        return self._commander.armed_us if self._commander.armed else None
 
     @property
     def attitude_setpoint(self) -> np.ndarray:

@@ -1,0 +1,219 @@
+"""Telemetry of how the vehicle moves and what it is asked to do: NED and FRD, simulation time."""
+
+from __future__ import annotations
+
+import math
+
+from pymavlink.dialects.v20 import common
+
+from simulation_tools.px4.px4 import Px4, Px4Status
+
+_NAN = math.nan
+_UNKNOWN_U16 = 65535
+
+
+def _euler(q: list[float]) -> tuple[float, float, float]:
+    w, x, y, z = q
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(min(1.0, max(-1.0, 2.0 * (w * y - z * x))))
+    return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def _attitude(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    estimate = px4.estimate[0]
+    roll, pitch, yaw = _euler(estimate["attitude"].tolist())
+    return common.MAVLink_attitude_message(
+        status.time_us // 1000, roll, pitch, yaw, *estimate["rates"].tolist()
+    )
+
+
+def _attitude_quaternion(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    estimate = px4.estimate[0]
+    return common.MAVLink_attitude_quaternion_message(
+        status.time_us // 1000, *estimate["attitude"].tolist(), *estimate["rates"].tolist()
+    )
+
+
+def _highres_imu(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    estimate = px4.estimate[0]
+    altitude = px4.origin.altitude_m - float(estimate["position"][2])
+    pressure_hpa = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588  # international standard atmosphere
+    return common.MAVLink_highres_imu_message(
+        status.time_us,
+        *estimate["specific_force"].tolist(),
+        *estimate["rates"].tolist(),
+        *_magnetic_field(estimate["attitude"].tolist()),
+        pressure_hpa,
+        0.0,
+        altitude,
+        20.0,
+        7167,
+    )
+
+
+def _magnetic_field(q: list[float]) -> tuple[float, float, float]:
+    """Zurich's field (gauss, NED) in the body's frame."""
+    north, east, down = 0.2144, 0.0105, 0.4269
+    w, x, y, z = q
+    return (
+        (1 - 2 * (y * y + z * z)) * north + 2 * (x * y + w * z) * east + 2 * (x * z - w * y) * down,
+        2 * (x * y - w * z) * north + (1 - 2 * (x * x + z * z)) * east + 2 * (y * z + w * x) * down,
+        2 * (x * z + w * y) * north + 2 * (y * z - w * x) * east + (1 - 2 * (x * x + y * y)) * down,
+    )
+
+
+def _local_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    if not status.position_valid:
+        return None
+    estimate = px4.estimate[0]
+    return common.MAVLink_local_position_ned_message(
+        status.time_us // 1000, *estimate["position"].tolist(), *estimate["velocity"].tolist()
+    )
+
+
+def _odometry(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    if not status.position_valid:
+        return None
+    estimate = px4.estimate[0]
+    attitude = estimate["attitude"].tolist()
+    return common.MAVLink_odometry_message(
+        status.time_us,
+        common.MAV_FRAME_LOCAL_NED,
+        common.MAV_FRAME_BODY_FRD,
+        *estimate["position"].tolist(),
+        attitude,
+        *_to_body(attitude, estimate["velocity"].tolist()),
+        *estimate["rates"].tolist(),
+        [_NAN] * 21,
+        [_NAN] * 21,
+        estimator_type=common.MAV_ESTIMATOR_TYPE_AUTOPILOT,
+    )
+
+
+def _to_body(q: list[float], v: list[float]) -> tuple[float, float, float]:
+    w, x, y, z = q[0], -q[1], -q[2], -q[3]
+    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
+    return (
+        v[0] + w * tx + y * tz - z * ty,
+        v[1] + w * ty + z * tx - x * tz,
+        v[2] + w * tz + x * ty - y * tx,
+    )
+
+
+def _global_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    if not status.position_valid or px4.home is None:
+        return None
+    estimate = px4.estimate[0]
+    north, east, down = estimate["position"].tolist()
+    latitude, longitude = px4.origin.to_global(north, east)
+    heading = math.degrees(float(estimate["yaw"])) % 360.0
+    return common.MAVLink_global_position_int_message(
+        status.time_us // 1000,
+        round(1e7 * latitude),
+        round(1e7 * longitude),
+        round(1e3 * (px4.origin.altitude_m - down)),
+        round(1e3 * (float(px4.home[2]) - down)),
+        *(_int16(100.0 * v) for v in estimate["velocity"].tolist()),
+        int(100.0 * heading) % 36000,
+    )
+
+
+def _gps_raw(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    estimate = px4.estimate[0]
+    north, east, down = estimate["position"].tolist()
+    vx, vy, _ = estimate["velocity"].tolist()
+    latitude, longitude = px4.origin.to_global(north, east)
+    return common.MAVLink_gps_raw_int_message(
+        status.time_us,
+        common.GPS_FIX_TYPE_3D_FIX,
+        round(1e7 * latitude),
+        round(1e7 * longitude),
+        round(1e3 * (px4.origin.altitude_m - down)),
+        90,
+        90,
+        min(round(100.0 * math.hypot(vx, vy)), _UNKNOWN_U16),
+        int(100.0 * (math.degrees(math.atan2(vy, vx)) % 360.0)) % 36000,
+        10,
+    )
+
+
+def _attitude_target(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    target = px4.attitude_setpoint[0]
+    return common.MAVLink_attitude_target_message(
+        status.time_us // 1000,
+        0,
+        target["attitude"].tolist(),
+        *px4.rates_setpoint.tolist(),
+        float(target["thrust"]),
+    )
+
+
+def _position_target_global(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    north, east, down = px4.active_setpoint["position"][0].tolist()
+    if not status.position_valid or math.isnan(north + east + down):
+        return None
+    target = px4.attitude_setpoint[0]
+    latitude, longitude = px4.origin.to_global(north, east)
+    return common.MAVLink_position_target_global_int_message(
+        status.time_us // 1000,
+        common.MAV_FRAME_GLOBAL_INT,
+        0,
+        round(1e7 * latitude),
+        round(1e7 * longitude),
+        px4.origin.altitude_m - down,
+        *target["velocity"].tolist(),
+        *target["acceleration"].tolist(),
+        float(target["yaw"]),
+        float(target["yaw_rate"]),
+    )
+
+
+def _position_target(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    asked, target = px4.active_setpoint[0], px4.attitude_setpoint[0]
+    return common.MAVLink_position_target_local_ned_message(
+        status.time_us // 1000,
+        common.MAV_FRAME_LOCAL_NED,
+        0,
+        *asked["position"].tolist(),
+        *target["velocity"].tolist(),
+        *target["acceleration"].tolist(),
+        float(target["yaw"]),
+        float(target["yaw_rate"]),
+    )
+
+
+def _altitude(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    local = -float(px4.estimate["position"][0, 2])
+    amsl = px4.origin.altitude_m + local
+    relative = local + float(px4.home[2]) if px4.home is not None else _NAN
+    return common.MAVLink_altitude_message(status.time_us, amsl, amsl, local, relative, _NAN, relative)
+
+
+def _vfr_hud(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    estimate = px4.estimate[0]
+    vx, vy, vz = estimate["velocity"].tolist()
+    speed = math.hypot(vx, vy)
+    heading = int(math.degrees(float(estimate["yaw"])) % 360.0)
+    throttle = round(100.0 * float(px4.attitude_setpoint["thrust"][0])) if status.armed else 0
+    altitude = px4.origin.altitude_m - float(estimate["position"][2])
+    return common.MAVLink_vfr_hud_message(speed, speed, heading, throttle, altitude, -vz)
+
+
+def _int16(value: float) -> int:
+    return max(-32768, min(32767, round(value)))
+
+
+BUILDERS = {
+    "ATTITUDE": _attitude,
+    "ATTITUDE_QUATERNION": _attitude_quaternion,
+    "HIGHRES_IMU": _highres_imu,
+    "GLOBAL_POSITION_INT": _global_position,
+    "LOCAL_POSITION_NED": _local_position,
+    "ODOMETRY": _odometry,
+    "GPS_RAW_INT": _gps_raw,
+    "ATTITUDE_TARGET": _attitude_target,
+    "POSITION_TARGET_LOCAL_NED": _position_target,
+    "POSITION_TARGET_GLOBAL_INT": _position_target_global,
+    "ALTITUDE": _altitude,
+    "VFR_HUD": _vfr_hud,
+}

@@ -1,0 +1,155 @@
+"""Telemetry of the flight controller's own state: mode, arming, battery, home, versions."""
+
+from __future__ import annotations
+
+from pymavlink.dialects.v20 import common
+
+from simulation_tools.px4.modes import ARMED_FLAG
+from simulation_tools.px4.px4 import Px4, Px4Status
+
+_UNKNOWN_U16 = 65535
+_CELLS, _CELL_FULL_V, _CELL_EMPTY_V = 4, 4.05, 3.7  # PX4's simulated battery
+
+
+def _heartbeat(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    return common.MAVLink_heartbeat_message(
+        type=int(px4.parameters["MAV_TYPE"]),
+        autopilot=common.MAV_AUTOPILOT_PX4,
+        base_mode=status.mode.base_mode | (ARMED_FLAG if status.armed else 0),
+        custom_mode=status.mode.custom_mode,
+        system_status=status.system_status,
+        mavlink_version=3,
+    )
+
+
+def _servo_output(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    pulses = [round(1000.0 + 1000.0 * u) if status.armed else 900 for u in px4.commands.tolist()]
+    return common.MAVLink_servo_output_raw_message(status.time_us % 2**32, 0, *pulses, 0, 0, 0, 0)
+
+
+def _battery_voltage(status: Px4Status) -> float:
+    return _CELL_EMPTY_V + (_CELL_FULL_V - _CELL_EMPTY_V) * status.battery_remaining
+
+
+def _sys_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    sensors = 0x0120002F  # gyro, accelerometer, magnetometer, pressure, GPS; battery, AHRS
+    return common.MAVLink_sys_status_message(
+        sensors,
+        sensors,
+        sensors,
+        100,
+        round(1000.0 * _CELLS * _battery_voltage(status)),
+        -1,
+        round(100.0 * status.battery_remaining),
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+    )
+
+
+def _battery_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    cells = [round(1000.0 * _battery_voltage(status))] * _CELLS + [_UNKNOWN_U16] * (10 - _CELLS)
+    return common.MAVLink_battery_status_message(
+        0,
+        common.MAV_BATTERY_FUNCTION_ALL,
+        common.MAV_BATTERY_TYPE_LIPO,
+        32767,
+        cells,
+        -1,
+        -1,
+        -1,
+        round(100.0 * status.battery_remaining),
+    )
+
+
+def _extended_sys_state(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    return common.MAVLink_extended_sys_state_message(
+        common.MAV_VTOL_STATE_UNDEFINED, int(status.landed_state)
+    )
+
+
+def _system_time(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    return common.MAVLink_system_time_message(0, status.time_us // 1000)
+
+
+def _estimator_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    flags = 831 if status.position_valid else 1  # attitude, velocity and position, absolute and relative
+    return common.MAVLink_estimator_status_message(
+        status.time_us, flags, 0.01, 0.01, 0.01, 0.01, 0.0, 0.0, 0.3, 0.3
+    )
+
+
+def _home_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    if px4.home is None:
+        return None
+    north, east, down = px4.home.tolist()
+    latitude, longitude = px4.origin.to_global(north, east)
+    return common.MAVLink_home_position_message(
+        round(1e7 * latitude),
+        round(1e7 * longitude),
+        round(1e3 * (px4.origin.altitude_m - down)),
+        north,
+        east,
+        down,
+        [1.0, 0.0, 0.0, 0.0],
+        0.0,
+        0.0,
+        0.0,
+        status.time_us,
+    )
+
+
+def _timesync(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    return common.MAVLink_timesync_message(0, 1000 * status.time_us)
+
+
+def _autopilot_version(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    capabilities = (
+        common.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+        | common.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+        | common.MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
+        | common.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+        | common.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+        | common.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+        | common.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    )
+    version = 1 << 24 | 12 << 16  # 1.12.0 development: the master of July 2021
+    return common.MAVLink_autopilot_version_message(
+        capabilities, version, version, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
+    )
+
+
+def _gps_global_origin(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    if not status.position_valid:
+        return None
+    origin = px4.origin
+    return common.MAVLink_gps_global_origin_message(
+        round(1e7 * origin.latitude_deg),
+        round(1e7 * origin.longitude_deg),
+        round(1e3 * origin.altitude_m),
+        status.time_us,
+    )
+
+
+def _flight_information(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    since_us = px4.armed_since_us or 0
+    return common.MAVLink_flight_information_message(status.time_us // 1000, since_us, since_us, 0)
+
+
+BUILDERS = {
+    "HEARTBEAT": _heartbeat,
+    "TIMESYNC": _timesync,
+    "SERVO_OUTPUT_RAW": _servo_output,
+    "SYS_STATUS": _sys_status,
+    "EXTENDED_SYS_STATE": _extended_sys_state,
+    "SYSTEM_TIME": _system_time,
+    "ESTIMATOR_STATUS": _estimator_status,
+    "HOME_POSITION": _home_position,
+    "BATTERY_STATUS": _battery_status,
+    "AUTOPILOT_VERSION": _autopilot_version,
+    "FLIGHT_INFORMATION": _flight_information,
+    "GPS_GLOBAL_ORIGIN": _gps_global_origin,
+}

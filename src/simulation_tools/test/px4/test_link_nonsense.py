@@ -1,0 +1,138 @@
+"""Garbage, truncated and corrupted MAVLink, lossy networks, clients that stall: the flight goes on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mavlink_client import Setup
+from pymavlink.dialects.v20 import common as mavlink
+
+from simulation_tools.mavlink import Codec
+
+valid = Codec(255, 190).pack(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
+headers = st.tuples(st.sampled_from([b"\xfd", b"\xfe"]), st.binary(max_size=300)).map(b"".join)
+truncated = st.integers(0, len(valid) - 1).map(lambda n: valid[:n])
+flipped = st.tuples(st.integers(0, len(valid) - 1), st.integers(1, 255)).map(
+    lambda flip: valid[: flip[0]] + bytes([valid[flip[0]] ^ flip[1]]) + valid[flip[0] + 1 :]
+)
+nonsense = st.one_of(st.binary(max_size=400), headers, truncated, flipped)
+
+
+@pytest.fixture(scope="module")
+def one_setup():
+    setup = Setup()
+    setup.run(0.1)
+    yield setup
+    setup.close()
+
+
+@settings(max_examples=500, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(nonsense)
+def test_nonsense_is_counted_and_never_harms(one_setup, data):
+    setup = one_setup
+    client = setup.clients[0] if setup.clients else setup.client()
+    before = setup.link.statistics.bad_packets
+    client.send_raw(data)
+    client.velocity(stamp=1)
+    setup.link.poll(0)
+    assert setup.stamps.pop() == 1  # the next datagram is read as if nothing had been
+    assert not setup.flight.px4.status.armed
+    assert setup.link.statistics.bad_packets > before or not data or b"\xfd" in data or b"\xfe" in data
+
+
+def test_nonsense_is_warned_of_once(setup):
+    client = setup.client()
+    for _ in range(10):
+        client.send_raw(b"\xfd\x00garbage")
+    setup.run(0.02)
+    assert len(setup.warnings) == 1
+    assert setup.link.statistics.bad_packets >= 10
+
+
+def test_valid_messages_around_garbage_are_read():
+    codec = Codec(1, 1)
+    beat = Codec(255, 1).pack(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+    found = list(codec.decode(b"xx" + beat + b"\xfd\x05" + beat + beat[:7]))
+    assert [m.get_type() for m in found] == ["HEARTBEAT", "HEARTBEAT"]
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.sampled_from(sorted(mavlink.mavlink_map)), st.binary(max_size=255))
+def test_every_message_type_with_any_payload_is_survived(one_setup, number, payload):
+    """Frames that are whole and have a right checksum, of every type there is, with random payloads."""
+    setup = one_setup
+    client = setup.clients[0] if setup.clients else setup.client()
+    client.send_raw(framed(number, payload))
+    setup.link.poll(0)
+    setup.flight.step()
+    setup.link.send_due(setup.flight.body.time_us)
+    assert all(math.isfinite(value) for value in setup.flight.px4.commands)
+
+
+# A hundred thousand packets
+
+
+def random_packets(rng, count):
+    """Yield random bytes, truncated messages, bit-flipped ones and whole ones with random payloads."""
+    codec = Codec(255, 190)
+    whole = [
+        codec.pack(message)
+        for message in (
+            mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3),
+            mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0),
+            mavlink.MAVLink_param_set_message(1, 1, b"MPC_XY_P", 1.0, 9),
+            mavlink.MAVLink_set_position_target_local_ned_message(1, 1, 1, 8, 0b0101_1100_0111, *(1.0,) * 11),
+            mavlink.MAVLink_set_mode_message(1, 1, 6 << 16),
+        )
+    ]
+    numbers = sorted(mavlink.mavlink_map)
+    noise = rng.bytes(1 << 20)
+    picks = rng.integers(0, 1 << 30, (count, 4)).tolist()
+    for kind, (a, b, c, d) in enumerate(picks):
+        if kind % 4 == 0:
+            start = a % (len(noise) - 400)
+            yield (b"\xfd", b"\xfe", b"")[b % 3] + noise[start : start + c % 300]
+            continue
+        packet = whole[a % len(whole)]
+        if kind % 4 == 1:
+            yield packet[: b % len(packet)]
+        elif kind % 4 == 2:
+            place = b % len(packet)
+            yield packet[:place] + bytes([packet[place] ^ (1 << c % 8)]) + packet[place + 1 :]
+        else:
+            yield framed(numbers[a % len(numbers)], noise[d % 1_000_000 :][: b % 256])
+
+
+def framed(number, payload):
+    """A whole frame with a right checksum."""
+    header = bytes((0xFD, len(payload), 0, 0, 0, 255, 190)) + number.to_bytes(3, "little")
+    checksum = mavlink.x25crc(header[1:] + payload)
+    checksum.accumulate(bytes([mavlink.mavlink_map[number].crc_extra]))
+    return header + payload + checksum.crc.to_bytes(2, "little")
+
+
+def test_a_hundred_thousand_packets_of_garbage_do_no_harm(setup):
+    """Through the socket; flawless setpoints among them come through, and the vehicle stands still."""
+    rng = np.random.default_rng(4)
+    client = setup.client()
+    setup.run(0.6)
+    good = 0
+    for index, packet in enumerate(random_packets(rng, 100_000)):
+        client.send_raw(packet)
+        if index % 100 == 99:
+            client.velocity(stamp=index)
+            setup.link.poll(setup.flight.body.time_us)
+            assert setup.stamps[-1] == index
+            good += 1
+        if index % 1000 == 999:
+            setup.flight.px4.request_arm(False, force=True)
+            setup.flight.step()
+            setup.link.send_due(setup.flight.body.time_us)
+    assert good == 1000
+    assert setup.link.statistics.bad_packets > 50_000
+    assert np.isfinite(setup.flight.px4.commands).all()
+    assert setup.flight.body.position == (0.0, 0.0, 0.0)
