@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field
-from typing import Callable, Protocol, Sequence
+from typing import Callable, Protocol, Sequence, Tuple
 
 import numpy as np
 
@@ -41,6 +41,7 @@ from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
 from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
 
+Velocity = Tuple[float, float, float]
 POSE_SOURCES = ("ground_truth", "odometry")
 
 
@@ -98,10 +99,17 @@ class ScanListener(Protocol):
 class ClosedLoop:
     """One flight from take-off to landing. Use it as a context manager, or `close` it."""
 
-    def __init__(self, parameters: ClosedLoopParameters, steering: Algorithm | None = None) -> None:
+    def __init__(
+        self,
+        parameters: ClosedLoopParameters,
+        steering: Algorithm | None = None,
+        pilot: Callable[[float, Pose], Velocity] | None = None,
+    ) -> None:
         """Build everything; raises SimulationToolsError when the world or the UAV cannot be loaded.
 
         steering: flown instead of `parameters.algorithm`, for instance one that records what it is asked.
+        pilot: whose velocity (m/s; ahead, left, up), given time in s and true pose, is the reference once the
+        UAV is ready to fly, in place of the position controller's.
         """
         self.parameters = parameters
         self.listeners: list[ScanListener] = []
@@ -116,6 +124,7 @@ class ClosedLoop:
         self._padding = LidarPadding(parameters.padding)
         self._position_controller = PositionController(parameters.position_controller)
         self._mission: Mission | None = None
+        self._pilot = pilot
         self._cepa = steering or ALGORITHMS[parameters.algorithm](parameters.cepa)
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
         self.publisher = PublisherLink(self.simulation.px4, parameters.publisher)
@@ -172,7 +181,9 @@ class ClosedLoop:
         reached = self._follow_mission(t_s, pose)
         command = self._position_controller.update(t_s, pose.position_m, pose.yaw_rad)
         self._v_ref = command.velocity_m_s
-        self.log.v_ref.add(t_s, *command.velocity_m_s, 0.0)
+        if self._pilot is not None and self.publisher.ready:
+            self._v_ref = self._pilot(t_s, truth.pose)
+        self.log.v_ref.add(t_s, *self._v_ref, 0.0)
         self._carry_out(self.monitor.on_truth(t_s, truth.pose.position_m, truth.pose.orientation_xyzw))
         self.monitor.on_goal_reached(command.goal_reached if reached is None else reached)
 

@@ -1,0 +1,146 @@
+"""A pilot's hands, as reference velocities: keys of a terminal, or the sticks of a joystick.
+
+Both are dead man's switches: a key that is no longer pressed and a joystick that no longer speaks mean hover.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Sequence
+
+from inspection_tools.checks import check_number, check_whole
+from inspection_tools.errors import ParameterError
+
+HOVER = (0.0, 0.0, 0.0)
+FASTEST_M_S = 5.0
+KEYS = """\
+    u  i  o        ahead left   ahead   ahead right
+    j  k  l        left         stop    right
+    m  ,  .        back left    back    back right
+    t / b          up / down            q / z   faster / slower"""
+
+_DIAGONAL = math.sqrt(0.5)
+_DIRECTIONS = {  # ahead, left, up
+    "u": (_DIAGONAL, _DIAGONAL, 0.0),
+    "i": (1.0, 0.0, 0.0),
+    "o": (_DIAGONAL, -_DIAGONAL, 0.0),
+    "j": (0.0, 1.0, 0.0),
+    "k": HOVER,
+    "l": (0.0, -1.0, 0.0),
+    "m": (-_DIAGONAL, _DIAGONAL, 0.0),
+    ",": (-1.0, 0.0, 0.0),
+    ".": (-_DIAGONAL, -_DIAGONAL, 0.0),
+    "t": (0.0, 0.0, 1.0),
+    "b": (0.0, 0.0, -1.0),
+}
+_FACTORS = {"q": 1.1, "z": 1.0 / 1.1}
+
+
+@dataclass(frozen=True)
+class TeleopParameters:
+    """How a pilot's hands become velocities.
+
+    Attributes:
+        speed: Horizontal speed of a key or a full stick, m/s.
+        climb_speed: Vertical speed of a key or a full stick, m/s.
+        hold_time: A key counts as pressed for this long, s; longer than a keyboard waits before it repeats a
+            key that is held. A joystick silent for longer counts as released.
+        axis_ahead, axis_left, axis_up: Axes of the joystick, positive ahead, to the left and up.
+        dead_zone: Sticks moved less than this share of their way count as released.
+
+    Raises:
+        ParameterError: a value out of range, or one axis for two directions.
+    """
+
+    speed: float = 1.0
+    climb_speed: float = 0.5
+    hold_time: float = 0.6
+    axis_ahead: int = 1
+    axis_left: int = 0
+    axis_up: int = 4
+    dead_zone: float = 0.1
+
+    def __post_init__(self):
+        check_number("speed", self.speed, 0.0, FASTEST_M_S)
+        check_number("climb_speed", self.climb_speed, 0.0, 2.0)
+        check_number("hold_time", self.hold_time, 0.05, 2.0)
+        check_number("dead_zone", self.dead_zone, 0.0, 0.9)
+        axes = {name: getattr(self, name) for name in ("axis_ahead", "axis_left", "axis_up")}
+        for name, axis in axes.items():
+            check_whole(name, axis, 0, 31)
+        if len(set(axes.values())) < len(axes):
+            raise ParameterError("axis_ahead, axis_left and axis_up must be three different axes.")
+
+
+class KeyboardPilot:
+    """Keys in, velocities out. Times are seconds on any clock that only goes on."""
+
+    def __init__(self, parameters: TeleopParameters | None = None):
+        self._parameters = parameters or TeleopParameters()
+        self._factor = 1.0
+        self._direction = HOVER
+        self._until_s = -math.inf
+
+    @property
+    def speed_m_s(self) -> float:
+        """The horizontal speed of a key."""
+        return min(self._factor * self._parameters.speed, FASTEST_M_S)
+
+    def press(self, key: str, now_s: float) -> bool:
+        """Take one key; returns False for one without a meaning, which stops the UAV: it may be panic."""
+        if key in _FACTORS:
+            self._factor = min(max(self._factor * _FACTORS[key], 0.05), 10.0)
+            return True
+        self._direction = _DIRECTIONS.get(key, HOVER)
+        self._until_s = now_s + self._parameters.hold_time
+        return key in _DIRECTIONS
+
+    def velocity(self, now_s: float) -> tuple[float, float, float]:
+        """Return the reference velocity (ahead, left, up), m/s."""
+        if now_s > self._until_s:
+            return HOVER
+        ahead, left, up = self._direction
+        return (self.speed_m_s * ahead, self.speed_m_s * left, self._parameters.climb_speed * up)
+
+
+class JoystickPilot:
+    """Sticks in, velocities out. Times are seconds on any clock that only goes on."""
+
+    def __init__(self, parameters: TeleopParameters | None = None):
+        self._parameters = parameters or TeleopParameters()
+        self._axes: Sequence[float] = ()
+        self._until_s = -math.inf
+
+    def move(self, axes: Sequence[float], now_s: float) -> None:
+        """Take the sticks' positions, each -1 to 1.
+
+        Raises:
+            ParameterError: the joystick lacks an axis of the parameters; its last positions are forgotten.
+        """
+        p = self._parameters
+        self._until_s = -math.inf
+        wanted = max(p.axis_ahead, p.axis_left, p.axis_up)
+        if len(axes) <= wanted:
+            raise ParameterError(
+                f"The joystick has {len(axes)} axes, but axis {wanted} is wanted; change axis_ahead, "
+                "axis_left or axis_up."
+            )
+        self._axes = axes
+        self._until_s = now_s + p.hold_time
+
+    def velocity(self, now_s: float) -> tuple[float, float, float]:
+        """Return the reference velocity (ahead, left, up), m/s; horizontally at most `speed` in all."""
+        if now_s > self._until_s:
+            return HOVER
+        p = self._parameters
+        ahead, left, up = (self._moved(axis) for axis in (p.axis_ahead, p.axis_left, p.axis_up))
+        share = p.speed / max(math.hypot(ahead, left), 1.0)
+        return (share * ahead, share * left, p.climb_speed * up)
+
+    def _moved(self, axis: int) -> float:
+        """Return how far a stick is moved beyond the dead zone, -1 to 1; 0 if that is no number."""
+        value, dead = self._axes[axis], self._parameters.dead_zone
+        if not math.isfinite(value) or abs(value) <= dead:
+            return 0.0
+        return math.copysign((min(abs(value), 1.0) - dead) / (1.0 - dead), value)
