@@ -3,6 +3,7 @@
 
 import itertools
 import math
+import signal
 import subprocess
 import sys
 import tempfile
@@ -248,7 +249,23 @@ class SlamGridslamTest(unittest.TestCase):
         np.testing.assert_array_equal(grid.cells.ravel(), newest.data)
         self.assertAlmostEqual(grid.origin_xy_m[0], newest.info.origin.position.x, places=5)
 
-    # parameters
+    # beginning and ending
+
+    def test_a_signal_ends_it_at_once(self):
+        node = find_node("gridslam", "slam_gridslam")[0]
+        for index, after_s in enumerate((0.0, 0.5, 2.0)):
+            process = subprocess.Popen(
+                [node, "__ns:=/elsewhere", f"__name:=short_{index}"],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )
+            wait_until(lambda pid=process.pid: watches_for_signals(pid), "a node that watches for signals")
+            rospy.rostime.wallsleep(after_s)
+            process.send_signal(signal.SIGINT)
+            said, _ = process.communicate(timeout=3.0)
+            self.assertNotIn("Traceback", said)
+            self.assertIn(process.returncode, (0, 128 + signal.SIGINT), said)
 
     def test_unknown_parameters_are_named(self):
         self.assertIn("no_such_parameter", " ".join(self.said_at_the_start()))
@@ -266,7 +283,7 @@ class SlamGridslamTest(unittest.TestCase):
         node = find_node("gridslam", "slam_gridslam")[0]
         running = {
             argument: subprocess.Popen(
-                [node, f"__name:=bad_{index}", argument],
+                [node, "__ns:=/elsewhere", f"__name:=bad_{index}", argument],
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,
@@ -278,6 +295,12 @@ class SlamGridslamTest(unittest.TestCase):
             self.assertEqual(process.returncode, 1, said)
             self.assertIn(cases[argument], said)
             self.assertNotIn("Traceback", said)
+
+
+def watches_for_signals(pid):
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    blocked = next(int(line.split()[1], 16) for line in lines if line.startswith("SigBlk:"))
+    return blocked & 1 << (signal.SIGINT - 1)
 
 
 if __name__ == "__main__":
