@@ -1,0 +1,21 @@
+"""What CEPA is compared with: other ways to steer, each in its plain published form.
+
+They answer the same question as CEPA's algorithms (scan, reference velocity and own velocity in, velocity
+out), so that the closed loop flies them unchanged. None of them is the authors' own code.
+"""
+
+from master_thesis.baselines.collision_prevention import CollisionPrevention, CollisionPreventionParameters
+from master_thesis.baselines.no_avoidance import NoAvoidance
+from master_thesis.baselines.vfh_plus import VfhPlus, VfhPlusParameters
+
+BASELINES = {"none": NoAvoidance, "collision_prevention": CollisionPrevention, "vfh_plus": VfhPlus}
+"""The baselines by the names that campaigns use."""
+
+__all__ = [
+    "BASELINES",
+    "CollisionPrevention",
+    "CollisionPreventionParameters",
+    "NoAvoidance",
+    "VfhPlus",
+    "VfhPlusParameters",
+]

@@ -1,0 +1,14 @@
+"""No avoidance at all: how often does a straight flight hit something?"""
+
+from __future__ import annotations
+
+from cepa import Decision, LaserScan2D, Reason
+from cepa.algorithm import Algorithm, velocity
+
+
+class NoAvoidance(Algorithm):
+    """Answers the reference velocity."""
+
+    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+        """Return v_ref. Raises VelocityError when it is not two finite numbers."""
+        return Decision(velocity(v_ref_xy, "v_ref"), False, 0.0, 0, Reason.CUSHION_CLEAR)
