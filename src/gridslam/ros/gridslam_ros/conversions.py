@@ -6,14 +6,17 @@ import math
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Pose, PoseArray, PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
 from nav_msgs.msg import OccupancyGrid as GridMessage
 from nav_msgs.msg import Path
 from rospy.numpy_msg import numpy_msg
-from std_msgs.msg import Header
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker
 
 from gridslam import MapError, OccupancyGrid
+from gridslam.trajectory import Trajectory
 
+CLOSURE_WIDTH_M, CLOSURE_COLOUR = 0.1, (0.95, 0.6, 0.0, 1.0)
 NumpyGridMessage = numpy_msg(GridMessage)
 """As GridMessage, with the data as an array: sent at once instead of cell by cell."""
 
@@ -54,14 +57,29 @@ def particles_message(poses: np.ndarray, header: Header) -> PoseArray:
     return PoseArray(header=header, poses=[pose_message(*pose) for pose in poses.tolist()])
 
 
-def path_message(stamps_s: np.ndarray, poses: np.ndarray, header: Header) -> Path:
-    """Return a trajectory, stamps (n,) and poses (n, 3), as a message."""
+def path_message(trajectory: Trajectory, header: Header) -> Path:
+    """Return a trajectory as a message."""
     path = Path(header=header)
     path.poses = [
         PoseStamped(header=header_of(stamp_s, header.frame_id), pose=pose_message(*pose))
-        for stamp_s, pose in zip(stamps_s.tolist(), poses.tolist())
+        for stamp_s, pose in zip(trajectory.stamps_s.tolist(), trajectory.poses_in_map.tolist())
     ]
     return path
+
+
+def closures_message(closures, trajectory: Trajectory, header: Header) -> Marker:
+    """Return the closed loops as lines between the places on the path that were found to belong together."""
+    marker = Marker(header=header, ns="closures", type=Marker.LINE_LIST, action=Marker.ADD)
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = CLOSURE_WIDTH_M
+    marker.color = ColorRGBA(*CLOSURE_COLOUR)
+    stamps_s = [stamp_s for closure in closures for stamp_s in (closure.stamp_from_s, closure.stamp_to_s)]
+    nodes = np.searchsorted(trajectory.stamps_s, np.array(stamps_s) - 1e-6)
+    nodes = np.clip(nodes, 0, max(len(trajectory.stamps_s) - 1, 0))
+    marker.points = (
+        [Point(x, y, 0.0) for x, y, _ in trajectory.poses_in_map[nodes].tolist()] if closures else []
+    )
+    return marker
 
 
 def pose_message(x: float, y: float, yaw: float) -> Pose:
