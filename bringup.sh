@@ -18,7 +18,7 @@ usage() {
   cat <<'TEXT'
 ./bringup.sh                                     flies Experiment 1 in the forest and says where the results lie
 ./bringup.sh <launch file> [arg:=value ...]      a launch file of master_thesis, with its arguments
-./bringup.sh test [pytest arguments]             every test, two at a time; arguments go to pytest (-n 0: one at a time)
+./bringup.sh test [pytest arguments]             every test, three at a time; arguments go to pytest (-n 0: one at a time)
 ./bringup.sh bench [name [arguments]]            the benchmarks, or the one of that name (--help tells its arguments)
 ./bringup.sh setup                               set-up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
 
@@ -110,8 +110,9 @@ run_tests() {
   rm -rf logs/test
   export ROS_HOME=$root/logs/test ROS_LOG_DIR=$root/logs/test/log PATH="$root/.venv/bin:$PATH"
   mkdir -p "$ROS_LOG_DIR"
-  # Two at a time, as conftest.py shares them out; whoever wants it otherwise says so: -n 0 for --pdb, -n 4, ...
-  exec .venv/bin/python -m pytest -n 2 "$@"
+  # Three at a time, as conftest.py shares them out: half of a test's time is waiting for processes and clocks.
+  # Whoever wants it otherwise says so: -n 0 for --pdb, ...
+  exec .venv/bin/python -m pytest -n 3 "$@"
 }
 
 # run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py; without a name every one that is no helper (_*.py), brief

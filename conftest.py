@@ -1,6 +1,6 @@
 """What all tests share: the libraries on the path, the markers, a ROS master of one's own.
 
-Tests may run in several processes (pytest-xdist, `-n 2`): most of them beside each other, those that measure
+Tests may run in several processes (pytest-xdist, `-n 3`): most of them beside each other, those that measure
 wall time (marker `realtime`) with the machine to themselves.
 """
 

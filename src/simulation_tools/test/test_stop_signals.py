@@ -39,7 +39,6 @@ def end(arguments, number=signal.SIGINT, after_s=0.0, line=None, **environment):
         process.wait()
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_before_anything_is_watched_it_ends_on_the_spot(number):
     code, output, seconds = end([sys.executable, "-c", BEGIN + "time.sleep(60)"], number, line="begun")
@@ -48,7 +47,6 @@ def test_before_anything_is_watched_it_ends_on_the_spot(number):
     assert seconds < 0.5
 
 
-@pytest.mark.realtime
 def test_a_main_thread_that_watches_ends_by_itself_and_closes():
     body = """
 stop.watched()
@@ -61,7 +59,6 @@ leave(3, lambda: print("closed"))
     assert seconds < 0.5
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("body", ["time.sleep(60)", "leave(0, lambda: time.sleep(60))"])
 def test_nothing_that_hangs_is_waited_for_long(body):
     code, output, seconds = end(
@@ -72,7 +69,6 @@ def test_nothing_that_hangs_is_waited_for_long(body):
 
 
 @pytest.mark.ros
-@pytest.mark.realtime
 @pytest.mark.parametrize("after_s", [0.5, 0.8, 1.2])
 def test_a_node_interrupted_while_it_starts_is_gone_at_once_without_a_traceback(after_s):
     """All at the same time: each is to be gone within a second though the others end beside it."""
