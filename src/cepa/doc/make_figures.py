@@ -17,9 +17,10 @@ sys.path[:0] = [str(HERE.parent / "src"), str(HERE.parent / "test")]
 
 from planar_flight import Scene  # noqa: E402
 
-from cepa import CepaParameters, Improved, LaserScan2D, reference, view  # noqa: E402
+from cepa import CepaParameters, Improved, LaserScan2D, LidarAttitude, levelled, reference, view  # noqa: E402
 from cepa.emergency import open_sections  # noqa: E402
 from cepa.kernels.emergency import safe_directions  # noqa: E402
+from cepa.levelling import needed_sight  # noqa: E402
 from cepa.scan import Grid  # noqa: E402
 
 PARAMETERS = CepaParameters()
@@ -34,6 +35,7 @@ def main() -> None:
         ("cushions", draw_cushions),
         ("steering", draw_steering),
         ("emergency", draw_emergency),
+        ("extensions", draw_extensions),
     ):
         figure = draw()
         figure.savefig(HERE / f"{name}.png", dpi=110, bbox_inches="tight")
@@ -151,6 +153,46 @@ def draw_emergency():
         )
     axes[0].set_ylabel("y, m")
     return figure
+
+
+def draw_extensions():
+    """What is an emergency at some own speeds, and what levelling makes of a leaning lidar's beams."""
+    figure, (zone, side) = plt.subplots(1, 2, figsize=(9.5, 2.9), width_ratios=(1.0, 1.35))
+    aware = CepaParameters(velocity_aware_emergency=True)
+    for speed, shade in ((3.0, 0.75), (2.0, 0.55), (1.0, 0.3), (0.0, 0.0)):
+        outline = view.emergency_outline(aware, (speed, 0.0))
+        zone.plot(*outline.T, color=str(shade), label=f"{speed:g} m/s")
+    zone.add_patch(plt.Circle((0.0, 0.0), aware.body_radius, color="#8c6d4f", alpha=0.4))
+    zone.set(title="emergency at an own speed ahead of", xlabel="x, m", ylabel="y, m", aspect="equal")
+    zone.legend(frameon=False, fontsize=7, loc="upper right")
+    zone.set(xlim=(-0.7, 3.2), ylim=(-1.0, 1.0))
+    _draw_leaning(side)
+    return figure
+
+
+def _draw_leaning(ax) -> None:
+    """Draw where the beam ahead ends, and what it then is, for a UAV 1.2 m over the floor that leans."""
+    height, speed, parameters = 1.2, 2.0, CepaParameters(levelling=True)
+    crate = 2.0, 0.5  # its face, its height
+    for lean, colour in ((15.0, GREEN), (22.0, RED), (50.0, OUTPUT)):
+        pitch = math.radians(lean)
+        hits_crate = height - crate[0] * math.tan(pitch) < crate[1] and lean < 30.0
+        reading = crate[0] / math.cos(pitch) if hits_crate else height / math.sin(pitch)
+        attitude = LidarAttitude.of_mounted(height, (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
+        result = levelled(LaserScan2D([reading], 0.0, 0.1, 0.06, 10.0), attitude, parameters, speed)
+        verdict = "obstacle" if np.isfinite(result.ranges[0]) else "free" if result.seen[0] else "unseen"
+        end = reading * math.cos(pitch), height - reading * math.sin(pitch)
+        ax.plot((0.0, end[0]), (height, end[1]), color=colour, label=f"{lean:.0f} degrees: {verdict}")
+        ax.plot(*end, "o", color=colour, ms=4)
+    ax.add_patch(plt.Rectangle((crate[0], 0.0), 0.6, crate[1], color="#8c6d4f"))
+    ax.axhline(0.0, color="0.4")
+    ax.axhline(parameters.floor_margin, color="0.6", lw=0.8, ls=":", label="floor_margin")
+    sight = needed_sight(parameters, speed)
+    ax.axvline(sight, color=REFERENCE, lw=0.8, ls="--", label="sight needed at 2 m/s")
+    ax.plot(0.0, height, "s", color=SCAN)
+    ax.set(title="what the beam ahead is when the UAV leans", xlabel="ahead, m", ylabel="height, m")
+    ax.set(xlim=(-0.2, 6.2), ylim=(-0.1, 1.6))
+    ax.legend(frameon=False, fontsize=7, loc="upper right")
 
 
 def _draw_sections(ax, beams, parameters) -> None:
