@@ -98,6 +98,13 @@ def test_package_declares_what_its_launch_file_uses(path):
     assert {"".join(names) for names in used} <= declared | {package.name} | OPTIONAL
 
 
+def test_rostests_have_ports_of_their_own():
+    """They run beside each other, and beside a user's flight on the usual ports."""
+    given = [arg for path in ROSTESTS for arg in ElementTree.parse(path).iter("arg")]
+    ports = [arg.get("value") for arg in given if arg.get("name").endswith("_port")]
+    assert len(ports) == len({"14540", "14550", *ports}) - 2
+
+
 @pytest.mark.parametrize("path", LAUNCH, ids=name)
 def test_every_launch_argument_is_documented(path):
     assert not [arg.get("name") for arg in arguments(path) if not (arg.get("doc") or "").strip()]
