@@ -1,0 +1,123 @@
+"""Correlation of a local map with another over a window of poses (Olson 2009), by multi-resolution search.
+
+A table holds two values for each cell, each 0..255: how well a point fits there (`FITS`), and how much it
+contradicts what was seen there (`CLASHES`). A pose's score is the share of the comparisons that agree:
+fits / max(fits + clashes, least), where what the other map has not seen counts for nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+FITS, CLASHES = 0, 1
+FULL = 255.0
+BLOCK, PAIR = 8, 2
+"""Cells along the sides of what is bounded at once: first blocks of shifts, then pairs of pairs in them."""
+
+
+@njit(cache=True, nogil=True)
+def mark_free(lidar_xy, ends_xy, hits, free):
+    """Mark in ``free`` (h, w) the cells that beams cross; all in cells from the table's corner.
+
+    A beam that hit something (``hits``) is taken as free up to two cells before its end only.
+    """
+    height, width = free.shape
+    for beam in range(ends_xy.shape[0]):
+        dx, dy = ends_xy[beam, 0] - lidar_xy[0], ends_xy[beam, 1] - lidar_xy[1]
+        length = np.hypot(dx, dy)
+        last = int(length - 2.0 if hits[beam] else length)
+        for step in range(last + 1):
+            x = int(np.floor(lidar_xy[0] + dx * step / length))
+            y = int(np.floor(lidar_xy[1] + dy * step / length))
+            if 0 <= x < width and 0 <= y < height:
+                free[y, x] = True
+
+
+@njit(cache=True, nogil=True)
+def _sums(table, cells, dx, dy):
+    """Sum both values at every point (n, 2) of integer cells, moved by dx, dy; outside nothing is known."""
+    height, width = table.shape[:2]
+    fits = clashes = 0
+    for i in range(cells.shape[0]):
+        x, y = cells[i, 0] + dx, cells[i, 1] + dy
+        if 0 <= x < width and 0 <= y < height:
+            fits += table[y, x, FITS]
+            clashes += table[y, x, CLASHES]
+    return fits / FULL, clashes / FULL
+
+
+@njit(cache=True, nogil=True)
+def _clashes_back(table, points_xy, x, y, cos, sin):
+    """Clashes of the reference's points (n, 2) with the query's table, when the query stands at x, y, angle.
+
+    Everything in cells; the query's table has its corner where its cell [0, 0] lies in the query's frame.
+    """
+    height, width = table.shape[:2]
+    clashes = 0
+    for i in range(points_xy.shape[0]):
+        from_x, from_y = points_xy[i, 0] - x, points_xy[i, 1] - y
+        column = int(np.floor(cos * from_x + sin * from_y))
+        row = int(np.floor(-sin * from_x + cos * from_y))
+        if 0 <= column < width and 0 <= row < height:
+            clashes += table[row, column, CLASHES]
+    return clashes / FULL
+
+
+@njit(cache=True, nogil=True)
+def block_bounds(pooled, cells, half, least):
+    """Bound the score of each block of BLOCK x BLOCK shifts from above: (angles, n, n) float32.
+
+    ``pooled`` holds, per cell, the greatest FITS and the least CLASHES of the BLOCK x BLOCK cells from it on,
+    its first cell being BLOCK before the table's; ``cells`` (angles, n, 2) int64 are the points' cells for
+    every angle; shifts reach from -half to half. ``least``: fewer comparisons than this lower the score.
+    """
+    blocks = (2 * half + BLOCK) // BLOCK
+    bounds = np.empty((cells.shape[0], blocks, blocks), dtype=np.float32)
+    for a in range(cells.shape[0]):
+        for by in range(blocks):
+            for bx in range(blocks):
+                fits, clashes = _sums(pooled, cells[a], (bx + 1) * BLOCK - half, (by + 1) * BLOCK - half)
+                bounds[a, by, bx] = fits / max(fits + clashes, least)
+    return bounds
+
+
+@njit(cache=True, nogil=True)
+def best_shift(
+    order, bounds, half, table, pairs, cells, least, query_table, back_xy, corners_xy, angles, circle, floor
+):
+    """Search blocks by falling bound; return score, angle's index, dx and dy (cells) of the best shift.
+
+    order: flat indices of ``bounds``, best first. pairs: as ``pooled`` of `block_bounds`, of PAIR x PAIR
+    cells. back_xy (m, 2): the reference's points in cells of its table; corners_xy (angles, 2): position of
+    the query table's corner, in those cells, at shift zero. circle (3,): shifts in it are left out; its
+    middle's dx, dy and its radius. What scores ``floor`` or less is not looked for; the score then is floor.
+    """
+    blocks = bounds.shape[1]
+    best, best_a, best_dx, best_dy = floor, 0, 0, 0
+    flat = bounds.reshape(-1)
+    for index in order:
+        if flat[index] <= best:
+            break
+        a, rest = index // (blocks * blocks), index % (blocks * blocks)
+        cos, sin = np.cos(angles[a]), np.sin(angles[a])
+        first_x, first_y = (rest % blocks) * BLOCK - half, (rest // blocks) * BLOCK - half
+        for part in range((BLOCK // PAIR) ** 2):
+            x0 = first_x + part % (BLOCK // PAIR) * PAIR
+            y0 = first_y + part // (BLOCK // PAIR) * PAIR
+            fits, clashes = _sums(pairs, cells[a], x0 + PAIR, y0 + PAIR)
+            if fits / max(fits + clashes, least) <= best:
+                continue
+            for dy in range(y0, min(y0 + PAIR, half + 1)):
+                for dx in range(x0, min(x0 + PAIR, half + 1)):
+                    if (dx - circle[0]) ** 2 + (dy - circle[1]) ** 2 < circle[2] ** 2:
+                        continue
+                    fits, clashes = _sums(table, cells[a], dx, dy)
+                    if fits / max(fits + clashes, least) <= best:
+                        continue
+                    x, y = corners_xy[a, 0] + dx, corners_xy[a, 1] + dy
+                    clashes += _clashes_back(query_table, back_xy, x, y, cos, sin)
+                    score = fits / max(fits + clashes, least)
+                    if score > best:
+                        best, best_a, best_dx, best_dy = score, a, dx, dy
+    return best, best_a, best_dx, best_dy

@@ -1,0 +1,107 @@
+"""The filter's path as a chain of nodes: what each step measured, and how well.
+
+A step's covariance is that of its error in the frame of the node it leads to (x, y in m, yaw in rad).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.loop_closure.local_map import LocalMap, SurfacePoints, build_local_map, surface_points
+from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.refinement import normal_matrix
+from gridslam.scan import PlanarScan
+
+STEP_SIGMA_MIN_M, STEP_SIGMA_MIN_RAD = 0.002, 0.0005
+SCAN_SPACING_M = 0.25  # scans nearer together add nothing to a local map
+
+
+class Chain:
+    """Follows a filter's best path; keeps the steps as they were measured, before any correction."""
+
+    def __init__(self, parameters: LoopClosureParameters) -> None:
+        self._parameters = parameters
+        self.stamps_s = np.empty(0)
+        self.poses = np.empty((0, 3))
+        """(k, 3) nodes in the map, as the filter has them now."""
+        self.steps = np.empty((0, 3))
+        """(k - 1, 3) each node but the first, seen from the one before it."""
+        self.covariances = np.empty((0, 3, 3))
+        """(k - 1, 3, 3) of the steps' errors."""
+        self.way_m = np.zeros(0)
+        """(k,) length of the path up to each node."""
+        self._scans: list[PlanarScan] = []
+        self._surfaces: list[SurfacePoints] = []
+        self._informations: list[np.ndarray] = []
+        self._settled = 0
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def follow(self, stamps_s: np.ndarray, poses_in_map: np.ndarray, scans: list[PlanarScan]) -> None:
+        """Take over the filter's path (k, 3) and scans; steps since the last correction may have changed."""
+        for scan in scans[len(self._surfaces) :]:
+            surface = surface_points(scan, self._parameters.range_m)
+            self._surfaces.append(surface)
+            self._informations.append(
+                match_information(normal_matrix(surface), len(surface.points_xy_m), self._parameters)
+            )
+        self._scans = scans
+        first = max(0, self._settled - 1)
+        steps = se2.between(poses_in_map[first:-1], poses_in_map[first + 1 :])
+        covariances = self._step_covariances(steps, first + 1)
+        self.steps = np.concatenate([self.steps[:first], steps])
+        self.covariances = np.concatenate([self.covariances[:first], covariances])
+        self.stamps_s, self.poses = np.asarray(stamps_s), np.array(poses_in_map, dtype=float)
+        self.way_m = np.concatenate([[0.0], np.cumsum(np.hypot(self.steps[:, 0], self.steps[:, 1]))])
+
+    def settle(self, poses_in_map: np.ndarray) -> None:
+        """Note that the filter has taken over corrected poses (k, 3): what was measured up to here stays."""
+        self.poses = np.array(poses_in_map, dtype=float)
+        self._settled = len(self.poses)
+
+    def _step_covariances(self, steps: np.ndarray, first: int) -> np.ndarray:
+        """Return what odometry and matching leave open in the steps to nodes from `first` on.
+
+        Along a bare wall matching says nothing, and odometry's part stays.
+        """
+        p = self._parameters
+        way, turned = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
+        information = np.array(self._informations[first : first + len(steps)]).reshape(-1, 3, 3)
+        position = p.odometry_m_per_sqrt_m**2 * way + STEP_SIGMA_MIN_M**2
+        heading = p.odometry_rad_per_sqrt_m**2 * way + p.odometry_rad_per_sqrt_rad**2 * turned
+        information[:, 0, 0] += 1.0 / position
+        information[:, 1, 1] += 1.0 / position
+        information[:, 2, 2] += 1.0 / (heading + STEP_SIGMA_MIN_RAD**2)
+        return np.linalg.inv(information)
+
+    def local_map(self, anchor: int, behind_m: float, ahead_m: float) -> LocalMap:
+        """Build the map of what was seen from `behind_m` of path before a node to `ahead_m` after it."""
+        way = self.way_m - self.way_m[anchor]
+        nodes = self._thinned(np.flatnonzero((way >= -behind_m) & (way <= ahead_m)), anchor)
+        p = self._parameters
+        return build_local_map(
+            anchor,
+            [self._surfaces[node] for node in nodes],
+            [self._scans[node] for node in nodes],
+            se2.between(self.poses[anchor], self.poses[nodes]),
+            p.resolution_m,
+            p.blur_m,
+            2.0 * p.resolution_m,
+            p.range_m,
+        )
+
+    def _thinned(self, nodes: np.ndarray, anchor: int) -> list[int]:
+        kept: list[int] = []
+        for node in nodes:
+            turned = abs(se2.wrap(self.poses[node, 2] - self.poses[kept[-1], 2])) > 0.2 if kept else True
+            if turned or node == anchor or self.way_m[node] - self.way_m[kept[-1]] >= SCAN_SPACING_M:
+                kept.append(int(node))
+        return kept
+
+
+def match_information(matrix: np.ndarray, points: int, parameters: LoopClosureParameters) -> np.ndarray:
+    """Return the information (3, 3) of a match from its sum of J^T J over so many points."""
+    independent = min(1.0, parameters.match_points / max(1, points))
+    return independent * matrix / parameters.match_sigma_m**2

@@ -1,0 +1,187 @@
+"""Loop closure: revisited places are found, tested, and the path is corrected where they say so."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.loop_closure.chain import Chain, match_information
+from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
+from gridslam.loop_closure.match import Closure, Match
+from gridslam.loop_closure.matcher import Window, correlate
+from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.pose_graph import ShortestWays, optimise
+from gridslam.loop_closure.refinement import refine
+from gridslam.scan import PlanarScan
+from gridslam.trajectory import Trajectory
+
+REFINEMENT_GATE_M = 0.2
+
+
+class Slam(Protocol):
+    """What is asked of a filter: its path, the scans along it, and that it takes over a corrected path."""
+
+    def trajectory(self) -> Trajectory:
+        """Return the best path."""
+
+    def processed_scans(self) -> list[PlanarScan]:
+        """Return the scans at the path's nodes."""
+
+    def adopt(self, poses_in_map: np.ndarray) -> None:
+        """Carry on from corrected poses (k, 3) of the nodes."""
+
+
+class LoopCloser:
+    """Watches a filter that keeps its scans, and corrects it."""
+
+    def __init__(self, parameters: LoopClosureParameters | None = None) -> None:
+        self._parameters = parameters or LoopClosureParameters()
+        self._chain = Chain(self._parameters)
+        self._matches: list[Match] = []
+        self._consistent = np.zeros((0, 0), dtype=bool)
+        self._counted: list[Match] = []
+        self._searched_m = 0.0
+
+    @property
+    def closures(self) -> list[Closure]:
+        """The closures that count now; one that later ones contradict is taken back."""
+        return [self._closure(match) for match in self._counted]
+
+    def update(self, slam: Slam) -> Closure | None:
+        """Look for a revisited place; call it after each scan that the filter has processed.
+
+        Returns the newest closure when closures have come to count, else None. When they move the path, the
+        filter has adopted the corrected one.
+        """
+        self._follow(slam)
+        way_m = self._chain.way_m[-1]
+        if way_m - self._searched_m < self._parameters.search_every_m:
+            return None
+        self._searched_m = way_m
+        if not self._search():
+            return None
+        before = {id(match) for match in self._counted}
+        self._counted = self._choose()
+        if {id(match) for match in self._counted} == before:
+            return None
+        self._correct(slam, self._parameters.adopt_min_m)
+        new = [match for match in self._counted if id(match) not in before]
+        return self._closure(new[-1]) if new else None
+
+    def finish(self, slam: Slam) -> None:
+        """Let the filter adopt the path as all closures together have it; call it when the log has ended."""
+        self._follow(slam)
+        if self._counted:
+            self._correct(slam, 0.0)
+
+    def _follow(self, slam: Slam) -> None:
+        trajectory = slam.trajectory()
+        self._chain.follow(trajectory.stamps_s, trajectory.poses_in_map, slam.processed_scans())
+
+    def _search(self) -> bool:
+        """Compare what was seen lately with earlier passes of the place; tell whether a match was found."""
+        newer = len(self._chain) - 1
+        places = self._places(newer)
+        if not places:
+            return False
+        ways = ShortestWays(self._chain, self._counted, newer, self._parameters.drift_share)
+        query = self._chain.local_map(newer, self._parameters.stretch_m, 0.0)
+        found = [match for match in (self._match(older, query, ways) for older in places) if match]
+        for match in found:
+            self._remember(match)
+        return bool(found)
+
+    def _places(self, newer: int) -> list[int]:
+        """Return the nodes of earlier passes that came nearest to a node, nearest first."""
+        chain, p = self._chain, self._parameters
+        distance = np.hypot(*(chain.poses[:, :2] - chain.poses[newer, :2]).T)
+        near = (chain.way_m < chain.way_m[newer] - p.separation_m) & (distance < p.place_radius_m)
+        nodes = np.flatnonzero(near)
+        passes = np.split(nodes, np.flatnonzero(np.diff(nodes) > 1) + 1)
+        nearest = [
+            int(nodes_of_pass[distance[nodes_of_pass].argmin()])
+            for nodes_of_pass in passes
+            if len(nodes_of_pass)
+        ]
+        return sorted(nearest, key=lambda node: distance[node])[: p.places_max]
+
+    def _match(self, older: int, query, ways: ShortestWays) -> Match | None:
+        """Match the recent local map with an earlier one; None unless good, unique, firm and credible."""
+        p, chain = self._parameters, self._chain
+        newer = query.anchor
+        predicted = se2.between(chain.poses[older], chain.poses[newer])
+        uncertainty = ways.covariance(older)
+        reference = chain.local_map(older, p.stretch_m, p.stretch_m)
+        optimum = correlate(
+            reference,
+            query,
+            self._window(predicted, uncertainty),
+            p.overlap_min,
+            p.score_min,
+            p.rival_distance_m,
+            p.rival_share_max,
+        )
+        if optimum is None or optimum.rival_score > p.rival_share_max * optimum.score:
+            return None
+        refined = refine(reference.surface, query.surface, optimum.query_in_reference, REFINEMENT_GATE_M)
+        covariance = self._covariance(refined)
+        if covariance is None:
+            return None
+        error = se2.between(predicted, refined.query_in_reference)
+        if error @ np.linalg.solve(covariance + uncertainty, error) > p.chi_square_max:
+            return None
+        return Match(older, newer, refined.query_in_reference, covariance, optimum.score, optimum.rival_score)
+
+    def _window(self, predicted: np.ndarray, covariance: np.ndarray) -> Window:
+        p = self._parameters
+        spread = p.window_sigmas * math.sqrt(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
+        turn = p.window_sigmas * math.sqrt(covariance[2, 2])
+        return Window(
+            predicted,
+            min(max(spread, p.window_min_m), p.window_max_m),
+            min(max(turn, 0.05), p.window_max_rad),
+        )
+
+    def _covariance(self, refined) -> np.ndarray | None:
+        p = self._parameters
+        information = match_information(refined.normal_matrix, refined.pairs, p)
+        if np.linalg.eigvalsh(information)[0] < 1e-3:
+            return None
+        covariance = np.linalg.inv(information)
+        if math.sqrt(float(np.linalg.eigvalsh(covariance[:2, :2])[-1])) > p.weakest_sigma_max_m:
+            return None
+        return covariance + np.diag([p.closure_sigma_m**2, p.closure_sigma_m**2, p.closure_sigma_rad**2])
+
+    def _remember(self, match: Match) -> None:
+        contradicted = contradictions(MeasuredPath(self._chain), match, self._matches)
+        agrees = contradicted <= self._parameters.chi_square_max
+        count = len(self._matches)
+        grown = np.ones((count + 1, count + 1), dtype=bool)
+        grown[:count, :count] = self._consistent
+        grown[count, :count] = grown[:count, count] = agrees
+        self._consistent = grown
+        self._matches.append(match)
+
+    def _choose(self) -> list[Match]:
+        chosen = largest_consistent(self._consistent)
+        kept = supported(self._matches, chosen, self._chain.way_m, self._parameters.support_m)
+        return [self._matches[i] for i in kept]
+
+    def _correct(self, slam: Slam, moved_min_m: float) -> None:
+        corrected = optimise(self._chain, self._counted)
+        moved_m = np.hypot(*(corrected - self._chain.poses)[:, :2].T).max()
+        if moved_m > moved_min_m:
+            slam.adopt(corrected)
+            self._chain.settle(corrected)
+
+    def _closure(self, match: Match) -> Closure:
+        stamps = self._chain.stamps_s
+        return Closure(
+            float(stamps[match.older]),
+            float(stamps[match.newer]),
+            tuple(match.newer_in_older.tolist()),
+            match.score,
+        )

@@ -1,0 +1,96 @@
+"""Which matches agree with each other: pairwise consistency maximisation.
+
+J. G. Mangelson et al., "Pairwise consistent measurement set maximization for robust multi-robot map merging"
+(ICRA 2018): two matches and the path between their ends make a loop, which must close within its uncertainty;
+the largest set in which all pairs do so counts.
+"""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.loop_closure.chain import Chain
+from gridslam.loop_closure.match import Match
+from gridslam.loop_closure.pose_graph import carry
+
+
+class MeasuredPath:
+    """The path as its steps measured it, without any correction, and how its uncertainty grows along it."""
+
+    def __init__(self, chain: Chain) -> None:
+        start, steps = chain.poses[0], chain.steps
+        yaw = start[2] + np.concatenate([[0.0], np.cumsum(steps[:, 2])])
+        cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
+        moved = np.column_stack(
+            [cos * steps[:, 0] - sin * steps[:, 1], sin * steps[:, 0] + cos * steps[:, 1]]
+        )
+        xy = start[:2] + np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
+        self.poses = np.column_stack([xy, se2.wrap(yaw)])
+        in_map = carry(chain.covariances, self.poses[1:])
+        self._summed = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(in_map, axis=0)])
+
+    def covariances(self, node: int, others: np.ndarray) -> np.ndarray:
+        """Return the covariances (n, 3, 3) of the path from a node to others (n,), in the node's frame."""
+        between = self._summed[np.maximum(node, others)] - self._summed[np.minimum(node, others)]
+        return carry(between, se2.inverse(self.poses[node])[None])
+
+
+def contradictions(path: MeasuredPath, first: Match, others: Sequence[Match]) -> np.ndarray:
+    """Return the chi-square (n,) of the loop that a match makes with each of the others.
+
+    first.newer -> first.older (match) -> other.older (path) -> other.newer (match) -> first.newer (path)
+    """
+    older, newer = (
+        np.array([getattr(match, end) for match in others], dtype=int) for end in ("older", "newer")
+    )
+    poses = np.reshape([match.newer_in_older for match in others], (-1, 3))
+    covariances = np.reshape([match.covariance for match in others], (-1, 3, 3))
+    back = se2.inverse(first.newer_in_older)
+    other_older = se2.compose(back, se2.between(path.poses[first.older], path.poses[older]))
+    other_newer = se2.compose(other_older, poses)
+    error = se2.compose(other_newer, se2.between(path.poses[newer], path.poses[first.newer]))
+    covariance = (
+        first.covariance
+        + carry(covariances, other_newer)
+        + path.covariances(first.newer, newer)
+        + carry(path.covariances(first.older, older), back[None])
+    )
+    return np.einsum("ni,ni->n", error, np.linalg.solve(covariance, error[:, :, None])[:, :, 0])
+
+
+def largest_consistent(consistent: np.ndarray) -> list[int]:
+    """Return the indices of the largest set whose members are all consistent, by a symmetric (n, n) bool.
+
+    The greedy search of Pattabiraman et al. (2015) for large cliques, from every member that could do better.
+    """
+    count = len(consistent)
+    linked = consistent & ~np.eye(count, dtype=bool)
+    degree = linked.sum(axis=1)
+    best: list[int] = []
+    for start in np.argsort(-degree, kind="stable"):
+        if degree[start] + 1 <= len(best):
+            break
+        clique, possible = [int(start)], linked[start].copy()
+        while possible.any():
+            chosen = int(np.argmax(np.where(possible, degree, -1)))
+            clique.append(chosen)
+            possible &= linked[chosen]
+        if len(clique) > len(best):
+            best = clique
+    return sorted(best)
+
+
+def supported(
+    matches: Sequence[Match], chosen: Sequence[int], way_m: np.ndarray, within_m: float
+) -> list[int]:
+    """Return those chosen that have another chosen one whose newer node is within so much path of theirs."""
+    ways = np.array([way_m[matches[i].newer] for i in chosen])
+    newer = np.array([matches[i].newer for i in chosen])
+    kept = []
+    for i, way, node in zip(chosen, ways, newer):
+        if ((np.abs(ways - way) <= within_m) & (newer != node)).any():
+            kept.append(i)
+    return kept

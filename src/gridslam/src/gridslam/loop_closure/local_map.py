@@ -1,0 +1,154 @@
+"""What was seen along a stretch of the path: points with normals, and a table to correlate others with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from gridslam import se2
+from gridslam.kernels.correlation import CLASHES, FITS, mark_free
+from gridslam.scan import PlanarScan
+
+MARGIN_CELLS = 8
+NEIGHBOUR_GAP_M = 0.3  # ends of beams farther apart than this, or than a tenth of the range, are two surfaces
+NEIGHBOUR_GAP_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """Points where beams ended: points_xy_m (n, 2), and the unit normals of their surfaces, (n, 2).
+
+    Normals point towards the lidar. A point without neighbours has the normal NaN.
+    """
+
+    points_xy_m: np.ndarray
+    normals_xy: np.ndarray
+
+    def moved(self, pose: np.ndarray) -> SurfacePoints:
+        """Return the points as seen from the frame in which `pose` is given."""
+        return SurfacePoints(
+            se2.transform(pose, self.points_xy_m), se2.transform((0.0, 0.0, pose[2]), self.normals_xy)
+        )
+
+
+def surface_points(scan: PlanarScan, range_m: float) -> SurfacePoints:
+    """Return a scan's ends nearer than `range_m`, in the base frame; normals come from neighbouring beams."""
+    order = np.argsort(scan.angles_rad)
+    ranges, angles = scan.ranges_m[order], scan.angles_rad[order]
+    seen = np.isfinite(ranges) & (ranges < range_m)
+    ranges, angles = ranges[seen], angles[seen]
+    points = ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    normals = _normals(points, ranges)
+    return SurfacePoints(points, normals).moved(np.array(scan.lidar_in_base))
+
+
+def _normals(points: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """Fit a line to each point and up to three neighbours on both sides, as far as they are near it."""
+    count = len(points)
+    gap = np.maximum(NEIGHBOUR_GAP_M, NEIGHBOUR_GAP_SHARE * ranges)
+    sums = np.zeros((count, 6))  # number, x, y, xx, xy, yy of the neighbours, from the point itself
+    for step in (-3, -2, -1, 0, 1, 2, 3):
+        other = np.arange(count) + step
+        inside = (other >= 0) & (other < count)
+        offset = points[np.clip(other, 0, count - 1)] - points
+        near = inside & (np.hypot(*offset.T) < gap)
+        x, y = offset.T
+        sums += near[:, None] * np.column_stack([np.ones(count), x, y, x * x, x * y, y * y])
+    number = sums[:, 0]
+    mean_x, mean_y = sums[:, 1] / number, sums[:, 2] / number
+    xx, xy, yy = (sums[:, 3 + i] / number - m for i, m in enumerate((mean_x**2, mean_x * mean_y, mean_y**2)))
+    along = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+    normals = np.column_stack([-np.sin(along), np.cos(along)])
+    normals *= np.where((normals * points).sum(axis=1) > 0.0, -1.0, 1.0)[:, None]
+    normals[number < 4] = np.nan
+    return normals
+
+
+@dataclass(frozen=True)
+class LocalMap:
+    """A stretch of the path as a map of its own, in the frame of one node, its anchor.
+
+    surface: points, thinned. table: (h, w, 2) uint8, how well a point fits (FITS) and contradicts (CLASHES);
+    its cell [0, 0] has its corner at `origin_xy_m`, cells are `resolution_m`.
+    """
+
+    anchor: int
+    surface: SurfacePoints
+    table: np.ndarray
+    origin_xy_m: np.ndarray
+    resolution_m: float
+
+    @property
+    def points_in_cells(self) -> np.ndarray:
+        """(n, 2) the points in cells from the table's corner."""
+        return (self.surface.points_xy_m - self.origin_xy_m) / self.resolution_m
+
+
+def build_local_map(
+    anchor: int,
+    surfaces: list[SurfacePoints],
+    scans: list[PlanarScan],
+    poses_in_anchor: np.ndarray,
+    resolution_m: float,
+    blur_m: float,
+    point_spacing_m: float,
+    range_m: float,
+) -> LocalMap:
+    """Build a local map from scans, their surface points and their poses (k, 3) in the anchor's frame."""
+    moved = [surface.moved(pose) for surface, pose in zip(surfaces, poses_in_anchor)]
+    points = np.concatenate([each.points_xy_m for each in moved])
+    normals = np.concatenate([each.normals_xy for each in moved])
+    lidars = se2.compose(poses_in_anchor, np.array([scan.lidar_in_base for scan in scans]))
+    low = np.minimum(points.min(axis=0, initial=0.0), lidars[:, :2].min(axis=0)) - MARGIN_CELLS * resolution_m
+    high = (
+        np.maximum(points.max(axis=0, initial=0.0), lidars[:, :2].max(axis=0)) + MARGIN_CELLS * resolution_m
+    )
+    origin = np.floor(low / resolution_m) * resolution_m
+    width, height = np.ceil((high - origin) / resolution_m).astype(int)
+    free = np.zeros((height, width), dtype=np.bool_)
+    for scan, lidar in zip(scans, lidars):
+        ends, hits = _beam_ends(scan, lidar, range_m)
+        mark_free((lidar[:2] - origin) / resolution_m, (ends - origin) / resolution_m, hits, free)
+    table = _table(points, free, origin, resolution_m, blur_m)
+    thinned = _thin(points, normals, point_spacing_m)
+    return LocalMap(anchor, thinned, table, origin, resolution_m)
+
+
+def _beam_ends(scan: PlanarScan, lidar: np.ndarray, range_m: float) -> tuple[np.ndarray, np.ndarray]:
+    hits = scan.ranges_m < range_m
+    # A beam without a return is not trusted to be free for its whole length.
+    ranges = np.where(hits, scan.ranges_m, 0.5 * min(range_m, scan.range_max_m))
+    return se2.transform(
+        lidar, ranges[:, None] * np.column_stack([np.cos(scan.angles_rad), np.sin(scan.angles_rad)])
+    ), hits
+
+
+def _table(points: np.ndarray, free: np.ndarray, origin: np.ndarray, resolution_m: float, blur_m: float):
+    column, row = np.floor((points - origin) / resolution_m).astype(int).T
+    empty = np.ones(free.shape, dtype=bool)
+    empty[row, column] = False
+    distance_m = ndimage.distance_transform_edt(empty) * resolution_m
+    fits = np.exp(-0.5 * (distance_m / blur_m) ** 2)
+    table = np.empty((*free.shape, 2), dtype=np.uint8)
+    table[:, :, FITS] = np.rint(255.0 * fits)
+    table[:, :, CLASHES] = np.where(free, 255 - table[:, :, FITS], 0)
+    return table
+
+
+def _thin(points: np.ndarray, normals: np.ndarray, spacing_m: float) -> SurfacePoints:
+    """Keep one point, the middle one, of those in a square of spacing_m that face the same quarter."""
+    quarter = np.where(
+        np.isfinite(normals[:, 0]),
+        np.floor((np.arctan2(normals[:, 1], normals[:, 0]) + math.pi / 4) / (math.pi / 2)),
+        9.0,
+    )
+    key = np.column_stack([np.floor(points / spacing_m), quarter]).astype(np.int64)
+    _, group, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    group = group.reshape(-1)
+    mean = np.stack([np.bincount(group, values) for values in points.T], axis=1) / count[:, None]
+    normal = np.stack([np.bincount(group, values) for values in normals.T], axis=1)
+    with np.errstate(invalid="ignore"):
+        return SurfacePoints(mean, normal / np.linalg.norm(normal, axis=1, keepdims=True))

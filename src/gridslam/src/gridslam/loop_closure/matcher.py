@@ -1,0 +1,148 @@
+"""Finds where one local map lies on another: correlative scan matching (Olson, ICRA 2009).
+
+Every pose of a window is judged, however far from the prediction, so that a second place which fits as well
+is noticed: bounds of whole blocks of poses spare most of the work, and lose nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.kernels.correlation import BLOCK, CLASHES, FITS, PAIR, best_shift, block_bounds
+from gridslam.loop_closure.local_map import LocalMap
+
+POINTS_MAX = 400
+NOTHING_LEFT_OUT = np.zeros(3)
+
+
+@dataclass(frozen=True)
+class Window:
+    """The poses that are searched: a prediction (x m, y m, yaw rad) and how far to every side of it."""
+
+    predicted: np.ndarray
+    reach_m: float
+    reach_rad: float
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The best pose of a window and its rival.
+
+    query_in_reference: pose (3,) of the query's anchor in the reference's. score: share of the comparisons
+    that agree, 0..1. rival_score: the best score far enough from it.
+    """
+
+    query_in_reference: np.ndarray
+    score: float
+    rival_score: float
+
+
+class Correlation:
+    """One search of a window for the pose at which two local maps agree best.
+
+    overlap_min: share of the query's points that must be comparable; with fewer, the score falls.
+    """
+
+    def __init__(self, reference: LocalMap, query: LocalMap, window: Window, overlap_min: float):
+        self._reference, self._query, self._window = reference, query, window
+        cell = reference.resolution_m
+        points = _spread(query.surface.points_xy_m, POINTS_MAX)
+        self._angles = window.predicted[2] + _angles(points, window.reach_rad, 2.0 * cell)
+        self._half = int(np.ceil(window.reach_m / cell))
+        self._least = max(1.0, overlap_min * len(points))
+        poses = [np.array((*window.predicted[:2], angle)) for angle in self._angles]
+        moved = np.stack([se2.transform(pose, points) for pose in poses])
+        corners = np.stack([se2.transform(pose, query.origin_xy_m[None])[0] for pose in poses])
+        self._cells = np.floor((moved - reference.origin_xy_m) / cell).astype(np.int64)
+        self._corners = (corners - reference.origin_xy_m) / cell
+        share = len(points) / max(1, len(query.surface.points_xy_m))  # both maps' points count alike
+        self._back = _spread(reference.points_in_cells, round(share * len(reference.surface.points_xy_m)))
+        self._pairs = pooled(reference.table, PAIR)
+        self._bounds = block_bounds(pooled(reference.table, BLOCK), self._cells, self._half, self._least)
+        self._order = np.argsort(-self._bounds, axis=None, kind="stable")
+
+    def best(self, score_min: float) -> Optimum | None:
+        """Return the best pose, without a rival yet; None when none scores more than `score_min`."""
+        score, angle, dx, dy = self._search(NOTHING_LEFT_OUT, score_min)
+        if score <= score_min:
+            return None
+        shift = np.array([dx, dy]) * self._reference.resolution_m
+        pose = np.array([*(self._window.predicted[:2] + shift), se2.wrap(self._angles[angle])])
+        return Optimum(pose, float(score), 0.0)
+
+    def rival_score(self, optimum: Optimum, distance_m: float, score_min: float) -> float:
+        """Return the best score `distance_m` or farther from an optimum; `score_min` when none is better."""
+        middle = (optimum.query_in_reference[:2] - self._window.predicted[:2]) / self._reference.resolution_m
+        circle = np.array([*middle, distance_m / self._reference.resolution_m])
+        return float(self._search(circle, score_min)[0])
+
+    def _search(self, circle: np.ndarray, floor: float):
+        return best_shift(
+            self._order,
+            self._bounds,
+            self._half,
+            self._reference.table,
+            self._pairs,
+            self._cells,
+            self._least,
+            self._query.table,
+            self._back,
+            self._corners,
+            self._angles,
+            circle,
+            floor,
+        )
+
+
+def correlate(
+    reference: LocalMap,
+    query: LocalMap,
+    window: Window,
+    overlap_min: float,
+    score_min: float,
+    rival_distance_m: float,
+    rival_share: float,
+) -> Optimum | None:
+    """Search a window for the pose at which two local maps agree best; None: none scores over `score_min`.
+
+    Rivals are looked for `rival_distance_m` or farther from it; one that has less than `rival_share` of its
+    score is reported as having that share.
+    """
+    correlation = Correlation(reference, query, window, overlap_min)
+    optimum = correlation.best(score_min)
+    if optimum is None:
+        return None
+    rival = correlation.rival_score(optimum, rival_distance_m, rival_share * optimum.score)
+    return Optimum(optimum.query_in_reference, optimum.score, rival)
+
+
+def pooled(table: np.ndarray, side: int) -> np.ndarray:
+    """Greatest FITS and least CLASHES of the side x side cells from each cell on.
+
+    Cell [0, 0] of the result stands for the cell `side` rows and columns before the table's first.
+    """
+    padded = np.pad(table, ((side, side), (side, side), (0, 0)))
+    for axis in (0, 1):
+        length = padded.shape[axis] - side + 1
+        shifted = [padded[i : i + length] if axis == 0 else padded[:, i : i + length] for i in range(side)]
+        padded = np.empty_like(shifted[0])
+        padded[:, :, FITS] = np.maximum.reduce([each[:, :, FITS] for each in shifted])
+        padded[:, :, CLASHES] = np.minimum.reduce([each[:, :, CLASHES] for each in shifted])
+    return padded
+
+
+def _spread(points: np.ndarray, most: int) -> np.ndarray:
+    """Return at most so many of the points, evenly taken."""
+    if len(points) <= most:
+        return points
+    return points[np.linspace(0, len(points) - 1, most).astype(int)]
+
+
+def _angles(points: np.ndarray, reach_rad: float, step_m: float) -> np.ndarray:
+    """Angles about zero, so fine that most points move by step_m at most from one to the next."""
+    radius = max(1.0, float(np.percentile(np.hypot(*points.T), 80.0))) if len(points) else 1.0
+    count = int(np.ceil(reach_rad * radius / step_m))
+    return np.linspace(-reach_rad, reach_rad, 2 * count + 1)

@@ -1,0 +1,109 @@
+"""The path as a pose graph: steps and closures, corrected by GTSAM; uncertainty along its shortest way.
+
+F. Dellaert and M. Kaess, "Factor Graphs for Robot Perception" (2017). Uncertainty along the shortest way
+between two nodes, an upper bound of what the whole graph leaves open: M. Bosse et al., "An Atlas framework
+for scalable mapping" (ICRA 2003).
+"""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from gridslam import se2
+from gridslam.errors import SlamError
+from gridslam.loop_closure.chain import Chain
+from gridslam.loop_closure.match import Match
+
+ROBUST_SCALE = 2.0  # standard deviations from which on a closure loses weight (Cauchy)
+ANCHOR_SIGMA = 1e-6
+CLOSURE_WAY_M = 0.1  # what going over a closure counts as, in metres of path
+
+
+def optimise(chain: Chain, closures: Sequence[Match]) -> np.ndarray:
+    """Return the nodes' poses (k, 3) that suit steps and closures best; the first node stays where it is.
+
+    Raises:
+        SlamError: GTSAM is not installed.
+    """
+    gtsam = _gtsam()
+    graph, start = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    fixed = gtsam.noiseModel.Isotropic.Sigma(3, ANCHOR_SIGMA)
+    graph.add(gtsam.PriorFactorPose2(0, gtsam.Pose2(*chain.poses[0]), fixed))
+    for node, pose in enumerate(chain.poses):
+        start.insert(node, gtsam.Pose2(*pose))
+    for node, (step, covariance) in enumerate(zip(chain.steps, chain.covariances)):
+        noise = gtsam.noiseModel.Gaussian.Covariance(covariance)
+        graph.add(gtsam.BetweenFactorPose2(node, node + 1, gtsam.Pose2(*step), noise))
+    cauchy = gtsam.noiseModel.mEstimator.Cauchy.Create(ROBUST_SCALE)
+    for closure in closures:
+        noise = gtsam.noiseModel.Robust.Create(
+            cauchy, gtsam.noiseModel.Gaussian.Covariance(closure.covariance)
+        )
+        measured = gtsam.Pose2(*closure.newer_in_older)
+        graph.add(gtsam.BetweenFactorPose2(closure.older, closure.newer, measured, noise))
+    result = gtsam.LevenbergMarquardtOptimizer(graph, start).optimize()
+    poses = [result.atPose2(node) for node in range(len(chain))]
+    return np.array([(pose.x(), pose.y(), pose.theta()) for pose in poses])
+
+
+def _gtsam():
+    try:
+        import gtsam
+    except ImportError as error:
+        raise SlamError(f"Loop closure needs gtsam: pip install -r requirements.txt ({error}).") from None
+    return gtsam
+
+
+class ShortestWays:
+    """The shortest way from every node to one, over steps and closures, and the uncertainty along it."""
+
+    def __init__(self, chain: Chain, closures: Sequence[Match], node: int, drift_share: float) -> None:
+        self._poses, self._node, self._drift_share = chain.poses, node, drift_share
+        count = len(chain)
+        ends = [(i, i + 1) for i in range(count - 1)] + [(c.older, c.newer) for c in closures]
+        lengths = np.concatenate([np.diff(chain.way_m) + 1e-3, np.full(len(closures), CLOSURE_WAY_M)])
+        rows, columns = np.array(ends, dtype=int).reshape(-1, 2).T
+        # Of two edges between the same nodes one is enough: entries of a coo_matrix would add up.
+        _, first = np.unique(rows * count + columns, return_index=True)
+        graph = coo_matrix((lengths[first], (rows[first], columns[first])), shape=(count, count))
+        self.length_m, self._before = dijkstra(
+            graph.tocsr(), directed=False, indices=node, return_predecessors=True
+        )
+        covariances = np.concatenate(
+            [chain.covariances, np.reshape([c.covariance for c in closures], (-1, 3, 3))]
+        )
+        self._edges = {}
+        for (older, newer), covariance in zip(ends, covariances):
+            self._edges.setdefault((older, newer), (newer, covariance))
+
+    def covariance(self, other: int) -> np.ndarray:
+        """Return the covariance (3, 3) of the node's pose as seen from another, in the node's own frame."""
+        frames, covariances = [], []
+        here = other
+        while here != self._node:
+            there = int(self._before[here])
+            frame, covariance = self._edges[(min(here, there), max(here, there))]
+            frames.append(frame)
+            covariances.append(covariance)
+            here = there
+        carried = carry(np.array(covariances), se2.between(self._poses[self._node], self._poses[frames]))
+        systematic = (self._drift_share * self.length_m[other]) ** 2
+        return carried.sum(axis=0) + np.diag([systematic, systematic, 0.0])
+
+
+def carry(covariances: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Return covariances (n, 3, 3) of small errors of frames at poses (n, 3), as errors of the common frame.
+
+    The adjoint map of SE(2): an error of the heading there is a shift here, in proportion to the distance.
+    """
+    adjoint = np.zeros((len(frames), 3, 3))
+    cos, sin = np.cos(frames[:, 2]), np.sin(frames[:, 2])
+    adjoint[:, 0, 0], adjoint[:, 0, 1] = cos, -sin
+    adjoint[:, 1, 0], adjoint[:, 1, 1] = sin, cos
+    adjoint[:, 0, 2], adjoint[:, 1, 2] = frames[:, 1], -frames[:, 0]
+    adjoint[:, 2, 2] = 1.0
+    return adjoint @ covariances @ adjoint.transpose(0, 2, 1)
