@@ -42,7 +42,7 @@ class PositionControllerParameters:
     max_speed: float = 2.0
     max_acceleration: float = 2.0
     braking_deceleration: float = 1.0
-    gain: float = 1.0
+    gain: float = 1.25
     max_vertical_speed: float = 1.0
     max_vertical_acceleration: float = 1.0
     vertical_gain: float = 1.0
