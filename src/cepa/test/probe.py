@@ -15,7 +15,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 
-TIMEOUT_S = 8.0
+TIMEOUT_S = 30.0  # only those who wait in vain wait so long
 QUIET_S = 0.3
 BEAMS = 1440
 

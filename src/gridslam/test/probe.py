@@ -14,7 +14,7 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-TIMEOUT_S = 8.0
+TIMEOUT_S = 30.0  # only those who wait in vain wait so long
 BEAMS = 360
 ROOM_XY = (5.0, 3.0)
 """m: half the sizes of a room about the origin."""

@@ -3,6 +3,7 @@
 
 import math
 import sys
+import time
 import unittest
 from pathlib import Path
 
@@ -31,13 +32,16 @@ class YawRegulatorTest(unittest.TestCase):
 
     def setUp(self):
         self.client.update_configuration(DEFAULTS)
-        # Old references are forgotten, the second of two hover commands never waits for one: hysteresis off.
-        self.stamps.next(step_s=1.0)
-        self.commands.send(velocity_of(self.stamps.next(), (0.0, 0.0, 0.0)))
-        last = self.stamps.next()
-        self.commands.send(velocity_of(last, (0.0, 0.0, 0.0)))
-        while self.final.next().header.stamp != last:
-            pass
+        self.stamps.next(step_s=1.0)  # old references are forgotten
+        wait_until(self.hovers, "the answer to a hover command")
+        self.final.messages.clear()
+
+    def hovers(self):
+        """Switch the hysteresis off; the first command of several may wait for a reference, in vain."""
+        stamp = self.stamps.next()
+        self.commands.send(velocity_of(stamp, (0.0, 0.0, 0.0)))
+        time.sleep(0.02)
+        return self.final.messages and self.final.messages[-1].header.stamp == stamp
 
     def answer(self, linear, frame="base_frame"):
         self.commands.send(velocity_of(self.stamps.next(), linear, frame))
