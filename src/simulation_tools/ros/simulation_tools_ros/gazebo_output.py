@@ -15,6 +15,7 @@ from simulation_tools.simulation import Simulation, StepOutput
 from simulation_tools.transforms import FrameNames
 from simulation_tools_ros import conversions
 from simulation_tools_ros.markers import all_markers, model_markers
+from simulation_tools_ros.payload_output import PayloadOutput
 
 CONTACT_PERIOD_US = 50_000
 """A contact that lasts is published at 20 Hz; one that begins or ends at once."""
@@ -51,8 +52,8 @@ class Topics:
 class GazeboOutput:
     """Publishes the simulator's outputs; all calls come from the simulation's thread.
 
-    Order at one instant: clock, joints, odometry, ground truth, IMU, contacts, and the scan last, so that
-    whoever works on the scan has the rest already.
+    Order at one instant: clock, joints, odometry, ground truth, IMU, contacts, further sensors, and the scan
+    last, so that whoever works on the scan has the rest already.
     """
 
     def __init__(
@@ -62,12 +63,14 @@ class GazeboOutput:
         frames: FrameNames | None = None,
         frame_prefix: str = "",
         model_states_period_us: int = 100_000,
+        payload: PayloadOutput | None = None,
     ):
         self._simulation = simulation
         self._topics = topics
         self._frames = frames or FrameNames()
         self._prefix = frame_prefix
         self._model_states_period_us = model_states_period_us
+        self._payload = payload
         self._drawn_names: set[str] = set()
         self.restart()
 
@@ -83,7 +86,7 @@ class GazeboOutput:
         """Publish everything that one instant brings."""
         topics, time_us = self._topics, output.time_us
         contacts_due = self._are_contacts_due(output)
-        if output.ground_truth is not None or output.imu is not None or contacts_due:
+        if output.ground_truth is not None or output.imu is not None or contacts_due or output.payload:
             topics.clock.publish(conversions.clock_message(time_us))
         if output.ground_truth is not None:
             self._publish_joints(time_us)
@@ -96,6 +99,8 @@ class GazeboOutput:
         if contacts_due:
             world = self._frames.world
             topics.collision.publish(conversions.contacts_message(time_us, output.contacts, world))
+        if output.payload and self._payload is not None:
+            self._payload.publish(time_us, output.payload)
         if output.scan is not None:
             lidar, frame = self._simulation.lidar, self._prefix + self._simulation.uav.lidar.frame
             topics.scan.publish(conversions.scan_message(time_us, output.scan, lidar, frame))

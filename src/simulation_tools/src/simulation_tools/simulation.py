@@ -15,6 +15,7 @@ import numpy as np
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
+from simulation_tools.payload import PayloadSensor, further_sensors, has_camera, payload_sensors, unsimulated
 from simulation_tools.px4.autopilot import Autopilot, VehicleState
 from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Mode
@@ -28,7 +29,7 @@ from simulation_tools.sdf.parser import load_world
 from simulation_tools.sensors.imu import Imu, ImuSample, specific_force
 from simulation_tools.sensors.lidar import Lidar
 from simulation_tools.sensors.odometry import DriftingOdometry, OdometryParameters, OdometrySample
-from simulation_tools.uav import load_uav
+from simulation_tools.uav import MountedSensor, load_uav
 from simulation_tools.vehicle.airframe import Airframe
 from simulation_tools.vehicle.gimbal import Gimbal
 from simulation_tools.world.meshes import mesh_of
@@ -58,7 +59,8 @@ class SimulationParameters:
     is at this height. seed: of every random stream.
     lidar_range_max_m: replaces the lidar's own greatest range when positive. px4_parameters: those that
     differ from PX4's defaults, by name. time_step_s: of physics and flight controller, whole milliseconds.
-    level_lidar: start with the lidar's gimbal levelling. origin: where the world's origin lies on earth.
+    level_lidar: start with the lidar's gimbal levelling. sensors: models of further sensors on the UAV.
+    origin: where the world's origin lies on earth.
     """
 
     world: str
@@ -73,6 +75,7 @@ class SimulationParameters:
     time_step_s: float = 0.004
     gui: bool = False
     level_lidar: bool = False
+    sensors: tuple[str, ...] = ()
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
 
     def __post_init__(self):
@@ -85,7 +88,8 @@ class StepOutput(NamedTuple):
     """What the sensors say at one instant; None where none is due.
 
     scan: float32 ranges (beams,) in metres by REP-117. odometry: pose in `odom` and body twist, with drift.
-    ground_truth: the same in `world`, true. contacts: of the UAV, right now.
+    ground_truth: the same in `world`, true. contacts: of the UAV, right now. payload: the further sensors
+    that are due, to be read or not.
     """
 
     time_us: int
@@ -94,6 +98,7 @@ class StepOutput(NamedTuple):
     ground_truth: OdometrySample | None
     imu: ImuSample | None
     contacts: Sequence[Contact]
+    payload: tuple[PayloadSensor, ...] = ()
 
 
 class Simulation:
@@ -107,7 +112,11 @@ class Simulation:
     def __init__(self, parameters: SimulationParameters, autopilot: Autopilot | None = None):
         self.parameters = parameters
         self.uav = load_uav(
-            parameters.model, parameters.lidar, parameters.model_path, parameters.lidar_range_max_m
+            parameters.model,
+            parameters.lidar,
+            parameters.model_path,
+            parameters.lidar_range_max_m,
+            parameters.sensors,
         )
         self.uav_name = self.uav.model.name
         world = load_world(parameters.world, parameters.model_path)
@@ -115,11 +124,12 @@ class Simulation:
             raise SimulationError(
                 f'{parameters.world} already holds a model named "{self.uav_name}", as the UAV is called.'
             )
-        self.warnings = (*world.warnings, *self.uav.model.warnings)
+        self.warnings = (*world.warnings, *self.uav.model.warnings, *unsimulated(self.uav))
         self._gravity = world.gravity_m_s2
         self.wind_m_s = world.wind_m_s
         self._step_us = step_us_from(parameters.time_step_s)
-        self._streams = RandomStreams(parameters.seed, ("lidar", "imu", "odometry", "px4"))
+        further = [sensor.name for _, sensor in further_sensors(self.uav)]
+        self._streams = RandomStreams(parameters.seed, ("lidar", "imu", "odometry", "px4", *further))
         fixed = self.uav.model.static  # a lidar on a stand: an iris's rotors turn for nothing
         rotors_of = load_uav(IRIS, None, parameters.model_path).model if fixed else self.uav.model
         self.airframe = Airframe.from_sdf(rotors_of)
@@ -129,7 +139,8 @@ class Simulation:
             rigid |= frozenset(self.gimbal.joint_names)
         elif parameters.level_lidar:
             raise SimulationError(_NO_GIMBAL.format(self.uav_name))
-        self.world = PhysicsWorld(world, parameters.time_step_s, parameters.gui)
+        drawn = has_camera(self.uav.model)
+        self.world = PhysicsWorld(world, parameters.time_step_s, parameters.gui, drawn)
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
         self.world.spawn(self.uav.model, self.uav_name, spawn_pose, rigid)
         tuned = {"MPC_THR_HOVER": self._hover_thrust(), **parameters.px4_parameters}
@@ -146,6 +157,7 @@ class Simulation:
         self._scan_schedule = Schedule(lidar.sensor.update_rate_hz if lidar else 1.0)
         self._imu_schedule = Schedule(imu.sensor.update_rate_hz if imu else 1.0)
         self._pose_schedule = Schedule(POSE_RATE_HZ)
+        self.payload = payload_sensors(self.uav, self.world, self._place_of, self._streams.__getitem__)
         self._begin()
 
     def _hover_thrust(self) -> float:
@@ -163,7 +175,8 @@ class Simulation:
         q = self._body.pose.orientation_xyzw
         self._specific_force = specific_force(ORIGIN, ORIGIN, 1.0, self._gravity, q)  # at rest
         self._odometry_us = 0
-        for schedule in (self._scan_schedule, self._pose_schedule, self._imu_schedule):
+        further = [sensor.schedule for sensor in self.payload]
+        for schedule in (self._scan_schedule, self._pose_schedule, self._imu_schedule, *further):
             schedule.restart()
         if self.gimbal is not None:
             self.gimbal.reset(self.parameters.level_lidar)
@@ -236,7 +249,19 @@ class Simulation:
         if scan_now:
             scan = self.lidar.scan(self.world.rays, self._body.pose, self.uav_name)
             self._scan_schedule.fired(time_us)
-        return StepOutput(time_us, scan, odometry, ground_truth, imu, self.world.contacts(self.uav_name))
+        contacts = self.world.contacts(self.uav_name)
+        return StepOutput(time_us, scan, odometry, ground_truth, imu, contacts, self._payload_due())
+
+    def _payload_due(self) -> tuple[PayloadSensor, ...]:
+        due = tuple(sensor for sensor in self.payload if self.time_us >= sensor.schedule.due_us)
+        for sensor in due:
+            sensor.schedule.fired(self.time_us)
+        return due
+
+    def _place_of(self, mount: MountedSensor) -> Pose:
+        """Pose of a sensor in the world, whatever carries it."""
+        carried = self.gimbal is not None and mount.link in self.gimbal.carries
+        return self._body.pose @ (self.gimbal.turned(mount.pose) if carried else mount.pose)
 
     def _sense_pose(self) -> tuple[OdometrySample, OdometrySample]:
         body, q = self._body, self._body.pose.orientation_xyzw

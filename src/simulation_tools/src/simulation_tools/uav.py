@@ -9,13 +9,16 @@ from typing import Sequence
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import ImuSensor, Link, Model, RaySensor, Sensor
-from simulation_tools.sdf.frames import attach
+from simulation_tools.sdf.frames import attach, root_link
 from simulation_tools.sdf.parser import load_model
 
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
 """The lidars of thesis tables 8.2 and D.1; each is the model `lidar_<name>`."""
 
 NO_LIDAR = ("", "none")
+RANGE_PLUGIN = "libgazebo_ros_range.so"
+"""A ray sensor with this plugin is a range finder, as in Gazebo."""
+
 LIDAR_MOUNT = "lidar_mount"
 """The link of a UAV that carries the lidar."""
 
@@ -47,13 +50,17 @@ class Uav:
 
 
 def load_uav(
-    model: str, lidar: str | None = None, model_path: Sequence[Path] | None = None, range_max_m: float = 0.0
+    model: str,
+    lidar: str | None = None,
+    model_path: Sequence[Path] | None = None,
+    range_max_m: float = 0.0,
+    sensors: Sequence[str] = (),
 ) -> Uav:
-    """Load a UAV and put a lidar on its link `lidar_mount`.
+    """Load a UAV, put a lidar on its link `lidar_mount` and further sensors on its first link.
 
     model: a name in the model path, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`; None:
-    the model as it is. range_max_m: replaces the lidar's own range when it is positive. Raises SdfError or
-    UavError.
+    the model as it is. range_max_m: replaces the lidar's own range when it is positive. sensors: further
+    models (range_finder, camera, ...), which say where they sit. Raises SdfError or UavError.
     """
     carrier = load_model(_location(model), model_path)
     if lidar is not None:
@@ -62,7 +69,9 @@ def load_uav(
         carrier = attach(carrier, load_model(f"model://lidar_{lidar}", model_path), LIDAR_MOUNT)
     if range_max_m > 0.0:
         carrier = with_lidar_range(carrier, range_max_m)
-    return Uav(carrier, _first(carrier, RaySensor), _first(carrier, ImuSensor))
+    for sensor in sensors:
+        carrier = attach(carrier, load_model(_location(sensor), model_path), root_link(carrier).name)
+    return Uav(carrier, _first_lidar(carrier), _first(carrier, ImuSensor))
 
 
 def with_lidar_range(model: Model, range_max_m: float) -> Model:
@@ -85,6 +94,17 @@ def with_lidar_range(model: Model, range_max_m: float) -> Model:
 def _location(model: str) -> str:
     """A bare name means a model of the model path, as in Gazebo's tools."""
     return model if "/" in model or model.endswith(".sdf") else f"model://{model}"
+
+
+def _first_lidar(model: Model) -> MountedSensor | None:
+    """Return the lidar whose scan is published: the first one, flat ones before others."""
+    lidars = [
+        (link, sensor)
+        for link, sensor in model.sensors(RaySensor)
+        if all(plugin.filename != RANGE_PLUGIN for plugin in sensor.plugins)
+    ]
+    lidars.sort(key=lambda pair: pair[1].vertical.samples > 1)
+    return mounted(*lidars[0]) if lidars else None
 
 
 def _first(model: Model, kind: type) -> MountedSensor | None:

@@ -6,8 +6,11 @@ from dataclasses import dataclass, replace
 from math import cos, sin
 
 from simulation_tools.geometry import IDENTITY, Pose
-from simulation_tools.sdf.elements import Joint, Link, Model
+from simulation_tools.sdf.elements import CameraSensor, Joint, Link, Model
 from simulation_tools.sdf.safe_xml import SdfError
+
+OPTICAL = Pose(orientation_xyzw=(-0.5, 0.5, -0.5, 0.5))
+"""Pose of a camera's optical frame (x right, y down, z ahead) in the camera's (x ahead, y left, z up)."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +44,8 @@ def model_frames(model: Model) -> list[Frame]:
     """Return every frame of a model as an edge from its parent, parents before children.
 
     The root is the first link; links without a joint hang on it. Links are called as in the file, sensors
-    ``link/sensor``, joints by their name (a leaf on their child link, where the axis is), so that each frame
-    has one parent, as TF wants it.
+    ``link/sensor``, the optical frame of a camera ``link/sensor_optical``, joints by their name (a leaf on
+    their child link, where the axis is), so that each frame has one parent, as TF wants it.
     """
     links = {link.name: link for link in model.links}
     joint_to = {joint.child: joint for joint in model.joints}
@@ -54,12 +57,21 @@ def model_frames(model: Model) -> list[Frame]:
     }
     frames = _parents_first(edges, root.name)
     for link in model.links:
-        frames += [Frame(link.name, f"{link.name}/{sensor.name}", sensor.pose) for sensor in link.sensors]
+        for sensor in link.sensors:
+            name = f"{link.name}/{sensor.name}"
+            frames.append(Frame(link.name, name, sensor.pose))
+            if isinstance(sensor, CameraSensor):
+                frames.append(Frame(name, optical_frame(name), OPTICAL))
     taken = set(links)
     frames += [
         Frame(joint.child, joint.name, joint.pose) for joint in model.joints if joint.name not in taken
     ]
     return frames
+
+
+def optical_frame(sensor_frame: str) -> str:
+    """Return the name of the optical frame of a camera ``link/sensor``."""
+    return f"{sensor_frame}_optical"
 
 
 def root_link(model: Model) -> Link:

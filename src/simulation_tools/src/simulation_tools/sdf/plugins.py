@@ -20,6 +20,9 @@ KNOWN_LIBRARIES = frozenset(
         "libgazebo_ros_gpu_laser.so",
         "libgazebo_ros_block_laser.so",
         "libgazebo_ros_imu_sensor.so",
+        "libgazebo_ros_range.so",
+        "libgazebo_ros_camera.so",
+        "libgazebo_ros_depth_camera.so",
         "libgazebo_ros_p3d.so",
     }
 )

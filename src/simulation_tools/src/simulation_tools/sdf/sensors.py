@@ -132,7 +132,7 @@ def _read_camera(node: Node, pose: Pose) -> CameraSensor:
         name=node.attribute("name"),
         pose=pose,
         update_rate_hz=node.value("update_rate", 0.0, NOT_NEGATIVE),
-        depth=node.attribute("type") == "depth",
+        depth=node.attribute("type") in ("depth", "depth_camera"),
         width=int(image.value("width", 320.0, pixels)),
         height=int(image.value("height", 240.0, pixels)),
         horizontal_fov_rad=camera.value("horizontal_fov", 1.047, POSITIVE),
@@ -166,5 +166,6 @@ _READERS: dict[str, Callable[[Node, Pose], Sensor]] = {
     "imu": _read_imu,
     "camera": _read_camera,
     "depth": _read_camera,
+    "depth_camera": _read_camera,
     "air_pressure": _read_air_pressure,
 }

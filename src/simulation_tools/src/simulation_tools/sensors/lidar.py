@@ -28,6 +28,8 @@ class Rays(Protocol):
 class Lidar:
     """One lidar on a body. Its beams go counter-clockwise from angle_min to angle_max by angle_increment.
 
+    directions: their unit vectors in the lidar's own frame, float32 (beams, 3).
+
     period_us: microseconds between scans. range_min, range_max: metres. A sensor with several vertical
     samples scans with the row nearest to the horizontal.
     """
@@ -44,10 +46,9 @@ class Lidar:
         self.beams = axis.samples
         self.range_min = sensor.range_min_m
         self.range_max = sensor.range_max_m
-        self._resolution = sensor.range_resolution_m
-        self._noise = sensor.noise
+        self._sensor = sensor
         self._rng = rng
-        self._directions = _beam_directions(axis, _level_elevation(sensor.vertical))
+        self.directions = _beam_directions(axis, _level_elevation(sensor.vertical))
 
     def scan(self, rays: Rays, body_pose: Pose, own_model: str | None = None) -> np.ndarray:
         """Return the measured ranges, float32 (beams,).
@@ -56,28 +57,40 @@ class Lidar:
         lidar, which its beams do not see.
         """
         pose = body_pose @ self.pose_in_body
-        directions = self._directions @ pose.rotation.astype(np.float32).T
-        # A surface just beyond range_max may be measured within it; five sigma is far enough.
-        reach = self.range_max + abs(self._noise.mean) + 5.0 * self._noise.stddev
-        true = rays.cast(np.array(pose.position_m), directions, reach, own_model)
-        return self._measured(true)
+        directions = self.directions @ pose.rotation.astype(np.float32).T
+        true = rays.cast(np.array(pose.position_m), directions, reach_m(self._sensor), own_model)
+        return measured(true, self._sensor, self._rng)
 
-    def _measured(self, ranges: np.ndarray) -> np.ndarray:
-        too_close = ranges < self.range_min
-        if self._noise.stddev > 0.0:
-            # Always one number per beam: the noise of a beam must not depend on what the others see.
-            noise = self._rng.standard_normal(self.beams, np.float32)
-            ranges += noise * np.float32(self._noise.stddev)
-        if self._noise.mean:
-            ranges += np.float32(self._noise.mean)
-        if self._resolution > 0.0:
-            np.rint(ranges / np.float32(self._resolution), out=ranges)
-            ranges *= np.float32(self._resolution)
-        # What is truly within the sensor's reach stays within it, whatever the noise says.
-        np.maximum(ranges, np.float32(self.range_min), out=ranges)
-        ranges[ranges > self.range_max] = np.inf
-        ranges[too_close] = -np.inf
-        return ranges
+
+def reach_m(sensor: RaySensor) -> float:
+    """Return how far to look: what is just beyond range_max may be measured within it, up to five sigma."""
+    return sensor.range_max_m + abs(sensor.noise.mean) + 5.0 * sensor.noise.stddev
+
+
+def measured(ranges: np.ndarray, sensor: RaySensor, rng: np.random.Generator) -> np.ndarray:
+    """Turn true ranges, float32 (n,), into measured ones, in place: with noise, resolution and limits."""
+    too_close = ranges < sensor.range_min_m
+    if sensor.noise.stddev > 0.0:
+        # Always one number per beam: the noise of a beam must not depend on what the others see.
+        noise = rng.standard_normal(len(ranges), np.float32)
+        ranges += noise * np.float32(sensor.noise.stddev)
+    if sensor.noise.mean:
+        ranges += np.float32(sensor.noise.mean)
+    if sensor.range_resolution_m > 0.0:
+        np.rint(ranges / np.float32(sensor.range_resolution_m), out=ranges)
+        ranges *= np.float32(sensor.range_resolution_m)
+    # What is truly within the sensor's reach stays within it, whatever the noise says.
+    np.maximum(ranges, np.float32(sensor.range_min_m), out=ranges)
+    ranges[ranges > sensor.range_max_m] = np.inf
+    ranges[too_close] = -np.inf
+    return ranges
+
+
+def all_directions(sensor: RaySensor) -> np.ndarray:
+    """Return unit vectors of all beams in the sensor's frame, float32 (rows, beams, 3), lowest row first."""
+    axis = sensor.vertical
+    elevations = axis.min_angle_rad + axis.increment_rad * np.arange(axis.samples)
+    return np.stack([_beam_directions(sensor.horizontal, float(elevation)) for elevation in elevations])
 
 
 def _beam_directions(axis: ScanAxis, elevation_rad: float) -> np.ndarray:

@@ -58,6 +58,7 @@ class BodyFactory:
     # -- what cannot move ------------------------------------------------------------------------------------
     def _fixed_bodies(self, part: Part, pose: Pose) -> list[Body]:
         bodies = []
+        unseen = self.shapes.unseen() if self._draw else -1
         for placed in part.collisions:
             geometry = placed.collision.geometry
             shape = self.shapes.standing(geometry)
@@ -65,7 +66,7 @@ class BodyFactory:
             uid = pybullet.createMultiBody(
                 0.0,
                 shape,
-                -1,
+                unseen,
                 place.position_m,
                 place.orientation_xyzw,
                 useMaximalCoordinates=1,
@@ -93,7 +94,7 @@ class BodyFactory:
         base, inner = parts[0], parts[1:]
         mass, inertial, _ = _inertia(base)
         shapes = [self.shapes.moving(part.collisions) for part in parts]
-        visuals = [self.shapes.visual(part.visuals) if self._draw else -1 for part in parts]
+        visuals = [self._visual(part) for part in parts]
         # A part's frame hangs in its parent's, a base's is the model frame.
         hinges = [parts[part.parent].pose.inverse() @ part.pose for part in inner]
         inertials = [_inertia(part)[1] for part in inner]
@@ -125,6 +126,11 @@ class BodyFactory:
             self._set_dynamics(uid, index - 1, part)
         spheres = tuple(_sphere_around(part_mesh(part)) for part in parts)
         return Body(uid, parts, inertial, inertial.inverse(), tuple(shapes), spheres)
+
+    def _visual(self, part: Part) -> int:
+        if not self._draw:
+            return -1
+        return self.shapes.visual(part.visuals) if part.visuals else self.shapes.unseen()
 
     def _set_dynamics(self, uid: int, index: int, part: Part) -> None:
         # Two commands: PyBullet sends everything that comes along with a damping to the base.

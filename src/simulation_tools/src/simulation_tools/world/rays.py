@@ -74,7 +74,7 @@ class RayScene:
 
     def commit(self) -> None:
         """Build the static scene now rather than at the next ray."""
-        self._static_scene(None)
+        self.static_scene(None)
 
     def cast(
         self, origins: np.ndarray, directions: np.ndarray, max_range_m: float, ignore_model: str | None = None
@@ -90,7 +90,7 @@ class RayScene:
         ranges = np.full(len(directions), max_range_m, np.float32)
         if not len(directions):
             return ranges
-        static = self._static_scene(ignore_model if ignore_model in self._static else None)
+        static = self.static_scene(ignore_model if ignore_model in self._static else None)
         if static is not None:
             static.run(origins, directions, ranges, query="DISTANCE")
         for model, shapes in self._moving.items():
@@ -100,7 +100,8 @@ class RayScene:
         ranges[ranges >= np.float32(max_range_m)] = np.inf
         return ranges
 
-    def _static_scene(self, without: str | None) -> EmbreeScene | None:
+    def static_scene(self, without: str | None = None) -> EmbreeScene | None:
+        """Return Embree's scene of what stands, but for one model; None when there is nothing."""
         if without not in self._static_scenes:
             meshes = [mesh for name, mesh in self._static.items() if name != without]
             self._static_scenes[without] = _scene_of(joined(meshes)) if meshes else None

@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Callable, Hashable, Sequence
 
+import numpy as np
+
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Plane, Rgba, Sphere
 from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
@@ -43,6 +45,10 @@ class ShapeFactory:
         key = tuple((item.collision.geometry, item.pose) for item in placed)
         return self._shared(key, partial(self._compound, placed))
 
+    def unseen(self) -> int:
+        """Return the visual shape of what has none: PyBullet would draw its collision shape in white."""
+        return self._shared("unseen", self._unseen)
+
     def visual(self, placed: Sequence[PlacedVisual]) -> int:
         """Return one visual shape for several, a mesh for each colour: few pieces draw faster than many."""
         if not placed:
@@ -61,6 +67,14 @@ class ShapeFactory:
             rgbaColors=list(by_colour),
             visualFramePositions=[(0.0, 0.0, 0.0)] * count,
             visualFrameOrientations=[(0.0, 0.0, 0.0, 1.0)] * count,
+            physicsClientId=self._client,
+        )
+
+    def _unseen(self) -> int:
+        corners = 1e-6 * np.eye(3)
+        return pybullet.createVisualShape(
+            pybullet.GEOM_MESH,
+            fileName=self._write_obj(TriangleMesh(corners, np.array(((0, 1, 2),)))),
             physicsClientId=self._client,
         )
 

@@ -18,6 +18,7 @@ from simulation_tools.world.assembly import MassProperties, Part, assemblies, co
 from simulation_tools.world.bodies import Body, BodyFactory, part_mesh
 from simulation_tools.world.clearance import Clearances, OwnShape
 from simulation_tools.world.contacts import Contact, contacts_of
+from simulation_tools.world.drawing import draw
 from simulation_tools.world.engine import WorldError, connect, pybullet
 from simulation_tools.world.kinematics import (
     BodyState,
@@ -61,8 +62,13 @@ class PhysicsWorld:
     scene of every collision shape, for lidars; it follows the models as they move, come and go.
     """
 
-    def __init__(self, world: World, time_step_s: float = 0.004, gui: bool = False) -> None:
-        """Build every model of a world; raises WorldError or MeshError when one cannot be built."""
+    def __init__(
+        self, world: World, time_step_s: float = 0.004, gui: bool = False, drawn: bool = False
+    ) -> None:
+        """Build every model of a world; raises WorldError or MeshError when one cannot be built.
+
+        gui: show PyBullet's window. drawn: give bodies their looks without it too, for `draw`.
+        """
         if not 0.0 < time_step_s <= 0.1:
             raise WorldError(f"The time step must be positive and at most 0.1 s, not {time_step_s:g} s.")
         self.gravity_m_s2 = world.gravity_m_s2
@@ -72,10 +78,11 @@ class PhysicsWorld:
         self._models: dict[str, _Spawned] = {}
         self._owner: dict[int, tuple[str, Body]] = {}
         self._states: dict[str, BodyState] = {}
-        self._lifts: list[tuple[Body, int, MassProperties]] = []
-        self._hinged: list[tuple[str, Body]] = []
+        # By the model's name; what has none of it is not in them.
+        self._lifts: dict[str, list[tuple[Body, int, MassProperties]]] = {}
+        self._hinged: dict[str, list[Body]] = {}
         self._client = connect(gui)
-        self._factory = BodyFactory(self._client, draw=gui)
+        self._factory = BodyFactory(self._client, draw=gui or drawn)
         self._clearances = Clearances(self._client, self._owner)
         try:
             self._configure()
@@ -119,9 +126,7 @@ class PhysicsWorld:
         bodies = self._build(name, parts, pose)
         mass = combined((link.inertial, link.pose) for link in model.links)
         self._models[name] = _Spawned(model, rigid_joints, pose, pose, parts, bodies, mass)
-        for body in self._models[name].all_bodies():
-            self._owner[body.uid] = (name, body)
-        self._surroundings_changed()
+        self._enter(name, self._models[name].all_bodies())
         self._put_into_rays(name, meshes)
 
     def delete(self, name: str) -> None:
@@ -129,7 +134,9 @@ class PhysicsWorld:
         for body in self._find(name).all_bodies():
             pybullet.removeBody(body.uid, physicsClientId=self._client)
             del self._owner[body.uid]
-        self._surroundings_changed()
+        self._clearances.forget()
+        self._lifts.pop(name, None)
+        self._hinged.pop(name, None)
         del self._models[name]
         self._states.pop(name, None)
         self.rays.remove(name)
@@ -166,7 +173,8 @@ class PhysicsWorld:
         """Return the angle of every joint that the physics moves, rad, by its name, `model::joint`."""
         return {
             f"{name}::{joint}": angle
-            for name, body in self._hinged
+            for name, bodies in self._hinged.items()
+            for body in bodies
             for joint, angle in joint_angles_of(self._client, body).items()
         }
 
@@ -205,8 +213,9 @@ class PhysicsWorld:
 
     def step(self) -> None:
         """Advance everything by one time step."""
-        for lift in self._lifts:
-            self._hold_up(*lift)
+        for lifts in self._lifts.values():
+            for lift in lifts:
+                self._hold_up(*lift)
         pybullet.stepSimulation(physicsClientId=self._client)
         self._states.clear()
 
@@ -233,6 +242,12 @@ class PhysicsWorld:
         ]
         return self._clearances.least(own, frozenset((name, *ignore)), max_distance_m)
 
+    def draw(
+        self, eye_m: Vector3, ahead: Vector3, up: Vector3, projection: Sequence[float], size: tuple[int, int]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return what a camera sees, see `drawing.draw`; the world must have been built with `drawn`."""
+        return draw(self._client, eye_m, ahead, up, projection, size)
+
     # -- life ------------------------------------------------------------------------------------------------
     def reset(self) -> None:
         """Put every model back where it was spawned, at rest, as in a world built anew."""
@@ -240,8 +255,8 @@ class PhysicsWorld:
         pybullet.resetSimulation(physicsClientId=self._client)
         self._factory.shapes.forget()
         self._configure()
-        self._models.clear()
-        self._owner.clear()
+        for known in (self._models, self._owner, self._lifts, self._hinged):
+            known.clear()
         self._states.clear()
         self._clearances.forget()
         self.rays.clear()
@@ -271,16 +286,21 @@ class PhysicsWorld:
         except KeyError:
             raise WorldError(f'There is no model called "{name}".') from None
 
-    def _surroundings_changed(self) -> None:
-        """Look again at what stands around, what has joints and what has no weight."""
+    def _enter(self, name: str, bodies: Sequence[Body]) -> None:
+        """Note what a model brings: whose bodies are whose, which have joints, which parts have no weight."""
+        self._owner.update((body.uid, (name, body)) for body in bodies)
         self._clearances.forget()
-        self._hinged = [(name, body) for name, body in self._owner.values() if len(body.parts) > 1]
-        self._lifts = [
+        hinged = [body for body in bodies if len(body.parts) > 1]
+        lifts = [
             (body, index - 1, part.weightless)
-            for _, body in self._owner.values()
+            for body in bodies
             for index, part in enumerate(body.parts)
             if part.weightless is not None
         ]
+        if hinged:
+            self._hinged[name] = hinged
+        if lifts:
+            self._lifts[name] = lifts
 
     def _hold_up(self, body: Body, link: int, weightless: MassProperties) -> None:
         """Cancel the weight of what has none: PyBullet's gravity pulls everything alike."""
