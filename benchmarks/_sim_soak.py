@@ -1,0 +1,223 @@
+"""A long flight without ROS: random goals in the forest, random faults, and what must stay true throughout.
+
+Every 20 s on average something goes wrong for a while: setpoints stop, scans get lost, a third of the beams
+measures nothing, a gust of wind blows; goals change in mid-flight. A contact with anything but the ground is
+one too many.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from benchmarks._flights import scenario
+from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.experiment import Action, ExperimentParameters, Phase
+from master_thesis.flight_log import FlightLog
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.parser import parse_model
+from simulation_tools.simulation import StepOutput
+from simulation_tools.world.world import BodyState
+
+PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
+AREA_X_M, AREA_Y_M = (-2.0, 42.0), (-12.0, 12.0)
+"""Where goals lie; the forest's trees."""
+
+GOAL_CLEARANCE_M = 1.0
+GOAL_PATIENCE_S = (10.0, 40.0)
+FAULT_PAUSE_S = (5.0, 35.0)
+FAULTS = {
+    "setpoints stop": (0.2, 0.8),
+    "scans get lost": (0.1, 1.0),
+    "beams are blind": (0.5, 5.0),
+    "gust": (0.5, 3.0),
+}
+"""Least and greatest length in seconds. Setpoints that stop for a second or more make PX4 land."""
+
+LANDING_S = (1.5, 2.5)
+"""So long do setpoints stop when the UAV hovers at its goal: the failsafe begins, and ends again."""
+
+GUST_M_S = 3.0
+BLIND_SHARE = 1 / 3
+CLOCK_M_S = 0.01
+CLOCK_HAND = (
+    '<sdf version="1.6"><model name="clock_hand"><link name="link"><gravity>0</gravity></link></model></sdf>'
+)
+"""A body without weight, far above, that moves evenly: its place tells how long the physics has run."""
+
+
+@dataclass
+class Soak:
+    """Figures of a soak. contacts: but for the ground. Memory: resident, after a tenth and at the end."""
+
+    simulated_s: float = 0.0
+    wall_s: float = 0.0
+    way_m: float = 0.0
+    goals: int = 0
+    goals_reached: int = 0
+    contacts: int = 0
+    touched: list[str] = field(default_factory=list)
+    failsafes: int = 0
+    faults: dict[str, int] = field(default_factory=dict)
+    clock_drift_ms: float = 0.0
+    memory_early_mb: float = 0.0
+    memory_end_mb: float = 0.0
+
+
+class FaultyLoop(ClosedLoop):
+    """The closed loop with faults; `fault` is the one at work now, "" for none. soaking: it never lands."""
+
+    def __init__(self, parameters: ClosedLoopParameters, rng: np.random.Generator) -> None:
+        super().__init__(parameters)
+        self.rng = rng
+        self.fault = ""
+        self.soaking = False
+
+    def begin(self, fault: str) -> None:
+        """Let a fault begin; "": end it."""
+        self.fault = fault
+        self.publisher.silent = fault == "setpoints stop"
+        angle = self.rng.uniform(-math.pi, math.pi)
+        strength = GUST_M_S if fault == "gust" else 0.0
+        self.simulation.wind_m_s = (strength * math.cos(angle), strength * math.sin(angle), 0.0)
+
+    def go(self, goal_m: tuple[float, float, float]) -> None:
+        """Send another goal."""
+        self._position_controller.set_setpoint(goal_m)
+
+    def _carry_out(self, actions: list[Action]) -> None:
+        if not self.soaking:
+            super()._carry_out(actions)
+
+    def _on_scan(self, output: StepOutput) -> None:
+        if self.fault == "scans get lost":
+            return
+        if self.fault == "beams are blind":
+            output.scan[self.rng.random(len(output.scan)) < BLIND_SHARE] = np.nan
+        super()._on_scan(output)
+
+
+def soak(minutes: float, seed: int) -> dict:
+    """Fly for that long in simulated time; return the figures."""
+    rng = np.random.default_rng(seed)
+    parameters = replace(scenario("forest", seed=seed), goal_xyz_m=None, limits=_endless())
+    with FaultyLoop(parameters, rng) as loop:
+        loop.run_to(Phase.FLYING)
+        loop.soaking = True
+        return vars(_Flight(loop, 60.0 * minutes).fly())
+
+
+class _Flight:
+    """One soak under way."""
+
+    def __init__(self, loop: FaultyLoop, length_s: float) -> None:
+        self._loop, self._rng, self._length_s = loop, loop.rng, length_s
+        self._figures = Soak()
+        self._start_s = loop.time_s
+        self._goal = (0.0, 0.0, 2.0)
+        self._goal_ends_s = self._fault_changes_s = loop.time_s
+        self._place = self._goal
+        self._was_failsafe = False
+        world = loop.simulation.world
+        world.spawn(parse_model(CLOCK_HAND, "clock hand"), "clock_hand", Pose((0.0, 0.0, 500.0)))
+        hand = BodyState(Pose((0.0, 0.0, 500.0)), (CLOCK_M_S, 0.0, 0.0))
+        world.set_state("clock_hand", hand)
+
+    def fly(self) -> Soak:
+        """Fly to the end; return the figures."""
+        began_s, figures, loop = time.perf_counter(), self._figures, self._loop
+        with tqdm(total=round(self._length_s), unit=" s", desc="simulated") as bar:
+            for _ in range(round(self._length_s)):
+                end_us = loop.simulation.time_us + 1_000_000
+                while loop.simulation.time_us < end_us:
+                    self._watch(loop.step())
+                self._each_second()
+                bar.update()
+        figures.simulated_s = loop.time_s - self._start_s
+        figures.wall_s = time.perf_counter() - began_s
+        figures.memory_end_mb = _resident_mb()
+        hand_m = loop.simulation.world.get_state("clock_hand").pose.position_m[0]
+        figures.clock_drift_ms = 1e3 * (hand_m / CLOCK_M_S - figures.simulated_s)
+        return figures
+
+    def _watch(self, output: StepOutput) -> None:
+        figures, loop = self._figures, self._loop
+        for contact in output.contacts:
+            if not contact.collision_2.startswith("ground_plane::"):
+                figures.contacts += 1
+                figures.touched = sorted({*figures.touched, contact.collision_2})
+        failsafe = loop.simulation.px4.status.failsafe
+        figures.failsafes += failsafe and not self._was_failsafe
+        self._was_failsafe = failsafe
+        if loop.time_s >= self._fault_changes_s:
+            self._change_fault()
+
+    def _change_fault(self) -> None:
+        """End the fault that is there, or begin one."""
+        loop, rng = self._loop, self._rng
+        if loop.fault:
+            loop.begin("")
+            self._fault_changes_s = loop.time_s + rng.uniform(*FAULT_PAUSE_S)
+            return
+        fault = str(rng.choice(list(FAULTS)))
+        waits = fault == "setpoints stop" and math.dist(self._place, self._goal) < 0.3
+        length = LANDING_S if waits else FAULTS[fault]
+        loop.begin(fault)
+        self._figures.faults[fault] = self._figures.faults.get(fault, 0) + 1
+        self._fault_changes_s = loop.time_s + rng.uniform(*length)
+
+    def _each_second(self) -> None:
+        loop, figures = self._loop, self._figures
+        place = loop.simulation.world.get_state(loop.simulation.uav_name).pose.position_m
+        figures.way_m += math.dist(place, self._place)
+        self._place = place
+        loop.monitor.log = FlightLog()  # an hour of it is a gigabyte
+        if math.dist(place[:2], self._goal[:2]) < 0.3 and self._goal_ends_s > loop.time_s + 5.0:
+            figures.goals_reached += 1
+            self._goal_ends_s = loop.time_s + 4.0
+        if loop.time_s >= self._goal_ends_s:
+            self._goal = self._new_goal()
+            self._goal_ends_s = loop.time_s + self._rng.uniform(*GOAL_PATIENCE_S)
+            figures.goals += 1
+            loop.go(self._goal)
+        if not figures.memory_early_mb and loop.time_s - self._start_s >= 0.1 * self._length_s:
+            figures.memory_early_mb = _resident_mb()
+
+    def _new_goal(self) -> tuple[float, float, float]:
+        """Draw a place with nothing near it."""
+        world, uav = self._loop.simulation.world, self._loop.simulation.uav_name
+        while True:
+            x, y = self._rng.uniform(*AREA_X_M), self._rng.uniform(*AREA_Y_M)
+            if world.clearance(uav, Pose((x, y, 2.0)), GOAL_CLEARANCE_M) > GOAL_CLEARANCE_M:
+                return float(x), float(y), 2.0
+
+
+def summary(figures: dict) -> str:
+    """Return the figures as text."""
+    faults = ", ".join(f"{name} {count}" for name, count in sorted(figures["faults"].items()))
+    growth_mb = figures["memory_end_mb"] - figures["memory_early_mb"]
+    touched = f" ({', '.join(figures['touched'])})" if figures["touched"] else ""
+    return (
+        f"{figures['simulated_s'] / 60.0:.1f} simulated minutes in {figures['wall_s']:.0f} s, "
+        f"{figures['way_m'] / 1e3:.2f} km, {figures['goals_reached']} of {figures['goals']} goals reached\n"
+        f"faults: {faults}; failsafes: {figures['failsafes']}\n"
+        f"contacts: {figures['contacts']}{touched}\n"
+        f"memory: {figures['memory_end_mb']:.0f} MB at the end, {growth_mb:+.1f} MB since a tenth of it\n"
+        f"drift between clock and physics: {figures['clock_drift_ms']:.3g} ms"
+    )
+
+
+def _endless() -> ExperimentParameters:
+    """Limits that no soak reaches."""
+    return ExperimentParameters(flight_timeout_s=999_999.0)
+
+
+def _resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * PAGE_BYTES / 2**20

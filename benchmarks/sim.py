@@ -1,0 +1,191 @@
+"""The simulator's speed: in one process, through the ROS graph, its rays, its start and end; and a long soak.
+
+In-process: Experiment 1's forest flight (physics and flight controller at 250 Hz, UST at 40 Hz, filters,
+CEPA) in one thread without ROS; times are the thread's, so that what else the machine does hardly matters.
+Rays: scans of 1081 beams in the forest, through the simulator's own interface and by Embree alone. World
+size: the time of such a scan among 100 and among 10,000 trees of one density. Graph: experiment_1.launch as
+its user starts it, in real time, and then in lockstep as fast as possible; wall times, for an idle machine.
+
+Figures: sim.inprocess.{rtf, rtf_wall}, sim.raycast.{mrays_s, embree_mrays_s}, sim.world_size.{scan_us_100,
+scan_us_10000, ratio}, sim.graph.{rtf, lockstep_misses, latency_ms}, sim.{launch_s, hover_s, shutdown_s,
+cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from typing import Sequence
+
+import numpy as np
+from tqdm import tqdm
+
+from benchmarks import _sim_graph, _sim_soak
+from benchmarks._flights import scenario
+from benchmarks._report import Report, options, table
+from master_thesis.closed_loop import ClosedLoop
+from master_thesis.experiment import Phase
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import Collision, Cylinder, Inertial, Link, Model, World
+from simulation_tools.simulation import Simulation
+from simulation_tools.world.world import PhysicsWorld
+
+PARTS = ("inprocess", "raycast", "world_size", "graph", "start")
+SCANS = 3000
+TREES_PER_M2 = 0.06
+"""Of Experiment 1's forest."""
+
+LIMITS = {
+    "inprocess.rtf": (">=", 30.0),
+    "raycast.mrays_s": (">=", 8.0),
+    "world_size.ratio": ("<", 4.0),
+    "graph.rtf": (">=", 5.0),
+    "launch_s": ("<", 5.0),
+    "hover_s": ("<", 13.0),
+    "shutdown_s": ("<", 2.0),
+    "cpu_cores_at_rtf1": ("<", 0.8),
+    "memory_gb": ("<", 1.2),
+}
+"""What is asked of each figure."""
+
+PEERS = {
+    "inprocess.rtf": "gym-pybullet-drones, one drone, PID, no lidar: 22.3",
+    "raycast.mrays_s": "Embree alone: 11",
+    "graph.rtf": "PX4 SITL with a minimal rigid body: 6 to 8; Gazebo classic with PX4: about 1",
+    "launch_s": "thesis, Gazebo with PX4: 7 until all nodes are good to go",
+    "shutdown_s": "thesis, Gazebo with PX4: 15",
+}
+"""What others need, on a machine like this one or as they published it."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure, print and write."""
+    parser = options(__doc__)
+    parser.add_argument("--parts", nargs="+", default=PARTS, choices=PARTS, help="measure these only")
+    parser.add_argument("--soak", action="store_true", help="fly an hour of random goals and faults instead")
+    parser.add_argument("--minutes", type=float, default=60.0, help="of simulated time in the soak")
+    parser.add_argument("--seed", type=int, default=1, help="of the soak's goals and faults")
+    given = parser.parse_args(arguments)
+    with Report("sim_soak" if given.soak else "sim", given.results, vars(given)) as report:
+        if given.soak:
+            figures = _sim_soak.soak(given.minutes, given.seed)
+            report.add("sim.soak", figures)
+            print(_sim_soak.summary(figures))
+            return
+        figures = {}
+        for part in tqdm(given.parts, "parts"):
+            figures.update(MEASURES[part]())
+        for name, value in figures.items():
+            report.add(f"sim.{name}", value)
+        print(f"\n{figures_table(figures)}")
+
+
+def measure_inprocess(flights: int = 3) -> dict:
+    """Fly the forest without ROS; return the median real-time factor of a few seeds, by CPU and by wall."""
+    by_cpu, by_wall = [], []
+    for seed in range(1, flights + 1):
+        with ClosedLoop(scenario("forest", seed=seed)) as loop:
+            loop.run_to(Phase.FLYING)
+            began_s, cpu_s, wall_s = loop.time_s, time.thread_time(), time.perf_counter()
+            loop.run_to(Phase.HOVERING)
+            flown_s = loop.time_s - began_s
+            by_cpu.append(flown_s / (time.thread_time() - cpu_s))
+            by_wall.append(flown_s / (time.perf_counter() - wall_s))
+    return {"inprocess.rtf": statistics.median(by_cpu), "inprocess.rtf_wall": statistics.median(by_wall)}
+
+
+def measure_raycast() -> dict:
+    """Cast scans in the forest; return millions of rays per second of CPU, ours and Embree's own."""
+    simulation = Simulation(scenario("forest").simulation)
+    try:
+        rays, directions = simulation.world.rays, simulation.lidar.directions
+        origins = np.column_stack((np.linspace(0.0, 40.0, SCANS), np.zeros(SCANS), np.full(SCANS, 2.0)))
+        reach_m = simulation.lidar.range_max
+        ours_s = _thread_s(lambda: [rays.cast(origin, directions, reach_m, "iris") for origin in origins])
+        scene = rays.static_scene()
+        starts = [
+            np.ascontiguousarray(np.broadcast_to(o, directions.shape), np.float32) for o in origins[:300]
+        ]
+        ranges = np.full(len(directions), reach_m, np.float32)
+        # A fresh copy of the ranges each time: the query shortens them.
+        embree_s = _thread_s(
+            lambda: [scene.run(o, directions, ranges.copy(), query="DISTANCE") for o in starts]
+        )
+        rays_cast = 1e-6 * len(directions)
+        return {
+            "raycast.mrays_s": rays_cast * SCANS / ours_s,
+            "raycast.embree_mrays_s": rays_cast * len(starts) / embree_s,
+        }
+    finally:
+        simulation.close()
+
+
+def measure_world_size() -> dict:
+    """Scan among 100 and among 10,000 trees of the same density; return both times and their ratio."""
+    times_us = {count: _scan_us(count) for count in (100, 10_000)}
+    return {
+        "world_size.scan_us_100": times_us[100],
+        "world_size.scan_us_10000": times_us[10_000],
+        "world_size.ratio": times_us[10_000] / times_us[100],
+    }
+
+
+def _scan_us(trees: int) -> float:
+    """Median time of a scan from 300 places among this many trees."""
+    half_m = 0.5 * (trees / TREES_PER_M2) ** 0.5
+    rng = np.random.default_rng(1)
+    world = PhysicsWorld(
+        World("trees", tuple(_tree(n, rng.uniform(-half_m, half_m, 2)) for n in range(trees)))
+    )
+    try:
+        lidar = Simulation(scenario("empty").simulation).lidar
+        middle = 0.5 * min(half_m, 20.0)
+        places = [(*rng.uniform(-middle, middle, 2), 2.0) for _ in range(300)]
+        times = []
+        for place in places:
+            times.append(_thread_s(lambda place=place: lidar.scan(world.rays, Pose(place))))
+        return 1e6 * statistics.median(times)
+    finally:
+        world.close()
+
+
+def _tree(number: int, xy_m: np.ndarray) -> Model:
+    trunk = Collision("trunk", Pose((0.0, 0.0, 1.5)), Cylinder(0.2, 3.0))
+    inertial = Inertial(1.0, Pose(), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+    link = Link("link", Pose(), inertial, (trunk,))
+    return Model(f"tree_{number}", Pose((*xy_m.tolist(), 0.0)), True, (link,))
+
+
+def measure_graph() -> dict:
+    """Fly the graph in lockstep as fast as possible."""
+    return {f"graph.{name}": value for name, value in _sim_graph.measure_speed().items()}
+
+
+MEASURES = {
+    "inprocess": measure_inprocess,
+    "raycast": measure_raycast,
+    "world_size": measure_world_size,
+    "graph": measure_graph,
+    "start": _sim_graph.measure_start,
+}
+
+
+def figures_table(figures: dict) -> str:
+    """Return the figures beside what is asked of them and what others reach."""
+    rows = []
+    for name, value in figures.items():
+        sign, limit = LIMITS.get(name, ("", None))
+        asked = "" if limit is None else f"{sign} {limit:g}"
+        rows.append((f"sim.{name}", f"{value:.3g}", asked, PEERS.get(name, "")))
+    return table(("figure", "ours", "asked", "others"), rows)
+
+
+def _thread_s(action) -> float:
+    """CPU time of this thread that an action takes."""
+    began = time.thread_time()
+    action()
+    return time.thread_time() - began
+
+
+if __name__ == "__main__":
+    main()
