@@ -11,8 +11,9 @@ import unittest
 
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
-from mavros_msgs.msg import ExtendedState, HomePosition, ParamValue, PositionTarget, State
+from mavros_msgs.msg import AttitudeTarget, ExtendedState, HomePosition, ParamValue, PositionTarget, State
 from mavros_msgs.srv import (
     CommandBool,
     CommandLong,
@@ -23,7 +24,8 @@ from mavros_msgs.srv import (
     SetMode,
 )
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import BatteryState, Imu
+from sensor_msgs.msg import BatteryState, Imu, NavSatFix
+from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
 TOPICS = {
@@ -36,6 +38,9 @@ TOPICS = {
     "imu/data": Imu,
     "battery": BatteryState,
     "home_position/home": HomePosition,
+    "global_position/global": NavSatFix,
+    "global_position/rel_alt": Float64,
+    "global_position/compass_hdg": Float64,
 }
 
 
@@ -64,6 +69,7 @@ class TestMavros(unittest.TestCase):
         cls.velocity_setpoint = rospy.Publisher(
             "/mavros/setpoint_velocity/cmd_vel", TwistStamped, queue_size=1
         )
+        cls.attitude_setpoint = rospy.Publisher("/mavros/setpoint_raw/attitude", AttitudeTarget, queue_size=1)
         cls.unstamped = rospy.Publisher("/mavros/setpoint_velocity/cmd_vel_unstamped", Twist, queue_size=1)
         cls.eventually(lambda: cls.last("home_position/home") is not None)
 
@@ -140,6 +146,34 @@ class TestMavros(unittest.TestCase):
         with self.lock:
             stamps = [m.header.stamp.to_sec() for m in self.received["state"][-3:]]
         self.assertAlmostEqual((stamps[-1] - stamps[0]) / 2, 1.0, delta=0.1)
+
+    def test_c_state_comes_at_once_on_a_change(self):
+        """Six changes: the heartbeat of each second alone would be late for some."""
+        for armed in (True, False) * 3:
+            self.assertTrue(self.services["cmd/arming"](armed).success)
+            self.assertTrue(
+                self.eventually(lambda a=armed: self.last("state").armed is a, 0.3, period_s=0.005)
+            )
+
+    def test_c_the_global_position_is_that_of_the_origin(self):
+        fix = self.last("global_position/global")
+        self.assertAlmostEqual(fix.latitude, 47.397742, delta=1e-5)
+        self.assertAlmostEqual(fix.longitude, 8.545594, delta=1e-5)
+        self.assertAlmostEqual(fix.altitude, 488.1, delta=0.2)
+        self.assertAlmostEqual(self.last("global_position/rel_alt").data, 0.0, delta=0.1)
+        self.assertAlmostEqual(self.last("global_position/compass_hdg").data, 90.0, delta=1.0)  # east
+
+    def test_c_diagnostics_are_mavros_own(self):
+        arrays = []
+        subscriber = rospy.Subscriber("/diagnostics", DiagnosticArray, arrays.append)
+        self.assertTrue(self.eventually(lambda: len(arrays) >= 2, 5.0))
+        subscriber.unregister()
+        levels = {status.name: status.level for status in arrays[-1].status}
+        names = ("FCU connection", "Heartbeat", "System", "Battery")
+        self.assertEqual(levels, {f"mavros: {name}": DiagnosticStatus.OK for name in names})
+        values = {value.key: value.value for value in arrays[-1].status[1].values}
+        self.assertEqual(values["Mode"], "AUTO.LOITER")
+        self.assertIn("24640", arrays[-1].status[0].hardware_id)
 
     def test_d_parameters(self):
         get, put = self.services["param/get"], self.services["param/set"]
@@ -230,6 +264,22 @@ class TestMavros(unittest.TestCase):
             self.unstamped.publish(message)
 
         self.assertTrue(self.eventually(lambda: local().y > 0.9 and abs(local().x) < 0.2, 6.0, fly_north))
+
+        # An attitude, FLU in ENU: nose down by 10 degrees, which flies forward, to the east.
+        def lean_forward():
+            message = AttitudeTarget(type_mask=AttitudeTarget.IGNORE_ROLL_RATE | 2 | 4, thrust=0.55)
+            message.header.stamp = rospy.get_rostime()
+            message.orientation.y, message.orientation.w = (
+                math.sin(math.radians(5)),
+                math.cos(math.radians(5)),
+            )
+            self.attitude_setpoint.publish(message)
+
+        pitch = lambda: 2.0 * math.asin(self.last("imu/data").orientation.y)  # noqa: E731
+        leaning = self.eventually(
+            lambda: abs(pitch() - math.radians(10)) < 0.03 and local().x > 0.3, 4.0, lean_forward
+        )
+        self.assertTrue(leaning)
         denied = self.services["cmd/arming"](False)
         self.assertEqual((denied.success, denied.result), (False, 2))
         self.land()

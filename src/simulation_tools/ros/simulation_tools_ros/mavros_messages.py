@@ -9,7 +9,7 @@ from genpy import Time
 from geometry_msgs.msg import Point, PoseStamped, Quaternion, TwistStamped, Vector3
 from mavros_msgs.msg import ExtendedState, HomePosition, ParamValue, State, StatusText
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import BatteryState, Imu
+from sensor_msgs.msg import BatteryState, Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Header
 
 from simulation_tools.geometry import Quaternion as QuaternionTuple
@@ -92,6 +92,19 @@ def local_position_messages(
     odometry.pose.pose = pose.pose
     odometry.twist.twist = in_body.twist
     return pose, in_local, in_body, odometry
+
+
+def fix_message(position, frame_id: str) -> NavSatFix:
+    """GLOBAL_POSITION_INT to NavSatFix.
+
+    The altitude is above mean sea level; MAVROS's own is above the ellipsoid, for which it needs a geoid.
+    """
+    message = NavSatFix(header=Header(stamp=stamp_from_ms(position.time_boot_ms), frame_id=frame_id))
+    message.status.status = NavSatStatus.STATUS_FIX
+    message.status.service = NavSatStatus.SERVICE_GPS
+    message.latitude, message.longitude = 1e-7 * position.lat, 1e-7 * position.lon
+    message.altitude = 1e-3 * position.alt
+    return message
 
 
 def battery_message(status, battery, stamp: Time) -> BatteryState:

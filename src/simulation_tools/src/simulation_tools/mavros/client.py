@@ -93,6 +93,8 @@ class FcuClient:
         """Open the local port; raises LinkError."""
         host, port, remote_host, remote_port = parse_fcu_url(fcu_url)
         self.target = target
+        self.url = fcu_url
+        self.packets = 0  # whole messages received from anybody
         self._codec = Codec(system_id, component_id)
         self._remote: Address = (remote_host, remote_port)
         self._socket = open_udp(host, port, "MAVROS")
@@ -134,6 +136,7 @@ class FcuClient:
         """Handle every message that is there."""
         for datagram, address in receive_all(self._socket):
             for message in self._codec.decode(datagram):
+                self.packets += 1
                 if self._is_from_target(message, address):
                     self._handle(message)
 
