@@ -97,9 +97,10 @@ def machine(alone: bool) -> Iterator[None]:
     """Hold the machine: alone, or together with all others who need not be alone.
 
     Whoever waits for it stands in the door meanwhile, so that those who come later cannot overtake for ever.
-    The two files are only what all processes can lock; nothing is written into them.
+    The two files are only what all processes can lock; nothing is written into them, although NFS locks only
+    files that are open for that.
     """
-    with (ROOT / "conftest.py").open() as door, (ROOT / "pyproject.toml").open() as room:
+    with (ROOT / "conftest.py").open("a") as door, (ROOT / "pyproject.toml").open("a") as room:
         fcntl.flock(door, fcntl.LOCK_EX)
         fcntl.flock(room, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
         fcntl.flock(door, fcntl.LOCK_UN)
