@@ -85,7 +85,9 @@ class Replay:
         self._session = self._make_session(settings, closure)
         self._count = BagCount()
         self._unusable = 0
-        self._online: list[tuple[float, np.ndarray]] = []
+        self._stamps_s: list[float] = []
+        self._odometry: list[np.ndarray] = []
+        self._online: list[np.ndarray] = []
         self._cpu_s: list[float] = []
 
     def _make_session(self, settings: NodeParameters, closure: dict) -> SlamSession:
@@ -134,7 +136,9 @@ class Replay:
             return
         if update is not None:
             self._cpu_s.append(time.process_time() - begun_s)
-        self._online.append((planar.stamp_s, se2.compose(self._session.map_to_odom, base_in_odom)))
+        self._stamps_s.append(planar.stamp_s)
+        self._odometry.append(se2.compose(self._session.odom_in_continuous, base_in_odom))
+        self._online.append(se2.compose(self._session.map_to_odom, base_in_odom))
 
     def _why_nothing(self) -> str:
         if self._count.without_tf:
@@ -149,11 +153,12 @@ class Replay:
         begun_s = time.process_time()
         grid = self._session.grid()
         render_s = time.process_time() - begun_s
-        online = Trajectory(*(np.array(column) for column in zip(*self._online)))
+        stamps_s = np.array(self._stamps_s)
+        online = Trajectory(stamps_s, np.array(self._online))
         try:
             output.mkdir(parents=True, exist_ok=True)
             write_tum(output / "trajectory_online.tum", online)
-            write_tum(output / "trajectory_final.tum", self._session.trajectory())
+            write_tum(output / "trajectory_final.tum", self._final(stamps_s))
             figures = self._figures(wall_s, render_s)
             (output / "timing.json").write_text(json.dumps(figures, indent=2) + "\n")
         except OSError as error:
@@ -166,6 +171,13 @@ class Replay:
             f"{len(self._session.closures)} loops closed.\n"
             f"Map, trajectories and timing are in {output}"
         )
+
+    def _final(self, stamps_s: np.ndarray) -> Trajectory:
+        """Return the best particle's path at every scan; between integrated ones it moves as odometry did."""
+        path = self._session.trajectory()
+        ours = path.stamps_s >= stamps_s[0]  # those before are of the state that the run began with
+        path = Trajectory(path.stamps_s[ours], path.poses_in_map[ours])
+        return Trajectory(stamps_s, path.filled(stamps_s, np.array(self._odometry)))
 
     def _figures(self, wall_s: float, render_s: float) -> dict:
         return {

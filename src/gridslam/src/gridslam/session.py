@@ -6,6 +6,7 @@ The node, the replay of bags and simulations without ROS all drive this.
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import os
 import tempfile
@@ -28,7 +29,7 @@ from gridslam.trajectory import Trajectory
 if TYPE_CHECKING:
     from gridslam.loop_closure import Closure, LoopClosureParameters
 
-FILTER, ODOMETRY = "filter", "odometry.json"
+FILTER, ODOMETRY, CLOSER, CLOSER_PARAMETERS = "filter", "odometry.json", "closer.npz", "closer.json"
 """The parts of a saved session."""
 
 
@@ -58,6 +59,7 @@ class SlamSession:
         self._starting = {"starting_map": starting_map, "localisation_only": localisation_only}
         self._starting_pose = starting_pose
         self._odometry = ContinuousOdometry(say)
+        self._loop_closure = loop_closure
         self._closer = None if loop_closure is None else _closer(loop_closure)
         self._slam: GridSlam | None = None
 
@@ -89,6 +91,11 @@ class SlamSession:
         )
 
     # what it knows
+
+    @property
+    def odom_in_continuous(self) -> np.ndarray:
+        """(3,) where the odometry's frame is since its last jump, seen from where it was at first."""
+        return self._odometry.odom_in_continuous
 
     @property
     def slam(self) -> GridSlam | None:
@@ -152,9 +159,16 @@ class SlamSession:
                 with zipfile.ZipFile(part, "w") as state:
                     state.write(Path(folder, FILTER), FILTER)
                     state.writestr(ODOMETRY, json.dumps(self._odometry.state()))
+                    if self._closer is not None:
+                        self._save_closer(state)
                 os.replace(part, path)
         except OSError as error:
             raise StateError(f"The state cannot be written to {path}: {error.strerror}.") from None
+
+    def _save_closer(self, state: zipfile.ZipFile) -> None:
+        state.writestr(CLOSER_PARAMETERS, json.dumps(dataclasses.asdict(self._loop_closure)))
+        with state.open(CLOSER, "w") as file:
+            np.savez(file, **self._closer.to_arrays())
 
     @classmethod
     def load(cls, path: str | Path, say: Callable[[str], None] = warnings.warn) -> SlamSession:
@@ -166,12 +180,13 @@ class SlamSession:
         try:
             with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as state:
                 slam = GridSlam.load(Path(state.extract(FILTER, folder)))
-                odometry = json.loads(state.read(ODOMETRY))
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+                session = cls(slam.parameters, _closer_parameters_in(state), say=say)
+                session._slam = slam
+                session._odometry.restore(json.loads(state.read(ODOMETRY)))
+                if session._closer is not None:
+                    session._closer.from_arrays(np.load(io.BytesIO(state.read(CLOSER))))
+        except (OSError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
             raise StateError(f"{path} cannot be read as a saved state: {error}.") from None
-        session = cls(slam.parameters, say=say)
-        session._slam = slam
-        session._odometry.restore(odometry)
         return session
 
 
@@ -187,6 +202,12 @@ def closure_parameters(given: dict) -> LoopClosureParameters:
     if unknown:
         raise ParameterError(f"The loop closure has no parameter {', '.join(sorted(unknown))}.")
     return LoopClosureParameters(**given)
+
+
+def _closer_parameters_in(state: zipfile.ZipFile) -> LoopClosureParameters | None:
+    if CLOSER_PARAMETERS not in state.namelist():
+        return None
+    return closure_parameters(json.loads(state.read(CLOSER_PARAMETERS)))
 
 
 def _closer(parameters: LoopClosureParameters):

@@ -56,6 +56,22 @@ class Chain:
         self.stamps_s, self.poses = np.asarray(stamps_s), np.array(poses_in_map, dtype=float)
         self.way_m = np.concatenate([[0.0], np.cumsum(np.hypot(self.steps[:, 0], self.steps[:, 1]))])
 
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return what `from_arrays` takes; scans are the filter's, and come again with the next `follow`."""
+        return {
+            "stamps_s": self.stamps_s,
+            "poses": self.poses,
+            "steps": self.steps,
+            "covariances": self.covariances,
+            "way_m": self.way_m,
+            "settled": np.array(self._settled),
+        }
+
+    def from_arrays(self, stamps_s, poses, steps, covariances, way_m, settled) -> None:
+        """Go on from what `to_arrays` has returned."""
+        self.stamps_s, self.poses, self.steps = stamps_s, poses, steps
+        self.covariances, self.way_m, self._settled = covariances, way_m, int(settled)
+
     def settle(self, poses_in_map: np.ndarray) -> None:
         """Note that the filter has taken over corrected poses (k, 3): what was measured up to here stays."""
         self.poses = np.array(poses_in_map, dtype=float)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Mapping, Protocol
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from gridslam.loop_closure.refinement import refine
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 
+CHAIN = "chain_"
+"""Begins the names of the chain's parts in a saved state."""
 REFINEMENT_GATE_M = 0.2
 
 
@@ -76,6 +78,37 @@ class LoopCloser:
         self._follow(slam)
         if self._counted:
             self._correct(slam, 0.0)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return the complete state but the parameters, for `from_arrays`; the filter has its own."""
+        matches, index = self._matches, {id(match): i for i, match in enumerate(self._matches)}
+        return {
+            **{CHAIN + name: values for name, values in self._chain.to_arrays().items()},
+            "match_nodes": np.array([(match.older, match.newer) for match in matches], int).reshape(-1, 2),
+            "match_poses": np.array([match.newer_in_older for match in matches]).reshape(-1, 3),
+            "match_covariances": np.array([match.covariance for match in matches]).reshape(-1, 3, 3),
+            "match_scores": np.array([(match.score, match.rival_score) for match in matches]).reshape(-1, 2),
+            "consistent": self._consistent,
+            "counted": np.array([index[id(match)] for match in self._counted], int),
+            "searched_m": np.array(self._searched_m),
+        }
+
+    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what `to_arrays` has returned.
+
+        Raises:
+            KeyError: something lacks in it.
+        """
+        chain = {name[len(CHAIN) :]: arrays[name] for name in arrays if name.startswith(CHAIN)}
+        self._chain.from_arrays(**chain)
+        columns = (arrays[f"match_{name}"] for name in ("nodes", "poses", "covariances", "scores"))
+        self._matches = [
+            Match(int(older), int(newer), pose, covariance, float(score), float(rival_score))
+            for (older, newer), pose, covariance, (score, rival_score) in zip(*columns)
+        ]
+        self._consistent = arrays["consistent"]
+        self._counted = [self._matches[i] for i in arrays["counted"]]
+        self._searched_m = float(arrays["searched_m"])
 
     def _follow(self, slam: Slam) -> None:
         trajectory = slam.trajectory()

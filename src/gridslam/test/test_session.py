@@ -1,0 +1,158 @@
+"""A session of SLAM: the filter's answers, and what it adds: odometry that jumps, states, starting maps."""
+
+import zipfile
+
+import numpy as np
+import planar_world
+import pytest
+
+from gridslam import ParameterError, SlamParameters, StateError, se2
+from gridslam.particle_filter import GridSlam
+from gridslam.session import SlamSession, closure_parameters
+
+PARAMETERS = SlamParameters(
+    particles=5, linearUpdate=0.4, angularUpdate=0.3, delta=0.1, srr=0.02, srt=0.02, stt=0.05
+)
+LIDAR = planar_world.Lidar(6.2, 180, 20.0, 0.01, 10.0)
+
+
+@pytest.fixture(scope="module")
+def log():
+    """One way through the hold: 8 m along, a corner, 4 m more."""
+    route = np.array([(-8.0, -5.0), (0.0, -5.0), (0.0, -1.0)])
+    return planar_world.drive(planar_world.hold(), planar_world.along(route, 0.2), LIDAR, seed=4)
+
+
+def run(session, log, first=0, last=None):
+    """Feed a part of the log; returns the updates."""
+    pairs = list(zip(log.scans, log.odometry))[first:last]
+    return [update for update in (session.process(scan, odometry) for scan, odometry in pairs) if update]
+
+
+def base_in_map(session, base_in_odom):
+    return se2.compose(session.map_to_odom, base_in_odom)
+
+
+def error_m(pose, truth):
+    return float(np.hypot(*(np.asarray(pose) - truth)[:2]))
+
+
+def test_it_is_the_filter_that_answers(log):
+    session, slam = SlamSession(PARAMETERS), GridSlam(PARAMETERS, starting_pose=tuple(log.odometry[0]))
+    run(session, log)
+    for scan, odometry in zip(log.scans, log.odometry):
+        slam.process(scan, tuple(odometry))
+    np.testing.assert_array_equal(session.trajectory().poses_in_map, slam.trajectory().poses_in_map)
+    np.testing.assert_array_equal(session.grid().cells, slam.grid().cells)
+    np.testing.assert_allclose(session.map_to_odom, slam.map_to_odom, atol=1e-12)
+
+
+def test_map_and_odometry_begin_as_one(log):
+    session = SlamSession(PARAMETERS)
+    assert session.map_to_odom == (0.0, 0.0, 0.0)
+    run(session, log, last=1)
+    np.testing.assert_allclose(session.map_to_odom, 0.0, atol=1e-9)
+    assert error_m(base_in_map(session, log.odometry[0]), log.truth.poses_in_map[0]) < 1e-6
+
+
+def test_a_reset_of_odometry_does_not_move_the_vehicle(log):
+    # Given odometry that begins anew, at zero, in the middle of the run
+    middle = len(log.scans) // 2
+    said = []
+    session = SlamSession(PARAMETERS, say=said.append)
+    run(session, log, last=middle)
+    for scan, odometry in list(zip(log.scans, log.odometry))[middle:]:
+        reset = se2.compose((40.0, 30.0, 2.0), se2.between(log.odometry[middle], odometry))
+        session.process(scan, reset)
+    # Then the vehicle is where it is, in the map and by map -> odom
+    assert len(said) == 1
+    truth = log.truth.poses_in_map[-1]
+    assert (
+        error_m(session.trajectory().poses_in_map[-1], truth) < 0.45 + 0.1
+    )  # the last scan may wait for motion
+    assert error_m(base_in_map(session, reset), truth) < 0.1
+
+
+def test_a_run_continued_from_its_state_equals_one_that_was_never_interrupted(log, tmp_path):
+    middle = len(log.scans) // 2
+    whole, begun = SlamSession(PARAMETERS), SlamSession(PARAMETERS)
+    run(whole, log)
+    run(begun, log, last=middle)
+    begun.save(tmp_path / "state")
+    continued = SlamSession.load(tmp_path / "state")
+    run(continued, log, first=middle)
+    np.testing.assert_array_equal(continued.trajectory().stamps_s, whole.trajectory().stamps_s)
+    np.testing.assert_array_equal(continued.trajectory().poses_in_map, whole.trajectory().poses_in_map)
+    np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
+    np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
+    assert continued.map_to_odom == whole.map_to_odom
+    assert [path.name for path in tmp_path.iterdir()] == ["state"]
+
+
+def test_a_run_that_closes_loops_is_continued_as_well(tmp_path):
+    # Given a round trip and a bit more, interrupted when loops have been closed
+    corners = [(-8.0, -5.0), (-2.0, -5.0), (-2.0, -1.0), (-8.0, -1.0), (-8.0, -5.0), (-5.0, -5.0)]
+    route = planar_world.along(np.array(corners), 0.25)
+    log = planar_world.drive(planar_world.hold(), route, LIDAR, seed=4)
+    closure = closure_parameters({"separation_m": 15.0, "support_m": 5.0})
+    whole, begun = SlamSession(PARAMETERS, closure), SlamSession(PARAMETERS, closure)
+    run(whole, log)
+    run(begun, log, last=-10)
+    assert 0 < len(begun.closures) < len(whole.closures)
+    begun.save(tmp_path / "state")
+    continued = SlamSession.load(tmp_path / "state")
+    assert continued.closures == begun.closures
+    run(continued, log, first=-10)
+    for session in (whole, continued):
+        session.finish()
+    assert continued.closures == whole.closures
+    np.testing.assert_array_equal(continued.trajectory().poses_in_map, whole.trajectory().poses_in_map)
+    np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
+
+
+def test_a_starting_map_tells_where_the_vehicle_is(log):
+    mapped = SlamSession(PARAMETERS)
+    run(mapped, log)
+    # Given the map of an earlier run, a pose that is 0.2 m off, and odometry of another origin
+    truth = log.truth.poses_in_map
+    off = (truth[0, 0] + 0.15, truth[0, 1] - 0.1, truth[0, 2])
+    session = SlamSession(PARAMETERS, starting_map=mapped.grid(), starting_pose=off, localisation_only=True)
+    assert session.map_to_odom is None
+    before = mapped.grid()
+    for scan, odometry in zip(log.scans, log.odometry):
+        shifted = se2.compose((5.0, 5.0, 1.0), odometry)
+        session.process(scan, shifted)
+    # Then it finds itself in the map, which stays as it is
+    assert error_m(base_in_map(session, shifted), truth[-1]) < 0.15
+    after = session.grid()
+    np.testing.assert_array_equal(after.occupied_xy(), before.occupied_xy())
+
+
+def test_before_the_first_scan_there_is_nothing(tmp_path):
+    session = SlamSession(PARAMETERS)
+    assert session.slam is None
+    assert session.trajectory().poses_in_map.shape == (0, 3)
+    assert session.particle_poses.shape == (0, 3)
+    assert (session.entropy, session.closures) == (0.0, [])
+    for ask in (session.grid, lambda: session.save(tmp_path / "state")):
+        with pytest.raises(StateError, match="before the first scan"):
+            ask()
+
+
+def test_states_that_cannot_be_written_or_read(log, tmp_path):
+    session = SlamSession(PARAMETERS)
+    run(session, log, last=1)
+    with pytest.raises(StateError, match="cannot be written"):
+        session.save(tmp_path / "no/folder/state")
+    (tmp_path / "junk").write_text("junk")
+    with zipfile.ZipFile(tmp_path / "other.zip", "w") as other:
+        other.writestr("a", "b")
+    for name in ("nothing", "junk", "other.zip"):
+        with pytest.raises(StateError, match=name):
+            SlamSession.load(tmp_path / name)
+
+
+def test_the_parameters_of_loop_closure_are_checked_by_name():
+    assert closure_parameters({"score_min": 0.8}).score_min == 0.8
+    with pytest.raises(ParameterError, match="no parameter radius"):
+        closure_parameters({"radius": 1.0})
