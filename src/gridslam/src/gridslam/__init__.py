@@ -3,15 +3,20 @@
 from gridslam.errors import MapError, ParameterError, ScanError, SlamError, StateError
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
+from gridslam.particle_filter import GridSlam, ScanUpdate
 from gridslam.scan import PlanarScan
+from gridslam.trajectory import Trajectory
 
 __all__ = [
+    "GridSlam",
     "MapError",
     "OccupancyGrid",
     "ParameterError",
     "PlanarScan",
     "ScanError",
+    "ScanUpdate",
     "SlamError",
     "SlamParameters",
     "StateError",
+    "Trajectory",
 ]

@@ -1,0 +1,72 @@
+"""A scan as the kernels take it: in cells, in the base frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.kernels.surfaces import surface_normals, thin_out
+from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
+
+THIN_SPACING = 0.5
+"""Cells: beams that end within this on one surface are averaged for scan matching."""
+THIN_DEPTH = 2.0
+"""Cells: how much their ranges may differ."""
+BACK_STEP = math.sqrt(2.0)
+"""Cells: the cell this much before a beam's end must not be occupied where the beam is to fit."""
+ALONG_WEIGHT = 0.1
+"""How much an offset along a flat surface counts, beside one across it: the map has samples of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """One scan's beams, in cells and in the base frame."""
+
+    lidar: np.ndarray
+    """(2,) where the beams begin."""
+    ends: np.ndarray
+    """(n, 2) where they end, or where maxUrange does."""
+    hits: np.ndarray
+    """(n,) bool: whether a beam ends at something."""
+    matching: np.ndarray
+    """(m, 7) what scan matching needs of the hits, see kernels/matching.py."""
+
+    @classmethod
+    def from_scan(cls, scan: PlanarScan, parameters: SlamParameters) -> Beams:
+        """Prepare a scan; readings beyond maxRange are left out."""
+        usable, greatest = parameters.ranges_for(scan.range_max_m)
+        order = np.argsort(scan.angles_rad, kind="stable")
+        bearings, ranges = scan.angles_rad[order], scan.ranges_m[order]
+        valid = (ranges <= greatest) & (ranges > 0.0)
+        bearings, ranges = bearings[valid], ranges[valid]
+        hits = ranges <= usable
+        scale = 1.0 / parameters.delta
+        lidar = np.array(scan.lidar_in_base) * (scale, scale, 1.0)
+        ends = se2.transform(lidar, _points(bearings, np.minimum(ranges, usable) * scale))
+        matching = _matching_beams(bearings[hits], ranges[hits] * scale, lidar, parameters.lskip + 1)
+        return cls(lidar[:2].copy(), ends, hits, matching)
+
+
+def _points(bearings: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    return np.stack((ranges * np.cos(bearings), ranges * np.sin(bearings)), axis=1)
+
+
+def _matching_beams(bearings, ranges, lidar, every: int) -> np.ndarray:
+    """Return (m, 7): ends, steps, normals, and the weight along the surface."""
+    thin_bearings, thin_ranges = np.empty_like(bearings), np.empty_like(ranges)
+    count = thin_out(bearings, ranges, THIN_SPACING, THIN_DEPTH, thin_bearings, thin_ranges)
+    bearings, ranges = thin_bearings[:count], thin_ranges[:count]
+    points = _points(bearings, ranges)
+    normals, flat = np.empty_like(points), np.empty(count, np.bool_)
+    surface_normals(points, np.empty(count, np.bool_), normals, flat)
+    turn = (0.0, 0.0, lidar[2])
+    beams = np.empty((count, 7))
+    beams[:, 0:2] = se2.transform(lidar, points)
+    beams[:, 2:4] = se2.transform(turn, _points(bearings, np.full(count, BACK_STEP)))
+    beams[:, 4:6] = se2.transform(turn, normals)
+    beams[:, 6] = np.where(flat, ALONG_WEIGHT, 1.0)
+    return np.ascontiguousarray(beams[::every])

@@ -1,0 +1,107 @@
+"""What a scan says about the surfaces that it hit, before any map is asked.
+
+Points (n, 2) are beams' ends in cells, in the lidar's frame and in the order of their bearing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+STEP_MAX = 3.0
+"""Cells between neighbours on one surface, at least."""
+SLANT_MAX = 7.0
+"""Greatest distance between neighbours on one surface, as a multiple of their distance seen from the lidar."""
+NEIGHBOURS = 2
+"""Points on either side that a surface is fitted to, even if they are farther away than REACH."""
+REACH = 3.0
+"""Cells to either side that a surface is fitted to."""
+POINTS_MIN = 4
+FLATNESS_MAX = 0.03
+"""Greatest ratio of a flat surface's variances across and along it."""
+
+
+@njit(cache=True, nogil=True)
+def thin_out(bearings, ranges, spacing, depth, out_bearings, out_ranges):
+    """Average neighbouring beams whose ends lie within ``spacing`` and ``depth`` of each other; return the number.
+
+    Bearings (n,) ascend; spacing and depth are in the ranges' unit. The out arrays (n,) take the means.
+    """
+    count, first, n = 0, 0, bearings.size
+    while first < n:
+        bearing, distance, last = 0.0, 0.0, first
+        while (
+            last < n
+            and (bearings[last] - bearings[first]) * ranges[first] <= spacing
+            and abs(ranges[last] - ranges[first]) <= depth
+        ):
+            bearing += bearings[last]
+            distance += ranges[last]
+            last += 1
+        out_bearings[count] = bearing / (last - first)
+        out_ranges[count] = distance / (last - first)
+        count += 1
+        first = last
+    return count
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _are_neighbours(points, i, j):
+    """Whether two points that follow each other may lie on one surface."""
+    xi, yi, xj, yj = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
+    distance = math.hypot(xi - xj, yi - yj)
+    near = min(math.hypot(xi, yi), math.hypot(xj, yj))
+    turn = abs(math.atan2(xi * yj - yi * xj, xi * xj + yi * yj))
+    return distance <= max(STEP_MAX, SLANT_MAX * turn * near)
+
+
+@njit(cache=True, nogil=True)
+def surface_normals(points, along, normals, flat):
+    """Fit a line to every point and its neighbours; write its normal (n, 2), and whether it is flat (n,).
+
+    ``along`` (n,) bool is scratch: whether a point is on one surface with the one before it.
+    """
+    n = points.shape[0]
+    for i in range(n):
+        along[i] = i > 0 and _are_neighbours(points, i - 1, i)
+    for i in range(n):
+        low, high = i, i
+        while along[low] and (i - low < NEIGHBOURS or _distance(points, i, low - 1) <= REACH):
+            low -= 1
+        while (
+            high + 1 < n
+            and along[high + 1]
+            and (high - i < NEIGHBOURS or _distance(points, i, high + 1) <= REACH)
+        ):
+            high += 1
+        flat[i] = high - low + 1 >= POINTS_MIN and _fit(points, low, high, normals[i])
+        if not flat[i]:
+            normals[i, 0], normals[i, 1] = 1.0, 0.0
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _distance(points, i, j):
+    return math.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1])
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _fit(points, low, high, normal):
+    """Write the normal of the line through points low to high; return whether they are flat."""
+    x, y, number = 0.0, 0.0, high - low + 1
+    for k in range(low, high + 1):
+        x += points[k, 0]
+        y += points[k, 1]
+    x, y = x / number, y / number
+    xx = xy = yy = 0.0
+    for k in range(low, high + 1):
+        dx, dy = points[k, 0] - x, points[k, 1] - y
+        xx += dx * dx
+        xy += dx * dy
+        yy += dy * dy
+    angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
+    normal[0], normal[1] = -math.sin(angle), math.cos(angle)
+    spread = math.hypot(0.5 * (xx - yy), xy)
+    mean = 0.5 * (xx + yy)
+    return mean - spread <= FLATNESS_MAX * (mean + spread)

@@ -1,0 +1,96 @@
+"""gmapping's odometry motion model: how far the true motion may be from what odometry says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.parameters import SlamParameters
+
+SIDEWAYS = 0.3
+"""gmapping's share of srr with which a translation to one side makes the other uncertain."""
+DEVIATION_MIN = (1e-4, 1e-4, 1e-5)
+"""m, m, rad: no motion is known better than this."""
+
+
+class Motion:
+    """What odometry said since the last processed scan, and how far it may be off."""
+
+    def __init__(self, base_in_odom: np.ndarray, stamp_s: float):
+        self.start = np.array(base_in_odom, float)
+        self.now = self.start
+        self.stamp_s = stamp_s
+        self.distance_m = 0.0
+        self.turned_rad = 0.0
+        self.variance = np.zeros(3)
+        """Of x, y in m and yaw in rad, in the base frame: the sum over the steps, as gmapping draws for each."""
+
+    def add(self, base_in_odom: np.ndarray, parameters: SlamParameters) -> None:
+        """Take the next odometry pose."""
+        step = np.abs(se2.between(self.now, base_in_odom))
+        self.distance_m += math.hypot(step[0], step[1])
+        self.turned_rad += step[2]
+        self.variance += _deviations(*step, parameters) ** 2
+        self.now = np.array(base_in_odom, float)
+
+    @property
+    def step(self) -> np.ndarray:
+        """(3,) the pose now, seen from the start."""
+        return se2.between(self.start, self.now)
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """(3,) standard deviation of the step."""
+        return np.maximum(np.sqrt(self.variance), DEVIATION_MIN)
+
+    def is_enough(self, parameters: SlamParameters, stamp_s: float) -> bool:
+        """Whether a scan at this time is worth processing."""
+        return (
+            self.distance_m >= parameters.linearUpdate
+            or self.turned_rad >= parameters.angularUpdate
+            or (parameters.temporalUpdate >= 0.0 and stamp_s - self.stamp_s > parameters.temporalUpdate)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Where the particles may be by odometry alone, in the map frame."""
+
+    predicted: np.ndarray
+    """(particles, 3) as odometry says."""
+    drawn: np.ndarray
+    """(particles, 3) drawn from the motion model."""
+    information: np.ndarray
+    """(particles, 3, 3) inverse covariance of the motion model around ``predicted``, in 1/m2 and 1/rad2."""
+
+
+def predict(poses: np.ndarray, motion: Motion, rng: np.random.Generator) -> Prediction:
+    """Move particles (particles, 3) as odometry did, with and without noise."""
+    step, deviation = motion.step, motion.deviation
+    noise = deviation * rng.standard_normal(poses.shape)
+    return Prediction(
+        se2.compose(poses, step), se2.compose(poses, step + noise), _information(poses, deviation)
+    )
+
+
+def _deviations(x: float, y: float, yaw: float, parameters: SlamParameters) -> np.ndarray:
+    """Return gmapping's deviations (3,) of a small step's x, y and yaw from its sizes."""
+    return np.array(
+        (
+            parameters.srr * (x + SIDEWAYS * y) + parameters.str * yaw,
+            parameters.srr * (y + SIDEWAYS * x) + parameters.str * yaw,
+            parameters.stt * yaw + parameters.srt * math.hypot(x, y),
+        )
+    )
+
+
+def _information(poses: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """Return a motion's information (particles, 3, 3) in the map frame, for particles that start at poses."""
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    turn = np.zeros((len(poses), 3, 3))
+    turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1] = cos, -sin, sin, cos
+    turn[:, 2, 2] = 1.0
+    return (turn / deviation**2) @ turn.transpose(0, 2, 1)

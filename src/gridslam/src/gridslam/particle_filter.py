@@ -1,0 +1,265 @@
+"""The Rao-Blackwellised particle filter (Grisetti, Stachniss and Burgard 2005 and 2007)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam import resampling, se2, starting_map, state_file
+from gridslam.beams import Beams
+from gridslam.errors import ParameterError, ScanError, StateError
+from gridslam.motion_model import Motion, predict
+from gridslam.occupancy_grid import OccupancyGrid
+from gridslam.parameters import SlamParameters
+from gridslam.proposal import propose
+from gridslam.rendering import Renderer
+from gridslam.scan import PlanarScan
+from gridslam.scan_matcher import ScanMatcher
+from gridslam.tile_map import TileMaps
+from gridslam.trajectory import Trajectory, TrajectoryTree
+from gridslam.workers import Workers
+
+START_DEVIATION = (0.1, 0.1, 0.05)
+"""m, m, rad: how well a starting pose on a given map is known."""
+
+
+@dataclass(frozen=True)
+class ScanUpdate:
+    """What a processed scan has changed."""
+
+    stamp_s: float
+    """s: the scan's."""
+    base_in_map: tuple[float, float, float]
+    """x, y in m and yaw in rad of the best particle."""
+    neff: float
+    """How many equal particles would say as much as the weighted ones, before resampling."""
+    resampled: bool
+    """Whether the particles were resampled."""
+    matched: bool
+    """Whether the scan fitted the best particle's map; if not, odometry alone has placed it."""
+    entropy: float
+    """Of the particles' weights, before resampling."""
+
+
+class GridSlam:
+    """SLAM with a planar lidar and odometry; give it every scan, with the odometry at the scan's stamp.
+
+    Args:
+        parameters: of the filter.
+        starting_map: what is known of the surroundings; None: nothing.
+        starting_pose: of the base in the map at the first scan, x, y in m and yaw in rad.
+        localisation_only: the starting map stays as it is.
+        keep_scans: keep every processed scan, which `adopt` needs; memory grows with the path.
+    """
+
+    def __init__(
+        self,
+        parameters: SlamParameters,
+        starting_map: OccupancyGrid | None = None,
+        starting_pose=(0.0, 0.0, 0.0),
+        localisation_only: bool = False,
+        keep_scans: bool = False,
+    ):
+        if localisation_only and starting_map is None:
+            raise ParameterError("Localisation needs a starting map.")
+        self.parameters = parameters
+        self._starting_map, self._localisation_only = starting_map, localisation_only
+        count = parameters.particles
+        self._poses = np.tile(_finite_pose(starting_pose, "starting_pose"), (count, 1))
+        self._log_weights = np.zeros(count)
+        self._log_likelihoods = np.zeros(count)
+        self._tree = TrajectoryTree(count)
+        self._scans: list[PlanarScan] | None = [] if keep_scans else None
+        self._maps = self._empty_maps(count)
+        self._motion: Motion | None = None
+        self._rng = np.random.default_rng(parameters.seed)
+        self._matcher = ScanMatcher(parameters)
+        self._renderer = Renderer(parameters)
+        self._workers = Workers(parameters.threads)
+
+    def _empty_maps(self, count: int) -> TileMaps:
+        maps = TileMaps(count, self.parameters.delta)
+        if self._starting_map is not None:
+            starting_map.insert(self._starting_map, maps)
+        return maps
+
+    # The filter
+
+    def process(self, scan: PlanarScan, base_in_odom) -> ScanUpdate | None:
+        """Take in a scan; returns None while there was not enough motion (or time) since the last.
+
+        Raises:
+            ScanError: the odometry is not a finite pose.
+            MapError: the map would become absurdly large; the filter stays as it was.
+        """
+        odometry = _finite_pose(base_in_odom, "base_in_odom")
+        if self._motion is None:
+            return self._begin(scan, odometry)
+        self._motion.add(odometry, self.parameters)
+        if not self._motion.is_enough(self.parameters, scan.stamp_s):
+            return None
+        return self._step(scan, self._motion)
+
+    def _begin(self, scan: PlanarScan, odometry: np.ndarray) -> ScanUpdate:
+        """Take in the first scan: there is a map to match it against only if one was given."""
+        self._motion = Motion(odometry, scan.stamp_s)
+        if self._starting_map is not None:
+            self._motion.variance += np.square(START_DEVIATION)
+            return self._step(scan, self._motion)
+        self._remember(scan)
+        self._maps.insert(self._poses, Beams.from_scan(scan, self.parameters), self._workers)
+        return self._update(scan, np.full(len(self._poses), 1.0 / len(self._poses)), False, True)
+
+    def _step(self, scan: PlanarScan, motion: Motion) -> ScanUpdate:
+        """One step of the filter, in the words of algorithm 1 of the 2007 paper."""
+        beams = Beams.from_scan(scan, self.parameters)
+        prediction = predict(self._poses, motion, self._rng)
+        noise = self._rng.standard_normal(self._poses.shape)
+        uniform = self._rng.random()
+        self._maps.prepare(np.vstack((prediction.predicted, prediction.drawn)), beams)
+
+        matches = self._matcher.match(self._maps, prediction, self.best_particle, beams, self._workers)
+        matched = matches.scores > self.parameters.minimumScore
+        proposed = self._maps.to_metres(propose(matches, noise, self.parameters.delta))
+        self._poses = np.where(matched[:, None], proposed, prediction.drawn)
+        self._poses[:, 2] = se2.wrap(self._poses[:, 2])
+        self._log_weights += matches.log_likelihoods
+        self._log_likelihoods += matches.log_likelihoods
+
+        weights = self.particle_weights
+        resample = (
+            resampling.effective_number(weights)
+            < self.parameters.resampleThreshold * self.parameters.particles
+        )
+        best_matched = bool(matched[self.best_particle])
+        self._remember(scan)
+        if resample:
+            self._resample(resampling.systematic(weights, uniform))
+        if not self._localisation_only:
+            self._maps.insert(self._poses, beams, self._workers)
+        self._motion = Motion(motion.now, scan.stamp_s)
+        return self._update(scan, weights, resample, best_matched)
+
+    def _resample(self, parents: np.ndarray) -> None:
+        self._poses = self._poses[parents]
+        self._log_likelihoods = self._log_likelihoods[parents]
+        self._log_weights[:] = 0.0
+        self._tree.resample(parents)
+        self._maps.resample(parents)
+
+    def _remember(self, scan: PlanarScan) -> None:
+        self._tree.extend(scan.stamp_s, self._poses)
+        if self._scans is not None:
+            self._scans.append(scan)
+
+    def _update(self, scan: PlanarScan, weights: np.ndarray, resampled: bool, matched: bool) -> ScanUpdate:
+        return ScanUpdate(
+            scan.stamp_s,
+            self.base_in_map,
+            resampling.effective_number(weights),
+            resampled,
+            matched,
+            resampling.entropy(weights),
+        )
+
+    # What it knows
+
+    @property
+    def best_particle(self) -> int:
+        """The particle whose whole path explains its scans best."""
+        return int(np.argmax(self._log_likelihoods))
+
+    @property
+    def base_in_map(self) -> tuple[float, float, float]:
+        """Pose of the best particle now: x, y in m and yaw in rad."""
+        return tuple(self._now(self._poses[self.best_particle]).tolist())
+
+    @property
+    def map_to_odom(self) -> tuple[float, float, float]:
+        """Pose of the odometry's frame in the map: x, y in m and yaw in rad; the identity before the first scan."""
+        if self._motion is None:
+            return (0.0, 0.0, 0.0)
+        pose = self._poses[self.best_particle]
+        return tuple(se2.compose(pose, se2.inverse(self._motion.start)).tolist())
+
+    @property
+    def particle_poses(self) -> np.ndarray:
+        """(particles, 3) poses of all particles now."""
+        return self._now(self._poses)
+
+    @property
+    def particle_weights(self) -> np.ndarray:
+        """(particles,) weights since the last resampling; their sum is one."""
+        gain = 1.0 / (self.parameters.ogain * self.parameters.particles)
+        return resampling.normalised(self._log_weights, gain)
+
+    @property
+    def entropy(self) -> float:
+        """Of the particles' weights."""
+        return resampling.entropy(self.particle_weights)
+
+    def trajectory(self) -> Trajectory:
+        """Return the best particle's path, at the processed scans."""
+        return Trajectory(np.array(self._tree.stamps_s), self._tree.path(self.best_particle))
+
+    def grid(self) -> OccupancyGrid:
+        """Return the best particle's map."""
+        return self._renderer.render(self._maps, self.best_particle)
+
+    def processed_scans(self) -> list[PlanarScan]:
+        """Return the scans at the trajectory's poses; raises StateError if they were not kept."""
+        if self._scans is None:
+            raise StateError("The scans were not kept: construct GridSlam with keep_scans=True.")
+        return list(self._scans)
+
+    def _now(self, poses: np.ndarray) -> np.ndarray:
+        return poses.copy() if self._motion is None else se2.compose(poses, self._motion.step)
+
+    # Corrections from outside, and saved states
+
+    def adopt(self, poses_in_map: np.ndarray) -> None:
+        """Let all particles take a corrected trajectory (k, 3); the map is made anew from the scans along it.
+
+        Raises:
+            StateError: the scans were not kept, or the poses are not one finite pose for each of them.
+        """
+        scans = self.processed_scans()
+        poses = np.array(poses_in_map, float)
+        if poses.shape != (len(scans), 3) or not np.isfinite(poses).all():
+            raise StateError(f"The corrected trajectory must be {len(scans)} finite poses x, y, yaw.")
+        maps = self._empty_maps(1)
+        if not self._localisation_only:
+            for pose, scan in zip(poses, scans):
+                maps.insert(pose[None], Beams.from_scan(scan, self.parameters), self._workers)
+        maps.resample(np.zeros(self.parameters.particles, int))
+        self._maps, self._renderer = maps, Renderer(self.parameters)
+        self._tree.replace(poses)
+        self._poses = np.tile(poses[-1], (self.parameters.particles, 1))
+        self._log_weights[:] = 0.0
+        self._log_likelihoods[:] = 0.0
+
+    def save(self, path) -> None:
+        """Write the complete state; a run continued from it equals one that was never interrupted.
+
+        Raises:
+            StateError: the file cannot be written.
+        """
+        state_file.write(self, path)
+
+    @classmethod
+    def load(cls, path) -> GridSlam:
+        """Return the filter whose state was written to a file.
+
+        Raises:
+            StateError: the file cannot be read, or holds no state.
+        """
+        return state_file.read(cls, path)
+
+
+def _finite_pose(values, name: str) -> np.ndarray:
+    pose = np.array(values, float)
+    if pose.shape != (3,) or not all(math.isfinite(value) for value in pose):
+        raise ScanError(f"{name} must be finite x, y, yaw, not {values}.")
+    return pose

@@ -1,0 +1,68 @@
+"""The best particle's map as an occupancy grid, drawn anew only where it has changed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gridslam.kernels.insertion import EMPTY, SIDE
+from gridslam.kernels.rendering import render_changed
+from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
+from gridslam.parameters import SlamParameters
+from gridslam.tile_map import TileMaps
+
+
+class Renderer:
+    """Keeps the last drawing, and of which tiles it is."""
+
+    def __init__(self, parameters: SlamParameters):
+        self._parameters = parameters
+        self._corner = None
+        self.drawn = 0
+        """Tiles drawn by the last call."""
+
+    def render(self, maps: TileMaps, particle: int) -> OccupancyGrid:
+        """Return a particle's map: all that was seen, and at least what xmin to ymax ask for."""
+        self._cover_box(maps)
+        table = maps.tables[particle]
+        if self._corner is None or table.shape != self._shown.shape or (self._corner != maps.corner).any():
+            self._begin(maps, table.shape)
+        pool = maps.pool
+        self.drawn = render_changed(
+            table,
+            pool.stamps,
+            pool.counts,
+            self._parameters.occ_thresh,
+            self._shown,
+            self._stamps,
+            self._canvas,
+        )
+        return self._cut(maps, table)
+
+    def _begin(self, maps: TileMaps, shape: tuple[int, int]) -> None:
+        self._corner = maps.corner.copy()
+        self._shown = np.full(shape, EMPTY, np.int32)
+        self._stamps = np.zeros(shape, np.int64)
+        self._canvas = np.full((shape[0] * SIDE, shape[1] * SIDE), UNKNOWN, np.int8)
+
+    def _cover_box(self, maps: TileMaps) -> None:
+        box = self._parameters
+        if box.xmin is not None:
+            maps.cover((box.xmin, box.ymin), (box.xmax, box.ymax))
+
+    def _cut(self, maps: TileMaps, table: np.ndarray) -> OccupancyGrid:
+        """Return the part of the canvas that is worth publishing."""
+        delta, box = self._parameters.delta, self._parameters
+        ends = []
+        seen = np.nonzero(table != EMPTY)
+        if seen[0].size:
+            ends.append([axis.min() * SIDE for axis in seen] + [(axis.max() + 1) * SIDE for axis in seen])
+        if box.xmin is not None:
+            sides = np.array((box.ymin, box.xmin, box.ymax, box.xmax)) / delta
+            ends.append(np.round(sides).astype(int) - np.tile(maps.corner[::-1] * SIDE, 2))
+        if not ends:
+            return OccupancyGrid(np.full((1, 1), UNKNOWN, np.int8), delta, (0.0, 0.0))
+        low_row, low_column = (min(end[i] for end in ends) for i in (0, 1))
+        high_row, high_column = (max(end[i] for end in ends) for i in (2, 3))
+        cells = self._canvas[low_row:high_row, low_column:high_column].copy()
+        origin = (maps.corner * SIDE + (low_column, low_row)) * delta
+        return OccupancyGrid(cells, delta, tuple(origin.tolist()))

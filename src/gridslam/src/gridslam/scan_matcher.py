@@ -1,0 +1,127 @@
+"""The pose of every particle at which a scan fits its map best.
+
+Most of what odometry gets wrong is the same for every particle, so its correction is searched for once, by hill
+climbing (gmapping's score and steps) from several drawn motions in the map of the best particle. Every particle
+then begins there and is refined against its own map by Gauss-Newton on the hits' means. Where a particle's map
+disagrees, or the scan fits too little of the map to trust one correction, each climbs from a motion of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.beams import Beams
+from gridslam.kernels.matching import Search, find_mode, match
+from gridslam.motion_model import Prediction
+from gridslam.parameters import SlamParameters
+from gridslam.tile_map import TileMaps
+from gridslam.workers import Workers
+
+REFINE_SIGMA_M2 = 0.02
+"""m2: a beam d from the map has the weight exp(-d^2 / this) in Gauss-Newton."""
+REFINE_STEPS = 8
+BEAM_DEVIATION_M = 0.02
+"""m: how far a beam's end is from the map where map and pose are right; what a beam is worth beside odometry."""
+CANDIDATES = 7
+"""Motions from which the common correction is searched for: odometry's own, and drawn ones."""
+CANDIDATES_EVERY = 2
+CANDIDATES_HALVINGS = 1
+HALVINGS_MAX = 2
+"""Gauss-Newton does the rest of gmapping's ``iterations``."""
+EXPECTED_SHARE = 0.85
+"""A particle with less than this share of the best one's score looks for a correction of its own."""
+AMBIGUOUS_SHARE = 0.6
+"""A scan of which less than this share fits the map may fit in several ways."""
+NULL_LIKELIHOOD_M2 = 0.5
+"""m2: a beam without a point of the map near it counts as if it were the root of this away (gmapping's)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """What a scan says about every particle's pose."""
+
+    poses: np.ndarray
+    """(particles, 3) cells and rad: the most likely pose."""
+    scores: np.ndarray
+    """(particles,)"""
+    log_likelihoods: np.ndarray
+    """(particles,)"""
+    factors: np.ndarray
+    """(particles, 3, 3) Cholesky factor of the poses' information, per cell and rad, in units of one beam's."""
+
+
+class ScanMatcher:
+    """Matches scans with gmapping's parameters."""
+
+    def __init__(self, parameters: SlamParameters):
+        self._parameters = parameters
+        area = parameters.delta**2
+        self._search = Search(
+            kernel=parameters.kernelSize,
+            score_sigma=parameters.sigma / area,
+            refine_sigma=REFINE_SIGMA_M2 / area,
+            likelihood_sigma=parameters.lsigma / area,
+            missed=-NULL_LIKELIHOOD_M2 / parameters.lsigma,
+            step=parameters.lstep / parameters.delta,
+            turn=parameters.astep,
+            halvings=min(parameters.iterations, HALVINGS_MAX),
+            steps=REFINE_STEPS,
+        )
+
+    def match(
+        self, maps: TileMaps, prediction: Prediction, best: int, beams: Beams, workers: Workers
+    ) -> Matches:
+        """Match one scan against every particle's map; ``best`` is the particle to begin with."""
+        predicted, drawn = maps.to_cells(prediction.predicted), maps.to_cells(prediction.drawn)
+        drawn[:, 2] = predicted[:, 2] + se2.wrap(drawn[:, 2] - predicted[:, 2])
+        arrays = (maps.pool.occupied, maps.pool.means)
+        starts, score = self._common_correction(maps, arrays, predicted, drawn, best, beams)
+        count = len(predicted)
+        matches = Matches(np.empty((count, 3)), np.empty(count), np.empty(count), np.zeros((count, 3, 3)))
+        workers.share(
+            count,
+            match,
+            starts,
+            drawn,
+            predicted,
+            self._priors(prediction.information),
+            EXPECTED_SHARE * score,
+            score < AMBIGUOUS_SHARE * len(beams.matching),
+            beams.matching,
+            self._search,
+            maps.tables,
+            *arrays,
+            matches.poses,
+            matches.scores,
+            matches.log_likelihoods,
+            matches.factors,
+        )
+        return matches
+
+    def _common_correction(self, maps, arrays, predicted, drawn, best, beams):
+        """Return what the best particle's correction makes of every prediction, and its score."""
+        motions = se2.between(predicted[: CANDIDATES - 1], drawn[: CANDIDATES - 1])
+        candidates = np.vstack((predicted[best], se2.compose(predicted[best], motions)))
+        mode = np.empty(3)
+        score = find_mode(
+            candidates,
+            beams.matching,
+            CANDIDATES_EVERY,
+            min(self._parameters.iterations, CANDIDATES_HALVINGS),
+            self._search,
+            maps.tables[best],
+            *arrays,
+            mode,
+        )
+        starts = se2.compose(predicted, se2.between(predicted[best], mode))
+        starts[:, 2] = predicted[:, 2] + se2.wrap(starts[:, 2] - predicted[:, 2])
+        return starts, score
+
+    def _priors(self, information: np.ndarray) -> np.ndarray:
+        """Return the motion's information per cell and rad, in units of one beam's."""
+        delta = self._parameters.delta
+        scale = np.array((delta, delta, 1.0))
+        return information * np.outer(scale, scale) * (BEAM_DEVIATION_M / delta) ** 2

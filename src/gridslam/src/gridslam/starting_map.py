@@ -1,0 +1,36 @@
+"""A given map as the particles' first one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gridslam.errors import MapError
+from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
+from gridslam.tile_map import TileMaps
+
+BEAMS = 10
+"""A known cell counts as if this many beams had met it."""
+OCCUPIED_MIN = 65
+"""Occupancy from which a cell of the given map is a wall (map_server's)."""
+RESOLUTION_TOLERANCE = 1e-3
+
+
+def insert(grid: OccupancyGrid, maps: TileMaps) -> None:
+    """Enter a grid into the maps, which must be empty; all particles share its tiles.
+
+    Raises:
+        MapError: the grid's cells are not of the maps' size.
+    """
+    if abs(grid.resolution_m / maps.delta_m - 1.0) > RESOLUTION_TOLERANCE:
+        raise MapError(
+            f"The starting map's cells are {grid.resolution_m:.6g} m wide; set delta to that, it is "
+            f"{maps.delta_m:.6g}."
+        )
+    known = grid.cells != UNKNOWN
+    centres = grid.centres(known)
+    if not len(centres):
+        return
+    maps.cover(centres.min(axis=0), centres.max(axis=0))
+    cells = maps.to_cells(np.pad(centres, ((0, 0), (0, 1))))[:, :2]
+    hits = np.where(grid.cells[known] >= OCCUPIED_MIN, BEAMS, 0)
+    maps.enter(cells, hits, BEAMS)

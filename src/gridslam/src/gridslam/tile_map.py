@@ -1,0 +1,216 @@
+"""Every particle's map, made of tiles that particles share for as long as they agree.
+
+A particle has a table of tile indices, and nothing else of its own. Resampling copies tables; a tile is copied
+when one of several particles that share it is about to write into it (copy on write, by reference counts).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gridslam.beams import Beams
+from gridslam.errors import MapError
+from gridslam.kernels.insertion import EMPTY, FULLNESS, HITS_SHIFT, SIDE, insert_scan, own_tiles
+from gridslam.workers import Workers
+
+TILES_FIRST = 2048
+"""Tiles of the first pool; memory is only taken by those that are used."""
+ROOM = 6
+"""Tiles around what is needed when the tables grow."""
+TABLE_MAX = 4_000_000
+"""Greatest number of tiles that one particle's table may span."""
+
+
+class TilePool:
+    """Tiles of SIDE x SIDE cells, which of them are free, and how many tables each one is in."""
+
+    def __init__(self, capacity: int = TILES_FIRST):
+        """Tile 0 is the one in which nothing was ever seen; it is never written."""
+        self.counts = np.zeros((capacity, SIDE * SIDE), np.uint32)
+        """How many beams ended in a cell (upper half) and how many met it (lower half), row by row."""
+        self.means = np.zeros((capacity, SIDE * SIDE, 2), np.float32)
+        """Mean x, y of the hits, in cells from the cell's corner."""
+        self.occupied = np.zeros((capacity, SIDE), np.uint32)
+        """One bit for each cell of a row that the scan matcher takes for occupied."""
+        self.references = np.zeros(capacity, np.int32)
+        self.stamps = np.zeros(capacity, np.int64)
+        """When a tile was last written: with its index, that names its content."""
+        self.free = np.arange(capacity - 1, EMPTY, -1, dtype=np.int32)
+        self.free_count = capacity - 1
+
+    @property
+    def capacity(self) -> int:
+        """Number of tiles there is room for."""
+        return self.references.size
+
+    @property
+    def used(self) -> int:
+        """Number of tiles in use, the empty one left out."""
+        return self.capacity - 1 - self.free_count
+
+    def reserve(self, count: int) -> None:
+        """Make room for this many more tiles."""
+        if self.free_count >= count:
+            return
+        old, new = self.capacity, max(2 * self.capacity, self.capacity + count)
+        for name in ("counts", "means", "occupied", "references", "stamps"):
+            array = getattr(self, name)
+            grown = np.zeros((new, *array.shape[1:]), array.dtype)
+            grown[:old] = array
+            setattr(self, name, grown)
+        free = np.empty(new - 1, np.int32)
+        free[: new - old] = np.arange(new - 1, old - 1, -1)
+        free[new - old : new - old + self.free_count] = self.free[: self.free_count]
+        self.free, self.free_count = free, self.free_count + new - old
+
+    def count_references(self, tables: np.ndarray) -> None:
+        """Take the tables for the only ones there are; tiles in none of them become free."""
+        references = np.bincount(tables.ravel(), minlength=self.capacity).astype(np.int32)
+        references[EMPTY] = 0
+        released = np.flatnonzero((self.references > 0) & (references == 0))
+        self.free[self.free_count : self.free_count + released.size] = released[::-1]
+        self.free_count += released.size
+        self.references = references
+
+
+class TileMaps:
+    """The maps of all particles over one window of tiles, which grows in any direction."""
+
+    def __init__(self, particles: int, delta_m: float):
+        self.delta_m = delta_m
+        self.pool = TilePool()
+        self.tables = np.zeros((particles, 1, 1), np.int32)
+        """(particles, h, w) tile indices."""
+        self.corner = np.zeros(2, np.int64)
+        """Where the window's lower left tile is: x, y, in tiles from the map's origin."""
+        self.stamp = 0
+        """How many times a particle's map was written."""
+        self._clear_scratch()
+
+    def _clear_scratch(self) -> None:
+        self._seen = np.zeros(self.tables.shape[1:], np.int64)
+        self._positions = np.empty(self._seen.size, np.int64)
+
+    def to_cells(self, poses: np.ndarray) -> np.ndarray:
+        """Return poses (..., 3) in m and rad in cells from the window's corner, and rad."""
+        scaled = np.array(poses, float)
+        scaled[..., :2] = scaled[..., :2] / self.delta_m - self.corner * SIDE
+        return scaled
+
+    def to_metres(self, poses: np.ndarray) -> np.ndarray:
+        """Return poses (..., 3) in cells from the window's corner and rad in m and rad."""
+        scaled = np.array(poses, float)
+        scaled[..., :2] = (scaled[..., :2] + self.corner * SIDE) * self.delta_m
+        return scaled
+
+    def cover(self, low_xy_m, high_xy_m) -> None:
+        """Let the window hold a box in the map frame; raises MapError when that is absurdly large."""
+        tile_m = SIDE * self.delta_m
+        low = np.floor(np.asarray(low_xy_m) / tile_m - 0.5).astype(np.int64)
+        high = np.ceil(np.asarray(high_xy_m) / tile_m + 0.5).astype(np.int64)
+        height, width = self.tables.shape[1:]
+        end = self.corner + np.array((width, height))
+        if (low >= self.corner).all() and (high <= end).all():
+            return
+        low = np.where(low < self.corner, low - ROOM, self.corner)
+        high = np.where(high > end, high + ROOM, end)
+        self._grow(low, high)
+
+    def _grow(self, low: np.ndarray, high: np.ndarray) -> None:
+        width, height = (int(size) for size in high - low)
+        if width * height > TABLE_MAX:
+            extent = SIDE * self.delta_m * np.array([width, height])
+            raise MapError(
+                f"The map would grow to {extent[0]:.0f} x {extent[1]:.0f} m, too large for cells of "
+                f"{self.delta_m} m; check the odometry, or choose a larger delta."
+            )
+        x, y = (int(value) for value in self.corner - low)
+        tables = np.zeros((self.tables.shape[0], height, width), np.int32)
+        tables[:, y : y + self.tables.shape[1], x : x + self.tables.shape[2]] = self.tables
+        self.tables, self.corner = tables, low
+        self._clear_scratch()
+
+    def resample(self, parents: np.ndarray) -> None:
+        """Let particle i have the map of particle parents[i]; no tile is copied."""
+        self.tables = self.tables[parents]
+        self.pool.count_references(self.tables)
+
+    def prepare(self, poses: np.ndarray, beams: Beams) -> None:
+        """Let the window hold what beams (in the base frame) reach from poses (particles, 3) in the map."""
+        reach_m = self.delta_m * float(np.hypot(*np.vstack((beams.ends, beams.lidar)).T).max() + 2.0)
+        self.cover(poses[:, :2].min(axis=0) - reach_m, poses[:, :2].max(axis=0) + reach_m)
+
+    def insert(self, poses: np.ndarray, beams: Beams, workers: Workers) -> None:
+        """Enter a scan into every particle's map, taken at its pose (particles, 3)."""
+        self.prepare(poses, beams)
+        cells = self.to_cells(poses)
+        points = np.concatenate((beams.lidar[None], beams.ends))
+        self._own(cells, points, beams.hits)
+        pool = self.pool
+        arrays = (pool.counts, pool.means, pool.occupied)
+        workers.share(len(cells), insert_scan, self.tables, cells, points, beams.hits, *arrays)
+
+    def enter(self, cells_xy: np.ndarray, hits: np.ndarray, visits: int) -> None:
+        """Let empty maps, all alike, have these counts in cells (n, 2), each hit in the given place if at all."""
+        x, y = np.floor(cells_xy).astype(np.int64).T
+        places, which = np.unique((y // SIDE) * self.tables.shape[2] + x // SIDE, return_inverse=True)
+        pool = self.pool
+        pool.reserve(places.size)
+        pool.free_count -= places.size
+        tiles = pool.free[pool.free_count : pool.free_count + places.size].copy()
+        self.stamp += 1
+        pool.stamps[tiles] = self.stamp
+        self.tables.reshape(len(self.tables), -1)[:, places] = tiles
+        tile, row, column = tiles[which], y % SIDE, x % SIDE
+        for array in (pool.counts, pool.means, pool.occupied):
+            array[tiles] = 0
+        pool.counts[tile, row * SIDE + column] = (hits.astype(np.uint32) << HITS_SHIFT) | visits
+        pool.means[tile, row * SIDE + column] = cells_xy - np.stack((x, y), axis=1)
+        wall = hits > FULLNESS * visits
+        np.bitwise_or.at(
+            pool.occupied, (tile[wall], row[wall]), np.uint32(1) << column[wall].astype(np.uint32)
+        )
+        pool.count_references(self.tables)
+
+    def _own(self, cells: np.ndarray, points: np.ndarray, hits: np.ndarray) -> None:
+        """Give every particle tiles of its own wherever its beams will write."""
+        pool, particle = self.pool, 0
+        placed = np.empty_like(points)
+        while True:
+            scratch = (placed, self._seen, self._positions, self.stamp + 1)
+            free = (pool.references, pool.stamps, pool.free, pool.free_count)
+            arrays = (pool.counts, pool.means, pool.occupied)
+            particle, pool.free_count = own_tiles(
+                particle, self.tables, cells, points, hits, *scratch, *free, *arrays
+            )
+            if particle == len(self.tables):
+                break
+            pool.reserve(pool.free_count + self._positions.size)
+        self.stamp += len(self.tables)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return all that the maps hold as arrays, without the tiles that nobody uses."""
+        used = np.unique(self.tables)
+        used = used[used != EMPTY]
+        pool = self.pool
+        return {
+            "map_tables": np.searchsorted(used, self.tables).astype(np.int32) + (self.tables != EMPTY),
+            "map_corner": self.corner,
+            "map_stamp": np.array(self.stamp),
+            "tile_counts": pool.counts[used],
+            "tile_means": pool.means[used],
+            "tile_occupied": pool.occupied[used],
+            "tile_stamps": pool.stamps[used],
+        }
+
+    def restore(self, arrays: dict[str, np.ndarray]) -> None:
+        """Become what `to_arrays` has described; tiles may get other indices, which changes no result."""
+        count = len(arrays["tile_stamps"])
+        self.pool = pool = TilePool(max(TILES_FIRST, 2 * count))
+        for name in ("counts", "means", "occupied", "stamps"):
+            getattr(pool, name)[1 : count + 1] = arrays[f"tile_{name}"]
+        pool.free_count = pool.capacity - 1 - count
+        self.tables = np.ascontiguousarray(arrays["map_tables"], np.int32)
+        self.corner, self.stamp = arrays["map_corner"], int(arrays["map_stamp"])
+        pool.count_references(self.tables)
+        self._clear_scratch()

@@ -1,0 +1,118 @@
+"""Where the vehicle has been: every particle's path, with ancestors that particles share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam import se2
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Poses of the base in the map, at the scans that were processed."""
+
+    stamps_s: np.ndarray
+    """(k,) ascending"""
+    poses_in_map: np.ndarray
+    """(k, 3) x, y, yaw"""
+
+    def filled(self, stamps_s: np.ndarray, base_in_odom: np.ndarray) -> np.ndarray:
+        """Return the poses in the map (n, 3) at other stamps, from odometry (n, 3) there.
+
+        Between two poses of the trajectory the motion is odometry's; what odometry missed in between is spread
+        evenly over the time. ``stamps_s`` (n,) must ascend and hold the trajectory's.
+        """
+        stamps, odometry = np.asarray(stamps_s, float), np.asarray(base_in_odom, float)
+        nodes = np.searchsorted(stamps, self.stamps_s)
+        before = np.clip(np.searchsorted(self.stamps_s, stamps, side="right") - 1, 0, len(nodes) - 1)
+        after = np.minimum(before + 1, len(nodes) - 1)
+        start, end = self.poses_in_map[before], self.poses_in_map[after]
+        moved = se2.compose(start, se2.between(odometry[nodes[before]], odometry))
+        reached = se2.compose(start, se2.between(odometry[nodes[before]], odometry[nodes[after]]))
+        missed = end - reached
+        missed[:, 2] = se2.wrap(missed[:, 2])
+        duration = np.maximum(self.stamps_s[after] - self.stamps_s[before], 1e-9)
+        share = np.where(after > before, (stamps - self.stamps_s[before]) / duration, 0.0)
+        filled = moved + np.clip(share, 0.0, 1.0)[:, None] * missed
+        filled[:, 2] = se2.wrap(filled[:, 2])
+        return filled
+
+
+class Node:
+    """One pose of a particle's path; particles with a common past share its nodes.
+
+    A branch that no particle ends in is forgotten by Python itself: nothing refers to it any more.
+    """
+
+    __slots__ = ("parent", "pose")
+
+    def __init__(self, pose: tuple[float, float, float], parent: Node | None):
+        self.pose = pose
+        self.parent = parent
+
+
+class TrajectoryTree:
+    """The paths of all particles, a tree with a leaf for each."""
+
+    def __init__(self, particles: int):
+        self.stamps_s: list[float] = []
+        self.leaves: list[Node | None] = [None] * particles
+
+    def extend(self, stamp_s: float, poses: np.ndarray) -> None:
+        """Add a pose (particles, 3) to every path."""
+        self.stamps_s.append(float(stamp_s))
+        self.leaves = [Node(tuple(pose), parent) for pose, parent in zip(poses.tolist(), self.leaves)]
+
+    def resample(self, parents: np.ndarray) -> None:
+        """Let particle i have the path of particle parents[i]."""
+        self.leaves = [self.leaves[parent] for parent in parents.tolist()]
+
+    def path(self, particle: int) -> np.ndarray:
+        """Return one particle's poses (k, 3), the first one first."""
+        poses, node = [], self.leaves[particle]
+        while node is not None:
+            poses.append(node.pose)
+            node = node.parent
+        return np.array(poses[::-1]).reshape(-1, 3)
+
+    def replace(self, poses: np.ndarray) -> None:
+        """Let all particles have one path (k, 3)."""
+        node = None
+        for pose in poses.tolist():
+            node = Node(tuple(pose), node)
+        self.leaves = [node] * len(self.leaves)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return the tree as arrays: each node's pose and the index of its parent (-1: none), and the leaves."""
+        index: dict[int, int] = {}
+        poses: list[tuple] = []
+        parents: list[int] = []
+        for leaf in self.leaves:
+            branch, node = [], leaf
+            while node is not None and id(node) not in index:
+                branch.append(node)
+                node = node.parent
+            for node in reversed(branch):
+                index[id(node)] = len(poses)
+                poses.append(node.pose)
+                parents.append(-1 if node.parent is None else index[id(node.parent)])
+        leaves = [-1 if leaf is None else index[id(leaf)] for leaf in self.leaves]
+        return {
+            "node_poses": np.array(poses).reshape(-1, 3),
+            "node_parents": np.array(parents, np.int64),
+            "leaves": np.array(leaves, np.int64),
+            "stamps_s": np.array(self.stamps_s),
+        }
+
+    @classmethod
+    def from_arrays(cls, node_poses, node_parents, leaves, stamps_s) -> TrajectoryTree:
+        """Return the tree that `to_arrays` has described."""
+        nodes: list[Node] = []
+        for pose, parent in zip(node_poses.tolist(), node_parents.tolist()):
+            nodes.append(Node(tuple(pose), nodes[parent] if parent >= 0 else None))
+        tree = cls(len(leaves))
+        tree.leaves = [nodes[leaf] if leaf >= 0 else None for leaf in leaves.tolist()]
+        tree.stamps_s = stamps_s.tolist()
+        return tree
