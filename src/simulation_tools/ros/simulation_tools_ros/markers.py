@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from genpy import Duration, Time
-from geometry_msgs.msg import Vector3
+from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Box, Cylinder, Mesh, Model, Plane, Sphere, Visual
+from simulation_tools.sdf.elements import Box, Cylinder, Heightmap, Mesh, Model, Plane, Sphere, Visual
+from simulation_tools.world.meshes import mesh_of
 from simulation_tools_ros.conversions import pose_message
 
 PLANE_THICKNESS_M = 0.002
@@ -54,6 +55,10 @@ def _shape(visual: Visual) -> Marker:
     elif isinstance(geometry, Mesh):
         marker.type, marker.scale = Marker.MESH_RESOURCE, Vector3(*geometry.scale)
         marker.mesh_resource = "file://" + geometry.path
+    elif isinstance(geometry, Heightmap):
+        marker.type, marker.scale = Marker.TRIANGLE_LIST, Vector3(1.0, 1.0, 1.0)
+        mesh = mesh_of(geometry)
+        marker.points = [Point(*corner) for corner in mesh.vertices[mesh.triangles.ravel()].tolist()]
     return marker
 
 

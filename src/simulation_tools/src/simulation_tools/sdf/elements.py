@@ -63,7 +63,21 @@ class Mesh:
     scale: Vector3 = (1.0, 1.0, 1.0)
 
 
-Geometry = Union[Box, Cylinder, Sphere, Plane, Mesh]
+@dataclass(frozen=True)
+class Heightmap:
+    """A terrain drawn as a picture. path: absolute path of the resolved uri.
+
+    size_m: along x and y, and height of the brightest pixel. position_m: of its middle, at height zero. The
+    picture's top is at the greatest y.
+    """
+
+    path: str
+    uri: str
+    size_m: Vector3
+    position_m: Vector3 = (0.0, 0.0, 0.0)
+
+
+Geometry = Union[Box, Cylinder, Sphere, Plane, Mesh, Heightmap]
 
 
 @dataclass(frozen=True)

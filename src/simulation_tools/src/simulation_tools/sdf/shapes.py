@@ -16,6 +16,7 @@ from simulation_tools.sdf.elements import (
     Box,
     Cylinder,
     Geometry,
+    Heightmap,
     Inertial,
     Mesh,
     Plane,
@@ -24,7 +25,8 @@ from simulation_tools.sdf.elements import (
     Surface,
 )
 
-KINDS = ("box", "cylinder", "sphere", "plane", "mesh")
+KINDS = ("box", "cylinder", "sphere", "plane", "mesh", "heightmap")
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 MESH_SUFFIXES = (".stl", ".obj", ".dae")
 DEFAULT_COLOUR: Rgba = (0.7, 0.7, 0.7, 1.0)
 # Diffuse colours of Gazebo's own material scripts (media/materials/scripts/gazebo.material) in common use.
@@ -64,19 +66,35 @@ def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry | None:
             unit_vector(kind.child("normal"), (0.0, 0.0, 1.0)),
             (1.0, 1.0) if size is None else size.numbers(2),
         )
-    return _read_mesh(kind, model_path)
+    return _read_heightmap(kind, model_path) if kind.tag == "heightmap" else _read_mesh(kind, model_path)
 
 
-def _read_mesh(node: Node, model_path: Sequence[Path]) -> Mesh:
+def _read_heightmap(node: Node, model_path: Sequence[Path]) -> Heightmap:
+    node.accept("texture", "blend", "use_terrain_paging", "sampling")
+    path, location = _read_file(node, model_path, "heightmap", PICTURE_SUFFIXES)
+    size = node.child("size")
+    place = node.vector("pos", (0.0, 0.0, 0.0))
+    if not are_sane(place):
+        raise node.error(f"<pos> must hold numbers up to {MAX_MAGNITUDE:g}")
+    return Heightmap(path, location, (1.0, 1.0, 1.0) if size is None else _positive_vector(size), place)
+
+
+def _read_file(node: Node, model_path: Sequence[Path], what: str, suffixes: tuple) -> tuple[str, str]:
+    """Return the absolute path of the file that a `<uri>` names, and the uri."""
     location = node.required("uri")
     try:
         path = uri.resolve(location.text, model_path, node.document.folder)
     except uri.UriError as error:
-        raise location.error(f"The mesh cannot be loaded: {error}") from None
-    if path.suffix.lower() not in MESH_SUFFIXES or not path.is_file():
-        raise location.error(f'"{location.text}" is not a mesh of a known kind ({", ".join(MESH_SUFFIXES)})')
+        raise location.error(f"The {what} cannot be loaded: {error}") from None
+    if path.suffix.lower() not in suffixes or not path.is_file():
+        raise location.error(f'"{location.text}" is not a {what} of a known kind ({", ".join(suffixes)})')
+    return str(path), location.text
+
+
+def _read_mesh(node: Node, model_path: Sequence[Path]) -> Mesh:
+    path, location = _read_file(node, model_path, "mesh", MESH_SUFFIXES)
     scale = node.child("scale")
-    return Mesh(str(path), location.text, (1.0, 1.0, 1.0) if scale is None else _positive_vector(scale))
+    return Mesh(path, location, (1.0, 1.0, 1.0) if scale is None else _positive_vector(scale))
 
 
 def read_inertial(node: Node | None) -> Inertial:

@@ -16,6 +16,7 @@ from simulation_tools.sdf.elements import (
     Box,
     Cylinder,
     Geometry,
+    Heightmap,
     Inertial,
     Joint,
     Link,
@@ -87,11 +88,14 @@ def _add_link(robot: etree._Element, link: Link, prefix: str) -> None:
     node = etree.SubElement(robot, "link", name=prefix + link.name)
     _add_inertial(node, link.inertial)
     for visual in link.visuals:
+        if isinstance(visual.geometry, Heightmap):
+            continue  # URDF knows no terrain
         shape = _add_shape(node, "visual", visual.name, visual.pose, visual.geometry)
         material = etree.SubElement(shape, "material", name=f"{link.name}/{visual.name}")
         etree.SubElement(material, "color", rgba=_numbers(visual.rgba))
     for collision in link.collisions:
-        _add_shape(node, "collision", collision.name, collision.pose, collision.geometry)
+        if not isinstance(collision.geometry, Heightmap):
+            _add_shape(node, "collision", collision.name, collision.pose, collision.geometry)
 
 
 def _add_inertial(node: etree._Element, inertial: Inertial) -> None:

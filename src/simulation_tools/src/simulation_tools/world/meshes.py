@@ -13,17 +13,13 @@ from functools import lru_cache
 import numpy as np
 
 from simulation_tools.bounds import MAX_MAGNITUDE
-from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Plane, Sphere
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Plane, Sphere
+from simulation_tools.world.terrain import MeshError, heights_of
 
 SAGITTA_M = 0.001  # how deep a facet's middle may lie under the true surface: well below any lidar's noise
 PLANE_HALF_SIZE_M = 2000.0  # a plane is infinite; no lidar here sees a tenth as far
 MAX_TRIANGLES = 2_000_000
-
-
-class MeshError(SimulationToolsError):
-    """A mesh file cannot be used."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +63,8 @@ def mesh_of(geometry: Geometry) -> TriangleMesh:
         return _sphere(geometry)
     if isinstance(geometry, Plane):
         return _plane(geometry)
+    if isinstance(geometry, Heightmap):
+        return _terrain(geometry)
     return _file(geometry)
 
 
@@ -142,6 +140,18 @@ def _plane(plane: Plane) -> TriangleMesh:
     along = np.cross(normal, aside)
     corners = [u * aside + v * along for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     return TriangleMesh(PLANE_HALF_SIZE_M * np.array(corners), _split(((0, 1, 2, 3),)))
+
+
+def _terrain(terrain: Heightmap) -> TriangleMesh:
+    heights = heights_of(terrain)
+    side = len(heights)
+    length, width, _ = terrain.size_m
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, side) * length, np.linspace(0.5, -0.5, side) * width)
+    vertices = np.column_stack((x.ravel(), y.ravel(), heights.ravel())) + np.array(terrain.position_m)
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    # The row below in the picture has the smaller y: counter-clockwise from above.
+    quads = np.column_stack((corner, corner + side, corner + side + 1, corner + 1))
+    return TriangleMesh(vertices, _split(quads))
 
 
 def _file(mesh: Mesh) -> TriangleMesh:

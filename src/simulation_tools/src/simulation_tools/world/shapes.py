@@ -9,7 +9,7 @@ from typing import Callable, Hashable, Sequence
 
 import numpy as np
 
-from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Plane, Rgba, Sphere
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Plane, Rgba, Sphere
 from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
 from simulation_tools.world.meshes import PLANE_HALF_SIZE_M, TriangleMesh, joined, mesh_of
@@ -84,7 +84,7 @@ class ShapeFactory:
         return self._shapes[key]
 
     def _standing(self, geometry: Geometry) -> int:
-        if isinstance(geometry, Mesh):
+        if isinstance(geometry, (Mesh, Heightmap)):
             return pybullet.createCollisionShape(
                 pybullet.GEOM_MESH,
                 fileName=self._mesh_file(geometry),
@@ -102,9 +102,9 @@ class ShapeFactory:
                 f"join some of those of the link {placed[0].link}."
             )
         for item in placed:
-            if isinstance(item.collision.geometry, Plane):
+            if isinstance(item.collision.geometry, (Plane, Heightmap)):
                 raise WorldError(
-                    f"The plane {item.link}::{item.collision.name} must belong to a static model."
+                    f"The ground {item.link}::{item.collision.name} must belong to a static model."
                 )
         shapes = [self._compound_entry(item.collision.geometry) for item in placed]
         keys = ("shapeType", "radius", "halfExtents", "length", "fileName")
@@ -132,7 +132,7 @@ class ShapeFactory:
             primitive["length"] = primitive.pop("height")
         return {**entry, **primitive}
 
-    def _mesh_file(self, geometry: Mesh) -> str:
+    def _mesh_file(self, geometry: Geometry) -> str:
         # Always by way of an OBJ of our own: PyBullet's readers know fewer formats than trimesh.
         return self._write_obj(mesh_of(geometry))
 
