@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import common
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from flight import NO_NOISE, Flight
+from lossy_proxy import LossyProxy
 
 from simulation_tools.mavlink import Codec, LinkError
 from simulation_tools.mavros.client import FcuClient, custom_mode, mode_name, parse_fcu_url
@@ -106,6 +107,30 @@ def test_parameters_are_read_set_and_pulled(pair):
     assert client.set_parameter("MPC_XY_P", 99.0) == 1.25
     assert client.get_parameter("NO_SUCH") is None
     assert len(client.pull_parameters()) == len(fcu.flight.px4.parameters)
+
+
+def test_parameters_come_over_a_network_that_loses_a_fifth(pair):
+    _, fcu = pair
+    proxy = LossyProxy(fcu.link.offboard.port, seed=5)
+    client = FcuClient(f"udp://127.0.0.1:0@127.0.0.1:{proxy.port}", command_timeout_s=2.0)
+    stop = threading.Event()
+
+    def serve():
+        while not stop.is_set():
+            proxy.pump()
+            client.wait(0.002)
+            client.poll()
+
+    server = threading.Thread(target=serve, daemon=True)
+    server.start()
+    client.send_heartbeat()
+    assert len(client.pull_parameters()) == len(fcu.flight.px4.parameters)
+    assert [client.get_parameter("MPC_XY_P") for _ in range(5)] == [pytest.approx(0.95)] * 5
+    assert client.set_parameter("MPC_XY_P", 1.25) == 1.25
+    stop.set()
+    server.join(5.0)
+    client.close()
+    proxy.close()
 
 
 @pytest.mark.parametrize(

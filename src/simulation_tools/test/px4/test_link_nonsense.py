@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from mavlink_client import Setup
+from lossy_proxy import LossyProxy
+from mavlink_client import HOST, Client, Setup
 from pymavlink.dialects.v20 import common as mavlink
 
 from simulation_tools.mavlink import Codec
+from simulation_tools.px4.modes import Mode
 
 valid = Codec(255, 190).pack(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
 headers = st.tuples(st.sampled_from([b"\xfd", b"\xfe"]), st.binary(max_size=300)).map(b"".join)
@@ -136,3 +138,66 @@ def test_a_hundred_thousand_packets_of_garbage_do_no_harm(setup):
     assert setup.link.statistics.bad_packets > 50_000
     assert np.isfinite(setup.flight.px4.commands).all()
     assert setup.flight.body.position == (0.0, 0.0, 0.0)
+
+
+# Networks and clients that fail
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_flight_goes_on_over_a_network_that_loses_and_reorders_a_fifth(setup, seed):
+    proxy = LossyProxy(setup.link.offboard.port, loss=0.2, reordered=0.2, seed=seed)
+    client = setup.client()
+    client.to = (HOST, proxy.port)
+    modes = set()
+
+    def stream(**target):
+        def each():
+            proxy.pump()
+            if setup.flight.body.time_us % 40_000 == 0:
+                client.velocity(frame=1, mask=0b0000_1001_1111_1000, **target)
+            if setup.flight.body.time_us % 1_000_000 == 0:
+                client.heartbeat()
+            modes.add(setup.flight.px4.status.mode)
+
+        return each
+
+    def until_acknowledged(number, *params):
+        """Repeat a command until its answer comes, as every ground station does."""
+        for _ in range(20):
+            client.take("")
+            client.command(number, *params)
+            setup.run(0.2, stream(z=-3.0))
+            if any(ack.result == 0 for ack in client.take("COMMAND_ACK")):
+                return
+        raise AssertionError(f"no answer to {number} in 20 tries")
+
+    setup.run(1.0, stream(z=-3.0))
+    until_acknowledged(176, 1, 6)
+    until_acknowledged(400, 1)
+    setup.run(12.0, stream(z=-3.0))
+    assert setup.flight.body.position == pytest.approx((0.0, 0.0, 3.0), abs=0.1)
+    modes.clear()
+    setup.run(10.0, stream(x=3.0, z=-3.0))
+    assert modes == {Mode.OFFBOARD}
+    assert setup.flight.body.position == pytest.approx((0.0, 3.0, 3.0), abs=0.15)
+    total = proxy.passed + proxy.lost
+    assert proxy.lost / total == pytest.approx(0.2, abs=0.03)
+    assert proxy.late > 0.1 * total
+    proxy.close()
+
+
+def test_a_stalled_client_and_one_that_vanishes_hold_up_nobody(setup):
+    """One never reads, one closes its socket: the third is served as before, and the flight goes on."""
+    stalled, vanished = Client(setup.link.offboard.port), Client(setup.link.offboard.port)
+    alive = setup.client()
+    for client in (stalled, vanished, alive):
+        client.heartbeat()
+    setup.run(0.5)
+    vanished.close()
+    setup.flight.take_off(2.0, seconds=0.0)
+    heartbeats = iter(range(10**6))
+    setup.run(10.0, each=lambda: alive.heartbeat() if next(heartbeats) % 250 == 0 else None)
+    assert setup.flight.body.position[2] == pytest.approx(2.0, abs=0.15)
+    attitudes = [m.time_boot_ms for m in alive.inbox if m.get_type() == "ATTITUDE"]
+    assert max(b - a for a, b in zip(attitudes[100:], attitudes[101:])) <= 20
+    stalled.close()

@@ -29,6 +29,8 @@ from simulation_tools.mavlink import (
 )
 from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
 
+_PARAMETER_TRIES, _LIST_ROUNDS = 4, 12  # over a network that loses messages
+
 Handler = Callable[[common.MAVLink_message], None]
 
 # Some of MAVROS's names are not those of the modes' enumeration.
@@ -100,6 +102,7 @@ class FcuClient:
         self._socket = open_udp(host, port, "MAVROS")
         self._connection_timeout_s = connection_timeout_s
         self._command_timeout_s = command_timeout_s
+        self._parameter_timeout_s = min(1.2, command_timeout_s) / _PARAMETER_TRIES
         self._send_lock = threading.Lock()
         self._handlers: dict[str, Handler] = {}
         self._heard_s = -math.inf
@@ -107,6 +110,8 @@ class FcuClient:
         self._acks: dict[int, int] = {}
         self._parameters: dict[str, float] = {}
         self._fresh: set[str] = set()
+        self._indices: set[int] = set()  # of the parameters that have come since the list was asked for
+        self._count = 0
         self._command_lock = threading.Lock()
 
     def on(self, name: str, handler: Handler) -> None:
@@ -220,17 +225,32 @@ class FcuClient:
         return self._exchange_parameter(name, request)
 
     def pull_parameters(self) -> dict[str, float]:
-        """Ask for the whole list; returns what has come when nothing more comes for half a second."""
+        """Ask for the whole list, then for what was lost on the way; returns what has come."""
         with self._answers:
             self._parameters.clear()
-        request = common.MAVLink_param_request_list_message(self.target.system_id, self.target.component_id)
-        self.send(request)
+            self._indices.clear()
+            self._count = 0
+        target = (self.target.system_id, self.target.component_id)
+        missing: list[int] = []
+        for attempt in range(_LIST_ROUNDS):
+            if not self._count and attempt < _PARAMETER_TRIES:
+                self.send(common.MAVLink_param_request_list_message(*target))
+            for index in missing:
+                self.send(common.MAVLink_param_request_read_message(*target, b"", index))
+            missing = self._wait_for_list(0.15 if missing else 0.5)
+            if (self._count and not missing) or (not self._count and attempt + 1 == _PARAMETER_TRIES):
+                break
+        with self._answers:
+            return dict(self._parameters)
+
+    def _wait_for_list(self, quiet_s: float) -> list[int]:
+        """Wait until nothing more comes for a while, or all is there; return the missing indices."""
         with self._answers:
             count = -1
-            while len(self._parameters) != count:
-                count = len(self._parameters)
-                self._answers.wait_for(lambda seen=count: len(self._parameters) > seen, 0.5)
-            return dict(self._parameters)
+            while len(self._indices) != count and (count < 0 or count != self._count):
+                count = len(self._indices)
+                self._answers.wait_for(lambda seen=count: len(self._indices) > seen, quiet_s)
+            return sorted(set(range(self._count)) - self._indices)
 
     def close(self) -> None:
         """Release the port."""
@@ -240,10 +260,12 @@ class FcuClient:
         with self._command_lock:
             with self._answers:
                 self._fresh.discard(name)
-            self.send(request)
-            with self._answers:
-                self._answers.wait_for(lambda: name in self._fresh, min(1.0, self._command_timeout_s))
-                return self._parameters[name] if name in self._fresh else None
+            for _ in range(_PARAMETER_TRIES):
+                self.send(request)
+                with self._answers:
+                    if self._answers.wait_for(lambda: name in self._fresh, self._parameter_timeout_s):
+                        return self._parameters[name]
+            return None
 
     def _handle(self, message: common.MAVLink_message) -> None:
         kind = message.get_type()
@@ -268,4 +290,7 @@ class FcuClient:
         with self._answers:
             self._parameters[name] = value
             self._fresh.add(name)
+            if message.param_index < message.param_count:
+                self._indices.add(message.param_index)
+                self._count = message.param_count
             self._answers.notify_all()
