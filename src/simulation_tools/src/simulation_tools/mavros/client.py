@@ -29,7 +29,7 @@ from simulation_tools.mavlink import (
 )
 from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
 
-_PARAMETER_TRIES, _LIST_ROUNDS = 4, 12  # over a network that loses messages
+_PARAMETER_TRIES, _LIST_REQUESTS, _LIST_ROUNDS = 10, 4, 12  # over a network that loses messages
 
 Handler = Callable[[common.MAVLink_message], None]
 
@@ -102,7 +102,7 @@ class FcuClient:
         self._socket = open_udp(host, port, "MAVROS")
         self._connection_timeout_s = connection_timeout_s
         self._command_timeout_s = command_timeout_s
-        self._parameter_timeout_s = min(1.2, command_timeout_s) / _PARAMETER_TRIES
+        self._parameter_timeout_s = min(1.5, command_timeout_s) / _PARAMETER_TRIES
         self._send_lock = threading.Lock()
         self._handlers: dict[str, Handler] = {}
         self._heard_s = -math.inf
@@ -233,12 +233,12 @@ class FcuClient:
         target = (self.target.system_id, self.target.component_id)
         missing: list[int] = []
         for attempt in range(_LIST_ROUNDS):
-            if not self._count and attempt < _PARAMETER_TRIES:
+            if not self._count and attempt < _LIST_REQUESTS:
                 self.send(common.MAVLink_param_request_list_message(*target))
             for index in missing:
                 self.send(common.MAVLink_param_request_read_message(*target, b"", index))
             missing = self._wait_for_list(0.15 if missing else 0.5)
-            if (self._count and not missing) or (not self._count and attempt + 1 == _PARAMETER_TRIES):
+            if (self._count and not missing) or (not self._count and attempt + 1 == _LIST_REQUESTS):
                 break
         with self._answers:
             return dict(self._parameters)
