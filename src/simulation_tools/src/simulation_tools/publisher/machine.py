@@ -13,11 +13,10 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass
 from typing import Sequence
 
-from simulation_tools.bounds import are_sane
-from simulation_tools.geometry import Pose, Vector3, wrap_angle
+from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.publisher.commands import Command, Commands
 from simulation_tools.publisher.history import History
 from simulation_tools.publisher.hover import Hover
 from simulation_tools.publisher.interface import (
@@ -28,7 +27,6 @@ from simulation_tools.publisher.interface import (
     PublisherParameters,
     RequestArm,
     RequestMode,
-    SendPosition,
     SendVelocity,
 )
 
@@ -50,17 +48,6 @@ class Phase(enum.Enum):
     IDLE = "on the ground, done"
 
 
-@dataclass(frozen=True)
-class _Command:
-    stamp_ns: int
-    vector: Vector3
-    yaw: float  # rate of a velocity command, heading of a position command
-
-    @property
-    def is_zero(self) -> bool:
-        return not (any(self.vector) or self.yaw)
-
-
 class SetpointPublisher:
     """See the module. Not thread-safe."""
 
@@ -68,6 +55,7 @@ class SetpointPublisher:
         self.parameters = parameters
         self._poses, self._states, self._landed = History(), History(), History()
         self._hover = Hover(self._poses)
+        self._commands = Commands(self._hover, self._poses)
         self._clock_ns = 0
         self.restart()
 
@@ -83,8 +71,7 @@ class SetpointPublisher:
         self._complain_at_s = 0.0
         self._hover.release()
         self._hover_z_m = self.parameters.hover_height_m  # the local frame begins on the ground
-        self._velocity: _Command | None = None
-        self._position: _Command | None = None
+        self._commands.forget()
         self._seen_offboard = False
         self._has_flown = False
         self._was_failsafe = False
@@ -122,31 +109,18 @@ class SetpointPublisher:
         self, stamp_ns: int, frame_id: str, linear: Sequence[float], yaw_rate: float
     ) -> list[Action]:
         """Take in a velocity command (FLU, levelled); it is always answered, whatever it holds."""
-        actions = []
-        if frame_id not in ("", self.parameters.base_frame):
-            text = f"a velocity command in the unknown frame {frame_id!r} is refused"
-            actions.append(Log(f"{text}; it must be in {self.parameters.base_frame!r}.", repeated=True))
-        elif not are_sane((*linear, yaw_rate)):
-            actions.append(
-                Log("a velocity command with NaN, infinity or an absurd number is refused.", repeated=True)
-            )
-        elif self._now(stamp_ns) < stamp_ns:
-            if not self._poses_missing:  # without them nobody can tell, and more is wrong
-                actions.append(Log("a velocity command stamped in the future is refused.", repeated=True))
-        else:
-            self._velocity = _Command(stamp_ns, tuple(linear), yaw_rate)
-        return actions + self._answer(self._now(stamp_ns), stamp_ns, by_pose=False)
+        now_ns = self._now(stamp_ns)
+        command = Command(stamp_ns, tuple(linear), yaw_rate)
+        # Without poses nobody can tell what lies in the future, and more is wrong.
+        unknown = self._poses_missing and now_ns < stamp_ns
+        actions = self._commands.take_velocity(
+            command, frame_id, None if unknown else now_ns, self.parameters
+        )
+        return actions + self._answer(now_ns, stamp_ns, by_pose=False)
 
     def on_position(self, stamp_ns: int, position: Sequence[float], yaw: float) -> list[Action]:
         """Take in a position command (ENU, heading from east); the next pose is answered by it."""
-        actions = []
-        if are_sane((*position, yaw)):
-            self._position = _Command(stamp_ns, tuple(position), wrap_angle(yaw))
-        else:
-            actions.append(
-                Log("a position command with NaN, infinity or an absurd number is refused.", repeated=True)
-            )
-        return actions
+        return self._commands.take_position(stamp_ns, position, yaw)
 
     # Decisions
 
@@ -321,29 +295,10 @@ class SetpointPublisher:
     def _setpoint(self, now_ns: int, stamp_ns: int) -> Action:
         """Return what to send now."""
         stamp_ns = max(stamp_ns, 0)
-        commanded = self._commanded(now_ns, stamp_ns) if self.phase is Phase.FLYING else None
-        if commanded is not None:
-            return commanded
+        if self.phase is Phase.FLYING:
+            commanded = self._commands.setpoint(now_ns, self._newest_ns, stamp_ns, self.parameters)
+            if commanded is not None:
+                return commanded
         if self.phase in (Phase.TAKING_OFF, Phase.RETURNING, Phase.FLYING):
             return self._hover.setpoint(now_ns, stamp_ns, self.parameters)
         return SendVelocity(stamp_ns, _ZERO, 0.0)
-
-    def _commanded(self, now_ns: int, stamp_ns: int) -> Action | None:
-        """Return the setpoint that a command asks for; None to hold the position."""
-        p = self.parameters
-        command = self._position if p.use_position_setpoint else self._velocity
-        age_s = (max(now_ns, self._newest_ns) - command.stamp_ns) * _NS if command else math.inf
-        if age_s > p.command_timeout_s:
-            if self._hover.point is None:
-                self._hover.hold(self._poses.newest())
-            return None
-        if p.use_position_setpoint:
-            self._hover.release()
-            return SendPosition(stamp_ns, command.vector, command.yaw)
-        if not command.is_zero:
-            self._hover.release()
-        elif self._hover.point is None and self._hover.speed_m_s(now_ns, p) <= p.hold_speed_m_s:
-            self._hover.hold(self._poses.at(now_ns - p.decision_delay_s / _NS))
-        if self._hover.point is not None:
-            return None
-        return SendVelocity(stamp_ns, command.vector, command.yaw)

@@ -1,0 +1,97 @@
+"""The newest velocity and position command: what is taken for one, and what it asks to send."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Sequence
+
+from simulation_tools.bounds import are_sane
+from simulation_tools.geometry import Vector3, wrap_angle
+from simulation_tools.publisher.history import History
+from simulation_tools.publisher.hover import Hover
+from simulation_tools.publisher.interface import (
+    Action,
+    Log,
+    PublisherParameters,
+    SendPosition,
+    SendVelocity,
+)
+
+_NS = 1e-9
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command; `yaw` is the rate of a velocity command and the heading of a position command."""
+
+    stamp_ns: int
+    vector: Vector3
+    yaw: float
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it asks to stand still."""
+        return not (any(self.vector) or self.yaw)
+
+
+class Commands:
+    """Holds the newest command of each kind; while none is worth following the hover point takes over."""
+
+    def __init__(self, hover: Hover, poses: History) -> None:
+        self._hover = hover
+        self._poses = poses
+        self.forget()
+
+    def forget(self) -> None:
+        """Hold no commands."""
+        self._velocity: Command | None = None
+        self._position: Command | None = None
+
+    def take_velocity(
+        self, command: Command, frame_id: str, now_ns: int | None, p: PublisherParameters
+    ) -> list[Action]:
+        """Take in a velocity command, FLU, levelled, or say why not; now_ns: None while nobody can tell."""
+        if frame_id not in ("", p.base_frame):
+            text = f"a velocity command in the unknown frame {frame_id!r} is refused; it must be in"
+            return [Log(f"{text} {p.base_frame!r}.", repeated=True)]
+        if not are_sane((*command.vector, command.yaw)):
+            text = "a velocity command with NaN, infinity or an absurd number is refused."
+            return [Log(text, repeated=True)]
+        if now_ns is None:
+            return []
+        if now_ns < command.stamp_ns:
+            return [Log("a velocity command stamped in the future is refused.", repeated=True)]
+        self._velocity = command
+        return []
+
+    def take_position(self, stamp_ns: int, position: Sequence[float], heading: float) -> list[Action]:
+        """Take in a position command, ENU and heading from east, or say why not."""
+        if not are_sane((*position, heading)):
+            text = "a position command with NaN, infinity or an absurd number is refused."
+            return [Log(text, repeated=True)]
+        self._position = Command(stamp_ns, tuple(position), wrap_angle(heading))
+        return []
+
+    def setpoint(self, now_ns: int, newest_ns: int, stamp_ns: int, p: PublisherParameters) -> Action | None:
+        """Return the setpoint that the command in use asks for; None to hover.
+
+        newest_ns: stamp of the newest pose. Sets or releases the hover point as the command says.
+        """
+        hover = self._hover
+        command = self._position if p.use_position_setpoint else self._velocity
+        age_s = (max(now_ns, newest_ns) - command.stamp_ns) * _NS if command else math.inf
+        if age_s > p.command_timeout_s:
+            if hover.point is None:
+                hover.hold(self._poses.newest())
+            return None
+        if p.use_position_setpoint:
+            hover.release()
+            return SendPosition(stamp_ns, command.vector, command.yaw)
+        if not command.is_zero:
+            hover.release()
+        elif hover.point is None and hover.speed_m_s(now_ns, p) <= p.hold_speed_m_s:
+            hover.hold(self._poses.at(now_ns - p.decision_delay_s / _NS))
+        if hover.point is not None:
+            return None
+        return SendVelocity(stamp_ns, command.vector, command.yaw)
