@@ -17,8 +17,8 @@ from gazebo_msgs.srv import DeleteModel, GetModelState, GetWorldProperties, SetM
 from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, LaserScan
-from std_srvs.srv import Empty
+from sensor_msgs.msg import CameraInfo, FluidPressure, Image, Imu, JointState, LaserScan, Range
+from std_srvs.srv import Empty, SetBool
 from visualization_msgs.msg import Marker, MarkerArray
 
 BOX = """<sdf version="1.6"><model name="crate"><static>true</static><link name="link">
@@ -277,6 +277,44 @@ class TestGazebo(unittest.TestCase):
         home = self.services["get_model_state"]("wall", "").pose.position
         self.assertEqual((home.x, home.y, home.z), (4.0, 0.0, 1.0))
 
+    def test_an_orientation_of_zeros_is_none_as_in_gazebo(self):
+        state = ModelState(model_name="wall")
+        state.pose.position.x = 5.5
+        try:
+            self.assertTrue(self.services["set_model_state"](state).success)
+            pose = self.services["get_model_state"]("wall", "").pose
+            self.assertEqual((pose.position.x, pose.orientation.w), (5.5, 1.0))
+        finally:
+            self.services["reset_world"]()
+
+    # -- further sensors
+    # ------------------------------------------------------------------------------------------------
+
+    def test_further_sensors_publish_while_somebody_listens(self):
+        answer = rospy.wait_for_message("range_finder", Range, timeout=5.0)
+        self.assertEqual(answer.header.frame_id, "range_finder_link")
+        self.assertAlmostEqual(answer.range, 0.12 - 0.055, delta=0.06)  # on its feet; five sigma
+        air = rospy.wait_for_message("barometer", FluidPressure, timeout=5.0)
+        self.assertAlmostEqual(air.fluid_pressure, 101325.0 - 0.14 * 12.01, delta=8.0)
+        self.assertAlmostEqual(air.variance, 1.5**2)
+        info = rospy.wait_for_message("camera/camera_info", CameraInfo, timeout=5.0)
+        picture = rospy.wait_for_message("camera/image_raw", Image, timeout=10.0)
+        self.assertEqual((picture.encoding, picture.width, picture.height), ("rgb8", 320, 240))
+        self.assertEqual(len(picture.data), 320 * 240 * 3)
+        self.assertEqual(picture.header.frame_id, "camera_link/camera_optical")
+        self.assertEqual(info.header.frame_id, picture.header.frame_id)
+        self.assertAlmostEqual(info.K[0], 160.0 / math.tan(math.radians(40.0)), places=3)
+        self.assertEqual((info.K[2], info.K[5]), (159.5, 119.5))
+
+    def test_the_lidar_is_levelled_by_a_service(self):
+        level = rospy.ServiceProxy("/gazebo/level_lidar", SetBool)
+        answer = level(True)
+        self.assertTrue(answer.success, answer.message)
+        joints = rospy.wait_for_message("/gazebo/joint_states", JointState, timeout=5.0)
+        self.assertEqual(joints.name, ["iris::lidar_roll_joint", "iris::lidar_pitch_joint"])
+        self.assertLess(max(map(abs, joints.position)), 0.01)  # it stands level already
+        self.assertTrue(level(False).success)
+
     def test_the_topic_set_model_state_moves_models_too(self):
         publisher = rospy.Publisher("/gazebo/set_model_state", ModelState, queue_size=1)
         while not publisher.get_num_connections():
@@ -293,7 +331,7 @@ class TestGazebo(unittest.TestCase):
         self.services["reset_world"]()
 
     def test_nonsense_is_refused_with_a_sentence_and_time_goes_on(self):
-        nan_pose, zero_quaternion = Pose(), Pose()
+        nan_pose = Pose()
         nan_pose.position.x, nan_pose.orientation.w = math.nan, 1.0
         good = far_pose()
         spin = ModelState(model_name="wall", pose=good)
@@ -304,7 +342,6 @@ class TestGazebo(unittest.TestCase):
             call["spawn_sdf_model"]("a", "<sdf", "", good, ""),
             call["spawn_sdf_model"]("a", "<sdf version='1.6'><model name='x'/></sdf>", "", good, ""),
             call["spawn_sdf_model"]("a", BOX, "", nan_pose, ""),
-            call["spawn_sdf_model"]("a", BOX, "", zero_quaternion, ""),
             call["spawn_sdf_model"]("a", BOX, "", good, "no_such_model"),
             call["spawn_sdf_model"]("wall", BOX, "", good, ""),
             call["spawn_sdf_model"]("world", BOX, "", good, ""),

@@ -49,6 +49,14 @@ def pose_from_message(message: PoseMessage) -> Pose:
     return Pose.checked((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 
+def gazebo_pose_from_message(message: PoseMessage) -> Pose:
+    """Return a pose as Gazebo's services take it: an orientation of zeros, not filled in, is none."""
+    q = message.orientation
+    if q.x == q.y == q.z == q.w == 0.0:
+        q = Quaternion(0.0, 0.0, 0.0, 1.0)
+    return pose_from_message(PoseMessage(message.position, q))
+
+
 def twist_message(linear: Sequence[float], angular: Sequence[float]) -> Twist:
     """Return a geometry_msgs/Twist."""
     return Twist(Vector3(*linear), Vector3(*angular))

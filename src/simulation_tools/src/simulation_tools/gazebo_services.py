@@ -129,6 +129,7 @@ class GazeboServices:
                 rotate(origin.orientation_xyzw, state.angular_velocity_rad_s),
             ),
         )
+        self._simulation.models_moved()
         self._on_change()
         return Answer(True, f'Set the state of "{name}".')
 
@@ -143,14 +144,8 @@ class GazeboServices:
             return BodyState(Pose.identity(), AT_REST, AT_REST)
         model_name, _, link_name = entity.partition("::")
         self._require_model(model_name)
-        state = self._simulation.world.get_state(model_name)
-        if not link_name:
-            return state
-        try:
-            link = self._simulation.world.model(model_name).link(link_name)
-        except KeyError:
-            raise ServiceError(f'The model "{model_name}" has no link "{link_name}".') from None
-        return BodyState(state.pose @ link.pose, state.linear_velocity_m_s, state.angular_velocity_rad_s)
+        world = self._simulation.world
+        return world.link_state(model_name, link_name) if link_name else world.get_state(model_name)
 
 
 def _answer(action: Callable[[], Answer]) -> Answer:

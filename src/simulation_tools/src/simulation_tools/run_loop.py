@@ -17,7 +17,7 @@ from typing import Callable, Protocol
 from simulation_tools.barrier import Barrier
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.performance import PerformanceFigures, PerformanceMeter
-from simulation_tools.simulation import Simulation, StepOutput
+from simulation_tools.simulation import PhysicsDivergedError, Simulation, StepOutput
 
 IDLE_S = 0.005
 """How long a paused or waiting loop sleeps before it looks for requests again."""
@@ -27,6 +27,9 @@ START_RETRY_S = 0.2
 
 START_PATIENCE_S = 15.0
 """How long lockstep waits for the first answer before it asks where it may be."""
+
+RELAPSE_US = 2_000_000
+"""Physics that diverges again so soon after a reset will do so after every one."""
 
 REPORT_PERIOD_S = 1.0
 """Wall time between two reports of the performance figures."""
@@ -95,7 +98,8 @@ class RunLoop:
 
     The thread that makes it owns the simulation and must be the one that calls `run`. A request that fails
     carries its exception back to its caller; the loop goes on. `on_warning` is called with a sentence when
-    lockstep does not get what it waits for.
+    lockstep does not get what it waits for, and when the physics diverged; `on_divergence` must reset the
+    simulation then.
     """
 
     def __init__(
@@ -109,6 +113,8 @@ class RunLoop:
         self.meter = PerformanceMeter()
         self.paused = paused
         self.on_warning: Callable[[str], None] = lambda sentence: None
+        self.on_divergence: Callable[[], None] | None = None
+        self._has_recovered = False
         self._simulation = simulation
         self._link = link
         self._output = output
@@ -170,13 +176,35 @@ class RunLoop:
                 self._attend()
                 if self.paused:
                     time.sleep(IDLE_S)
-                elif self._restarted:
-                    self._begin()
                 else:
-                    self._advance()
+                    self._go_on()
         finally:
             self._closed = True
             self._refuse_requests()
+
+    def _go_on(self) -> None:
+        try:
+            if self._restarted:
+                self._begin()
+            else:
+                self._advance()
+        except PhysicsDivergedError as error:
+            if self.on_divergence is None:
+                raise
+            self._recover(error)
+
+    def _recover(self, error: PhysicsDivergedError) -> None:
+        """Reset a simulation whose physics diverged; pause it as well when a reset has just not helped."""
+        relapse = self._has_recovered and self._simulation.time_us < RELAPSE_US
+        self._has_recovered = True
+        self.on_divergence()
+        if relapse:
+            self.set_paused(True)
+            self.on_warning(
+                f"{error} A reset did not help: paused; delete or move what is wrong, and unpause."
+            )
+        else:
+            self.on_warning(f"{error} The simulation has been reset.")
 
     # -- one instant ---------------------------------------------------------------------------------------
 

@@ -38,6 +38,9 @@ from simulation_tools.world.world import Contact, PhysicsWorld
 IRIS = "iris"
 """The UAV that is flown by default."""
 
+WATCH_PERIOD_US = 100_000
+"""How often it is looked whether everything is still somewhere."""
+
 POSE_RATE_HZ = 100.0
 """Of odometry and ground truth, as TF needs it; they come at every scan besides."""
 
@@ -47,6 +50,10 @@ _NO_GIMBAL = 'The lidar of "{}" cannot be levelled: its SDF has no gimbal (see m
 
 class SimulationError(SimulationToolsError):
     """The simulation cannot be built or cannot go on."""
+
+
+class PhysicsDivergedError(SimulationError):
+    """Something in the world is no longer anywhere: only a reset helps."""
 
 
 @dataclass(frozen=True)
@@ -213,6 +220,8 @@ class Simulation:
         self.time_us += self._step_us
         self._body = self.world.get_state(self.uav_name)
         self._specific_force = self._felt_since(velocity, dt_s)
+        if self.time_us % WATCH_PERIOD_US < self._step_us:
+            self._watch_bodies()
         if self.gimbal is not None and self.gimbal.is_active:
             self.gimbal.step(self._body.pose.orientation_xyzw, dt_s)
             self._aim_lidar()
@@ -250,7 +259,8 @@ class Simulation:
             scan = self.lidar.scan(self.world.rays, self._body.pose, self.uav_name)
             self._scan_schedule.fired(time_us)
         contacts = self.world.contacts(self.uav_name)
-        return StepOutput(time_us, scan, odometry, ground_truth, imu, contacts, self._payload_due())
+        payload = self._payload_due() if self.payload else ()
+        return StepOutput(time_us, scan, odometry, ground_truth, imu, contacts, payload)
 
     def _payload_due(self) -> tuple[PayloadSensor, ...]:
         due = tuple(sensor for sensor in self.payload if self.time_us >= sensor.schedule.due_us)
@@ -287,11 +297,20 @@ class Simulation:
             velocity_before, body.linear_velocity_m_s, dt_s, self._gravity, body.pose.orientation_xyzw
         )
         if not math.isfinite(felt[0] + felt[1] + felt[2]):
-            raise SimulationError(
-                f'The physics of "{self.uav_name}" diverged at t = {1e-6 * self.time_us:.3f} s; '
-                "look for bodies spawned inside each other, or reset the simulation."
-            )
+            raise self._diverged(self.uav_name)
         return felt
+
+    def _watch_bodies(self) -> None:
+        """Raise PhysicsDivergedError when anything is beyond all reason."""
+        name = self.world.beyond_reason()
+        if name is not None:
+            raise self._diverged(name)
+
+    def _diverged(self, name: str) -> PhysicsDivergedError:
+        return PhysicsDivergedError(
+            f'The physics of "{name}" diverged at t = {1e-6 * self.time_us:.3f} s; '
+            "look for bodies spawned inside each other, and for speeds and masses beyond reason."
+        )
 
     def reset(self) -> None:
         """Go back to t = 0: same poses, rebooted flight controller, same noise; the flight repeats itself."""

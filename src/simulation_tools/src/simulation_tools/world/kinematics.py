@@ -52,6 +52,21 @@ def state_of(client: int, body: Body) -> BodyState:
     return BodyState(pose, (velocity[0] - wx, velocity[1] - wy, velocity[2] - wz), spin)
 
 
+def link_state_of(client: int, body: Body, part: int, link_in_part: Pose) -> BodyState:
+    """Return the state of a link that belongs to a part of a moving body; part -1: the base."""
+    pose = part_pose(client, body, part) @ link_in_part
+    if part < 0:
+        velocity, spin = pybullet.getBaseVelocity(body.uid, physicsClientId=client)
+        centre, _ = pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=client)
+    else:
+        state = pybullet.getLinkState(
+            body.uid, part, computeLinkVelocity=1, computeForwardKinematics=1, physicsClientId=client
+        )
+        centre, velocity, spin = state[0], state[6], state[7]
+    arm = [there - middle for there, middle in zip(pose.position_m, centre)]
+    return BodyState(pose, tuple(v + w for v, w in zip(velocity, cross(spin, arm))), tuple(spin))
+
+
 def place(client: int, body: Body, frame: Pose, state: BodyState | None) -> None:
     """Put a body's model frame at a pose. state: the model's new velocities, None if it is fixed."""
     inertial = frame @ body.to_inertial

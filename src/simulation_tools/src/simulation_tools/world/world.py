@@ -12,6 +12,7 @@ from typing import Iterable, Sequence
 
 import numpy as np
 
+from simulation_tools.bounds import are_sane
 from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
 from simulation_tools.sdf.elements import Model, World
 from simulation_tools.world.assembly import MassProperties, Part, assemblies, combined
@@ -23,6 +24,7 @@ from simulation_tools.world.engine import WorldError, connect, pybullet
 from simulation_tools.world.kinematics import (
     BodyState,
     joint_angles_of,
+    link_state_of,
     model_frame,
     part_pose,
     place,
@@ -81,6 +83,7 @@ class PhysicsWorld:
         # By the model's name; what has none of it is not in them.
         self._lifts: dict[str, list[tuple[Body, int, MassProperties]]] = {}
         self._hinged: dict[str, list[Body]] = {}
+        self._movers: dict[str, Body] = {}
         self._client = connect(gui)
         self._factory = BodyFactory(self._client, draw=gui or drawn)
         self._clearances = Clearances(self._client, self._owner)
@@ -137,6 +140,7 @@ class PhysicsWorld:
         self._clearances.forget()
         self._lifts.pop(name, None)
         self._hinged.pop(name, None)
+        self._movers.pop(name, None)
         del self._models[name]
         self._states.pop(name, None)
         self.rays.remove(name)
@@ -177,6 +181,19 @@ class PhysicsWorld:
             for body in bodies
             for joint, angle in joint_angles_of(self._client, body).items()
         }
+
+    def link_state(self, name: str, link_name: str) -> BodyState:
+        """Return where a link is and how it moves, as its joints have turned; WorldError if there is none."""
+        spawned = self._find(name)
+        for parts, bodies in zip(spawned.assemblies, spawned.bodies):
+            for index, part in enumerate(parts):
+                for link in part.links:
+                    if link.name == link_name:
+                        place = part.pose.inverse() @ link.pose
+                        if part.mass is None:
+                            return BodyState(spawned.pose @ link.pose)
+                        return link_state_of(self._client, bodies[0], index - 1, place)
+        raise WorldError(f'The model "{name}" has no link "{link_name}".')
 
     def set_state(self, name: str, state: BodyState) -> None:
         """Put a model somewhere, with a velocity (for what is not fixed). Its joints keep their angles."""
@@ -219,6 +236,16 @@ class PhysicsWorld:
         pybullet.stepSimulation(physicsClientId=self._client)
         self._states.clear()
 
+    def beyond_reason(self) -> str | None:
+        """Return a model that is nowhere any more (NaN), or absurdly far or fast; None: all is well."""
+        for name in self._movers:
+            state = self.get_state(name)
+            if not are_sane(
+                (*state.pose.position_m, *state.linear_velocity_m_s, *state.angular_velocity_rad_s)
+            ):
+                return name
+        return None
+
     # -- what touches, what is near --------------------------------------------------------------------------
     def contacts(self, name: str) -> list[Contact]:
         """Return where a model touches others, as the last step found it."""
@@ -255,7 +282,7 @@ class PhysicsWorld:
         pybullet.resetSimulation(physicsClientId=self._client)
         self._factory.shapes.forget()
         self._configure()
-        for known in (self._models, self._owner, self._lifts, self._hinged):
+        for known in (self._models, self._owner, self._lifts, self._hinged, self._movers):
             known.clear()
         self._states.clear()
         self._clearances.forget()
@@ -297,6 +324,9 @@ class PhysicsWorld:
             for index, part in enumerate(body.parts)
             if part.weightless is not None
         ]
+        base = self._models[name].base
+        if base is not None:
+            self._movers[name] = base
         if hinged:
             self._hinged[name] = hinged
         if lifts:
