@@ -13,6 +13,7 @@ setup(
             "simulation_tools.mavros",
             "simulation_tools.publisher",
             "simulation_tools.px4",
+            "simulation_tools.px4_sitl",
             "simulation_tools.sdf",
             "simulation_tools.sensors",
             "simulation_tools.vehicle",
