@@ -34,15 +34,15 @@ class CepaParameters:
     """k_4, s3/m3, improved only: k_1 = |v_UAV| k_4 + k_5."""
     k5: float = 6.0
     """k_5, s2/m2, improved only: see k4."""
-    speed_fractions: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
-    """Speeds tried in every direction, as fractions of |v_ref|, each in (0, 1]."""
+    speed_fractions: tuple[float, ...] = (0.8, 0.6, 0.4, 0.2)
+    """Speeds tried in every direction, as fractions of |v_ref|, each in (0, 1]; v_ref itself is tried too."""
     body_radius: float = 0.35
     """m: radius of the UAV; the emergency avoidance flies only where a body of this radius fits."""
     emergency_lookahead: float = 1.2
     """m: how far ahead an emergency's direction must be free."""
     emergency_gain: float = 10.0
     """1/(s rad): velocity for one metre radian of intrusion."""
-    v_min: float = 0.3
+    v_min: float = 0.8
     """m/s: least speed of an emergency's answer."""
     v_max: float = 1.0
     """m/s: greatest speed of an emergency's answer."""
