@@ -123,6 +123,7 @@ def in_background(function):
     return lambda: results.get(timeout=10.0)
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("factor", [0.5, 1.0, 4.0])
 def test_simulated_time_keeps_to_the_real_time_factor(rig, factor):
     rig = rig(real_time_factor=factor)
@@ -203,6 +204,7 @@ def test_figures_are_reported_every_second_also_while_paused(rig):
     assert figures.simulated_s == 0.0
 
 
+@pytest.mark.realtime
 def test_latency_is_the_wall_time_from_scan_to_its_setpoint(rig):
     rig = rig(real_time_factor=1.0)
     rig.answer(delay_s=0.008)
