@@ -111,6 +111,17 @@ class MissionTest(unittest.TestCase):
         self.assertEqual(place(self.setpoints.next()), (3.0, 1.0, 2.0))
         self.assertEqual(self.result(), (GoalStatus.PREEMPTED, 0))
 
+    def test_a_mission_that_stalls_is_aborted(self):
+        self.client.send((50.0, 0.0, 2.0))
+        self.plans.next()
+        self.be_at(0.0, 0.0)
+        self.setpoints.next()
+        self.be_at(1.0, 0.0, step_s=61.0)
+        self.assertEqual(place(self.setpoints.next()), (1.0, 0.0, 2.0))
+        result = self.client.results.next()
+        self.assertEqual(result.status.status, GoalStatus.ABORTED)
+        self.assertIn("Waypoint 1 of 1 was not reached in 60 s", result.status.text)
+
     def test_a_new_mission_takes_the_place_of_the_old_one(self):
         self.client.send((50.0, 0.0, 2.0))
         self.plans.next()

@@ -58,6 +58,17 @@ def test_a_clock_that_jumps_back_starts_the_hold_anew_and_keeps_what_is_done():
     assert mission.update(7.0, B.position_m).done
 
 
+def test_a_waypoint_that_is_not_reached_stalls_the_mission():
+    mission = Mission([A, B], patience_s=10.0)
+    assert not mission.update(0.0, (0.0, 0.0, 2.0)).stalled
+    assert not mission.update(9.0, A.position_m).stalled
+    assert not mission.update(19.0, (0.0, 0.0, 2.0)).stalled  # the next has its own time
+    assert mission.update(19.1, (0.0, 0.0, 2.0)).stalled
+    assert not mission.update(19.2, B.position_m).stalled
+    assert not mission.update(25.0, B.position_m).stalled
+    assert not mission.update(1e6, (9.0, 9.0, 9.0)).stalled  # over is over
+
+
 def test_height_counts():
     assert not Mission([A]).update(0.0, (1.0, 0.0, 1.6)).done
 

@@ -58,6 +58,7 @@ class MissionStatus:
         holding_s: For how long the UAV has been there.
         target_changed: Whether `target` is another one than after the last pose, or the first one.
         done: Whether all of them are done.
+        stalled: Whether the target has not been reached in the mission's patience.
     """
 
     target: Waypoint
@@ -67,20 +68,28 @@ class MissionStatus:
     holding_s: float
     target_changed: bool
     done: bool
+    stalled: bool
 
 
 class Mission:
     """Flies one list of waypoints; driven by poses and their stamps, so that nothing waits on a clock."""
 
-    def __init__(self, waypoints: Sequence[Waypoint]):
+    def __init__(self, waypoints: Sequence[Waypoint], patience_s: float = math.inf):
         """Begin at the first waypoint.
 
+        Args:
+            waypoints: To fly to, in this order.
+            patience_s: A waypoint that is not reached within this time has stalled the mission; the time that
+                it is held does not count.
+
         Raises:
-            MissionError: there is none.
+            MissionError: there is no waypoint.
         """
         if not waypoints:
             raise MissionError("The mission has no waypoints; give at least one.")
         self._waypoints = tuple(waypoints)
+        self._patience_s = patience_s
+        self._under_way_s = None  # since when the target is flown to
         self._reached = 0
         self._told = -1
         self._arrived_s = None
@@ -89,7 +98,7 @@ class Mission:
     def update(self, stamp_s: float, position_m) -> MissionStatus:
         """Take a pose in; at most one waypoint gets done by it.
 
-        A pose older than the last one (a clock that jumped back) starts the hold anew, nothing else.
+        A pose older than the last one (a clock that jumped back) starts hold and patience anew, nothing else.
 
         Args:
             stamp_s: The pose's time.
@@ -101,17 +110,26 @@ class Mission:
         if not all(math.isfinite(value) for value in (stamp_s, *position_m)):
             raise PoseError("The pose has a value that is not finite.")
         if self._stamp_s is not None and stamp_s < self._stamp_s:
-            self._arrived_s = None
+            self._arrived_s = self._under_way_s = None
         self._stamp_s = stamp_s
         target = self._target()
         distance_m = math.dist(position_m, target.position_m)
         holding_s = self._hold(stamp_s, distance_m <= target.tolerance_m)
+        if self._under_way_s is None or self._arrived_s is not None:
+            self._under_way_s = stamp_s
         if self._arrived_s is not None and holding_s >= target.hold_s and not self.done:
             self._reached += 1
             self._arrived_s = None
         changed, self._told = self._told != self._index(), self._index()
         return MissionStatus(
-            self._target(), self._reached, len(self._waypoints), distance_m, holding_s, changed, self.done
+            target=self._target(),
+            reached=self._reached,
+            of=len(self._waypoints),
+            distance_m=distance_m,
+            holding_s=holding_s,
+            target_changed=changed,
+            done=self.done,
+            stalled=not self.done and stamp_s - self._under_way_s > self._patience_s,
         )
 
     @property

@@ -50,14 +50,15 @@ class ClosedLoopParameters:
     """What is flown and with what; every default is the nodes'.
 
     goal_xyz_m: in the frame of `pose_source`; None: no goal is sent, v_ref stays zero. mission: waypoints to
-    fly in place of the goal, which is reached with the last of them, or after duration_s. algorithm: of
-    `cepa.ALGORITHMS`.
+    fly in place of the goal, which is reached with the last of them, or after duration_s. patience_s: a
+    waypoint that takes longer ends the run as a failure. algorithm: of `cepa.ALGORITHMS`.
     """
 
     simulation: SimulationParameters
     goal_xyz_m: tuple[float, float, float] | None = (40.0, 0.0, 2.0)
     mission: Sequence[Waypoint] = ()
     duration_s: float = math.inf
+    patience_s: float = 60.0
     algorithm: str = "improved"
     pose_source: str = "ground_truth"
     cepa: CepaParameters = field(default_factory=CepaParameters)
@@ -196,6 +197,10 @@ class ClosedLoop:
         status = self._mission.update(t_s, pose.position_m)
         if status.target_changed:
             self._position_controller.set_setpoint(status.target.position_m)
+        if status.stalled:
+            self._carry_out(
+                self.monitor.abort(f"Waypoint {status.reached + 1} of {status.of} was not reached.")
+            )
         return status.done or t_s - self.outcome.times_s[Phase.FLYING] >= self.parameters.duration_s
 
     def _on_scan(self, output: StepOutput) -> None:
@@ -248,7 +253,7 @@ class ClosedLoop:
         for action in actions:
             if action is Action.SEND_GOAL:
                 if self.parameters.mission:
-                    self._mission = Mission(self.parameters.mission)
+                    self._mission = Mission(self.parameters.mission, self.parameters.patience_s)
                 elif self.parameters.goal_xyz_m is not None:
                     self._position_controller.set_setpoint(self.parameters.goal_xyz_m)
             elif action is Action.LAND:

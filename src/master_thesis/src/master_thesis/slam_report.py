@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from gridslam.errors import EvaluationError
 from gridslam.evaluation import MapAccuracy, TrajectoryError, Walls, map_error, trajectory_error
 from gridslam.trajectory import Trajectory
 from master_thesis import metrics, run_report
@@ -25,7 +26,7 @@ def judge(run: SlamRun, truth: Trajectory, walls: Walls) -> tuple[dict, Trajecto
         "ate_max_m": path.ate_max_m,
         "ate_rotation_rmse_deg": path.ate_rotation_rmse_deg,
         "ate_online_rmse_m": trajectory_error(run.online, truth).ate_rmse_m,
-        "ate_aligned_rmse_m": trajectory_error(run.final, truth, align="all").ate_rmse_m,
+        "ate_aligned_rmse_m": _aligned_ate(run.final, truth),
         "end_error_m": float(path.errors_m[-1]),
         **accuracy.as_dict(),
         "closures": len(run.closures),
@@ -34,6 +35,14 @@ def judge(run: SlamRun, truth: Trajectory, walls: Walls) -> tuple[dict, Trajecto
         "cpu_ms_per_scan": metrics.summary(run.cpu_ms),
     }
     return figures, path, accuracy
+
+
+def _aligned_ate(path: Trajectory, truth: Trajectory) -> float | None:
+    """Return the error that the best rigid alignment leaves; None: a straight path fixes no rotation."""
+    try:
+        return trajectory_error(path, truth, align="all").ate_rmse_m
+    except EvaluationError:
+        return None
 
 
 def verdict(figures: dict) -> str:

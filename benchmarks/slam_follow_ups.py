@@ -1,0 +1,121 @@
+"""What the thesis proposes after its maps of the hold (9.1.2), tried: middle, starting map, frequency, level.
+
+- The TiM with the 15 m of the thesis's text, on the round trip and down the middle of the hold.
+- The URG with a starting map: the one that the UTM made on a flight of its own.
+- The UST with one of every so many scans: does the frequency matter?
+- The M8, which sees the floor when the UAV leans, with and without levelling of its scans.
+
+Without loop closure, which would hide the differences; otherwise as `slam_experiments`. Figures:
+slam.follow_ups.CASE; and results/slam_follow_ups.md.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from typing import Sequence
+
+from tqdm import tqdm
+
+from benchmarks._report import Report, options, table, write_atomically
+from benchmarks.slam_experiments import SEEDS, medians
+from gridslam.warm_up import warm_up
+from master_thesis.mapping_flight import SCENARIOS, fly_and_record, parameters_of
+from master_thesis.slam_report import judge
+from master_thesis.slam_run import SlamRun, replay, true_path, true_walls
+from master_thesis.slam_setup import read_setup
+
+BRIEF_SEEDS = (1,)
+FIGURES = {
+    "ate_rmse_m": ("ATE [m]", 3),
+    "map_error_mean_m": ("map error [m]", 3),
+    "map_error_p95_m": ("95 % [m]", 3),
+    "wall_straightness_rms_m": ("bent by, rms [m]", 3),
+    "wall_seen_share": ("wall seen", 2),
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A flight and how SLAM is run on it. every: of so many scans SLAM hears one."""
+
+    name: str
+    lidar: str
+    scenario: str = "hold"
+    range_max_m: float = 0.0
+    every: int = 1
+    levelling: bool = True
+    mapped_before_by: str = ""
+
+
+CASES = (
+    Case("tim_15m_round_trip", "tim", range_max_m=15.0),
+    Case("tim_15m_middle", "tim", "hold_middle", range_max_m=15.0),
+    Case("urg", "urg"),
+    Case("urg_with_starting_map", "urg", mapped_before_by="utm"),
+    *(Case(f"ust_{40 // every}hz", "ust", every=every) for every in (1, 2, 4, 8, 20, 40)),
+    Case("m8_levelled", "m8"),
+    Case("m8_not_levelled", "m8", levelling=False),
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Fly, map, print and write."""
+    parser = options(__doc__)
+    names = tuple(case.name for case in CASES)
+    parser.add_argument("--seeds", nargs="+", type=int, default=None)
+    parser.add_argument("--cases", nargs="+", default=names, choices=names)
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes")
+    given = parser.parse_args(arguments)
+    seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
+    runs = list(itertools.product((case for case in CASES if case.name in given.cases), seeds))
+    with Report("slam_follow_ups", given.results, vars(given)) as report:
+        with ProcessPoolExecutor(given.workers, initializer=warm_up) as pool:
+            found = list(tqdm(pool.map(fly_and_map, *zip(*runs)), "flights", len(runs), unit=" flights"))
+        by_case: dict = {}
+        for (case, _), figures in zip(runs, found):
+            by_case.setdefault(case.name, []).append(figures)
+        middle = {name: medians(several) for name, several in by_case.items()}
+        for name, figures in middle.items():
+            report.add(f"slam.follow_ups.{name}", figures)
+        text = as_markdown(middle, len(seeds))
+        write_atomically(given.results / "slam_follow_ups.md", text)
+        print(f"\n{text}")
+
+
+def fly_and_map(case: Case, seed: int) -> dict:
+    """Fly a case once; return its map's figures."""
+    run, truth, walls = _mapped(case, seed)
+    figures, _, _ = judge(run, truth, walls)
+    cpu_ms = figures.pop("cpu_ms_per_scan")
+    return {**figures, "cpu_ms": cpu_ms["mean"] if cpu_ms else None}
+
+
+def _mapped(case: Case, seed: int) -> tuple[SlamRun, object, object]:
+    scenario = SCENARIOS[case.scenario]
+    parameters = parameters_of(case.scenario, case.lidar, seed, lidar_range_max_m=case.range_max_m)
+    recording = fly_and_record(f"{case.name}, seed {seed}", parameters).one_of(case.every)
+    before = None
+    if case.mapped_before_by:  # another day, another lidar: with another seed
+        before = _mapped(Case("before", case.mapped_before_by, case.scenario), seed + 1000)[0].grid
+    session = read_setup(scenario.world).session(seed, loop_closure=False, starting_map=before)
+    run = replay(recording, session, case.levelling)
+    truth = true_path(recording.times_s, recording.truth)
+    walls = true_walls(scenario.world_path, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
+    return run, truth, walls
+
+
+def as_markdown(middle: dict, seeds: int) -> str:
+    """Return the table of the cases."""
+    header = ("case", *(heading for heading, _ in FIGURES.values()))
+    rows = [
+        (name, *(f"{figures[key]:.{digits}f}" for key, (_, digits) in FIGURES.items()))
+        for name, figures in middle.items()
+    ]
+    return f"Medians over {seeds} seeds, without loop closure.\n\n{table(header, rows)}\n"
+
+
+if __name__ == "__main__":
+    main()
