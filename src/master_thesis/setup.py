@@ -6,7 +6,7 @@ from catkin_pkg.python_setup import generate_distutils_setup
 
 setup(
     **generate_distutils_setup(
-        packages=["master_thesis", "master_thesis_ros"],
+        packages=["master_thesis", "master_thesis.baselines", "master_thesis_ros"],
         package_dir={"": "src", "master_thesis_ros": "ros/master_thesis_ros"},
     )
 )
