@@ -186,6 +186,7 @@ class TileMaps:
             if particle == len(self.tables):
                 break
             pool.reserve(pool.free_count + self._positions.size)
+            self._seen[:] = 0  # this particle's tiles are to be found once more
         self.stamp += len(self.tables)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
