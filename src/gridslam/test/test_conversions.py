@@ -72,4 +72,5 @@ def test_closed_loops_are_lines_between_places_on_the_path():
 
 def test_no_loops_no_lines():
     empty = Trajectory(np.zeros(0), np.zeros((0, 3)))
-    assert conversions.closures_message([], empty, HEADER).points == []
+    marker = conversions.closures_message([], empty, HEADER)
+    assert (marker.action, marker.points) == (marker.DELETE, [])

@@ -36,9 +36,9 @@ def test_a_scan_waits_for_its_transforms():
 
 
 def test_who_is_too_busy_leaves_the_oldest_out():
-    queue = filled(*range(10))
-    assert queue.take(always) == (10 - scan_queue.READY_MAX, list(range(10 - scan_queue.READY_MAX)))
-    assert queue.take(always) == (11 - scan_queue.READY_MAX, [])
+    queue = filled(*range(10 + scan_queue.READY_MAX))
+    assert queue.take(always) == (10, list(range(10)))
+    assert queue.take(always) == (11, [])
 
 
 def test_scans_that_wait_for_tf_are_not_too_many():
@@ -50,8 +50,8 @@ def test_scans_that_wait_for_tf_are_not_too_many():
 
 def test_late_tf_loses_no_more_than_what_would_come_too_late():
     queue = filled(*range(100))
-    scan, left_out = queue.take(lambda scan: scan < 50)
-    assert (scan, left_out) == (50 - scan_queue.READY_MAX, list(range(50 - scan_queue.READY_MAX)))
+    scan, left_out = queue.take(lambda scan: scan < 90)
+    assert (scan, left_out) == (90 - scan_queue.READY_MAX, list(range(90 - scan_queue.READY_MAX)))
 
 
 def test_a_scan_without_transforms_does_not_hold_up_the_others():

@@ -69,16 +69,17 @@ def path_message(trajectory: Trajectory, header: Header) -> Path:
 
 def closures_message(closures, trajectory: Trajectory, header: Header) -> Marker:
     """Return the closed loops as lines between the places on the path that were found to belong together."""
-    marker = Marker(header=header, ns="closures", type=Marker.LINE_LIST, action=Marker.ADD)
+    marker = Marker(header=header, ns="closures", type=Marker.LINE_LIST)
+    if not closures:
+        marker.action = Marker.DELETE
+        return marker
     marker.pose.orientation.w = 1.0
     marker.scale.x = CLOSURE_WIDTH_M
     marker.color = ColorRGBA(*CLOSURE_COLOUR)
     stamps_s = [stamp_s for closure in closures for stamp_s in (closure.stamp_from_s, closure.stamp_to_s)]
     nodes = np.searchsorted(trajectory.stamps_s, np.array(stamps_s) - 1e-6)
-    nodes = np.clip(nodes, 0, max(len(trajectory.stamps_s) - 1, 0))
-    marker.points = (
-        [Point(x, y, 0.0) for x, y, _ in trajectory.poses_in_map[nodes].tolist()] if closures else []
-    )
+    nodes = np.minimum(nodes, len(trajectory.stamps_s) - 1)
+    marker.points = [Point(x, y, 0.0) for x, y, _ in trajectory.poses_in_map[nodes].tolist()]
     return marker
 
 

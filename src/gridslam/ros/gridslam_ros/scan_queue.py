@@ -7,8 +7,11 @@ from typing import Callable
 
 WAITING_MAX = 200
 """Scans that wait for TF at most; it may be seconds late."""
-READY_MAX = 5
-"""Scans whose transforms are known and that may still wait for their turn; older ones are left out."""
+READY_MAX = 40
+"""Scans whose transforms are known and that may still wait for their turn; older ones are left out.
+
+Most scans take a millisecond, so that even a second's halt at 40 Hz is made up for soon.
+"""
 
 
 class ScanQueue:
