@@ -20,6 +20,7 @@ DO_SET_MODE, DO_CHANGE_SPEED, DO_SET_HOME, DO_REPOSITION = 176, 178, 179, 192
 MISSION_START, COMPONENT_ARM_DISARM = 300, 400
 _CUSTOM_MODE_ENABLED, _AUTO, _MANUAL_INPUT, _GUIDED, _STABILIZED = 1, 4, 64, 8, 16
 _CHANGE_MODE = 1  # flag of DO_REPOSITION
+_ALTITUDE_MAX_M = 1e5
 
 
 class Commands:
@@ -79,9 +80,13 @@ class Commands:
 
     def _take_off(self, params: Parameters) -> Result:
         """The altitude is above mean sea level."""
+        altitude = params[6]
+        if not (math.isnan(altitude) or abs(altitude) <= _ALTITUDE_MAX_M):
+            return Result.DENIED
         home = self._commander.home
-        over_home_m = params[6] - self._origin.altitude_m + (float(home[2]) if home is not None else 0.0)
-        return self._commander.request_takeoff(over_home_m if math.isfinite(over_home_m) else math.nan)
+        return self._commander.request_takeoff(
+            altitude - self._origin.altitude_m + (float(home[2]) if home is not None else 0.0)
+        )
 
     def _reposition(self, params: Parameters) -> Result:
         """Go to a latitude, longitude and altitude, NaN for where it is; a flag changes the mode first."""
@@ -89,9 +94,11 @@ class Commands:
         north, east = math.nan, math.nan
         if self._is_place(latitude, longitude):
             north, east = self._origin.to_local(latitude, longitude)
-        elif math.isfinite(latitude) and math.isfinite(longitude):
+        elif not (math.isnan(latitude) or math.isnan(longitude)):
             return Result.DENIED
-        down = self._origin.altitude_m - altitude if math.isfinite(altitude) else math.nan
+        if not (math.isnan(altitude) or abs(altitude) <= _ALTITUDE_MAX_M):
+            return Result.DENIED
+        down = self._origin.altitude_m - altitude
         if math.isfinite(flags) and int(flags) & _CHANGE_MODE:
             result = self._enter(Mode.AUTO_LOITER)
             if result is not Result.ACCEPTED:
@@ -110,7 +117,7 @@ class Commands:
         latitude, longitude, altitude = params[4:7]
         if params[0] == 1.0:
             return self._commander.request_home(None)
-        if not (self._is_place(latitude, longitude) and math.isfinite(altitude)):
+        if not (self._is_place(latitude, longitude) and abs(altitude) <= _ALTITUDE_MAX_M):
             return Result.DENIED
         north, east = self._origin.to_local(latitude, longitude)
         return self._commander.request_home((north, east, self._origin.altitude_m - altitude))

@@ -7,6 +7,7 @@ from typing import Sequence
 
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.geometry import Vector3
 from simulation_tools.px4.autopilot import Px4Error
 from simulation_tools.px4.geodesy import GeodeticOrigin
@@ -51,9 +52,7 @@ def from_global_target(
         latitude, longitude = 1e-7 * m.lat_int, 1e-7 * m.lon_int
         if abs(latitude) > 90.0 or abs(longitude) > 180.0:
             raise SetpointError("SET_POSITION_TARGET_GLOBAL_INT invalid latitude or longitude")
-        position = (*origin.to_local(latitude, longitude), down)
-        if not all(map(math.isfinite, position)):
-            raise SetpointError("")
+        position = (*origin.to_local(latitude, longitude), _sane(down))
     return _setpoint(m, position, False, "SET_POSITION_TARGET_GLOBAL_INT")
 
 
@@ -81,8 +80,8 @@ def _setpoint(m, position: Vector3, body: bool, name: str) -> Setpoint:
         position=position,
         velocity=_unmasked((m.vx, m.vy, m.vz), mask >> 3, together=body),
         acceleration=acceleration,
-        yaw=NAN if mask & _YAW_IGNORE else _finite(m.yaw),
-        yaw_rate=NAN if mask & _YAW_RATE_IGNORE else _finite(m.yaw_rate),
+        yaw=NAN if mask & _YAW_IGNORE else _sane(m.yaw),
+        yaw_rate=NAN if mask & _YAW_RATE_IGNORE else _sane(m.yaw_rate),
         body=body,
         time_boot_ms=m.time_boot_ms,
     )
@@ -92,10 +91,11 @@ def _unmasked(values: Vector3, mask: int, together: bool = False) -> Vector3:
     """Replace what the mask's lowest bits ignore by NaN; together: all of it when one is ignored."""
     if together and mask & 0b111:
         return UNSET
-    return tuple(NAN if mask >> i & 1 else _finite(value) for i, value in enumerate(values))
+    return tuple(NAN if mask >> i & 1 else _sane(value) for i, value in enumerate(values))
 
 
-def _finite(value: float) -> float:
-    if not math.isfinite(value):
+def _sane(value: float) -> float:
+    """Return a number that can be a length, speed or angle of a world; raises SetpointError, with NaN too."""
+    if not abs(value) <= MAX_MAGNITUDE:
         raise SetpointError("")
     return value
