@@ -117,7 +117,8 @@ def test_a_name_that_cannot_be_is_refused_and_changes_nothing(served, name, said
 
 
 SHAPE = "<box><size>1 1 1</size></box>"
-BOMB = """<?xml version="1.0"?><!DOCTYPE b [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">
+BOMB = """<?xml version="1.0"?>
+<!DOCTYPE b [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">
 <!ENTITY c "&b;&b;&b;&b;&b;&b;&b;&b;&b;&b;">]><sdf version="1.6"><model name="&c;"/></sdf>"""
 
 
