@@ -65,12 +65,11 @@ def _line(flight: Flown) -> str:
     return json.dumps(values)
 
 
-def fly_all(trials: Sequence[Trial], workers: int, file: FlownFile) -> list[Flown]:
-    """Fly the trials that are not in the file yet, in some processes; return all in the trials' order."""
+def fly_all(trials: Sequence[Trial], workers: int, file: FlownFile) -> None:
+    """Fly the trials that are not in the file yet, in some processes."""
     missing = [trial for trial in trials if trial not in file.flown]
     with ProcessPoolExecutor(workers) as pool:
         flights = [pool.submit(_campaign.fly, trial) for trial in missing]
         done = len(trials) - len(missing)
         for flight in tqdm(as_completed(flights), "flights", len(trials), initial=done, unit=" flights"):
             file.add(flight.result())
-    return [file.flown[trial] for trial in trials]

@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import argparse
 import os
-from typing import Sequence
+from itertools import chain
+from typing import Iterable, Sequence
 
 from benchmarks import _campaign, _campaign_figure
 from benchmarks._campaign import SPEEDS_M_S, VARIANTS, Flown, Trial
@@ -25,6 +26,7 @@ from benchmarks._report import ROOT, Report, options, table, write_atomically
 from master_thesis.results import commit
 
 SAFE_SPEED_M_S = 2.0
+SAFE = f"improved_at_{SAFE_SPEED_M_S:g}_m_s"
 BRIEF = {"original": 16, "variants": 40}
 """Flights of what is slow, and of what is flown besides, in a brief run."""
 
@@ -35,16 +37,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with Report("avoidance", given.results, vars(given)) as report:
         number = numbers(given)
         file = FlownFile(given.results / "avoidance_flights.jsonl", commit(ROOT), given.resume)
-        flown = fly_all(trials(number), given.workers, file)
-        mixed = {name: [f for f in flown[: sum(number.values())] if f.trial.name == name] for name in number}
-        safe = [f for f in flown if f.trial.name == "improved" and f.trial.speed_m_s == SAFE_SPEED_M_S]
-        sets = {f"{name}.{part}": s for name in mixed for part, s in by_speed(mixed[name]).items()}
-        sets[f"improved_at_{SAFE_SPEED_M_S:g}_m_s"] = safe
-        figures = {name: _campaign.figures(flights) for name, flights in sets.items()}
+        sets = plan(number)
+        fly_all(list(dict.fromkeys(chain.from_iterable(sets.values()))), given.workers, file)
+        flown = {name: [file.flown[trial] for trial in trials] for name, trials in sets.items()}
+        safe = flown.pop(SAFE)
+        parts = {f"{name}.{part}": s for name in flown for part, s in by_speed(flown[name]).items()}
+        figures = {name: _campaign.figures(flights) for name, flights in {SAFE: safe, **parts}.items()}
         for name, values in figures.items():
             report.add(f"cepa.campaign.{name}", values)
-        write_atomically(given.results / "avoidance.png", _campaign_figure.png(mixed))
-        print(f"\n{campaign_table(figures)}\n{failures(flown)}")
+        write_atomically(given.results / "avoidance.png", _campaign_figure.png(flown))
+        print(f"\n{campaign_table(figures)}\n{failures(file.flown.values())}")
         if given.brief:
             print(f"Brief: {number['original']} of {given.flights} forests with the original algorithm.")
 
@@ -71,16 +73,13 @@ def numbers(given: argparse.Namespace) -> dict[str, int]:
     return {"improved": given.flights, **variants, "original": fewer("original")}
 
 
-def trials(number: dict[str, int]) -> list[Trial]:
-    """Return the flights: each name's in mixed speeds, then improved where 2 m/s is missing."""
-    speeds = [SPEEDS_M_S[n % len(SPEEDS_M_S)] for n in range(max(number.values()))]
-    mixed = [
-        Trial(n, algorithm, speeds[n], variant)
-        for algorithm, _, variant in (name.partition("_") for name in number)
-        for n in range(number[f"{algorithm}_{variant}" if variant else algorithm])
-    ]
-    missing = (n for n in range(number["improved"]) if speeds[n] != SAFE_SPEED_M_S)
-    return mixed + [Trial(n, "improved", SAFE_SPEED_M_S) for n in missing]
+def plan(number: dict[str, int]) -> dict[str, list[Trial]]:
+    """Return the flights of each set: improved at 2 m/s, then each name's in mixed speeds."""
+    sets = {SAFE: [Trial(n, "improved", SAFE_SPEED_M_S) for n in range(number["improved"])]}
+    for name, count in number.items():
+        algorithm, _, variant = name.partition("_")
+        sets[name] = [Trial(n, algorithm, SPEEDS_M_S[n % len(SPEEDS_M_S)], variant) for n in range(count)]
+    return sets
 
 
 def by_speed(flown: Sequence[Flown]) -> dict[str, list[Flown]]:
@@ -124,15 +123,15 @@ def _row(values: dict) -> tuple[str, ...]:
     )
 
 
-def failures(flown: Sequence[Flown]) -> str:
+def failures(flown: Iterable[Flown]) -> str:
     """Return a line for each flight that did not arrive."""
     lines = [
-        f"forest {f.trial.number}, {f.trial.algorithm}, {f.trial.speed_m_s:g} m/s: {f.end} at "
+        f"forest {f.trial.number:3d}, {f.trial.name}, {f.trial.speed_m_s:g} m/s: {f.end} at "
         f"({f.path_xy[-1][0]:.1f}, {f.path_xy[-1][1]:.1f}) m after {f.time_s:.1f} s"
         for f in flown
         if f.end != "goal"
     ]
-    return "\n".join(lines)
+    return "\n".join(sorted(lines))
 
 
 if __name__ == "__main__":
