@@ -18,9 +18,9 @@ class Sent(list):
     """Stands for a publisher: keeps what goes out, as (stamp in s, x)."""
 
     def publish(self, message):
-        (edge,) = message.transforms
-        self.append((edge.header.stamp.to_sec(), edge.transform.translation.x))
-        self.edge = edge
+        for edge in message.transforms:
+            self.append((edge.header.stamp.to_sec(), edge.transform.translation.x))
+            self.edge = edge
 
 
 def broadcaster(period_s=0.05, delay_s=0.1, pose=HERE):
@@ -64,6 +64,14 @@ def test_a_correction_goes_out_at_once_and_after_what_went_out_before():
     assert [x for _, x in sent] == [1.0, 1.0, 1.1]
     assert sent[-1][0] > sent[-2][0]
     assert sent[-1][0] == pytest.approx(10.15, abs=1e-4)
+
+
+def test_a_correction_is_a_jump_that_tf_does_not_smooth():
+    out, sent = broadcaster()
+    out.keep_up(10 * S)
+    out.correct(THERE, 10 * S + S // 50)
+    assert [x for _, x in sent] == [1.0, 1.0, 1.1]
+    assert [stamp for stamp, _ in sent] == pytest.approx([10.1, 10.119999, 10.12], abs=1e-7)
 
 
 def test_what_has_not_changed_is_no_correction():

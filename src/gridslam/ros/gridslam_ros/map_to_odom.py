@@ -39,28 +39,33 @@ class MapToOdom:
     def correct(self, pose: tuple[float, float, float], stamp_ns: int) -> None:
         """Publish a new odom in map, known since a message of this stamp."""
         with self._lock:
-            changed, self._pose = pose != self._pose, pose
-            self._publish(stamp_ns, at_once=changed)
+            before, self._pose = self._pose, pose
+            self._publish(stamp_ns, corrected=before if before != pose else None, at_once=before != pose)
 
     def keep_up(self, stamp_ns: int) -> None:
         """Publish the last one again if its time has come at this stamp."""
         with self._lock:
             if self._pose is not None:
-                self._publish(stamp_ns, at_once=False)
+                self._publish(stamp_ns)
 
-    def _publish(self, stamp_ns: int, at_once: bool) -> None:
+    def _publish(self, stamp_ns: int, at_once: bool = False, corrected: tuple | None = None) -> None:
         if not self._period_ns:
             return
         ahead_ns = stamp_ns + self._delay_ns
+        edges = []
         if self._last_ns is not None:
             if not at_once and ahead_ns < self._last_ns + self._period_ns:
                 return
             ahead_ns = max(ahead_ns, self._last_ns + APART_NS)
+            if corrected is not None and ahead_ns > self._last_ns + APART_NS:
+                edges.append(
+                    self._edge(corrected, ahead_ns - APART_NS)
+                )  # TF would glide from one to the other
         self._last_ns = ahead_ns
-        self._publisher.publish(TFMessage([self._message(ahead_ns)]))
+        self._publisher.publish(TFMessage([*edges, self._edge(self._pose, ahead_ns)]))
 
-    def _message(self, stamp_ns: int) -> TransformStamped:
-        x, y, yaw = self._pose
+    def _edge(self, pose: tuple[float, float, float], stamp_ns: int) -> TransformStamped:
+        x, y, yaw = pose
         message = TransformStamped()
         message.header.frame_id, message.child_frame_id = self._frames
         message.header.stamp = rospy.Time(*divmod(stamp_ns, 1_000_000_000))
