@@ -220,9 +220,10 @@ def _draw_scene(ax, columns, scan) -> None:
 
 
 def _arrow(ax, velocity, colour, label) -> None:
+    offset = (0, -12) if colour == REFERENCE else (4, 4)
     ax.annotate("", velocity, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.0})
     ax.plot([], [], color=colour, lw=2.0, label=label)
-    ax.annotate(label, velocity, (4, 4), textcoords="offset points", color=colour, fontsize=8)
+    ax.annotate(label, velocity, offset, textcoords="offset points", color=colour, fontsize=8)
 
 
 if __name__ == "__main__":
