@@ -68,7 +68,7 @@ class CepaVisualiserTest(unittest.TestCase):
         return marker.points[1].x, marker.points[1].y
 
     def test_steering(self):
-        shown = self.picture(column(0.0, 3.0))
+        shown = self.picture(column(0.0, 2.8))
         np.testing.assert_allclose(self.radii(shown["r_lb"]), R_LB)
         np.testing.assert_allclose(self.radii(shown["r_ub"]), R_UB)
         speed = math.hypot(*self.tip(shown["v_out"]))
@@ -78,7 +78,7 @@ class CepaVisualiserTest(unittest.TestCase):
         self.assertNotIn("emergency original", shown)
         self.assertNotIn("intrusions", shown)
         bearings = [math.degrees(math.atan2(point.y, point.x)) for point in shown["rejected"].points]
-        reach = 5.0 + math.degrees(math.asin(R_LB / 3.0))
+        reach = 5.0 + math.degrees(math.asin(R_LB / 2.8))
         self.assertAlmostEqual(max(bearings), reach, delta=0.5)
         self.assertAlmostEqual(min(bearings), -reach, delta=0.5)
 

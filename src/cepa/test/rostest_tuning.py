@@ -82,10 +82,11 @@ class TuningTest(unittest.TestCase):
         self.warned.wait_for("orientation must be a unit quaternion")
         # Given an odometry that is 0.1 s older than the scan
         self.odometry.send(odometry_of(self.stamps.next(), (0.0, 0.0, 0.0), case.height_m, case.pitch_rad))
-        stamp, later = self.stamps.next(0.1), self.stamps.next(0.1)
-        for at in (stamp, later):  # the second scan ends the wait for the first one's odometry
-            self.references.send(velocity_of(at, (*case.v_ref, 0.0)))
-            self.scans.send(scan_of(at, case.ranges))
+        stamp = self.stamps.next(0.1)
+        self.references.send(velocity_of(stamp, (*case.v_ref, 0.0)))
+        self.scans.send(scan_of(stamp, case.ranges))
+        self.commands.assert_quiet()  # it waits for the odometry of this stamp, until the next scan comes
+        self.scans.send(scan_of(self.stamps.next(0.1), case.ranges))
         linear = self.commands.of(stamp).twist.linear
         np.testing.assert_allclose((linear.x, linear.y), held, atol=1e-6)
         self.warned.wait_for("No odometry is near to the scan in time")
