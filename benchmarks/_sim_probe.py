@@ -52,7 +52,8 @@ def main() -> None:
     teller.tell("master")
     rospy.init_node("benchmark_probe", disable_signals=True)
     rospy.Subscriber("/UAV/vel_setpoint/safe/body", TwistStamped, lambda _: teller.tell("first_scan_through"))
-    rospy.Subscriber("/UAV/ready", Bool, lambda message: message.data and teller.tell("hovering"))
+    for topic, event in (("/UAV/ready", "hovering"), ("/UAV/goal_reached", "goal_reached")):
+        rospy.Subscriber(topic, Bool, lambda message, event=event: message.data and teller.tell(event))
     sys.stdin.read()
 
 

@@ -7,8 +7,8 @@ size: the time of such a scan among 100 and among 10,000 trees of one density. G
 its user starts it, in real time, and then in lockstep as fast as possible; wall times, for an idle machine.
 
 Figures: sim.inprocess.{rtf, rtf_wall}, sim.raycast.{mrays_s, embree_mrays_s}, sim.world_size.{scan_us_100,
-scan_us_10000, ratio}, sim.graph.{rtf, lockstep_misses, latency_ms}, sim.{launch_s, hover_s, shutdown_s,
-cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak.
+scan_us_10000, ratio}, sim.graph.{rtf, cpu_s_per_s, lockstep_misses, latency_ms}, sim.{launch_s,
+launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak.
 """
 
 from __future__ import annotations

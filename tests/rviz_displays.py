@@ -17,15 +17,22 @@ from python_qt_binding.QtWidgets import QApplication
 from rviz import bindings as rviz
 from tf2_ros import StaticTransformBroadcaster
 
-FRAMES = [("map", "odom"), ("odom", "base_frame"), ("base_frame", "hokuyo"), ("base_frame", "world")]
+from simulation_tools.joint_frames import JointFrames
+from simulation_tools.sdf.urdf import urdf_of
+from simulation_tools.uav import load_uav
+
+FRAMES = [("map", "odom"), ("odom", "base_frame"), ("base_frame", "world")]
 PATIENCE_S = 4.0
 
 
 def publish_frames() -> StaticTransformBroadcaster:
-    """Publish every frame of a flight, as identities."""
+    """Publish every frame of a flight, as identities, and the UAV that they belong to."""
+    uav = load_uav("iris", "ust", sensors=("range_finder", "camera", "depth_camera")).model
+    rospy.set_param("robot_description", urdf_of(uav))
     broadcaster = StaticTransformBroadcaster()
     transforms = []
-    for parent, child in FRAMES:
+    own = [(edge.parent, edge.child) for edge in JointFrames(uav, "base_frame").static_edges()]
+    for parent, child in FRAMES + own:
         transform = TransformStamped(child_frame_id=child)
         transform.header.frame_id = parent
         transform.transform.rotation.w = 1.0
