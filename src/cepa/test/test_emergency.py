@@ -162,11 +162,11 @@ class TestImproved:
             assert turn(decision.velocity_xy, -angle) == pytest.approx(expected.velocity_xy, abs=1e-6)
 
     def test_where_the_sum_is_safe_it_answers_as_the_original(self):
-        # figure 8.6: a wall on the left and one column on the right
-        scan = look(scene([column(-60.0, 0.45)], [wall(0.42)]))
+        # figure 8.6: a wall on the left and one column ahead to the right
+        scan = look(scene([column(-30.0, 0.45)], [wall(0.42)]))
         improved, original = Improved().steer(scan, (1.0, 0.0)), Original().steer(scan, (1.0, 0.0))
-        if improved.reason is Reason.EMERGENCY_SUM:
-            assert improved.velocity_xy == original.velocity_xy
+        assert improved.reason is Reason.EMERGENCY_SUM
+        assert improved.velocity_xy == original.velocity_xy
         assert improved.emergency_original_xy == original.velocity_xy
 
     def test_three_columns_opposite_a_wall(self):

@@ -140,9 +140,8 @@ class TestBoth:
         assert not algorithm().steer(scan_of({0.0: 0.5 + 1e-9}), (1.0, 0.0)).emergency
 
     def test_when_no_direction_is_free_it_stands_still(self, algorithm):
-        ring = scan_of(
-            {}, background=0.6
-        )  # the slowest inner cushion, 0.25 m/s x 1.5 s + 0.5 m, reaches farther
+        # The slowest inner cushion, 0.2 m/s x 1.5 s + 0.5 m, reaches farther
+        ring = scan_of({}, background=0.6)
         decision = algorithm().steer(ring, (1.0, 0.0))
         assert (decision.velocity_xy, decision.reason) == ((0.0, 0.0), Reason.BLOCKED)
         assert not decision.emergency

@@ -23,9 +23,10 @@ def warm_up() -> float:
     start = time.perf_counter()
     scans = [_wall_ahead(distance) for distance in (OPEN_M, WALL_M, TRAP_M)]
     scans.append(LaserScan2D(np.full(60, TRAP_M), 0.0, 2.0 * math.pi / 60.4, 0.05, 10.0))  # an uneven turn
-    for scan in scans:
-        for algorithm in (Improved, Original):
-            algorithm(CepaParameters()).steer(scan, (1.0, 0.1), (1.0, 0.0))
+    for parameters in (CepaParameters(), CepaParameters(velocity_aware_emergency=True)):
+        for scan in scans:
+            for algorithm in (Improved, Original):
+                algorithm(parameters).steer(scan, (1.0, 0.1), (1.0, 0.0))
     return time.perf_counter() - start
 
 
