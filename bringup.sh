@@ -47,6 +47,7 @@ takes_argument() { grep -q "<arg name=\"$2\"" "src/master_thesis/launch/$1"; }
 
 # absolute PATH: the same as seen from the caller's folder
 absolute() {
+  # shellcheck disable=SC2088 # a tilde that the shell has left as it is, after an argument's :=
   case $1 in
     /*) echo "$1" ;;
     "~/"*) echo "$HOME/${1#"~/"}" ;;
