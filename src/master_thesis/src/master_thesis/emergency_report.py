@@ -1,4 +1,4 @@
-"""Turns a run of Experiment 2 into the files of its results folder (DESIGN, section 8)."""
+"""Turns a run of Experiment 2 into the files of its results folder."""
 
 from __future__ import annotations
 

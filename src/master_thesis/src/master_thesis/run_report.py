@@ -10,7 +10,7 @@ import numpy as np
 
 from master_thesis import metrics, results
 from master_thesis.experiment import Outcome, Phase
-from master_thesis.flight_log import FlightLog
+from master_thesis.flight_log import HIT_COLUMNS, FlightLog
 from master_thesis.scenario import Scenario
 
 CLEARANCE_SPACING_M = 0.02
@@ -130,7 +130,7 @@ def write_series(folder: results.RunFolder, description: RunDescription, log: Fl
     for name, series in log.series().items():
         folder.write_csv(f"{name}.csv", series.columns, series.rows)
     hits = log.hits(description.lidar_in_body_xyz_m)[::HIT_THINNING]
-    folder.write_csv("hits.csv", ("t_s", "x_m", "y_m", "z_m"), np.round(hits, 3).tolist())
+    folder.write_csv("hits.csv", HIT_COLUMNS, np.round(hits, 3).tolist())
 
 
 def headline(content: dict) -> str:
