@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gridslam import ScanError, se2
@@ -27,6 +27,7 @@ def assert_same(poses, expected):
     np.testing.assert_allclose(difference, 0.0, atol=1e-9)
 
 
+@settings(max_examples=40)
 @given(poses, st.lists(steps, min_size=1, max_size=8))
 def test_odometry_that_does_not_jump_passes(start, moves):
     readings = [start]
@@ -38,6 +39,7 @@ def test_odometry_that_does_not_jump_passes(start, moves):
     assert_same(odometry.odom_in_continuous, np.zeros(3))
 
 
+@settings(max_examples=40)
 @given(poses, poses, steps)
 def test_a_reset_is_no_motion_and_later_motion_counts(before, after, move):
     x, y, yaw = se2.between(before, after)
@@ -61,6 +63,7 @@ def test_the_warning_says_how_far():
     assert said[0].startswith("Odometry jumped by 50.00 m and 0 degrees in 0.100 s")
 
 
+@settings(max_examples=40)
 @given(poses, poses, steps)
 def test_a_restored_state_goes_on_as_if_nothing_had_been(before, after, move):
     *_, odometry = followed([(1.0, before), (1.025, after)])
