@@ -17,6 +17,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Plane, Sphere
 from simulation_tools.world.terrain import MeshError, heights_of
 
+DRAWN_SAGITTA_M = 0.01  # the same for pictures, whose time goes with the number of triangles
 SAGITTA_M = 0.001  # how deep a facet's middle may lie under the true surface: well below any lidar's noise
 PLANE_HALF_SIZE_M = 2000.0  # a plane is infinite; no lidar here sees a tenth as far
 MAX_TRIANGLES = 2_000_000
@@ -53,14 +54,17 @@ def joined(meshes: list[TriangleMesh]) -> TriangleMesh:
     )
 
 
-def mesh_of(geometry: Geometry) -> TriangleMesh:
-    """Return the mesh of a shape in its own frame. Raises MeshError for a file that holds no triangles."""
+def mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
+    """Return the mesh of a shape in its own frame, round ones as exactly as sagitta_m says.
+
+    Raises MeshError for a file that holds no triangles.
+    """
     if isinstance(geometry, Box):
         return _box(geometry)
     if isinstance(geometry, Cylinder):
-        return _cylinder(geometry)
+        return _cylinder(geometry, sagitta_m)
     if isinstance(geometry, Sphere):
-        return _sphere(geometry)
+        return _sphere(geometry, sagitta_m)
     if isinstance(geometry, Plane):
         return _plane(geometry)
     if isinstance(geometry, Heightmap):
@@ -68,11 +72,12 @@ def mesh_of(geometry: Geometry) -> TriangleMesh:
     return _file(geometry)
 
 
-def facets(radius_m: float) -> int:
-    """Return how many sides keep a polygon within `SAGITTA_M` of its circumscribed circle; at least 24."""
-    if radius_m <= SAGITTA_M:
-        return 24
-    return min(max(24, math.ceil(math.pi / math.acos(1.0 - SAGITTA_M / radius_m))), 1024)
+def facets(radius_m: float, sagitta_m: float = SAGITTA_M) -> int:
+    """Return how many sides keep a polygon within sagitta_m of its circumscribed circle, 12 or 24 at least."""
+    least = 24 if sagitta_m <= SAGITTA_M else 12
+    if radius_m <= sagitta_m:
+        return least
+    return min(max(least, math.ceil(math.pi / math.acos(1.0 - sagitta_m / radius_m))), 1024)
 
 
 def _box(box: Box) -> TriangleMesh:
@@ -82,8 +87,8 @@ def _box(box: Box) -> TriangleMesh:
     return TriangleMesh(corners * np.array(box.size_m), _split(quads))
 
 
-def _cylinder(cylinder: Cylinder) -> TriangleMesh:
-    count = facets(cylinder.radius_m)
+def _cylinder(cylinder: Cylinder, sagitta_m: float) -> TriangleMesh:
+    count = facets(cylinder.radius_m, sagitta_m)
     angles = 2.0 * np.pi * np.arange(count) / count
     ring = cylinder.radius_m * np.column_stack((np.cos(angles), np.sin(angles)))
     half = 0.5 * cylinder.length_m
@@ -100,9 +105,9 @@ def _cylinder(cylinder: Cylinder) -> TriangleMesh:
     return TriangleMesh(vertices, np.concatenate((side, *caps)).astype(np.int32))
 
 
-def _sphere(sphere: Sphere) -> TriangleMesh:
+def _sphere(sphere: Sphere, sagitta_m: float) -> TriangleMesh:
     # On a facet of a latitude-longitude grid both sagittas add up: give each half of the tolerance.
-    around = facets(2.0 * sphere.radius_m)
+    around = facets(2.0 * sphere.radius_m, sagitta_m)
     rows = max(2, around // 2)
     polar = np.pi * np.arange(1, rows) / rows
     azimuth = 2.0 * np.pi * np.arange(around) / around

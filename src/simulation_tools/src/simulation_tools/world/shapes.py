@@ -12,7 +12,7 @@ import numpy as np
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Plane, Rgba, Sphere
 from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
-from simulation_tools.world.meshes import PLANE_HALF_SIZE_M, TriangleMesh, joined, mesh_of
+from simulation_tools.world.meshes import DRAWN_SAGITTA_M, PLANE_HALF_SIZE_M, TriangleMesh, joined, mesh_of
 
 MAX_SHAPES_PER_PART = 16  # MAX_COMPOUND_COLLISION_SHAPES of PyBullet's command buffer
 
@@ -148,7 +148,7 @@ class ShapeFactory:
 
 
 def _drawn(geometry: Geometry) -> TriangleMesh:
-    mesh = mesh_of(geometry)
+    mesh = mesh_of(geometry, DRAWN_SAGITTA_M)
     if isinstance(geometry, Plane):  # infinite to the touch, but drawn in its size
         return TriangleMesh(mesh.vertices * (0.5 * max(geometry.size_m) / PLANE_HALF_SIZE_M), mesh.triangles)
     return mesh
