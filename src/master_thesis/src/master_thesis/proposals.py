@@ -42,5 +42,5 @@ def propose(scan: LaserScan2D, parameters: CepaParameters) -> Proposals:
 def sweep(
     scan: LaserScan2D, parameters: CepaParameters, ks: Sequence[float] = K_SWEEP
 ) -> tuple[Proposals, ...]:
-    """Ask both algorithms with each K (m/rad)."""
-    return tuple(propose(scan, replace(parameters, k_filter=k)) for k in ks)
+    """Ask both algorithms with each K (m/rad), without the least speed, so that K's effect on it is seen."""
+    return tuple(propose(scan, replace(parameters, k_filter=k, v_min=0.0)) for k in ks)
