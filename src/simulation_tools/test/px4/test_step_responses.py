@@ -52,7 +52,7 @@ def reference():
     return read_reference(REFERENCE)
 
 
-# Over seeds 0 to 9 rise times spread by at most 0.03 s, peak tilts by 0.2 degrees, overshoots by 0.9 points, but
+# Over seeds 0 to 9 rise times spread by at most 0.03 s, peak tilts by 0.2 degrees, overshoots by 0.9 points,
 # those of 1 m and 1 m/s by 2.3; the farthest from PX4 are 0.06 s, 0.3 degrees and 1.9 points.
 
 
