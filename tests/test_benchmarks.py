@@ -206,3 +206,23 @@ def test_the_table_of_experiment_1_is_flown(tmp_path):
     assert 3.0 < improved["flight_time_s"]["mean"] < 12.0  # 6 m at 2 m/s, around trunks
     assert (tmp_path / "experiment_1.md").read_text() in said
     assert (tmp_path / "experiment_1.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.flight
+def test_the_simulator_s_rays_are_benchmarked(tmp_path):
+    written, said = run("sim", tmp_path, "--parts", "raycast")
+    rays = written["sim"]["raycast"]
+    assert 1.0 < rays["mrays_s"] < rays["embree_mrays_s"]  # 14 and 20 on a quiet machine
+    assert "Embree alone: 11" in said
+
+
+@pytest.mark.flight
+def test_a_soak_is_flown_with_faults_and_without_contacts(tmp_path):
+    written, said = run("sim", tmp_path, "--soak", "--minutes", "0.4", "--seed", "3")
+    soak = written["sim"]["soak"]
+    assert soak["simulated_s"] == pytest.approx(24.0)
+    assert soak["goals"] >= 1
+    assert sum(soak["faults"].values()) >= 1
+    assert soak["contacts"] == 0
+    assert abs(soak["clock_drift_ms"]) < 1e-3
+    assert "contacts: 0" in said

@@ -73,7 +73,7 @@ def mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
 
 
 def facets(radius_m: float, sagitta_m: float = SAGITTA_M) -> int:
-    """Return how many sides keep a polygon within sagitta_m of its circumscribed circle, 12 or 24 at least."""
+    """Return how many sides keep a polygon within sagitta_m of the circle around it; at least 12 or 24."""
     least = 24 if sagitta_m <= SAGITTA_M else 12
     if radius_m <= sagitta_m:
         return least
