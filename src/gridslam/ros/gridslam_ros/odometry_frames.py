@@ -7,7 +7,7 @@ import tf2_py
 
 from gridslam import SlamError
 
-CACHE_S = 30.0
+CACHE_S = 120.0
 BACK_NS = 1_000_000_000
 """An edge so much older than the last is from another time: a simulator's reset, a bag played again."""
 
