@@ -1,5 +1,6 @@
 """Map error in closed form: a square room drawn into a grid, shifted, turned, half of it missing."""
 
+import json
 import math
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from gridslam.errors import EvaluationError
 from gridslam.evaluation import WallPoints, Walls, draw_map_error, map_error, read_walls
 from gridslam.evaluation.command import main
+from gridslam.map_file import write_map
 from gridslam.occupancy_grid import OccupancyGrid
 
 ROOM = Walls.from_polygons([np.array([(0.0, 0.0), (8.0, 0.0), (8.0, 6.0), (0.0, 6.0)])])
@@ -123,6 +125,17 @@ def test_picture_is_drawn(tmp_path):
     grid = grid_of(wall_points())
     draw_map_error(tmp_path / "map.png", grid, ROOM, map_error(grid, ROOM))
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_command_judges_a_map_from_files(tmp_path, capsys):
+    write_map(tmp_path / "room", grid_of(wall_points()))
+    np.savetxt(tmp_path / "walls.txt", ROOM.ends_m)
+    figures, picture = tmp_path / "figures.json", tmp_path / "map.png"
+    files = [str(tmp_path / "room.yaml"), str(tmp_path / "walls.txt")]
+    assert main(["map", *files, "--json", str(figures), "--picture", str(picture)]) == 0
+    assert "map_error_mean_m" in capsys.readouterr().out
+    assert json.loads(figures.read_text())["wall_seen_share"] == pytest.approx(1.0)
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("command", [["ate", "no.tum", "no.tum"], ["relations", "no.tum", "no.gz"]])

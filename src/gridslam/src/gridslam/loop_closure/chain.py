@@ -48,7 +48,7 @@ class Chain:
                 match_information(normal_matrix(surface), len(surface.points_xy_m), self._parameters)
             )
         self._scans = scans
-        first = max(0, self._settled - 1)
+        first = self._first_changed(poses_in_map)
         steps = se2.between(poses_in_map[first:-1], poses_in_map[first + 1 :])
         covariances = self._step_covariances(steps, first + 1)
         self.steps = np.concatenate([self.steps[:first], steps])
@@ -71,6 +71,13 @@ class Chain:
         """Go on from what `to_arrays` has returned."""
         self.stamps_s, self.poses, self.steps = stamps_s, poses, steps
         self.covariances, self.way_m, self._settled = covariances, way_m, int(settled)
+
+    def _first_changed(self, poses_in_map: np.ndarray) -> int:
+        """Return the first step that is not as it was; another particle may have become the best one."""
+        known = len(self.poses)
+        changed = np.flatnonzero((np.asarray(poses_in_map)[:known] != self.poses).any(axis=1))
+        first = known if not len(changed) else int(changed[0])
+        return max(0, self._settled - 1, first - 1)
 
     def settle(self, poses_in_map: np.ndarray) -> None:
         """Note that the filter has taken over corrected poses (k, 3): what was measured up to here stays."""

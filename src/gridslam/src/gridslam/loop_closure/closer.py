@@ -65,19 +65,17 @@ class LoopCloser:
         self._searched_m = way_m
         if not self._search():
             return None
-        before = {id(match) for match in self._counted}
-        self._counted = self._choose()
-        if {id(match) for match in self._counted} == before:
-            return None
-        self._correct(slam, self._parameters.adopt_min_m)
-        new = [match for match in self._counted if id(match) not in before]
+        before, self._counted = set(self._counted), self._choose()
+        new = [match for match in self._counted if match not in before]
+        if not before.issubset(self._counted) or any(self._is_off(match) for match in new):
+            self._correct(slam)
         return self._closure(new[-1]) if new else None
 
     def finish(self, slam: Slam) -> None:
         """Let the filter adopt the path as all closures together have it; call it when the log has ended."""
         self._follow(slam)
         if self._counted:
-            self._correct(slam, 0.0)
+            self._correct(slam)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the complete state but the parameters, for `from_arrays`; the filter has its own."""
@@ -203,12 +201,15 @@ class LoopCloser:
         kept = supported(self._matches, chosen, self._chain.way_m, self._parameters.support_m)
         return [self._matches[i] for i in kept]
 
-    def _correct(self, slam: Slam, moved_min_m: float) -> None:
+    def _is_off(self, match: Match) -> bool:
+        """Tell whether the path as it is now is off from what a match has measured."""
+        here = se2.between(self._chain.poses[match.older], self._chain.poses[match.newer])
+        return math.dist(here[:2], match.newer_in_older[:2]) > self._parameters.correction_min_m
+
+    def _correct(self, slam: Slam) -> None:
         corrected = optimise(self._chain, self._counted)
-        moved_m = np.hypot(*(corrected - self._chain.poses)[:, :2].T).max()
-        if moved_m > moved_min_m:
-            slam.adopt(corrected)
-            self._chain.settle(corrected)
+        slam.adopt(corrected)
+        self._chain.settle(corrected)
 
     def _closure(self, match: Match) -> Closure:
         stamps = self._chain.stamps_s

@@ -50,10 +50,10 @@ class Correlation:
         self._reference, self._query, self._window = reference, query, window
         cell = reference.resolution_m
         points = _spread(query.surface.points_xy_m, POINTS_MAX)
-        self._angles = window.predicted[2] + _angles(points, window.reach_rad, 2.0 * cell)
+        self.angles_rad = window.predicted[2] + _angles(points, window.reach_rad, 2.0 * cell)
         self._half = int(np.ceil(window.reach_m / cell))
         self._least = max(1.0, overlap_min * len(points))
-        poses = [np.array((*window.predicted[:2], angle)) for angle in self._angles]
+        poses = [np.array((*window.predicted[:2], angle)) for angle in self.angles_rad]
         moved = np.stack([se2.transform(pose, points) for pose in poses])
         corners = np.stack([se2.transform(pose, query.origin_xy_m[None])[0] for pose in poses])
         self._cells = np.floor((moved - reference.origin_xy_m) / cell).astype(np.int64)
@@ -70,7 +70,7 @@ class Correlation:
         if score <= score_min:
             return None
         shift = np.array([dx, dy]) * self._reference.resolution_m
-        pose = np.array([*(self._window.predicted[:2] + shift), se2.wrap(self._angles[angle])])
+        pose = np.array([*(self._window.predicted[:2] + shift), se2.wrap(self.angles_rad[angle])])
         return Optimum(pose, float(score), 0.0)
 
     def rival_score(self, optimum: Optimum, distance_m: float, score_min: float) -> float:
@@ -91,7 +91,7 @@ class Correlation:
             self._query.table,
             self._back,
             self._corners,
-            self._angles,
+            self.angles_rad,
             circle,
             floor,
         )
@@ -124,14 +124,17 @@ def pooled(table: np.ndarray, side: int) -> np.ndarray:
 
     Cell [0, 0] of the result stands for the cell `side` rows and columns before the table's first.
     """
-    padded = np.pad(table, ((side, side), (side, side), (0, 0)))
-    for axis in (0, 1):
-        length = padded.shape[axis] - side + 1
-        shifted = [padded[i : i + length] if axis == 0 else padded[:, i : i + length] for i in range(side)]
-        padded = np.empty_like(shifted[0])
-        padded[:, :, FITS] = np.maximum.reduce([each[:, :, FITS] for each in shifted])
-        padded[:, :, CLASHES] = np.minimum.reduce([each[:, :, CLASHES] for each in shifted])
-    return padded
+    best = np.pad(table, ((side, side), (side, side), (0, 0)))
+    reach = 1
+    while reach < side:  # a power of two: each round doubles how far a cell has looked
+        for axis in (0, 1):
+            ahead = best[reach:] if axis == 0 else best[:, reach:]
+            here = best[: ahead.shape[0], : ahead.shape[1]]
+            best = np.empty_like(ahead)
+            np.maximum(here[:, :, FITS], ahead[:, :, FITS], out=best[:, :, FITS])
+            np.minimum(here[:, :, CLASHES], ahead[:, :, CLASHES], out=best[:, :, CLASHES])
+        reach *= 2
+    return best
 
 
 def _spread(points: np.ndarray, most: int) -> np.ndarray:

@@ -80,8 +80,8 @@ class LoopClosureParameters:
     """m: a closure is not trusted beyond this ..."""
     closure_sigma_rad: float = 0.003
     """rad: ... and this, whatever its points say: the local maps are themselves a little bent."""
-    adopt_min_m: float = 0.03
-    """m: the filter takes over a corrected path when it moves a pose by this much."""
+    correction_min_m: float = 0.03
+    """m: the path is corrected when it is off from a new closure by more than this, or when the log ends."""
 
     def __post_init__(self):
         for field in fields(self):

@@ -1,0 +1,118 @@
+"""Correlative matching: kernels against their references, known transforms, and places that look alike."""
+
+import math
+
+import numpy as np
+import pytest
+from planar_world import URG, hold, scan_at
+from scipy import ndimage
+
+from gridslam import se2
+from gridslam.evaluation import Walls
+from gridslam.kernels.correlation import FITS, mark_free
+from gridslam.loop_closure import reference
+from gridslam.loop_closure.local_map import build_local_map, surface_points
+from gridslam.loop_closure.matcher import Correlation, Window, correlate
+from gridslam.loop_closure.refinement import refine
+
+ROOM = Walls.from_polygons(
+    [
+        np.array([(-4.0, -3.0), (4.0, -3.0), (4.0, 3.5), (1.0, 3.5), (1.0, 2.5), (-4.0, 2.5)]),
+        np.array([(-2.0, -1.0), (-1.2, -1.0), (-1.2, -0.4), (-2.0, -0.4)]),
+    ]
+)
+
+
+def local_map(walls, poses, seed, resolution_m=0.05):
+    """A local map from scans at true poses (k, 3), in the frame of the last."""
+    rng = np.random.default_rng(seed)
+    poses = np.array(poses, dtype=float)
+    scans = [scan_at(walls, pose, URG, rng) for pose in poses]
+    surfaces = [surface_points(scan, 15.0) for scan in scans]
+    in_anchor = se2.between(poses[-1], poses)
+    return build_local_map(0, surfaces, scans, in_anchor, resolution_m, 2.0 * resolution_m, 0.1, 15.0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_search_finds_what_trying_every_pose_finds(seed):
+    # Given two small, coarse maps of one room from places nearby
+    rng = np.random.default_rng(seed)
+    here = np.array([0.5, 0.0, 0.3])
+    there = se2.compose(here, rng.uniform(-0.4, 0.4, 3))
+    first, second = local_map(ROOM, [here], seed, 0.2), local_map(ROOM, [there], seed + 10, 0.2)
+    window = Window(np.zeros(3), 0.8, 0.3)
+    search = Correlation(first, second, window, 0.3)
+    # When searched
+    optimum = search.best(0.0)
+    rival = search.rival_score(optimum, 0.5, 0.0)
+    # Then best and rival are those of exhaustive search
+    angles = search.angles_rad
+    best, pose = reference.best_score(first, second, window, angles, 0.3)
+    assert optimum.score == pytest.approx(best, abs=1e-9)
+    assert optimum.query_in_reference == pytest.approx(pose, abs=1e-9)
+    assert rival == pytest.approx(
+        reference.best_score(first, second, window, angles, 0.3, pose[:2], 0.5)[0], abs=1e-9
+    )
+
+
+def test_nothing_above_the_floor_is_nothing():
+    first, second = local_map(ROOM, [(0.5, 0.0, 0.3)], 0, 0.2), local_map(ROOM, [(0.6, 0.0, 0.3)], 1, 0.2)
+    window = Window(np.zeros(3), 0.5, 0.1)
+    assert Correlation(first, second, window, 0.3).best(1.0) is None
+
+
+def test_table_is_a_gaussian_of_the_distance_from_the_points():
+    made = local_map(ROOM, [(0.5, 0.0, 0.3)], 0)
+    occupied = made.table[:, :, FITS] == 255
+    distance = ndimage.distance_transform_edt(~occupied) * made.resolution_m
+    expected = np.rint(255.0 * np.exp(-0.5 * (distance / 0.1) ** 2))
+    assert np.abs(made.table[:, :, FITS] - expected).max() == 0
+
+
+def test_cells_that_beams_cross_are_free():
+    rng = np.random.default_rng(0)
+    lidar, ends = np.array([12.3, 9.7]), rng.uniform(-5.0, 30.0, (40, 2))
+    hits = rng.random(40) < 0.5
+    free = np.zeros((20, 25), dtype=np.bool_)
+    mark_free(lidar, ends, hits, free)
+    crossed = set().union(*(reference.crossed_cells(lidar, end, hit) for end, hit in zip(ends, hits)))
+    expected = {(x, y) for x, y in crossed if 0 <= x < 25 and 0 <= y < 20}
+    assert {(int(x), int(y)) for y, x in np.argwhere(free)} == expected
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_known_transform_is_recovered(seed):
+    """Matched and refined, the error was at most 4 mm and 0.9 mrad over 100 seeds."""
+    rng = np.random.default_rng(seed)
+    here = np.array([0.5, 0.2, rng.uniform(-3.0, 3.0)])
+    there = se2.compose(here, np.append(rng.uniform(-0.7, 0.7, 2), rng.uniform(-0.3, 0.3)))
+    first, second = local_map(ROOM, [here], seed), local_map(ROOM, [there], seed + 100)
+    optimum = correlate(first, second, Window(np.zeros(3), 1.5, 0.5), 0.3, 0.5, 0.6, 0.85)
+    refined = refine(first.surface, second.surface, optimum.query_in_reference, 0.2)
+    error = se2.between(se2.between(here, there), refined.query_in_reference)
+    assert math.hypot(error[0], error[1]) < 0.01
+    assert abs(error[2]) < 0.003
+
+
+def along_the_side(x_from, x_to):
+    return [(x, -7.0, 0.0) for x in np.arange(x_from, x_to, 0.5)]
+
+
+@pytest.mark.parametrize(("reach_m", "ambiguous"), [(2.0, False), (4.0, True)])
+def test_repeated_beams_are_ambiguous_once_the_window_holds_two(reach_m, ambiguous):
+    """The hold's beams stand 3 m apart: what odometry does not exclude is no closure."""
+    first, second = local_map(hold(), along_the_side(-4, 4), 0), local_map(hold(), along_the_side(-4, 2), 1)
+    wrong_by = np.array([0.3, 0.1, 0.02])
+    window = Window(se2.between((3.5, -7.0, 0.0), (1.5, -7.0, 0.0)) + wrong_by, reach_m, 0.1)
+    optimum = correlate(first, second, window, 0.2, 0.7, 0.6, 0.85)
+    assert (optimum.rival_score > 0.95 * optimum.score) == ambiguous
+
+
+def test_bare_wall_leaves_the_way_along_it_open():
+    bare = hold(beams=False)
+    first, second = local_map(bare, along_the_side(-4, 4), 0), local_map(bare, along_the_side(-4, 4), 1)
+    refined = refine(first.surface, second.surface, np.array([0.1, 0.02, 0.01]), 0.2)
+    assert abs(refined.query_in_reference[1]) < 0.01  # across: found
+    assert refined.query_in_reference[0] == pytest.approx(0.1, abs=0.02)  # along: left as it was
+    along, across = refined.normal_matrix[0, 0], refined.normal_matrix[1, 1]
+    assert along < 0.01 * across
