@@ -96,6 +96,15 @@ class SlamGridslamTest(unittest.TestCase):
         middle = cells[int(-grid.info.origin.position.y / CELL_M), int(-grid.info.origin.position.x / CELL_M)]
         self.assertEqual(middle, 0)
 
+    def test_the_last_map_comes_when_the_vehicle_stands_still(self):
+        self.step((0.6, 0.0, 0.0))
+        first = rospy.Time.from_sec(self.now_s - 1.0)
+        self.maps.last(lambda grid: grid.header.stamp == first, "the map of the first scan")
+        for seconds in (1.0, 1.0, 1.0, 1.0):
+            self.step((0.6, 0.0, 0.0), seconds=seconds)
+        last = self.maps.last(lambda grid: grid.header.stamp > first, "the map of the last scan integrated")
+        self.assertAlmostEqual(last.header.stamp.to_sec(), first.to_sec() + 1.0)
+
     def test_what_is_latched_waits_for_latecomers(self):
         self.step((0.6, 0.0, 0.0))
         self.assertTrue(Output("map", OccupancyGrid).last(lambda grid: grid.info.width > 0, "a map"))
