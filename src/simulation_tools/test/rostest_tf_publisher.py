@@ -10,6 +10,8 @@ import unittest
 
 import rospy
 import rostest
+from gazebo_msgs.msg import ModelStates
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
@@ -130,6 +132,30 @@ class TestTfPublisher(unittest.TestCase):
                 break
             self.assertLess(time.time(), deadline, "a frame that moves is latched as standing still")
         self.assertIn("hokuyo", standing)
+
+    def test_any_model_of_the_simulator_goes_to_tf_with_its_joints(self):
+        """Of another node: it hangs the model `door` into the world and turns its leaf."""
+        states = rospy.Publisher("model_states", ModelStates, queue_size=10)
+        while not states.get_num_connections():
+            time.sleep(0.02)
+        pose = Pose.from_xyz_rpy(3.0, 1.0, 0.0, yaw=math.pi / 2)
+        joint = JointState(name=["door::hinge", "iris::other"], position=[math.pi / 2, 1.0])
+        joint.header.stamp = rospy.Time.from_sec(5.0)
+        poses = [pose_message(Pose()), pose_message(pose)]
+        states.publish(ModelStates(["floor", "door"], poses, [Twist(), Twist()]))
+        self.joint_states.publish(joint)
+        self.wait_for(lambda: {"door", "door/leaf"} <= {t.child_frame_id for t in self.transforms()})
+        edges = {t.child_frame_id: t for t in self.transforms()}
+        self.assertEqual(edges["door"].header.frame_id, "world")
+        self.assertEqual(edges["door/leaf"].header.frame_id, "door/post")
+        leaf = pose_of(edges["door"]) @ pose_of(edges["door/leaf"])
+        # The door stands turned to the left by 90 degrees and is open by as much: its leaf lies along -x.
+        for value, expected in zip(leaf.position_m, (2.5, 1.0, 0.0)):
+            self.assertAlmostEqual(value, expected, places=9)
+        self.assertAlmostEqual(abs(leaf.yaw_rad), math.pi, places=9)
+
+    def transforms(self):
+        return [transform for message in self.received for transform in message.transforms]
 
     def test_a_pose_that_is_none_is_ignored(self):
         self.fly_until_both()
