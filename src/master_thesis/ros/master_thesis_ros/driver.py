@@ -10,7 +10,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
-from typing import Callable
+from typing import Callable, Protocol
 
 import rospy
 
@@ -18,7 +18,7 @@ from master_thesis import results, run_report, scenario
 from master_thesis.errors import MasterThesisError
 from master_thesis.monitor import Monitor
 from master_thesis.recorder import BagRecorder
-from master_thesis_ros.flight_node import INTERRUPTED, FlightNode
+from master_thesis_ros.flight_node import INTERRUPTED
 from master_thesis_ros.parameters import all_parameters, text
 from simulation_tools.errors import SimulationToolsError
 
@@ -47,10 +47,34 @@ def _guarded(name: str, fly: Callable[[], int]) -> int:
         return 130
 
 
+class Described(Protocol):
+    """What is to be flown."""
+
+    experiment: str
+    """Name of the results' folder."""
+
+
+class Course(Protocol):
+    """The state of a run."""
+
+    def abort(self, why: str):
+        """End the run at once, unless it is over; `why` is a sentence."""
+
+
+class Leader(Protocol):
+    """Leads a run by ROS messages."""
+
+    def run(self) -> None:
+        """Carry out what the run asks for until it is over or ROS shuts down; SIGINT raises in here."""
+
+    def close(self) -> None:
+        """End the run if it is not over, and hear no more."""
+
+
 class Run:
     """One run's folder, its recorder, and the wall time since roslaunch was called."""
 
-    def __init__(self, description: run_report.RunDescription) -> None:
+    def __init__(self, description: Described) -> None:
         self._started_s = time.perf_counter() - results.process_age_s(os.getppid())
         self._description = description
         root = scenario.absolute("results", text("results", os.path.abspath("results")))
@@ -61,7 +85,7 @@ class Run:
         self._parameters = all_parameters()
         self.interrupted = False
 
-    def lead(self, monitor: Monitor, make_node: Callable[[], FlightNode]) -> FlightNode | None:
+    def lead(self, course: Course, make_node: Callable[[], Leader]) -> Leader | None:
         """Fly to the end, or to an interruption; return the node, if there is one by then."""
         node = None
         try:
@@ -75,16 +99,20 @@ class Run:
             if node:
                 node.close()
             else:
-                monitor.abort(INTERRUPTED)
+                course.abort(INTERRUPTED)
         return node
 
     def close(self, monitor: Monitor) -> tuple[run_report.RunDescription, run_report.WallFigures]:
         """Complete the bag; return what was flown, with all parameters, and the figures of wall time."""
         wall = monitor.wall_figures(self._started_s)
-        if self._recorder and not self._recorder.close():
-            rospy.logerr(f"rosbag did not complete {self._recorder.bag}; see its messages above.")
+        self.complete_bag()
         parameters = self._parameters if self.interrupted else all_parameters()
         return replace(self._description, parameters=parameters), wall
+
+    def complete_bag(self) -> None:
+        """Stop recording, if there is a recorder."""
+        if self._recorder and not self._recorder.close():
+            rospy.logerr(f"rosbag did not complete {self._recorder.bag}; see its messages above.")
 
 
 @contextmanager

@@ -28,6 +28,7 @@ class TrialDescription:
     cepa: CepaParameters
     model: str = "iris"
     parameters: dict[str, dict] = field(default_factory=dict)
+    experiment: str = "experiment_2"
 
 
 def flown(trial: EmergencyTrial) -> np.ndarray:
@@ -81,7 +82,7 @@ def result(description: TrialDescription, trial: EmergencyTrial, clearance: np.n
     if failure is None and trial.touched and description.algorithm == "improved":
         failure = f"The UAV touched {', '.join(trial.touched)}."
     return {
-        "experiment": "experiment_2",
+        "experiment": description.experiment,
         "scenario": description.scenario,
         "algorithm": description.algorithm,
         "k_filter": description.cepa.k_filter,
