@@ -12,7 +12,16 @@ from pathlib import Path
 
 from master_thesis import emergency_report, run_report
 
-HEADLINES = {"experiment_2": emergency_report.headline}
+
+def headline(result: dict) -> str:
+    """Return a run's figures in a few lines."""
+    if result["experiment"] == "experiment_2":
+        return emergency_report.headline(result)
+    if result["experiment"] in ("experiment_3", "experiment_4"):
+        from master_thesis import slam_report  # half a second, for these two only
+
+        return slam_report.headline(result)
+    return run_report.headline(result)
 
 
 def main(path: Path) -> int:
@@ -22,7 +31,6 @@ def main(path: Path) -> int:
     except (OSError, ValueError) as error:
         print(f"{path} cannot be read: {error}", file=sys.stderr)
         return 1
-    headline = HEADLINES.get(result["experiment"], run_report.headline)
     print(f"\nResults in {path.parent}:\n{headline(result)}\n")
     if result["success"]:
         return 0

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from cepa import CepaParameters
 from inspection_tools import PositionControllerParameters, read_mission
 from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.errors import FlightError
@@ -15,6 +16,9 @@ from master_thesis.scenario import FLIGHT_HEIGHT_M, choose
 from simulation_tools.geometry import Pose
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters
+
+R_UB_M = 0.9
+"""CEPA's outer radius indoors; at its default of 1.2 m the slow UAV stands still before passages of 2 m."""
 
 PACKAGE = Path(__file__).resolve().parents[2]
 
@@ -79,6 +83,7 @@ def parameters_of(
     return ClosedLoopParameters(
         simulation,
         mission=read_mission(scenario.mission_path),
+        cepa=CepaParameters(r_ub=R_UB_M),
         duration_s=scenario.duration_s,
         position_controller=replace(PositionControllerParameters(), max_speed=scenario.speed_m_s),
     )
