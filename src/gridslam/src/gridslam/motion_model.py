@@ -26,7 +26,7 @@ class Motion:
         self.distance_m = 0.0
         self.turned_rad = 0.0
         self.variance = np.zeros(3)
-        """Of x, y in m and yaw in rad, in the base frame: the sum over the steps, as gmapping draws for each."""
+        """Of x, y in m and yaw in rad, in the base frame: the sum over all steps."""
 
     def add(self, base_in_odom: np.ndarray, parameters: SlamParameters) -> None:
         """Take the next odometry pose."""

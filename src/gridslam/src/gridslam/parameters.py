@@ -38,7 +38,7 @@ class SlamParameters:
     lsigma: float = 0.075
     """m2: a beam d from the map has the log-likelihood -d^2 / lsigma."""
     ogain: float = 3.0
-    """Smooths the weights: log-likelihoods are divided by ogain times particles."""
+    """Smooths the weights: log-likelihoods are divided by this, and by a constant (see the README)."""
     lskip: int = 0
     """Beams skipped after each one that scan matching uses."""
     minimumScore: float = 0.0
@@ -74,13 +74,13 @@ class SlamParameters:
     occ_thresh: float = 0.25
     """A cell is occupied when a greater share of the beams that met it ended there."""
     llsamplerange: float = 0.01
-    """m: the likelihood around the mode is sampled this far to every side ..."""
+    """Accepted for gmapping's sake, as the next three: the proposal's Gaussian comes from the optimiser."""
     llsamplestep: float = 0.01
-    """m: ... in these steps."""
+    """m"""
     lasamplerange: float = 0.005
-    """rad: the likelihood around the mode is sampled this far to both sides ..."""
+    """rad"""
     lasamplestep: float = 0.005
-    """rad: ... in these steps."""
+    """rad"""
     seed: int = 0
     """Seed of everything random: the same seed and scans give the same map."""
     threads: int = 1

@@ -24,6 +24,9 @@ from gridslam.workers import Workers
 START_DEVIATION = (0.1, 0.1, 0.05)
 """m, m, rad: how well a starting pose on a given map is known."""
 
+WEIGHT_SMOOTHING = 3.0
+"""Log-likelihoods are divided by ogain times this (gmapping: times the number of particles); see README."""
+
 
 @dataclass(frozen=True)
 class ScanUpdate:
@@ -178,7 +181,7 @@ class GridSlam:
 
     @property
     def map_to_odom(self) -> tuple[float, float, float]:
-        """Pose of the odometry's frame in the map: x, y in m and yaw in rad; the identity before the first scan."""
+        """Pose of the odometry's frame in the map (x, y, yaw); the identity before the first scan."""
         if self._motion is None:
             return (0.0, 0.0, 0.0)
         pose = self._poses[self.best_particle]
@@ -192,7 +195,7 @@ class GridSlam:
     @property
     def particle_weights(self) -> np.ndarray:
         """(particles,) weights since the last resampling; their sum is one."""
-        gain = 1.0 / (self.parameters.ogain * self.parameters.particles)
+        gain = 1.0 / (self.parameters.ogain * WEIGHT_SMOOTHING)
         return resampling.normalised(self._log_weights, gain)
 
     @property

@@ -1,4 +1,4 @@
-"""The improved proposal: new poses from the Gaussian that motion and scan give together (2007, section III-B).
+"""The improved proposal: poses from the Gaussian that motion and scan give together (2007, section III-B).
 
 The paper samples the product of both densities around the scan matcher's mode to get its mean and covariance;
 here they come from the optimiser, as the maximum of the product and the inverse of its information there.
@@ -11,12 +11,12 @@ import numpy as np
 from gridslam.kernels.matching import scatter
 from gridslam.scan_matcher import BEAM_DEVIATION_M, Matches
 
-SPREAD = 0.4
-"""Deviations of the Gaussian by which particles are scattered: one would be right if beams were independent."""
+SPREAD = 1.0
+"""Deviations of the Gaussian by which particles are scattered."""
 
 
 def propose(matches: Matches, noise: np.ndarray, delta_m: float) -> np.ndarray:
-    """Return a pose (particles, 3), in cells and rad, for each match, from standard normal noise (particles, 3)."""
+    """Return poses (particles, 3), in cells and rad, from standard normal noise (particles, 3)."""
     poses = matches.poses.copy()
     scatter(matches.factors, noise * (SPREAD * BEAM_DEVIATION_M / delta_m), poses)
     return poses

@@ -1,9 +1,10 @@
 """The pose of every particle at which a scan fits its map best.
 
-Most of what odometry gets wrong is the same for every particle, so its correction is searched for once, by hill
-climbing (gmapping's score and steps) from several drawn motions in the map of the best particle. Every particle
-then begins there and is refined against its own map by Gauss-Newton on the hits' means. Where a particle's map
-disagrees, or the scan fits too little of the map to trust one correction, each climbs from a motion of its own.
+Most of what odometry gets wrong is the same for every particle, so its correction is searched for once, by
+hill climbing (gmapping's score and steps) from several drawn motions in the map of the best particle. Every
+particle then begins there and is refined against its own map by Gauss-Newton on the hits' means. Where a
+particle's map disagrees, or the scan fits too little of the map to trust one correction, each climbs from a
+motion of its own.
 """
 
 from __future__ import annotations
@@ -24,11 +25,12 @@ REFINE_SIGMA_M2 = 0.02
 """m2: a beam d from the map has the weight exp(-d^2 / this) in Gauss-Newton."""
 REFINE_STEPS = 8
 BEAM_DEVIATION_M = 0.02
-"""m: how far a beam's end is from the map where map and pose are right; what a beam is worth beside odometry."""
+"""m: how far a beam's end is from the map where both map and pose are right: its worth beside odometry's."""
 CANDIDATES = 7
 """Motions from which the common correction is searched for: odometry's own, and drawn ones."""
 CANDIDATES_EVERY = 2
-CANDIDATES_HALVINGS = 1
+CANDIDATES_ENOUGH = 0.8
+"""Share of the greatest score with which the search ends; beams are thinned by CANDIDATES_EVERY for it."""
 HALVINGS_MAX = 2
 """Gauss-Newton does the rest of gmapping's ``iterations``."""
 EXPECTED_SHARE = 0.85
@@ -50,7 +52,7 @@ class Matches:
     log_likelihoods: np.ndarray
     """(particles,)"""
     factors: np.ndarray
-    """(particles, 3, 3) Cholesky factor of the poses' information, per cell and rad, in units of one beam's."""
+    """(particles, 3, 3) Cholesky factor of the poses' information, in units of one beam's per cell."""
 
 
 class ScanMatcher:
@@ -110,7 +112,7 @@ class ScanMatcher:
             candidates,
             beams.matching,
             CANDIDATES_EVERY,
-            min(self._parameters.iterations, CANDIDATES_HALVINGS),
+            CANDIDATES_ENOUGH,
             self._search,
             maps.tables[best],
             *arrays,

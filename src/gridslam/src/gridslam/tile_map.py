@@ -1,7 +1,8 @@
 """Every particle's map, made of tiles that particles share for as long as they agree.
 
-A particle has a table of tile indices, and nothing else of its own. Resampling copies tables; a tile is copied
-when one of several particles that share it is about to write into it (copy on write, by reference counts).
+A particle has a table of tile indices, and nothing else of its own. Resampling copies tables; a tile is
+copied when one of several particles that share it is about to write into it (copy on write, by reference
+counts).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import numpy as np
 
 from gridslam.beams import Beams
 from gridslam.errors import MapError
-from gridslam.kernels.insertion import EMPTY, FULLNESS, HITS_SHIFT, SIDE, insert_scan, own_tiles
+from gridslam.kernels.insertion import EMPTY, FULLNESS, HITS_SHIFT, PARTS, SIDE, insert_scan, own_tiles
 from gridslam.workers import Workers
 
 TILES_FIRST = 2048
@@ -28,8 +29,8 @@ class TilePool:
         """Tile 0 is the one in which nothing was ever seen; it is never written."""
         self.counts = np.zeros((capacity, SIDE * SIDE), np.uint32)
         """How many beams ended in a cell (upper half) and how many met it (lower half), row by row."""
-        self.means = np.zeros((capacity, SIDE * SIDE, 2), np.float32)
-        """Mean x, y of the hits, in cells from the cell's corner."""
+        self.means = np.zeros((capacity, SIDE * SIDE, 2), np.uint16)
+        """Mean x, y of the hits from the cell's corner, in 1 / PARTS of a cell."""
         self.occupied = np.zeros((capacity, SIDE), np.uint32)
         """One bit for each cell of a row that the scan matcher takes for occupied."""
         self.references = np.zeros(capacity, np.int32)
@@ -151,7 +152,7 @@ class TileMaps:
         workers.share(len(cells), insert_scan, self.tables, cells, points, beams.hits, *arrays)
 
     def enter(self, cells_xy: np.ndarray, hits: np.ndarray, visits: int) -> None:
-        """Let empty maps, all alike, have these counts in cells (n, 2), each hit in the given place if at all."""
+        """Let maps that are empty and all alike have these counts in cells (n, 2), hit where they say."""
         x, y = np.floor(cells_xy).astype(np.int64).T
         places, which = np.unique((y // SIDE) * self.tables.shape[2] + x // SIDE, return_inverse=True)
         pool = self.pool
@@ -165,7 +166,7 @@ class TileMaps:
         for array in (pool.counts, pool.means, pool.occupied):
             array[tiles] = 0
         pool.counts[tile, row * SIDE + column] = (hits.astype(np.uint32) << HITS_SHIFT) | visits
-        pool.means[tile, row * SIDE + column] = cells_xy - np.stack((x, y), axis=1)
+        pool.means[tile, row * SIDE + column] = (cells_xy - np.stack((x, y), axis=1)) * PARTS
         wall = hits > FULLNESS * visits
         np.bitwise_or.at(
             pool.occupied, (tile[wall], row[wall]), np.uint32(1) << column[wall].astype(np.uint32)

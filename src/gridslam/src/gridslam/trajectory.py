@@ -21,8 +21,8 @@ class Trajectory:
     def filled(self, stamps_s: np.ndarray, base_in_odom: np.ndarray) -> np.ndarray:
         """Return the poses in the map (n, 3) at other stamps, from odometry (n, 3) there.
 
-        Between two poses of the trajectory the motion is odometry's; what odometry missed in between is spread
-        evenly over the time. ``stamps_s`` (n,) must ascend and hold the trajectory's.
+        Between two poses of the trajectory the motion is odometry's; what odometry missed in between
+        is spread evenly over the time. ``stamps_s`` (n,) must ascend and hold the trajectory's.
         """
         stamps, odometry = np.asarray(stamps_s, float), np.asarray(base_in_odom, float)
         nodes = np.searchsorted(stamps, self.stamps_s)
@@ -85,7 +85,7 @@ class TrajectoryTree:
         self.leaves = [node] * len(self.leaves)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the tree as arrays: each node's pose and the index of its parent (-1: none), and the leaves."""
+        """Return the tree as arrays: every node's pose and parent's index (-1: none), and the leaves."""
         index: dict[int, int] = {}
         poses: list[tuple] = []
         parents: list[int] = []

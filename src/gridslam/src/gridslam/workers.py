@@ -18,7 +18,7 @@ class Workers:
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
     def share(self, particles: int, kernel: Callable, *arguments) -> None:
-        """Call kernel(first, last, *arguments) for ranges that make up all particles; return when all are done."""
+        """Call kernel(first, last, *arguments) for ranges that make up all particles; wait for all."""
         if self._pool is None:
             kernel(0, particles, *arguments)
             return

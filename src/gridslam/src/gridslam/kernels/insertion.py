@@ -1,8 +1,8 @@
 """Where a scan's beams run through the cells, and what that changes in a particle's tiles.
 
 A beam is a line from the lidar's cell to the cell of its end. Along its major axis every cell column is met
-once, at the row in which the line crosses the column's middle; the row is a closed form of the column, so that
-the tiles which a beam will touch are known without walking through its cells.
+once, at the row in which the line crosses the column's middle; the row is a closed form of the column, so
+that the tiles which a beam will touch are known without walking through its cells.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ MASK = SIDE - 1
 HITS_SHIFT = 16
 VISITS_MAX = (1 << HITS_SHIFT) - 1
 """A cell's count holds its hits in the upper half and its visits in the lower one."""
+PARTS = 65536
+"""Parts of a cell in which the means of its hits are kept."""
 FULLNESS = 0.1
 """A cell that more than this share of its beams hit is occupied to the scan matcher."""
 EMPTY = 0
@@ -59,8 +61,8 @@ def _mark(column, row, steep, seen, stamp, positions, count):
 def touched_tiles(lidar, ends, hits, seen, stamp, positions):
     """Collect the tiles that beams from ``lidar`` (2,) to ``ends`` (n, 2), in cells, will touch.
 
-    ``seen`` (h, w) int32 is scratch without the value ``stamp``; ``positions`` (h * w) takes the tiles' places
-    in the table, row by row. Returns their number.
+    ``seen`` (h, w) int32 is scratch without the value ``stamp``; ``positions`` (h * w) takes the tiles'
+    places in the table, row by row. Returns their number.
     """
     count = 0
     for beam in range(ends.shape[0]):
@@ -81,7 +83,7 @@ def touched_tiles(lidar, ends, hits, seen, stamp, positions):
 
 @njit(cache=True, nogil=True)
 def _own_tiles(table, positions, count, references, stamps, stamp, free, free_count, counts, means, occupied):
-    """Give one particle tiles of its own at the first ``count`` positions of its ``table``, copying those that it shares.
+    """Give one particle tiles of its own at the first ``count`` positions of its ``table``.
 
     ``free`` is a stack of ``free_count`` unused tiles, of which enough must be left. Returns what is left.
     """
@@ -134,8 +136,8 @@ def own_tiles(
 ):
     """Give the particles from ``first`` on tiles of their own wherever their beams will write.
 
-    ``beams`` (n + 1, 2) are the lidar and the beams' ends in the base frame. Returns the particle for which the
-    free tiles do not suffice (or the number of particles) and the number of free tiles left.
+    ``beams`` (n + 1, 2) are the lidar and the beams' ends in the base frame. Returns the particle for
+    which the free tiles do not suffice (or the number of particles) and the number of free tiles left.
     """
     for p in range(first, tables.shape[0]):
         place(poses[p], beams, placed)
@@ -172,12 +174,19 @@ def _recount(counts, occupied, tile, cell, hit):
     return hits
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _moved(mean, value, number):
+    """Return a mean of ``number`` values, in parts of a cell, of which the last is new."""
+    old = np.float64(mean)
+    return np.uint16(min(old + (value * PARTS - old) / number + 0.5, PARTS - 1.0))
+
+
 @njit(cache=True, nogil=True)
 def insert(table, lidar, ends, hits, counts, means, occupied):
     """Enter beams into one particle's own tiles: cells crossed are visited, the end's cell is also hit.
 
     lidar (2,) and ends (n, 2) are in cells from the table's corner; hits (n,) says which beams end at
-    something. A cell's mean is that of its hits, in cells from the cell's corner.
+    something. A cell's mean is that of its hits, from the cell's corner.
     """
     for beam in range(ends.shape[0]):
         steep, x0, y0, slope, low, high, first, last = _line(lidar[0], lidar[1], ends[beam, 0], ends[beam, 1])
@@ -204,8 +213,8 @@ def insert(table, lidar, ends, hits, counts, means, occupied):
             x, y = int(ends[beam, 0]), int(ends[beam, 1])
             tile, cell = table[y >> SIDE_BITS, x >> SIDE_BITS], (y & MASK) * SIDE + (x & MASK)
             number = _recount(counts, occupied, tile, cell, 1)
-            means[tile, cell, 0] += (ends[beam, 0] - x - means[tile, cell, 0]) / number
-            means[tile, cell, 1] += (ends[beam, 1] - y - means[tile, cell, 1]) / number
+            means[tile, cell, 0] = _moved(means[tile, cell, 0], ends[beam, 0] - x, number)
+            means[tile, cell, 1] = _moved(means[tile, cell, 1], ends[beam, 1] - y, number)
 
 
 @njit(cache=True, nogil=True)

@@ -1,11 +1,11 @@
 """How well a scan fits a particle's map at a pose, and the pose at which it fits best.
 
 Everything is in cells from the corner of the particle's table and radians. ``beams`` (n, 7) hold, in the base
-frame: the beam's end x, y; a step of sqrt(2) cells along the beam, x, y; the normal of the surface it hit, x, y;
-and how much an offset along that surface counts (1: as much as across, where the surface is not known).
+frame: the beam's end x, y; a step of sqrt(2) cells along the beam, x, y; the normal of the surface it hit, x,
+y; and how much an offset along that surface counts (1: as much as across, where the surface is not known).
 
-A map (table, occupied, means) is the particle's table of tiles with every tile's occupied cells as one bit each
-and the mean of its cells' hits.
+A map (table, occupied, means) is the particle's table of tiles with every tile's occupied cells as one bit
+each and the mean of its cells' hits.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from numba import njit
 SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS
 MASK = SIDE - 1
+PART = 1.0 / 65536
+"""Cells: unit of the means."""
 MARGIN = 3
 """Cells, beyond kernelSize, that a search may look away from a beam's end."""
 PIVOT_MIN = 1e-9
@@ -35,7 +37,8 @@ def _is_occupied(x, y, table, occupied):
 def _nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, means, kernel):
     """Return (d2, rx, ry): the offset of a beam's end from the nearest point of the map, d2 < 0 if none.
 
-    Points are means of occupied cells within ``kernel`` cells whose neighbour towards the lidar is not occupied.
+    Points are means of occupied cells within ``kernel`` cells whose neighbour towards the lidar is not
+    occupied.
     """
     ix, iy = int(np.floor(px)), int(np.floor(py))
     back_x, back_y = int(np.floor(px - step_x)) - ix, int(np.floor(py - step_y)) - iy
@@ -52,8 +55,8 @@ def _nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, means, kern
         while bits:
             if bits & 1 and not _is_occupied(x + back_x, y + back_y, table, occupied):
                 tile = table[tile_y, x >> SIDE_BITS]
-                dx = px - x - means[tile, row * SIDE + (x & MASK), 0]
-                dy = py - y - means[tile, row * SIDE + (x & MASK), 1]
+                dx = px - x - PART * means[tile, row * SIDE + (x & MASK), 0]
+                dy = py - y - PART * means[tile, row * SIDE + (x & MASK), 1]
                 across = dx * nx + dy * ny
                 d2 = across * across + along * (dx * dx + dy * dy - across * across)
                 if best < 0.0 or d2 < best:
@@ -92,18 +95,21 @@ def score(x, y, yaw, beams, every, table, occupied, means, kernel, sigma):
 
 
 @njit(cache=True, nogil=True)
-def log_likelihood(x, y, yaw, beams, table, occupied, means, kernel, sigma, missed):
-    """Return (sum of -d2 / sigma, or ``missed`` where the map has no point near; beams that have one)."""
+def measure(x, y, yaw, beams, table, occupied, means, kernel, score_sigma, likelihood_sigma, missed):
+    """Return the score and the log-likelihood of a pose.
+
+    The latter is the sum of -d2 / likelihood_sigma, or of ``missed`` where the map has no point near.
+    """
     cos, sin = math.cos(yaw), math.sin(yaw)
-    total, found = 0.0, 0
+    total, likelihood = 0.0, 0.0
     for i in range(beams.shape[0]):
         d2, _, _, _, _, _, _ = _look(beams, i, x, y, cos, sin, table, occupied, means, kernel)
         if d2 >= 0.0:
-            total -= d2 / sigma
-            found += 1
+            total += math.exp(-d2 / score_sigma)
+            likelihood -= d2 / likelihood_sigma
         else:
-            total += missed
-    return total, found
+            likelihood += missed
+    return total, likelihood
 
 
 @njit(cache=True, nogil=True)
@@ -174,7 +180,7 @@ def _add(information, gradient, weight, jx, jy, jt, residual):
 
 @njit(cache=True, nogil=True)
 def linearise(x, y, yaw, beams, table, occupied, means, kernel, sigma, information, gradient):
-    """Add every beam's part of the normal equations at a pose, weighted by exp(-d2 / sigma); return the score.
+    """Add every beam's part of the normal equations, weighted by exp(-d2 / sigma); return the score.
 
     Only the lower triangle of ``information`` (3, 3) is written; ``gradient`` (3,) points uphill.
     """
@@ -194,10 +200,10 @@ def linearise(x, y, yaw, beams, table, occupied, means, kernel, sigma, informati
 
 @njit(cache=True, nogil=True)
 def refine(pose, prior_pose, prior, beams, table, occupied, means, kernel, sigma, steps, lower):
-    """Gauss-Newton from ``pose`` (3,), which it overwrites, to the maximum of score and prior; return the score.
+    """Move ``pose`` (3,) by Gauss-Newton to the maximum of score and prior; return the score.
 
-    ``prior`` (3, 3) is the information of ``prior_pose``, in units of one beam's. ``lower`` (3, 3) becomes the
-    Cholesky factor of the information at the maximum.
+    ``prior`` (3, 3) is the information of ``prior_pose``, in units of one beam's. ``lower`` (3, 3)
+    becomes the Cholesky factor of the information at the maximum.
     """
     information, gradient = np.empty((3, 3)), np.empty(3)
     total = 0.0
@@ -233,76 +239,34 @@ class Search(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def find_mode(candidates, beams, every, halvings, search, table, occupied, means, mode):
-    """Climb from every candidate (c, 3) with every ``every``-th beam; ``mode`` (3,) takes the best end.
+def find_mode(candidates, beams, every, enough, search, table, occupied, means, mode):
+    """Climb from candidates (c, 3) in turn, with every ``every``-th beam, until one fits well ``enough``.
 
-    Returns its score with all beams.
+    ``enough`` is the share of the greatest score; ``mode`` (3,) takes the best end. Returns its score.
     """
-    top = -1.0
+    top, goal = -1.0, enough * (beams.shape[0] / every)
+    kernel, sigma = search.kernel, search.score_sigma
     for c in range(candidates.shape[0]):
         x, y, yaw = candidates[c, 0], candidates[c, 1], candidates[c, 2]
         x, y, yaw, value = climb(
-            x,
-            y,
-            yaw,
-            beams,
-            every,
-            table,
-            occupied,
-            means,
-            search.kernel,
-            search.score_sigma,
-            search.step,
-            search.turn,
-            halvings,
+            x, y, yaw, beams, every, table, occupied, means, kernel, sigma, search.step, search.turn, 1
         )
         if value > top:
             top = value
             mode[0], mode[1], mode[2] = x, y, yaw
-    return score(
-        mode[0], mode[1], mode[2], beams, 1, table, occupied, means, search.kernel, search.score_sigma
-    )
+        if top >= goal:
+            break
+    return score(mode[0], mode[1], mode[2], beams, 1, table, occupied, means, kernel, sigma)
 
 
 @njit(cache=True, nogil=True)
-def _climb_and_refine(pose, predicted, prior, beams, table, occupied, means, search, lower):
-    """Move a pose to the maximum that hill climbing and Gauss-Newton find from it; return the score."""
-    pose[0], pose[1], pose[2], _ = climb(
-        pose[0],
-        pose[1],
-        pose[2],
-        beams,
-        1,
-        table,
-        occupied,
-        means,
-        search.kernel,
-        search.score_sigma,
-        search.step,
-        search.turn,
-        search.halvings,
-    )
-    return _refine_and_score(pose, predicted, prior, beams, table, occupied, means, search, lower)
-
-
-@njit(cache=True, nogil=True)
-def _refine_and_score(pose, predicted, prior, beams, table, occupied, means, search, lower):
-    """Move a pose to the maximum that Gauss-Newton finds from it; return the score."""
-    refine(
-        pose,
-        predicted,
-        prior,
-        beams,
-        table,
-        occupied,
-        means,
-        search.kernel,
-        search.refine_sigma,
-        search.steps,
-        lower,
-    )
-    return score(
-        pose[0], pose[1], pose[2], beams, 1, table, occupied, means, search.kernel, search.score_sigma
+def _refine_and_measure(pose, predicted, prior, beams, table, occupied, means, search, lower):
+    """Move a pose to the maximum that Gauss-Newton finds from it; return its score and log-likelihood."""
+    kernel, sigma = search.kernel, search.refine_sigma
+    refine(pose, predicted, prior, beams, table, occupied, means, kernel, sigma, search.steps, lower)
+    sigmas = (search.score_sigma, search.likelihood_sigma)
+    return measure(
+        pose[0], pose[1], pose[2], beams, table, occupied, means, kernel, sigmas[0], sigmas[1], search.missed
     )
 
 
@@ -328,9 +292,10 @@ def match(
 ):
     """Match the scan of particles first to last - 1 against their own maps.
 
-    Each is refined from its start; one that stays below the ``expected`` score climbs from where its motion was
-    drawn, and keeps the better end. Where the scan is ambiguous each keeps what it reached from its own draw.
-    ``poses``, ``scores``, ``likelihoods`` (log) and ``factors`` (Cholesky, of the information) take the results.
+    Each is refined from its start; one that stays below the ``expected`` score climbs from where its motion
+    was drawn, and keeps the better end. Where the scan is ambiguous each keeps what it reached from its own
+    draw. ``poses``, ``scores``, ``likelihoods`` (log) and ``factors`` (Cholesky, of the information) take the
+    results.
     """
     lower = np.zeros((3, 3))
     for p in range(first, last):
@@ -338,30 +303,33 @@ def match(
         pose[:] = starts[p]
         scores[p] = -1.0
         if not is_ambiguous:
-            scores[p] = _refine_and_score(
+            scores[p], likelihoods[p] = _refine_and_measure(
                 pose, predicted[p], priors[p], beams, table, occupied, means, search, factors[p]
             )
-        if scores[p] < expected or is_ambiguous:
-            other = drawn[p].copy()
-            value = _climb_and_refine(
+        if is_ambiguous or scores[p] < expected:
+            x, y, yaw, _ = climb(
+                drawn[p, 0],
+                drawn[p, 1],
+                drawn[p, 2],
+                beams,
+                1,
+                table,
+                occupied,
+                means,
+                search.kernel,
+                search.score_sigma,
+                search.step,
+                search.turn,
+                search.halvings,
+            )
+            other = np.array((x, y, yaw))
+            value, likelihood = _refine_and_measure(
                 other, predicted[p], priors[p], beams, table, occupied, means, search, lower
             )
             if value > scores[p]:
-                scores[p] = value
+                scores[p], likelihoods[p] = value, likelihood
                 pose[:] = other
                 factors[p] = lower
-        likelihoods[p], _ = log_likelihood(
-            pose[0],
-            pose[1],
-            pose[2],
-            beams,
-            table,
-            occupied,
-            means,
-            search.kernel,
-            search.likelihood_sigma,
-            search.missed,
-        )
 
 
 @njit(cache=True, nogil=True)

@@ -12,7 +12,7 @@ UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 
 @njit(cache=True, nogil=True)
 def render_changed(table, stamps, counts, threshold, shown, shown_stamps, canvas):
-    """Draw the tiles that are not drawn already into the canvas (h * SIDE, w * SIDE) int8; return their number.
+    """Draw the tiles that are not in the canvas (h * SIDE, w * SIDE) int8 yet; return their number.
 
     ``shown`` (h, w) and ``shown_stamps`` (h, w) say which tile is drawn where, and its content's stamp.
     """

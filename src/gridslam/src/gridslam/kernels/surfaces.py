@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 STEP_MAX = 3.0
 """Cells between neighbours on one surface, at least."""
 SLANT_MAX = 7.0
-"""Greatest distance between neighbours on one surface, as a multiple of their distance seen from the lidar."""
+"""Greatest distance between neighbours on one surface, as a multiple of that across their bearing."""
+TURN_MAX = 0.1
+"""rad: greatest angle between neighbours on one surface that are farther apart than that."""
 NEIGHBOURS = 2
 """Points on either side that a surface is fitted to, even if they are farther away than REACH."""
 REACH = 3.0
@@ -25,7 +26,7 @@ FLATNESS_MAX = 0.03
 
 @njit(cache=True, nogil=True)
 def thin_out(bearings, ranges, spacing, depth, out_bearings, out_ranges):
-    """Average neighbouring beams whose ends lie within ``spacing`` and ``depth`` of each other; return the number.
+    """Average neighbouring beams whose ends lie within ``spacing`` and ``depth``; return the number.
 
     Bearings (n,) ascend; spacing and depth are in the ranges' unit. The out arrays (n,) take the means.
     """
@@ -54,7 +55,7 @@ def _are_neighbours(points, i, j):
     distance = math.hypot(xi - xj, yi - yj)
     near = min(math.hypot(xi, yi), math.hypot(xj, yj))
     turn = abs(math.atan2(xi * yj - yi * xj, xi * xj + yi * yj))
-    return distance <= max(STEP_MAX, SLANT_MAX * turn * near)
+    return distance <= STEP_MAX or (turn <= TURN_MAX and distance <= SLANT_MAX * turn * near)
 
 
 @njit(cache=True, nogil=True)

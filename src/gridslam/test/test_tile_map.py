@@ -1,0 +1,141 @@
+"""Tiles shared by particles: whatever is written and resampled, their maps are those of plain copies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_maps import beams_from, plain_of
+
+from gridslam import reference
+from gridslam.errors import MapError
+from gridslam.kernels.insertion import EMPTY, SIDE
+from gridslam.tile_map import TileMaps, TilePool
+from gridslam.workers import Workers
+
+PARTICLES, DELTA = 4, 0.05
+WORKERS = Workers(1)
+HALF = 4 * SIDE
+"""Half the side of the plain copies, in cells about the map's origin."""
+
+pose = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-3.1, 3.1))
+write = st.tuples(
+    st.just("write"), st.lists(pose, min_size=PARTICLES, max_size=PARTICLES), st.integers(0, 99)
+)
+resampling = st.tuples(
+    st.just("resample"), st.lists(st.integers(0, PARTICLES - 1), min_size=PARTICLES, max_size=PARTICLES)
+)
+
+
+class PlainCopies:
+    """Maps without tiles, each a whole copy of its own."""
+
+    def __init__(self):
+        self.maps = [reference.PlainMap.empty(2 * HALF, 2 * HALF) for _ in range(PARTICLES)]
+
+    def insert(self, poses, beams):
+        for plain, (x, y, yaw) in zip(self.maps, poses):
+            corner = np.array((x, y)) / DELTA + HALF
+            lidar, *ends = reference.turned(yaw, np.vstack((beams.lidar, beams.ends))) + corner
+            reference.insert(plain, lidar, ends, beams.hits)
+
+    def resample(self, parents):
+        self.maps = [self.maps[parent].copy() for parent in parents]
+
+
+def check_pool(maps: TileMaps) -> None:
+    """Every tile is either free or referenced, exactly as often as the tables say."""
+    pool = maps.pool
+    references = np.bincount(maps.tables.ravel(), minlength=pool.capacity)
+    references[EMPTY] = 0
+    np.testing.assert_array_equal(pool.references, references)
+    free = pool.free[: pool.free_count].tolist()
+    assert sorted(free) == [tile for tile in range(1, pool.capacity) if references[tile] == 0]
+    assert not pool.counts[EMPTY].any()
+
+
+def check_maps(maps: TileMaps, copies: PlainCopies) -> None:
+    low = HALF + maps.corner[::-1] * SIDE
+    high = low + np.array(maps.tables.shape[1:]) * SIDE
+    ours, theirs = np.maximum(-low, 0), np.maximum(low, 0)
+    size = np.minimum(high, 2 * HALF) - theirs
+    for particle, plain in enumerate(copies.maps):
+        seen = plain_of(maps, particle)
+        for name in ("hits", "visits"):
+            window = getattr(seen, name)[ours[0] : ours[0] + size[0], ours[1] : ours[1] + size[1]]
+            whole = getattr(plain, name)
+            expected = whole[theirs[0] : theirs[0] + size[0], theirs[1] : theirs[1] + size[1]]
+            np.testing.assert_array_equal(window, expected)
+            assert getattr(seen, name).sum() == whole.sum()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.one_of(write, resampling), min_size=1, max_size=8))
+def test_shared_tiles_equal_plain_copies(actions):
+    maps, copies = TileMaps(PARTICLES, DELTA), PlainCopies()
+    maps.pool = TilePool(3)  # so that it must grow on the way
+    for kind, *given_values in actions:
+        if kind == "write":
+            poses, seed = np.array(given_values[0]), given_values[1]
+            beams = beams_from(np.random.default_rng(seed), 6)
+            maps.insert(poses, beams, WORKERS)
+            copies.insert(poses, beams)
+        else:
+            maps.resample(np.array(given_values[0]))
+            copies.resample(given_values[0])
+        check_pool(maps)
+    check_maps(maps, copies)
+
+
+def test_resampling_copies_no_tile_and_writing_only_those_it_changes():
+    # given two particles that have mapped 20 m apart
+    maps, beams = TileMaps(2, DELTA), beams_from(np.random.default_rng(1), 30, reach=10.0)
+    maps.insert(np.array([(0.0, 0.0, 0.0), (20.0, 0.0, 0.0)]), beams, WORKERS)
+    before = maps.pool.used
+    # when the second takes over the first one's map
+    maps.resample(np.array([0, 0]))
+    shared = np.unique(maps.tables)
+    # then all tiles are shared and those of the other are free again
+    assert maps.pool.used == len(shared) - 1 < before
+    assert (maps.tables[0] == maps.tables[1]).all()
+    # and when both write on, far away from what they share, that stays shared
+    maps.insert(np.array([(0.0, 20.0, 0.0), (0.0, 20.0, 0.1)]), beams, WORKERS)
+    assert set(shared) <= set(maps.tables[0].ravel()) & set(maps.tables[1].ravel())
+
+
+def test_one_particle_writes_in_place():
+    maps, beams = TileMaps(1, DELTA), beams_from(np.random.default_rng(2), 30)
+    maps.insert(np.zeros((1, 3)), beams, WORKERS)
+    table = maps.tables.copy()
+    maps.insert(np.zeros((1, 3)), beams, WORKERS)
+    np.testing.assert_array_equal(maps.tables, table)
+
+
+@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1), (-1, -1)])
+def test_the_window_grows_in_every_direction(direction):
+    # given something mapped at the origin
+    maps, beams = TileMaps(1, DELTA), beams_from(np.random.default_rng(3), 10, reach=5.0)
+    maps.insert(np.zeros((1, 3)), beams, WORKERS)
+    before = plain_of(maps, 0).visits
+    old_corner = maps.corner.copy()
+    # when the window is asked to reach 100 m away
+    place = 100.0 * np.array(direction)
+    maps.cover(np.minimum(place, 0.0), np.maximum(place, 0.0))
+    # then it does, and what was there is where it was
+    low, size = maps.corner * SIDE * DELTA, np.array(maps.tables.shape[:0:-1]) * SIDE * DELTA
+    assert (low <= np.minimum(place, 0.0)).all()
+    assert (low + size >= np.maximum(place, 0.0)).all()
+    x, y = (old_corner - maps.corner) * SIDE
+    after = plain_of(maps, 0).visits
+    np.testing.assert_array_equal(after[y : y + before.shape[0], x : x + before.shape[1]], before)
+    assert after.sum() == before.sum()
+
+
+def test_a_map_of_absurd_size_is_refused_and_nothing_changes():
+    maps = TileMaps(2, DELTA)
+    maps.cover((0.0, 0.0), (1.0, 1.0))
+    shape = maps.tables.shape
+    with pytest.raises(MapError, match="check the odometry, or choose a larger delta"):
+        maps.cover((-1e5, 0.0), (1e5, 1e5))
+    assert maps.tables.shape == shape

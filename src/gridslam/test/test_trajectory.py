@@ -1,0 +1,63 @@
+"""Paths that share ancestors, and what odometry fills in between."""
+
+from __future__ import annotations
+
+import gc
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gridslam import se2
+from gridslam.trajectory import Node, Trajectory, TrajectoryTree
+
+PARTICLES = 3
+parents = st.lists(st.integers(0, PARTICLES - 1), min_size=PARTICLES, max_size=PARTICLES).map(np.array)
+
+
+@settings(max_examples=50)
+@given(st.lists(parents, min_size=1, max_size=30))
+def test_paths_equal_plain_copies(history):
+    tree, copies, rng = TrajectoryTree(PARTICLES), [[] for _ in range(PARTICLES)], np.random.default_rng(0)
+    for stamp, chosen in enumerate(history):
+        poses = rng.uniform(-1.0, 1.0, (PARTICLES, 3))
+        tree.extend(stamp, poses)
+        copies = [[*path, pose] for path, pose in zip(copies, poses)]
+        tree.resample(chosen)
+        copies = [list(copies[parent]) for parent in chosen]
+    again = TrajectoryTree.from_arrays(**tree.to_arrays())
+    for particle, path in enumerate(copies):
+        np.testing.assert_array_equal(tree.path(particle), path)
+        np.testing.assert_array_equal(again.path(particle), path)
+    assert again.stamps_s == tree.stamps_s == list(range(len(history)))
+
+
+def test_branches_without_particles_are_forgotten():
+    tree = TrajectoryTree(30)
+    for stamp in range(100):
+        tree.extend(stamp, np.zeros((30, 3)))
+        tree.resample(np.zeros(30, int))
+    gc.collect()
+    alive = sum(isinstance(thing, Node) for thing in gc.get_objects())
+    assert len(tree.to_arrays()["node_poses"]) == 100
+    assert alive <= 100 + 30
+
+
+def test_a_long_path_is_freed_without_recursion():
+    tree = TrajectoryTree(1)
+    for stamp in range(200_000):
+        tree.leaves[0] = Node((0.0, 0.0, float(stamp)), tree.leaves[0])
+    tree.leaves[0] = None
+
+
+def test_odometry_fills_in_and_what_it_missed_is_spread_evenly():
+    # given two poses, 2 s apart; odometry saw half the way in the first second and turned as it went
+    odometry = np.array([(5.0, 5.0, 0.0), (5.5, 5.0, 0.1), (6.0, 5.1, 0.2), (7.0, 5.1, 0.2)])
+    trajectory = Trajectory(np.array([10.0, 12.0]), np.array([(0.0, 0.0, 0.0), (1.1, 0.1, 0.3)]))
+    filled = trajectory.filled(np.array([10.0, 11.0, 12.0, 13.0]), odometry)
+    # then the poses are kept, the one between is odometry's and half of what it missed
+    np.testing.assert_allclose(filled[[0, 2]], trajectory.poses_in_map, atol=1e-12)
+    np.testing.assert_allclose(filled[1], (0.5 + 0.05, 0.0, 0.1 + 0.05), atol=1e-12)
+    # and after the last one odometry carries on
+    expected = se2.compose(trajectory.poses_in_map[1], se2.between(odometry[2], odometry[3]))
+    np.testing.assert_allclose(filled[3], expected, atol=1e-12)
