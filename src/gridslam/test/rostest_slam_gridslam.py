@@ -239,6 +239,8 @@ class SlamGridslamTest(unittest.TestCase):
             self.assert_maps(1.2)
             answer = rospy.ServiceProxy(NODE + "/load_state", Trigger)()
             self.assertTrue(answer.success, answer.message)
+            saved = rospy.Time.from_sec(self.now_s - 1.0)
+            self.maps.last(lambda grid: grid.header.stamp == saved, "the map of the saved state")
             self.step((0.6, 0.55, 0.0))
             self.assert_maps(0.6)
             rospy.set_param(NODE + "/state_file", folder + "/nothing")
