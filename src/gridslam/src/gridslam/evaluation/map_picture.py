@@ -29,7 +29,7 @@ def draw_map_error(
     """Write a picture: map, true walls and both paths; beside them how far the occupied cells are off."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.0, 6.0), layout="constrained")
+    figure = Figure(figsize=(10.0, 5.0), layout="constrained")
     plan, spread = figure.subplots(1, 2, gridspec_kw={"width_ratios": (2.2, 1.0)})
     _draw_plan(plan, grid, walls, map_in_world)
     for trajectory, style, label in ((truth, "0.55", "true path"), (estimate, "#2b6cb0", "estimated path")):
@@ -98,4 +98,5 @@ def _draw_spread(ax, grid, walls, accuracy: MapAccuracy, map_in_world) -> None:
         fontsize=9,
     )
     ax.spines[["top", "right"]].set_visible(False)
+    ax.set_box_aspect(1.0)
     ax.legend(loc="lower right", frameon=False, fontsize=8)

@@ -35,6 +35,18 @@ def mark_free(lidar_xy, ends_xy, hits, free):
 
 
 @njit(cache=True, nogil=True)
+def stamp_fits(cells, profile, fits):
+    """Let the cells (h, w) about each point's cell (n, 2: x, y) fit as well as a square ``profile`` says."""
+    height, width = fits.shape
+    reach = profile.shape[0] // 2
+    for i in range(cells.shape[0]):
+        x, y = cells[i, 0], cells[i, 1]
+        for row in range(max(0, y - reach), min(height, y + reach + 1)):
+            for column in range(max(0, x - reach), min(width, x + reach + 1)):
+                fits[row, column] = max(fits[row, column], profile[row - y + reach, column - x + reach])
+
+
+@njit(cache=True, nogil=True)
 def _sums(table, cells, dx, dy):
     """Sum both values at every point (n, 2) of integer cells, moved by dx, dy; outside nothing is known."""
     height, width = table.shape[:2]
