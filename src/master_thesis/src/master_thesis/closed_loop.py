@@ -15,7 +15,7 @@ from typing import Callable, Protocol, Sequence, Tuple
 
 import numpy as np
 
-from cepa import ALGORITHMS, CepaParameters, LaserScan2D, LidarAttitude, levelled
+from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters, LaserScan2D, LidarAttitude, levelled
 from cepa.algorithm import Algorithm
 from inspection_tools import (
     LidarMedianFilter,
@@ -43,6 +43,8 @@ from simulation_tools.simulation import Simulation, SimulationParameters, StepOu
 
 Velocity = Tuple[float, float, float]
 POSE_SOURCES = ("ground_truth", "odometry")
+CEPA = CepaParameters(speed_fractions=SLOW_DETOURS)
+"""CEPA's parameters as cepa.launch has them."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ class ClosedLoopParameters:
     patience_s: float = 60.0
     algorithm: str = "improved"
     pose_source: str = "ground_truth"
-    cepa: CepaParameters = field(default_factory=CepaParameters)
+    cepa: CepaParameters = CEPA
     median_filter: MedianFilterParameters = field(default_factory=MedianFilterParameters)
     padding: PaddingParameters = field(default_factory=PaddingParameters)
     position_controller: PositionControllerParameters = field(default_factory=PositionControllerParameters)

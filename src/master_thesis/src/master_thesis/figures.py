@@ -143,6 +143,7 @@ class TimeSeries:
     label: str
     curves: tuple[tuple[str, np.ndarray], ...]
     limit: tuple[str, float] | None = None
+    legend_at: str = "lower center"
 
 
 def time_series_png(title: str, panels: tuple[TimeSeries, ...]) -> bytes:
@@ -159,7 +160,7 @@ def time_series_png(title: str, panels: tuple[TimeSeries, ...]) -> bytes:
         axes.tick_params(labelsize=7)
         axes.grid(alpha=0.3, lw=0.4)
         if len(panel.curves) > 1 or panel.limit:
-            axes.legend(fontsize=7, frameon=False, ncol=4, loc="lower center")
+            axes.legend(fontsize=7, frameon=False, ncol=4, loc=panel.legend_at)
     all_axes[0].set_title(title, fontsize=9)
     all_axes[-1].set_xlabel("time [s]", **_STYLE)
     figure.align_ylabels(all_axes)

@@ -32,7 +32,7 @@ class LetGoParameters:
     variation: int = 0
     seed: int = 1
     lidar: str = "ust"
-    cepa: CepaParameters = field(default_factory=lambda: CepaParameters(r_lb=R_LB_M))
+    cepa: CepaParameters = field(default_factory=lambda: replace(CEPA, r_lb=R_LB_M))
     trial: TrialParameters = field(default_factory=TrialParameters)
 
     @property

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cepa import CepaParameters
 from inspection_tools import PositionControllerParameters, read_mission
 from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.errors import FlightError
@@ -83,7 +82,7 @@ def parameters_of(
     return ClosedLoopParameters(
         simulation,
         mission=read_mission(scenario.mission_path),
-        cepa=CepaParameters(r_ub=R_UB_M),
+        cepa=replace(CEPA, r_ub=R_UB_M),
         duration_s=scenario.duration_s,
         position_controller=replace(PositionControllerParameters(), max_speed=scenario.speed_m_s),
     )

@@ -88,7 +88,9 @@ def _write_pictures(
     online = trajectory_error(run.online, survey.truth)
     panels = (
         TimeSeries(
-            "SLAM [m]", (("path at the end", _curve(errors[0])), ("as believed in flight", _curve(online)))
+            "SLAM [m]",
+            (("path at the end", _curve(errors[0])), ("as believed in flight", _curve(online))),
+            legend_at="upper left",
         ),
         TimeSeries("odometry [m]", (("odometry alone", _curve(errors[1])),)),
     )
