@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from simulation_tools.geometry import Pose
+from simulation_tools.payload import PayloadError, further_sensors, unsimulated
 from simulation_tools.sdf.frames import OPTICAL
 from simulation_tools.sdf.parser import parse_model
 from simulation_tools.sensors.barometer import pressure_pa
@@ -17,6 +18,7 @@ from simulation_tools.uav import load_uav
 from simulation_tools.world.world import BodyState
 
 EMPTY = str(Path(__file__).resolve().parents[1] / "worlds" / "empty.world")
+MODELS = Path(__file__).resolve().parents[1] / "models"
 FOUR = ("range_finder", "camera", "depth_camera", "barometer")
 
 
@@ -217,7 +219,25 @@ def test_a_sensor_on_the_gimbal_turns_with_it(make):
     assert np.ptp(floor[:, 2]) < 0.1  # level: the floor is one height, whichever way a channel looks
 
 
-def test_further_lidars_are_told_of():
+def test_two_sensors_of_one_name_are_refused(tmp_path):
+    twin = (
+        (Path(EMPTY).parents[1] / "models/barometer/model.sdf").read_text().replace("barometer_link", "other")
+    )
+    (tmp_path / "twin.sdf").write_text(twin)
+    with pytest.raises(PayloadError, match='Two sensors are called "barometer"'):
+        further_sensors(load_uav("iris", sensors=("barometer", str(tmp_path / "twin.sdf"))))
+
+
+def test_a_second_flat_lidar_is_told_of(tmp_path):
+    lidar = (MODELS / "lidar_urg/model.sdf").read_text()
+    (tmp_path / "second.sdf").write_text(lidar.replace('"hokuyo"', '"second"').replace('"lidar"', '"spare"'))
+    uav = load_uav("iris", "ust", sensors=(str(tmp_path / "second.sdf"),))
+    (sentence,) = unsimulated(uav)
+    assert '"spare" is not simulated' in sentence
+    assert unsimulated(load_uav("iris", "puck", sensors=FOUR)) == ()
+
+
+def test_a_range_finder_is_no_lidar():
     uav = load_uav("iris", "ust", sensors=("range_finder",))
     assert uav.lidar.link == "hokuyo"
     assert uav.model.link("range_finder_link")

@@ -10,6 +10,7 @@ from typing import Callable, Union
 
 import numpy as np
 
+from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.schedule import Schedule
 from simulation_tools.sdf.elements import AirPressureSensor, CameraSensor, Link, Model, RaySensor, Sensor
@@ -22,6 +23,10 @@ from simulation_tools.world.world import PhysicsWorld
 
 Reading = Union[float, Cloud, np.ndarray]
 Device = Union[RangeFinder, CloudLidar, Camera, Barometer]
+
+
+class PayloadError(SimulationToolsError):
+    """The further sensors of a UAV cannot be together."""
 
 
 class PayloadSensor:
@@ -70,8 +75,15 @@ def payload_sensors(
 
 
 def further_sensors(uav: Uav) -> list[tuple[Link, Sensor]]:
-    """Return (link, sensor) of what is simulated on demand."""
-    return [pair for pair in _sensors(uav.model) if kind_of(pair[1])]
+    """Return (link, sensor) of what is simulated on demand; PayloadError when two are called alike."""
+    found = [pair for pair in _sensors(uav.model) if kind_of(pair[1])]
+    names = [sensor.name for _, sensor in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise PayloadError(
+                f'{uav.model.source}: Two sensors are called "{name}", as their topics are; rename one.'
+            )
+    return found
 
 
 def unsimulated(uav: Uav) -> tuple[str, ...]:
