@@ -13,7 +13,7 @@ from gridslam.loop_closure.consistency import MeasuredPath, contradictions, larg
 from gridslam.loop_closure.match import Closure, Match
 from gridslam.loop_closure.matcher import Window, correlate
 from gridslam.loop_closure.parameters import LoopClosureParameters
-from gridslam.loop_closure.pose_graph import ShortestWays, optimise
+from gridslam.loop_closure.pose_graph import ShortestWays, import_gtsam, optimise
 from gridslam.loop_closure.refinement import refine
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
@@ -37,9 +37,13 @@ class Slam(Protocol):
 
 
 class LoopCloser:
-    """Watches a filter that keeps its scans, and corrects it."""
+    """Watches a filter that keeps its scans, and corrects it.
+
+    Raises SlamError where GTSAM is not installed: now, not in flight.
+    """
 
     def __init__(self, parameters: LoopClosureParameters | None = None) -> None:
+        import_gtsam()
         self._parameters = parameters or LoopClosureParameters()
         self._chain = Chain(self._parameters)
         self._matches: list[Match] = []

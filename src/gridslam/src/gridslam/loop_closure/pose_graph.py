@@ -29,7 +29,7 @@ def optimise(chain: Chain, closures: Sequence[Match]) -> np.ndarray:
     Raises:
         SlamError: GTSAM is not installed.
     """
-    gtsam = _gtsam()
+    gtsam = import_gtsam()
     graph, start = gtsam.NonlinearFactorGraph(), gtsam.Values()
     fixed = gtsam.noiseModel.Isotropic.Sigma(3, ANCHOR_SIGMA)
     graph.add(gtsam.PriorFactorPose2(0, gtsam.Pose2(*chain.poses[0]), fixed))
@@ -50,7 +50,8 @@ def optimise(chain: Chain, closures: Sequence[Match]) -> np.ndarray:
     return np.array([(pose.x(), pose.y(), pose.theta()) for pose in poses])
 
 
-def _gtsam():
+def import_gtsam():
+    """Return the module gtsam, which takes a while to load; raises SlamError where there is none."""
     try:
         import gtsam
     except ImportError as error:
