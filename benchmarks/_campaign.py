@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.stats import chi2
 
 from cepa import CepaParameters
 from inspection_tools import PositionControllerParameters
-from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.experiment import ExperimentParameters, Phase
 from master_thesis.world_writer import Colour, Cylinder, Part, Prop, Surroundings, write_world
 from simulation_tools.simulation import SimulationParameters
@@ -34,9 +34,9 @@ RADII_M = (0.12, 0.30)
 STUCK_S = 12.0
 """A flight that comes no nearer to the goal for so long is stuck."""
 VARIANTS = {
-    "": CepaParameters(),
-    "velocity_aware": CepaParameters(velocity_aware_emergency=True),
-    "levelling": CepaParameters(levelling=True),
+    "": CEPA,
+    "velocity_aware": replace(CEPA, velocity_aware_emergency=True),
+    "levelling": replace(CEPA, levelling=True),
 }
 """What is flown besides the defaults: each extension that is off by default, on."""
 _BARK = Colour(0.55, 0.40, 0.27)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from benchmarks._report import ROOT
-from cepa import CepaParameters, Decision, Improved, LaserScan2D
+from cepa import Decision, Improved, LaserScan2D
 from cepa.algorithm import Algorithm
-from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.experiment import Phase
 from simulation_tools.simulation import SimulationParameters
 
@@ -48,7 +48,7 @@ def record(parameters: ClosedLoopParameters) -> list[Question]:
     Raises:
         RuntimeError: the flight failed, so that its scans stand for nothing.
     """
-    recorder = Recorder(Improved(CepaParameters()))
+    recorder = Recorder(Improved(CEPA))
     with ClosedLoop(parameters, recorder) as loop:
         loop.run_to(Phase.FLYING)
         recorder.questions.clear()

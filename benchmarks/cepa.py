@@ -28,6 +28,7 @@ from benchmarks._report import Report, options, table
 from benchmarks._thesis import TABLE_8_1_MS
 from cepa import ALGORITHMS, CepaParameters
 from cepa.algorithm import Algorithm
+from master_thesis.closed_loop import CEPA
 from master_thesis.scenario import SCENARIOS
 
 REPLAYS = 2
@@ -75,10 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def measure_scenario(name: str, goal_x_m: float = 40.0) -> dict:
     """Fly a scenario, replay it; return the figures of both algorithms."""
     questions = record(scenario(name, goal_x_m=goal_x_m))
-    figures = {
-        algorithm: replay(make(CepaParameters()), questions, REPLAYS)
-        for algorithm, make in ALGORITHMS.items()
-    }
+    figures = {algorithm: replay(make(CEPA), questions, REPLAYS) for algorithm, make in ALGORITHMS.items()}
     figures["speedup"] = figures["original"]["mean_us"] / figures["improved"]["mean_us"]
     figures["scans"] = len(questions)
     return figures

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from cepa import ALGORITHMS, CepaParameters
+from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -55,11 +55,11 @@ def test_every_parameter_has_a_sentence_and_numbers_have_limits(name):
         assert least < most
 
 
-def test_the_yaml_file_holds_every_default_and_says_what_it_does():
+def test_the_yaml_file_holds_every_default_but_slower_detours_and_says_what_it_does():
     path = PACKAGE / "config/cepa.yaml"
     config = yaml.safe_load(path.read_text())
     config["speed_fractions"] = fractions(config["speed_fractions"])
-    assert config == as_config(CepaParameters())
+    assert config == as_config(CepaParameters(speed_fractions=SLOW_DETOURS))
     assert config["algorithm"] in ALGORITHMS
     lines = [line for line in path.read_text().splitlines() if line.split("#")[0].strip()]
     assert all("Default" in line or "default" in line for line in lines), lines

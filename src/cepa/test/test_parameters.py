@@ -8,7 +8,7 @@ from cepa import CepaError, CepaParameters, ParameterError
 def test_defaults_are_those_that_were_tuned():
     p = CepaParameters()
     assert (p.r_lb, p.r_ub, p.time_horizon, p.body_radius) == (0.5, 1.2, 1.5, 0.35)
-    assert (p.k_filter, p.emergency_lookahead, p.speed_fractions) == (50.0, 1.2, (0.8, 0.6, 0.4, 0.2))
+    assert (p.k_filter, p.emergency_lookahead, p.speed_fractions) == (50.0, 1.2, (1.0, 0.75, 0.5, 0.25))
     assert not p.unseen_is_free
 
 

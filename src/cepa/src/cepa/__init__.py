@@ -5,7 +5,7 @@ from cepa.errors import AttitudeError, CepaError, ParameterError, ScanError, Vel
 from cepa.improved import Improved
 from cepa.levelling import LidarAttitude, levelled
 from cepa.original import Original
-from cepa.parameters import CepaParameters
+from cepa.parameters import SLOW_DETOURS, CepaParameters
 from cepa.scan import LaserScan2D
 
 ALGORITHMS = {"improved": Improved, "original": Original}
@@ -13,6 +13,7 @@ ALGORITHMS = {"improved": Improved, "original": Original}
 
 __all__ = [
     "ALGORITHMS",
+    "SLOW_DETOURS",
     "AttitudeError",
     "CepaError",
     "CepaParameters",

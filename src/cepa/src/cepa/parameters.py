@@ -7,6 +7,9 @@ from dataclasses import dataclass, fields
 
 from cepa.errors import ParameterError
 
+SLOW_DETOURS = (0.8, 0.6, 0.4, 0.2)
+"""Speed fractions for a UAV that takes its time to follow (PX4: 0.9 s); config/cepa.yaml flies with them."""
+
 
 @dataclass(frozen=True)
 class CepaParameters:
@@ -34,7 +37,7 @@ class CepaParameters:
     """k_4, s3/m3, improved only: k_1 = |v_UAV| k_4 + k_5."""
     k5: float = 6.0
     """k_5, s2/m2, improved only: see k4."""
-    speed_fractions: tuple[float, ...] = (0.8, 0.6, 0.4, 0.2)
+    speed_fractions: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
     """Speeds tried in every direction, as fractions of |v_ref|, each in (0, 1]; v_ref itself is tried too."""
     body_radius: float = 0.35
     """m: radius of the UAV; the emergency avoidance flies only where a body of this radius fits."""

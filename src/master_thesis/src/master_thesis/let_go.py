@@ -6,13 +6,13 @@ count.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Sequence
 
 import numpy as np
 
 from cepa import CepaParameters
-from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.emergency_trial import EmergencyTrial, TrialAction, TrialParameters
 from master_thesis.placements import R_LB_M, Obstacle, freeze_frame, placement, varied
 from simulation_tools.publisher import PublisherParameters

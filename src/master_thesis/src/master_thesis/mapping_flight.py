@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from inspection_tools import PositionControllerParameters, read_mission
-from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.errors import FlightError
 from master_thesis.experiment import Phase
 from master_thesis.flight_recording import FlightRecorder, FlightRecording
