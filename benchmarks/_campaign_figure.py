@@ -13,15 +13,25 @@ from matplotlib.patches import Circle
 
 from benchmarks._campaign import GOAL_X_M, HALF_WIDTH_M, SPEEDS_M_S, Flown, figures
 
-COLOURS = {"original": "#c2410c", "improved": "#1f3b73"}
-MARKERS = {"original": "s", "improved": "o"}
-OFFSET_M_S = {"original": -0.06, "improved": 0.06}
+COLOURS = {
+    "original": "#c2410c",
+    "improved": "#1f3b73",
+    "improved_velocity_aware": "#0f8a5f",
+    "improved_levelling": "#9a7bd0",
+}
+MARKERS = {"original": "s", "improved": "o", "improved_velocity_aware": "^", "improved_levelling": "v"}
+OFFSET_M_S = {
+    "original": -0.15,
+    "improved": -0.05,
+    "improved_velocity_aware": 0.05,
+    "improved_levelling": 0.15,
+}
 """Beside each other, so that the intervals can be told apart."""
 _SMALL = {"fontsize": 8}
 
 
 def png(flown: dict[str, list[Flown]]) -> bytes:
-    """Draw the flights (by algorithm, in mixed speeds over the same forests); return the PNG file's bytes."""
+    """Draw the flights (by algorithm and variant, in mixed speeds over the same forests); return the PNG."""
     figure = Figure(figsize=(7.2, 5.4), layout="constrained")
     grid = figure.add_gridspec(2, 3, height_ratios=(1.0, 1.2))
     rates, arrivals, times = (figure.add_subplot(grid[0, column]) for column in range(3))
@@ -66,7 +76,11 @@ def _draw_by_speed(axes: Axes, flown: dict[str, list[Flown]], measure: Measure, 
                 points.append((speed + OFFSET_M_S[algorithm], *value))
         if points:
             x, middle, low, high = np.array(points).T
-            style = {"color": COLOURS[algorithm], "marker": MARKERS[algorithm], "label": algorithm}
+            style = {
+                "color": COLOURS[algorithm],
+                "marker": MARKERS[algorithm],
+                "label": algorithm.replace("_", " ", 1).replace("_", "-"),
+            }
             axes.errorbar(x, middle, (middle - low, high - middle), ms=4, lw=1, capsize=2, **style)
     axes.set_xlabel("reference speed [m/s]", **_SMALL)
     axes.set_ylabel(label, **_SMALL)
