@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
+import json
 import os
 import re
 import shutil
@@ -178,3 +180,18 @@ def parameters(group):
     yield from group["parameters"]
     for inner in group["groups"]:
         yield from parameters(inner)
+
+
+@pytest.mark.parametrize("path", files("*/rqt/*.perspective"), ids=name)
+def test_the_perspective_publishes_what_the_launch_files_know(path):
+    manager = json.loads(path.read_text())["groups"]["pluginmanager"]
+    running = ast.literal_eval(manager["keys"]["running-plugins"]["repr"])
+    publisher = manager["groups"]["plugin__rqt_publisher__Publisher__1"]["groups"]["plugin"]
+    published = ast.literal_eval(ast.literal_eval(publisher["keys"]["publishers"]["repr"]))
+    launched = "".join(launch.read_text() for launch in LAUNCH)
+    assert {"rqt_publisher/Publisher", "rqt_reconfigure/Param"} <= set(running)
+    assert published
+    for entry in published:
+        assert f'"{entry["topic_name"]}"' in launched
+        assert not entry["enabled"], "nothing flies by opening a window"
+        assert all(field.startswith(entry["topic_name"] + "/") for field in entry["expressions"])
