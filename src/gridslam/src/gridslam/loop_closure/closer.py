@@ -158,6 +158,7 @@ class LoopCloser:
             p.score_min,
             p.rival_distance_m,
             p.rival_share_max,
+            p.rival_overlap_min,
         )
         if optimum is None or optimum.rival_score > p.rival_share_max * optimum.score:
             return None

@@ -105,16 +105,20 @@ def correlate(
     score_min: float,
     rival_distance_m: float,
     rival_share: float,
+    rival_overlap_min: float | None = None,
 ) -> Optimum | None:
     """Search a window for the pose at which two local maps agree best; None: none scores over `score_min`.
 
     Rivals are looked for `rival_distance_m` or farther from it; one that has less than `rival_share` of its
-    score is reported as having that share.
+    score is reported as having that share. For them less overlap is enough (`rival_overlap_min`; None: it is
+    not): the true place may be one of which little has been seen again so far.
     """
     correlation = Correlation(reference, query, window, overlap_min)
     optimum = correlation.best(score_min)
     if optimum is None:
         return None
+    if rival_overlap_min is not None:
+        correlation = Correlation(reference, query, window, rival_overlap_min)
     rival = correlation.rival_score(optimum, rival_distance_m, rival_share * optimum.score)
     return Optimum(optimum.query_in_reference, optimum.score, rival)
 

@@ -13,7 +13,7 @@ NOT_NEGATIVE = (
     "odometry_rad_per_sqrt_rad",
     "drift_share",
 )
-SHARES = ("score_min", "overlap_min", "rival_share_max")
+SHARES = ("score_min", "overlap_min", "rival_overlap_min", "rival_share_max")
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,8 @@ class LoopClosureParameters:
     """Share of the recent local map that must be comparable."""
     rival_distance_m: float = 0.6
     """m: what fits this far from the best pose is a rival."""
+    rival_overlap_min: float = 0.05
+    """For a rival this share is enough: of the true place little may have been seen again so far."""
     rival_share_max: float = 0.85
     """A match is ambiguous when its best rival reaches more than this share of its score."""
     weakest_sigma_max_m: float = 0.15
