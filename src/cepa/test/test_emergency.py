@@ -94,9 +94,18 @@ class TestOriginal:
 
 class TestImproved:
     @EXAMPLES
-    @given(close_recipes, velocities, velocities, st.sampled_from([0.3, 1.2, 3.0]), st.booleans())
-    def test_the_answer_is_safe_whenever_a_safe_direction_exists(self, recipe, v_ref, v_uav, lookahead, free):
-        p = CepaParameters(emergency_lookahead=lookahead, unseen_is_free=free)
+    @given(
+        close_recipes,
+        velocities,
+        velocities,
+        st.sampled_from([0.3, 1.2, 3.0]),
+        st.booleans(),
+        st.sampled_from([0.0, 0.8]),
+    )
+    def test_the_answer_is_safe_whenever_a_safe_direction_exists(
+        self, recipe, v_ref, v_uav, lookahead, free, v_min
+    ):
+        p = CepaParameters(emergency_lookahead=lookahead, unseen_is_free=free, v_min=v_min)
         scan = recipe.scan()
         decision = Improved(p).steer(scan, v_ref, v_uav)
         beams = scan.full_turn(p.dropout_beams)
@@ -109,6 +118,7 @@ class TestImproved:
             assert decision.reason is Reason.BLOCKED
             return
         assert p.v_min - 1e-12 <= math.hypot(*decision.velocity_xy) <= p.v_max + 1e-12
+        assert decision.velocity_xy != (0.0, 0.0)
         angle = math.atan2(*decision.velocity_xy[::-1])
         assert reference.is_safe(p, beams, angle)
         assert free or beams.seen[nearest_beam(beams, angle)]
@@ -186,6 +196,13 @@ class TestImproved:
         decision = Improved(CepaParameters(r_lb=0.7)).steer(scan, (1.0, 0.0), (0.0, 0.2))
         assert decision.reason is Reason.EMERGENCY_OPEN_SECTION
         assert bearing(decision.velocity_xy) == pytest.approx(90.0, abs=0.3)  # ties: along the own velocity
+
+    @pytest.mark.parametrize(("v_min", "speed"), [(0.0, 1.0), (0.3, 0.3)])
+    def test_a_sum_that_cancels_out_is_no_reason_to_stand_still(self, v_min, speed):
+        scan = look(scene([column(a, 0.65) for a in (45, 135, 225, 315)]))
+        decision = Improved(CepaParameters(r_lb=0.7, v_min=v_min, v_max=1.0)).steer(scan, (1.0, 0.0))
+        assert decision.reason is Reason.EMERGENCY_OPEN_SECTION
+        assert math.hypot(*decision.velocity_xy) == pytest.approx(speed)
 
     @pytest.mark.parametrize("v_uav", [(0.3, 0.0), (-0.3, 0.0)])
     def test_it_does_not_dither_between_equal_ways_out(self, v_uav):

@@ -52,11 +52,11 @@ class Flight:
     """A proposed flight from danger, relative to beam 0."""
 
     angle: float
-    """rad; meaningless while ``cancelled`` is 1."""
+    """rad; meaningless while ``agreement`` is 0."""
     speed: float
     """m/s"""
-    cancelled: float = 0.0
-    """0: all intrusions push one way; 1: they cancel out."""
+    agreement: float = 1.0
+    """1: all intrusions push one way; 0: they cancel out."""
 
     def velocity(self, angle_0: float) -> Vector2:
         """Return the velocity in the scan's frame, m/s."""
@@ -74,9 +74,9 @@ def original_flight(beams: Beams, grid: Grid, parameters: CepaParameters, v_uav:
     x, y, total = sum_of_intrusions(filtered, grid.cos, grid.sin, zone, grid.increment)
     length = math.hypot(x, y)
     if length <= 1e-9 * total:
-        return Flight(0.0, 0.0, 1.0)
+        return Flight(0.0, 0.0, 0.0)
     speed = min(max(parameters.emergency_gain * length, parameters.v_min), parameters.v_max)
-    return Flight(math.atan2(y, x), speed, 1.0 - length / total)
+    return Flight(math.atan2(y, x), speed, length / total)
 
 
 def improved_flight(flight: Flight, beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2):
@@ -86,15 +86,15 @@ def improved_flight(flight: Flight, beams: Beams, grid: Grid, parameters: CepaPa
     good, so that noise does not make the UAV dither between them.
     """
     eligible = beams.seen | parameters.unseen_is_free
-    cancelled = 1.0 - flight.cancelled <= parameters.emergency_cancellation
+    cancelled = flight.agreement <= parameters.emergency_cancellation
     if not cancelled and _is_safe(flight.angle, beams, eligible, grid, parameters):
         return flight, Reason.EMERGENCY_SUM
     corridor = float(parameters.body_radius), float(parameters.emergency_lookahead)
     judge = safe_directions if grid.is_even else safe_directions_one_by_one
     safe = judge(beams.ranges, eligible, grid.cos, grid.sin, *corridor)
     sections = open_sections(safe)
-    speed = max(flight.speed, parameters.v_min)
     proposal = None if cancelled else flight.angle
+    speed = _speed_without_proposal(flight, parameters) if cancelled else flight.speed
     while sections:
         section = _choose(sections, proposal, grid, parameters, v_uav, beams.angle_0)
         for angle in section.from_the_middle(grid):
@@ -102,6 +102,11 @@ def improved_flight(flight: Flight, beams: Beams, grid: Grid, parameters: CepaPa
                 return Flight(angle, speed), Reason.EMERGENCY_OPEN_SECTION
         sections.remove(section)
     return None, Reason.BLOCKED
+
+
+def _speed_without_proposal(flight: Flight, parameters: CepaParameters) -> float:
+    """A sum that cancels out tells no more how fast to flee than where; it must not mean to stand still."""
+    return max(flight.speed, parameters.v_min) if parameters.v_min > 0.0 else parameters.v_max
 
 
 @dataclass(frozen=True)
