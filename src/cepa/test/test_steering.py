@@ -10,6 +10,7 @@ from planar_flight import turn
 from random_scans import full_turn, parameter_sets, recipes, velocities
 
 from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, VelocityError, reference
+from cepa.algorithm import GREATEST_SPEED_M_S
 from cepa.cushion import improved_cushion, original_cushion
 
 EXAMPLES = settings(max_examples=600, deadline=None)
@@ -166,12 +167,18 @@ class TestBoth:
         decision = algorithm(parameters).steer(scan_of({0.0: 1.0}), (1.0, 0.0))
         assert decision.cost == 0.0
 
-    @pytest.mark.parametrize("bad", [(math.nan, 0.0), (1.0,), "ab", None])
+    @pytest.mark.parametrize("bad", [(math.nan, 0.0), (1.0,), "ab", None, (1e160, 0.0), (0.0, -1.1e6)])
     def test_a_velocity_that_is_none_is_refused(self, algorithm, bad):
         with pytest.raises(VelocityError):
             algorithm().steer(empty_scan(), bad)
         with pytest.raises(VelocityError):
             algorithm().steer(empty_scan(), (1.0, 0.0), bad)
+
+    def test_the_greatest_speed_still_has_a_cost(self, algorithm):
+        speed = GREATEST_SPEED_M_S * math.sqrt(0.5)
+        decision = algorithm().steer(scan_of({0.0: 2.0}), (speed, speed), (speed, -speed))
+        assert math.isfinite(decision.cost) or decision.reason is Reason.BLOCKED
+        assert algorithm().steer(empty_scan(), (speed, speed)).velocity_xy == (speed, speed)
 
     def test_one_tuning_serves_every_lidar(self, algorithm):
         def answer(beams):

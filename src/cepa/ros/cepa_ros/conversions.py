@@ -9,8 +9,8 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
+from cepa.algorithm import GREATEST_SPEED_M_S
 
-GREATEST_SPEED_M_S = 1e6
 UNSEEN_INTENSITY = -1.0
 """An intensity that marks a beam as unseen, as lidar_padding does."""
 
@@ -67,7 +67,7 @@ def velocity_of(twist, what: str) -> tuple[float, float, float]:
     velocity = linear.x, linear.y, linear.z
     if not all(math.isfinite(component) for component in velocity):
         raise VelocityError(f"The {what} is not finite: {velocity}.")
-    if max(map(abs, velocity)) > GREATEST_SPEED_M_S:
+    if math.hypot(*velocity) > GREATEST_SPEED_M_S:
         raise VelocityError(
             f"The {what} is beyond {GREATEST_SPEED_M_S:.0e} m/s: {velocity}; check its source."
         )

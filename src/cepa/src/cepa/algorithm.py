@@ -17,6 +17,10 @@ REFERENCE_INCREMENT_RAD = math.radians(0.25)
 """Equation 6.3 is weighted by the increment over this one, so that one tuning of k3 serves every lidar."""
 
 
+GREATEST_SPEED_M_S = 1e6
+"""Nothing flies faster; beyond it the costs would overflow."""
+
+
 @dataclass(frozen=True)
 class Reference:
     """The reference velocity, relative to beam 0."""
@@ -43,7 +47,7 @@ class Algorithm(ABC):
         """Return the velocity to fly; all velocities in m/s in the scan's frame.
 
         Raises:
-            VelocityError: a velocity is not two finite numbers.
+            VelocityError: a velocity is not two finite numbers, or is faster than anything flies.
         """
 
     def beams(self, scan: LaserScan2D) -> Beams:
@@ -79,13 +83,15 @@ def normal_form(scan: LaserScan2D, parameters: CepaParameters) -> Beams:
 
 
 def velocity(value_xy, name: str) -> Vector2:
-    """Return ``value_xy`` as two floats; raises VelocityError unless it is two finite numbers."""
+    """Return ``value_xy`` as two floats; raises VelocityError unless it is two sensible numbers."""
     try:
         x, y = (float(component) for component in value_xy)
     except (TypeError, ValueError):
         raise VelocityError(f"{name} must be two numbers, not {value_xy!r}.") from None
     if not (math.isfinite(x) and math.isfinite(y)):
         raise VelocityError(f"{name} must be finite, not ({x}, {y}).")
+    if math.hypot(x, y) > GREATEST_SPEED_M_S * (1.0 + 1e-9):  # which may have been turned, with rounding
+        raise VelocityError(f"{name} is beyond {GREATEST_SPEED_M_S:.0e} m/s: ({x}, {y}); check its source.")
     return x, y
 
 

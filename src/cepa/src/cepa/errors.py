@@ -14,7 +14,7 @@ class ScanError(CepaError):
 
 
 class VelocityError(CepaError):
-    """A velocity that is not two finite numbers."""
+    """A velocity that is not two finite numbers, or faster than anything flies."""
 
 
 class AttitudeError(CepaError):
