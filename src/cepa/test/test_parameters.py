@@ -1,5 +1,6 @@
 import dataclasses
 
+import numpy as np
 import pytest
 
 from cepa import CepaError, CepaParameters, ParameterError
@@ -19,6 +20,12 @@ def test_parameters_cannot_be_changed_in_place():
 
 def test_speed_fractions_are_sorted_and_unique():
     assert CepaParameters(speed_fractions=[0.5, 1, 0.5]).speed_fractions == (1.0, 0.5)
+
+
+def test_numbers_of_numpy_are_numbers():
+    p = CepaParameters(r_lb=np.float32(0.5), k3=np.float64(0.25), dropout_beams=np.int64(3))
+    assert p == CepaParameters(r_lb=0.5, k3=0.25, dropout_beams=3)
+    assert (type(p.r_lb), type(p.k3), type(p.dropout_beams)) == (float, float, int)
 
 
 @pytest.mark.parametrize(

@@ -108,6 +108,11 @@ def test_a_beam_more_than_a_turn_is_folded_onto_the_first():
         (([1.0, 2.0], 0.0, 0.1, 0.1, 10.0, [True]), "2 ranges but 1 marks"),
         (([[1.0, 2.0]], 0.0, 0.1, 0.1, 10.0), "must be one row"),
         ((["near"], 0.0, 0.1, 0.1, 10.0), "must be numbers"),
+        ((None, 0.0, 0.1, 0.1, 10.0), "must be one row"),
+        (([1.0], None, 0.1, 0.1, 10.0), "angle_min must be a number, not None"),
+        (([1.0], 0.0, "0.1", 0.1, 10.0), "angle_increment must be a number, not '0.1'"),
+        (([1.0], 0.0, 0.1, "a", 10.0), "range_min must be a number, not 'a'"),
+        (([1.0], 0.0, 0.1, 0.1, [10.0]), "range_max must be a number"),
     ],
 )
 def test_a_scan_that_makes_no_sense_is_refused_in_a_sentence(arguments, sentence):

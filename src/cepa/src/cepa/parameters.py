@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 from dataclasses import dataclass, fields
 
 from cepa.errors import ParameterError
@@ -88,8 +89,10 @@ class CepaParameters:
                 if not isinstance(value, bool):
                     raise ParameterError(f"{field.name} must be true or false, not {value!r}.")
                 continue
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            if isinstance(value, bool) or not isinstance(value, numbers.Real) or not math.isfinite(value):
                 raise ParameterError(f"{field.name} must be a finite number, not {value!r}.")
+            number = int(value) if isinstance(value, numbers.Integral) else float(value)
+            object.__setattr__(self, field.name, number)
         try:
             fractions = tuple(float(fraction) for fraction in self.speed_fractions)
         except (TypeError, ValueError):

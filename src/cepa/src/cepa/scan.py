@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +53,9 @@ class LaserScan2D:
             )
 
     def _check_numbers(self):
+        for name in ("angle_min", "angle_increment", "range_min", "range_max"):
+            if not isinstance(getattr(self, name), numbers.Real):
+                raise ScanError(f"The scan's {name} must be a number, not {getattr(self, name)!r}.")
         if not math.isfinite(self.angle_min):
             raise ScanError(f"The scan's angle_min must be finite, not {self.angle_min}.")
         if not FINEST_INCREMENT_RAD <= abs(self.angle_increment) <= math.pi:
@@ -154,7 +158,7 @@ class Grid:
 
 def _vector(values, dtype, name: str) -> np.ndarray:
     try:
-        vector = np.ascontiguousarray(values, dtype=dtype)
+        vector = np.asarray(values, dtype=dtype, order="C")
     except (TypeError, ValueError):
         raise ScanError(f"The scan's {name} must be numbers.") from None
     if vector.ndim != 1:
