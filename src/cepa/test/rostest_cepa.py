@@ -255,7 +255,7 @@ class CepaTest(unittest.TestCase):
                 {"speed_fractions": "fast"},
                 "speed_fractions must be numbers",
                 "speed_fractions",
-                "0.8 0.6 0.4 0.2",
+                DEFAULTS["speed_fractions"],
             ),
             ({"algorithm": "magic"}, "algorithm is 'magic'", "algorithm", "improved"),
         ]
