@@ -14,7 +14,6 @@ from plain_maps import SIZE, WINDOW, plain_of
 from gridslam import reference
 from gridslam.beams import Beams
 from gridslam.kernels import matching
-from gridslam.kernels.insertion import insert
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.tile_map import TileMaps
@@ -53,13 +52,12 @@ class Fixed(reference.PlainMap):
 def room():
     """The room as mapped from three poses near HOME: tiles, and the same in plain tables."""
     maps = TileMaps(1, DELTA)
-    maps.tables = np.arange(1, WINDOW**2 + 1, dtype=np.int32).reshape(1, WINDOW, WINDOW)
+    maps.tables = np.zeros((1, WINDOW, WINDOW), np.int32)
     beams = Beams.from_scan(room_scan(240), SlamParameters(delta=DELTA))
     for shift in ((0.0, 0.0, 0.0), (0.4, -0.3, 0.002), (-0.2, 0.1, -0.001)):
         pose = HOME + shift
         lidar, *ends = reference.turned(pose[2], np.vstack((beams.lidar, beams.ends))) + pose[:2]
-        pool = maps.pool
-        insert(maps.tables[0], lidar, np.array(ends), beams.hits, pool.counts, pool.means, pool.occupied)
+        maps.insert_at(np.zeros((1, 3)), np.vstack((lidar, ends)), beams.hits)
     return (maps.tables[0], maps.pool.occupied, maps.pool.means), Fixed(plain_of(maps, 0))
 
 
@@ -158,16 +156,14 @@ def test_climbing_equals_the_reference_and_improves(room, shift):
 def test_a_wall_is_not_matched_from_behind():
     # given a map of one wall, seen from the left
     maps = TileMaps(1, DELTA)
-    maps.tables = np.arange(1, WINDOW**2 + 1, dtype=np.int32).reshape(1, WINDOW, WINDOW)
-    pool = maps.pool
+    maps.tables = np.zeros((1, WINDOW, WINDOW), np.int32)
     for thickness in (0.0, 1.0):  # two cells thick
         ends = np.array([(60.5 + thickness, 20.5 + row) for row in range(50)])
         for end in ends:
             lidar = np.array([10.5, end[1]])
-            hits = np.ones(1, bool)
-            insert(maps.tables[0], lidar, end[None], hits, pool.counts, pool.means, pool.occupied)
+            maps.insert_at(np.zeros((1, 3)), np.vstack((lidar, end)), np.ones(1, bool))
     beam = np.array([[20.0, 0.0, math.sqrt(2.0), 0.0, 1.0, 0.0, 0.1]])
-    tiles = (maps.tables[0], pool.occupied, pool.means)
+    tiles = (maps.tables[0], maps.pool.occupied, maps.pool.means)
     # then a beam from the left finds it, and one from the right, that ends on its left face, does not
     assert matching.score(40.5, 40.5, 0.0, beam, 1, *tiles, 1, SIGMA) == pytest.approx(1.0)
     assert matching.score(80.5, 40.5, math.pi, beam, 1, *tiles, 0, SIGMA) == 0.0

@@ -12,12 +12,33 @@ from gridslam import MapError, OccupancyGrid, ParameterError, PlanarScan, ScanEr
 
 def test_defaults_are_gmappings():
     expected = {
-        "maxUrange": None, "maxRange": None, "sigma": 0.05, "kernelSize": 1, "lstep": 0.05,
-        "astep": 0.05, "iterations": 5, "lsigma": 0.075, "ogain": 3.0, "lskip": 0, "minimumScore": 0.0, "srr": 0.1, "srt": 0.2,
-        "str": 0.1, "stt": 0.2, "linearUpdate": 1.0, "angularUpdate": 0.5, "temporalUpdate": -1.0,
-        "resampleThreshold": 0.5, "particles": 30, "delta": 0.05, "occ_thresh": 0.25, "llsamplerange": 0.01,
-        "llsamplestep": 0.01, "lasamplerange": 0.005, "lasamplestep": 0.005,
-    }  # fmt: skip
+        "maxUrange": None,
+        "maxRange": None,
+        "sigma": 0.05,
+        "kernelSize": 1,
+        "lstep": 0.05,
+        "astep": 0.05,
+        "iterations": 5,
+        "lsigma": 0.075,
+        "ogain": 3.0,
+        "lskip": 0,
+        "minimumScore": 0.0,
+        "srr": 0.1,
+        "srt": 0.2,
+        "str": 0.1,
+        "stt": 0.2,
+        "linearUpdate": 1.0,
+        "angularUpdate": 0.5,
+        "temporalUpdate": -1.0,
+        "resampleThreshold": 0.5,
+        "particles": 30,
+        "delta": 0.05,
+        "occ_thresh": 0.25,
+        "llsamplerange": 0.01,
+        "llsamplestep": 0.01,
+        "lasamplerange": 0.005,
+        "lasamplestep": 0.005,
+    }
     parameters = SlamParameters()
     assert {name: getattr(parameters, name) for name in expected} == expected
 

@@ -12,10 +12,8 @@ from gridslam import reference
 from gridslam.errors import MapError
 from gridslam.kernels.insertion import EMPTY, SIDE
 from gridslam.tile_map import TileMaps, TilePool
-from gridslam.workers import Workers
 
 PARTICLES, DELTA = 4, 0.05
-WORKERS = Workers(1)
 HALF = 4 * SIDE
 """Half the side of the plain copies, in cells about the map's origin."""
 
@@ -79,7 +77,7 @@ def test_shared_tiles_equal_plain_copies(actions):
         if kind == "write":
             poses, seed = np.array(given_values[0]), given_values[1]
             beams = beams_from(np.random.default_rng(seed), 6)
-            maps.insert(poses, beams, WORKERS)
+            maps.insert(poses, beams)
             copies.insert(poses, beams)
         else:
             maps.resample(np.array(given_values[0]))
@@ -91,7 +89,7 @@ def test_shared_tiles_equal_plain_copies(actions):
 def test_resampling_copies_no_tile_and_writing_only_those_it_changes():
     # given two particles that have mapped 20 m apart
     maps, beams = TileMaps(2, DELTA), beams_from(np.random.default_rng(1), 30, reach=10.0)
-    maps.insert(np.array([(0.0, 0.0, 0.0), (20.0, 0.0, 0.0)]), beams, WORKERS)
+    maps.insert(np.array([(0.0, 0.0, 0.0), (20.0, 0.0, 0.0)]), beams)
     before = maps.pool.used
     # when the second takes over the first one's map
     maps.resample(np.array([0, 0]))
@@ -100,15 +98,15 @@ def test_resampling_copies_no_tile_and_writing_only_those_it_changes():
     assert maps.pool.used == len(shared) - 1 < before
     assert (maps.tables[0] == maps.tables[1]).all()
     # and when both write on, far away from what they share, that stays shared
-    maps.insert(np.array([(0.0, 20.0, 0.0), (0.0, 20.0, 0.1)]), beams, WORKERS)
+    maps.insert(np.array([(0.0, 20.0, 0.0), (0.0, 20.0, 0.1)]), beams)
     assert set(shared) <= set(maps.tables[0].ravel()) & set(maps.tables[1].ravel())
 
 
 def test_one_particle_writes_in_place():
     maps, beams = TileMaps(1, DELTA), beams_from(np.random.default_rng(2), 30)
-    maps.insert(np.zeros((1, 3)), beams, WORKERS)
+    maps.insert(np.zeros((1, 3)), beams)
     table = maps.tables.copy()
-    maps.insert(np.zeros((1, 3)), beams, WORKERS)
+    maps.insert(np.zeros((1, 3)), beams)
     np.testing.assert_array_equal(maps.tables, table)
 
 
@@ -116,7 +114,7 @@ def test_one_particle_writes_in_place():
 def test_the_window_grows_in_every_direction(direction):
     # given something mapped at the origin
     maps, beams = TileMaps(1, DELTA), beams_from(np.random.default_rng(3), 10, reach=5.0)
-    maps.insert(np.zeros((1, 3)), beams, WORKERS)
+    maps.insert(np.zeros((1, 3)), beams)
     before = plain_of(maps, 0).visits
     old_corner = maps.corner.copy()
     # when the window is asked to reach 100 m away

@@ -112,7 +112,7 @@ class GridSlam:
             self._motion.variance += np.square(START_DEVIATION)
             return self._step(scan, self._motion)
         self._remember(scan)
-        self._maps.insert(self._poses, Beams.from_scan(scan, self.parameters), self._workers)
+        self._maps.insert(self._poses, Beams.from_scan(scan, self.parameters))
         return self._update(scan, np.full(len(self._poses), 1.0 / len(self._poses)), False, True)
 
     def _step(self, scan: PlanarScan, motion: Motion) -> ScanUpdate:
@@ -141,7 +141,7 @@ class GridSlam:
         if resample:
             self._resample(resampling.systematic(weights, uniform))
         if not self._localisation_only:
-            self._maps.insert(self._poses, beams, self._workers)
+            self._maps.insert(self._poses, beams)
         self._motion = Motion(motion.now, scan.stamp_s)
         return self._update(scan, weights, resample, best_matched)
 
@@ -235,7 +235,7 @@ class GridSlam:
         maps = self._empty_maps(1)
         if not self._localisation_only:
             for pose, scan in zip(poses, scans):
-                maps.insert(pose[None], Beams.from_scan(scan, self.parameters), self._workers)
+                maps.insert(pose[None], Beams.from_scan(scan, self.parameters))
         maps.resample(np.zeros(self.parameters.particles, int))
         self._maps, self._renderer = maps, Renderer(self.parameters)
         self._tree.replace(poses)

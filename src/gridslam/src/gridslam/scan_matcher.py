@@ -29,8 +29,6 @@ BEAM_DEVIATION_M = 0.02
 CANDIDATES = 7
 """Motions from which the common correction is searched for: odometry's own, and drawn ones."""
 CANDIDATES_EVERY = 2
-CANDIDATES_ENOUGH = 0.8
-"""Share of the greatest score with which the search ends; beams are thinned by CANDIDATES_EVERY for it."""
 HALVINGS_MAX = 2
 """Gauss-Newton does the rest of gmapping's ``iterations``."""
 EXPECTED_SHARE = 0.85
@@ -112,7 +110,6 @@ class ScanMatcher:
             candidates,
             beams.matching,
             CANDIDATES_EVERY,
-            CANDIDATES_ENOUGH,
             self._search,
             maps.tables[best],
             *arrays,

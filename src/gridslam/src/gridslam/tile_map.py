@@ -11,13 +11,14 @@ import numpy as np
 
 from gridslam.beams import Beams
 from gridslam.errors import MapError
-from gridslam.kernels.insertion import EMPTY, FULLNESS, HITS_SHIFT, PARTS, SIDE, insert_scan, own_tiles
-from gridslam.workers import Workers
+from gridslam.kernels.insertion import EMPTY, FULLNESS, HITS_SHIFT, PARTS, SIDE, insert_scan
 
 TILES_FIRST = 2048
 """Tiles of the first pool; memory is only taken by those that are used."""
 ROOM = 6
 """Tiles around what is needed when the tables grow."""
+RESERVE = 1024
+"""Tiles to make room for, besides one for each place in a table, when the pool has to grow."""
 TABLE_MAX = 4_000_000
 """Greatest number of tiles that one particle's table may span."""
 
@@ -27,7 +28,7 @@ class TilePool:
 
     def __init__(self, capacity: int = TILES_FIRST):
         """Tile 0 is the one in which nothing was ever seen; it is never written."""
-        self.counts = np.zeros((capacity, SIDE * SIDE), np.uint32)
+        self.counts = np.zeros((capacity, SIDE * SIDE), np.uint16)
         """How many beams ended in a cell (upper half) and how many met it (lower half), row by row."""
         self.means = np.zeros((capacity, SIDE * SIDE, 2), np.uint16)
         """Mean x, y of the hits from the cell's corner, in 1 / PARTS of a cell."""
@@ -48,6 +49,11 @@ class TilePool:
     def used(self) -> int:
         """Number of tiles in use, the empty one left out."""
         return self.capacity - 1 - self.free_count
+
+    def arrays(self) -> tuple:
+        """Return what the kernel that writes tiles works on."""
+        lists = (self.references, self.stamps, self.free, self.free_count)
+        return (*lists, self.counts, self.means, self.occupied)
 
     def reserve(self, count: int) -> None:
         """Make room for this many more tiles."""
@@ -86,11 +92,6 @@ class TileMaps:
         """Where the window's lower left tile is: x, y, in tiles from the map's origin."""
         self.stamp = 0
         """How many times a particle's map was written."""
-        self._clear_scratch()
-
-    def _clear_scratch(self) -> None:
-        self._seen = np.zeros(self.tables.shape[1:], np.int64)
-        self._positions = np.empty(self._seen.size, np.int64)
 
     def to_cells(self, poses: np.ndarray) -> np.ndarray:
         """Return poses (..., 3) in m and rad in cells from the window's corner, and rad."""
@@ -129,7 +130,6 @@ class TileMaps:
         tables = np.zeros((self.tables.shape[0], height, width), np.int32)
         tables[:, y : y + self.tables.shape[1], x : x + self.tables.shape[2]] = self.tables
         self.tables, self.corner = tables, low
-        self._clear_scratch()
 
     def resample(self, parents: np.ndarray) -> None:
         """Let particle i have the map of particle parents[i]; no tile is copied."""
@@ -141,15 +141,25 @@ class TileMaps:
         reach_m = self.delta_m * float(np.hypot(*np.vstack((beams.ends, beams.lidar)).T).max() + 2.0)
         self.cover(poses[:, :2].min(axis=0) - reach_m, poses[:, :2].max(axis=0) + reach_m)
 
-    def insert(self, poses: np.ndarray, beams: Beams, workers: Workers) -> None:
+    def insert(self, poses: np.ndarray, beams: Beams) -> None:
         """Enter a scan into every particle's map, taken at its pose (particles, 3)."""
         self.prepare(poses, beams)
-        cells = self.to_cells(poses)
         points = np.concatenate((beams.lidar[None], beams.ends))
-        self._own(cells, points, beams.hits)
-        pool = self.pool
-        arrays = (pool.counts, pool.means, pool.occupied)
-        workers.share(len(cells), insert_scan, self.tables, cells, points, beams.hits, *arrays)
+        self.insert_at(self.to_cells(poses), points, beams.hits)
+
+    def insert_at(self, cells: np.ndarray, points: np.ndarray, hits: np.ndarray) -> None:
+        """Enter a scan that the window holds, taken at poses (particles, 3) in cells.
+
+        ``points`` (n + 1, 2), in the base frame, are the lidar and its beams' ends; hits (n,) says which of
+        these are at something.
+        """
+        pool, placed, particle, beam = self.pool, np.empty_like(points), 0, 0
+        scan = (self.tables, cells, points, hits, placed, self.stamp + 1)
+        while particle < len(self.tables):
+            particle, beam, pool.free_count = insert_scan(particle, beam, *scan, *pool.arrays())
+            if particle < len(self.tables):
+                pool.reserve(self.tables[0].size + RESERVE)
+        self.stamp += len(self.tables)
 
     def enter(self, cells_xy: np.ndarray, hits: np.ndarray, visits: int) -> None:
         """Let maps that are empty and all alike have these counts in cells (n, 2), hit where they say."""
@@ -172,23 +182,6 @@ class TileMaps:
             pool.occupied, (tile[wall], row[wall]), np.uint32(1) << column[wall].astype(np.uint32)
         )
         pool.count_references(self.tables)
-
-    def _own(self, cells: np.ndarray, points: np.ndarray, hits: np.ndarray) -> None:
-        """Give every particle tiles of its own wherever its beams will write."""
-        pool, particle = self.pool, 0
-        placed = np.empty_like(points)
-        while True:
-            scratch = (placed, self._seen, self._positions, self.stamp + 1)
-            free = (pool.references, pool.stamps, pool.free, pool.free_count)
-            arrays = (pool.counts, pool.means, pool.occupied)
-            particle, pool.free_count = own_tiles(
-                particle, self.tables, cells, points, hits, *scratch, *free, *arrays
-            )
-            if particle == len(self.tables):
-                break
-            pool.reserve(pool.free_count + self._positions.size)
-            self._seen[:] = 0  # this particle's tiles are to be found once more
-        self.stamp += len(self.tables)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return all that the maps hold as arrays, without the tiles that nobody uses."""
@@ -215,4 +208,3 @@ class TileMaps:
         self.tables = np.ascontiguousarray(arrays["map_tables"], np.int32)
         self.corner, self.stamp = arrays["map_corner"], int(arrays["map_stamp"])
         pool.count_references(self.tables)
-        self._clear_scratch()

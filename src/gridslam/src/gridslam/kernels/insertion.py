@@ -14,7 +14,7 @@ SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS
 """Cells along a tile's side."""
 MASK = SIDE - 1
-HITS_SHIFT = 16
+HITS_SHIFT = 8
 VISITS_MAX = (1 << HITS_SHIFT) - 1
 """A cell's count holds its hits in the upper half and its visits in the lower one."""
 PARTS = 65536
@@ -44,120 +44,26 @@ def _line(x0, y0, x1, y1):
     return steep, x0, y0, slope, min(y0, y1), max(y0, y1), first, last
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _mark(column, row, steep, seen, stamp, positions, count):
-    """Append the tile of a cell to the positions unless it is there."""
-    if steep:
-        column, row = row, column
-    tile_y, tile_x = row >> SIDE_BITS, column >> SIDE_BITS
-    if seen[tile_y, tile_x] != stamp:
-        seen[tile_y, tile_x] = stamp
-        positions[count] = tile_y * seen.shape[1] + tile_x
-        count += 1
-    return count
-
-
 @njit(cache=True, nogil=True)
-def touched_tiles(lidar, ends, hits, seen, stamp, positions):
-    """Collect the tiles that beams from ``lidar`` (2,) to ``ends`` (n, 2), in cells, will touch.
+def _own(table, row, column, stamp, references, stamps, free, free_count, counts, means, occupied):
+    """Give a table a tile of its own at one place, a copy if others have it too; stamp it.
 
-    ``seen`` (h, w) int32 is scratch without the value ``stamp``; ``positions`` (h * w) takes the tiles'
-    places in the table, row by row. Returns their number.
+    Returns the tile and the number of free tiles left.
     """
-    count = 0
-    for beam in range(ends.shape[0]):
-        steep, x0, y0, slope, low, high, first, last = _line(lidar[0], lidar[1], ends[beam, 0], ends[beam, 1])
-        column = first
-        while column <= last:
-            end = min(column | MASK, last)
-            count = _mark(
-                column, _row(column, x0, y0, slope, low, high), steep, seen, stamp, positions, count
-            )
-            count = _mark(column, _row(end, x0, y0, slope, low, high), steep, seen, stamp, positions, count)
-            column = end + 1
-        if hits[beam]:
-            x, y = int(ends[beam, 0]), int(ends[beam, 1])
-            count = _mark(x, y, False, seen, stamp, positions, count)
-    return count
-
-
-@njit(cache=True, nogil=True)
-def _own_tiles(table, positions, count, references, stamps, stamp, free, free_count, counts, means, occupied):
-    """Give one particle tiles of its own at the first ``count`` positions of its ``table``.
-
-    ``free`` is a stack of ``free_count`` unused tiles, of which enough must be left. Returns what is left.
-    """
-    flat = table.reshape(-1)
-    for i in range(count):
-        position = positions[i]
-        tile = flat[position]
-        if tile == EMPTY or references[tile] > 1:
-            free_count -= 1
-            own = free[free_count]
-            counts[own] = counts[tile]
-            means[own] = means[tile]
-            occupied[own] = occupied[tile]
-            references[own] = 1
-            if tile != EMPTY:
-                references[tile] -= 1
-            flat[position] = own
-            tile = own
-        stamps[tile] = stamp
-    return free_count
-
-
-@njit(cache=True, nogil=True)
-def place(pose, points, placed):
-    """Write points (n, 2), given in the frame of a pose (3,), where the pose puts them."""
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    for i in range(points.shape[0]):
-        placed[i, 0] = pose[0] + cos * points[i, 0] - sin * points[i, 1]
-        placed[i, 1] = pose[1] + sin * points[i, 0] + cos * points[i, 1]
-
-
-@njit(cache=True, nogil=True)
-def own_tiles(
-    first,
-    tables,
-    poses,
-    beams,
-    hits,
-    placed,
-    seen,
-    positions,
-    stamp,
-    references,
-    stamps,
-    free,
-    free_count,
-    counts,
-    means,
-    occupied,
-):
-    """Give the particles from ``first`` on tiles of their own wherever their beams will write.
-
-    ``beams`` (n + 1, 2) are the lidar and the beams' ends in the base frame. Returns the particle for
-    which the free tiles do not suffice (or the number of particles) and the number of free tiles left.
-    """
-    for p in range(first, tables.shape[0]):
-        place(poses[p], beams, placed)
-        count = touched_tiles(placed[0], placed[1:], hits, seen, stamp + p, positions)
-        if count > free_count:
-            return p, free_count
-        free_count = _own_tiles(
-            tables[p],
-            positions,
-            count,
-            references,
-            stamps,
-            stamp + p,
-            free,
-            free_count,
-            counts,
-            means,
-            occupied,
-        )
-    return tables.shape[0], free_count
+    tile = table[row, column]
+    if tile == EMPTY or references[tile] > 1:
+        free_count -= 1
+        own = free[free_count]
+        counts[own] = counts[tile]
+        means[own] = means[tile]
+        occupied[own] = occupied[tile]
+        references[own] = 1
+        if tile != EMPTY:
+            references[tile] -= 1
+        table[row, column] = own
+        tile = own
+    stamps[tile] = stamp
+    return tile, free_count
 
 
 @njit(cache=True, nogil=True)
@@ -182,45 +88,113 @@ def _moved(mean, value, number):
 
 
 @njit(cache=True, nogil=True)
-def insert(table, lidar, ends, hits, counts, means, occupied):
-    """Enter beams into one particle's own tiles: cells crossed are visited, the end's cell is also hit.
+def _insert_beam(
+    table, lidar, end, hit, stamp, references, stamps, free, free_count, counts, means, occupied
+):
+    """Enter one beam into a particle's map; return the number of free tiles left.
 
-    lidar (2,) and ends (n, 2) are in cells from the table's corner; hits (n,) says which beams end at
-    something. A cell's mean is that of its hits, from the cell's corner.
+    A tile that has the ``stamp`` of this insertion is the particle's own.
     """
-    for beam in range(ends.shape[0]):
-        steep, x0, y0, slope, low, high, first, last = _line(lidar[0], lidar[1], ends[beam, 0], ends[beam, 1])
-        along, across = (SIDE, 1) if steep else (1, SIDE)
-        column = first
-        while column <= last:
-            end = min(column | MASK, last)
-            near = _row(column, x0, y0, slope, low, high) >> SIDE_BITS
-            far = _row(end, x0, y0, slope, low, high) >> SIDE_BITS
-            major = column >> SIDE_BITS
-            near_tile = table[major, near] if steep else table[near, major]
-            far_tile = table[major, far] if steep else table[far, major]
-            for c in range(column, end + 1):
-                row = _row(c, x0, y0, slope, low, high)
-                tile = np.uint64(near_tile if row >> SIDE_BITS == near else far_tile)
-                cell = np.uint64((c & MASK) * along + (row & MASK) * across)
-                count = counts[tile, cell] + np.uint32(1)
-                if count <= VISITS_MAX:
-                    counts[tile, cell] = count
-                else:
-                    _recount(counts, occupied, tile, cell, 0)
-            column = end + 1
-        if hits[beam]:
-            x, y = int(ends[beam, 0]), int(ends[beam, 1])
-            tile, cell = table[y >> SIDE_BITS, x >> SIDE_BITS], (y & MASK) * SIDE + (x & MASK)
-            number = _recount(counts, occupied, tile, cell, 1)
-            means[tile, cell, 0] = _moved(means[tile, cell, 0], ends[beam, 0] - x, number)
-            means[tile, cell, 1] = _moved(means[tile, cell, 1], ends[beam, 1] - y, number)
+    steep, x0, y0, slope, low, high, first, last = _line(lidar[0], lidar[1], end[0], end[1])
+    along, across = (SIDE, 1) if steep else (1, SIDE)
+    column = first
+    while column <= last:
+        stop = min(column | MASK, last)
+        major = column >> SIDE_BITS
+        near = _row(column, x0, y0, slope, low, high) >> SIDE_BITS
+        far = _row(stop, x0, y0, slope, low, high) >> SIDE_BITS
+        y, x = (major, near) if steep else (near, major)
+        near_tile = table[y, x]
+        if stamps[near_tile] != stamp:
+            near_tile, free_count = _own(
+                table, y, x, stamp, references, stamps, free, free_count, counts, means, occupied
+            )
+        y, x = (major, far) if steep else (far, major)
+        far_tile = table[y, x]
+        if stamps[far_tile] != stamp:
+            far_tile, free_count = _own(
+                table, y, x, stamp, references, stamps, free, free_count, counts, means, occupied
+            )
+        for c in range(column, stop + 1):
+            row = _row(c, x0, y0, slope, low, high)
+            tile = np.uint64(near_tile if row >> SIDE_BITS == near else far_tile)
+            cell = np.uint64((c & MASK) * along + (row & MASK) * across)
+            count = counts[tile, cell] + np.uint32(1)
+            if count <= VISITS_MAX:
+                counts[tile, cell] = count
+            else:
+                _recount(counts, occupied, tile, cell, 0)
+        column = stop + 1
+    if hit:
+        x, y = int(end[0]), int(end[1])
+        own = table[y >> SIDE_BITS, x >> SIDE_BITS]
+        if stamps[own] != stamp:
+            y_tile, x_tile = y >> SIDE_BITS, x >> SIDE_BITS
+            own, free_count = _own(
+                table, y_tile, x_tile, stamp, references, stamps, free, free_count, counts, means, occupied
+            )
+        cell = (y & MASK) * SIDE + (x & MASK)
+        number = _recount(counts, occupied, own, cell, 1)
+        means[own, cell, 0] = _moved(means[own, cell, 0], end[0] - x, number)
+        means[own, cell, 1] = _moved(means[own, cell, 1], end[1] - y, number)
+    return free_count
 
 
 @njit(cache=True, nogil=True)
-def insert_scan(first, last, tables, poses, beams, hits, counts, means, occupied):
-    """Enter a scan into the maps of particles first to last - 1, which own the tiles it writes into."""
-    placed = np.empty_like(beams)
-    for p in range(first, last):
-        place(poses[p], beams, placed)
-        insert(tables[p], placed[0], placed[1:], hits, counts, means, occupied)
+def place(pose, points, placed):
+    """Write points (n, 2), given in the frame of a pose (3,), where the pose puts them."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    for i in range(points.shape[0]):
+        placed[i, 0] = pose[0] + cos * points[i, 0] - sin * points[i, 1]
+        placed[i, 1] = pose[1] + sin * points[i, 0] + cos * points[i, 1]
+
+
+@njit(cache=True, nogil=True)
+def insert_scan(
+    particle,
+    beam,
+    tables,
+    poses,
+    points,
+    hits,
+    placed,
+    stamp,
+    references,
+    stamps,
+    free,
+    free_count,
+    counts,
+    means,
+    occupied,
+):
+    """Enter a scan into the maps of all particles from ``particle`` on, beginning with one of its beams.
+
+    Cells crossed are visited, the end's cell is also hit. ``points`` (n + 1, 2) are the lidar and the beams'
+    ends in the base frame, in cells; hits (n,) says which beams end at something; ``placed`` (n + 1, 2) is
+    scratch. ``stamp`` + p marks what particle p has written. ``free`` is a stack of ``free_count`` unused
+    tiles.
+
+    Returns (particle, beam, free_count): where free tiles may not suffice to go on, or (particles, 0, left).
+    """
+    need = 2 * (tables.shape[1] + tables.shape[2]) + 4
+    for p in range(particle, tables.shape[0]):
+        place(poses[p], points, placed)
+        for i in range(beam, hits.size):
+            if free_count < need:
+                return p, i, free_count
+            free_count = _insert_beam(
+                tables[p],
+                placed[0],
+                placed[i + 1],
+                hits[i],
+                stamp + p,
+                references,
+                stamps,
+                free,
+                free_count,
+                counts,
+                means,
+                occupied,
+            )
+        beam = 0
+    return tables.shape[0], 0, free_count

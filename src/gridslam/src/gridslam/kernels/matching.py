@@ -239,12 +239,12 @@ class Search(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def find_mode(candidates, beams, every, enough, search, table, occupied, means, mode):
-    """Climb from candidates (c, 3) in turn, with every ``every``-th beam, until one fits well ``enough``.
+def find_mode(candidates, beams, every, search, table, occupied, means, mode):
+    """Climb from every candidate (c, 3) with every ``every``-th beam; ``mode`` (3,) takes the best end.
 
-    ``enough`` is the share of the greatest score; ``mode`` (3,) takes the best end. Returns its score.
+    Returns its score with all beams.
     """
-    top, goal = -1.0, enough * (beams.shape[0] / every)
+    top = -1.0
     kernel, sigma = search.kernel, search.score_sigma
     for c in range(candidates.shape[0]):
         x, y, yaw = candidates[c, 0], candidates[c, 1], candidates[c, 2]
@@ -254,8 +254,6 @@ def find_mode(candidates, beams, every, enough, search, table, occupied, means, 
         if value > top:
             top = value
             mode[0], mode[1], mode[2] = x, y, yaw
-        if top >= goal:
-            break
     return score(mode[0], mode[1], mode[2], beams, 1, table, occupied, means, kernel, sigma)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 SIDE = 32
-HITS_SHIFT = 16
+HITS_SHIFT = 8
 VISITS_MAX = (1 << HITS_SHIFT) - 1
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 

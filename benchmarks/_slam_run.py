@@ -1,0 +1,120 @@
+"""One log through gridslam in a process of its own, so that its memory and time are nobody else's.
+
+    python -m benchmarks._slam_run intel 1 DATA      the Intel Research Lab, seed 1
+    python -m benchmarks._slam_run beams360 1        a simulated hold, seen with 360 beams
+
+prints figures as JSON.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT / "src/gridslam" / part) for part in ("src", "test")]
+
+from gridslam import GridSlam, PlanarScan, SlamParameters, se2  # noqa: E402
+from gridslam.warm_up import warm_up  # noqa: E402
+
+RENDER_EVERY = 5
+"""Processed scans between two maps; at gmapping's thresholds that is about its map_update_interval of 5 s."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """A log's outcome: stamps_s (n,), odometry, online and final poses (n, 3) at every scan, and the cost."""
+
+    stamps_s: np.ndarray
+    online: np.ndarray
+    final: np.ndarray
+    cost: dict
+
+
+def run(scans: list[PlanarScan], odometry: np.ndarray, parameters: SlamParameters) -> Run:
+    """Let the filter take in a log, with a map now and then."""
+    warm_up()
+    slam = GridSlam(parameters, starting_pose=tuple(odometry[0]))
+    online, renderings, processed, cpu_s = [], [], 0, 0.0
+    for scan, base in zip(scans, odometry):
+        began = time.process_time()
+        update = slam.process(scan, base)
+        cpu_s += time.process_time() - began
+        online.append(se2.compose(slam.map_to_odom, base))
+        if update is not None:
+            processed += 1
+            if processed % RENDER_EVERY == 0:
+                began = time.process_time()
+                slam.grid()
+                renderings.append(time.process_time() - began)
+    cost = {
+        "processed": processed,
+        "cpu_ms_per_scan": 1e3 * cpu_s / processed,
+        "render_ms": 1e3 * float(np.mean(renderings)),
+        "render_max_ms": 1e3 * max(renderings),
+        "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+    }
+    stamps = np.array([scan.stamp_s for scan in scans])
+    return Run(stamps, np.array(online), slam.trajectory().filled(stamps, odometry), cost)
+
+
+def intel(seed: int, data: Path) -> dict:
+    """The dense log, judged by the relations: online and final path, exact relations and all."""
+    from gridslam.carmen import CarmenScan, read_log
+    from gridslam.evaluation.relations import read_relations, relation_errors
+    from gridslam.trajectory import Trajectory
+
+    entries = [entry for entry in read_log(data / "intel_dense.log.gz") if isinstance(entry, CarmenScan)]
+    scans, odometry = _scans(entries)
+    outcome = run(scans, odometry, SlamParameters(maxUrange=40.0, seed=seed))
+    relations = read_relations(data / "intel.relations.gz")
+    figures = dict(outcome.cost)
+    for which, chosen in (("exact", relations.exact(outcome.stamps_s)), ("all", relations)):
+        for when in ("final", "online"):
+            errors = relation_errors(Trajectory(outcome.stamps_s, getattr(outcome, when)), chosen)
+            figures[f"{which}_{when}_m"] = errors.translation_mean_m
+            figures[f"{which}_{when}_deg"] = errors.rotation_mean_deg
+    return figures
+
+
+def _scans(entries) -> tuple[list[PlanarScan], np.ndarray]:
+    """Return the scans in the order of their stamps, each stamp once, and the robot's odometry."""
+    scans, odometry, last = [], [], -math.inf
+    for entry in entries:
+        if entry.stamp_s <= last:
+            continue
+        last = entry.stamp_s
+        angles = entry.angle_min_rad + np.arange(entry.ranges_m.size) * entry.angle_increment_rad
+        lidar = tuple(se2.between(entry.robot_in_odom, entry.lidar_in_odom))
+        lidar = lidar if _is_mounting(lidar) else (0.0, 0.0, 0.0)
+        scans.append(PlanarScan(last, angles, entry.ranges_m, lidar, entry.range_max_m))
+        odometry.append(entry.robot_in_odom)
+    return scans, np.array(odometry)
+
+
+def _is_mounting(lidar) -> bool:
+    """Some entries hold a corrected pose of the lidar; that is no place on the robot."""
+    return math.hypot(lidar[0], lidar[1]) < 0.5 and abs(lidar[2]) < 0.1
+
+
+def beams360(seed: int) -> dict:
+    """Twice round the cargo hold with 360 beams of 30 m."""
+    from planar_world import Lidar, along, drive, hold, rectangle_route
+
+    lidar = Lidar(2.0 * math.pi * 359 / 360, 360, 30.0, 0.01, 10.0)
+    log = drive(hold(), along(rectangle_route(11.0, 6.0, laps=2.0), 0.1), lidar, seed)
+    outcome = run(log.scans, log.odometry, SlamParameters(seed=seed))
+    errors = np.hypot(*(outcome.final - log.truth.poses_in_map)[:, :2].T)
+    return {**outcome.cost, "ate_rmse_m": float(np.sqrt(np.mean(errors**2)))}
+
+
+if __name__ == "__main__":
+    name, seed, *data = sys.argv[1:]
+    print(json.dumps(intel(int(seed), Path(data[0])) if name == "intel" else beams360(int(seed))))
