@@ -246,6 +246,18 @@ class CepaTest(unittest.TestCase):
         self.assert_velocity(self.answer((0.5, 0.0, 0.0)), (0.5, 0.0, 0.0))
         self.warned.wait_for("clock jumped back")
 
+    def test_messages_of_another_clock_are_dropped(self):
+        self.assert_velocity(self.answer(), (1.0, 0.0, 0.0))
+        before = self.warned.count("clock jumped back")
+        ahead = rospy.Time.now() + rospy.Duration(60.0)
+        self.scans.send(scan_of(ahead))
+        self.references.send(velocity_of(ahead, (0.0, 1.0, 0.0)))
+        self.odometry.send(odometry_of(ahead, (0.0, 1.0, 0.0)))
+        for what in ("scan", "reference velocity", "odometry"):
+            self.warned.wait_for(f"The {what} is stamped")
+        self.assert_velocity(self.answer(), (1.0, 0.0, 0.0))
+        self.assertEqual(self.warned.count("clock jumped back"), before)
+
     # parameters
 
     def test_combinations_that_make_no_sense_keep_the_old_values(self):

@@ -1,8 +1,10 @@
-"""What both nodes do alike: parameters, dynamic_reconfigure, warnings, the way a node starts and ends."""
+"""What both nodes do alike: parameters, dynamic_reconfigure, warnings, a watch on the clock, start, end."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
+import time
 
 import rospy
 
@@ -12,6 +14,8 @@ from cepa_ros.ending import Ending, leave, silence_threads
 WARNING_PERIOD_S = 5.0
 LAST_CALLBACK_S = 0.4
 HEARD_AFTER_S = 0.3  # wall time until whoever listens to /rosout is connected to a new node
+FARTHEST_AHEAD_NS = 1_000_000_000
+STANDS_STILL_S = 1.0  # of wall time, after which a clock that shows the same is taken for stopped
 
 
 def parameters_of(config) -> tuple[str, CepaParameters]:
@@ -125,6 +129,43 @@ class Warnings:
         if said_at_s is None or not 0.0 <= now_s - said_at_s < WARNING_PERIOD_S:
             self._said_at_s[kind] = now_s
             rospy.logwarn("%s", sentence)
+
+
+class StampWatch:
+    """Notices stamps of another clock than this node's, and that the clock jumped back."""
+
+    def __init__(self, warnings: Warnings):
+        self._warnings = warnings
+        self._last_ns: int | None = None
+        self._now: rospy.Time | None = None
+        self._ran_at_s = -math.inf
+
+    def is_ahead(self, stamp: rospy.Time, what: str) -> bool:
+        """Whether a stamp lies far ahead of ROS time, which is warned of: its message is to be dropped.
+
+        While ROS time is zero or stands still, as when a bag is played without --clock, no stamp is ahead.
+        """
+        now, wall_s = rospy.Time.now(), time.monotonic()
+        if self._now is not None and now != self._now:
+            self._ran_at_s = wall_s
+        self._now = now
+        ahead_ns = stamp.to_nsec() - now.to_nsec()
+        if now.is_zero() or wall_s - self._ran_at_s > STANDS_STILL_S or ahead_ns <= FARTHEST_AHEAD_NS:
+            return False
+        self._warnings.say(
+            f"The {what} is stamped {ahead_ns * 1e-9:.3f} s ahead of ROS time and dropped; "
+            "is its sender on another clock?"
+        )
+        return True
+
+    def went_back(self, stamp: rospy.Time) -> bool:
+        """Take in the next message's stamp; warn and return True if it is older than the last one's."""
+        stamp_ns = stamp.to_nsec()
+        back_ns = 0 if self._last_ns is None else self._last_ns - stamp_ns
+        self._last_ns = stamp_ns
+        if back_ns > 0:
+            self._warnings.say(f"The clock jumped back by {back_ns * 1e-9:.3f} s; starting anew.")
+        return back_ns > 0
 
 
 def _fractions(value) -> tuple[float, ...]:
