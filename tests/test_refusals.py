@@ -46,7 +46,10 @@ REFUSED = {
     "results": ("_results:=/proc", "Cannot make a results folder in /proc/"),
     "lidar": ("_lidar:=sonar", "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8."),
     "speed": ("_speed:=abc", "'abc' is no speed; give a number from 0.05 to 15."),
-    "pose_source": ("_pose_source:=gps", "There is no pose_source 'gps'; choose pose_source:="),
+    "pose_source": (
+        "_pose_source:=slam",
+        "There is no pose_source 'slam'; choose pose_source:=ground_truth|odometry.",
+    ),
     "relative world": ("_world:=my.world", "for example world:=$PWD/my.world."),
     "relative results": ("_results:=out", "for example results:=$PWD/out."),
     "seed": ("_seed:=abc", "'abc' is no seed; give a whole number from 0 to 2147483647."),

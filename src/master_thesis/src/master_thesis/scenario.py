@@ -11,7 +11,8 @@ from master_thesis.errors import ScenarioError
 
 ALGORITHMS = ("improved", "original")
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
-POSE_SOURCES = ("ground_truth", "odometry", "slam")
+POSE_SOURCES = ("ground_truth", "odometry")
+MAPPING_POSE_SOURCES = (*POSE_SOURCES, "slam")  # of experiments that run SLAM
 MAVROS = ("sim", "real")
 SPEEDS_M_S = (0.05, 15.0)  # the position controller goes no faster; slower, no flight ends
 SEEDS = (0, 2**31 - 1)  # what roslaunch still takes for an integer
