@@ -279,6 +279,33 @@ class TestLockstep:
         assert "an acknowledgement on slam did not come" in rig.warnings[0]
         assert rig.loop.meter.lockstep_misses == 4
 
+    def test_nobody_is_late_while_it_is_paused(self, rig):
+        rig = rig(
+            real_time_factor=0.0, lockstep=True, lockstep_timeout_s=0.2, participants=frozenset({"placer"})
+        )
+        rig.answer()
+        stop = threading.Event()
+
+        def acknowledge_but_stop_time_once():
+            has_stopped = False
+            while not stop.is_set():
+                time.sleep(0.01)
+                newest_us = rig.recorder.outputs[-1].time_us if rig.recorder.outputs else 0
+                if newest_us > 100_000 and not has_stopped:
+                    rig.loop.call(lambda: rig.loop.set_paused(True))
+                    time.sleep(0.5)  # longer than the time-out
+                    rig.loop.call(lambda: rig.loop.set_paused(False))
+                    has_stopped = True
+                rig.loop.acknowledge("placer", newest_us)
+            return has_stopped
+
+        done = in_background(acknowledge_but_stop_time_once)
+        took_s = rig.run_until(0.3)
+        stop.set()
+        assert done()
+        assert took_s >= 0.5
+        assert rig.loop.meter.lockstep_misses == 0
+
     def test_a_reset_begins_again_at_zero(self, rig):
         rig = rig(real_time_factor=1.0, lockstep=True)
         rig.answer()

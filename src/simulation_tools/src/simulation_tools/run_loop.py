@@ -265,11 +265,17 @@ class RunLoop:
             if self._link.wait(min(remaining_s, 0.02)):
                 self._link.poll(time_us, lambda: self._barrier.has_setpoint)
             self._attend()
+            deadline_s = self._postponed(deadline_s, timeout_s)
         while not self._barrier.wait_for_participants(0.02):
             if time.perf_counter() > deadline_s or self._is_interrupted():
                 return False
             self._attend()
+            deadline_s = self._postponed(deadline_s, timeout_s)
         return True
+
+    def _postponed(self, deadline_s: float, timeout_s: float) -> float:
+        """While it is paused nobody is late: who paused it may change the world for as long as it takes."""
+        return time.perf_counter() + timeout_s if self.paused else deadline_s
 
     def _pace(self, time_us: int) -> None:
         """Sleep until it is time for the next step; a setpoint that comes meanwhile is received at once."""
