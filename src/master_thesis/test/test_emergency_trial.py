@@ -44,6 +44,20 @@ def test_time_is_stopped_once_when_the_uav_has_hovered_for_a_while(trial):
     assert t_s == pytest.approx(3.0 + LIMITS.settle_s, abs=0.03)
 
 
+def test_in_lockstep_it_decides_only_when_it_is_asked(trial):
+    for t_s in (0.0, 1.0, 2.0):
+        assert trial.on_truth(t_s, HOVER, decide=False) == []
+    trial.on_ready(True)
+    assert trial.decide() == []
+    assert trial.on_truth(4.0, HOVER, decide=False) == []
+    assert trial.decide() == [TrialAction.FREEZE]
+    trial.on_placed(4.0, HOVER, placement("columns"))
+    trial.on_scan(4.025, SCAN)
+    assert trial.on_truth(9.0, HOVER, decide=False) == []
+    assert not trial.finished
+    assert trial.decide() == [TrialAction.FINISH]
+
+
 def test_a_uav_that_is_ready_no_longer_must_hover_anew(trial):
     pass_time(trial, 0.0, 3.0)
     trial.on_ready(True)

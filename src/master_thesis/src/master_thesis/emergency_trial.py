@@ -95,17 +95,21 @@ class EmergencyTrial:
         elif self._ready_s is None:
             self._ready_s = self.now_s
 
-    def on_truth(self, t_s: float, pose: Pose) -> list[TrialAction]:
-        """Take the true pose in `world`; it lets time pass."""
+    def on_truth(self, t_s: float, pose: Pose, decide: bool = True) -> list[TrialAction]:
+        """Take the true pose in `world`: time has passed. Return what is to be done, unless decided later."""
         if t_s < self.now_s - SAME_INSTANT_S:
             return self.abort("The clock jumped back: the simulation was reset.")
         self._began_s = t_s if self._began_s is None else self._began_s
         self.log.truth.add(t_s, *pose.position_m, *pose.orientation_xyzw)
+        return self.decide() if decide else []
+
+    def decide(self) -> list[TrialAction]:
+        """Return what is to be done at the time of the newest true pose."""
         if self.finished:
             return []
         if self.freeze is not None:
-            return self._watch(t_s - self.freeze.t_s)
-        return self._await_hover(t_s)
+            return self._watch(self.now_s - self.freeze.t_s)
+        return self._await_hover(self.now_s)
 
     def _await_hover(self, t_s: float) -> list[TrialAction]:
         if self._freezing:
