@@ -19,7 +19,6 @@ from typing import Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks._memory import PeakMemory
 from benchmarks._report import Report, options, table, write_atomically
 from benchmarks._thesis import MAPS
 from gridslam.warm_up import warm_up
@@ -42,7 +41,6 @@ FIGURES = {
     "wall_seen_share": ("wall seen", 2),
     "closures": ("loops", 0),
     "cpu_ms": ("CPU/scan [ms]", 1),
-    "peak_mb": ("memory [MB]", 0),
 }
 """The figures of a map: heading and decimals."""
 
@@ -91,11 +89,10 @@ def fly_and_map(world: str, lidar: str, seed: int, pictures: Path | None = None)
     walls = true_walls(scenario.world_path, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
     found = {}
     for closure in (False, True):
-        with PeakMemory() as memory:
-            run = replay(recording, setup.session(seed, loop_closure=closure))
+        run = replay(recording, setup.session(seed, loop_closure=closure))
         figures, _, _ = judge(run, truth, walls)
         cpu_ms = figures.pop("cpu_ms_per_scan")
-        found[closure] = {**figures, "cpu_ms": cpu_ms["mean"] if cpu_ms else None, "peak_mb": memory.peak_mb}
+        found[closure] = {**figures, "cpu_ms": cpu_ms["mean"] if cpu_ms else None}
         if pictures:
             title = f"{recording.name}, {'with' if closure else 'without'} loop closure"
             draw(pictures / f"{world}_{lidar}{'_closed' if closure else ''}.png", title, scenario, run, truth)
