@@ -28,7 +28,9 @@ BEAM_DEVIATION_M = 0.02
 """m: how far a beam's end is from the map where both map and pose are right: its worth beside odometry's."""
 CANDIDATES = 7
 """Motions from which the common correction is searched for: odometry's own, and drawn ones."""
-CANDIDATES_EVERY = 2
+CANDIDATES_EVERY = 3
+"""The search takes every third beam, if that leaves CANDIDATES_BEAMS."""
+CANDIDATES_BEAMS = 40
 HALVINGS_MAX = 2
 """Gauss-Newton does the rest of gmapping's ``iterations``."""
 EXPECTED_SHARE = 0.85
@@ -109,7 +111,7 @@ class ScanMatcher:
         score = find_mode(
             candidates,
             beams.matching,
-            CANDIDATES_EVERY,
+            max(1, min(CANDIDATES_EVERY, len(beams.matching) // CANDIDATES_BEAMS)),
             self._search,
             maps.tables[best],
             *arrays,
