@@ -55,14 +55,19 @@ def test_bringup_takes_paths_as_the_caller_means_them(processes, tmp_path):
     folder = tmp_path / "a folder"
     folder.mkdir()
     (folder / "broken.world").write_text('<?xml version="1.0"?>\n<sdf version="1.6"><world')
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        processes.environment["ROS_MASTER_URI"] = f"http://localhost:{sock.getsockname()[1]}"
+    sockets = [socket.socket() for _ in range(3)]
+    for one in sockets:
+        one.bind(("127.0.0.1", 0))
+    master, offboard, ground = (one.getsockname()[1] for one in sockets)
+    for one in sockets:
+        one.close()
+    processes.environment["ROS_MASTER_URI"] = f"http://localhost:{master}"
     bringup = str(ROOT / "bringup.sh")
     # Sources that changed since the last set-up are built, and their kernels compiled, before anything starts
     ready = processes.run(bringup, "setup", timeout_s=SETUP_PATIENCE_S)
     assert ready.returncode == 0, ready.stdout
-    words = ("fly_to_goal", "world:=broken.world", "goal:=3 0 2", "results:=my results")
+    ports = (f"offboard_port:={offboard}", f"gcs_port:={ground}")
+    words = ("fly_to_goal", "world:=broken.world", "goal:=3 0 2", "results:=my results", *ports)
     call = 'cd "$1" && shift && exec "$@"'
     run = processes.run("bash", "-c", call, "-", str(folder), bringup, *words, timeout_s=90.0)
     assert run.returncode != 0
