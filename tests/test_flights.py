@@ -81,7 +81,7 @@ COLUMN = """<model name="column_{x}"><static>true</static><pose>{x} 1.2 0 0 0 0<
 
 
 def test_dynparam_changes_the_flight_while_flying(processes, tmp_path):
-    """Two columns 1 m beside the way: not worth a detour with r_UB = 1.2 m, but with the 1.5 m set in between."""
+    """Two columns 1 m beside the way: no detour with r_UB = 1.2 m, but with the 1.5 m set between them."""
     world = tmp_path / "two_columns.world"
     world.write_text(TWO_COLUMNS.format(columns="".join(COLUMN.format(x=x) for x in (7, 18))))
     args = {"world": world, "goal": "23 0 2", "lockstep": "true", "real_time_factor": 0}
