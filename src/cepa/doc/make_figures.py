@@ -17,13 +17,13 @@ sys.path[:0] = [str(HERE.parent / "src"), str(HERE.parent / "test")]
 
 from planar_flight import Scene  # noqa: E402
 
-from cepa import CepaParameters, Improved, LaserScan2D, LidarAttitude, levelled, reference, view  # noqa: E402
+from cepa import SLOW_DETOURS, CepaParameters, Improved, LaserScan2D, LidarAttitude, levelled, reference, view  # noqa: E402
 from cepa.emergency import open_sections  # noqa: E402
 from cepa.kernels.emergency import safe_directions  # noqa: E402
 from cepa.levelling import needed_sight  # noqa: E402
 from cepa.scan import Grid  # noqa: E402
 
-PARAMETERS = CepaParameters()
+PARAMETERS = CepaParameters(speed_fractions=SLOW_DETOURS)
 INNER, OUTER, SCAN, REFERENCE, OUTPUT = "#e8711a", "#2b8cbe", "#404040", "#3b6fd4", "#c99700"
 RED, GREEN = "#cc1f1a", "#2a9d3a"
 
