@@ -30,6 +30,7 @@ from simulation_tools.mavlink import (
 from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
 
 _PARAMETER_TRIES, _LIST_REQUESTS, _LIST_ROUNDS = 10, 4, 12  # over a network that loses messages
+_SET_TRIES = 3  # another value than the one sent is a refusal, or a late answer to an earlier question
 
 Handler = Callable[[common.MAVLink_message], None]
 
@@ -222,7 +223,12 @@ class FcuClient:
             parameter_to_wire(value, is_integer),
             common.MAV_PARAM_TYPE_INT32 if is_integer else common.MAV_PARAM_TYPE_REAL32,
         )
-        return self._exchange_parameter(name, request)
+        now = None
+        for _ in range(_SET_TRIES):
+            now = self._exchange_parameter(name, request)
+            if now is None or math.isclose(now, value, rel_tol=1e-6):
+                break
+        return now
 
     def pull_parameters(self) -> dict[str, float]:
         """Ask for the whole list, then for what was lost on the way; returns what has come."""
