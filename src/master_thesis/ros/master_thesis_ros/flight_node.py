@@ -6,6 +6,7 @@ import contextlib
 import queue
 import threading
 import time
+from abc import ABC, abstractmethod
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -30,7 +31,7 @@ INTERRUPTED = "The run was interrupted before its end."
 SETTLE_S = 0.1  # of wall time; in lockstep, by then everything that was said of this instant has been heard
 
 
-class FlightNode:
+class FlightNode(ABC):
     """Drives one run by messages and their stamps; it stands beside the control chain, never in it.
 
     Subscribes: ready (std_msgs/Bool); ground_truth, odometry (nav_msgs/Odometry); vel_raw,
@@ -77,9 +78,9 @@ class FlightNode:
         self._on_scan_locked = self._locked(self._on_scan)
         self._scans = rospy.Subscriber("scan", LaserScan, self._take_scan, queue_size=100, tcp_nodelay=True)
 
+    @abstractmethod
     def send_goal(self) -> None:
         """Send the UAV, which hovers over the start, on its way."""
-        raise NotImplementedError
 
     def subscribe(self, name: str, message_class, handler) -> None:
         """Hear a topic until the run is over; the handler is called under the lock."""
