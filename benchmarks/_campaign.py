@@ -16,9 +16,9 @@ from scipy.stats import chi2
 
 from cepa import CepaParameters
 from inspection_tools import PositionControllerParameters
-from master_thesis.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
-from master_thesis.experiment import ExperimentParameters, Phase
-from master_thesis.world_writer import Colour, Cylinder, Part, Prop, Surroundings, write_world
+from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.experiment import ExperimentParameters, Phase
+from master_thesis.worlds.writer import Colour, Cylinder, Part, Prop, Surroundings, write_world
 from simulation_tools.simulation import SimulationParameters
 
 SEED = 20

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from master_thesis.figures import png as png_of
-from master_thesis.from_above import SOLID, draw_obstacles, frame, up
-from master_thesis.placements import Obstacle
+from master_thesis.results.figures import png as png_of
+from master_thesis.results.from_above import SOLID, draw_obstacles, frame, up
+from master_thesis.worlds.placements import Obstacle
 
 _COLOURS = {"improved": "#15803d", "original": "#c81e1e"}
 

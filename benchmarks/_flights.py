@@ -7,8 +7,8 @@ from typing import NamedTuple
 from benchmarks._report import ROOT
 from cepa import Decision, Improved, LaserScan2D
 from cepa.algorithm import Algorithm
-from master_thesis.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
-from master_thesis.experiment import Phase
+from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.experiment import Phase
 from simulation_tools.simulation import SimulationParameters
 
 WORLDS = ROOT / "src/master_thesis/worlds"

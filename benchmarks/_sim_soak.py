@@ -17,9 +17,9 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks._flights import scenario
-from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
-from master_thesis.experiment import Action, ExperimentParameters, Phase
-from master_thesis.flight_log import FlightLog
+from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.experiment import Action, ExperimentParameters, Phase
+from master_thesis.flight.flight_log import FlightLog
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import parse_model
 from simulation_tools.simulation import StepOutput

@@ -28,8 +28,8 @@ from benchmarks._report import Report, options, table
 from benchmarks._thesis import TABLE_8_1_MS
 from cepa import ALGORITHMS, CepaParameters
 from cepa.algorithm import Algorithm
-from master_thesis.closed_loop import CEPA
-from master_thesis.scenario import SCENARIOS
+from master_thesis.flight.closed_loop import CEPA
+from master_thesis.worlds.scenario import SCENARIOS
 
 REPLAYS = 2
 WORST = {

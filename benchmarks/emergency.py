@@ -22,10 +22,11 @@ from tqdm import tqdm
 from benchmarks._emergency_figure import Paths, png
 from benchmarks._report import ROOT, Report, options, table, write_atomically
 from cepa import CepaParameters
-from master_thesis import emergency_report
-from master_thesis.let_go import LetGoParameters, let_go
-from master_thesis.placements import R_LB_M, SCENARIOS, placement
-from master_thesis.scenario import ALGORITHMS
+from master_thesis.emergency import report as emergency_report
+from master_thesis.emergency.description import TrialDescription, flown, in_freeze_frame
+from master_thesis.emergency.let_go import LetGoParameters, let_go
+from master_thesis.worlds.placements import R_LB_M, SCENARIOS, placement
+from master_thesis.worlds.scenario import ALGORITHMS
 
 WORLD = ROOT / "src/master_thesis/worlds/empty.world"
 REFUSED = "emergency open section"
@@ -94,7 +95,7 @@ def fly(parameters: LetGoParameters) -> Flown:
     trial = let_go(parameters)
     if trial.failure is not None:
         raise RuntimeError(f"{parameters.scenario}, variation {parameters.variation}: {trial.failure}")
-    description = emergency_report.TrialDescription(
+    description = TrialDescription(
         parameters.scenario,
         parameters.algorithm,
         parameters.lidar,
@@ -103,8 +104,8 @@ def fly(parameters: LetGoParameters) -> Flown:
         parameters.cepa,
     )
     merit = emergency_report.figures_of_merit(trial, emergency_report.clearances(description, trial))
-    poses = emergency_report.flown(trial)
-    path_xy = emergency_report.in_freeze_frame(trial, poses[:, 1:4])[:, :2]
+    poses = flown(trial)
+    path_xy = in_freeze_frame(trial, poses[:, 1:4])[:, :2]
     touch = np.searchsorted(poses[:, 0], min(trial.touched.values())) if trial.touched else None
     proposed = emergency_report.proposals_of(description, trial)[0]
     return Flown(

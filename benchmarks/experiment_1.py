@@ -23,10 +23,10 @@ from tqdm import tqdm
 from benchmarks._flights import WORLDS, scenario
 from benchmarks._report import Report, options, table, write_atomically
 from benchmarks._thesis import TABLE_8_1_MS
-from master_thesis import analysis, run_report
-from master_thesis import scenario as scenarios
-from master_thesis.closed_loop import ClosedLoop
-from master_thesis.experiment import Phase
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.experiment import Phase
+from master_thesis.results import analysis, run_report
+from master_thesis.worlds import scenario as scenarios
 
 COLUMNS = {
     "computation_ms": ("CEPA's mean [ms]", 3),

@@ -23,8 +23,8 @@ from tqdm import tqdm
 from benchmarks import _sim_graph, _sim_soak
 from benchmarks._flights import scenario
 from benchmarks._report import Report, options, table
-from master_thesis.closed_loop import ClosedLoop
-from master_thesis.experiment import Phase
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.experiment import Phase
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Collision, Cylinder, Inertial, Link, Model, World
 from simulation_tools.simulation import Simulation

@@ -22,12 +22,13 @@ from tqdm import tqdm
 from benchmarks._report import Report, options, table, write_atomically
 from benchmarks._thesis import MAPS
 from gridslam.warm_up import warm_up
-from master_thesis import floor_plan, slam_figures, slam_files
-from master_thesis.mapping_flight import SCENARIOS, fly_and_record, parameters_of
-from master_thesis.scenario import LIDARS
-from master_thesis.slam_report import judge, verdict
-from master_thesis.slam_run import replay, true_path, true_walls
-from master_thesis.slam_setup import read_setup
+from master_thesis.mapping import slam_figures, slam_files
+from master_thesis.mapping.mapping_flight import SCENARIOS, fly_and_record, parameters_of
+from master_thesis.mapping.slam_report import judge, verdict
+from master_thesis.mapping.slam_run import replay, true_path, true_walls
+from master_thesis.mapping.slam_setup import read_setup
+from master_thesis.worlds import floor_plan
+from master_thesis.worlds.scenario import LIDARS
 from simulation_tools.sdf.parser import load_world
 
 WORLDS = ("room", "hold")

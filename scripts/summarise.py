@@ -10,7 +10,8 @@ import json
 import sys
 from pathlib import Path
 
-from master_thesis import emergency_report, run_report
+from master_thesis.emergency import report as emergency_report
+from master_thesis.results import run_report
 
 
 def headline(result: dict) -> str:
@@ -18,7 +19,7 @@ def headline(result: dict) -> str:
     if result["experiment"] == "experiment_2":
         return emergency_report.headline(result)
     if result["experiment"] in ("experiment_3", "experiment_4"):
-        from master_thesis import slam_report  # half a second, for these two only
+        from master_thesis.mapping import slam_report  # half a second, for these two only
 
         return slam_report.headline(result)
     return run_report.headline(result)

@@ -22,8 +22,8 @@ pytestmark = [pytest.mark.ros, pytest.mark.flight]
 
 
 def test_in_lockstep_the_nodes_fly_as_the_closed_loop_does(processes, tmp_path):
-    from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
-    from master_thesis.experiment import Phase
+    from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+    from master_thesis.flight.experiment import Phase
     from simulation_tools.simulation import SimulationParameters
 
     goal = (14.0, 0.0, 2.0)

@@ -6,7 +6,16 @@ from catkin_pkg.python_setup import generate_distutils_setup
 
 setup(
     **generate_distutils_setup(
-        packages=["master_thesis", "master_thesis.baselines", "master_thesis_ros"],
+        packages=[
+            "master_thesis",
+            "master_thesis.baselines",
+            "master_thesis.emergency",
+            "master_thesis.flight",
+            "master_thesis.mapping",
+            "master_thesis.results",
+            "master_thesis.worlds",
+            "master_thesis_ros",
+        ],
         package_dir={"": "src", "master_thesis_ros": "ros/master_thesis_ros"},
     )
 )

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import yaml
 
-from master_thesis.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.errors import FlightError
-from master_thesis.experiment import ExperimentParameters, Phase
-from master_thesis.scenario import LIDARS, SCENARIOS
+from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.experiment import ExperimentParameters, Phase
+from master_thesis.worlds.scenario import LIDARS, SCENARIOS
 from simulation_tools.geometry import Pose
 from simulation_tools.px4.modes import Mode
 from simulation_tools.sdf.parser import parse_model

@@ -3,7 +3,7 @@
 import pytest
 
 from master_thesis.errors import FlightError
-from master_thesis.experiment import Action, Experiment, ExperimentParameters, Phase
+from master_thesis.flight.experiment import Action, Experiment, ExperimentParameters, Phase
 
 TREE, GROUND, UAV = "tree_007::link::trunk", "ground_plane::link::floor", "iris::base_link::body"
 

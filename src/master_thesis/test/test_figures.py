@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from matplotlib import image
 
-from master_thesis import figures, floor_plan
+from master_thesis.results import figures
+from master_thesis.worlds import floor_plan
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf import elements
 

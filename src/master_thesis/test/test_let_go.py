@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 from matplotlib import image
 
-from master_thesis import emergency_report, results
-from master_thesis.let_go import LetGoParameters, let_go
-from master_thesis.placements import SCENARIOS
+from master_thesis.emergency import report as emergency_report
+from master_thesis.emergency.description import TrialDescription
+from master_thesis.emergency.let_go import LetGoParameters, let_go
+from master_thesis.results import run_folder as results
+from master_thesis.worlds.placements import SCENARIOS
 
 pytestmark = pytest.mark.flight
 
@@ -30,7 +32,7 @@ def flown(worlds_folder):
         if key not in known:
             world = worlds_folder / "empty.world"
             given = LetGoParameters(str(world), scenario, algorithm, variation)
-            what = emergency_report.TrialDescription(scenario, algorithm, "ust", 1, world, given.cepa)
+            what = TrialDescription(scenario, algorithm, "ust", 1, world, given.cepa)
             known[key] = what, let_go(given)
         return known[key]
 
@@ -118,7 +120,7 @@ def test_the_folder_holds_figures_series_and_pictures(flown, tmp_path):
 
 
 def test_a_run_that_never_hovered_is_reported_too(flown, tmp_path):
-    from master_thesis.emergency_trial import EmergencyTrial, TrialParameters
+    from master_thesis.emergency.trial import EmergencyTrial, TrialParameters
 
     description, _ = flown("columns", "improved")
     trial = EmergencyTrial(TrialParameters(), "iris")

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from master_thesis import metrics
-from master_thesis.flight_log import FlightLog, Series
+from master_thesis.flight.flight_log import FlightLog, Series
+from master_thesis.results import metrics
 
 
 def poses_along(points_xyz, times=None):

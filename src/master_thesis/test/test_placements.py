@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from master_thesis.errors import ScenarioError
-from master_thesis.floor_plan import outlines
-from master_thesis.placements import (
+from master_thesis.worlds.floor_plan import outlines
+from master_thesis.worlds.placements import (
     R_LB_M,
     SCENARIOS,
     VARIATION_M,

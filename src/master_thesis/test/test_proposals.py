@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cepa import CepaParameters, LaserScan2D
-from master_thesis.placements import R_LB_M
-from master_thesis.proposals import K_SWEEP, propose, sweep
+from master_thesis.emergency.proposals import K_SWEEP, propose, sweep
+from master_thesis.worlds.placements import R_LB_M
 
 BEAMS = 1440
 ANGLES = np.arange(BEAMS) * 2 * math.pi / BEAMS - math.pi

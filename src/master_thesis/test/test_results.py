@@ -12,9 +12,9 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from master_thesis import results
 from master_thesis.errors import ResultsError
-from master_thesis.results import RunFolder
+from master_thesis.results import run_folder as results
+from master_thesis.results.run_folder import RunFolder
 
 NOON = datetime(2026, 11, 20, 12, 0, 0)
 

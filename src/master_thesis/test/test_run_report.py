@@ -7,12 +7,12 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from master_thesis import run_files, run_report
-from master_thesis.experiment import ExperimentParameters, Phase
-from master_thesis.monitor import Monitor
-from master_thesis.results import RunFolder
-from master_thesis.run_report import RunDescription
-from master_thesis.scenario import scenario
+from master_thesis.flight.experiment import ExperimentParameters, Phase
+from master_thesis.flight.monitor import Monitor
+from master_thesis.results import run_files, run_report
+from master_thesis.results.run_folder import RunFolder
+from master_thesis.results.run_report import RunDescription
+from master_thesis.worlds.scenario import scenario
 
 KEYS_OF_THE_ISSUE = (
     "reached_goal",
@@ -186,7 +186,7 @@ def test_clearance_along_a_path_past_a_tree(tmp_path, worlds_folder, description
     pytest.importorskip("pybullet")
     from dataclasses import replace
 
-    from master_thesis import analysis
+    from master_thesis.results import analysis
     from simulation_tools.sdf.elements import Cylinder
     from simulation_tools.sdf.parser import load_world
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis import scenario
 from master_thesis.errors import ScenarioError
+from master_thesis.worlds import scenario
 
 
 @pytest.mark.parametrize(("given", "expected"), [(3, 3), (3.0, 3), ("7", 7), (0, 0)])

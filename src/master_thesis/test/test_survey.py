@@ -10,11 +10,11 @@ from gridslam import OccupancyGrid
 from gridslam.evaluation import Walls, read_tum
 from gridslam.map_file import read_map
 from gridslam.trajectory import Trajectory
-from master_thesis.floor_plan import Outline
-from master_thesis.results import RunFolder
-from master_thesis.slam_files import Surveyed, closure_pairs, write_survey
-from master_thesis.slam_report import headline, judge, verdict
-from master_thesis.slam_run import FoundAgain, SlamRun, true_path
+from master_thesis.mapping.slam_files import Surveyed, closure_pairs, write_survey
+from master_thesis.mapping.slam_report import headline, judge, verdict
+from master_thesis.mapping.slam_run import FoundAgain, SlamRun, true_path
+from master_thesis.results.run_folder import RunFolder
+from master_thesis.worlds.floor_plan import Outline
 
 CELL_M = 0.1
 OFF_M = 0.25

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from master_thesis.errors import ScenarioError
-from master_thesis.floor_plan import Outline
-from master_thesis.true_walls import inside, seen_faces
+from master_thesis.worlds.floor_plan import Outline
+from master_thesis.worlds.true_walls import inside, seen_faces
 
 
 def box(x, y, width, depth, top=3.0):

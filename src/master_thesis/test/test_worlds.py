@@ -7,9 +7,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from master_thesis import floor_plan, worlds
 from master_thesis.errors import ScenarioError
-from master_thesis.scenario import SCENARIOS
+from master_thesis.worlds import flight_worlds as worlds
+from master_thesis.worlds import floor_plan
+from master_thesis.worlds.scenario import SCENARIOS
 from simulation_tools.sdf.elements import Cylinder
 from simulation_tools.sdf.parser import load_world
 

@@ -14,10 +14,12 @@ from typing import Callable, Protocol
 
 import rospy
 
-from master_thesis import results, run_report, scenario
 from master_thesis.errors import MasterThesisError
-from master_thesis.monitor import Monitor
-from master_thesis.recorder import BagRecorder
+from master_thesis.flight.bag_recorder import BagRecorder
+from master_thesis.flight.monitor import Monitor
+from master_thesis.results import run_folder as results
+from master_thesis.results import run_report
+from master_thesis.worlds import scenario
 from master_thesis_ros.flight_node import INTERRUPTED
 from master_thesis_ros.parameters import all_parameters, text
 from simulation_tools.errors import SimulationToolsError

@@ -20,8 +20,8 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool, Header
 
-from master_thesis.experiment import Action, Phase
-from master_thesis.monitor import Monitor
+from master_thesis.flight.experiment import Action, Phase
+from master_thesis.flight.monitor import Monitor
 from master_thesis_ros.messages import decision_rows, pose_values, stamp_s, twist_row
 
 PATH_SPACING_M = 0.1

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.collections import PatchCollection
 from matplotlib.patches import Polygon
 
-from master_thesis.floor_plan import outlines
-from master_thesis.placements import Obstacle
+from master_thesis.worlds.floor_plan import outlines
+from master_thesis.worlds.placements import Obstacle
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model, World
 

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from matplotlib.transforms import ScaledTranslation
 
-from master_thesis.floor_plan import Outline
+from master_thesis.worlds.floor_plan import Outline
 
 _WIDTH_IN = 7.2  # a paper's two columns
 _DPI = 200

@@ -13,8 +13,8 @@ from typing import Sequence
 
 import numpy as np
 
-from master_thesis.scenario import choose
-from master_thesis.world_writer import Box, Colour, Cylinder, Part, Prop, write_model
+from master_thesis.worlds.scenario import choose
+from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, write_model
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.sdf.parser import parse_model

@@ -7,14 +7,14 @@ from typing import Callable
 import numpy as np
 
 from gridslam.trajectory import Trajectory
-from master_thesis import analysis
-from master_thesis.experiment import Outcome
-from master_thesis.flight_log import POSE_COLUMNS, FlightLog, Series
-from master_thesis.results import RunFolder
-from master_thesis.run_report import RunDescription, flight_interval_s
-from master_thesis.scenario import FLIGHT_HEIGHT_M
-from master_thesis.slam_files import Surveyed, write_survey
-from master_thesis.slam_run import SlamRun, true_path, true_walls
+from master_thesis.flight.experiment import Outcome
+from master_thesis.flight.flight_log import POSE_COLUMNS, FlightLog, Series
+from master_thesis.mapping.slam_files import Surveyed, write_survey
+from master_thesis.mapping.slam_run import SlamRun, true_path, true_walls
+from master_thesis.results import analysis
+from master_thesis.results.run_folder import RunFolder
+from master_thesis.results.run_report import RunDescription, flight_interval_s
+from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
 
 
 def survey(

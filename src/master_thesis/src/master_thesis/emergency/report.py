@@ -2,45 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
-from cepa import CepaParameters
-from master_thesis import metrics, proposals, results
-from master_thesis.emergency_trial import EmergencyTrial
-from master_thesis.placements import freeze_frame
+from master_thesis.emergency import proposals
+from master_thesis.emergency.description import TrialDescription, flown, in_freeze_frame
+from master_thesis.emergency.trial import EmergencyTrial
+from master_thesis.results import metrics
+from master_thesis.results import run_folder as results
+from master_thesis.worlds.placements import freeze_frame
 from simulation_tools.geometry import Pose
 
 MAX_CLEARANCE_M = 5.0
-
-
-@dataclass(frozen=True)
-class TrialDescription:
-    """What was run. cepa: its parameters; parameters: every node's, by node name (empty without ROS)."""
-
-    scenario: str
-    algorithm: str
-    lidar: str
-    seed: int
-    world: Path
-    cepa: CepaParameters
-    model: str = "iris"
-    parameters: dict[str, dict] = field(default_factory=dict)
-    experiment: str = "experiment_2"
-
-
-def flown(trial: EmergencyTrial) -> np.ndarray:
-    """Return the true poses (n, 8: t, position, quaternion) in `world` from letting go on."""
-    if trial.freeze is None:
-        return np.empty((0, 8))
-    return trial.log.between(trial.freeze.t_s, np.inf)
-
-
-def in_freeze_frame(trial: EmergencyTrial, positions_xyz: np.ndarray) -> np.ndarray:
-    """Return positions (n, 3) of `world` in the frame of the placement: from where the UAV hovered."""
-    return freeze_frame(trial.freeze.uav).inverse().transform(positions_xyz)
 
 
 def clearances(description: TrialDescription, trial: EmergencyTrial) -> np.ndarray:
@@ -186,7 +161,9 @@ def write_trial(
     folder.write_csv("clearance.csv", ("t_s", "clearance_m"), measured.tolist())
     content = result(description, trial, measured)
     folder.write_json("result.json", content)
-    from master_thesis import emergency_figures  # matplotlib takes half a second to import
+    from master_thesis.emergency import (
+        figures as emergency_figures,  # matplotlib takes half a second to import
+    )
 
     for name, png in emergency_figures.pictures(description, trial, content).items():
         folder.write_bytes(name, png)

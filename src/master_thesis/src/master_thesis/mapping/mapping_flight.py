@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from inspection_tools import PositionControllerParameters, read_mission
-from master_thesis.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.errors import FlightError
-from master_thesis.experiment import Phase
-from master_thesis.flight_recording import FlightRecorder, FlightRecording
-from master_thesis.scenario import FLIGHT_HEIGHT_M, choose
+from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.experiment import Phase
+from master_thesis.flight.flight_recording import FlightRecorder, FlightRecording
+from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, choose
 from simulation_tools.geometry import Pose
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters
@@ -19,7 +19,7 @@ from simulation_tools.simulation import SimulationParameters
 R_UB_M = 0.9
 """CEPA's outer radius indoors; at its default of 1.2 m the slow UAV stands still before passages of 2 m."""
 
-PACKAGE = Path(__file__).resolve().parents[2]
+PACKAGE = Path(__file__).resolve().parents[3]
 
 
 @dataclass(frozen=True)

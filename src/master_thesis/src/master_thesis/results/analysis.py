@@ -6,10 +6,10 @@ from typing import Callable
 
 import numpy as np
 
-from master_thesis.experiment import Outcome
-from master_thesis.flight_log import FlightLog
-from master_thesis.floor_plan import Outline, outlines
-from master_thesis.run_report import MAX_CLEARANCE_M, RunDescription, clearance_series
+from master_thesis.flight.experiment import Outcome
+from master_thesis.flight.flight_log import FlightLog
+from master_thesis.results.run_report import MAX_CLEARANCE_M, RunDescription, clearance_series
+from master_thesis.worlds.floor_plan import Outline, outlines
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.uav import load_uav

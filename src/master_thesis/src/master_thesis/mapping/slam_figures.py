@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from gridslam import OccupancyGrid
-from master_thesis.figures import TimeSeries, png, time_series_png
-from master_thesis.floor_plan import Outline
+from master_thesis.results.figures import TimeSeries, png, time_series_png
+from master_thesis.worlds.floor_plan import Outline
 
 _MAP_COLOURS = ListedColormap(("#b3b3b3", "white", "black"))  # unknown, free, occupied, as in the thesis
 _SOLID, _TRUE, _BELIEVED, _CLOSURE = "#5b6066", "#1f3b73", "#c2410c", "#15803d"

@@ -14,9 +14,9 @@ from gridslam.evaluation import Walls
 from gridslam.scan_projection import project
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
-from master_thesis.flight_recording import FlightRecording, LidarGeometry
-from master_thesis.floor_plan import outlines
-from master_thesis.true_walls import seen_faces
+from master_thesis.flight.flight_recording import FlightRecording, LidarGeometry
+from master_thesis.worlds.floor_plan import outlines
+from master_thesis.worlds.true_walls import seen_faces
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import load_world
 

@@ -32,10 +32,10 @@ from inspection_tools import (
     way_m,
 )
 from master_thesis.errors import FlightError
-from master_thesis.experiment import Action, ExperimentParameters, Outcome, Phase
-from master_thesis.flight_log import FlightLog
-from master_thesis.monitor import Monitor
-from master_thesis.publisher_link import PublisherLink
+from master_thesis.flight.experiment import Action, ExperimentParameters, Outcome, Phase
+from master_thesis.flight.flight_log import FlightLog
+from master_thesis.flight.monitor import Monitor
+from master_thesis.flight.publisher_link import PublisherLink
 from simulation_tools.geometry import Pose
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Callable
 
-from master_thesis import run_report
-from master_thesis.experiment import Outcome
-from master_thesis.flight_log import FlightLog
-from master_thesis.results import RunFolder
-from master_thesis.run_report import RunDescription, WallFigures
+from master_thesis.flight.experiment import Outcome
+from master_thesis.flight.flight_log import FlightLog
+from master_thesis.results import run_report
+from master_thesis.results.run_folder import RunFolder
+from master_thesis.results.run_report import RunDescription, WallFigures
 
 
 def write_numbers(
@@ -44,7 +44,7 @@ def complete_run(
         SimulationToolsError: the world or the UAV cannot be loaded again to measure the clearance.
     """
     # Physics and matplotlib take a second to import: only here, when the flight is over
-    from master_thesis import analysis, run_pictures
+    from master_thesis.results import analysis, run_pictures
 
     clearances = analysis.clearances(description, log, outcome, progress)
     content = {**content, "min_clearance_m": run_report.least(clearances)}

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import ndimage
 
 from master_thesis.errors import ScenarioError
-from master_thesis.floor_plan import Outline
+from master_thesis.worlds.floor_plan import Outline
 
 PIECE_M = 0.05
 """Faces are cut into pieces at most this long; each is seen as a whole or not at all."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 import time
 from typing import Callable
 
-from master_thesis.experiment import Action, Experiment, ExperimentParameters, Phase
-from master_thesis.flight_log import FlightLog
-from master_thesis.run_report import WallFigures
+from master_thesis.flight.experiment import Action, Experiment, ExperimentParameters, Phase
+from master_thesis.flight.flight_log import FlightLog
+from master_thesis.results.run_report import WallFigures
 
 CLOCK_TOLERANCE_S = 0.5
 _LATENCY_KEYS = {

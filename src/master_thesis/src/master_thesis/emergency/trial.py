@@ -12,8 +12,8 @@ from typing import Sequence
 
 from cepa import LaserScan2D
 from master_thesis.errors import FlightError
-from master_thesis.flight_log import FlightLog
-from master_thesis.placements import Obstacle
+from master_thesis.flight.flight_log import FlightLog
+from master_thesis.worlds.placements import Obstacle
 from simulation_tools.geometry import Pose
 
 SAME_INSTANT_S = 1e-6

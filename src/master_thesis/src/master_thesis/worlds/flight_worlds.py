@@ -13,7 +13,7 @@ from typing import Callable, Sequence
 import numpy as np
 
 from master_thesis.errors import ScenarioError
-from master_thesis.world_writer import Box, Colour, Cylinder, Part, Prop, Sphere, Surroundings, write_world
+from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, Sphere, Surroundings, write_world
 
 GOAL_X_M = 40.0
 WORLD_SEED = 8  # of the sparse field and the forest; the flights' seeds are another matter

@@ -10,7 +10,7 @@ import math
 from pathlib import Path
 
 from master_thesis.errors import ScenarioError
-from master_thesis.world_writer import Box, Colour, Cylinder, Part, Prop, Surroundings, write_world
+from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, Surroundings, write_world
 
 ROOM_X_M, ROOM_Y_M = 16.0, 12.0
 """The room between its walls' faces; its middle is the origin. The thesis gives no size."""

@@ -18,12 +18,12 @@ from gridslam.evaluation import (
 )
 from gridslam.map_file import write_map
 from gridslam.trajectory import Trajectory
-from master_thesis import slam_figures
-from master_thesis.figures import TimeSeries
-from master_thesis.floor_plan import Outline
-from master_thesis.results import RunFolder
-from master_thesis.slam_report import judge
-from master_thesis.slam_run import SlamRun
+from master_thesis.mapping import slam_figures
+from master_thesis.mapping.slam_report import judge
+from master_thesis.mapping.slam_run import SlamRun
+from master_thesis.results.figures import TimeSeries
+from master_thesis.results.run_folder import RunFolder
+from master_thesis.worlds.floor_plan import Outline
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ from typing import Callable
 
 import numpy as np
 
-from master_thesis import metrics, results
-from master_thesis.experiment import Outcome, Phase
-from master_thesis.flight_log import HIT_COLUMNS, FlightLog
-from master_thesis.scenario import Scenario
+from master_thesis.flight.experiment import Outcome, Phase
+from master_thesis.flight.flight_log import HIT_COLUMNS, FlightLog
+from master_thesis.results import metrics
+from master_thesis.results import run_folder as results
+from master_thesis.worlds.scenario import Scenario
 
 CLEARANCE_SPACING_M = 0.02
 MAX_CLEARANCE_M = 5.0

@@ -7,8 +7,8 @@ import math
 from gridslam.errors import EvaluationError
 from gridslam.evaluation import MapAccuracy, TrajectoryError, Walls, map_error, trajectory_error
 from gridslam.trajectory import Trajectory
-from master_thesis import metrics, run_report
-from master_thesis.slam_run import SlamRun
+from master_thesis.mapping.slam_run import SlamRun
+from master_thesis.results import metrics, run_report
 
 
 def judge(run: SlamRun, truth: Trajectory, walls: Walls) -> tuple[dict, TrajectoryError, MapAccuracy]:

@@ -16,11 +16,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Patch
 
 from cepa import CepaParameters, LaserScan2D, view
-from master_thesis.emergency_report import TrialDescription, flown, in_freeze_frame
-from master_thesis.emergency_trial import EmergencyTrial
-from master_thesis.figures import png
-from master_thesis.from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
-from master_thesis.proposals import Proposals, propose, sweep
+from master_thesis.emergency.description import TrialDescription, flown, in_freeze_frame
+from master_thesis.emergency.proposals import Proposals, propose, sweep
+from master_thesis.emergency.trial import EmergencyTrial
+from master_thesis.results.figures import png
+from master_thesis.results.from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.uav import load_uav

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from master_thesis import figures
-from master_thesis.experiment import Outcome, Phase
-from master_thesis.flight_log import FlightLog
-from master_thesis.floor_plan import Outline
-from master_thesis.results import RunFolder
-from master_thesis.run_report import HIT_THINNING, RunDescription, flight_interval_s, least
+from master_thesis.flight.experiment import Outcome, Phase
+from master_thesis.flight.flight_log import FlightLog
+from master_thesis.results import figures
+from master_thesis.results.run_folder import RunFolder
+from master_thesis.results.run_report import HIT_THINNING, RunDescription, flight_interval_s, least
+from master_thesis.worlds.floor_plan import Outline
 
 FLOOR_MARGIN_M = 1.0
 

@@ -1,0 +1,1 @@
+"""Experiment 2: an emergency frozen in the air, what both algorithms propose, and what comes of it."""
