@@ -38,6 +38,14 @@ FORGIVEN_LAG_S = 0.1
 """A loop further behind the wall clock than this does not catch up: no sprint after a stall."""
 
 
+@dataclass(frozen=True)
+class WallClock:
+    """Where the loop reads the wall time, in s, and how it lets it pass; a test may bring another."""
+
+    now: Callable[[], float] = time.perf_counter
+    sleep: Callable[[float], None] = time.sleep
+
+
 class RunLoopError(SimulationToolsError):
     """The run loop cannot do what it was asked to."""
 
@@ -109,12 +117,14 @@ class RunLoop:
         output: Output,
         pacing: PacingParameters | None = None,
         paused: bool = False,
+        clock: WallClock | None = None,
     ):
         self.meter = PerformanceMeter()
         self.paused = paused
         self.on_warning: Callable[[str], None] = lambda sentence: None
         self.on_divergence: Callable[[], None] | None = None
         self._has_recovered = False
+        self._clock = clock or WallClock()
         self._simulation = simulation
         self._link = link
         self._output = output
@@ -170,12 +180,12 @@ class RunLoop:
     def run(self, should_stop: Callable[[], bool]) -> None:
         """Simulate until `should_stop()`, which is asked at least every 50 ms."""
         self._should_stop = should_stop
-        self._reported_s = time.perf_counter()
+        self._reported_s = self._clock.now()
         try:
             while not should_stop():
                 self._attend()
                 if self.paused:
-                    time.sleep(IDLE_S)
+                    self._clock.sleep(IDLE_S)
                 else:
                     self._go_on()
         finally:
@@ -219,11 +229,11 @@ class RunLoop:
 
     def _await_first_answer(self, output: StepOutput) -> None:
         """Publish the first scan again and again: the nodes that are to answer it may still be starting."""
-        warn_s = time.perf_counter() + START_PATIENCE_S
+        warn_s = self._clock.now() + START_PATIENCE_S
         while not (self._pass_barrier(output.time_us, START_RETRY_S) or self._is_interrupted()):
             self._link.reset()
             self._tell(output)
-            if time.perf_counter() > warn_s:
+            if self._clock.now() > warn_s:
                 warn_s = float("inf")
                 self.on_warning(
                     f"Lockstep: time does not begin before {self._missing()} for the first scan; "
@@ -231,7 +241,7 @@ class RunLoop:
                 )
 
     def _advance(self) -> None:
-        began_s, began_us = time.perf_counter(), self._simulation.time_us
+        began_s, began_us = self._clock.now(), self._simulation.time_us
         output = self._simulation.step()
         self._tell(output)
         if not self._pacing.lockstep:
@@ -245,21 +255,21 @@ class RunLoop:
                     f"for the scan of t = {1e-6 * output.time_us:.3f} s; this run is not reproducible."
                 )
         self._pace(output.time_us)
-        self.meter.on_progress(1e-6 * (output.time_us - began_us), time.perf_counter() - began_s)
+        self.meter.on_progress(1e-6 * (output.time_us - began_us), self._clock.now() - began_s)
 
     def _tell(self, output: StepOutput) -> None:
         """Send the telemetry and publish the sensors of one instant."""
         self._link.send_due(output.time_us)
         if output.scan is not None:
-            self.meter.latency.on_scan(output.time_us // 1000, time.perf_counter())
+            self.meter.latency.on_scan(output.time_us // 1000, self._clock.now())
         self._output.publish(output)
 
     def _pass_barrier(self, time_us: int, timeout_s: float) -> bool:
         """Wait for what is made of scan(t), applying MAVLink input up to it; False: it timed out."""
-        deadline_s = time.perf_counter() + timeout_s
+        deadline_s = self._clock.now() + timeout_s
         self._barrier.raise_for(time_us // 1000)
         while not self._barrier.has_setpoint:
-            remaining_s = deadline_s - time.perf_counter()
+            remaining_s = deadline_s - self._clock.now()
             if remaining_s <= 0.0 or self._is_interrupted():
                 return False
             if self._link.wait(min(remaining_s, 0.02)):
@@ -267,7 +277,7 @@ class RunLoop:
             self._attend()
             deadline_s = self._postponed(deadline_s, timeout_s)
         while not self._barrier.wait_for_participants(0.02):
-            if time.perf_counter() > deadline_s or self._is_interrupted():
+            if self._clock.now() > deadline_s or self._is_interrupted():
                 return False
             self._attend()
             deadline_s = self._postponed(deadline_s, timeout_s)
@@ -275,7 +285,7 @@ class RunLoop:
 
     def _postponed(self, deadline_s: float, timeout_s: float) -> float:
         """While it is paused nobody is late: who paused it may change the world for as long as it takes."""
-        return time.perf_counter() + timeout_s if self.paused else deadline_s
+        return self._clock.now() + timeout_s if self.paused else deadline_s
 
     def _pace(self, time_us: int) -> None:
         """Sleep until it is time for the next step; a setpoint that comes meanwhile is received at once."""
@@ -284,14 +294,14 @@ class RunLoop:
             return
         wall_s, simulated_us = self._anchor
         due_s = wall_s + 1e-6 * (time_us - simulated_us) / factor
-        if time.perf_counter() - due_s > FORGIVEN_LAG_S:
+        if self._clock.now() - due_s > FORGIVEN_LAG_S:
             self._set_anchor()
         while not (self.paused or self._is_interrupted()):
-            remaining_s = due_s - time.perf_counter()
+            remaining_s = due_s - self._clock.now()
             if remaining_s <= 0.0:
                 return
             if self._pacing.lockstep:
-                time.sleep(min(remaining_s, 0.05))
+                self._clock.sleep(min(remaining_s, 0.05))
             elif self._link.wait(min(remaining_s, 0.05)):
                 self._link.poll(time_us)
             if remaining_s > 0.05:
@@ -304,12 +314,12 @@ class RunLoop:
         return self._restarted or self._should_stop()
 
     def _set_anchor(self) -> None:
-        self._anchor = (time.perf_counter(), self._simulation.time_us)
+        self._anchor = (self._clock.now(), self._simulation.time_us)
 
     # -- other threads -------------------------------------------------------------------------------------
 
     def _on_setpoint(self, time_boot_ms: int) -> None:
-        self.meter.latency.on_setpoint(time_boot_ms, time.perf_counter())
+        self.meter.latency.on_setpoint(time_boot_ms, self._clock.now())
         self._barrier.on_setpoint(time_boot_ms)
 
     def _attend(self) -> None:
@@ -322,7 +332,7 @@ class RunLoop:
                 future.set_result(function())
             except Exception as error:  # whatever it is, it belongs to the caller
                 future.set_exception(error)
-        now_s = time.perf_counter()
+        now_s = self._clock.now()
         if now_s - self._reported_s >= REPORT_PERIOD_S:
             self._reported_s = now_s
             self._output.report(self.meter.snapshot(), self.paused)
