@@ -22,7 +22,19 @@ from visualization_msgs.msg import MarkerArray
 from cepa import CepaParameters, Improved, LaserScan2D, Original
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from probe import BEAMS, Input, Mounts, Output, Stamps, Warned, column, odometry_of, scan_of, velocity_of
+from probe import (
+    BEAMS,
+    Input,
+    Mounts,
+    Output,
+    Stamps,
+    Warned,
+    column,
+    odometry_of,
+    scan_of,
+    velocity_of,
+    wait_until,
+)
 
 NODE = "/cepa"
 DEFAULTS = config_of("improved", CepaParameters())
@@ -48,8 +60,8 @@ class CepaTest(unittest.TestCase):
         self.share_a_stamp()
 
     def share_a_stamp(self):
-        """Show cepa that reference and odometry come with the stamps of scans: it waits for them."""
-        self.answer((0.0, 0.0, 0.0))
+        """Show cepa that reference and odometry come with the stamps of scans, until it waits for them."""
+        wait_until(lambda: self.answer((0.25, 0.0, 0.0))[0] > 0.0, "an answer to a scan's own reference")
         rospy.rostime.wallsleep(0.05)
 
     def answer(
@@ -152,12 +164,18 @@ class CepaTest(unittest.TestCase):
 
     def answer_soon(self, v_ref, frame):
         """TF comes over its own connection: ask until it is there."""
-        for _ in range(100):
-            velocity = self.answer(v_ref, v_ref_frame=frame)
-            if velocity != (0.0, 0.0, 0.0):
-                return velocity
-            rospy.rostime.wallsleep(0.02)
-        raise AssertionError(f"{frame} never became known")
+        return self.first_move(f"{frame} to become known", v_ref, v_ref_frame=frame)
+
+    def first_move(self, what, *how, **more):
+        """Ask until the answer is another than to hover; returns it."""
+        answers = []
+
+        def moves():
+            answers.append(self.answer(*how, **more))
+            return answers[-1] != (0.0, 0.0, 0.0)
+
+        wait_until(moves, what)
+        return answers[-1]
 
     def test_a_reference_of_an_unknown_frame_counts_as_zero(self):
         self.assert_velocity(self.answer(v_ref_frame="nowhere"), (0.0, 0.0, 0.0))
@@ -167,11 +185,7 @@ class CepaTest(unittest.TestCase):
         self.assert_velocity(self.answer(frame="late_lidar"), (0.0, 0.0, 0.0))
         self.warned.wait_for("Hovering until the lidar's mounting is known")
         self.mounts.add("base_frame", "late_lidar")
-        for _ in range(100):
-            if self.answer(frame="late_lidar") == (1.0, 0.0, 0.0):
-                return
-            rospy.rostime.wallsleep(0.02)
-        self.fail("the mounting never became known")
+        self.assert_velocity(self.first_move("the mounting", frame="late_lidar"), (1.0, 0.0, 0.0))
 
     def test_a_turned_and_a_flipped_lidar(self):
         self.mounts.add("base_frame", "turned_lidar", yaw=math.pi / 2)
@@ -180,21 +194,17 @@ class CepaTest(unittest.TestCase):
         expected = self.answer((1.5, 0.0, 0.0), column(ahead_left, 1.5))
         self.assertLess(expected[1], -0.1)
         for frame, bearing in (("turned_lidar", ahead_left - 90.0), ("flipped_lidar", -ahead_left)):
-            for _ in range(100):
-                velocity = self.answer((1.5, 0.0, 0.0), column(bearing, 1.5), frame=frame)
-                if velocity != (0.0, 0.0, 0.0):
-                    break
-                rospy.rostime.wallsleep(0.02)
+            velocity = self.first_move(frame, (1.5, 0.0, 0.0), column(bearing, 1.5), frame=frame)
             np.testing.assert_allclose(velocity, expected, atol=0.02)  # a quarter of a degree: whole beams
 
     def test_a_lidar_that_does_not_lie_flat_is_refused(self):
         self.mounts.add("base_frame", "upright_lidar", pitch=math.pi / 2)
-        for _ in range(100):
+
+        def refused():
             self.assert_velocity(self.answer(frame="upright_lidar"), (0.0, 0.0, 0.0))
-            if self.warned.count("leans by 90 degrees"):
-                return
-            rospy.rostime.wallsleep(0.02)
-        self.fail(f"no word about it among {self.warned.sentences}")
+            return self.warned.count("leans by 90 degrees")
+
+        wait_until(refused, "a word about it")
 
     # bad input
 

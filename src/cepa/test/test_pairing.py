@@ -122,6 +122,26 @@ def test_clear_forgets_everything():
     assert values(p.offer_scan(25 * MS, "scan")) == [("scan", "r25", None)]
 
 
+def test_what_came_with_the_new_clock_before_the_scan_outlives_the_scans_jump_back():
+    p = pairing()
+    p.offer("reference", 900 * MS, "old reference")
+    p.offer("odometry", 900 * MS, "old odometry")
+    assert values(p.offer_scan(900 * MS, "old scan")) == [("old scan", "old reference", "old odometry")]
+    p.offer("reference", 25 * MS, "r25")
+    p.restart()
+    assert values(p.offer_scan(25 * MS, "scan")) == [("scan", "r25", None)]
+
+
+def test_a_source_that_jumped_back_long_before_the_scans_is_on_another_clock():
+    p = pairing()
+    p.offer("reference", 900 * MS, "r900")
+    p.offer("reference", 500 * MS, "went back alone")
+    p.offer_scan(900 * MS, "scan 1")
+    p.offer_scan(925 * MS, "scan 2")
+    p.restart()
+    assert values(p.offer_scan(25 * MS, "scan 3")) == [("scan 3", None, None)]
+
+
 def test_a_replayed_bag_may_begin_with_a_scan():
     # nobody knows a source before it has said something: such a scan goes without, the second waits
     p = pairing()

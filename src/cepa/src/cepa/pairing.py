@@ -49,15 +49,26 @@ class ScanPairing:
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything, as after a clock that jumped back."""
+        """Forget everything."""
         self._messages: dict[str, deque] = {source: deque(maxlen=KEPT_MESSAGES) for source in self._sources}
         self._shares_stamps = dict.fromkeys(self._sources, True)  # trusted from a source's first message on
+        self._jumped_back: set[str] = set()  # sources whose stamps went back since the last scan
         self._scan_stamps: deque = deque(maxlen=KEPT_SCANS)
         self._held: Stamped | None = None
+
+    def restart(self) -> None:
+        """Forget what is older than a clock's jump back that the scans have just shown.
+
+        A source whose stamps went back before the scans' did is on the new clock already.
+        """
+        of_new_clock = {source: self._messages[source] for source in self._jumped_back}
+        self.clear()
+        self._messages.update(of_new_clock)
 
     def offer_scan(self, stamp_ns: int, scan) -> list[PairedScan]:
         """Take in a scan; return the scans that are ready now, oldest first."""
         ready = [self._release()] if self._held else []
+        self._jumped_back.clear()
         self._scan_stamps.append(stamp_ns)
         self._held = Stamped(stamp_ns, scan)
         return ready + self._ready()
@@ -67,6 +78,7 @@ class ScanPairing:
         messages = self._messages[source]
         if messages and stamp_ns < messages[-1].stamp_ns:
             messages.clear()  # its clock jumped back
+            self._jumped_back.add(source)
         messages.append(Stamped(stamp_ns, value))
         if stamp_ns in self._scan_stamps:
             self._shares_stamps[source] = True
