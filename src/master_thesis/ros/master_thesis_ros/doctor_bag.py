@@ -1,0 +1,48 @@
+"""Reads a bag for the doctor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import rosbag
+
+from master_thesis.doctor.snapshot import Parameter, Recording
+from master_thesis.errors import MasterThesisError
+from master_thesis_ros.doctor_recorder import Recorder
+
+DEAR = (
+    "sensor_msgs/Image",
+    "sensor_msgs/CompressedImage",
+    "sensor_msgs/PointCloud2",
+    "nav_msgs/OccupancyGrid",
+)
+"""Types of which nothing is looked at; they would take most of the time."""
+
+
+class BagError(MasterThesisError):
+    """A bag that cannot be read."""
+
+
+def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
+    """Return all that a bag says, and the parameters that its nodes describe; raises BagError."""
+    recorder = Recorder()
+    try:
+        with rosbag.Bag(str(path)) as bag:
+            topics = [
+                name
+                for name, about in bag.get_type_and_topic_info().topics.items()
+                if about.msg_type not in DEAR
+            ]
+            for message in bag.read_messages(topics=topics, return_connection_header=True) if topics else ():
+                caller = message.connection_header.get("callerid", b"")
+                caller = caller.decode() if isinstance(caller, bytes) else caller
+                recorder.hear(
+                    message.topic, message.message._type, caller, message.message, message.timestamp.to_sec()
+                )
+    except rosbag.ROSBagUnindexedException:
+        raise BagError(f"{path} was not closed; mend it: rosbag reindex {path}") from None
+    except FileNotFoundError:
+        raise BagError(f"There is no bag {path}.") from None
+    except (rosbag.ROSBagException, OSError, ValueError) as error:
+        raise BagError(f"{path} cannot be read: {error}.") from None
+    return recorder.recording(), recorder.parameters()

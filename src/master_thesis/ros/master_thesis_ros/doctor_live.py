@@ -1,0 +1,154 @@
+"""Listens to a running graph for the doctor. It publishes nothing and calls no service of the stack."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import contextmanager
+from typing import Iterator
+from xmlrpc.client import Fault, ProtocolError, ServerProxy, Transport
+
+import rosgraph
+import roslib.message
+import rospy
+
+from master_thesis.doctor.snapshot import Graph, Launched, Node
+from master_thesis.errors import MasterThesisError
+from master_thesis_ros.doctor_recorder import Recorder
+
+NOT_LISTENED_TO = (
+    "sensor_msgs/Image",
+    "sensor_msgs/CompressedImage",
+    "sensor_msgs/PointCloud2",
+    "nav_msgs/OccupancyGrid",
+)
+"""Dear types: to listen would make a camera render, and nothing in them is looked at."""
+
+PING_S = 3.0
+_UNREACHABLE = (OSError, Fault, ProtocolError, rosgraph.MasterException)
+
+
+class GraphError(MasterThesisError):
+    """There is no graph to look at."""
+
+
+def look(listen_s: float) -> Graph:
+    """Listen to the graph for so long (wall time) and return what it is like; raises GraphError."""
+    master = rosgraph.Master("/doctor")
+    try:
+        master.getPid()
+    except _UNREACHABLE:
+        uri = rosgraph.get_master_uri()
+        raise GraphError(
+            f"No ROS master answers at {uri}: start a launch file, or set ROS_MASTER_URI."
+        ) from None
+    rospy.init_node("doctor", anonymous=True, disable_signals=True, disable_rosout=True)
+    listener = _Listener()
+    use_sim_time = bool(_parameter(master, "/use_sim_time", False))
+    began_s = time.monotonic()
+    end_s = began_s + listen_s
+    while time.monotonic() < end_s:
+        listener.follow(dict(master.getTopicTypes()), use_sim_time)
+        time.sleep(min(0.5, max(0.0, end_s - time.monotonic())))
+    wall_s = time.monotonic() - began_s
+    publishers, subscribers, services = (
+        {name: {node for node in nodes if node != rospy.get_name()} for name, nodes in part}
+        for part in master.getSystemState()
+    )
+    names = sorted(set().union(*publishers.values(), *subscribers.values(), *services.values()))
+    with listener.finished() as (recorder, topics):
+        types = dict(master.getTopicTypes())
+        return Graph(
+            recorder.recording(publishers, subscribers, types, topics),
+            tuple(Node(name, _answers(master, name)) for name in names),
+            tuple(_launched(master)),
+            recorder.parameters(lambda name: _parameter(master, name, None)),
+            use_sim_time,
+            wall_s,
+        )
+
+
+class _Listener:
+    """Subscribes to whatever appears, and hands it to a recorder."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._recorder = Recorder()
+        self._subscribers: dict[str, rospy.Subscriber] = {}
+        self._now_s = 0.0
+
+    def follow(self, types: dict[str, str], use_sim_time: bool) -> None:
+        """Listen to the topics that are new. use_sim_time: the clock is /clock's."""
+        for topic, kind in types.items():
+            kind_class = roslib.message.get_message_class(kind) if kind != "*" else None
+            if topic in self._subscribers or kind in NOT_LISTENED_TO or kind_class is None:
+                continue
+            self._subscribers[topic] = rospy.Subscriber(
+                topic, kind_class, self._hear, callback_args=(topic, kind, use_sim_time), queue_size=None
+            )
+
+    def _hear(self, message, about) -> None:
+        topic, kind, use_sim_time = about
+        with self._lock:
+            if topic == "/clock" and use_sim_time:
+                self._now_s = message.clock.to_sec()
+            elif not use_sim_time:
+                self._now_s = time.time()
+            publisher = message._connection_header.get("callerid", "")
+            self._recorder.hear(topic, kind, publisher, message, self._now_s)
+
+    @contextmanager
+    def finished(self) -> Iterator[tuple[Recorder, set[str]]]:
+        """Hear no more; gives the recorder and the topics that were listened to."""
+        for subscriber in self._subscribers.values():
+            subscriber.unregister()
+        with self._lock:
+            yield self._recorder, set(self._subscribers)
+
+
+def _answers(master: rosgraph.Master, node: str) -> bool:
+    """Tell whether a node's own server answers."""
+    try:
+        return _proxy(master.lookupNode(node)).getPid("/doctor")[0] == 1
+    except _UNREACHABLE:
+        return False
+
+
+def _launched(master: rosgraph.Master) -> Iterator[Launched]:
+    """Yield what every roslaunch of this graph says of its nodes."""
+    for uri in (_parameter(master, "/roslaunch/uris", {}) or {}).values():
+        try:
+            code, _, (alive, dead) = _proxy(uri).list_processes()
+        except (*_UNREACHABLE, ValueError):
+            continue  # it ended without a word; its nodes are told of by their own silence
+        if code == 1:
+            yield from (Launched(_name(name), True, int(starts)) for name, starts in alive if _is_node(name))
+            yield from (Launched(_name(name), False, int(starts)) for name, starts in dead if _is_node(name))
+
+
+def _name(process: str) -> str:
+    """Return a node's name of that of its process, e.g. cepa-5."""
+    return "/" + process.rpartition("-")[0].lstrip("/")
+
+
+def _is_node(process: str) -> bool:
+    return "-" in process and not process.startswith(("rosout-", "master"))
+
+
+def _parameter(master: rosgraph.Master, name: str, default):
+    try:
+        return master.getParam(name)
+    except _UNREACHABLE:
+        return default
+
+
+def _proxy(uri: str) -> ServerProxy:
+    """Return a node's XML-RPC server, whose calls give up in time: a hung one accepts, and never answers."""
+    return ServerProxy(uri, transport=_ImpatientTransport())
+
+
+class _ImpatientTransport(Transport):
+    def make_connection(self, host):
+        connection = super().make_connection(host)
+        connection.timeout = PING_S
+        return connection

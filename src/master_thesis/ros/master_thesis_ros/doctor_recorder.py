@@ -1,0 +1,141 @@
+"""Turns ROS messages, live or out of a bag, into the doctor's plain snapshot."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from master_thesis.doctor.snapshot import Autopilot, Parameter, Recording, Scan, Topic, Transform
+
+SCANS_KEPT, EVERY_LATER_SCAN = 50, 20
+"""Of each topic the first scans are kept, and later one of so many."""
+
+TRANSFORMS = ("/tf", "/tf_static")
+
+
+@dataclass
+class _Heard:
+    type: str
+    publishers: set[str] = field(default_factory=set)
+    received_s: list[float] = field(default_factory=list)
+    stamps_s: list[float] = field(default_factory=list)
+
+
+class Recorder:
+    """Stores what the checks look at. Not for several threads at once."""
+
+    def __init__(self) -> None:
+        self._heard: dict[str, _Heard] = {}
+        self._edges: dict[tuple[str, str, str, bool], _Heard] = {}
+        self._broken: set[tuple[str, str, str, bool]] = set()
+        self._scans: dict[str, list[Scan]] = defaultdict(list)
+        self._scans_seen: dict[str, int] = defaultdict(int)
+        self._autopilots: dict[str, Autopilot] = {}
+        self._ranges: dict[tuple[str, str], list] = {}
+        self._in_use: dict[tuple[str, str], float] = {}
+        self._clock_s: list[float] = []
+        self.now_s = 0.0
+
+    def hear(self, topic: str, kind: str, publisher: str, message, received_s: float) -> None:
+        """Take in a message. kind: its type, e.g. sensor_msgs/LaserScan. received_s: the graph's clock."""
+        self.now_s = received_s
+        heard = self._heard.setdefault(topic, _Heard(kind))
+        heard.publishers.add(publisher)
+        heard.received_s.append(received_s)
+        heard.stamps_s.append(message.header.stamp.to_sec() if hasattr(message, "header") else math.nan)
+        if topic == "/clock":
+            self._clock_s.append(message.clock.to_sec())
+        elif kind == "tf2_msgs/TFMessage" or kind == "tf/tfMessage":
+            self._hear_transforms(message, publisher, topic.endswith("_static"), received_s)
+        elif kind == "sensor_msgs/LaserScan":
+            self._hear_scan(topic, message)
+        elif kind == "mavros_msgs/State":
+            self._autopilots[topic] = Autopilot(topic, message.connected, message.armed, message.mode)
+        elif kind == "dynamic_reconfigure/ConfigDescription":
+            self._hear_description(topic.rpartition("/")[0], message)
+        elif kind == "dynamic_reconfigure/Config":
+            self._hear_configuration(topic.rpartition("/")[0], message)
+
+    def _hear_transforms(self, message, publisher: str, static: bool, received_s: float) -> None:
+        for transform in message.transforms:
+            parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
+            key = (parent, child, publisher, static)
+            edge = self._edges.setdefault(key, _Heard("tf"))
+            edge.received_s.append(received_s)
+            edge.stamps_s.append(transform.header.stamp.to_sec())
+            shift, turn = transform.transform.translation, transform.transform.rotation
+            length = math.sqrt(turn.x**2 + turn.y**2 + turn.z**2 + turn.w**2)
+            if not math.isfinite(shift.x + shift.y + shift.z) or not abs(length - 1.0) < 1e-2:
+                self._broken.add(key)
+
+    def _hear_scan(self, topic: str, message) -> None:
+        self._scans_seen[topic] += 1
+        kept = self._scans[topic]
+        if len(kept) >= SCANS_KEPT and self._scans_seen[topic] % EVERY_LATER_SCAN:
+            return
+        limits = (
+            message.angle_min,
+            message.angle_max,
+            message.angle_increment,
+            message.range_min,
+            message.range_max,
+        )
+        kept.append(Scan(topic, message.header.frame_id, *limits, np.asarray(message.ranges, np.float32)))
+
+    def _hear_description(self, node: str, message) -> None:
+        for low, high in ((low, high) for low in _numbers(message.min) for high in _numbers(message.max)):
+            if low[0] == high[0]:
+                self._ranges[node, low[0]] = [low[1], high[1]]
+
+    def _hear_configuration(self, node: str, message) -> None:
+        for name, value in _numbers(message):
+            self._in_use[node, name] = value
+
+    def parameters(self, server=None) -> tuple[Parameter, ...]:
+        """Return all parameters described so far. server: name of a parameter to its value on the server."""
+        found = []
+        for (node, name), (minimum, maximum) in sorted(self._ranges.items()):
+            value = server(f"{node}/{name}") if server else None
+            on_server = (
+                float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+            )
+            found.append(Parameter(node, name, minimum, maximum, on_server, self._in_use.get((node, name))))
+        return tuple(found)
+
+    def recording(self, publishers=None, subscribers=None, types=None, listened=None) -> Recording:
+        """Return all that was heard so far.
+
+        publishers, subscribers: topic to names of nodes, as a master tells; in a bag None. types: topic to
+        type. listened: the topics whose messages were asked for; None: all.
+        """
+        names = {*self._heard, *(publishers or {}), *(subscribers or {})}
+        topics = {}
+        for name in sorted(names):
+            heard = self._heard.get(name, _Heard((types or {}).get(name, "")))
+            topics[name] = Topic(
+                name,
+                heard.type,
+                tuple(
+                    sorted((publishers or {}).get(name, () if publishers is not None else heard.publishers))
+                ),
+                tuple(sorted((subscribers or {}).get(name, ()))),
+                tuple(heard.received_s),
+                tuple(heard.stamps_s),
+                listened is None or name in listened,
+            )
+        transforms = tuple(
+            Transform(*key, tuple(edge.received_s), tuple(edge.stamps_s), key in self._broken)
+            for key, edge in sorted(self._edges.items())
+        )
+        scans = tuple(scan for kept in self._scans.values() for scan in kept)
+        return Recording(
+            topics, transforms, scans, tuple(self._autopilots.values()), tuple(self._clock_s), self.now_s
+        )
+
+
+def _numbers(configuration) -> list[tuple[str, float]]:
+    """Return the numbers among a dynamic_reconfigure/Config."""
+    return [(entry.name, float(entry.value)) for entry in [*configuration.ints, *configuration.doubles]]

@@ -1,0 +1,85 @@
+"""Judges a bag: the same as a running graph from its messages, holes, and what it can be played into."""
+
+from __future__ import annotations
+
+from typing import Iterator
+
+from master_thesis.doctor import clock, graph, parameters, scans, transforms
+from master_thesis.doctor.expectations import QUIET_TOPICS
+from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
+from master_thesis.doctor.snapshot import Parameter, Recording
+
+GAP_FACTOR, LEAST_GAP_S, LEAST_RATE_HZ = 10.0, 0.5, 4.0
+"""A hole is this many of a topic's usual steps long, and this long; slow topics have none."""
+
+SCAN, VELOCITY, ODOMETRY = "sensor_msgs/LaserScan", "geometry_msgs/TwistStamped", "nav_msgs/Odometry"
+
+
+def check(recording: Recording, described: tuple[Parameter, ...] = ()) -> list[Finding]:
+    """Return all findings about a bag."""
+    found = []
+    for one in (contents, gaps, graph.commands, graph.chain, graph.autopilot, clock.stamps):
+        found += one(recording)
+    found += [*transforms.check(recording), *scans.check(recording), *playable(recording)]
+    return found + list(parameters.check(described))
+
+
+def contents(recording: Recording) -> Iterator[Finding]:
+    """Judge whether there is anything."""
+    if not any(topic.received_s for topic in recording.topics.values()):
+        yield Finding(
+            ERROR, "bag", "holds no messages", "Record again, with topics that are published (rostopic list)"
+        )
+
+
+def gaps(recording: Recording) -> Iterator[Finding]:
+    """Judge holes in topics that otherwise come steadily."""
+    for topic in recording.topics.values():
+        if QUIET_TOPICS.match(topic.name) or len(topic.received_s) < 20:
+            continue
+        steps_s = [later - earlier for earlier, later in zip(topic.received_s, topic.received_s[1:])]
+        usual_s, (longest_s, at) = (
+            sorted(steps_s)[len(steps_s) // 2],
+            max((s, i) for i, s in enumerate(steps_s)),
+        )
+        steady = sorted(steps_s)[int(0.99 * (len(steps_s) - 1))] < 3.0 * max(usual_s, 1e-3)
+        if steady and usual_s < 1.0 / LEAST_RATE_HZ and longest_s > max(GAP_FACTOR * usual_s, LEAST_GAP_S):
+            usual = f"comes every {1e3 * usual_s:.0f} ms"
+            yield Finding(
+                WARNING,
+                topic.name,
+                f"{usual}, but not for {longest_s:.2f} s from {topic.received_s[at]:.2f} s on",
+                "Its node died or was paused there, or the disk was too slow (rosbag --buffsize)",
+            )
+
+
+def playable(recording: Recording) -> Iterator[Finding]:
+    """Judge what CEPA and gridslam would miss if the bag were played into them."""
+    have = {topic.type for topic in recording.of_type(SCAN, VELOCITY, ODOMETRY)}
+    for type_name, what in ((SCAN, "scans"), (VELOCITY, "a reference velocity"), (ODOMETRY, "odometry")):
+        if type_name not in have:
+            remedy = f"Record a topic of {type_name} as well"
+            yield Finding(NOTE, "cepa", f"cannot be fed from this bag: it has no {what}", remedy)
+    if SCAN not in have:
+        yield Finding(
+            NOTE, "gridslam", "cannot be fed from this bag: it has no scans", f"Record a topic of {SCAN}"
+        )
+    elif not any(_reaches_odometry(scan.frame, recording) for scan in recording.scans):
+        what = "cannot be fed from this bag: TF does not lead from the scans' frame to a frame that moves"
+        yield Finding(
+            NOTE, "gridslam", what, "Record /tf and /tf_static, with odom -> base and base -> lidar"
+        )
+    if "/clock" in recording.topics and recording.topics["/clock"].received_s:
+        yield Finding(
+            NOTE, "/clock", "is in the bag", "Play it without --clock, which would make a second one"
+        )
+
+
+def _reaches_odometry(frame: str, recording: Recording) -> bool:
+    """Tell whether a frame has an ancestor over an edge that is not static."""
+    edge_of = {edge.child: edge for edge in recording.transforms}
+    frame, moved, steps = frame.lstrip("/"), False, 0
+    while frame in edge_of and steps <= len(edge_of):
+        moved = moved or not edge_of[frame].static
+        frame, steps = edge_of[frame].parent, steps + 1
+    return moved

@@ -1,0 +1,105 @@
+"""Judges the clock, and whether messages are stamped by it."""
+
+from __future__ import annotations
+
+import math
+from typing import Iterator
+
+from master_thesis.doctor.finding import ERROR, WARNING, Finding
+from master_thesis.doctor.snapshot import Graph, Recording
+
+LATE_S, EARLY_S = 1.0, 0.1
+"""A stamp older than this when it arrives is of use to nobody; one this far ahead is of another clock."""
+ANOTHER_CLOCK_S = 3600.0
+
+
+def running(graph: Graph) -> Iterator[Finding]:
+    """Judge /clock against /use_sim_time."""
+    topic = graph.recording.topics.get("/clock")
+    speakers = sorted(set(topic.publishers)) if topic else []
+    ticks = graph.recording.clock_s
+    if graph.use_sim_time and not speakers:
+        remedy = "Start the simulator (or rosbag play --clock), or: rosparam set use_sim_time false"
+        yield Finding(
+            ERROR, "/clock", "use_sim_time is true and nobody publishes a clock: time stands at 0", remedy
+        )
+    elif graph.use_sim_time and not ticks:
+        yield Finding(
+            ERROR,
+            "/clock",
+            f"{speakers[0]} is to publish it and does not",
+            "Is the simulator hung? Look at its output",
+        )
+    elif graph.use_sim_time and ticks[-1] <= ticks[0]:
+        yield Finding(
+            WARNING,
+            "/clock",
+            "stands still",
+            "If the simulation is not meant to be paused: rosservice call /gazebo/unpause_physics",
+        )
+    elif speakers and not graph.use_sim_time:
+        remedy = (
+            "rosparam set use_sim_time true, and start the other nodes again: they read it at their start"
+        )
+        yield Finding(
+            ERROR,
+            "/use_sim_time",
+            f"is false while {speakers[0]} publishes /clock: nodes run on wall time",
+            remedy,
+        )
+    if len(speakers) > 1:
+        remedy = f"Only one may: rosnode kill {speakers[-1]}"
+        yield Finding(ERROR, "/clock", f"{' and '.join(speakers)} publish it: time jumps to and fro", remedy)
+    backwards = sum(later < earlier for earlier, later in zip(ticks, ticks[1:]))
+    if backwards and len(speakers) < 2:
+        yield Finding(
+            WARNING,
+            "/clock",
+            f"went back {backwards} times",
+            "A reset or a looping bag: nodes clear their state each time",
+        )
+
+
+def stamps(recording: Recording) -> Iterator[Finding]:
+    """Judge the messages' stamps: of this clock, neither late nor early, and never going back."""
+    for topic in recording.topics.values():
+        if topic.name in ("/tf", "/tf_static"):
+            continue  # has checks of its own
+        pairs = [
+            (received_s, stamp_s)
+            for received_s, stamp_s in zip(topic.received_s, topic.stamps_s)
+            if not math.isnan(stamp_s) and stamp_s > 0.0
+        ]
+        if len(pairs) > 1:  # a single one may be latched, and old by right
+            yield from _ages(topic.name, [received_s - stamp_s for received_s, stamp_s in pairs])
+            yield from _order(topic.name, len(set(topic.publishers)), [stamp_s for _, stamp_s in pairs])
+
+
+def _ages(name: str, ages_s: list[float]) -> Iterator[Finding]:
+    age_s = sorted(ages_s)[len(ages_s) // 2]
+    if abs(age_s) > ANOTHER_CLOCK_S:
+        remedy = "Its node was started before use_sim_time was set, or stamps by itself: start it again"
+        yield Finding(
+            ERROR, name, "is stamped by another clock (wall time among simulated, or the reverse)", remedy
+        )
+    elif age_s > LATE_S:
+        yield Finding(
+            WARNING,
+            name,
+            f"its stamps are {age_s:.1f} s old when they arrive",
+            "Look at the load, and at queue sizes",
+        )
+    elif age_s < -EARLY_S:
+        yield Finding(
+            WARNING,
+            name,
+            f"its stamps are {-age_s:.2f} s in the future",
+            "Compare the clocks of the machines (chrony)",
+        )
+
+
+def _order(name: str, publishers: int, stamps_s: list[float]) -> Iterator[Finding]:
+    backwards = sum(later < earlier for earlier, later in zip(stamps_s, stamps_s[1:]))
+    if backwards and publishers < 2:
+        remedy = "Several sources under one name, or a clock that was reset: look at who publishes"
+        yield Finding(WARNING, name, f"its stamps go back {backwards} times", remedy)

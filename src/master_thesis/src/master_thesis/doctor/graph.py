@@ -1,0 +1,179 @@
+"""Judges the nodes and topics of a running graph: who is dead or not heard, who commands against whom."""
+
+from __future__ import annotations
+
+from typing import Iterator
+
+from master_thesis.doctor import clock, parameters, scans, transforms
+from master_thesis.doctor.expectations import (
+    CHAIN,
+    FOLLOWED_SHARE,
+    LEAST_SETPOINT_RATE_HZ,
+    QUIET_TOPICS,
+    RATES_HZ,
+    SETPOINTS,
+    is_command,
+)
+from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
+from master_thesis.doctor.snapshot import Graph, Recording, Topic
+
+
+def check(graph: Graph) -> list[Finding]:
+    """Return all findings about a running graph."""
+    recording = graph.recording
+    found = [finding for one in (nodes, unheard, clock.running, rates) for finding in one(graph)]
+    for one in (commands, chain, autopilot, clock.stamps, transforms.check, scans.check):
+        found += one(recording)
+    return [*found, *parameters.check(graph.parameters)]
+
+
+def nodes(graph: Graph) -> Iterator[Finding]:
+    """Judge which nodes are dead: known to the master or a roslaunch, and silent."""
+    known = {node.name for node in graph.nodes}
+    for node in graph.nodes:
+        if not node.answers:
+            yield Finding(
+                ERROR,
+                node.name,
+                "is registered with the master and does not answer",
+                "rosnode cleanup, then start it again",
+            )
+    for launched in graph.launched:
+        if not launched.running:
+            yield Finding(
+                ERROR,
+                launched.name,
+                "was launched and has ended",
+                "Read why in its log; start it by rosrun or launch again",
+            )
+        elif launched.name not in known:
+            yield Finding(
+                WARNING,
+                launched.name,
+                "its process runs, and the master does not know it",
+                "Wait if it is starting; else kill it, so that roslaunch starts it again",
+            )
+        if launched.starts > 1:
+            what = f"has ended {launched.starts - 1} times and been started again"
+            yield Finding(WARNING, launched.name, what, "Read why in its log (~/.ros/log/latest)")
+
+
+def unheard(graph: Graph) -> Iterator[Finding]:
+    """Judge topics to which nodes listen and nobody speaks, or of which nothing was heard."""
+    for topic in graph.recording.topics.values():
+        if QUIET_TOPICS.match(topic.name) or not topic.subscribers:
+            continue
+        listeners = ", ".join(sorted(topic.subscribers))
+        if not topic.publishers:
+            in_chain = topic.name in {link.topic for link in CHAIN} | {link.source for link in CHAIN}
+            remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
+            yield Finding(
+                ERROR if in_chain else NOTE, topic.name, f"{listeners} listens, and nobody publishes", remedy
+            )
+
+
+def rates(graph: Graph) -> Iterator[Finding]:
+    """Judge rates against the least that the stack needs."""
+    recording = graph.recording
+    for name, least_hz in RATES_HZ.items():
+        topic = recording.topics.get(name)
+        if topic is None or not topic.publishers or not topic.listened or graph.wall_s <= 0.0:
+            continue
+        heard = len(recording.clock_s) if name == "/clock" else len(topic.received_s)
+        span_s = graph.wall_s if name == "/clock" else _span_s(graph)
+        if heard == 0 and not _stands_still(graph):
+            yield Finding(
+                ERROR,
+                name,
+                f"nothing came in {graph.wall_s:.0f} s from {_names(topic)}",
+                "Is that node hung? rosnode kill it",
+            )
+        elif span_s >= 2.0 and heard < least_hz * span_s / 2.0:
+            what = f"{heard / span_s:.1f} Hz, and at least {least_hz:g} are expected"
+            yield Finding(
+                WARNING, name, what, "Look at the load of the machine (top), and at real_time_factor"
+            )
+
+
+def chain(recording: Recording) -> Iterator[Finding]:
+    """Judge whether each step from scan to velocity answers what it hears."""
+    for link in CHAIN:
+        source, topic = recording.topics.get(link.source), recording.topics.get(link.topic)
+        if source is None or topic is None or not topic.publishers or len(source.received_s) < 10:
+            continue
+        share = len(topic.received_s) / len(source.received_s)
+        if not topic.received_s:
+            yield Finding(
+                ERROR,
+                link.topic,
+                f"{link.source} flows, and {_names(topic)} makes nothing of it",
+                "Read the node's warnings: rostopic echo /rosout",
+            )
+        elif share < FOLLOWED_SHARE:
+            what = (
+                f"has {100.0 * share:.0f} % of the messages of {link.source}, of which it is made one for one"
+            )
+            yield Finding(
+                WARNING,
+                link.topic,
+                what,
+                "The node is too slow or refuses messages: look at its load and at /rosout",
+            )
+
+
+def commands(recording: Recording) -> Iterator[Finding]:
+    """Judge whether two nodes command the same."""
+    for topic in recording.topics.values():
+        speakers = sorted(set(topic.publishers))
+        if is_command(topic.name) and len(speakers) > 1:
+            goal = topic.name.endswith("pos_setpoint")
+            what = f"{' and '.join(speakers)} both publish commands"
+            yield Finding(
+                WARNING if goal else ERROR, topic.name, what, f"Stop one of them: rosnode kill {speakers[-1]}"
+            )
+
+
+def autopilot(recording: Recording) -> Iterator[Finding]:
+    """Judge MAVROS's link, and setpoints that nobody flies."""
+    rate = max(
+        (_rate_hz(topic) for topic in recording.topics.values() if SETPOINTS.match(topic.name)), default=0.0
+    )
+    for state in recording.autopilots:
+        if not state.connected:
+            yield Finding(
+                ERROR,
+                state.topic,
+                "MAVROS hears no flight controller",
+                "Check fcu_url and that the flight controller (or gazebo) runs",
+            )
+        elif state.armed and state.mode == "OFFBOARD" and 0.0 < rate < LEAST_SETPOINT_RATE_HZ:
+            what = f"setpoints come at {rate:.1f} Hz, and PX4 needs more than {LEAST_SETPOINT_RATE_HZ:g}"
+            yield Finding(ERROR, state.topic, what, "Look at mavros_publisher and the load of the machine")
+        elif rate > 0.0 and not (state.armed and state.mode in ("OFFBOARD", "GUIDED")):
+            armed = "armed" if state.armed else "disarmed"
+            what = f"setpoints flow, and the flight controller is {armed} in {state.mode}"
+            yield Finding(
+                NOTE, state.topic, what, "rosservice call /mavros_publisher/restart takes off again"
+            )
+
+
+def _names(topic: Topic) -> str:
+    return ", ".join(sorted(set(topic.publishers))) or "nobody"
+
+
+def _span_s(graph: Graph) -> float:
+    """Return for how long the graph was listened to, on its own clock."""
+    ticks = graph.recording.clock_s
+    return ticks[-1] - ticks[0] if graph.use_sim_time and ticks else graph.wall_s
+
+
+def _stands_still(graph: Graph) -> bool:
+    ticks = graph.recording.clock_s
+    return graph.use_sim_time and (len(ticks) < 2 or ticks[-1] <= ticks[0])
+
+
+def _rate_hz(topic: Topic) -> float:
+    """Return a topic's mean rate by the times of arrival."""
+    if len(topic.received_s) < 2 or topic.received_s[-1] <= topic.received_s[0]:
+        return 0.0
+    return (len(topic.received_s) - 1) / (topic.received_s[-1] - topic.received_s[0])

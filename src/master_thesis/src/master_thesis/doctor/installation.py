@@ -1,0 +1,136 @@
+"""Judges an installation: is all there that `bringup.sh` puts there, and can ROS talk to itself?"""
+
+from __future__ import annotations
+
+import os.path
+import re
+from typing import Iterator
+from urllib.parse import urlparse
+
+from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
+from master_thesis.doctor.machine import Machine
+
+SETUP = "Call ./bringup.sh setup"
+DISK_FOR_A_RUN_MB, MEMORY_FOR_A_RUN_MB = 500, 800
+"""A recorded experiment leaves up to 200 MB; the graph of Experiment 1 takes 540 MB."""
+
+
+def check(machine: Machine) -> list[Finding]:
+    """Return all findings about an installation."""
+    checks = (python_packages, debian_packages, build, messages, kernels, room, names, master)
+    return [finding for one in checks for finding in one(machine)]
+
+
+def python_packages(machine: Machine) -> Iterator[Finding]:
+    """Judge .venv against requirements.txt."""
+    if os.path.realpath(machine.python) != os.path.realpath(f"{machine.root}/.venv"):
+        yield Finding(
+            WARNING,
+            "python",
+            f"this is the interpreter of {machine.python}, not the workspace's .venv",
+            SETUP,
+        )
+    for name, version in machine.python_wanted.items():
+        found = machine.python_found.get(name)
+        if found is None:
+            yield Finding(ERROR, f"python package {name}", "is not installed", SETUP)
+        elif found.split("+")[0] != version:
+            what = f"is {found}, and requirements.txt says {version}"
+            yield Finding(WARNING, f"python package {name}", what, f"Delete .venv/.bringup. {SETUP}")
+
+
+def debian_packages(machine: Machine) -> Iterator[Finding]:
+    """Judge the distribution's packages against scripts/packages."""
+    if not machine.platform_known:
+        yield Finding(
+            WARNING, "platform", "is neither Debian 12 nor Ubuntu 20.04", "Use a container of either"
+        )
+    for name in machine.debian_missing:
+        yield Finding(
+            ERROR,
+            f"package {name}",
+            "is not installed",
+            f"sudo apt-get install --no-install-recommends {name}",
+        )
+
+
+def build(machine: Machine) -> Iterator[Finding]:
+    """Judge whether the workspace is built and in the environment."""
+    if not machine.built:
+        yield Finding(ERROR, machine.root, "is not built", SETUP)
+    elif not machine.sourced:
+        remedy = f"source {machine.root}/devel/setup.bash"
+        yield Finding(ERROR, "CMAKE_PREFIX_PATH", "this shell does not know the workspace", remedy)
+
+
+def messages(machine: Machine) -> Iterator[Finding]:
+    """Judge the message types against upstream's md5sums: who differs cannot talk to MAVROS or Gazebo."""
+    for name, wanted in machine.md5_wanted.items():
+        found = machine.md5_found.get(name)
+        if found is None:
+            yield Finding(ERROR, f"message {name}", "is not built, or not in PYTHONPATH", SETUP)
+        elif found != wanted:
+            what = f"has the md5sum {found}, upstream's has {wanted}: clients of the other refuse to connect"
+            yield Finding(
+                ERROR, f"message {name}", what, "Look in ROS_PACKAGE_PATH for another version of its package"
+            )
+
+
+def kernels(machine: Machine) -> Iterator[Finding]:
+    """Judge numba's cache: without it the first flight waits for the compiler."""
+    for name in machine.kernels_missing:
+        what = "numba has none of its kernels in the cache; the first start compiles for up to a minute"
+        yield Finding(WARNING, f"library {name}", what, f"rm -f build/.bringup_kernels. {SETUP}")
+
+
+def room(machine: Machine) -> Iterator[Finding]:
+    """Judge whether a run and its bag have room."""
+    if machine.free_disk_mb < DISK_FOR_A_RUN_MB:
+        what = f"only {machine.free_disk_mb} MB of disk are free; a run with its bag takes up to 200"
+        yield Finding(WARNING, machine.root, what, "Delete old folders in results/")
+    if machine.free_memory_mb < MEMORY_FOR_A_RUN_MB:
+        what = f"only {machine.free_memory_mb} MB are free, and the graph of an experiment takes 540"
+        yield Finding(WARNING, "memory", what, "End other programs")
+
+
+def names(machine: Machine) -> Iterator[Finding]:
+    """Judge whether the names resolve by which ROS nodes tell each other their addresses."""
+    told = machine.ros.get("ROS_HOSTNAME") or machine.ros.get("ROS_IP")
+    for name, resolves in machine.hosts.items():
+        if resolves or (told and name not in ("localhost", told)):
+            continue
+        if name == "localhost":
+            yield Finding(
+                ERROR, name, "does not resolve", 'echo "127.0.0.1 localhost" | sudo tee -a /etc/hosts'
+            )
+        else:
+            what = "this machine's name does not resolve, and nodes give it as their address"
+            yield Finding(ERROR, name, what, "export ROS_IP=127.0.0.1")
+    if machine.ros.get("ROS_HOSTNAME") and machine.ros.get("ROS_IP"):
+        yield Finding(NOTE, "ROS_IP", "ROS_HOSTNAME is set as well, and wins", "Unset one of them")
+    ip = machine.ros.get("ROS_IP", "")
+    if ip and not re.fullmatch(r"[0-9a-fA-F:.]+", ip):
+        yield Finding(
+            ERROR, "ROS_IP", f'"{ip}" is no address', "export ROS_IP=127.0.0.1, or set ROS_HOSTNAME instead"
+        )
+
+
+def master(machine: Machine) -> Iterator[Finding]:
+    """Judge ROS_MASTER_URI, and whether a master elsewhere could reach the nodes here."""
+    text = machine.ros.get("ROS_MASTER_URI", "")
+    try:
+        uri = urlparse(text)
+        port, host = uri.port, uri.hostname
+    except ValueError:
+        uri, port, host = urlparse(""), None, None
+    if uri.scheme != "http" or not host or not port:
+        remedy = "export ROS_MASTER_URI=http://localhost:11311"
+        yield Finding(ERROR, "ROS_MASTER_URI", f'"{text}" is not of the form http://HOST:PORT/', remedy)
+        return
+    here = {"localhost", "127.0.0.1", "::1"}
+    told = machine.ros.get("ROS_HOSTNAME") or machine.ros.get("ROS_IP", "")
+    if host not in here and host not in machine.hosts and told in here:
+        what = (
+            f"the master is on {host}, and nodes here give {told} as their address: nobody there finds them"
+        )
+        yield Finding(ERROR, "ROS_IP", what, f"Set it to this machine's address as seen from {host}")

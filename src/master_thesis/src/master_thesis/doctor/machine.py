@@ -1,0 +1,142 @@
+"""What an installation is made of, gathered without ROS: it must work where nothing else does."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Machine:
+    """An installation, in plain values.
+
+    python_wanted: requirement lines of requirements.txt that count for this Python, as package to version.
+    python_found: package to version, for those that are installed. debian_missing: of the platform's list.
+    md5_wanted, md5_found: of the message types. kernels_missing: libraries without compiled kernels. hosts: name to whether it resolves. ros: the ROS_* environment variables.
+    """
+
+    root: str
+    python: str = ""
+    platform_known: bool = True
+    built: bool = True
+    sourced: bool = True
+    python_wanted: dict[str, str] = field(default_factory=dict)
+    python_found: dict[str, str] = field(default_factory=dict)
+    debian_missing: tuple[str, ...] = ()
+    md5_wanted: dict[str, str] = field(default_factory=dict)
+    md5_found: dict[str, str] = field(default_factory=dict)
+    kernels_missing: tuple[str, ...] = ()
+    free_disk_mb: int = 1_000_000
+    free_memory_mb: int = 1_000_000
+    hosts: dict[str, bool] = field(default_factory=dict)
+    ros: dict[str, str] = field(default_factory=dict)
+
+
+def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -> Machine:
+    """Return what the machine is like on which the workspace lies at `root`."""
+    wanted = requirements((root / "requirements.txt").read_text(encoding="utf-8"), sys.version_info[:2])
+    packages = root / "scripts/packages" / f"{_platform()}.txt"
+    hosts = {"localhost", socket.gethostname()} | {
+        os.environ[name] for name in ("ROS_HOSTNAME",) if name in os.environ
+    }
+    return Machine(
+        root=str(root),
+        python=sys.prefix,
+        platform_known=packages.exists(),
+        built=(root / "devel/setup.bash").exists() and (root / "build/CMakeCache.txt").exists(),
+        sourced=str(root / "devel") in os.environ.get("CMAKE_PREFIX_PATH", "").split(":"),
+        python_wanted=wanted,
+        python_found=_installed(wanted),
+        debian_missing=_missing(packages.read_text(encoding="utf-8")) if packages.exists() else (),
+        md5_wanted=md5_wanted,
+        md5_found=md5_found,
+        kernels_missing=_kernels_missing(root),
+        free_disk_mb=shutil.disk_usage(root).free // 2**20,
+        free_memory_mb=_available_memory_mb(),
+        hosts={name: _resolves(name) for name in sorted(hosts)},
+        ros={name: value for name, value in os.environ.items() if name.startswith("ROS_")},
+    )
+
+
+def requirements(text: str, python: tuple[int, int]) -> dict[str, str]:
+    """Return package to pinned version of a requirements.txt, for this version of Python."""
+    pins = {}
+    for line in text.splitlines():
+        match = re.match(
+            r'\s*([\w.-]+)==([\w.+!-]+)\s*(?:;\s*python_version\s*(<|>=)\s*"(\d+)\.(\d+)")?', line
+        )
+        if not match:
+            continue
+        name, version, relation, major, minor = match.groups()
+        if relation is None or (python >= (int(major), int(minor))) == (relation == ">="):
+            pins[name] = version
+    return pins
+
+
+def _installed(names: dict[str, str]) -> dict[str, str]:
+    found = {}
+    for name in names:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def _platform() -> str:
+    """Return e.g. debian-12, as the lists in scripts/packages are called."""
+    try:
+        lines = Path("/etc/os-release").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return "unknown"
+    values = dict(line.split("=", 1) for line in lines if "=" in line)
+    return f"{values.get('ID', '').strip(chr(34))}-{values.get('VERSION_ID', '').strip(chr(34))}"
+
+
+def _missing(package_list: str) -> tuple[str, ...]:
+    """Return those packages of a list that dpkg does not know as installed."""
+    wanted = [line.strip() for line in package_list.splitlines() if line.strip() and not line.startswith("#")]
+    command = ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Package}\n", *wanted]
+    said = subprocess.run(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False
+    ).stdout
+    installed = {line.split()[1] for line in said.splitlines() if line.startswith("installed ")}
+    return tuple(name for name in wanted if name not in installed)
+
+
+def _kernels_missing(root: Path) -> tuple[str, ...]:
+    """Return the libraries with kernels to compile of which numba has nothing in its cache."""
+    libraries = sorted(path.parent for path in root.glob("src/*/src/*/warm_up.py"))
+    elsewhere = os.environ.get("NUMBA_CACHE_DIR")
+    return tuple(
+        library.name
+        for library in libraries
+        if not any(Path(elsewhere or library).rglob("*.nbi"))
+        and any(_jitted(path) for path in library.rglob("*.py"))
+    )
+
+
+def _jitted(path: Path) -> bool:
+    return "cache=True" in path.read_text(encoding="utf-8")
+
+
+def _available_memory_mb() -> int:
+    for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+        if line.startswith("MemAvailable:"):
+            return int(line.split()[1]) // 1024
+    return 1_000_000
+
+
+def _resolves(name: str) -> bool:
+    try:
+        socket.getaddrinfo(name, None)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,31 @@
+"""Judges parameters against what their nodes' dynamic_reconfigure descriptions say of them."""
+
+from __future__ import annotations
+
+import math
+from typing import Iterator, Sequence
+
+from master_thesis.doctor.finding import ERROR, WARNING, Finding
+from master_thesis.doctor.snapshot import Parameter
+
+
+def check(parameters: Sequence[Parameter]) -> Iterator[Finding]:
+    """Yield all findings about parameters."""
+    for parameter in parameters:
+        yield from one(parameter)
+
+
+def one(parameter: Parameter) -> Iterator[Finding]:
+    """Judge a parameter: in its range, and on the server as in the node."""
+    where = f"{parameter.node}/{parameter.name}"
+    span = f"{parameter.minimum:g} to {parameter.maximum:g}"
+    remedy = f"rosrun dynamic_reconfigure dynparam set {parameter.node} {parameter.name} VALUE"
+    for place, value in (("on the parameter server", parameter.on_server), ("in the node", parameter.in_use)):
+        if value is not None and not parameter.minimum <= value <= parameter.maximum:
+            yield Finding(ERROR, where, f"is {value:g} {place}, out of {span}", remedy)
+            return
+    if None not in (parameter.on_server, parameter.in_use) and not math.isclose(
+        parameter.on_server, parameter.in_use, rel_tol=1e-6, abs_tol=1e-9
+    ):
+        what = f"the node uses {parameter.in_use:g}, and the parameter server says {parameter.on_server:g}"
+        yield Finding(WARNING, where, f"{what}: rosparam set does not reach a running node", remedy)

@@ -1,0 +1,125 @@
+"""What was seen of a ROS graph, live or in a bag, in plain values.
+
+Times are seconds. `received_s` is the graph's own clock at the message's arrival: simulated time where it
+runs, in a bag the recorder's. Stamps are those of the messages' headers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic and the messages that were heard on it.
+
+    publishers, subscribers: names of nodes; in a bag only those that published. listened: whether its messages
+    were heard at all. stamps_s: NaN for a message whose type has no header.
+    """
+
+    name: str
+    type: str
+    publishers: tuple[str, ...] = ()
+    subscribers: tuple[str, ...] = ()
+    received_s: tuple[float, ...] = ()
+    stamps_s: tuple[float, ...] = ()
+    listened: bool = True
+
+
+@dataclass(frozen=True)
+class Transform:
+    """An edge of TF, as one node publishes it. broken: no numbers, or a rotation not of unit length."""
+
+    parent: str
+    child: str
+    publisher: str
+    static: bool = False
+    received_s: tuple[float, ...] = ()
+    stamps_s: tuple[float, ...] = ()
+    broken: bool = False
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One sensor_msgs/LaserScan: angles in radians, ranges in metres (beams)."""
+
+    topic: str
+    frame: str
+    angle_min: float
+    angle_max: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    ranges: np.ndarray
+
+
+@dataclass(frozen=True)
+class Autopilot:
+    """The last mavros_msgs/State heard on a topic."""
+
+    topic: str
+    connected: bool
+    armed: bool
+    mode: str
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What was heard. clock_s: values of /clock. end_s: the clock when the listening ended."""
+
+    topics: dict[str, Topic] = field(default_factory=dict)
+    transforms: tuple[Transform, ...] = ()
+    scans: tuple[Scan, ...] = ()
+    autopilots: tuple[Autopilot, ...] = ()
+    clock_s: tuple[float, ...] = ()
+    end_s: float = 0.0
+
+    def of_type(self, *types: str) -> list[Topic]:
+        """Return the topics with messages of one of these types."""
+        return [topic for topic in self.topics.values() if topic.type in types and topic.received_s]
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node that the master knows. answers: whether it answered a ping."""
+
+    name: str
+    answers: bool = True
+
+
+@dataclass(frozen=True)
+class Launched:
+    """A node that a roslaunch looks after. running: its process lives. starts: how often it was started."""
+
+    name: str
+    running: bool = True
+    starts: int = 1
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter that dynamic_reconfigure describes.
+
+    on_server: its value on the parameter server, None if it is not there. in_use: what the node says it uses.
+    """
+
+    node: str
+    name: str
+    minimum: float
+    maximum: float
+    on_server: float | None = None
+    in_use: float | None = None
+
+
+@dataclass(frozen=True)
+class Graph:
+    """A running graph, and what was heard of it. wall_s: for how long it was listened to, wall time."""
+
+    recording: Recording
+    nodes: tuple[Node, ...] = ()
+    launched: tuple[Launched, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    use_sim_time: bool = False
+    wall_s: float = 0.0
