@@ -13,8 +13,8 @@ fail() {
   exit 1
 }
 
-# last_log_line: what the running command said last, in one short line
-last_log_line() { tail -n 1 "$log_file" 2>/dev/null | tr '\r\t' '  ' | tr -cd '[:print:]' | cut -c 1-70; }
+# last_line FILE: what a running command said last, in one short line
+last_line() { tail -n 1 "$1" 2>/dev/null | tr '\r\t' '  ' | tr -cd '[:print:]' | cut -c 1-70; }
 
 # progress SECONDS TEXT: on a terminal one line that is written over, elsewhere a new line every ten seconds
 progress() {
@@ -26,24 +26,56 @@ progress() {
   last_progress=$1
 }
 
-# run_step TITLE COMMAND...: runs it with its output in the log, shows that it is alive, and returns its code
-run_step() {
-  local title=$1 start=$SECONDS last_progress=0 code=0 child
+# Steps that have been started: their processes (none for those that have ended), and when they began
+step_children=() step_starts=() step_titles=()
+step= # the number of the newest
+
+# start_step TITLE COMMAND...: runs it beside what follows, until `finish_step "$step"`
+start_step() {
+  local title=$1
   shift
+  step=${#step_titles[@]}
   say "$title ..."
-  printf '\n== %s: %s ==\n' "$title" "$*" >>"$log_file"
+  printf '\n== %s: %s ==\n' "$title" "$*" >"$log_file.$step"
   set -m # in a process group of its own, so that an interrupt ends all of it
-  "$@" >>"$log_file" 2>&1 </dev/null &
-  child=$!
+  "$@" >>"$log_file.$step" 2>&1 </dev/null &
   set +m
-  trap 'kill -- "-$child" 2>/dev/null; [[ -t 1 ]] && echo; fail "Interrupted. The next call goes on from here."' INT TERM
+  step_titles+=("$title") step_starts+=("$SECONDS") step_children+=("$!")
+  trap stop_steps EXIT
+  trap '[[ ! -t 1 ]] || echo; fail "Interrupted. The next call goes on from here."' INT TERM
+}
+
+# finish_step NUMBER: shows that the step is alive until it ends; puts its output into the log, returns its code
+finish_step() {
+  local child=${step_children[$1]} last_progress=0 code=0
   while kill -0 "$child" 2>/dev/null; do
     sleep 0.2
-    progress $((SECONDS - start)) "$(last_log_line)"
+    progress $((SECONDS - step_starts[$1])) "$(last_line "$log_file.$1")"
   done
   wait "$child" || code=$?
-  trap - INT TERM
+  step_children[$1]=
+  collect_log "$1"
+  [[ ${step_children[*]} == *[0-9]* ]] || trap - EXIT INT TERM
   [[ ! -t 1 ]] || printf '\r\033[K'
-  ((code != 0)) || say "$title: done in $((SECONDS - start)) s"
+  ((code != 0)) || say "${step_titles[$1]}: done in $((SECONDS - step_starts[$1])) s"
   return "$code"
+}
+
+# collect_log NUMBER
+collect_log() { cat "$log_file.$1" >>"$log_file" && rm -f "$log_file.$1"; }
+
+# stop_steps: ends those that still run
+stop_steps() {
+  local number
+  for number in "${!step_children[@]}"; do
+    [[ -n ${step_children[$number]} ]] || continue
+    kill -- "-${step_children[$number]}" 2>/dev/null
+    collect_log "$number"
+  done
+}
+
+# run_step TITLE COMMAND...: runs it with its output in the log, shows that it is alive, and returns its code
+run_step() {
+  start_step "$@"
+  finish_step "$step"
 }

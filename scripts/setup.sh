@@ -1,9 +1,12 @@
 # shellcheck shell=bash
 # Makes the machine and the workspace ready: distribution packages, .venv, catkin build. To be sourced by bringup.sh,
-# which sets `root` and `log_file`. Every step looks at what is there and does only what is missing.
+# which sets `root` and `log_file`. Every step looks at what is there and does only what is missing. .venv needs one
+# package of the distribution's only, and is made while the others are installed.
 
 : "${root:?is set by bringup.sh}" "${log_file:?is set by bringup.sh}"
 readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs)
+readonly venv_package=python3-venv
+readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
 readonly packages_need_mb=1500 venv_needs_mb=1500 build_needs_mb=100 # measured: 1370, 1050 and pip's cache, 10
 
 set_up() {
@@ -16,12 +19,14 @@ set_up() {
   echo "==== $(date '+%F %T') set-up of $root" >>"$log_file"
   detect_platform
   check_disk
-  install_packages
+  find_missing_packages
+  install_packages "${missing_for_venv[@]}"
+  start_python
+  install_packages "${missing[@]}"
   check_names
-  make_venv
+  finish_python
   load_distribution
   build_workspace
-  compile_kernels
   exec 9>&-
 }
 
@@ -47,25 +52,34 @@ missing_packages() {
   comm -23 <(echo "$wanted") <(xargs <<<"$wanted" dpkg-query -W -f "$format" 2>/dev/null | sed -n 's/^installed //p' | sort)
 }
 
-install_packages() {
-  local missing as_root=(env)
+# find_missing_packages: sets `missing` and `missing_for_venv`, makes the package manager ready for them
+find_missing_packages() {
+  missing_for_venv=()
   mapfile -t missing < <(missing_packages)
   ((${#missing[@]} > 0)) || return 0
-  local line="apt-get install -y --no-install-recommends ${missing[*]}"
+  [[ " ${missing[*]} " != *" $venv_package "* ]] || missing_for_venv=("$venv_package")
+  as_root=(env)
   if ((EUID != 0)); then
     sudo -n true 2>/dev/null || fail "${#missing[@]} packages are missing and this is not root. Run these lines, then call again:" \
-      "sudo apt-get update" "sudo $line"
+      "sudo apt-get update" "sudo $apt_install ${missing[*]}"
     as_root=(sudo -n env)
   fi
   as_root+=(DEBIAN_FRONTEND=noninteractive LC_ALL=C)
-  local lock=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
   "${as_root[@]}" dpkg --configure -a >>"$log_file" 2>&1 || true # should an earlier call have been interrupted
   # An update that fails is not the end: another source's fault may not matter. The installation will tell.
-  run_step "looking for the newest packages" "${as_root[@]}" apt-get "${lock[@]}" update || true
-  # shellcheck disable=SC2086  # the line is the one that is shown to those who are not root
-  run_step "installing ${#missing[@]} packages of $platform and what they need" "${as_root[@]}" ${line/apt-get/apt-get ${lock[*]}} || explain_failure \
-    "The distribution's packages could not be installed." "sudo $line"
-  [[ -z $(missing_packages) ]] || fail "apt-get did not complain, and yet these are not installed: $(missing_packages | xargs). See $log_file."
+  run_step "looking for the newest packages" "${as_root[@]}" apt-get "${apt_patience[@]}" update || true
+}
+
+# install_packages PACKAGE...
+install_packages() {
+  (($# > 0)) || return 0
+  # shellcheck disable=SC2086  # the words are those that are shown to whoever is not root
+  run_step "installing $# package(s) of $platform and what they need" \
+    "${as_root[@]}" $apt_install "${apt_patience[@]}" "$@" || explain_failure \
+    "The distribution's packages could not be installed." "sudo $apt_install $*"
+  local not_there
+  mapfile -t not_there < <(missing_packages | grep -Fx "$(printf '%s\n' "$@")")
+  ((${#not_there[@]} == 0)) || fail "apt-get did not complain, and yet these are not installed: ${not_there[*]}. See $log_file."
 }
 
 # check_names: ROS talks to itself through host names
@@ -84,24 +98,57 @@ venv_inputs() { cat requirements.txt <(/usr/bin/python3 --version 2>/dev/null) <
 # is_current STAMP_FILE DIGEST: whether a step was done with the very inputs that it would have now
 is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
 
-make_venv() {
-  local inputs
-  inputs=$(venv_inputs)
-  ! is_current .venv/.bringup "$inputs" || return 0
-  # A moved or half-made environment cannot be mended; one that works is only brought up to date.
-  if [[ $(.venv/bin/python -c 'import sys; print(sys.prefix)' 2>/dev/null) != "$root/.venv" ]]; then
-    run_step "making the Python environment .venv" /usr/bin/python3 -m venv --clear --system-site-packages .venv ||
-      explain_failure "The Python environment .venv could not be made."
+# start_python, finish_python: .venv and what numba compiles in it, beside whatever stands between the two calls
+start_python() {
+  python_step=
+  if ! is_current .venv/.bringup "$(venv_inputs)"; then
+    start_step "installing Python packages into .venv, and compiling the inner loops" make_python
+  elif ! is_current .venv/.bringup_kernels "$(kernel_inputs)"; then
+    start_step "compiling the inner loops" compile_kernels
+  else
+    return 0
   fi
-  run_step "installing Python packages into .venv" install_python_packages ||
-    explain_failure "The Python packages of requirements.txt could not be installed."
-  echo "$inputs" >.venv/.bringup
+  python_step=$step
+}
+
+finish_python() {
+  [[ -z $python_step ]] || finish_step "$python_step" ||
+    explain_failure "The Python packages of requirements.txt could not be installed, or their kernels not be compiled."
+}
+
+make_python() { make_venv && compile_kernels; }
+
+make_venv() {
+  local options=()
+  # A moved or half-made environment cannot be mended; one that works is only brought up to date.
+  [[ $(.venv/bin/python -c 'import sys; print(sys.prefix)' 2>/dev/null) == "$root/.venv" ]] || options=(--clear)
+  # Complete without the distribution's Python packages, which come and go; only then do these become visible, for ROS.
+  /usr/bin/python3 -m venv "${options[@]}" .venv && install_python_packages &&
+    /usr/bin/python3 -m venv --system-site-packages --without-pip --upgrade .venv && venv_inputs >.venv/.bringup
 }
 
 install_python_packages() {
   local pip=(env -u PYTHONPATH .venv/bin/python -m pip install --no-input --disable-pip-version-check --prefer-binary)
   # Ubuntu 20.04's pip 20 does not know today's wheels
   "${pip[@]}" "pip>=21" && "${pip[@]}" -r requirements.txt
+}
+
+# kernel_inputs: a digest of the packages that have kernels
+kernel_inputs() {
+  local module
+  for module in src/*/src/*/warm_up.py; do
+    find "$(dirname "$module")" -name '*.py' -print0
+  done | sort -z | xargs -0 sha256sum | sha256sum
+}
+
+# compile_kernels: numba keeps what it compiles; once here, so that no flight waits for it
+compile_kernels() {
+  local module
+  for module in src/*/src/*/warm_up.py; do
+    module=$(basename "$(dirname "$module")")
+    env PYTHONPATH="$root/src/$module/src" .venv/bin/python -m "$module.warm_up" || return
+  done
+  kernel_inputs >.venv/.bringup_kernels
 }
 
 # --- the build -------------------------------------------------------------------------------------------------
@@ -154,21 +201,6 @@ build_workspace() {
     -DPYTHON_EXECUTABLE="$root/.venv/bin/python" -DCATKIN_BLACKLIST_PACKAGES="$present" ||
     explain_failure "The build failed."
   echo "$inputs" >build/.bringup
-}
-
-# compile_kernels: numba keeps what it compiles; once here, so that no flight waits for it
-compile_kernels() {
-  local inputs module
-  local modules=(src/*/src/*/warm_up.py)
-  [[ -f ${modules[0]} ]] || return 0
-  inputs=$(for module in "${modules[@]}"; do find "$(dirname "$module")" -name '*.py' -print0; done | sort -z | xargs -0 sha256sum | sha256sum)
-  ! is_current build/.bringup_kernels "$inputs" || return 0
-  for module in "${modules[@]}"; do
-    module=$(basename "$(dirname "$module")")
-    run_step "compiling the kernels of $module" env PYTHONPATH="$root/src/$module/src" .venv/bin/python -m "$module.warm_up" ||
-      explain_failure "The kernels of $module could not be compiled."
-  done
-  echo "$inputs" >build/.bringup_kernels
 }
 
 # --- when something is missing ---------------------------------------------------------------------------------
