@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import rosbag
@@ -25,7 +26,7 @@ class BagError(MasterThesisError):
 
 def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
     """Return all that a bag says, and the parameters that its nodes describe; raises BagError."""
-    recorder = Recorder()
+    recorder, end_s = Recorder(), math.nan
     try:
         with rosbag.Bag(str(path)) as bag:
             topics = [
@@ -34,15 +35,19 @@ def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
                 if about.msg_type not in DEAR
             ]
             for message in bag.read_messages(topics=topics, return_connection_header=True) if topics else ():
-                caller = message.connection_header.get("callerid", b"")
-                caller = caller.decode() if isinstance(caller, bytes) else caller
-                recorder.hear(
-                    message.topic, message.message._type, caller, message.message, message.timestamp.to_sec()
-                )
+                header = message.connection_header
+                caller, latched = _text(header.get("callerid", "")), _text(header.get("latching", "")) == "1"
+                end_s = message.timestamp.to_sec()
+                kind = message.message._type
+                recorder.hear(message.topic, kind, caller, message.message, end_s, latched)
     except rosbag.ROSBagUnindexedException:
         raise BagError(f"{path} was not closed; mend it: rosbag reindex {path}") from None
     except FileNotFoundError:
         raise BagError(f"There is no bag {path}.") from None
     except (rosbag.ROSBagException, OSError, ValueError) as error:
         raise BagError(f"{path} cannot be read: {error}.") from None
-    return recorder.recording(), recorder.parameters()
+    return recorder.recording(end_s), recorder.parameters()
+
+
+def _text(value) -> str:
+    return value.decode() if isinstance(value, bytes) else value

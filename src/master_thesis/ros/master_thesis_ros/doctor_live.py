@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from contextlib import contextmanager
@@ -59,7 +60,7 @@ def look(listen_s: float) -> Graph:
     with listener.finished() as (recorder, topics):
         types = dict(master.getTopicTypes())
         return Graph(
-            recorder.recording(publishers, subscribers, types, topics),
+            recorder.recording(listener.now_s, publishers, subscribers, types, topics),
             tuple(Node(name, _answers(master, name)) for name in names),
             tuple(_launched(master)),
             recorder.parameters(lambda name: _parameter(master, name, None)),
@@ -75,7 +76,7 @@ class _Listener:
         self._lock = threading.Lock()
         self._recorder = Recorder()
         self._subscribers: dict[str, rospy.Subscriber] = {}
-        self._now_s = 0.0
+        self.now_s = math.nan
 
     def follow(self, types: dict[str, str], use_sim_time: bool) -> None:
         """Listen to the topics that are new. use_sim_time: the clock is /clock's."""
@@ -91,11 +92,12 @@ class _Listener:
         topic, kind, use_sim_time = about
         with self._lock:
             if topic == "/clock" and use_sim_time:
-                self._now_s = message.clock.to_sec()
+                self.now_s = message.clock.to_sec()
             elif not use_sim_time:
-                self._now_s = time.time()
+                self.now_s = time.time()
             publisher = message._connection_header.get("callerid", "")
-            self._recorder.hear(topic, kind, publisher, message, self._now_s)
+            latched = message._connection_header.get("latching", "") == "1"
+            self._recorder.hear(topic, kind, publisher, message, self.now_s, latched)
 
     @contextmanager
     def finished(self) -> Iterator[tuple[Recorder, set[str]]]:

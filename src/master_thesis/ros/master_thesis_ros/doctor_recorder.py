@@ -37,15 +37,14 @@ class Recorder:
         self._ranges: dict[tuple[str, str], list] = {}
         self._in_use: dict[tuple[str, str], float] = {}
         self._clock_s: list[float] = []
-        self.now_s = 0.0
 
-    def hear(self, topic: str, kind: str, publisher: str, message, received_s: float) -> None:
+    def hear(self, topic: str, kind: str, publisher: str, message, received_s: float, latched=False) -> None:
         """Take in a message. kind: its type, e.g. sensor_msgs/LaserScan. received_s: the graph's clock."""
-        self.now_s = received_s
         heard = self._heard.setdefault(topic, _Heard(kind))
         heard.publishers.add(publisher)
         heard.received_s.append(received_s)
-        heard.stamps_s.append(message.header.stamp.to_sec() if hasattr(message, "header") else math.nan)
+        stamped = hasattr(message, "header") and not latched
+        heard.stamps_s.append(message.header.stamp.to_sec() if stamped else math.nan)
         if topic == "/clock":
             self._clock_s.append(message.clock.to_sec())
         elif kind == "tf2_msgs/TFMessage" or kind == "tf/tfMessage":
@@ -105,8 +104,8 @@ class Recorder:
             found.append(Parameter(node, name, minimum, maximum, on_server, self._in_use.get((node, name))))
         return tuple(found)
 
-    def recording(self, publishers=None, subscribers=None, types=None, listened=None) -> Recording:
-        """Return all that was heard so far.
+    def recording(self, end_s, publishers=None, subscribers=None, types=None, listened=None) -> Recording:
+        """Return all that was heard so far. end_s: the graph's clock now.
 
         publishers, subscribers: topic to names of nodes, as a master tells; in a bag None. types: topic to
         type. listened: the topics whose messages were asked for; None: all.
@@ -132,7 +131,7 @@ class Recorder:
         )
         scans = tuple(scan for kept in self._scans.values() for scan in kept)
         return Recording(
-            topics, transforms, scans, tuple(self._autopilots.values()), tuple(self._clock_s), self.now_s
+            topics, transforms, scans, tuple(self._autopilots.values()), tuple(self._clock_s), end_s
         )
 
 

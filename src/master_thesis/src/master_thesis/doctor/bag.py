@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Iterator
 
 from master_thesis.doctor import clock, graph, parameters, scans, transforms
-from master_thesis.doctor.expectations import QUIET_TOPICS
+from master_thesis.doctor.expectations import QUIET_TOPICS, SETPOINTS
 from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Parameter, Recording
 
@@ -20,7 +20,8 @@ def check(recording: Recording, described: tuple[Parameter, ...] = ()) -> list[F
     found = []
     for one in (contents, gaps, graph.commands, graph.chain, graph.autopilot, clock.stamps):
         found += one(recording)
-    found += [*transforms.check(recording), *scans.check(recording), *playable(recording)]
+    found += [*transforms.structure(recording), *transforms.times(recording)]
+    found += [*scans.check(recording), *playable(recording)]
     return found + list(parameters.check(described))
 
 
@@ -35,7 +36,7 @@ def contents(recording: Recording) -> Iterator[Finding]:
 def gaps(recording: Recording) -> Iterator[Finding]:
     """Judge holes in topics that otherwise come steadily."""
     for topic in recording.topics.values():
-        if QUIET_TOPICS.match(topic.name) or len(topic.received_s) < 20:
+        if QUIET_TOPICS.match(topic.name) or SETPOINTS.match(topic.name) or len(topic.received_s) < 20:
             continue
         steps_s = [later - earlier for earlier, later in zip(topic.received_s, topic.received_s[1:])]
         usual_s, (longest_s, at) = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Iterator
 
+from master_thesis.doctor.expectations import QUIET_TOPICS
 from master_thesis.doctor.finding import ERROR, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording
 
@@ -23,20 +24,9 @@ def running(graph: Graph) -> Iterator[Finding]:
         yield Finding(
             ERROR, "/clock", "use_sim_time is true and nobody publishes a clock: time stands at 0", remedy
         )
-    elif graph.use_sim_time and not ticks:
-        yield Finding(
-            ERROR,
-            "/clock",
-            f"{speakers[0]} is to publish it and does not",
-            "Is the simulator hung? Look at its output",
-        )
-    elif graph.use_sim_time and ticks[-1] <= ticks[0]:
-        yield Finding(
-            WARNING,
-            "/clock",
-            "stands still",
-            "If the simulation is not meant to be paused: rosservice call /gazebo/unpause_physics",
-        )
+    elif graph.use_sim_time and (not ticks or ticks[-1] <= ticks[0]):
+        remedy = f"rosservice call {speakers[0]}/unpause_physics, or look at its load"
+        yield Finding(WARNING, "/clock", f"stands still: {speakers[0]} is paused, or hangs", remedy)
     elif speakers and not graph.use_sim_time:
         remedy = (
             "rosparam set use_sim_time true, and start the other nodes again: they read it at their start"
@@ -48,7 +38,7 @@ def running(graph: Graph) -> Iterator[Finding]:
             remedy,
         )
     if len(speakers) > 1:
-        remedy = f"Only one may: rosnode kill {speakers[-1]}"
+        remedy = "Keep one of them, end the other: rosnode kill"
         yield Finding(ERROR, "/clock", f"{' and '.join(speakers)} publish it: time jumps to and fro", remedy)
     backwards = sum(later < earlier for earlier, later in zip(ticks, ticks[1:]))
     if backwards and len(speakers) < 2:
@@ -63,14 +53,14 @@ def running(graph: Graph) -> Iterator[Finding]:
 def stamps(recording: Recording) -> Iterator[Finding]:
     """Judge the messages' stamps: of this clock, neither late nor early, and never going back."""
     for topic in recording.topics.values():
-        if topic.name in ("/tf", "/tf_static"):
+        if topic.name in ("/tf", "/tf_static") or QUIET_TOPICS.match(topic.name):
             continue  # has checks of its own
         pairs = [
             (received_s, stamp_s)
             for received_s, stamp_s in zip(topic.received_s, topic.stamps_s)
-            if not math.isnan(stamp_s) and stamp_s > 0.0
+            if stamp_s > 0.0 and not math.isnan(received_s)
         ]
-        if len(pairs) > 1:  # a single one may be latched, and old by right
+        if pairs:
             yield from _ages(topic.name, [received_s - stamp_s for received_s, stamp_s in pairs])
             yield from _order(topic.name, len(set(topic.publishers)), [stamp_s for _, stamp_s in pairs])
 

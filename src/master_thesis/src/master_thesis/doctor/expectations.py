@@ -26,18 +26,22 @@ FOLLOWED_SHARE = 0.8
 """A topic that follows another one by less than this part of its messages loses some."""
 
 RATES_HZ = {
-    "/clock": 20.0,
     "/UAV/odometry": 20.0,
     "/UAV/ground_truth": 20.0,
     "/mavros/local_position/pose": 10.0,
     "/mavros/state": 0.5,
 }
-"""Least rates in the graph's own time, half of what simulator and PX4 send or less; /clock in wall time."""
+"""Least rates in the graph's own time, half of what simulator and PX4 send or less."""
 
 LEAST_SETPOINT_RATE_HZ = 2.0
 """PX4 leaves OFFBOARD when setpoints come more rarely."""
 
 SETPOINTS = re.compile(r".*/mavros/setpoint_(raw|position|velocity)/.*|/mavros/setpoint_.*")
+
+OPTIONAL_INPUTS = re.compile(
+    r"/mavros/setpoint_|/UAV/pos_setpoint/final$|/UAV/use_pos_setpoint$|/gazebo/set_model_(state|states)$"
+)
+"""Topics that a node of the stack offers to whoever wants to use them."""
 
 _COMMANDS = re.compile(r".*(/vel_setpoint/|/pos_setpoint($|/)|/mavros/setpoint_|/cmd_vel)")
 

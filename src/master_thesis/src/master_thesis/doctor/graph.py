@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Iterator
+from typing import Iterable, Iterator
 
 from master_thesis.doctor import clock, parameters, scans, transforms
 from master_thesis.doctor.expectations import (
     CHAIN,
     FOLLOWED_SHARE,
     LEAST_SETPOINT_RATE_HZ,
+    OPTIONAL_INPUTS,
     QUIET_TOPICS,
     RATES_HZ,
     SETPOINTS,
@@ -17,13 +18,18 @@ from master_thesis.doctor.expectations import (
 from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording, Topic
 
+LEAST_SPAN_S = 2.0
+"""In a shorter time no rate can be told."""
+
 
 def check(graph: Graph) -> list[Finding]:
     """Return all findings about a running graph."""
     recording = graph.recording
     found = [finding for one in (nodes, unheard, clock.running, rates) for finding in one(graph)]
-    for one in (commands, chain, autopilot, clock.stamps, transforms.check, scans.check):
+    for one in (commands, chain, autopilot, transforms.structure, scans.check):
         found += one(recording)
+    if graph.use_sim_time or not recording.clock_s:  # else all stamps are of another clock, which was told
+        found += [*clock.stamps(recording), *transforms.times(recording)]
     return [*found, *parameters.check(graph.parameters)]
 
 
@@ -59,40 +65,32 @@ def nodes(graph: Graph) -> Iterator[Finding]:
 
 
 def unheard(graph: Graph) -> Iterator[Finding]:
-    """Judge topics to which nodes listen and nobody speaks, or of which nothing was heard."""
+    """Judge topics to which nodes listen and nobody speaks: a wrong remap, or a node that is missing."""
+    in_chain = {link.topic for link in CHAIN} | {link.source for link in CHAIN}
     for topic in graph.recording.topics.values():
-        if QUIET_TOPICS.match(topic.name) or not topic.subscribers:
+        if topic.publishers or not topic.subscribers:
             continue
-        listeners = ", ".join(sorted(topic.subscribers))
-        if not topic.publishers:
-            in_chain = topic.name in {link.topic for link in CHAIN} | {link.source for link in CHAIN}
-            remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
-            yield Finding(
-                ERROR if in_chain else NOTE, topic.name, f"{listeners} listens, and nobody publishes", remedy
-            )
+        if QUIET_TOPICS.match(topic.name) or OPTIONAL_INPUTS.match(topic.name) or topic.name == "/clock":
+            continue
+        what = f"{_told(topic.subscribers)} listens, and nobody publishes"
+        remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
+        yield Finding(ERROR if topic.name in in_chain else NOTE, topic.name, what, remedy)
 
 
 def rates(graph: Graph) -> Iterator[Finding]:
-    """Judge rates against the least that the stack needs."""
-    recording = graph.recording
+    """Judge rates against the least that the stack needs; nothing flows while time stands still."""
+    span_s = _span_s(graph)
     for name, least_hz in RATES_HZ.items():
-        topic = recording.topics.get(name)
-        if topic is None or not topic.publishers or not topic.listened or graph.wall_s <= 0.0:
+        topic = graph.recording.topics.get(name)
+        if topic is None or not topic.publishers or span_s < LEAST_SPAN_S:
             continue
-        heard = len(recording.clock_s) if name == "/clock" else len(topic.received_s)
-        span_s = graph.wall_s if name == "/clock" else _span_s(graph)
-        if heard == 0 and not _stands_still(graph):
-            yield Finding(
-                ERROR,
-                name,
-                f"nothing came in {graph.wall_s:.0f} s from {_names(topic)}",
-                "Is that node hung? rosnode kill it",
-            )
-        elif span_s >= 2.0 and heard < least_hz * span_s / 2.0:
-            what = f"{heard / span_s:.1f} Hz, and at least {least_hz:g} are expected"
-            yield Finding(
-                WARNING, name, what, "Look at the load of the machine (top), and at real_time_factor"
-            )
+        rate_hz = len(topic.received_s) / span_s
+        if not topic.received_s:
+            what = f"nothing came in {span_s:.0f} s from {_told(topic.publishers)}"
+            yield Finding(ERROR, name, what, "Is that node hung? rosnode kill it, and it is started again")
+        elif rate_hz < least_hz / 2.0:
+            what = f"{rate_hz:.1f} Hz, and at least {least_hz:g} are expected"
+            yield Finding(WARNING, name, what, "Look at the load of the machine (top)")
 
 
 def chain(recording: Recording) -> Iterator[Finding]:
@@ -106,7 +104,7 @@ def chain(recording: Recording) -> Iterator[Finding]:
             yield Finding(
                 ERROR,
                 link.topic,
-                f"{link.source} flows, and {_names(topic)} makes nothing of it",
+                f"{link.source} flows, and {_told(topic.publishers)} makes nothing of it",
                 "Read the node's warnings: rostopic echo /rosout",
             )
         elif share < FOLLOWED_SHARE:
@@ -129,7 +127,7 @@ def commands(recording: Recording) -> Iterator[Finding]:
             goal = topic.name.endswith("pos_setpoint")
             what = f"{' and '.join(speakers)} both publish commands"
             yield Finding(
-                WARNING if goal else ERROR, topic.name, what, f"Stop one of them: rosnode kill {speakers[-1]}"
+                WARNING if goal else ERROR, topic.name, what, "Keep one of them, end the other: rosnode kill"
             )
 
 
@@ -157,19 +155,16 @@ def autopilot(recording: Recording) -> Iterator[Finding]:
             )
 
 
-def _names(topic: Topic) -> str:
-    return ", ".join(sorted(set(topic.publishers))) or "nobody"
+def _told(nodes: Iterable[str]) -> str:
+    return ", ".join(sorted(set(nodes))) or "nobody"
 
 
 def _span_s(graph: Graph) -> float:
     """Return for how long the graph was listened to, on its own clock."""
     ticks = graph.recording.clock_s
-    return ticks[-1] - ticks[0] if graph.use_sim_time and ticks else graph.wall_s
-
-
-def _stands_still(graph: Graph) -> bool:
-    ticks = graph.recording.clock_s
-    return graph.use_sim_time and (len(ticks) < 2 or ticks[-1] <= ticks[0])
+    if not graph.use_sim_time:
+        return graph.wall_s
+    return ticks[-1] - ticks[0] if ticks else 0.0
 
 
 def _rate_hz(topic: Topic) -> float:

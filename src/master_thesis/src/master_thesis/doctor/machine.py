@@ -19,7 +19,8 @@ class Machine:
 
     python_wanted: requirement lines of requirements.txt that count for this Python, as package to version.
     python_found: package to version, for those that are installed. debian_missing: of the platform's list.
-    md5_wanted, md5_found: of the message types. kernels_missing: libraries without compiled kernels. hosts: name to whether it resolves. ros: the ROS_* environment variables.
+    md5_wanted, md5_found: of the message types. kernels_missing: libraries without compiled kernels.
+    hosts: name to whether it resolves. ros: the ROS_* environment variables.
     """
 
     root: str

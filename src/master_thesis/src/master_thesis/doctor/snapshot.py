@@ -1,7 +1,7 @@
 """What was seen of a ROS graph, live or in a bag, in plain values.
 
 Times are seconds. `received_s` is the graph's own clock at the message's arrival: simulated time where it
-runs, in a bag the recorder's. Stamps are those of the messages' headers.
+runs (NaN before it was heard), in a bag the recorder's. Stamps are those of the messages' headers.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ import numpy as np
 class Topic:
     """A topic and the messages that were heard on it.
 
-    publishers, subscribers: names of nodes; in a bag only those that published. listened: whether its messages
-    were heard at all. stamps_s: NaN for a message whose type has no header.
+    publishers, subscribers: names of nodes; in a bag only those that published. listened: whether its
+    messages were asked for. stamps_s: NaN for a message whose type has no header, or that was latched and may
+    be old by right.
     """
 
     name: str

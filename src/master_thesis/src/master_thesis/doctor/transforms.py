@@ -14,11 +14,17 @@ GAP_S = 0.5
 OLD_S, FUTURE_S = 1.0, 0.2
 
 
-def check(recording: Recording) -> list[Finding]:
-    """Return all findings about TF."""
+def structure(recording: Recording) -> list[Finding]:
+    """Return all findings about the tree itself."""
     edges = recording.transforms
-    found = [*parents(edges), *publishers(edges), *pieces(recording), *values(edges)]
-    return found + [finding for edge in edges if not edge.static for finding in times(edge, recording.end_s)]
+    return [*parents(edges), *publishers(edges), *pieces(recording), *values(edges)]
+
+
+def times(recording: Recording) -> Iterator[Finding]:
+    """Judge the stamps of all edges that are not static."""
+    for edge in recording.transforms:
+        if not edge.static:
+            yield from edge_times(edge, recording.end_s)
 
 
 def parents(edges: Sequence[Transform]) -> Iterator[Finding]:
@@ -94,7 +100,7 @@ def values(edges: Sequence[Transform]) -> Iterator[Finding]:
             )
 
 
-def times(edge: Transform, end_s: float) -> Iterator[Finding]:
+def edge_times(edge: Transform, end_s: float) -> Iterator[Finding]:
     """Judge an edge's stamps: no holes, neither old nor of the future, never back."""
     where = f"tf {edge.parent} -> {edge.child}"
     if not edge.stamps_s:
@@ -107,7 +113,10 @@ def times(edge: Transform, end_s: float) -> Iterator[Finding]:
     if longest_s > GAP_S and len(steps_s) > 1:
         remedy = f"Look at the load of {edge.publisher} and at what it waits for"
         yield Finding(WARNING, where, f"has a hole of {longest_s:.2f} s", remedy)
-    ages_s = sorted(received_s - stamp_s for received_s, stamp_s in zip(edge.received_s, edge.stamps_s))
+    pairs = [pair for pair in zip(edge.received_s, edge.stamps_s) if not math.isnan(pair[0])]
+    if not pairs:
+        return
+    ages_s = sorted(received_s - stamp_s for received_s, stamp_s in pairs)
     age_s = ages_s[len(ages_s) // 2]
     if age_s < -FUTURE_S:
         remedy = (
@@ -121,7 +130,7 @@ def times(edge: Transform, end_s: float) -> Iterator[Finding]:
             f"{edge.publisher} stamps it {age_s:.1f} s late",
             "Look at its load, and at its clock",
         )
-    elif math.isfinite(end_s) and end_s - edge.received_s[-1] > max(OLD_S, 3.0 * longest_s):
+    elif end_s - edge.received_s[-1] > max(OLD_S, 3.0 * longest_s):
         what = f"has not come for {end_s - edge.received_s[-1]:.1f} s"
         yield Finding(ERROR, where, what, f"Is {edge.publisher} still alive? Start it again")
     if len(edge.stamps_s) > 50 and len(set(edge.stamps_s)) * 2 < len(edge.stamps_s):

@@ -1,0 +1,146 @@
+"""The doctor's judgement of installations made up by hand, and what it reads of this one."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from master_thesis.doctor import installation
+from master_thesis.doctor.finding import (
+    BROKEN,
+    ERROR,
+    FINE,
+    NOTE,
+    WARNING,
+    Finding,
+    as_json,
+    as_text,
+    exit_code,
+)
+from master_thesis.doctor.machine import Machine, look_at, requirements
+
+ROOT = Path(__file__).resolve().parents[3]
+ROS = {"ROS_MASTER_URI": "http://localhost:11311"}
+WELL = Machine(
+    root="/ws",
+    python="/ws/.venv",
+    python_wanted={"numpy": "1.26.4"},
+    python_found={"numpy": "1.26.4"},
+    md5_wanted={"mavros_msgs/State": "65cd"},
+    md5_found={"mavros_msgs/State": "65cd"},
+    hosts={"localhost": True, "box": True},
+    ros=ROS,
+)
+
+
+def test_an_installation_that_is_well_has_no_finding():
+    assert installation.check(WELL) == []
+
+
+def with_ros(**variables):
+    return {"ros": {**ROS, **variables}}
+
+
+CASES = {
+    "another python": ({"python": "/usr"}, WARNING, "python", "not the workspace's"),
+    "package missing": ({"python_found": {}}, ERROR, "python package numpy", "is not installed"),
+    "another version": ({"python_found": {"numpy": "2.0"}}, WARNING, "python package numpy", "is 2.0"),
+    "debian package missing": ({"debian_missing": ("rviz",)}, ERROR, "package rviz", "is not installed"),
+    "another platform": ({"platform_known": False}, WARNING, "platform", "neither Debian 12"),
+    "not built": ({"built": False}, ERROR, "/ws", "is not built"),
+    "not sourced": ({"sourced": False}, ERROR, "CMAKE_PREFIX_PATH", "does not know"),
+    "message not built": ({"md5_found": {}}, ERROR, "message mavros_msgs/State", "is not built"),
+    "message differs": (
+        {"md5_found": {"mavros_msgs/State": "0000"}},
+        ERROR,
+        "message mavros_msgs/State",
+        "0000",
+    ),
+    "no kernels": ({"kernels_missing": ("cepa",)}, WARNING, "library cepa", "compiles for up to"),
+    "disk full": ({"free_disk_mb": 20}, WARNING, "/ws", "20 MB of disk"),
+    "memory full": ({"free_memory_mb": 200}, WARNING, "memory", "200 MB"),
+    "no localhost": ({"hosts": {"localhost": False}}, ERROR, "localhost", "does not resolve"),
+    "no own name": ({"hosts": {"localhost": True, "box": False}}, ERROR, "box", "does not resolve"),
+    "no master": ({"ros": {}}, ERROR, "ROS_MASTER_URI", '"" is not of the form'),
+    "bad master": (with_ros(ROS_MASTER_URI="localhost:11311"), ERROR, "ROS_MASTER_URI", "not of the form"),
+    "bad port": (with_ros(ROS_MASTER_URI="http://localhost:x/"), ERROR, "ROS_MASTER_URI", "not of the form"),
+    "ROS_IP is a name": (with_ros(ROS_IP="box"), ERROR, "ROS_IP", '"box" is no address'),
+    "ROS_IP and ROS_HOSTNAME": (
+        with_ros(ROS_IP="10.0.0.2", ROS_HOSTNAME="box"),
+        NOTE,
+        "ROS_IP",
+        "set as well",
+    ),
+    "unreachable": (
+        with_ros(ROS_MASTER_URI="http://uav:11311", ROS_IP="127.0.0.1"),
+        ERROR,
+        "ROS_IP",
+        "nobody there finds",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_broken_is_found(case):
+    changes, severity, where, what = CASES[case]
+    found = installation.check(replace(WELL, **changes))
+    assert [(one.severity, one.where) for one in found] == [(severity, where)]
+    assert what in found[0].what
+    assert found[0].remedy
+
+
+def test_ros_ip_makes_up_for_a_name_that_does_not_resolve():
+    hosts = {"localhost": True, "box": False}
+    assert installation.check(replace(WELL, hosts=hosts, **with_ros(ROS_IP="127.0.0.1"))) == []
+
+
+def test_requirements_are_read_for_the_python_at_hand():
+    text = (
+        '# why\nnumpy==1.26.4; python_version >= "3.9"\nnumpy==1.24.4; python_version < "3.9"\ntqdm==4.67.1\n'
+    )
+    assert requirements(text, (3, 11)) == {"numpy": "1.26.4", "tqdm": "4.67.1"}
+    assert requirements(text, (3, 8)) == {"numpy": "1.24.4", "tqdm": "4.67.1"}
+
+
+def test_this_machine_can_be_looked_at(monkeypatch):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://nowhere:1")
+    machine = look_at(ROOT, {}, {})
+    assert machine.root == str(ROOT)
+    assert machine.ros["ROS_MASTER_URI"] == "http://nowhere:1"
+    pinned = (ROOT / "requirements.txt").read_text(encoding="utf-8")
+    assert all(f"{name}=={version}" in pinned for name, version in machine.python_wanted.items())
+    assert {"numpy", "scipy", "pybullet"} <= set(machine.python_wanted)
+    assert machine.python_found["pytest"]
+    assert machine.free_disk_mb > 0
+
+
+FINDINGS = [
+    Finding(NOTE, "/c", "is odd", "Look"),
+    Finding(ERROR, "/a", "is dead", "rosrun it"),
+    Finding(WARNING, "/b", "is slow", "Wait"),
+]
+
+
+def test_a_line_per_finding_the_worst_first():
+    assert as_text(FINDINGS, "3 nodes").splitlines() == [
+        "error   /a: is dead. -> rosrun it",
+        "warning /b: is slow. -> Wait",
+        "note    /c: is odd. -> Look",
+        "Examined: 3 nodes. 1 error, 1 warning, 1 note.",
+    ]
+    assert as_text([], "3 nodes") == "Examined: 3 nodes. Nothing is wrong."
+
+
+def test_machines_read_the_same():
+    content = json.loads(as_json(FINDINGS, "3 nodes"))
+    assert content["exit_code"] == exit_code(FINDINGS) == BROKEN
+    assert content["findings"][0] == {
+        "severity": "error",
+        "where": "/a",
+        "what": "is dead",
+        "remedy": "rosrun it",
+    }
+    assert exit_code(FINDINGS[2:]) == FINE
