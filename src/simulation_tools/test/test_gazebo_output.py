@@ -29,13 +29,18 @@ BALL = """<sdf version="1.6"><model name="ball"><link name="link">
 
 
 class Recorder:
-    """A publisher that writes down (topic, message) in one list that all share."""
+    """A publisher that writes down (topic, message) in one list that all share; held back until flushed."""
 
-    def __init__(self, name, log):
-        self._name, self._log = name, log
+    def __init__(self, name, log, holds=False):
+        self._name, self._log, self._holds = name, log, holds
+        self._held = []
 
     def publish(self, message):
-        self._log.append((self._name, message))
+        (self._held if self._holds else self._log).append((self._name, message))
+
+    def flush(self):
+        self._log += self._held
+        self._held.clear()
 
     def get_num_connections(self):
         return 1
@@ -46,11 +51,11 @@ def fly():
     """Returns a function: a simulation whose outputs are published to a log -> (simulation, output, log)."""
     made = []
 
-    def build(**changes):
+    def build(held=(), **changes):
         simulation = Simulation(SimulationParameters(**{"world": EMPTY, **changes}))
         made.append(simulation)
         log = []
-        topics = Topics(**{name: Recorder(name, log) for name in Topics.__dataclass_fields__})
+        topics = Topics(**{name: Recorder(name, log, name in held) for name in Topics.__dataclass_fields__})
         return simulation, GazeboOutput(simulation, topics), log
 
     yield build
@@ -91,6 +96,26 @@ def test_the_clock_precedes_every_stamp(fly):
             now = message.clock
         elif hasattr(message, "header"):
             assert message.header.stamp == now, name
+
+
+def test_streams_that_hold_back_come_before_the_scan_and_before_every_other_stamp(fly):
+    streams = ("clock", "odometry", "ground_truth", "imu", "joint_states")
+    simulation, output, log = fly(held=streams, lidar="puck")  # 10 Hz: streams do not wait that long
+    newest = dict.fromkeys(streams, 0)
+    lags_us = []
+    for _ in range(500):
+        log.clear()
+        output.publish(simulation.step())
+        for name, message in log:
+            stamp = getattr(message, "header", None)
+            if name in newest:
+                newest[name] = (message.clock if name == "clock" else stamp.stamp).to_nsec() // 1000
+            elif stamp is not None:
+                assert newest["clock"] == simulation.time_us, name
+                if name == "scan":
+                    assert newest["odometry"] == newest["ground_truth"] == simulation.time_us
+        lags_us.append(simulation.time_us - newest["clock"])
+    assert 12_000 <= max(lags_us) <= 28_000
 
 
 def test_a_lasting_contact_comes_at_20_hz_and_its_end_once(fly):

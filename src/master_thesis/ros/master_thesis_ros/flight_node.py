@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import queue
 import threading
 import time
@@ -28,7 +29,11 @@ PATH_SPACING_M = 0.1
 PATH_PERIOD_S = 0.5
 LAND_ATTEMPTS = 5
 INTERRUPTED = "The run was interrupted before its end."
-SETTLE_S = 0.1  # of wall time; in lockstep, by then everything that was said of this instant has been heard
+SETTLE_S = 0.1  # of wall time; in lockstep, by then everybody has heard what is to be done
+ANSWER_PATIENCE_S = 0.5  # of wall time for the stamped messages of an instant
+UNSTAMPED_S = (
+    0.02  # of wall time; by then what comes without a stamp (ready, goal_reached) has come after them
+)
 
 
 class FlightNode(ABC):
@@ -50,6 +55,7 @@ class FlightNode(ABC):
     def __init__(self, monitor: Monitor, lockstep: bool):
         self._monitor = monitor
         self._lock = threading.Lock()
+        self._heard = threading.Condition(self._lock)
         self._actions: queue.Queue = queue.Queue()
         self._finished = False
         self._lockstep = lockstep
@@ -136,6 +142,7 @@ class FlightNode(ABC):
                     handler(message)
                 except (KeyError, ValueError) as error:  # figures that are missing or no numbers
                     rospy.logwarn_throttle(5.0, f"A {type(message).__name__} is ignored: {error}.")
+                self._heard.notify_all()
 
         return callback
 
@@ -152,7 +159,7 @@ class FlightNode(ABC):
             return  # the first scan comes again, and with it what was made of it
         if message.header.stamp.secs > self._decided_in_s and not self._finished:
             self._decided_in_s = message.header.stamp.secs
-            time.sleep(SETTLE_S)
+            self._settle(stamp_s(message))
             if self._decide():
                 time.sleep(SETTLE_S)
         with contextlib.suppress(rospy.ROSException):  # the node may end just now
@@ -160,10 +167,20 @@ class FlightNode(ABC):
 
     def _hears_everybody(self) -> bool:
         """Whether every topic is connected; the series that must be complete prove it by their first row."""
+        connected = all(subscriber.get_num_connections() for subscriber in self._subscribers)
+        return connected and self._has_heard(-math.inf)
+
+    def _has_heard(self, t_s: float) -> bool:
+        """Whether every series that must be complete has come to this instant, which the simulator holds."""
         log = self._monitor.log
         series = (log.truth, log.odometry, log.v_safe, log.v_final)
-        connected = all(subscriber.get_num_connections() for subscriber in self._subscribers)
-        return connected and all(one.rows for one in series)
+        return all(one.rows and one.rows[-1][0] >= t_s for one in series)
+
+    def _settle(self, t_s: float) -> None:
+        """Wait until everything that was said of this instant has been heard."""
+        with self._heard:
+            self._heard.wait_for(lambda: self._finished or self._has_heard(t_s), ANSWER_PATIENCE_S)
+        time.sleep(UNSTAMPED_S)
 
     def _decide(self) -> bool:
         with self._lock:

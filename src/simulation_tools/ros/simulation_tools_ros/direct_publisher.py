@@ -3,11 +3,14 @@
 rospy gives each subscriber of a queued topic a thread of its own and lets go of the interpreter after every
 message to every subscriber, so that a clock of eight listeners costs 0.45 ms; without a queue a listener that
 hangs would hold up the simulator. Here the publishing thread itself writes what the socket takes, 0.14 ms for
-the eight, and what it does not take waits for the next message, the oldest giving way.
+the eight, and what it does not take waits for the next message, the oldest giving way. Still, each message
+wakes its listeners, which on a machine of few cores push the simulator aside: a publisher that holds its
+messages back sends several at once.
 """
 
 from __future__ import annotations
 
+import contextlib
 import socket
 from collections import deque
 
@@ -18,11 +21,13 @@ from rospy.exceptions import TransportTerminated
 class DirectConnection:
     """Wraps a subscriber's transport as rospy's own queued connection does, without a thread.
 
-    queue_size: messages kept for a subscriber that does not read; the oldest are dropped.
+    queue_size: messages kept for a subscriber that does not read; the oldest are dropped. holds: nothing
+    goes out before `flush`.
     """
 
-    def __init__(self, connection, queue_size: int) -> None:
+    def __init__(self, connection, queue_size: int, holds: bool = False) -> None:
         self._connection = connection
+        self._holds = holds
         self._rest = b""  # of a message that has been sent in part
         self._waiting: deque[bytes] = deque(maxlen=queue_size)
 
@@ -37,16 +42,22 @@ class DirectConnection:
         if connection.done or connection.socket is None:
             raise TransportTerminated("connection closed")
         self._waiting.append(data)
+        if not self._holds:
+            self.flush()
+        connection.stat_bytes += len(data)
+        connection.stat_num_msg += 1
+        return True
+
+    def flush(self) -> None:
+        """Send what waits, as far as the socket takes it; TransportTerminated when the subscriber has gone."""
         while self._rest or self._waiting:
             if not self._rest:
-                self._rest = self._waiting.popleft()
+                self._rest = b"".join(self._waiting)
+                self._waiting.clear()
             sent = self._send(self._rest)
             self._rest = self._rest[sent:]
             if self._rest:
                 break
-        connection.stat_bytes += len(data)
-        connection.stat_num_msg += 1
-        return True
 
     def _send(self, data: bytes) -> int:
         """Return how much of it the socket took."""
@@ -63,10 +74,17 @@ class DirectPublisher(rospy.Publisher):
     """A rospy.Publisher whose messages go out in the thread that publishes; for a few kilobytes each.
 
     What a slow subscriber's socket does not take goes with the next message: the topic must be a stream.
+    holds: messages go out with the next `flush`, those beyond queue_size are lost.
     """
 
-    def __init__(self, name: str, data_class, queue_size: int) -> None:
+    def __init__(self, name: str, data_class, queue_size: int, holds: bool = False) -> None:
         super().__init__(name, data_class, queue_size=queue_size, tcp_nodelay=True)
         add = self.impl.add_connection
         self.impl.queue_size = None  # or rospy would wrap the connection in its own queue
-        self.impl.add_connection = lambda connection: add(DirectConnection(connection, queue_size))
+        self.impl.add_connection = lambda connection: add(DirectConnection(connection, queue_size, holds))
+
+    def flush(self) -> None:
+        """Send every subscriber what waits for it."""
+        for connection in list(self.impl.connections):
+            with contextlib.suppress(TransportTerminated):  # rospy drops it at the next message
+                connection.flush()

@@ -22,6 +22,9 @@ CONTACT_PERIOD_US = 50_000
 
 VISIBLE_MOVE_M = 1e-3
 
+HELD_US = 24_000
+"""Streams that hold back their messages do so until the next scan, or for so long."""
+
 
 class Publisher(Protocol):
     """What a rospy.Publisher offers of which this module makes use."""
@@ -33,17 +36,24 @@ class Publisher(Protocol):
         """Return how many listen."""
 
 
+class Stream(Publisher, Protocol):
+    """A publisher that may hold back its messages."""
+
+    def flush(self) -> None:
+        """Send what was held back."""
+
+
 @dataclass(frozen=True)
 class Topics:
     """The publishers of the node, by their topics."""
 
-    clock: Publisher
+    clock: Stream
     scan: Publisher
-    odometry: Publisher
-    ground_truth: Publisher
-    imu: Publisher
+    odometry: Stream
+    ground_truth: Stream
+    imu: Stream
     collision: Publisher
-    joint_states: Publisher
+    joint_states: Stream
     model_states: Publisher
     visuals: Publisher
     performance: Publisher
@@ -53,7 +63,8 @@ class GazeboOutput:
     """Publishes the simulator's outputs; all calls come from the simulation's thread.
 
     Order at one instant: clock, joints, odometry, ground truth, IMU, contacts, further sensors, and the scan
-    last, so that whoever works on the scan has the rest already.
+    last, so that whoever works on the scan has the rest already. Streams that hold back their messages send
+    them before the scan, and before whatever else is stamped with a time that nobody knows of yet.
     """
 
     def __init__(
@@ -80,7 +91,15 @@ class GazeboOutput:
         self._touching: frozenset = frozenset()
         self._contact_due_us = 0
         self._topics.clock.publish(conversions.clock_message(self._simulation.time_us))
+        self.flush()
         self.publish_visuals()
+
+    def flush(self) -> None:
+        """Send what the streams have held back."""
+        topics = self._topics
+        for stream in (topics.clock, topics.joint_states, topics.odometry, topics.ground_truth, topics.imu):
+            stream.flush()
+        self._flush_due_us = self._simulation.time_us + HELD_US
 
     def publish(self, output: StepOutput) -> None:
         """Publish everything that one instant brings."""
@@ -96,6 +115,8 @@ class GazeboOutput:
         if output.imu is not None and topics.imu.get_num_connections():
             frame = self._prefix + self._simulation.uav.imu.frame
             topics.imu.publish(conversions.imu_message(time_us, output.imu, frame))
+        if output.scan is not None or contacts_due or output.payload or time_us >= self._flush_due_us:
+            self.flush()
         if contacts_due:
             world = self._frames.world
             topics.collision.publish(conversions.contacts_message(time_us, output.contacts, world))

@@ -132,7 +132,8 @@ class MavrosTelemetry:
     def _on_attitude(self, message) -> None:
         self._note_time(message.time_boot_ms)
         self._attitude = message
-        self._imu.publish(convert.imu_message(message, self._highres, self._imu_frame_id))
+        if self._imu.get_num_connections():
+            self._imu.publish(convert.imu_message(message, self._highres, self._imu_frame_id))
 
     def _on_highres_imu(self, message) -> None:
         self._note_time(message.time_usec // 1000)

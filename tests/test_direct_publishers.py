@@ -9,10 +9,13 @@ import time
 import pytest
 
 pytest.importorskip("rospy", reason="needs ROS")
+pytest.importorskip("cepa_ros", reason="needs the workspace's environment: source devel/setup.bash")
 
+from cepa_ros import direct_publisher as of_cepa
+from inspection_tools_ros import direct_publisher as of_inspection_tools
 from rospy.exceptions import TransportTerminated
 
-from simulation_tools_ros.direct_publisher import DirectConnection
+from simulation_tools_ros import direct_publisher as of_simulation_tools
 
 pytestmark = pytest.mark.ros
 
@@ -35,11 +38,13 @@ class Transport:
         self.socket.close()
 
 
-@pytest.fixture
-def pair():
-    """A connection that keeps three messages, and the subscriber's end of it."""
+@pytest.fixture(
+    params=(of_cepa, of_inspection_tools, of_simulation_tools), ids=lambda module: module.__name__
+)
+def pair(request):
+    """A connection that keeps three messages, and the subscriber's end of it; each package has its own."""
     ours, theirs = socket.socketpair()
-    connection = DirectConnection(Transport(ours), 3)
+    connection = request.param.DirectConnection(Transport(ours), 3)
     yield connection, Reader(theirs)
     ours.close()
     theirs.close()
@@ -92,6 +97,19 @@ def test_a_subscriber_that_hangs_holds_nobody_up_and_later_gets_the_newest(pair)
     late = reader.read()
     # The one that had gone out in part, and the newest three: nothing torn, nothing twice.
     assert late == [len(first), 4998, 4999, 5000]
+
+
+@pytest.mark.parametrize("pair", [of_simulation_tools], indirect=True)
+def test_messages_that_are_held_back_go_out_together(pair):
+    connection, reader = pair
+    holding = of_simulation_tools.DirectConnection(connection, 3, holds=True)
+    for number in range(5):
+        holding.write_data(message(number))
+    assert reader.read() == []
+    holding.flush()
+    assert reader.read() == [2, 3, 4]  # as many as it keeps
+    holding.flush()
+    assert reader.read() == []
 
 
 def test_a_subscriber_that_has_gone_is_told_of(pair):
