@@ -31,9 +31,7 @@ LAND_ATTEMPTS = 5
 INTERRUPTED = "The run was interrupted before its end."
 SETTLE_S = 0.1  # of wall time; in lockstep, by then everybody has heard what is to be done
 ANSWER_PATIENCE_S = 0.5  # of wall time for the stamped messages of an instant
-UNSTAMPED_S = (
-    0.02  # of wall time; by then what comes without a stamp (ready, goal_reached) has come after them
-)
+UNSTAMPED_S = 0.02  # of wall time; so much later what bears no stamp (ready, goal_reached) has come, too
 
 
 class FlightNode(ABC):

@@ -49,7 +49,7 @@ class DirectConnection:
         return True
 
     def flush(self) -> None:
-        """Send what waits, as far as the socket takes it; TransportTerminated when the subscriber has gone."""
+        """Send what waits, as far as the socket takes it; TransportTerminated when nobody is there."""
         while self._rest or self._waiting:
             if not self._rest:
                 self._rest = b"".join(self._waiting)
