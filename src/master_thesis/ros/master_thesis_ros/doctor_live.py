@@ -6,6 +6,7 @@ import math
 import threading
 import time
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Iterator
 from xmlrpc.client import Fault, ProtocolError, ServerProxy, Transport
 
@@ -61,7 +62,7 @@ def look(listen_s: float) -> Graph:
         types = dict(master.getTopicTypes())
         return Graph(
             recorder.recording(listener.now_s, publishers, subscribers, types, topics),
-            tuple(Node(name, _answers(master, name)) for name in names),
+            tuple(_node(master, name) for name in names),
             tuple(_launched(master)),
             recorder.parameters(lambda name: _parameter(master, name, None)),
             use_sim_time,
@@ -108,12 +109,22 @@ class _Listener:
             yield self._recorder, set(self._subscribers)
 
 
-def _answers(master: rosgraph.Master, node: str) -> bool:
-    """Tell whether a node's own server answers."""
+def _node(master: rosgraph.Master, name: str) -> Node:
+    """Return a node, and whether its own server answers."""
     try:
-        return _proxy(master.lookupNode(node)).getPid("/doctor")[0] == 1
+        code, _, pid = _proxy(master.lookupNode(name)).getPid("/doctor")
     except _UNREACHABLE:
-        return False
+        return Node(name, False)
+    return Node(name, code == 1, _package(pid))
+
+
+def _package(pid: int) -> str:
+    """Return the package of a process on this machine: its program lies in .../lib/PACKAGE/TYPE."""
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")
+    except OSError:
+        return ""
+    return next((path.parts[-2] for path in map(Path, words[:2]) if path.parts[-3:-2] == ("lib",)), "")
 
 
 def _launched(master: rosgraph.Master) -> Iterator[Launched]:

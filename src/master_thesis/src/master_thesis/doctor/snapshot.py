@@ -84,10 +84,11 @@ class Recording:
 
 @dataclass(frozen=True)
 class Node:
-    """A node that the master knows. answers: whether it answered a ping."""
+    """A node that the master knows. answers: whether it answered a ping. package: whose program it is."""
 
     name: str
     answers: bool = True
+    package: str = ""
 
 
 @dataclass(frozen=True)
