@@ -20,6 +20,7 @@ usage() {
 ./bringup.sh <launch file> [arg:=value ...]      a launch file of master_thesis, with its arguments
 ./bringup.sh test [pytest arguments]             every test, three at a time; arguments go to pytest (-n 0: one at a time)
 ./bringup.sh bench [name [arguments]]            the benchmarks, or the one of that name (--help tells its arguments)
+./bringup.sh report [--quick] [--only NAME ...]  every experiment of the thesis beside its own figures, as one HTML page
 ./bringup.sh setup                               set-up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
 
 Each first does what is missing of the set-up: distribution packages, .venv, build. Details go to logs/bringup.log.
@@ -139,6 +140,23 @@ run_benchmarks() {
   return "$code"
 }
 
+# run_report [ARGUMENT ...]: --help tells them
+run_report() {
+  local arguments=(--out "$root/results/report") argument previous=""
+  for argument in "$@"; do
+    case $previous$argument in
+      --out=?*) argument=--out=$(absolute "${argument#--out=}") ;;
+      --out?*) argument=$(absolute "$argument") ;;
+    esac
+    arguments+=("$argument")
+    previous=
+    [[ $argument != --out ]] || previous=--out
+  done
+  set_up
+  load_workspace
+  exec .venv/bin/python -m master_thesis.report "${arguments[@]}"
+}
+
 main() {
   case ${1:-} in
     "") launch experiment_1.launch scenario:=forest ${DISPLAY:+rviz:=true} ;;
@@ -149,6 +167,7 @@ main() {
       ;;
     test) run_tests "${@:2}" ;;
     bench) run_benchmarks "${@:2}" ;;
+    report) run_report "${@:2}" ;;
     *)
       local file=${1%.launch}.launch
       [[ -f src/master_thesis/launch/$file ]] || fail "There is no launch file '$file' in src/master_thesis/launch, and no other call of that name. See ./bringup.sh --help."

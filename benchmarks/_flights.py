@@ -1,17 +1,13 @@
-"""Flights of the ROS-free closed loop for the benchmarks: Experiment 1's scenarios, and recorded scans."""
+"""What CEPA is asked in flights of the ROS-free closed loop."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from benchmarks._report import ROOT
 from cepa import Decision, Improved, LaserScan2D
 from cepa.algorithm import Algorithm
 from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.experiment import Phase
-from simulation_tools.simulation import SimulationParameters
-
-WORLDS = ROOT / "src/master_thesis/worlds"
 
 
 class Question(NamedTuple):
@@ -34,12 +30,6 @@ class Recorder(Algorithm):
         """Let the algorithm answer."""
         self.questions.append(Question(scan, tuple(v_ref_xy), tuple(v_uav_xy)))
         return self._algorithm.steer(scan, v_ref_xy, v_uav_xy)
-
-
-def scenario(name: str, algorithm: str = "improved", seed: int = 1, goal_x_m: float = 40.0):
-    """Return the closed loop's parameters for one of Experiment 1's scenarios (UST at 40 Hz, 2 m/s)."""
-    simulation = SimulationParameters(world=str(WORLDS / f"{name}.world"), seed=seed)
-    return ClosedLoopParameters(simulation, goal_xyz_m=(goal_x_m, 0.0, 2.0), algorithm=algorithm)
 
 
 def record(parameters: ClosedLoopParameters) -> list[Question]:

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks._flights import scenario
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.experiment import Action, ExperimentParameters, Phase
 from master_thesis.flight.flight_log import FlightLog
+from master_thesis.flight.scenario_flight import scenario_parameters
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import parse_model
 from simulation_tools.simulation import StepOutput
@@ -106,7 +106,7 @@ class FaultyLoop(ClosedLoop):
 def soak(minutes: float, seed: int) -> dict:
     """Fly for that long in simulated time; return the figures."""
     rng = np.random.default_rng(seed)
-    parameters = replace(scenario("forest", seed=seed), goal_xyz_m=None, limits=_endless())
+    parameters = replace(scenario_parameters("forest", seed=seed), goal_xyz_m=None, limits=_endless())
     with FaultyLoop(parameters, rng) as loop:
         loop.run_to(Phase.FLYING)
         loop.soaking = True

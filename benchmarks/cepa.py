@@ -23,12 +23,13 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks import _places
-from benchmarks._flights import Question, record, scenario
+from benchmarks._flights import Question, record
 from benchmarks._report import Report, options, table
-from benchmarks._thesis import TABLE_8_1_MS
 from cepa import ALGORITHMS, CepaParameters
 from cepa.algorithm import Algorithm
 from master_thesis.flight.closed_loop import CEPA
+from master_thesis.flight.scenario_flight import scenario_parameters
+from master_thesis.report.thesis import TABLE_8_1_MS
 from master_thesis.worlds.scenario import SCENARIOS
 
 REPLAYS = 2
@@ -75,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def measure_scenario(name: str, goal_x_m: float = 40.0) -> dict:
     """Fly a scenario, replay it; return the figures of both algorithms."""
-    questions = record(scenario(name, goal_x_m=goal_x_m))
+    questions = record(scenario_parameters(name, goal_x_m=goal_x_m))
     figures = {algorithm: replay(make(CEPA), questions, REPLAYS) for algorithm, make in ALGORITHMS.items()}
     figures["speedup"] = figures["original"]["mean_us"] / figures["improved"]["mean_us"]
     figures["scans"] = len(questions)

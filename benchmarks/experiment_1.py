@@ -8,7 +8,6 @@ Figures: experiment_1.SCENARIO.ALGORITHM; and results/experiment_1.{md, json, pn
 
 from __future__ import annotations
 
-import io
 import itertools
 import json
 import os
@@ -16,16 +15,13 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Sequence
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from benchmarks._flights import WORLDS, scenario
 from benchmarks._report import Report, options, table, write_atomically
-from benchmarks._thesis import TABLE_8_1_MS
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.experiment import Phase
-from master_thesis.results import analysis, run_report
+from master_thesis.flight.scenario_flight import fly_scenario, scenario_parameters
+from master_thesis.report.sections.experiment_1 import times_figure
+from master_thesis.report.thesis import TABLE_8_1_MS
+from master_thesis.results.figures import png
 from master_thesis.worlds import scenario as scenarios
 
 COLUMNS = {
@@ -39,8 +35,6 @@ COLUMNS = {
 }
 """The figures of a flight: heading and decimals."""
 SEEDS = (1, 2, 3, 4, 5)
-LEAST_MS = 0.005
-"""The foot of the picture's logarithmic scale; the thesis's "~ 0" stands there."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -61,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         text = as_markdown(figures, len(given.seeds))
         write_atomically(given.results / "experiment_1.md", text)
         write_atomically(given.results / "experiment_1.json", json.dumps(figures, indent=2) + "\n")
-        write_atomically(given.results / "experiment_1.png", png(figures))
+        write_atomically(given.results / "experiment_1.png", png(times_figure(computation_times(figures))))
         print(f"\n{text}")
 
 
@@ -78,24 +72,7 @@ def fly_all(names: Sequence[str], seeds: Sequence[int], goal_x_m: float, workers
 
 def fly(name: str, algorithm: str, seed: int, goal_x_m: float = 40.0) -> dict:
     """Fly one scenario once; return the figures of the flight."""
-    with ClosedLoop(scenario(name, algorithm, seed, goal_x_m)) as loop:
-        outcome = loop.run_to(Phase.LANDING)
-        log = loop.log
-    goal = (goal_x_m, 0.0, scenarios.FLIGHT_HEIGHT_M)
-    flown = scenarios.Scenario(name, WORLDS / f"{name}.world", goal_xyz_m=goal)
-    description = run_report.RunDescription("experiment_1", flown, algorithm, "ust", seed)
-    merit = run_report.figures_of_merit(log, outcome, goal)
-    return {
-        "reached_goal": outcome.reached_goal,
-        "collision": outcome.collision,
-        "computation_ms": merit["cepa_computation_ms"]["mean"],
-        "computation_p99_ms": merit["cepa_computation_ms"]["p99"],
-        "directions": merit["cepa_directions_tested"]["mean"],
-        "flight_time_s": merit["flight_time_s"],
-        "path_length_m": merit["path_length_m"],
-        "clearance_m": run_report.least(analysis.clearances(description, log, outcome)),
-        "emergencies": merit["emergencies"],
-    }
+    return fly_scenario(scenario_parameters(name, algorithm, seed, goal_x_m)).figures
 
 
 def summary(flown: Sequence[dict]) -> dict:
@@ -109,6 +86,15 @@ def summary(flown: Sequence[dict]) -> dict:
         values = [flight[key] for flight in flown if flight[key] is not None]
         figures[key] = {"mean": float(np.mean(values)), "std": float(np.std(values))} if values else None
     return figures
+
+
+def computation_times(figures: dict) -> dict:
+    """Return mean and spread of the computation time by (scenario, algorithm)."""
+    return {
+        (name, algorithm): (values["computation_ms"]["mean"], values["computation_ms"]["std"])
+        for name, by_algorithm in figures.items()
+        for algorithm, values in by_algorithm.items()
+    }
 
 
 def as_markdown(figures: dict, seeds: int) -> str:
@@ -141,47 +127,6 @@ def as_markdown(figures: dict, seeds: int) -> str:
 
 def _spread(value: dict | None, digits: int) -> str:
     return f"{value['mean']:.{digits}f} ± {value['std']:.{digits}f}" if value else "-"
-
-
-def png(figures: dict) -> bytes:
-    """Draw the computation times, the thesis's and ours, on a logarithmic scale; return the PNG's bytes."""
-    figure = Figure(figsize=(7.2, 3.2), layout="constrained")
-    axes = figure.add_subplot()
-    names, width = list(figures), 0.2
-    places = np.arange(len(names))
-    for column, (whose, algorithm) in enumerate(
-        (whose, algorithm) for algorithm in TABLE_8_1_MS for whose in ("thesis", "ours")
-    ):
-        if whose == "thesis":
-            means, spread = [TABLE_8_1_MS[algorithm][name] or LEAST_MS for name in names], None
-        else:
-            ours = [figures[name][algorithm]["computation_ms"] for name in names]
-            means, spread = [value["mean"] for value in ours], [value["std"] for value in ours]
-        colour = {"original": "#c2410c", "improved": "#1f3b73"}[algorithm]
-        bars = axes.bar(
-            places + (column - 1.5) * width,
-            means,
-            width,
-            yerr=spread,
-            capsize=2,
-            facecolor=colour if whose == "ours" else "white",
-            edgecolor=colour,
-            hatch=None if whose == "ours" else "////",
-            label=f"{algorithm}, {whose}",
-        )
-        axes.bar_label(
-            bars, [f"{mean:.2g}" if mean > LEAST_MS else "~ 0" for mean in means], fontsize=6, padding=2
-        )
-    axes.set_yscale("log")
-    axes.set_ylim(LEAST_MS, 100.0)
-    axes.set_xticks(places, names)
-    axes.set_ylabel("mean computation time [ms]", fontsize=8)
-    axes.tick_params(labelsize=8)
-    axes.legend(fontsize=7, ncol=4, frameon=False, loc="upper center")
-    stream = io.BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(stream, format="png", dpi=200)
-    return stream.getvalue()
 
 
 if __name__ == "__main__":

@@ -21,10 +21,10 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks import _sim_graph, _sim_soak
-from benchmarks._flights import scenario
 from benchmarks._report import Report, options, table
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.experiment import Phase
+from master_thesis.flight.scenario_flight import scenario_parameters
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Collision, Cylinder, Inertial, Link, Model, World
 from simulation_tools.simulation import Simulation
@@ -84,7 +84,7 @@ def measure_inprocess(flights: int = 3) -> dict:
     """Fly the forest without ROS; return the median real-time factor of a few seeds, by CPU and by wall."""
     by_cpu, by_wall = [], []
     for seed in range(1, flights + 1):
-        with ClosedLoop(scenario("forest", seed=seed)) as loop:
+        with ClosedLoop(scenario_parameters("forest", seed=seed)) as loop:
             loop.run_to(Phase.FLYING)
             began_s, cpu_s, wall_s = loop.time_s, time.thread_time(), time.perf_counter()
             loop.run_to(Phase.HOVERING)
@@ -96,7 +96,7 @@ def measure_inprocess(flights: int = 3) -> dict:
 
 def measure_raycast() -> dict:
     """Cast scans in the forest; return millions of rays per second of CPU, ours and Embree's own."""
-    simulation = Simulation(scenario("forest").simulation)
+    simulation = Simulation(scenario_parameters("forest").simulation)
     try:
         rays, directions = simulation.world.rays, simulation.lidar.directions
         origins = np.column_stack((np.linspace(0.0, 40.0, SCANS), np.zeros(SCANS), np.full(SCANS, 2.0)))
@@ -138,7 +138,7 @@ def _scan_us(trees: int) -> float:
         World("trees", tuple(_tree(n, rng.uniform(-half_m, half_m, 2)) for n in range(trees)))
     )
     try:
-        lidar = Simulation(scenario("empty").simulation).lidar
+        lidar = Simulation(scenario_parameters("empty").simulation).lidar
         middle = 0.5 * min(half_m, 20.0)
         places = [(*rng.uniform(-middle, middle, 2), 2.0) for _ in range(300)]
         times = []

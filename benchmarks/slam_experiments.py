@@ -16,20 +16,17 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Sequence
 
-import numpy as np
 from tqdm import tqdm
 
 from benchmarks._report import Report, options, table, write_atomically
-from benchmarks._thesis import MAPS
 from gridslam.warm_up import warm_up
-from master_thesis.mapping import slam_figures, slam_files
-from master_thesis.mapping.mapping_flight import SCENARIOS, fly_and_record, parameters_of
-from master_thesis.mapping.slam_report import judge, verdict
-from master_thesis.mapping.slam_run import replay, true_path, true_walls
-from master_thesis.mapping.slam_setup import read_setup
-from master_thesis.worlds import floor_plan
+from master_thesis.mapping.map_variants import MappedFlight, medians
+from master_thesis.mapping.mapping_flight import SCENARIOS, parameters_of
+from master_thesis.mapping.slam_report import verdict
+from master_thesis.report.thesis import LIDARS as THESIS_LIDARS
+from master_thesis.report.thesis import MAPS
+from master_thesis.results.figures import png
 from master_thesis.worlds.scenario import LIDARS
-from simulation_tools.sdf.parser import load_world
 
 WORLDS = ("room", "hold")
 SEEDS = (1, 2, 3, 4, 5)
@@ -84,41 +81,16 @@ def map_all(
 
 def fly_and_map(world: str, lidar: str, seed: int, pictures: Path | None = None) -> dict[bool, dict]:
     """Fly once; return the map's figures without and with loop closure. pictures: folder to draw into."""
-    scenario, setup = SCENARIOS[world], read_setup(SCENARIOS[world].world)
-    recording = fly_and_record(f"{world}, {lidar}, seed {seed}", parameters_of(world, lidar, seed))
-    truth = true_path(recording.times_s, recording.truth)
-    walls = true_walls(scenario.world_path, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
+    flight = MappedFlight.fly(world, lidar, seed, parameters_of(world, lidar, seed))
     found = {}
     for closure in (False, True):
-        run = replay(recording, setup.session(seed, loop_closure=closure))
-        figures, _, _ = judge(run, truth, walls)
-        cpu_ms = figures.pop("cpu_ms_per_scan")
-        found[closure] = {**figures, "cpu_ms": cpu_ms["mean"] if cpu_ms else None}
+        run = flight.map(seed, loop_closure=closure)
+        found[closure] = flight.figures(run)
         if pictures:
-            title = f"{recording.name}, {'with' if closure else 'without'} loop closure"
-            draw(pictures / f"{world}_{lidar}{'_closed' if closure else ''}.png", title, scenario, run, truth)
+            title = f"{flight.recording.name}, {'with' if closure else 'without'} loop closure"
+            path = pictures / f"{world}_{lidar}{'_closed' if closure else ''}.png"
+            write_atomically(path, png(flight.figure(run, title)))
     return found
-
-
-def draw(path: Path, title: str, scenario, run, truth) -> None:
-    """Draw the world and the maps at half time and at the end."""
-    outlines = floor_plan.outlines(load_world(str(scenario.world_path)))
-    views = slam_files.map_views(run)
-    true_xy = truth.poses_in_map[:, :2]
-    height_m = scenario.flight_height_m
-    png = slam_figures.world_and_maps_png(title, outlines, height_m, true_xy, views)
-    write_atomically(path, png)
-
-
-def medians(several: Sequence[dict]) -> dict:
-    """Return each figure's median over the seeds, and the greatest ATE."""
-    middle = {key: _median([figures[key] for figures in several]) for key in several[0]}
-    return {**middle, "ate_rmse_worst_m": max(f["ate_rmse_m"] for f in several), "seeds": len(several)}
-
-
-def _median(values: Sequence) -> float | None:
-    finite = [value for value in values if value is not None and np.isfinite(value)]
-    return float(np.median(finite)) if finite else None
 
 
 def as_markdown(world: str, lidars: Sequence[str], maps: dict, seeds: int) -> str:
@@ -137,11 +109,11 @@ def as_markdown(world: str, lidars: Sequence[str], maps: dict, seeds: int) -> st
         rows.append(
             (
                 lidar,
-                MAPS["range_m"][lidar],
+                THESIS_LIDARS[lidar].range_m,
                 "yes" if closure else "no",
                 *(_number(figures[key], digits) for key, (_, digits) in FIGURES.items()),
                 verdict(figures),
-                MAPS.get(world, {}).get(lidar, "-"),
+                MAPS[world][lidar].words if world in MAPS else "-",
             )
         )
     return f"# {world}\n\nMedians over {seeds} seeds.\n\n{table(header, rows)}\n"

@@ -20,8 +20,9 @@ from typing import Sequence
 from tqdm import tqdm
 
 from benchmarks._report import Report, options, table, write_atomically
-from benchmarks.slam_experiments import SEEDS, medians
+from benchmarks.slam_experiments import SEEDS
 from gridslam.warm_up import warm_up
+from master_thesis.mapping.map_variants import medians
 from master_thesis.mapping.mapping_flight import SCENARIOS, fly_and_record, parameters_of
 from master_thesis.mapping.slam_report import judge
 from master_thesis.mapping.slam_run import SlamRun, replay, true_path, true_walls

@@ -13,10 +13,14 @@ setup(
             "master_thesis.emergency",
             "master_thesis.flight",
             "master_thesis.mapping",
+            "master_thesis.report",
+            "master_thesis.report.pieces",
+            "master_thesis.report.sections",
             "master_thesis.results",
             "master_thesis.worlds",
             "master_thesis_ros",
         ],
         package_dir={"": "src", "master_thesis_ros": "ros/master_thesis_ros"},
+        package_data={"master_thesis.report": ["page.html", "page.css"]},
     )
 )

@@ -12,10 +12,12 @@ from io import BytesIO
 import numpy as np
 import pytest
 from matplotlib import image
+from matplotlib.colors import to_rgb
 
 from master_thesis.emergency import report as emergency_report
 from master_thesis.emergency.description import TrialDescription
 from master_thesis.emergency.let_go import LetGoParameters, let_go
+from master_thesis.results import palette
 from master_thesis.results import run_folder as results
 from master_thesis.worlds.placements import SCENARIOS
 
@@ -92,7 +94,8 @@ def colours(png: bytes):
     """Return how many pixels are the original's red and the improved's green."""
     pixels = (image.imread(BytesIO(png), format="png")[:, :, :3] * 255).round()
     return tuple(
-        int((np.abs(pixels - colour).max(axis=2) < 3).sum()) for colour in ((200, 30, 30), (21, 128, 61))
+        int((np.abs(pixels - 255.0 * np.array(to_rgb(palette.ALGORITHMS[name]))).max(axis=2) < 3).sum())
+        for name in ("original", "improved")
     )
 
 

@@ -15,3 +15,11 @@ class ResultsError(MasterThesisError):
 
 class FlightError(MasterThesisError):
     """A flight that cannot be flown or measured as asked."""
+
+
+class GraphError(MasterThesisError):
+    """A graph of nodes that did not do what was to be measured, or could not be started."""
+
+
+class CampaignError(MasterThesisError):
+    """A campaign's file, folder or scheduler that cannot be used as it is."""

@@ -19,13 +19,14 @@ from cepa import CepaParameters, LaserScan2D, view
 from master_thesis.emergency.description import TrialDescription, flown, in_freeze_frame
 from master_thesis.emergency.proposals import Proposals, propose, sweep
 from master_thesis.emergency.trial import EmergencyTrial
+from master_thesis.results import palette
 from master_thesis.results.figures import png
 from master_thesis.results.from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.uav import load_uav
 
-_ORIGINAL, _IMPROVED, _INTRUSION = "#c81e1e", "#15803d", "#f0a3a3"
+_ORIGINAL, _IMPROVED, _INTRUSION = *palette.ALGORITHMS.values(), "#f0a3a3"
 _PATH = "viridis"
 _SHOWN = 1.4  # half of what is shown around the UAV, in r_LB
 _UAV_SPACING_M = 0.4
@@ -35,13 +36,13 @@ def pictures(description: TrialDescription, trial: EmergencyTrial, content: dict
     """Return the PNG files by name; the trial has its freeze and its first scan."""
     uav = load_uav(description.model, description.lidar).model
     return {
-        "proposals.png": _proposals_png(description, trial, uav),
-        "k_sweep.png": _sweep_png(description, trial),
-        "path.png": _path_png(description, trial, uav, content),
+        "proposals.png": png(proposals_figure(description, trial, uav)),
+        "k_sweep.png": png(sweep_figure(description, trial)),
+        "path.png": png(_path_figure(description, trial, uav, content)),
     }
 
 
-def _proposals_png(description: TrialDescription, trial: EmergencyTrial, uav: Model) -> bytes:
+def proposals_figure(description: TrialDescription, trial: EmergencyTrial, uav: Model) -> Figure:
     """Side by side: what stands around the UAV, and what the algorithms make of its scan."""
     figure = Figure(figsize=(7.2, 4.4))
     place, seen = figure.subplots(1, 2, sharey=True)
@@ -61,10 +62,10 @@ def _proposals_png(description: TrialDescription, trial: EmergencyTrial, uav: Mo
     figure.legend(handles=_legend(), loc="lower center", ncol=6, fontsize=7, frameon=False)
     figure.suptitle(f"{_title(description)}; improved: {proposed.reason}", fontsize=9)
     figure.subplots_adjust(left=0.08, right=0.99, bottom=0.18, top=0.87, wspace=0.06)
-    return png(figure)
+    return figure
 
 
-def _sweep_png(description: TrialDescription, trial: EmergencyTrial) -> bytes:
+def sweep_figure(description: TrialDescription, trial: EmergencyTrial) -> Figure:
     """One panel per K: how the filter spreads near obstacles, and where that leads."""
     scan = trial.first_scan.scan
     all_proposed = sweep(scan, description.cepa)[::-1]
@@ -78,10 +79,10 @@ def _sweep_png(description: TrialDescription, trial: EmergencyTrial) -> bytes:
     figure.legend(handles=_legend()[1:], loc="lower center", ncol=5, fontsize=7, frameon=False)
     figure.suptitle(f"{_place(description)}: one scan, seen through the filter with different K", fontsize=9)
     figure.subplots_adjust(left=0.08, right=0.99, bottom=0.17, top=0.88, wspace=0.06, hspace=0.22)
-    return png(figure)
+    return figure
 
 
-def _path_png(description: TrialDescription, trial: EmergencyTrial, uav: Model, content: dict) -> bytes:
+def _path_figure(description: TrialDescription, trial: EmergencyTrial, uav: Model, content: dict) -> Figure:
     """From above: where the UAV went after it was let go, coloured by time; its shape on the way."""
     poses = flown(trial)
     path = in_freeze_frame(trial, poses[:, 1:4])
@@ -113,7 +114,7 @@ def _path_png(description: TrialDescription, trial: EmergencyTrial, uav: Model, 
     axes.set_title(
         f"{_title(description)}\n{description.algorithm} algorithm: {_what_happened(content)}", fontsize=8.5
     )
-    return png(figure)
+    return figure
 
 
 def _what_happened(content: dict) -> str:
@@ -146,8 +147,8 @@ def _draw_proposals(axes, scan: LaserScan2D, parameters: CepaParameters, propose
     points = beams.ranges[hit, None] * np.column_stack((np.cos(beams.angles[hit]), np.sin(beams.angles[hit])))
     intrusions = view.intrusions(beams, parameters)
     ends = up(intrusions.reshape(-1, 2)).reshape(-1, 2, 2)
-    axes.add_collection(LineCollection(ends, colors=_INTRUSION, linewidths=0.5, zorder=2))
-    axes.scatter(*up(points).T, s=1.2, color="black", linewidths=0, zorder=3)
+    axes.add_collection(LineCollection(ends, colors=_INTRUSION, linewidths=0.5, zorder=2, rasterized=True))
+    axes.scatter(*up(points).T, s=1.2, color="black", linewidths=0, zorder=3, rasterized=True)
     _draw_circle(axes, parameters)
     axes.plot(0, 0, "+", ms=5, color="black", zorder=4)
     # Red beneath and wider, so that it shows where both say the same

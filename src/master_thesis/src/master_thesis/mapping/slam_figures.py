@@ -12,11 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from gridslam import OccupancyGrid
-from master_thesis.results.figures import TimeSeries, png, time_series_png
+from master_thesis.results.figures import TimeSeries, time_series_png
+from master_thesis.results.palette import BELIEF, TRUTH
 from master_thesis.worlds.floor_plan import Outline
 
 _MAP_COLOURS = ListedColormap(("#b3b3b3", "white", "black"))  # unknown, free, occupied, as in the thesis
-_SOLID, _TRUE, _BELIEVED, _CLOSURE = "#5b6066", "#1f3b73", "#c2410c", "#15803d"
+_SOLID, _CLOSURE = "#5b6066", "#15803d"
 _OCCUPIED_FROM = 65
 _WIDTH_IN = 10.0
 _MARGIN_M = 1.0
@@ -37,14 +38,14 @@ class MapView:
     closures_xy: np.ndarray
 
 
-def world_and_maps_png(
+def world_and_maps(
     title: str,
     outlines: Sequence[Outline],
     height_m: float,
     true_path_xy: np.ndarray,
     views: Sequence[MapView],
-) -> bytes:
-    """Draw the world from above with the true path, and maps beside it at the same scale; return the PNG."""
+) -> Figure:
+    """Draw the world from above with the true path, and maps beside it at the same scale."""
     low, high = _limits(outlines, views)
     width, height = high - low
     panels = 1 + len(views)
@@ -61,7 +62,7 @@ def world_and_maps_png(
         axes.set_xlabel("x [m]", **_LABEL)
     all_axes[0].set_ylabel("y [m]", **_LABEL)
     figure.suptitle(title, fontsize=9)
-    return png(figure)
+    return figure
 
 
 def error_png(title: str, panels: Sequence[TimeSeries], closure_times_s: Sequence[float]) -> bytes:
@@ -93,7 +94,7 @@ def _draw_world(axes, outlines: Sequence[Outline], height_m: float, true_path_xy
     shapes = [o.outline_xy for o in outlines if o.blocks(height_m) and len(o.outline_xy) > 2]
     patches = [Polygon(shape, closed=True) for shape in shapes]
     axes.add_collection(PatchCollection(patches, facecolor=_SOLID, edgecolor="black", linewidth=0.3))
-    axes.plot(*true_path_xy.T, color=_TRUE, lw=0.9)
+    axes.plot(*true_path_xy.T, color=TRUTH, lw=0.9)
     axes.plot(*true_path_xy[0], "o", ms=4, mfc="white", mec="black")
     axes.set_title("world, true path", fontsize=8)
 
@@ -110,9 +111,9 @@ def _draw_map(axes, view: MapView) -> None:
         vmax=2,
         origin="lower",
         extent=(x, x + width, y, y + height),
-        interpolation="nearest",
+        interpolation="none",  # one picture element a cell, in SVG too
     )
-    axes.plot(*view.path_xy.T, color=_BELIEVED, lw=0.7)
+    axes.plot(*view.path_xy.T, color=BELIEF, lw=0.7)
     for pair in view.closures_xy:
         axes.plot(*pair.T, "o-", color=_CLOSURE, lw=0.8, ms=2.0)
     axes.set_title(view.title, fontsize=8)

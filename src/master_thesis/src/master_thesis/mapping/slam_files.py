@@ -21,7 +21,7 @@ from gridslam.trajectory import Trajectory
 from master_thesis.mapping import slam_figures
 from master_thesis.mapping.slam_report import judge
 from master_thesis.mapping.slam_run import SlamRun
-from master_thesis.results.figures import TimeSeries
+from master_thesis.results.figures import TimeSeries, png
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.worlds.floor_plan import Outline
 
@@ -81,10 +81,10 @@ def _write_pictures(
     title = "{}: ATE {:.3f} m, map error {:.3f} m (95 %: {:.3f} m)".format(
         survey.title, figures["ate_rmse_m"], figures["map_error_mean_m"], figures["map_error_p95_m"]
     )
-    shown = slam_figures.world_and_maps_png(
+    shown = slam_figures.world_and_maps(
         title, survey.outlines, survey.height_m, survey.truth.poses_in_map[:, :2], map_views(run)
     )
-    folder.write_bytes("map.png", shown)
+    folder.write_bytes("map.png", png(shown))
     online = trajectory_error(run.online, survey.truth)
     panels = (
         TimeSeries(

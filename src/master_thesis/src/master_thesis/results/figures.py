@@ -9,6 +9,7 @@ import io
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
@@ -172,4 +173,14 @@ def png(figure: Figure) -> bytes:
     FigureCanvasAgg(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=_DPI, bbox_inches="tight", pad_inches=0.05)
+    return stream.getvalue()
+
+
+def svg(figure: Figure) -> bytes:
+    """Return a figure as the bytes of an SVG file, the same for the same figure."""
+    stream = io.BytesIO()
+    with rc_context({"svg.fonttype": "path", "svg.hashsalt": "master_thesis"}):
+        figure.savefig(
+            stream, format="svg", dpi=_DPI, bbox_inches="tight", pad_inches=0.05, metadata={"Date": None}
+        )
     return stream.getvalue()

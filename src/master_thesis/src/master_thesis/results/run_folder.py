@@ -42,7 +42,7 @@ class RunFolder:
 
     def write_json(self, name: str, content: dict) -> Path:
         """Write a JSON file; what is not a finite number becomes null, since JSON knows no other."""
-        text = json.dumps(_plain(content), indent=2, allow_nan=False) + "\n"
+        text = json.dumps(plain(content), indent=2, allow_nan=False) + "\n"
         return self._write(name, text.encode("utf-8"))
 
     def write_csv(self, name: str, columns: Sequence[str], rows: Iterable[Sequence]) -> Path:
@@ -91,16 +91,16 @@ def _sentence(what: str, error: OSError) -> str:
     return f"Cannot {what}: {error.strerror}; free some space or choose another folder with results:=FOLDER."
 
 
-def _plain(value):
+def plain(value):
     """Turn tuples, numpy scalars and paths into what JSON holds; NaN and infinities into None."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, Path):
         return str(value)
-    if hasattr(value, "item"):
-        value = value.item()
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

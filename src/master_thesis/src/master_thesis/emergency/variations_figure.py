@@ -1,4 +1,4 @@
-"""The picture of emergency.py: all paths of a scenario from above, one panel for each algorithm."""
+"""All paths of a scenario of Experiment 2 from above, one panel for each algorithm."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from master_thesis.results.figures import png as png_of
 from master_thesis.results.from_above import SOLID, draw_obstacles, frame, up
+from master_thesis.results.palette import ALGORITHMS
 from master_thesis.worlds.placements import Obstacle
-
-_COLOURS = {"improved": "#15803d", "original": "#c81e1e"}
 
 
 @dataclass(frozen=True)
@@ -32,8 +30,8 @@ class Paths:
         return cls(tuple(obstacles), tuple(flight.path_xy for flight in flights), touches)
 
 
-def png(panels: dict[tuple[str, str], Paths]) -> bytes:
-    """Draw one row for each algorithm and one column for each scenario; return the PNG file's bytes."""
+def paths_figure(panels: dict[tuple[str, str], Paths]) -> Figure:
+    """Draw one row for each algorithm and one column for each scenario."""
     scenarios = list(dict.fromkeys(scenario for scenario, _ in panels))
     algorithms = list(dict.fromkeys(algorithm for _, algorithm in panels))
     everything = np.concatenate([path for shown in panels.values() for path in shown.paths_xy])
@@ -44,21 +42,21 @@ def png(panels: dict[tuple[str, str], Paths]) -> bytes:
     grid = figure.subplots(len(algorithms), len(scenarios), sharex=True, sharey=True, squeeze=False)
     for (scenario, algorithm), shown in panels.items():
         axes = grid[algorithms.index(algorithm), scenarios.index(scenario)]
-        _panel(axes, shown, _COLOURS[algorithm])
+        _panel(axes, shown, ALGORITHMS[algorithm])
         frame(axes, low[0], high[0], low[1], high[1])
         title = f"{scenario.replace('_', ' ')}: {algorithm}"
         axes.set_title(f"{title}\n{len(shown.touches_xy)} of {len(shown.paths_xy)} touched", fontsize=8)
         axes.label_outer()
     handles = [
         Patch(facecolor=SOLID, edgecolor="black", lw=0.3, label="obstacle, before its variation"),
-        *(Line2D([], [], color=_COLOURS[name], lw=1.2, label=f"{name}: path") for name in algorithms),
+        *(Line2D([], [], color=ALGORITHMS[name], lw=1.2, label=f"{name}: path") for name in algorithms),
         Line2D(
             [], [], marker="X", ls="", mfc="white", mec="black", ms=6, label="first contact, UAV's middle"
         ),
     ]
     figure.legend(handles=handles, loc="lower center", ncol=len(handles), fontsize=7, frameon=False)
     figure.tight_layout(rect=(0.0, 0.04, 1.0, 1.0))
-    return png_of(figure)
+    return figure
 
 
 def _panel(axes, shown: Paths, colour: str) -> None:

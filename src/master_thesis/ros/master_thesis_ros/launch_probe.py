@@ -1,0 +1,95 @@
+"""Listens to a graph that starts: a process of its own, begun before roslaunch, that says what came when.
+
+Run as `python -m master_thesis_ros.launch_probe EVENT ...`, with ROS_MASTER_URI set. Each line is a JSON
+list: name of the event, monotonic time in seconds. It ends with its standard input.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import sys
+import threading
+import time
+from typing import Sequence
+from urllib.parse import urlparse
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import TwistStamped
+from mavros_msgs.msg import State
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Bool
+
+MASTER_PATIENCE_S = 60.0
+EVENTS = {
+    "first_scan": ("/scan", LaserScan, lambda scan: True),
+    "flight_controller": ("/mavros/state", State, lambda state: state.connected),
+    "first_scan_through": ("/UAV/vel_setpoint/safe/body", TwistStamped, lambda velocity: True),
+    "hovering": ("/UAV/ready", Bool, lambda ready: ready.data),
+    "goal_reached": ("/UAV/goal_reached", Bool, lambda reached: reached.data),
+}
+"""By name: topic, type, and whether a message is the event."""
+RVIZ = "rviz"
+"""The event that RViz listens to what its displays show: its window is there."""
+COMMON_TOPICS = ("/clock", "/tf", "/tf_static")
+
+
+class Teller:
+    """Prints each event the first time it happens."""
+
+    def __init__(self) -> None:
+        self._told: set[str] = set()
+
+    def tell(self, event: str) -> None:
+        """Print an event, once."""
+        if event not in self._told:
+            self._told.add(event)
+            print(json.dumps([event, time.monotonic()]), flush=True)
+
+
+def wait_for_master() -> None:
+    """Return when the ROS master answers; TimeoutError after a minute."""
+    address = urlparse(os.environ["ROS_MASTER_URI"])
+    end = time.monotonic() + MASTER_PATIENCE_S
+    while time.monotonic() < end:
+        with socket.socket() as sock:
+            if sock.connect_ex((address.hostname, address.port)) == 0:
+                return
+        time.sleep(0.01)
+    raise TimeoutError("there is no ROS master")
+
+
+def listen(teller: Teller, event: str) -> None:
+    """Subscribe to what makes an event known."""
+    topic, kind, is_it = EVENTS[event]
+    rospy.Subscriber(topic, kind, lambda message: is_it(message) and teller.tell(event))
+
+
+def watch_for_rviz(teller: Teller) -> None:
+    """Return when RViz subscribes to what a display shows."""
+    master = rosgraph.Master("/launch_probe")
+    while True:
+        _, subscribers, _ = master.getSystemState()
+        if any(f"/{RVIZ}" in nodes for topic, nodes in subscribers if topic not in COMMON_TOPICS):
+            return teller.tell(RVIZ)
+        time.sleep(0.05)
+
+
+def main(events: Sequence[str]) -> None:
+    """Listen until standard input ends."""
+    wait_for_master()
+    teller = Teller()
+    teller.tell("master")
+    rospy.init_node("launch_probe", disable_signals=True)
+    for event in events:
+        if event == RVIZ:
+            threading.Thread(target=watch_for_rviz, args=(teller,), daemon=True).start()
+        else:
+            listen(teller, event)
+    sys.stdin.read()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

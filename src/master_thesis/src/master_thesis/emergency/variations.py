@@ -1,0 +1,96 @@
+"""Experiment 2 over and over: each placement, its obstacles shifted a little, flown by both algorithms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+
+from cepa import CepaParameters
+from master_thesis.emergency import report
+from master_thesis.emergency.description import TrialDescription, flown, in_freeze_frame
+from master_thesis.emergency.let_go import LetGoParameters, let_go
+from master_thesis.errors import FlightError
+from master_thesis.worlds.placements import R_LB_M
+
+WORLD = Path(__file__).resolve().parents[3] / "worlds" / "empty.world"
+REFUSED = "emergency open section"
+"""The improved algorithm's reason when the original's proposal leads into an obstacle or cancels out."""
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What came of one flight.
+
+    proposal_refused: the improved algorithm has another proposal than the original for the first scan.
+    path_xy: (n, 2) in the frame of the placement. touch_xy: (2,) where the UAV was at its first contact.
+    """
+
+    scenario: str
+    algorithm: str
+    merit: dict
+    proposal_refused: bool
+    path_xy: np.ndarray
+    touch_xy: np.ndarray | None
+
+
+def variation_parameters(
+    scenario: str, algorithm: str, variation: int, k_filter: float = 50.0
+) -> LetGoParameters:
+    """Return a trial; both algorithms meet the same placements and the same noise. k_filter: m/rad."""
+    parameters = CepaParameters(r_lb=R_LB_M, k_filter=k_filter)
+    return LetGoParameters(str(WORLD), scenario, algorithm, variation, seed=variation or 1, cepa=parameters)
+
+
+def described(parameters: LetGoParameters) -> TrialDescription:
+    """Return what the pictures and reports of a trial want to know of it."""
+    return TrialDescription(
+        parameters.scenario,
+        parameters.algorithm,
+        parameters.lidar,
+        parameters.seed,
+        Path(parameters.world),
+        parameters.cepa,
+    )
+
+
+def fly_variation(parameters: LetGoParameters) -> Flown:
+    """Fly one trial and measure it.
+
+    Raises:
+        FlightError: it was not flown to its end.
+    """
+    trial = let_go(parameters)
+    if trial.failure is not None:
+        raise FlightError(f"{parameters.scenario}, variation {parameters.variation}: {trial.failure}")
+    description = described(parameters)
+    merit = report.figures_of_merit(trial, report.clearances(description, trial))
+    poses = flown(trial)
+    path_xy = in_freeze_frame(trial, poses[:, 1:4])[:, :2]
+    touch = np.searchsorted(poses[:, 0], min(trial.touched.values())) if trial.touched else None
+    proposed = report.proposals_of(description, trial)[0]
+    return Flown(
+        parameters.scenario,
+        parameters.algorithm,
+        merit,
+        proposed.reason == REFUSED,
+        path_xy,
+        None if touch is None else path_xy[min(touch, len(path_xy) - 1)],
+    )
+
+
+def figures(flights: Sequence[Flown]) -> dict:
+    """Return what the flights of one scenario and algorithm come to."""
+    clearances = [flight.merit["min_clearance_m"] for flight in flights]
+    left_s = [flight.merit["left_after_s"] for flight in flights if flight.merit["left"]]
+    return {
+        "flights": len(flights),
+        "touched": sum(flight.merit["collision"] for flight in flights),
+        "left": len(left_s),
+        "left_after_s": float(np.median(left_s)) if left_s else None,
+        "min_clearance_m": min(clearances),
+        "median_clearance_m": float(np.median(clearances)),
+        "original_proposal_refused": sum(flight.proposal_refused for flight in flights),
+    }

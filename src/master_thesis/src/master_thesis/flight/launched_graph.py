@@ -1,0 +1,185 @@
+"""A graph of ROS nodes started by roslaunch and watched from outside: when what came, and what it took."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import uuid
+from pathlib import Path
+from typing import Sequence
+
+from master_thesis.errors import GraphError
+
+TOKEN = "LAUNCHED_GRAPH"
+"""Environment variable by which everything that belongs to a graph is found."""
+
+TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+
+FLIGHT_EVENTS = ("first_scan_through", "hovering", "goal_reached")
+"""Of a flight: a scan has come through to CEPA's answer, the UAV hovers ready, it is at the goal."""
+
+
+class Graph:
+    """One roslaunch with a master of its own, and a probe that listens to it.
+
+    Needs ROS's commands and the workspace's environment.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        *arguments: str,
+        events: Sequence[str] = FLIGHT_EVENTS,
+        display: str | None = None,
+    ) -> None:
+        """Start; arguments: of roslaunch, package and launch file first, or a launch file alone.
+
+        folder: for logs. events: what the probe (`master_thesis_ros.launch_probe`) is to tell. display: the X
+        server that windows open on.
+
+        Raises:
+            GraphError: there is no roslaunch.
+        """
+        if not shutil.which("roslaunch"):
+            raise GraphError("There is no roslaunch; call ./bringup.sh, which loads ROS's environment.")
+        self._token = uuid.uuid4().hex
+        port = free_port()
+        environment = {
+            **os.environ,
+            "ROS_MASTER_URI": f"http://localhost:{port}",
+            "ROS_HOME": str(folder / "ros"),
+            "ROS_LOG_DIR": str(folder / "ros/log"),
+        }
+        environment.pop("ROS_HOSTNAME", None)
+        if display is not None:
+            environment.update(DISPLAY=display, LIBGL_ALWAYS_SOFTWARE="1", QT_X11_NO_MITSHM="1")
+        self._probe = subprocess.Popen(
+            [sys.executable, "-m", "master_thesis_ros.launch_probe", *events],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        self._events: queue.Queue = queue.Queue()
+        self._happened: dict[str, float] = {}
+        threading.Thread(target=self._read_events, daemon=True).start()
+        self._output = (folder / "roslaunch.txt").open("w+")
+        self.started_s = time.monotonic()
+        self.launch = subprocess.Popen(
+            ["roslaunch", "-p", str(port), *arguments],
+            env={**environment, TOKEN: self._token},
+            stdout=self._output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
+
+    def wait_for(self, event: str, timeout_s: float) -> float:
+        """Return when an event happened, in seconds since the start; GraphError when it does not."""
+        end = time.monotonic() + timeout_s
+        while event not in self._happened:
+            if time.monotonic() > end or self.launch.poll() is not None:
+                raise GraphError(f"The graph never came to {event}; it said:\n{self.said()}")
+            try:
+                name, when_s = self._events.get(timeout=0.1)
+            except queue.Empty:
+                continue
+            self._happened[name] = when_s - self.started_s
+        return self._happened[event]
+
+    def processes(self) -> list[int]:
+        """Return the process ids of everything that roslaunch has started, and its own."""
+        mark = f"{TOKEN}={self._token}".encode()
+        found = []
+        for path in Path("/proc").glob("[0-9]*"):
+            try:
+                ours = mark in (path / "environ").read_bytes().split(b"\0")
+                dead = (path / "stat").read_text().rpartition(")")[2].split()[0] == "Z"
+            except OSError:
+                continue
+            if ours and not dead:
+                found.append(int(path.name))
+        return found
+
+    def cpu_s(self) -> float:
+        """Return the CPU time of all processes so far."""
+        ticks = 0
+        for pid in self.processes():
+            try:
+                fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue
+            ticks += int(fields[11]) + int(fields[12])
+        return ticks / TICKS_PER_S
+
+    def memory_gb(self) -> float:
+        """Return the memory of all processes; what several share counts once (proportional set size)."""
+        kilobytes = 0
+        for pid in self.processes():
+            try:
+                lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+            except OSError:
+                continue
+            kilobytes += sum(int(line.split()[1]) for line in lines if line.startswith("Pss:"))
+        return kilobytes / 2**20
+
+    def interrupt(self) -> float:
+        """Press Ctrl-C; return the seconds until nothing is left."""
+        began_s = time.monotonic()
+        os.killpg(self.launch.pid, signal.SIGINT)
+        while self.processes():
+            self.launch.poll()
+            if time.monotonic() - began_s > 30.0:
+                raise GraphError("The graph did not end within 30 s of Ctrl-C.")
+            time.sleep(0.02)
+        return time.monotonic() - began_s
+
+    def wait_for_end(self, timeout_s: float) -> None:
+        """Return when roslaunch has ended by itself; GraphError when it does not."""
+        try:
+            self.launch.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            sentence = f"The graph did not end within {timeout_s:g} s; it said:\n{self.said()}"
+            raise GraphError(sentence) from None
+
+    def said(self) -> str:
+        """Return the last that roslaunch and its nodes printed."""
+        self._output.flush()
+        return Path(self._output.name).read_text(errors="replace")[-2000:]
+
+    def close(self) -> None:
+        """End whatever is left, the probe included."""
+        for pid in self.processes():
+            try:
+                os.kill(pid, signal.SIGKILL)
+            except ProcessLookupError:
+                continue
+        self.launch.wait()
+        self._probe.stdin.close()
+        try:
+            self._probe.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self._probe.kill()
+            self._probe.wait()
+        self._output.close()
+
+    def _read_events(self) -> None:
+        for line in self._probe.stdout:
+            self._events.put(json.loads(line))
+
+
+def free_port(udp: bool = False) -> int:
+    """Return a port of this machine that nobody uses at the moment."""
+    with socket.socket(type=socket.SOCK_DGRAM if udp else socket.SOCK_STREAM) as sock:
+        sock.bind(("127.0.0.1", 0))
+        return sock.getsockname()[1]

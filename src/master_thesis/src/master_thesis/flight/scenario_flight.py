@@ -1,0 +1,68 @@
+"""Experiment 1 without ROS: one of its scenarios flown once, and the flight's figures (thesis, table 8.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.experiment import Phase
+from master_thesis.results import analysis, run_report
+from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, Scenario
+from simulation_tools.simulation import SimulationParameters
+
+WORLDS = Path(__file__).resolve().parents[3] / "worlds"
+GOAL_X_M = 40.0
+
+
+@dataclass(frozen=True)
+class ScenarioFlight:
+    """What came of a flight.
+
+    figures: arrival, computation time, way and clearance by name. path: (n, 4) of time in s and true x, y, z
+    in m, from sending the goal to landing. emergencies_xy: (k, 2) where the emergency avoidance answered.
+    """
+
+    figures: dict
+    path: np.ndarray
+    emergencies_xy: np.ndarray
+
+
+def scenario_parameters(
+    name: str, algorithm: str = "improved", seed: int = 1, goal_x_m: float = GOAL_X_M
+) -> ClosedLoopParameters:
+    """Return the closed loop of one of Experiment 1's scenarios (UST at 40 Hz, 2 m/s)."""
+    simulation = SimulationParameters(world=str(WORLDS / f"{name}.world"), seed=seed)
+    return ClosedLoopParameters(simulation, goal_xyz_m=(goal_x_m, 0.0, FLIGHT_HEIGHT_M), algorithm=algorithm)
+
+
+def fly_scenario(parameters: ClosedLoopParameters) -> ScenarioFlight:
+    """Fly to the goal and hover; the computation time is CEPA's alone, whatever else the machine does."""
+    with ClosedLoop(parameters) as loop:
+        outcome = loop.run_to(Phase.LANDING)
+        log = loop.log
+    simulation, goal = parameters.simulation, parameters.goal_xyz_m
+    world = Path(simulation.world)
+    flown = Scenario(world.stem, world, goal_xyz_m=goal)
+    description = run_report.RunDescription(
+        "experiment_1", flown, parameters.algorithm, simulation.lidar, simulation.seed
+    )
+    merit = run_report.figures_of_merit(log, outcome, goal)
+    figures = {
+        "reached_goal": outcome.reached_goal,
+        "collision": outcome.collision,
+        "computation_ms": merit["cepa_computation_ms"]["mean"],
+        "computation_p99_ms": merit["cepa_computation_ms"]["p99"],
+        "directions": merit["cepa_directions_tested"]["mean"],
+        "flight_time_s": merit["flight_time_s"],
+        "path_length_m": merit["path_length_m"],
+        "clearance_m": run_report.least(analysis.clearances(description, log, outcome)),
+        "emergencies": merit["emergencies"],
+    }
+    start_s, _ = run_report.flight_interval_s(log, outcome)
+    path = log.between(start_s, outcome.times_s.get(Phase.LANDING, np.inf))[:, :4]
+    times_s = [row[0] for row in log.decisions if row[4] and row[0] >= start_s]
+    places = np.column_stack([np.interp(times_s, path[:, 0], path[:, axis]) for axis in (1, 2)])
+    return ScenarioFlight(figures, path, places)

@@ -1,0 +1,98 @@
+"""Computes the report and writes it down: what `./bringup.sh report` calls."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Sequence
+
+from master_thesis.errors import MasterThesisError
+from master_thesis.report.page import write_page
+from master_thesis.report.pdf import write_pdf
+from master_thesis.report.plan import chosen, plan
+from master_thesis.report.runner import Interrupted, compute
+from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
+from master_thesis.report.store import Store
+from master_thesis.worlds.scenario import LIDARS
+
+WORKERS = 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compute what is missing, write the page, and return the exit code."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a shell's background
+    given = _parser().parse_args(arguments)
+    size = SMALLEST if given.smallest else QUICK if given.quick else FULL
+    began_s = time.monotonic()
+    try:
+        store = Store(given.out / "pieces")
+        pieces = chosen(plan(size), given.only, given.lidar)
+        if not pieces:
+            return _end("Nothing of that name is in a report of this size.", 2)
+        failed = compute(pieces, store, given.workers, _say)
+        page = given.out.resolve() / "index.html"
+        write_page(page, size, store, failed)
+        _say(f"\nThe report: {page}")
+        _say("No PDF was asked for." if given.no_pdf else write_pdf(page, page.with_name("report.pdf")))
+    except Interrupted:
+        return _end("Interrupted; every finished piece is kept, and the next call goes on from here.", 130)
+    except KeyboardInterrupt:
+        return _end("Interrupted; every finished piece is kept.", 130)
+    except MasterThesisError as error:
+        return _end(str(error), 1)
+    _say(f"It took {(time.monotonic() - began_s) / 60.0:.1f} min.")
+    if failed:
+        return _end(f"{len(failed)} of {len(pieces)} pieces failed; the page says which and why.", 1)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="./bringup.sh report", description="Reproduce the thesis's chapter 8."
+    )
+    size = parser.add_mutually_exclusive_group()
+    size.add_argument("--quick", action="store_true", help="one seed of everything, under 10 minutes")
+    size.add_argument(
+        "--smallest", action="store_true", help="seconds of flight, for tests of the report itself"
+    )
+    parser.add_argument(
+        "--only", nargs="+", default=(), choices=EXPERIMENTS, metavar="NAME", help=", ".join(EXPERIMENTS)
+    )
+    parser.add_argument(
+        "--lidar",
+        nargs="+",
+        default=(),
+        choices=LIDARS,
+        metavar="L",
+        help="of experiments 3 and 4: " + ", ".join(LIDARS),
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("results/report"), metavar="FOLDER", help="where the report goes"
+    )
+    parser.add_argument(
+        "--workers", type=_workers, default=WORKERS, metavar="N", help="processes, 2 unless said otherwise"
+    )
+    parser.add_argument("--no-pdf", action="store_true", help="write the page only")
+    return parser
+
+
+def _workers(text: str) -> int:
+    if not text.isdigit() or not 1 <= int(text) <= 64:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number of processes; give one from 1 to 64")
+    return int(text)
+
+
+def _say(words: str) -> None:
+    print(words, flush=True)
+
+
+def _end(words: str, code: int) -> int:
+    print(words, file=sys.stderr, flush=True)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,90 @@
+"""What a section of the page consists of; the template knows how each looks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Sequence, Union
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text. emphasis: indices of rows that are ours, to be told from the thesis's."""
+
+    caption: str
+    header: tuple[str, ...]
+    rows: Sequence[Sequence[str]]
+    emphasis: tuple[int, ...] = ()
+    note: str = ""
+    kind: str = "table"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of ours, and what the thesis shows or says at that place. alt: what can be seen on it."""
+
+    svg: bytes
+    caption: str
+    alt: str
+    thesis_figure: str = ""
+    thesis_words: str = ""
+    kind: str = "picture"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A statement of the thesis beside our numbers. agrees: computed from them. why: if they do not."""
+
+    claim: str
+    source: str
+    ours: str
+    agrees: bool
+    why: str = ""
+
+
+Block = Union[Table, Picture]
+
+
+@dataclass(frozen=True)
+class Section:
+    """One experiment or measurement.
+
+    method: two sentences. blocks: in the order of the page. findings: what agrees and what does not. missing:
+    titles of pieces that are not there, with what is known of the reason.
+    """
+
+    key: str
+    title: str
+    reference: str
+    method: str
+    blocks: Sequence[Block]
+    findings: Sequence[Finding]
+    parameters: str = ""
+    missing: Sequence[str] = field(default_factory=tuple)
+
+    @property
+    def agreeing(self) -> int:
+        """How many of the thesis's statements our numbers bear out."""
+        return sum(finding.agrees for finding in self.findings)
+
+
+def number(value: float | None, digits: int) -> str:
+    """Return a number with so many decimals, or a dash."""
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def spread(values: Sequence[float], digits: int) -> str:
+    """Return the mean of values with their standard deviation, which a single one has not."""
+    known = [value for value in values if value is not None]
+    if not known:
+        return "-"
+    mean = sum(known) / len(known)
+    if len(known) == 1:
+        return number(mean, digits)
+    deviation = (sum((value - mean) ** 2 for value in known) / len(known)) ** 0.5
+    return f"{mean:.{digits}f} ± {deviation:.{digits}f}"
+
+
+def listed(words: Sequence[str]) -> str:
+    """Return "a, b and c"."""
+    words = list(words)
+    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)

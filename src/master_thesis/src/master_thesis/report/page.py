@@ -1,0 +1,132 @@
+"""The page: every section there is, in one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import os
+import tempfile
+from dataclasses import dataclass, replace
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Sequence
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from master_thesis.errors import ResultsError
+from master_thesis.report import thesis
+from master_thesis.report.content import Section
+from master_thesis.report.plan import plan
+from master_thesis.report.runner import Failed
+from master_thesis.report.sections import experiment_1, experiment_2, experiment_3, experiment_4, measurements
+from master_thesis.report.size import Size
+from master_thesis.report.store import Done, Store
+from master_thesis.results.run_folder import commit, machine, versions
+
+HERE = Path(__file__).resolve().parent
+_SECTIONS = (
+    experiment_1.section,
+    experiment_2.section,
+    experiment_3.section,
+    experiment_4.section,
+    measurements.build_section,
+    measurements.launch_section,
+)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where the report's numbers come from: what the head of the page says."""
+
+    date: str
+    commits: Sequence[str]
+    machine: dict
+    versions: dict
+    size: str
+    pieces: int
+    of: int
+    computed_min: float
+    first: str
+    last: str
+    greatest_load: float
+
+
+def write_page(path: Path, size: Size, store: Store, failed: Sequence[Failed] = ()) -> str:
+    """Write the page of all pieces that are there; return its text.
+
+    Raises:
+        ResultsError: it cannot be written.
+    """
+    text = render(sections(size, store, failed), origin(size, store))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise ResultsError(f"Cannot write {path}: {error.strerror}.") from None
+    return text
+
+
+def sections(size: Size, store: Store, failed: Sequence[Failed] = ()) -> list[Section]:
+    """Return the sections, each with what it lacks."""
+    why = {each.piece.name: each.why for each in failed}
+    lacking: dict[str, list[str]] = {}
+    planned = set()
+    for piece in plan(size):
+        planned.add(piece.experiment)
+        if store.get(piece) is None:
+            reason = why.get(piece.name)
+            lacking.setdefault(piece.experiment, []).append(
+                f"{piece.title}: {reason}" if reason else piece.title
+            )
+    made = (make(size, store) for make in _SECTIONS)
+    return [
+        replace(section, missing=tuple(lacking.get(section.key, ())))
+        for section in made
+        if section.key in planned
+    ]
+
+
+def origin(size: Size, store: Store) -> Origin:
+    """Return where the numbers come from."""
+    pieces = plan(size)
+    facts = [done.facts for done in map(store.get, pieces) if isinstance(done, Done)]
+    dates = sorted(fact["date"] for fact in facts)
+    return Origin(
+        date=datetime.now(timezone.utc).strftime("%d %B %Y, %H:%M UTC"),
+        commits=list(dict.fromkeys(fact["commit"] or "unknown" for fact in facts))
+        or [commit(HERE) or "unknown"],
+        machine=machine(),
+        versions={name: value for name, value in versions().items() if value},
+        size=size.name,
+        pieces=len(facts),
+        of=len(pieces),
+        computed_min=sum(fact["took_s"] for fact in facts) / 60.0,
+        first=dates[0].replace("T", " ")[:16] if dates else "-",
+        last=dates[-1].replace("T", " ")[:16] if dates else "-",
+        greatest_load=max((fact["load"] for fact in facts), default=0.0),
+    )
+
+
+def render(all_sections: Sequence[Section], where_from: Origin) -> str:
+    """Return the page's HTML."""
+    environment = Environment(
+        loader=FileSystemLoader(str(HERE)), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    environment.filters["data_uri"] = _data_uri
+    template = environment.get_template("page.html")
+    return template.render(
+        sections=all_sections,
+        origin=where_from,
+        thesis=thesis,
+        css=(HERE / "page.css").read_text(encoding="utf-8"),
+        findings=sum(len(section.findings) for section in all_sections),
+        agreeing=sum(section.agreeing for section in all_sections),
+    )
+
+
+def _data_uri(svg: bytes) -> str:
+    """Inline a picture as an image of its own, so that its ids cannot meet another's."""
+    return "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")

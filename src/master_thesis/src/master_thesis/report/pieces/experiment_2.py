@@ -1,0 +1,115 @@
+"""Experiment 2: what both algorithms propose in each placement, and what comes of it in its variations."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from cepa import view
+from master_thesis.emergency import figures as emergency_figures
+from master_thesis.emergency.let_go import let_go
+from master_thesis.emergency.proposals import propose, sweep
+from master_thesis.emergency.variations import WORLD, described, fly_variation, variation_parameters
+from master_thesis.errors import FlightError
+from master_thesis.report.piece import Made, Piece, fingerprint
+from master_thesis.report.size import PLACEMENTS_A_PIECE, Size
+from master_thesis.results.figures import svg
+from master_thesis.worlds.scenario import ALGORITHMS
+from simulation_tools.uav import load_uav
+
+PATH_STEP = 10
+
+
+def pieces(size: Size) -> list[Piece]:
+    """Return the pieces of this size."""
+    found = [proposals_piece(scenario) for scenario in size.emergencies]
+    firsts = range(1, size.placements + 1, PLACEMENTS_A_PIECE)
+    return found + [
+        flights_piece(scenario, algorithm, first, min(PLACEMENTS_A_PIECE, size.placements - first + 1))
+        for first in firsts
+        for scenario in size.emergencies
+        for algorithm in ALGORITHMS
+    ]
+
+
+def proposals_piece(scenario: str) -> Piece:
+    """Return the placement as it is: what both algorithms make of the first scan."""
+    return Piece(
+        name=f"experiment_2_{scenario}_proposals",
+        experiment="experiment_2",
+        title=f"Experiment 2: {_words(scenario)}, proposals and K",
+        make=make_proposals,
+        given={"scenario": scenario},
+        inputs=_inputs(scenario, "improved", 0),
+        cost_s=7.0,
+    )
+
+
+def flights_piece(scenario: str, algorithm: str, first: int, count: int) -> Piece:
+    """Return some of the placement's variations, flown by one algorithm."""
+    return Piece(
+        name=f"experiment_2_{scenario}_{algorithm}_{first:02d}",
+        experiment="experiment_2",
+        title=f"Experiment 2: {_words(scenario)}, {algorithm}, placements {first} to {first + count - 1}",
+        make=make_flights,
+        given={"scenario": scenario, "algorithm": algorithm, "first": first, "count": count},
+        inputs=_inputs(scenario, algorithm, first),
+        cost_s=2.5 * count,
+    )
+
+
+def make_proposals(scenario: str) -> Made:
+    """Let the UAV go once, and ask both algorithms what they make of the first scan after that."""
+    parameters = variation_parameters(scenario, "improved", 0)
+    trial = let_go(parameters)
+    if trial.failure is not None:
+        raise FlightError(f"{scenario}: {trial.failure}")
+    description, scan = described(parameters), trial.first_scan.scan
+    uav = load_uav(description.model, description.lidar).model
+    beams = scan.full_turn(parameters.cepa.dropout_beams)
+    swept = sweep(scan, parameters.cepa)
+    return Made(
+        {
+            "proposals": asdict(propose(scan, parameters.cepa)),
+            "sweep": [
+                {**asdict(each), "intruding_share": _intruding_share(beams, parameters.cepa, each.k_filter)}
+                for each in swept
+            ],
+        },
+        {
+            "proposals": svg(emergency_figures.proposals_figure(description, trial, uav)),
+            "sweep": svg(emergency_figures.sweep_figure(description, trial)),
+        },
+    )
+
+
+def _intruding_share(beams, cepa, k_filter: float) -> float:
+    """Return the share of all directions in which something is too near after the filter."""
+    return len(view.intrusions(beams, replace(cepa, k_filter=k_filter))) / len(beams.ranges)
+
+
+def make_flights(scenario: str, algorithm: str, first: int, count: int) -> Made:
+    """Let the UAV go in each of the variations."""
+    flights = []
+    for variation in range(first, first + count):
+        flown = fly_variation(variation_parameters(scenario, algorithm, variation))
+        flights.append(
+            {
+                "variation": variation,
+                "merit": flown.merit,
+                "proposal_refused": flown.proposal_refused,
+                "path_xy": np.round(flown.path_xy[::PATH_STEP], 3),
+                "touch_xy": flown.touch_xy,
+            }
+        )
+    return Made({"flights": flights})
+
+
+def _inputs(scenario: str, algorithm: str, variation: int) -> dict:
+    parameters = variation_parameters(scenario, algorithm, variation)
+    return fingerprint([parameters, parameters.obstacles], world=WORLD)
+
+
+def _words(scenario: str) -> str:
+    return scenario.replace("_", " ")

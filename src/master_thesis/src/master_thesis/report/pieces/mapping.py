@@ -1,0 +1,70 @@
+"""Experiments 3 and 4: each world with each lidar and seed, flown once and mapped twice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from gridslam.warm_up import warm_up
+from master_thesis.mapping.map_variants import MappedFlight
+from master_thesis.mapping.mapping_flight import PACKAGE, SCENARIOS, parameters_of
+from master_thesis.report.piece import Made, Piece, fingerprint
+from master_thesis.report.size import Size
+from master_thesis.results.figures import svg
+
+EXPERIMENTS = {"room": "experiment_3", "hold": "experiment_4"}
+OPEN, CLOSED = "open", "closed"
+"""Without and with loop closure."""
+_COST_S = {
+    "room": {"urg": 20, "ust": 50, "utm": 60, "puck": 80, "tim": 45, "m8": 80},
+    "hold": {"urg": 15, "ust": 35, "utm": 45, "puck": 60, "tim": 30, "m8": 60},
+}
+_DRAWN_SEED = 1
+
+
+def pieces(size: Size) -> list[Piece]:
+    """Return the pieces of this size."""
+    return [
+        piece(size, world, lidar, seed)
+        for seed in size.map_seeds
+        for world in size.worlds
+        for lidar in size.lidars
+    ]
+
+
+def piece(size: Size, world: str, lidar: str, seed: int) -> Piece:
+    """Return one flight and its maps."""
+    given = {"world": world, "lidar": lidar, "seed": seed, "duration_s": size.map_duration_s}
+    experiment, scenario = EXPERIMENTS[world], SCENARIOS[world]
+    return Piece(
+        name=f"{experiment}_{lidar}_{seed}",
+        experiment=experiment,
+        title=f"Experiment {experiment[-1]}: {world}, {lidar}, seed {seed}",
+        make=make,
+        given=given,
+        inputs=fingerprint(
+            _parameters(**given),
+            world=scenario.world_path,
+            slam=PACKAGE / "config" / f"gridslam_{world}.yaml",
+        ),
+        cost_s=float(_COST_S[world][lidar]),
+        lidar=lidar,
+    )
+
+
+def make(world: str, lidar: str, seed: int, duration_s: float) -> Made:
+    """Fly, and map without and with loop closure."""
+    warm_up()
+    flight = MappedFlight.fly(world, lidar, seed, _parameters(world, lidar, seed, duration_s))
+    numbers, figures = {}, {}
+    for name in (OPEN, CLOSED):
+        run = flight.map(seed, loop_closure=name == CLOSED)
+        numbers[name] = flight.figures(run)
+        if seed == _DRAWN_SEED:
+            words = "with" if name == CLOSED else "without"
+            figures[name] = svg(flight.figure(run, f"{flight.recording.name}, {words} loop closure"))
+    return Made(numbers, figures)
+
+
+def _parameters(world: str, lidar: str, seed: int, duration_s: float):
+    parameters = parameters_of(world, lidar, seed)
+    return replace(parameters, duration_s=duration_s) if duration_s else parameters

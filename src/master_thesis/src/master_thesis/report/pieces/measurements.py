@@ -1,0 +1,209 @@
+"""Measurements 1 and 2: how long this workspace takes to build, to launch and to shut down (8.3)."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Iterator
+
+from master_thesis.errors import GraphError
+from master_thesis.flight.launched_graph import Graph, free_port
+from master_thesis.report.piece import Made, Piece
+from master_thesis.report.size import Size
+
+ROOT = Path(__file__).resolve().parents[6]
+PATIENCE_S = 90.0
+BUILD_PATIENCE_S = 600.0
+ALTERED_FILE = "src/cepa/cfg"
+GENERATED_FROM = (".msg", ".srv", ".action", ".cfg")
+_BUILD_COST_S, _LAUNCH_COST_S = 60.0, 12.0
+
+LAUNCHES = ("Gazebo", "Gazebo with PX4", "Gazebo with Rviz", "Experiment 1")
+"""The columns of table 8.4, and the whole graph of an experiment."""
+
+
+def pieces(size: Size) -> list[Piece]:
+    """Return the pieces of this size."""
+    if not size.repeats:
+        return []
+    build = Piece(
+        name="measurement_1",
+        experiment="measurement_1",
+        title="Measurement 1: builds",
+        make=make_builds,
+        given={"repeats": size.repeats},
+        cost_s=_BUILD_COST_S * size.repeats,
+        alone=True,
+    )
+    launches = (
+        Piece(
+            name=f"measurement_2_{what.lower().replace(' ', '_')}",
+            experiment="measurement_2",
+            title=f"Measurement 2: {what}, start and end",
+            make=make_launches,
+            given={"what": what, "repeats": size.repeats},
+            cost_s=_LAUNCH_COST_S * size.repeats,
+            alone=True,
+        )
+        for what in LAUNCHES
+    )
+    return [build, *launches]
+
+
+# -- measurement 1 ------------------------------------------------------------------------------------------
+
+
+def make_builds(repeats: int) -> Made:
+    """Build a copy of the workspace, from nothing and after files were altered; medians in seconds."""
+    rounds = []
+    for _ in range(repeats):
+        with tempfile.TemporaryDirectory(prefix="report_build_") as folder:
+            rounds.append(_build_round(Path(folder)))
+    medians = {name: statistics.median(found[name] for found in rounds) for name in rounds[0]}
+    return Made({"seconds": medians, "repeats": repeats})
+
+
+def _build_round(folder: Path) -> dict[str, float]:
+    ignored = shutil.ignore_patterns("__pycache__", "*.pyc", ".pytest_cache")
+    shutil.copytree(ROOT / "src", folder / "src", symlinks=True, ignore=ignored)
+    toplevel = folder / "src/CMakeLists.txt"
+    if toplevel.is_symlink() or toplevel.exists():
+        toplevel.unlink()  # catkin_make links it anew
+    generated = sorted(p for p in (folder / "src").rglob("*") if p.suffix in GENERATED_FROM)
+    one = sorted((folder / ALTERED_FILE).glob("*.cfg"))[0]
+    return {
+        "from nothing": _catkin_make(folder),
+        "nothing altered": _catkin_make(folder),
+        "one file": _catkin_make(folder, altered=[one]),
+        "many files": _catkin_make(folder, altered=generated),
+        "single package": _catkin_make(folder, "--pkg", "cepa", altered=[one]),
+        "files altered": float(len(generated)),
+    }
+
+
+def _catkin_make(folder: Path, *arguments: str, altered: list[Path] = ()) -> float:
+    """Return how long a build took, in seconds."""
+    for path in altered:
+        path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    command = ["catkin_make", "--directory", str(folder), *arguments]
+    command += [f"-DPYTHON_EXECUTABLE={sys.executable}", f"-DCATKIN_BLACKLIST_PACKAGES={_left_out()}"]
+    began_s = time.monotonic()
+    try:
+        done = subprocess.run(
+            command, env=_outside_the_workspace(), capture_output=True, text=True, timeout=BUILD_PATIENCE_S
+        )
+    except FileNotFoundError:
+        raise GraphError(
+            "There is no catkin_make; call ./bringup.sh, which loads ROS's environment."
+        ) from None
+    took_s = time.monotonic() - began_s
+    if done.returncode:
+        raise GraphError(f"The build failed; it said:\n{(done.stdout + done.stderr)[-1500:]}")
+    return took_s
+
+
+def _left_out() -> str:
+    """Return the packages that the machine has from upstream, as bringup.sh built without them."""
+    try:
+        lines = (ROOT / "build/CMakeCache.txt").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return ""
+    return next((line.split("=", 1)[1] for line in lines if line.startswith("CATKIN_BLACKLIST_PACKAGES")), "")
+
+
+def _outside_the_workspace() -> dict[str, str]:
+    """Return an environment as before the workspace's own set-up was sourced."""
+    devel = str(ROOT / "devel")
+    environment = {key: value for key, value in os.environ.items() if key != "CATKIN_TEST_RESULTS_DIR"}
+    for name in ("CMAKE_PREFIX_PATH", "PYTHONPATH", "PKG_CONFIG_PATH", "LD_LIBRARY_PATH", "ROS_PACKAGE_PATH"):
+        parts = [part for part in environment.pop(name, "").split(os.pathsep) if part]
+        kept = [part for part in parts if not part.startswith((devel, str(ROOT / "src")))]
+        if kept:
+            environment[name] = os.pathsep.join(kept)
+    return environment
+
+
+# -- measurement 2 ------------------------------------------------------------------------------------------
+
+
+def make_launches(what: str, repeats: int) -> Made:
+    """Launch until ready, then press Ctrl-C; medians in seconds."""
+    rounds = [_launch(what) for _ in range(repeats)]
+    return Made(
+        {
+            "what": what,
+            "startup_s": statistics.median(startup_s for startup_s, _ in rounds),
+            "shutdown_s": statistics.median(shutdown_s for _, shutdown_s in rounds),
+            "repeats": repeats,
+        }
+    )
+
+
+_READY = {
+    "Gazebo": ("first_scan",),
+    "Gazebo with PX4": ("first_scan", "flight_controller"),
+    "Gazebo with Rviz": ("first_scan", "rviz"),
+    "Experiment 1": ("first_scan_through",),
+}
+"""What must have happened for all nodes to be good to go."""
+
+
+def _launch(what: str) -> tuple[float, float]:
+    """Return the seconds to start and to end."""
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="report_launch_")))
+        display = stack.enter_context(_display()) if "Rviz" in what else None
+        graph = Graph(folder, *_arguments(what, folder), events=_READY[what], display=display)
+        stack.callback(graph.close)
+        startup_s = max(graph.wait_for(event, PATIENCE_S) for event in _READY[what])
+        return startup_s, graph.interrupt()
+
+
+def _arguments(what: str, folder: Path) -> list[str]:
+    ports = [f"offboard_port:={free_port(udp=True)}", f"gcs_port:={free_port(udp=True)}"]
+    if what == "Experiment 1":
+        return ["master_thesis", "experiment_1.launch", "headless:=true", f"results:={folder}", *ports]
+    if what == "Gazebo with PX4":
+        return ["simulation_tools", "sitl.launch", *ports]
+    if what == "Gazebo":
+        return ["simulation_tools", "sitl.launch", "mavros:=none", *ports]
+    file = folder / "gazebo_and_rviz.launch"
+    file.write_text(_GAZEBO_AND_RVIZ, encoding="utf-8")
+    return [str(file), *ports]
+
+
+_GAZEBO_AND_RVIZ = """<launch>
+  <arg name="offboard_port"/>
+  <arg name="gcs_port"/>
+  <include file="$(find simulation_tools)/launch/sitl.launch" pass_all_args="true">
+    <arg name="mavros" value="none"/>
+  </include>
+  <node pkg="rviz" type="rviz" name="rviz" args="-d $(find master_thesis)/rviz/experiment.rviz"/>
+</launch>
+"""
+
+
+@contextmanager
+def _display() -> Iterator[str]:
+    """Yield the name of an X server without a screen."""
+    command = ["Xvfb", "-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
+    try:
+        server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    except FileNotFoundError:
+        raise GraphError("There is no Xvfb, without which RViz has no window here.") from None
+    try:
+        number = server.stdout.readline().strip()
+        if not number:
+            raise GraphError("Xvfb did not start.")
+        yield f":{number}"
+    finally:
+        server.terminate()
+        server.wait()
+        server.stdout.close()

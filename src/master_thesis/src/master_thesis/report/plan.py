@@ -1,0 +1,26 @@
+"""All that the report consists of, and what of it is asked for."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+from master_thesis.report.piece import Piece
+from master_thesis.report.pieces import experiment_1, experiment_2, mapping, measurements
+from master_thesis.report.size import Size
+
+
+def plan(size: Size) -> list[Piece]:
+    """Return every piece of a report of this size; those that measure wall time come last."""
+    return [
+        piece for kind in (experiment_1, experiment_2, mapping, measurements) for piece in kind.pieces(size)
+    ]
+
+
+def chosen(pieces: Sequence[Piece], only: Sequence[str], lidars: Sequence[str]) -> list[Piece]:
+    """Return the pieces of some experiments and some lidars; nothing given means all of them."""
+    return [
+        piece
+        for piece in pieces
+        if (not only or piece.experiment in only)
+        and (not lidars or piece.lidar is None or piece.lidar in lidars)
+    ]

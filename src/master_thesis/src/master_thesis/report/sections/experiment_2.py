@@ -1,0 +1,275 @@
+"""Experiment 2 on the page: figures 8.3 to 8.7, and what comes of the proposals when the UAV is let go."""
+
+from __future__ import annotations
+
+import math
+from typing import Mapping, Sequence
+
+import numpy as np
+
+from master_thesis.emergency.variations import Flown
+from master_thesis.emergency.variations import figures as summary
+from master_thesis.emergency.variations_figure import Paths, paths_figure
+from master_thesis.report import thesis
+from master_thesis.report.content import Block, Finding, Picture, Section, Table, listed, number
+from master_thesis.report.pieces.experiment_2 import PATH_STEP, flights_piece, pieces, proposals_piece
+from master_thesis.report.size import Size
+from master_thesis.report.store import Store
+from master_thesis.results.figures import svg
+from master_thesis.worlds.placements import R_LB_M, placement
+from master_thesis.worlds.scenario import ALGORITHMS
+
+FIGURES = {"columns": "8.3", "wall_one_column": "8.6", "wall_three_columns": "8.7"}
+SAME_DEG = 1.0
+"""Arrows that differ by less are identical to the eye."""
+SHAPE_GROWTH = 1.25
+"""The figure has lost its shape when so many times as many directions seem blocked as with the highest K."""
+
+Sets = Mapping[tuple, Sequence[Flown]]
+"""Flights by (scenario, algorithm)."""
+
+
+def section(size: Size, store: Store) -> Section:
+    """Return the section, from what is there."""
+    proposals = {
+        scenario: done
+        for scenario in size.emergencies
+        for done in [store.get(proposals_piece(scenario))]
+        if done is not None
+    }
+    sets = sets_of(size, store)
+    numbers = {scenario: done.numbers for scenario, done in proposals.items()}
+    blocks: list[Block] = []
+    for scenario, done in proposals.items():
+        blocks += _pictures(scenario, done)
+    if sets:
+        blocks += [_paths(sets), _outcomes(sets)]
+    return Section(
+        key="experiment_2",
+        title="Experiment 2: emergency avoidance",
+        reference="8.1, figures 8.3 to 8.7; discussed in 9.1.1",
+        method=(
+            "The UAV hovers at 2 m, time is stopped, obstacles are put around it within r_LB, and time "
+            "goes on: the "
+            "pictures show what both algorithms propose for the first scan after that. Then the UAV is "
+            "let go for "
+            f"15 s with one of them, in {size.placements} variation{'s' if size.placements > 1 else ''} "
+            "of each "
+            "placement (every obstacle shifted by up to 5 cm along x and y)."
+        ),
+        blocks=blocks,
+        findings=findings(numbers, sets),
+        parameters=f"seeds and placements 1 to {size.placements}; r_LB {R_LB_M:g} m; K 50 m/rad unless "
+        "varied",
+    )
+
+
+def sets_of(size: Size, store: Store) -> dict[tuple, list[Flown]]:
+    """Return the flights that are there."""
+    found: dict = {}
+    for piece in pieces(size):
+        if "algorithm" not in piece.given:
+            continue
+        done = store.get(flights_piece(**piece.given))
+        for flight in done.numbers["flights"] if done else ():
+            key = piece.given["scenario"], piece.given["algorithm"]
+            touch = flight["touch_xy"]
+            flown = Flown(
+                *key,
+                flight["merit"],
+                flight["proposal_refused"],
+                np.array(flight["path_xy"]),
+                None if touch is None else np.array(touch),
+            )
+            found.setdefault(key, []).append(flown)
+    return found
+
+
+def _pictures(scenario: str, done) -> list[Picture]:
+    figure = FIGURES[scenario]
+    pictures = [
+        Picture(
+            done.figure("proposals"),
+            f"{_words(scenario)}: (a) what stands around the UAV, (b) what the algorithms propose.",
+            "The obstacles from above, and the velocities that both algorithms propose as arrows",
+            f"Figure {figure}",
+            thesis.FIGURES[figure].caption,
+        )
+    ]
+    if scenario == "columns":
+        pictures.append(
+            Picture(
+                done.figure("sweep"),
+                "The same scan through the filter with eight K.",
+                "Eight panels: the lower K, the more directions the intrusions fill",
+                "Figures 8.4 and 8.5",
+                f"{thesis.FIGURES['8.4'].caption} {thesis.FIGURES['8.5'].caption}",
+            )
+        )
+    return pictures
+
+
+def _paths(sets: Sets) -> Picture:
+    shown = {key: Paths.of(placement(key[0]), flights) for key, flights in sets.items()}
+    return Picture(
+        svg(paths_figure(shown)),
+        f"Let go: the paths of all flights (every {PATH_STEP}th pose), ahead is upwards.",
+        "Paths from above, for each placement and algorithm, with the places of contacts",
+        "Figures 8.6 and 8.7",
+        "The thesis shows arrows only; where they lead is not flown there.",
+    )
+
+
+def _outcomes(sets: Sets) -> Table:
+    rows = []
+    for (scenario, algorithm), flights in sets.items():
+        values = summary(flights)
+        rows.append(
+            (
+                f"{_words(scenario)}, {algorithm}",
+                str(values["flights"]),
+                str(values["touched"]),
+                str(values["left"]),
+                number(values["left_after_s"], 1),
+                number(max(values["min_clearance_m"], 0.0), 3),
+                number(max(values["median_clearance_m"], 0.0), 3),
+            )
+        )
+    header = ("", "flights", "touched", "got out", "after, s", "least clearance, m", "median, m")
+    return Table(
+        "What the thesis does not give: what comes of the arrows",
+        header,
+        rows,
+        note="Got out: no emergency in the last second. Clearance 0: contact.",
+    )
+
+
+# -- what agrees --------------------------------------------------------------------------------------------
+
+
+def findings(proposals: Mapping[str, dict], sets: Sets) -> list[Finding]:
+    """Return the thesis's statements beside our numbers. proposals: of each placement as it is."""
+    found = []
+    if "columns" in proposals:
+        found.append(_shape(proposals["columns"]["sweep"]))
+    if "wall_one_column" in proposals:
+        found.append(_identical(proposals["wall_one_column"]["proposals"]))
+    if "wall_three_columns" in proposals:
+        found.append(_different(proposals["wall_three_columns"]["proposals"]))
+    if ("wall_one_column", "original") in sets:
+        found.append(_harmless(sets["wall_one_column", "original"]))
+    if ("wall_three_columns", "original") in sets:
+        found.append(_crashes(sets["wall_three_columns", "original"]))
+    improved = [
+        flight for (_, algorithm), flights in sets.items() if algorithm == ALGORITHMS[0] for flight in flights
+    ]
+    if improved:
+        found.append(_saved(improved))
+    return found
+
+
+def _shape(sweep: Sequence[dict]) -> Finding:
+    by_k = sorted(sweep, key=lambda each: each["k_filter"])
+    low, high = by_k[0], by_k[-1]
+    growth = low["intruding_share"] / high["intruding_share"]
+    first = next(
+        (
+            e["k_filter"]
+            for e in reversed(by_k)
+            if e["intruding_share"] > SHAPE_GROWTH * high["intruding_share"]
+        ),
+        None,
+    )
+    agrees = growth > SHAPE_GROWTH
+    begins = f" Effects begin near K = {first:g} m/rad." if first is not None else ""
+    return Finding(
+        "“With low enough Ks the figure starts to loose its shape.”",
+        "figure 8.5",
+        f"At K = {low['k_filter']:g} m/rad {100 * low['intruding_share']:.0f} % of all directions seem "
+        "blocked within "
+        f"r_LB, at K = {high['k_filter']:g} m/rad {100 * high['intruding_share']:.0f} %.{begins}",
+        agrees,
+        "" if agrees else "The K tried here are not low enough.",
+    )
+
+
+def _identical(proposed: dict) -> Finding:
+    apart = angle_deg(proposed["original_xy"], proposed["improved_xy"])
+    agrees = apart < SAME_DEG
+    return Finding(
+        "Wall and one column: “the original does not cause a collision in this scenario the arrows are "
+        "identical”.",
+        "figure 8.6",
+        f"The arrows point {apart:.1f}° apart.",
+        agrees,
+        "" if agrees else "The improved algorithm judged the original's way as too narrow for its body.",
+    )
+
+
+def _different(proposed: dict) -> Finding:
+    apart = angle_deg(proposed["original_xy"], proposed["improved_xy"])
+    agrees = apart >= SAME_DEG
+    return Finding(
+        "Wall and three columns: the improved algorithm proposes another way than the original.",
+        "figure 8.7",
+        f"The arrows point {apart:.0f}° apart.",
+        agrees,
+        "" if agrees else "The original's way was free for the body of the UAV here.",
+    )
+
+
+def _harmless(flights: Sequence[Flown]) -> Finding:
+    touched = _touched(flights)
+    return Finding(
+        "Wall and one column: the original causes no collision.",
+        "figure 8.6",
+        f"It touched in {touched} of {len(flights)} variations.",
+        touched == 0,
+        ""
+        if not touched
+        else "An arrow is not a flight: the UAV needs time to follow it, and drifts meanwhile.",
+    )
+
+
+def _crashes(flights: Sequence[Flown]) -> Finding:
+    touched = _touched(flights)
+    agrees = 2 * touched > len(flights)
+    return Finding(
+        "Wall and three columns: the original “would have caused the UAV to crash into the columns”.",
+        "figure 8.7",
+        f"It touched in {touched} of {len(flights)} variations.",
+        agrees,
+        ""
+        if agrees
+        else "It proposes the way into the columns; once the UAV is near them, they push it back before "
+        "it touches.",
+    )
+
+
+def _saved(flights: Sequence[Flown]) -> Finding:
+    touched, values = _touched(flights), summary(flights)
+    stuck = values["flights"] - values["left"]
+    agrees = touched == 0 and stuck == 0
+    scenarios = sorted({f.scenario for f in flights if f.merit["collision"] or not f.merit["left"]})
+    return Finding(
+        "The improved emergency avoidance “finds a safe escape”, and causes no collision anywhere.",
+        "figure 8.7, 9.1.1",
+        f"It touched in {touched} of {len(flights)} flights and got out in {values['left']}; least clearance "
+        f"{max(values['min_clearance_m'], 0.0):.2f} m.",
+        agrees,
+        "" if agrees else f"Not so in {listed([_words(name) for name in scenarios])}.",
+    )
+
+
+def _touched(flights: Sequence[Flown]) -> int:
+    return sum(flight.merit["collision"] for flight in flights)
+
+
+def angle_deg(first_xy: Sequence[float], second_xy: Sequence[float]) -> float:
+    """Return the angle between two velocities, 0 to 180 degrees."""
+    turn = math.atan2(first_xy[1], first_xy[0]) - math.atan2(second_xy[1], second_xy[0])
+    return abs(math.degrees(math.remainder(turn, 2.0 * math.pi)))
+
+
+def _words(scenario: str) -> str:
+    return scenario.replace("_", " ")

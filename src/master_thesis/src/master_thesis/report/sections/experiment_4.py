@@ -1,0 +1,208 @@
+"""Experiment 4 on the page: the cargo hold, figures 8.13 to 8.17."""
+
+from __future__ import annotations
+
+from master_thesis.mapping.mapping_flight import SCENARIOS
+from master_thesis.report import thesis
+from master_thesis.report.content import Finding, Section, Table, listed, number
+from master_thesis.report.sections.maps import Maps, map_pictures, maps_of, maps_table, range_chart
+from master_thesis.report.size import Size
+from master_thesis.report.store import Store
+
+HOLD_LENGTH_M = 30.0
+ALIKE_M = 0.02
+"""Maps whose figures differ by less cannot be told apart."""
+BULGE_M = 0.03
+"""A wall bent by more than this (root mean square) is bent to the eye; a cell of the map is 0.05 m."""
+
+
+def section(size: Size, store: Store) -> Section:
+    """Return the section, from what is there."""
+    maps, shown = maps_of("hold", size, store)
+    speed_m_s = SCENARIOS["hold"].speed_m_s
+    blocks = []
+    if maps.lidars:
+        blocks = [maps_table(maps, "The maps of the hold"), range_chart(maps)]
+        short = [lidar for lidar in ("urg", "ust") if lidar in maps.lidars]
+        blocks += [_by_seed(maps, lidar, size) for lidar in short] + map_pictures(maps, shown)
+    return Section(
+        key="experiment_4",
+        title="Experiment 4: SLAM in a cargo hold",
+        reference="8.2, figures 8.13 to 8.17; discussed in 9.1.2",
+        method=(
+            "The UAV flies one round trip along the walls of a hold of 30 x 20 m, whose beams repeat "
+            "every 3 m, at "
+            f"{speed_m_s:g} m/s and 3 m from the plating, by the ground truth; its odometry drifts. "
+            "gridslam maps the "
+            "recorded scans, without loop closure as gmapping does, and with it."
+        ),
+        blocks=blocks,
+        findings=findings(maps),
+        parameters=f"seeds {', '.join(map(str, size.map_seeds))}; one round trip at {speed_m_s:g} m/s",
+    )
+
+
+def _by_seed(maps: Maps, lidar: str, size: Size) -> Table:
+    rows = []
+    for seed, without, closed in zip(size.map_seeds, maps.open[lidar], maps.closed[lidar]):
+        rows.append(
+            (
+                str(seed),
+                *(number(figures["ate_rmse_m"], 3) for figures in (without, closed)),
+                *(number(figures["map_error_p95_m"], 3) for figures in (without, closed)),
+                *(number(figures["end_error_m"], 3) for figures in (without, closed)),
+                str(closed["closures"]),
+            )
+        )
+    header = (
+        "seed",
+        "trajectory error, m",
+        "closed",
+        "95 % of the map, m",
+        "closed",
+        "error at the end, m",
+        "closed",
+        "loops",
+    )
+    return Table(
+        f"Flight by flight: {thesis.LIDARS[lidar].name}, without loop closure and with it",
+        header,
+        rows,
+        note="Loop closure bends the whole path for its ends to meet: that is no gift to every flight.",
+    )
+
+
+# -- what agrees --------------------------------------------------------------------------------------------
+
+
+def findings(maps: Maps) -> list[Finding]:
+    """Return the thesis's statements beside our numbers."""
+    found = []
+    long, short = (
+        [n for n in maps.lidars if test(thesis.LIDARS[n].range_m)] for test in (_reaches, _is_short)
+    )
+    if long and short:
+        found.append(_range_decides(maps, long, short))
+    if long:
+        found.append(_equal_to_the_world(maps, long))
+    if {"puck", "m8"} <= set(maps.lidars):
+        found.append(_indistinguishable(maps))
+    if {"tim", "utm"} <= set(maps.lidars):
+        found.append(_bulge(maps))
+    if "ust" in maps.lidars:
+        found.append(_mended(maps))
+    if "urg" in maps.lidars:
+        found.append(_beyond_mending(maps))
+    return found
+
+
+def _reaches(range_m: float) -> bool:
+    return range_m >= HOLD_LENGTH_M
+
+
+def _is_short(range_m: float) -> bool:
+    return range_m <= 10.0
+
+
+def _range_decides(maps: Maps, long: list[str], short: list[str]) -> Finding:
+    best_short = min(maps.middle(lidar)["ate_rmse_m"] for lidar in short)
+    worst_long = max(maps.middle(lidar)["ate_rmse_m"] for lidar in long)
+    agrees = best_short > 2.0 * worst_long
+    return Finding(
+        "“The range of the lidars on the other hand has a huge impact”, seen most clearly here.",
+        "9.1.2",
+        f"Trajectory error: {best_short:.3f} m or more with {listed(short)}, {worst_long:.3f} m or less "
+        f"with {listed(long)}.",
+        agrees,
+        "" if agrees else "In these flights the short-sighted lidars did about as well.",
+    )
+
+
+def _equal_to_the_world(maps: Maps, long: list[str]) -> Finding:
+    bad = [lidar for lidar in long if not maps.is_true(lidar)]
+    worst = max(maps.middle(lidar)["map_error_p95_m"] for lidar in long)
+    return Finding(
+        "The lidars that reach across “created maps pretty much equal to both each other and the actual "
+        "world”.",
+        "9.1.2, figures 8.16a, 8.17",
+        f"{listed(long)}: 95 % of every map within {worst:.3f} m of a true wall.",
+        not bad,
+        "" if not bad else f"Not so of {listed(bad)}.",
+    )
+
+
+def _indistinguishable(maps: Maps) -> Finding:
+    puck, m8 = maps.middle("puck"), maps.middle("m8")
+    keys = ("ate_rmse_m", "map_error_mean_m", "map_error_p95_m")
+    apart = max(abs(puck[key] - m8[key]) for key in keys)
+    agrees = apart < ALIKE_M
+    return Finding(
+        "Puck and M8: “The maps are virtually indistinguishable.”",
+        "figure 8.17",
+        f"Their trajectory and map errors differ by {apart:.3f} m at most.",
+        agrees,
+        "" if agrees else "That is more than the eye overlooks.",
+    )
+
+
+def _bulge(maps: Maps) -> Finding:
+    tim, utm = (maps.middle(lidar)["wall_straightness_rms_m"] for lidar in ("tim", "utm"))
+    agrees = tim > BULGE_M and tim > utm
+    lidar = thesis.LIDARS["tim"]
+    return Finding(
+        "TiM: “even though the map is good, the wall on the long-side bulges inwards a bit”.",
+        "9.1.2, figure 8.16b",
+        f"Its walls' cells deviate from straight lines by {tim:.3f} m, the UTM's by {utm:.3f} m.",
+        agrees,
+        ""
+        if agrees
+        else f"Ours has the {lidar.range_m:g} m of table 8.2 and sees the far wall; the thesis's text, "
+        "and so perhaps its "
+        f"simulator, gives it {thesis.TIM_RANGE_IN_TEXT_M:g} m (lidar_range_max:=15 tries that).",
+    )
+
+
+def _mended(maps: Maps) -> Finding:
+    bent, closed = not maps.is_true("ust"), maps.is_true("ust", closure=True)
+    without, with_it = maps.middle("ust"), maps.middle("ust", closure=True)
+    agrees = bent and closed
+    why = ""
+    if not bent:
+        why = "In these flights the filter alone kept the walls straight."
+    elif not closed:
+        why = f"Our loop closure leaves it: {maps.verdict('ust', closure=True)}."
+    return Finding(
+        "UST: the walls bend, and “the misalignment was fixed by the loop closure”.",
+        "figure 8.15",
+        f"Trajectory error {without['ate_rmse_m']:.3f} m without loop closure, "
+        f"{with_it['ate_rmse_m']:.3f} m with it; 95 % of "
+        f"the map within {without['map_error_p95_m']:.3f} and {with_it['map_error_p95_m']:.3f} m of a wall.",
+        agrees,
+        why,
+    )
+
+
+def _beyond_mending(maps: Maps) -> Finding:
+    bent, closed = not maps.is_true("urg"), maps.is_true("urg", closure=True)
+    without, with_it = maps.middle("urg"), maps.middle("urg", closure=True)
+    worst = with_it["ate_rmse_worst_m"]
+    agrees = bent and not closed
+    why = ""
+    if not bent:
+        why = "In these flights the filter alone kept the walls straight."
+    elif closed:
+        why = (
+            "gmapping closes loops only by what its particles remember; gridslam's loop closure "
+            "recognises the place by its "
+            f"scan and corrects the whole path. Not always well: the worst flight is off by {worst:.2f} m."
+        )
+    return Finding(
+        "URG: “the drift is so bad that the loop-closure in the SLAM algorithm could not correct it”.",
+        "9.1.2, figure 8.14",
+        f"Trajectory error {without['ate_rmse_m']:.3f} m without loop closure: {maps.verdict('urg')}. "
+        "With it "
+        f"{with_it['ate_rmse_m']:.3f} m, {with_it['closures']:.0f} loops: "
+        f"{maps.verdict('urg', closure=True)}.",
+        agrees,
+        why,
+    )

@@ -1,0 +1,195 @@
+"""The numbers of Experiments 3 and 4 as the page uses them, and the chart that they share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Mapping, Sequence
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from master_thesis.mapping.map_variants import medians
+from master_thesis.mapping.slam_report import verdict
+from master_thesis.report import thesis
+from master_thesis.report.content import Picture, Table, number
+from master_thesis.report.pieces.mapping import CLOSED, OPEN, piece
+from master_thesis.report.size import Size
+from master_thesis.report.store import Done, Store
+from master_thesis.results import palette
+from master_thesis.results.figures import svg
+
+ORDER = ("urg", "ust", "tim", "utm", "puck", "m8")
+"""By range."""
+MATTERS_M = 0.02
+"""A difference of median trajectory errors, m, from which on loop closure is shown."""
+TRUE_TO_THE_WORLD = "true to the world"
+
+_COLUMNS = {
+    "ate_rmse_m": ("trajectory error, m", 3),
+    "map_error_mean_m": ("map error, m", 3),
+    "map_error_p95_m": ("95 %, m", 3),
+    "wall_straightness_rms_m": ("walls bent by, m", 3),
+    "wall_seen_share": ("wall seen", 2),
+    "closures": ("loops", 0),
+    "cpu_ms": ("CPU a scan, ms", 1),
+}
+
+
+@dataclass(frozen=True)
+class Maps:
+    """What is there of a world: figures of merit by lidar over the seeds, without and with loop closure."""
+
+    world: str
+    open: Mapping[str, Sequence[dict]]
+    closed: Mapping[str, Sequence[dict]]
+
+    @property
+    def lidars(self) -> tuple[str, ...]:
+        """Those there is a map of, by range."""
+        return tuple(lidar for lidar in ORDER if self.open.get(lidar))
+
+    def middle(self, lidar: str, closure: bool = False) -> dict:
+        """Return the medians over the seeds."""
+        return medians((self.closed if closure else self.open)[lidar])
+
+    def verdict(self, lidar: str, closure: bool = False) -> str:
+        """Return our words for the median map."""
+        return verdict(self.middle(lidar, closure))
+
+    def is_true(self, lidar: str, closure: bool = False) -> bool:
+        """Tell whether the median map is true to the world."""
+        return self.verdict(lidar, closure) == TRUE_TO_THE_WORLD
+
+    def closure_matters(self, lidar: str) -> bool:
+        """Tell whether loop closure changes the path."""
+        ates = (self.middle(lidar, closure)["ate_rmse_m"] for closure in (False, True))
+        return abs(next(ates) - next(ates)) > MATTERS_M
+
+
+def maps_of(world: str, size: Size, store: Store) -> tuple[Maps, dict[str, Done]]:
+    """Return a world's maps, and the piece of each lidar whose pictures are shown."""
+    numbers: dict = {OPEN: {}, CLOSED: {}}
+    shown: dict[str, Done] = {}
+    for lidar in size.lidars:
+        for seed in size.map_seeds:
+            done = store.get(piece(size, world, lidar, seed))
+            if done is None:
+                continue
+            for name, found in numbers.items():
+                found.setdefault(lidar, []).append(done.numbers[name])
+            if (done.folder / f"{OPEN}.svg").exists():
+                shown.setdefault(lidar, done)
+    return Maps(world, numbers[OPEN], numbers[CLOSED]), shown
+
+
+def maps_table(maps: Maps, caption: str) -> Table:
+    """Return the figures of every lidar, without and with loop closure, beside the thesis's words."""
+    rows, ours = [], []
+    for lidar in maps.lidars:
+        words = thesis.MAPS[maps.world][lidar]
+        for closure in (False, True):
+            middle = maps.middle(lidar, closure)
+            if closure:
+                ours.append(len(rows))
+            rows.append(
+                (
+                    f"{lidar}, {thesis.LIDARS[lidar].range_m:g} m",
+                    "yes" if closure else "no",
+                    *(number(middle[key], digits) for key, (_, digits) in _COLUMNS.items()),
+                    number(middle["odometry_ate_rmse_m"], 2),
+                    maps.verdict(lidar, closure),
+                    f"{words.words} ({words.figure})",
+                )
+            )
+    header = (
+        "lidar, range",
+        "loop closure",
+        *(heading for heading, _ in _COLUMNS.values()),
+        "odometry alone, m",
+        "our map is",
+        "the thesis says",
+    )
+    return Table(
+        caption,
+        header,
+        rows,
+        emphasis=tuple(ours),
+        note="Medians over the seeds. Trajectory error: root mean square, not aligned, of the path as it "
+        "is at the end. "
+        "Map error: distance of occupied cells from the nearest true wall, mean and 95th percentile. "
+        "Walls bent by: "
+        "deviation of straight walls' cells from a fitted line. Wall seen: share of the true walls' "
+        "length in the map.",
+    )
+
+
+def range_chart(maps: Maps) -> Picture:
+    """Return the trajectory error against the lidar's range, every seed a mark."""
+    figure = Figure(figsize=(7.2, 3.1), layout="constrained")
+    axes = figure.add_subplot()
+    for lidar in maps.lidars:
+        range_m = thesis.LIDARS[lidar].range_m
+        for closure, found in ((False, maps.open), (True, maps.closed)):
+            ates = [figures["ate_rmse_m"] for figures in found[lidar]]
+            axes.plot(
+                [range_m * (1.06 if closure else 0.94)] * len(ates),
+                ates,
+                palette.MARKERS[lidar],
+                ms=7,
+                mfc="white" if closure else palette.LIDARS[lidar],
+                mec=palette.LIDARS[lidar],
+                mew=1.4,
+                ls="",
+            )
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    ranges = [thesis.LIDARS[lidar].range_m for lidar in maps.lidars]
+    labels = [f"{lidar}\n{range_m:g} m" for lidar, range_m in zip(maps.lidars, ranges)]
+    axes.set_xticks(ranges, labels, fontsize=8)
+    axes.minorticks_off()
+    axes.set_xlim(min(ranges) / 1.4, max(ranges) * 1.4)
+    axes.set_ylabel("trajectory error [m]", fontsize=8)
+    axes.tick_params(labelsize=8)
+    axes.grid(alpha=0.3, lw=0.4, axis="y")
+    grey = {"marker": "o", "ls": "", "mec": "black", "ms": 6}
+    handles = [
+        Line2D([], [], mfc="black", label="without loop closure", **grey),
+        Line2D([], [], mfc="white", label="with loop closure", **grey),
+    ]
+    axes.legend(handles=handles, fontsize=7, frameon=False, loc="upper right")
+    return Picture(
+        svg(figure),
+        f"Trajectory error in the {maps.world} against the lidar's range; a mark is a flight.",
+        "Marks of the trajectory error of each lidar, ordered by range, on logarithmic scales",
+        "9.1.2",
+        "“The range of the lidars on the other hand has a huge impact. This is most clearly seen in "
+        "Experiment 4.”",
+    )
+
+
+def map_pictures(maps: Maps, shown: Mapping[str, Done]) -> list[Picture]:
+    """Return each lidar's world and maps in the thesis's order; with loop closure too where that matters."""
+    pictures = []
+    for lidar, words in sorted(thesis.MAPS[maps.world].items(), key=lambda item: _place(item[1].figure)):
+        if lidar not in shown:
+            continue
+        figure = words.figure.rstrip("ab")
+        for name in (OPEN, CLOSED) if maps.closure_matters(lidar) else (OPEN,):
+            figures = maps.closed[lidar][0] if name == CLOSED else maps.open[lidar][0]
+            pictures.append(
+                Picture(
+                    shown[lidar].figure(name),
+                    f"{thesis.LIDARS[lidar].name}, {'with' if name == CLOSED else 'without'} loop closure: "
+                    f"{verdict(figures)}; trajectory error {figures['ate_rmse_m']:.3f} m, 95 % of the map "
+                    "within "
+                    f"{figures['map_error_p95_m']:.3f} m of a wall.",
+                    f"The {maps.world} from above, the map at half time and the map at the end, {lidar}",
+                    f"Figure {words.figure}",
+                    thesis.FIGURES[figure].caption,
+                )
+            )
+    return pictures
+
+
+def _place(figure: str) -> tuple[float, str]:
+    return float(figure.rstrip("ab").split(".")[1]), figure

@@ -1,0 +1,58 @@
+"""How much of everything the report computes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from master_thesis.flight.scenario_flight import GOAL_X_M
+from master_thesis.worlds import placements, scenario
+
+PLACEMENTS_A_PIECE = 5
+WORLDS = ("room", "hold")
+EXPERIMENTS = (
+    "experiment_1",
+    "experiment_2",
+    "experiment_3",
+    "experiment_4",
+    "measurement_1",
+    "measurement_2",
+)
+
+
+@dataclass(frozen=True)
+class Size:
+    """What is computed.
+
+    seeds: of Experiment 1's flights, over goal_x_m. placements: variations of each of Experiment 2's.
+    map_seeds: of the flights that map; map_duration_s: 0 flies all of the mission. repeats: of each launch
+    and build; 0 leaves the measurements out.
+    """
+
+    name: str
+    seeds: tuple[int, ...]
+    placements: int
+    map_seeds: tuple[int, ...]
+    repeats: int
+    scenarios: tuple[str, ...] = scenario.SCENARIOS
+    goal_x_m: float = GOAL_X_M
+    emergencies: tuple[str, ...] = placements.SCENARIOS
+    worlds: tuple[str, ...] = WORLDS
+    lidars: tuple[str, ...] = scenario.LIDARS
+    map_duration_s: float = 0.0
+
+
+FULL = Size("full", seeds=(1, 2, 3, 4, 5), placements=20, map_seeds=(1, 2, 3), repeats=3)
+QUICK = replace(FULL, name="quick", seeds=(1,), placements=PLACEMENTS_A_PIECE, map_seeds=(1,), repeats=1)
+SMALLEST = Size(
+    "smallest",
+    seeds=(1,),
+    placements=1,
+    map_seeds=(1,),
+    repeats=0,
+    scenarios=("forest",),
+    goal_x_m=6.0,
+    emergencies=("wall_three_columns",),
+    worlds=("room",),
+    lidars=("ust",),
+    map_duration_s=8.0,
+)

@@ -1,0 +1,27 @@
+"""One colour for each algorithm and each lidar, in every figure.
+
+Also legible in grey: the algorithms differ in lightness, and the lidars get darker with their range.
+"""
+
+from __future__ import annotations
+
+ALGORITHMS = {"original": "#a8161b", "improved": "#35a860"}
+"""Red and green as the thesis's arrows (figures 8.6 and 8.7)."""
+
+HATCHES = {"original": "////", "improved": ""}
+"""What tells bars apart that are printed in grey."""
+
+LIDARS = {
+    "urg": "#eda62d",
+    "ust": "#e2663b",
+    "tim": "#1f9489",
+    "utm": "#2f68bf",
+    "puck": "#6f3289",
+    "m8": "#2b2233",
+}
+"""By range, shortest first."""
+
+MARKERS = {"urg": "v", "ust": "s", "tim": "D", "utm": "o", "puck": "^", "m8": "P"}
+
+THESIS, TRUTH, BELIEF = "#6b7280", "#1f3b73", "#c2410c"
+"""The thesis's own numbers; the true path; the path as SLAM believes it."""
