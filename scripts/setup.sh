@@ -197,7 +197,8 @@ build_workspace() {
   if [[ -f build/CMakeCache.txt ]] && ! grep -qx "CMAKE_HOME_DIRECTORY:INTERNAL=$root/src" build/CMakeCache.txt; then
     rm -rf build devel # made where the workspace lay before
   fi
-  run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR catkin_make --directory "$root" \
+  # Messages for Python and C++; other languages of ROS would cost time, and have no nodes here
+  run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR ROS_LANG_DISABLE=genlisp:geneus:gennodejs catkin_make --directory "$root" \
     -DPYTHON_EXECUTABLE="$root/.venv/bin/python" -DCATKIN_BLACKLIST_PACKAGES="$present" ||
     explain_failure "The build failed."
   echo "$inputs" >build/.bringup

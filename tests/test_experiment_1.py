@@ -75,8 +75,8 @@ def test_the_recorded_flight_gives_the_same_answers_again(forest, processes):
     assert run.returncode == 0, run.stdout
     figures = json.loads(run.stdout.splitlines()[-1])
     assert figures["expected"] >= 270  # 7 s at 40 Hz
-    # Topics hold the newest message only: a machine that is busy for 50 ms (played at half speed) loses one,
-    # and an answer to a scan whose odometry was lost is made with the one of 10 ms before.
-    assert figures["answered"] >= 0.95 * figures["expected"]
-    assert figures["equal"] >= 0.9 * figures["expected"]
+    # Topics hold the newest scan and reference only: a machine that is busy for 50 ms (played at half speed)
+    # loses some, and an answer to a scan whose reference was lost is made with the one of 10 ms before.
+    assert figures["answered"] >= 0.8 * figures["expected"]
+    assert figures["equal"] >= 0.5 * figures["expected"]
     assert figures["furthest_apart_m_s"] < 0.05

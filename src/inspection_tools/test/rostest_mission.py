@@ -3,6 +3,7 @@
 
 import math
 import sys
+import threading
 import unittest
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import Input, Output, Stamps, Warned, odometry_of, scan_of, velocity_of
+from ros_probe import Input, Output, Stamps, Warned, odometry_of, scan_of, velocity_of, wait_until
 
 from inspection_tools.msg import (
     MissionActionFeedback,
@@ -106,8 +107,7 @@ class MissionTest(unittest.TestCase):
         self.be_at(0.0, 0.0)
         self.setpoints.next()
         self.client.cancels.send(GoalID())
-        rospy.sleep(0.3)
-        self.be_at(3.0, 1.0)
+        wait_until(lambda: self.be_at(3.0, 1.0) or self.setpoints.messages, "a setpoint that stops the UAV")
         self.assertEqual(place(self.setpoints.next()), (3.0, 1.0, 2.0))
         self.assertEqual(self.result(), (GoalStatus.PREEMPTED, 0))
 
@@ -134,6 +134,24 @@ class MissionTest(unittest.TestCase):
         self.assertEqual(place(self.setpoints.next()), (0.0, 7.0, 2.0))
         self.be_at(0.0, 6.1)
         self.assertEqual(self.result(), (GoalStatus.SUCCEEDED, 1))
+
+    def test_goals_that_come_between_poses_are_all_taken(self):
+        over = threading.Event()
+
+        def fly():
+            while not over.wait(0.0005):
+                self.be_at(0.0, 0.0, step_s=0.25)  # each is answered with feedback
+
+        pilot = threading.Thread(target=fly)
+        pilot.start()
+        try:
+            for count in range(100):
+                self.client.send((50.0, float(count), 2.0))
+                self.assertEqual(place(self.plans.next().poses[0]), (50.0, float(count), 2.0))
+        finally:
+            over.set()
+            pilot.join()
+        self.client.cancels.send(GoalID())
 
     def test_a_mission_that_makes_no_sense_is_refused(self):
         for places, words in (
