@@ -14,6 +14,7 @@ from cepa_ros.ending import Ending, leave, silence_threads
 WARNING_PERIOD_S = 5.0
 LAST_CALLBACK_S = 0.4
 HEARD_AFTER_S = 0.3  # wall time until whoever listens to /rosout is connected to a new node
+RETRY_S, REMINDER_S = 1.0, 10.0  # wall time
 FARTHEST_AHEAD_NS = 1_000_000_000
 STANDS_STILL_S = 1.0  # of wall time, after which a clock that shows the same is taken for stopped
 
@@ -83,11 +84,15 @@ def serve_parameters(config_type, algorithm: str, parameters: CepaParameters, ap
 
 
 def run(name: str, node_class, ending: Ending) -> None:
-    """Run a node until it is told to end; what is wrong at the start is one sentence and exit code 1."""
+    """Run a node until it is told to end.
+
+    What is wrong at the start is one sentence and exit code 1; or, with the parameter ~keep_trying, a
+    sentence now and then, until it is mended.
+    """
     ending.closes_by(lambda: rospy.signal_shutdown("signal"))
     try:
         rospy.init_node(name, disable_signals=True)
-        node = node_class()
+        node = _make_at_last(node_class) if rospy.get_param("~keep_trying", False) else node_class()
     except CepaError as error:
         _give_up(error)
     except Exception:
@@ -101,12 +106,31 @@ def run(name: str, node_class, ending: Ending) -> None:
     leave(0, _answer_last_call)
 
 
-def _give_up(error: CepaError) -> None:
+def _make_at_last(node_class):
+    """Return the node once nothing is wrong any more."""
+    reminded_s = -math.inf
+    while True:
+        try:
+            return node_class()
+        except CepaError as error:
+            rospy.rostime.wallsleep(RETRY_S)
+            if rospy.is_shutdown():
+                raise rospy.ROSInterruptException("told to end") from None
+            if time.monotonic() - reminded_s > REMINDER_S:
+                reminded_s = time.monotonic()
+                _say_fatal(error)
+
+
+def _say_fatal(error: CepaError) -> None:
     name = rospy.get_name()
-    rospy.rostime.wallsleep(HEARD_AFTER_S)
     rospy.logfatal(
         "%s cannot start: %s Change it in the launch file, or by rosparam set under %s.", name, error, name
     )
+
+
+def _give_up(error: CepaError) -> None:
+    rospy.rostime.wallsleep(HEARD_AFTER_S)
+    _say_fatal(error)
     leave(1, lambda: rospy.signal_shutdown("cannot start"))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from contextlib import contextmanager
 from typing import Callable, Iterator
 
@@ -12,6 +14,7 @@ from simulation_tools.stop_signals import StopSignals, leave
 
 LAST_ANSWER_S = 0.15
 HEARD_AFTER_S = 0.3  # wall time until whoever listens to /rosout is connected to a new node
+RETRY_S, REMINDER_S = 1.0, 10.0  # wall time
 
 
 class ParameterError(SimulationToolsError):
@@ -31,12 +34,13 @@ def run(name: str, make: Callable[[], Callable[[StopSignals], None]], stop: Stop
     """Make a node, run it until it is told to end, and end the process.
 
     make: returns what runs the node in the main thread; it returns when the signals say so or ROS shuts down.
-    What is wrong at the start is one sentence and exit code 1.
+    What is wrong at the start is one sentence and exit code 1; or, with the parameter ~keep_trying, a
+    sentence now and then, until it is mended.
     """
     code = 0
     try:
         rospy.init_node(name, disable_signals=True)
-        run_node = make()
+        run_node = _make_at_last(make) if rospy.get_param("~keep_trying", False) else make()
         stop.watched()
         run_node(stop)
     except SimulationToolsError as error:
@@ -47,6 +51,21 @@ def run(name: str, make: Callable[[], Callable[[StopSignals], None]], stop: Stop
         if not rospy.is_shutdown():
             raise
     leave(code, _close)
+
+
+def _make_at_last(make: Callable) -> Callable[[StopSignals], None]:
+    """Return what `make` does once nothing is wrong any more."""
+    reminded_s = -math.inf
+    while True:
+        try:
+            return make()
+        except SimulationToolsError as error:
+            rospy.rostime.wallsleep(RETRY_S)
+            if rospy.is_shutdown():
+                raise rospy.ROSInterruptException("told to end") from None
+            if time.monotonic() - reminded_s > REMINDER_S:
+                reminded_s = time.monotonic()
+                rospy.logfatal(f"{error} It is tried again every second.")
 
 
 def spin(stop: StopSignals, node, period_s: float = 0.25, watch: Callable[[], None] = lambda: None) -> None:
