@@ -41,7 +41,7 @@ _HEAD = f"""  bgcolor="white" {_FONT} fontcolor="{INK}" pad=0.2
 
 @dataclass(frozen=True)
 class Wire:
-    """What links a node with something that is no ROS node, such as a flight controller; label: its name there."""
+    """What links a node with something that is none, such as a flight controller; label: its name."""
 
     node: str
     far_end: str
@@ -165,11 +165,10 @@ def tf_tree(recording: Recording) -> str:
         edges[edge.parent, edge.child].append(edge)
     frames = sorted({frame for pair in edges for frame in pair})
     lines = ["digraph tf {", _HEAD, "  rankdir=LR nodesep=0.1 ranksep=0.35"]
+    lines.append('  node [shape=box style=rounded margin="0.1,0.03" height=0.3]')
     for frame in frames:
         told = [_told(edge) for (_, child), same in sorted(edges.items()) if child == frame for edge in same]
-        lines.append(
-            f'  {_quoted(frame)} [label=<{_frame_label(frame, told)}> shape=box style=rounded margin="0.1,0.03" height=0.3]'
-        )
+        lines.append(f"  {_quoted(frame)} [label=<{_frame_label(frame, told)}>]")
     for (parent, child), same in sorted(edges.items()):
         style = "dashed" if all(edge.static for edge in same) else "solid penwidth=2"
         lines.append(f"  {_quoted(parent)} -> {_quoted(child)} [style={style}]")
