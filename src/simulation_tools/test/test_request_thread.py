@@ -23,13 +23,13 @@ def test_a_call_that_hangs_is_waited_for_once_and_nothing_queues_up_behind_it():
     requests = RequestThread()
     began = time.monotonic()
     assert not requests.ask(release.wait, 0.2)
-    assert 0.15 < time.monotonic() - began < 1.0
+    assert time.monotonic() - began >= 0.2
     began = time.monotonic()
     for _ in range(100):
         assert not requests.ask(lambda: made.append(1), 0.2)
-    assert time.monotonic() - began < 0.1
+    assert time.monotonic() - began < 10.0  # not 100 times 0.2 s
     release.set()
-    end = time.monotonic() + 5.0
+    end = time.monotonic() + 20.0
     while not requests.ask(lambda: made.append(2), 0.2) and time.monotonic() < end:
         time.sleep(0.01)
     assert made == [2]

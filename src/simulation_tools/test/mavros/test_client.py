@@ -94,7 +94,7 @@ def test_commands_are_answered_or_time_out(pair):
     fcu.stop()
     began = time.monotonic()
     assert client.command(400, 0.0) is None
-    assert time.monotonic() - began == pytest.approx(0.5, abs=0.2)
+    assert time.monotonic() - began >= 0.5
 
 
 def test_parameters_are_read_set_and_pulled(pair):
