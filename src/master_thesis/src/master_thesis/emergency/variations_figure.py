@@ -37,7 +37,7 @@ def paths_figure(panels: dict[tuple[str, str], Paths]) -> Figure:
     everything = np.concatenate([path for shown in panels.values() for path in shown.paths_xy])
     low, high = np.minimum(everything.min(axis=0) - 0.2, -1.0), np.maximum(everything.max(axis=0) + 0.2, 1.0)
     height, width = high - low
-    panel_in = 6.6 / len(scenarios)
+    panel_in = min(6.6 / len(scenarios), 2.6)
     figure = Figure(figsize=(7.2, panel_in * height / width * len(algorithms) + 1.1))
     grid = figure.subplots(len(algorithms), len(scenarios), sharex=True, sharey=True, squeeze=False)
     for (scenario, algorithm), shown in panels.items():

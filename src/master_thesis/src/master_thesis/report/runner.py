@@ -44,7 +44,7 @@ def compute(pieces: Sequence[Piece], store: Store, workers: int, say: Say) -> li
     missing = [piece for piece in pieces if store.get(piece) is None]
     if len(missing) < len(pieces):
         say(f"{len(pieces) - len(missing)} of {len(pieces)} pieces are there from before.")
-    progress = _Progress(missing, say)
+    progress = _Progress(missing, workers, say)
     beside, alone = ([p for p in missing if p.alone is flag] for flag in (False, True))
     try:
         failed = _in_pool(beside, store, workers, progress)
@@ -74,7 +74,7 @@ def _in_pool(pieces: Sequence[Piece], store: Store, workers: int, progress: _Pro
                 took_s, why = _outcome(future)
                 if why is not None:
                     failed.append(Failed(piece, why))
-                progress.over(piece, took_s, why, workers)
+                progress.over(piece, took_s, why)
     except BaseException:
         for process in multiprocessing.active_children():
             process.terminate()
@@ -118,14 +118,16 @@ def _compute(piece: Piece, folder: Path, sources: str | None) -> tuple[float, st
 class _Progress:
     """One line for each piece, with an estimate of what is left."""
 
-    def __init__(self, pieces: Sequence[Piece], say: Say) -> None:
+    def __init__(self, pieces: Sequence[Piece], workers: int, say: Say) -> None:
         self._say, self._of, self._done = say, len(pieces), 0
+        self._workers = workers
         self._left_s = sum(piece.cost_s for piece in pieces)
         self._expected_s = self._took_s = 0.0
         if pieces:
-            say(f"{len(pieces)} pieces to compute.")
+            left = _duration(self._left_s / workers)
+            say(f"{len(pieces)} pieces to compute, in about {left} on an idle machine.")
 
-    def over(self, piece: Piece, took_s: float, why: str | None, workers: int) -> None:
+    def over(self, piece: Piece, took_s: float, why: str | None) -> None:
         """Take note of a piece that is over."""
         self._done += 1
         self._left_s -= piece.cost_s
@@ -133,12 +135,12 @@ class _Progress:
             self._expected_s += piece.cost_s
             self._took_s += took_s
         words = f"{took_s:.0f} s" if why is None else f"failed: {why}"
-        self._say(f"[{self._done:3d}/{self._of}] {piece.title}: {words}{self._left(workers)}")
+        self._say(f"[{self._done:3d}/{self._of}] {piece.title}: {words}{self._left()}")
 
-    def _left(self, workers: int) -> str:
+    def _left(self) -> str:
         if self._done == self._of or not self._expected_s:
             return ""
-        left_s = self._left_s * self._took_s / self._expected_s / workers
+        left_s = self._left_s * self._took_s / self._expected_s / self._workers
         return f"; about {_duration(left_s)} left"
 
 
