@@ -59,7 +59,8 @@ def draw_cushions():
             ax.plot(*outline.T, color=colour, label=label)
             ax.plot(*view.circle(radius).T, color=colour, lw=0.7, ls=":")
         _arrow(ax, (1.0, 0.0), OUTPUT, "v")
-        ax.set(title=f"{name} (equation {equation}), |v| = 1 m/s, T = 1.5 s", xlabel="x, m", aspect="equal")
+        ax.set(title=f"{name} (equation {equation})", xlabel="x, m", aspect="equal")
+    figure.suptitle(f"|v| = 1 m/s, T = {PARAMETERS.time_horizon:g} s", fontsize=8)
     axes[0].set_ylabel("y, m")
     axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     return figure
@@ -147,11 +148,18 @@ def draw_emergency():
             _draw_sections(ax, beams, parameters)
             arrows.append((decision.emergency_improved_xy, GREEN, "improved"))
         for velocity, colour, label in arrows:
-            _arrow(ax, np.array(velocity) * 0.8 / math.hypot(*velocity), colour, label)
+            _arrow(ax, np.array(velocity) * 0.8 / math.hypot(*velocity), colour, label, named=False)
         ax.set(
             title=f"K = {slope:g} m/rad", xlim=(-1.4, 1.4), ylim=(-1.2, 0.95), aspect="equal", xlabel="x, m"
         )
     axes[0].set_ylabel("y, m")
+    figure.legend(
+        *axes[0].get_legend_handles_labels(),
+        loc="lower center",
+        ncol=2,
+        frameon=False,
+        bbox_to_anchor=(0.5, -0.08),
+    )
     return figure
 
 
@@ -219,11 +227,12 @@ def _draw_scene(ax, columns, scan) -> None:
     )
 
 
-def _arrow(ax, velocity, colour, label) -> None:
+def _arrow(ax, velocity, colour, label, named: bool = True) -> None:
     offset = (0, -12) if colour == REFERENCE else (4, 4)
     ax.annotate("", velocity, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2.0})
     ax.plot([], [], color=colour, lw=2.0, label=label)
-    ax.annotate(label, velocity, offset, textcoords="offset points", color=colour, fontsize=8)
+    if named:
+        ax.annotate(label, velocity, offset, textcoords="offset points", color=colour, fontsize=8)
 
 
 if __name__ == "__main__":
