@@ -71,7 +71,7 @@ def test_a_collision_is_not_passed_over():
     made["forest", "improved"][0]["collision"] = True
     finding = found(of_flights(made), "no longer cause collisions")
     assert not finding.agrees
-    assert "1 collisions in 4 flights" in finding.ours
+    assert "1 collision in 4 flights" in finding.ours
 
 
 # -- experiment 2 -------------------------------------------------------------------------------------------

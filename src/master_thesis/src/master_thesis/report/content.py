@@ -8,12 +8,18 @@ from typing import Sequence, Union
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text. emphasis: indices of rows that are ours, to be told from the thesis's."""
+    """Rows of text.
+
+    emphasis, theirs: indices of rows that are ours and that are the thesis's, where both stand in one table.
+    theirs_last: the last column is the thesis's.
+    """
 
     caption: str
     header: tuple[str, ...]
     rows: Sequence[Sequence[str]]
     emphasis: tuple[int, ...] = ()
+    theirs: tuple[int, ...] = ()
+    theirs_last: bool = False
     note: str = ""
     kind: str = "table"
 
@@ -82,6 +88,11 @@ def spread(values: Sequence[float], digits: int) -> str:
         return number(mean, digits)
     deviation = (sum((value - mean) ** 2 for value in known) / len(known)) ** 0.5
     return f"{mean:.{digits}f} ± {deviation:.{digits}f}"
+
+
+def counted(count: int, what: str) -> str:
+    """Return "1 flight" or "3 flights"."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def listed(words: Sequence[str]) -> str:

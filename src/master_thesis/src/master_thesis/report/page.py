@@ -113,7 +113,11 @@ def origin(size: Size, store: Store) -> Origin:
 def render(all_sections: Sequence[Section], where_from: Origin) -> str:
     """Return the page's HTML."""
     environment = Environment(
-        loader=FileSystemLoader(str(HERE)), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=FileSystemLoader(str(HERE)),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        finalize=_typographic,
     )
     environment.filters["data_uri"] = _data_uri
     template = environment.get_template("page.html")
@@ -125,6 +129,11 @@ def render(all_sections: Sequence[Section], where_from: Origin) -> str:
         findings=sum(len(section.findings) for section in all_sections),
         agreeing=sum(section.agreeing for section in all_sections),
     )
+
+
+def _typographic(value: object) -> object:
+    """Return text with apostrophes as they are printed; what is HTML already stays as it is."""
+    return value.replace("'", "\N{RIGHT SINGLE QUOTATION MARK}") if type(value) is str else value
 
 
 def _data_uri(svg: bytes) -> str:

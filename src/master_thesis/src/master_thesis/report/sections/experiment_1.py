@@ -11,7 +11,17 @@ from matplotlib.patches import Polygon
 
 from master_thesis.flight.scenario_flight import WORLDS
 from master_thesis.report import thesis
-from master_thesis.report.content import Block, Finding, Picture, Section, Table, listed, number, spread
+from master_thesis.report.content import (
+    Block,
+    Finding,
+    Picture,
+    Section,
+    Table,
+    counted,
+    listed,
+    number,
+    spread,
+)
 from master_thesis.report.pieces.experiment_1 import ALGORITHMS, piece
 from master_thesis.report.size import Size
 from master_thesis.report.store import Store
@@ -96,7 +106,9 @@ def _table_8_1(names: Sequence[str], flights: Flights) -> Table:
         ("", *names),
         rows,
         emphasis=(1, 3, 5),
-        note=f"Ours: mean and standard deviation over {count} flights. “~ 0” of the thesis stands as 0.0.",
+        theirs=(0, 2, 4),
+        note=f"Ours: mean and standard deviation over {counted(count, 'flight')} of each. “~ 0” of the "
+        "thesis stands as 0.0.",
     )
 
 
@@ -171,7 +183,7 @@ def _reduction(names: Sequence[str], flights: Flights) -> Finding:
     return Finding(
         "“We see a huge reduction in computation time across the board!”",
         "9.1.1",
-        f"The original takes {least:.0f} to {max(ratios.values()):.0f} times as long as the improved.",
+        f"The original takes {' to '.join(_ends(ratios))} times as long as the improved.",
         agrees,
         "" if agrees else f"In {slow} it is less than the {HUGE:g} times of the thesis's forest.",
     )
@@ -275,7 +287,8 @@ def _untouched(names: Sequence[str], flights: Flights) -> Finding:
     return Finding(
         "The improved algorithm “will no longer cause collisions”.",
         "9.1.1",
-        f"{touched} collisions in {len(flown)} flights; {len(flown) - late} reached the goal.",
+        f"{counted(touched, 'collision')} in {counted(len(flown), 'flight')}; "
+        f"{len(flown) - late} reached the goal.",
         agrees,
         "" if agrees else "See the table above for which.",
     )
@@ -284,6 +297,11 @@ def _untouched(names: Sequence[str], flights: Flights) -> Finding:
 def ratio(flights: Flights, name: str) -> float:
     """Return how many times as long the original takes as the improved."""
     return _mean(flights, name, "original") / _mean(flights, name, "improved")
+
+
+def _ends(values: Mapping[str, float]) -> list[str]:
+    """Return the least and the greatest value; one, where they are written alike."""
+    return list(dict.fromkeys(f"{end:.0f}" for end in (min(values.values()), max(values.values()))))
 
 
 def _all(flights: Flights, name: str, algorithm: str) -> list[float]:

@@ -84,13 +84,11 @@ def maps_of(world: str, size: Size, store: Store) -> tuple[Maps, dict[str, Done]
 
 def maps_table(maps: Maps, caption: str) -> Table:
     """Return the figures of every lidar, without and with loop closure, beside the thesis's words."""
-    rows, ours = [], []
+    rows = []
     for lidar in maps.lidars:
         words = thesis.MAPS[maps.world][lidar]
         for closure in (False, True):
             middle = maps.middle(lidar, closure)
-            if closure:
-                ours.append(len(rows))
             rows.append(
                 (
                     f"{lidar}, {thesis.LIDARS[lidar].range_m:g} m",
@@ -113,7 +111,7 @@ def maps_table(maps: Maps, caption: str) -> Table:
         caption,
         header,
         rows,
-        emphasis=tuple(ours),
+        theirs_last=True,
         note="Medians over the seeds. Trajectory error: root mean square, not aligned, of the path as it "
         "is at the end. "
         "Map error: distance of occupied cells from the nearest true wall, mean and 95th percentile. "

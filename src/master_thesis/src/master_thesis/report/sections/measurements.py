@@ -58,6 +58,7 @@ def _build_table(done: Done) -> Table:
         ("", "full, one file", "full, many files", "single package", "full, from nothing", "nothing altered"),
         rows,
         emphasis=(1,),
+        theirs=(0,),
         note=f"Many files: all {ours['files altered']:.0f} from which code is generated. Load average at "
         "the start: "
         f"{done.facts['load']:.1f}. A node, a library or a launch file that is altered needs no build at "
@@ -126,6 +127,7 @@ def _launch_table(launches: Mapping[str, Done]) -> Table:
         ("", *columns),
         rows,
         emphasis=(1, 3),
+        theirs=(0, 2),
         note="“Gazebo” is this workspace's simulator, which holds the flight controller's stand-in in its "
         "own process. RViz draws "
         "by software on a display without a screen. Experiment 1: every node of the thesis's figure 5.2, "
