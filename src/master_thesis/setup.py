@@ -9,6 +9,7 @@ setup(
         packages=[
             "master_thesis",
             "master_thesis.baselines",
+            "master_thesis.campaign",
             "master_thesis.doctor",
             "master_thesis.emergency",
             "master_thesis.flight",

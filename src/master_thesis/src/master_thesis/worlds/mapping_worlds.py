@@ -66,8 +66,15 @@ def _room() -> str:
 
 
 def _hold() -> str:
-    comment = "Experiment 4: a cargo hold, 30 x 20 m, with beams 1 m wide on its sides (thesis, figure 8.13)."
-    props = (*_shell(HOLD_X_M, HOLD_Y_M, _HOLD_HEIGHT_M, _PAINTED_STEEL), *_beams())
+    return hold_with_beams(BEAM_WIDTH_M, BEAM_SPACING_M)
+
+
+def hold_with_beams(width_m: float, spacing_m: float) -> str:
+    """Return the hold with beams this wide (0: none) and this far from middle to middle."""
+    beams_are = f"beams {width_m:g} m wide on its sides"
+    comment = f"Experiment 4: a cargo hold, 30 x 20 m, with {beams_are} (thesis, figure 8.13)."
+    beams = _beams(width_m, spacing_m) if width_m else ()
+    props = (*_shell(HOLD_X_M, HOLD_Y_M, _HOLD_HEIGHT_M, _PAINTED_STEEL), *beams)
     return write_world("hold", comment, _STEEL_FLOOR, props)
 
 
@@ -161,8 +168,8 @@ def _bookshelf(x_m: float, y_m: float) -> Prop:
     )
 
 
-def _beams() -> tuple[Prop, ...]:
-    """Beams every 3 m on all four sides, symmetrically about the middle of each."""
+def _beams(width_m: float, spacing_m: float) -> tuple[Prop, ...]:
+    """Beams on all four sides, symmetrically about the middle of each."""
     props = []
     for side, length, reach, yaw in (
         ("left", HOLD_X_M, HOLD_Y_M / 2, -math.pi / 2),
@@ -170,11 +177,11 @@ def _beams() -> tuple[Prop, ...]:
         ("ahead", HOLD_Y_M, HOLD_X_M / 2, math.pi),
         ("behind", HOLD_Y_M, HOLD_X_M / 2, 0.0),
     ):
-        beam = (Part("beam", Box(BEAM_DEPTH_M, BEAM_WIDTH_M, _HOLD_HEIGHT_M), _FRAME_STEEL),)
+        beam = (Part("beam", Box(BEAM_DEPTH_M, width_m, _HOLD_HEIGHT_M), _FRAME_STEEL),)
         out = BEAM_DEPTH_M / 2 - reach  # from the middle of the hold, against the side's inward normal
-        count = int((length - BEAM_WIDTH_M) / BEAM_SPACING_M) + 1
+        count = int((length - width_m) / spacing_m) + 1
         for number in range(count):
-            along = (number - (count - 1) / 2) * BEAM_SPACING_M
+            along = (number - (count - 1) / 2) * spacing_m
             x = out * math.cos(yaw) - along * math.sin(yaw)
             y = out * math.sin(yaw) + along * math.cos(yaw)
             props.append(Prop(f"beam_{side}_{number:02d}", x, y, beam, yaw))

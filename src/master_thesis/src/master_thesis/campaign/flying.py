@@ -1,0 +1,111 @@
+"""Flies a trial to its end: the goal, the first contact, or giving up."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cepa.algorithm import Algorithm
+from master_thesis.errors import FlightError
+from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.experiment import Phase
+from master_thesis.results import metrics
+from master_thesis.results.run_report import MAX_CLEARANCE_M
+from simulation_tools.geometry import Pose
+
+STUCK_S = 12.0
+"""A flight that comes no nearer to the goal for so long is stuck."""
+CLEARANCE_STEP_M = 0.05
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What came of a flight, from the goal's sending on.
+
+    end: "goal", "collision" or "stuck". time_s: until then. poses: true, (n, 8: t, position, quaternion).
+    clearance_m: least distance between the UAV's shape and anything but the ground, up to MAX_CLEARANCE_M.
+    emergencies: scans that the emergency avoidance answered. mass_kg: of the UAV with its lidar.
+    """
+
+    end: str
+    time_s: float
+    poses: np.ndarray
+    clearance_m: float
+    emergencies: int
+    mass_kg: float
+
+    @property
+    def path_length_m(self) -> float:
+        """Length of the true path."""
+        return metrics.path_length_m(self.poses[:, 1:4])
+
+
+def fly_to_goal(parameters: ClosedLoopParameters, steering: Algorithm | None = None) -> Flight:
+    """Fly to `parameters.goal_xyz_m`; steering: in place of the algorithm by its name.
+
+    It ends with a contact, whose aftermath is of no interest, or after STUCK_S without progress.
+
+    Raises:
+        FlightError: the UAV never hovered over the start.
+    """
+    with ClosedLoop(parameters, steering) as loop:
+        begin(loop)
+        watch = _Watch(loop)
+        loop.run(until=watch.over)
+        return flight_of(loop)
+
+
+def begin(loop: ClosedLoop) -> None:
+    """Fly until the goal has been sent; raises FlightError when it never was."""
+    outcome = loop.run_to(Phase.FLYING)
+    if Phase.FLYING not in outcome.times_s:
+        raise FlightError(outcome.failure or "The UAV never hovered over the start.")
+
+
+class _Watch:
+    """Ends a flight at the goal, at the first contact, or when it is stuck."""
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        self._goal_xy = loop.parameters.goal_xyz_m[:2]
+        self._nearest_m, self._since_s = math.inf, loop.time_s
+
+    def over(self, loop: ClosedLoop) -> bool:
+        """Tell whether the flight need not go on."""
+        _, x, y, *_ = loop.log.truth.rows[-1]
+        distance_m = math.hypot(self._goal_xy[0] - x, self._goal_xy[1] - y)
+        if distance_m < self._nearest_m - 0.1:
+            self._nearest_m, self._since_s = distance_m, loop.time_s
+        return is_over(loop) or loop.time_s - self._since_s > STUCK_S
+
+
+def is_over(loop: ClosedLoop) -> bool:
+    """Tell whether the goal was reached, the time is over, or something was touched."""
+    ended = {Phase.HOVERING, Phase.LANDING, Phase.DONE} & loop.outcome.times_s.keys()
+    return bool(ended or loop.outcome.touched)
+
+
+def flight_of(loop: ClosedLoop) -> Flight:
+    """Return what came of a closed loop's flight."""
+    outcome, log = loop.outcome, loop.log
+    start_s = outcome.times_s[Phase.FLYING]
+    poses = log.between(start_s, loop.time_s)
+    return Flight(
+        end="collision" if outcome.touched else "goal" if outcome.reached_goal else "stuck",
+        time_s=float(poses[-1, 0] - start_s),
+        poses=poses,
+        clearance_m=_clearance_m(loop, poses),
+        emergencies=sum(bool(row[4]) for row in log.decisions if row[0] >= start_s),
+        mass_kg=float(loop.simulation.world.mass_kg(loop.simulation.uav_name)),
+    )
+
+
+def _clearance_m(loop: ClosedLoop, poses: np.ndarray) -> float:
+    world, uav = loop.simulation.world, loop.simulation.uav_name
+
+    def clearance(pose: Pose) -> float:
+        return world.clearance(uav, pose, MAX_CLEARANCE_M, ignore=loop.outcome.ground)
+
+    distances = metrics.clearances_m(clearance, metrics.thinned(poses, CLEARANCE_STEP_M))
+    return float(min(distances.min(initial=MAX_CLEARANCE_M), MAX_CLEARANCE_M))

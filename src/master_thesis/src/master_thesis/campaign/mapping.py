@@ -1,0 +1,118 @@
+"""Flies a mission with SLAM beside it, and measures how true map and path are."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+
+from gridslam.evaluation import poses_at, trajectory_error
+from gridslam.trajectory import Trajectory
+from master_thesis.campaign.axes import CEPA_PREFIX, SLAM_PREFIX, parameters_in, scenario_name
+from master_thesis.campaign.campaign import Trial
+from master_thesis.campaign.flying import Flight, begin, flight_of, is_over
+from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.flight_recording import LidarGeometry
+from master_thesis.mapping.mapping_flight import SCENARIOS, parameters_of
+from master_thesis.mapping.slam_report import judge
+from master_thesis.mapping.slam_run import SlamParticipant, SlamRun, true_walls
+from master_thesis.mapping.slam_setup import SlamSetup, read_setup
+from master_thesis.mapping.survey import planar
+from simulation_tools.simulation import SimulationParameters
+
+
+@dataclass(frozen=True)
+class MapFigures:
+    """How true a map is; see `gridslam.evaluation`."""
+
+    ate_rmse_m: float
+    ate_max_m: float
+    ate_rotation_rmse_deg: float
+    ate_online_rmse_m: float
+    odometry_ate_rmse_m: float
+    end_error_m: float
+    map_error_mean_m: float
+    map_error_p95_m: float
+    wall_seen_share: float
+    wall_turned_max_rad: float
+    closures: int
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """The outcome of a mapping flight as columns of the table; no map figures when it was not flown out."""
+
+    mapped: bool
+    collision: bool
+    stuck: bool
+    flight_time_s: float
+    path_length_m: float
+    min_clearance_m: float
+    emergencies: int
+    mass_kg: float
+    figures: MapFigures | None
+
+    def columns(self) -> dict:
+        """Return all figures by column."""
+        row = asdict(self)
+        figures = row.pop("figures")
+        return {**row, **(figures or {})}
+
+
+def fly_and_map(trial: Trial, simulation: SimulationParameters) -> Mapped:
+    """Fly a trial's mission with SLAM beside it.
+
+    Raises:
+        FlightError: the UAV never hovered over the start.
+        SlamError, ScenarioError: there is nothing to judge.
+    """
+    scenario = SCENARIOS[scenario_name(trial.settings["world"])]
+    options = parameters_in(trial.settings, SLAM_PREFIX)
+    closing, levelling = options.pop("loop_closure", True), options.pop("levelling", True)
+    setup = read_setup(scenario.world)
+    setup = SlamSetup(replace(setup.parameters, **options), setup.loop_closure)
+    with ClosedLoop(_parameters(trial, simulation)) as loop:
+        session = setup.session(trial.noise_seed, closing)
+        slam = SlamParticipant(session, LidarGeometry.of(loop.simulation.lidar), levelling=levelling)
+        loop.listeners.append(slam)
+        begin(loop)
+        loop.run(until=is_over)
+        flight = flight_of(loop)
+        truth, odometry = planar(loop.log.truth), planar(loop.log.odometry)
+    figures = None
+    if flight.end == "goal":
+        walls = true_walls(simulation.world, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
+        figures = _judged(slam.run(), truth, odometry, walls)
+    return _mapped(flight, figures)
+
+
+def _parameters(trial: Trial, simulation: SimulationParameters) -> ClosedLoopParameters:
+    settings = trial.settings
+    base = parameters_of(scenario_name(settings["world"]), settings["lidar"], trial.noise_seed)
+    return replace(
+        base,
+        simulation=replace(simulation, spawn_pose=base.simulation.spawn_pose),
+        cepa=replace(base.cepa, **parameters_in(settings, CEPA_PREFIX)),
+        position_controller=replace(base.position_controller, max_speed=settings["speed_m_s"]),
+        duration_s=settings["duration_s"] or base.duration_s,
+    )
+
+
+def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls) -> MapFigures:
+    figures, _, _ = judge(run, truth, walls)
+    stamps = run.final.stamps_s
+    drift = trajectory_error(Trajectory(stamps, poses_at(odometry, stamps)), truth)
+    figures["odometry_ate_rmse_m"] = drift.ate_rmse_m
+    return MapFigures(**{name: figures[name] for name in MapFigures.__dataclass_fields__})
+
+
+def _mapped(flight: Flight, figures: MapFigures | None) -> Mapped:
+    return Mapped(
+        mapped=flight.end == "goal",
+        collision=flight.end == "collision",
+        stuck=flight.end == "stuck",
+        flight_time_s=flight.time_s,
+        path_length_m=flight.path_length_m,
+        min_clearance_m=flight.clearance_m,
+        emergencies=flight.emergencies,
+        mass_kg=flight.mass_kg,
+        figures=figures,
+    )

@@ -1,0 +1,128 @@
+"""The processes that run the trials: Dask's, on this machine or wherever its scheduler is."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import uuid
+from pathlib import Path
+from typing import Any, Callable, Iterator, Sequence, TypeVar
+
+import dask
+from distributed import Client, LocalCluster, as_completed
+
+from master_thesis.errors import CampaignError
+
+ALLOWED_FAILURES = 10
+"""How many workers may die over one trial before it is given up."""
+CONNECT_TIMEOUT_S = 15
+CLOSE_TIMEOUT_S = 1
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_SETTINGS = {
+    "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+    "distributed.nanny.pre-spawn-environ": {**ONE_THREAD, "NUMBA_NUM_THREADS": "1"},
+    "distributed.comm.timeouts.connect": f"{CONNECT_TIMEOUT_S}s",
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+}
+_Task, _Result = TypeVar("_Task"), TypeVar("_Result")
+
+
+class Workers:
+    """Processes of a local cluster, or those of a scheduler; use it as a context manager."""
+
+    def __init__(self, number: int | None = None, scheduler: str | None = None) -> None:
+        """number: of local processes, by default as many as cores. scheduler: tcp://host:port, or its file.
+
+        Raises:
+            CampaignError: the scheduler cannot be reached.
+        """
+        self._cluster: LocalCluster | None = None
+        self._settings = dask.config.set(_SETTINGS)
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # workers that die are our own affair
+        if scheduler is not None:
+            self._client = _connected(scheduler)
+            return
+        self._cluster = LocalCluster(
+            n_workers=number or os.cpu_count(),
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            memory_limit=0,
+            silence_logs=logging.CRITICAL,
+            preload=["master_thesis.campaign.worker_setup"],
+        )
+        self._client = Client(self._cluster)
+
+    @property
+    def address(self) -> str:
+        """The scheduler's."""
+        return self._client.scheduler.address
+
+    def batches(
+        self, run: Callable[[_Task], _Result], tasks: Sequence[_Task]
+    ) -> Iterator[list[tuple[_Task, _Result | Exception]]]:
+        """Run tasks, and yield them with their results as they finish, all that have at a time.
+
+        A task that its worker died over is run again by another one; after many, its result is the exception.
+
+        Raises:
+            CampaignError: the scheduler is gone.
+        """
+        run_id = uuid.uuid4().hex
+        tasks_by_key = {f"trial-{run_id}-{number}": task for number, task in enumerate(tasks)}
+        futures = [self._client.submit(run, task, key=key) for key, task in tasks_by_key.items()]
+        finished = as_completed(futures, with_results=True, raise_errors=False)
+        del futures  # what is finished need not be kept
+        for batch in finished.batches():
+            if any(future.status in ("cancelled", "lost") for future, _ in batch):
+                raise CampaignError("The scheduler is gone; call again to go on with what is missing.")
+            yield [(tasks_by_key[future.key], _result(future, result)) for future, result in batch]
+
+    def kill(self) -> None:
+        """End local processes at once, whatever they are doing; those of a cluster are only sent home."""
+        if self._cluster is None:
+            return
+        for nanny in self._cluster.workers.values():
+            nanny.auto_restart = False
+            with contextlib.suppress(ProcessLookupError, TypeError):  # it is gone already
+                os.kill(nanny.pid, signal.SIGKILL)
+
+    def close(self) -> None:
+        """Let go of the scheduler; end the local cluster, whose workers have nothing to lose any more."""
+        self.kill()
+        self._client.close(timeout=CLOSE_TIMEOUT_S)
+        if self._cluster is not None:
+            with contextlib.suppress(asyncio.TimeoutError):
+                self._cluster.close(timeout=CLOSE_TIMEOUT_S)
+        self._settings.__exit__(None, None, None)
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()
+
+
+def _connected(scheduler: str) -> Client:
+    file = Path(scheduler).expanduser()
+    try:
+        if "://" in scheduler:
+            return Client(scheduler, timeout=CONNECT_TIMEOUT_S)
+        if not file.is_file():
+            raise CampaignError(
+                f"There is no scheduler file {file}; give tcp://host:port, or the file of `dask scheduler "
+                "--scheduler-file FILE`."
+            )
+        return Client(scheduler_file=str(file), timeout=CONNECT_TIMEOUT_S)
+    except (OSError, ValueError) as error:
+        raise CampaignError(f"The scheduler {scheduler} cannot be reached: {error}.") from None
+
+
+def _result(future, result: Any) -> Any:
+    """Return a task's result, or the exception that Dask ended it with."""
+    return result[1] if future.status == "error" else result
