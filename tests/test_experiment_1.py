@@ -12,7 +12,7 @@ from launched_flight import Flight, busy, free_ports
 
 ROOT = Path(__file__).resolve().parents[1]
 
-pytestmark = [pytest.mark.ros, pytest.mark.flight, pytest.mark.realtime]
+pytestmark = [pytest.mark.ros, pytest.mark.flight]
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +27,7 @@ def forest(processes_of_module, tmp_path_factory):
     return flight
 
 
+@pytest.mark.realtime  # with the flight, which the first who asks for it flies
 def test_experiment_1_does_what_it_should(forest):
     result = forest.result
     assert result["success"], result["failure"]
