@@ -5,6 +5,7 @@ A frame with two parents, a scan that sees nothing, a command, and a parameter o
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 import rospy
@@ -32,16 +33,15 @@ def main() -> None:
     rospy.set_param("~gain", 7.0)
     rate = rospy.Rate(20)
     while not rospy.is_shutdown():
-        tf.publish(
-            TFMessage([edge("odom", "base_frame"), edge("map", "base_frame"), edge("base_frame", "hokuyo")])
-        )
-        scan = LaserScan(
-            angle_max=1.0, angle_increment=0.5, range_min=0.1, range_max=10.0, ranges=[math.nan] * 3
-        )
+        edges = (("odom", "base_frame"), ("map", "base_frame"), ("base_frame", "hokuyo"))
+        tf.publish(TFMessage([edge(parent, child) for parent, child in edges]))
+        scan = LaserScan(angle_max=1.0, angle_increment=0.5, range_min=0.1, range_max=10.0)
+        scan.ranges = [math.nan] * 3
         scan.header.frame_id, scan.header.stamp = "hokuyo", rospy.Time.now()
         scans.publish(scan)
         rate.sleep()
 
 
 if __name__ == "__main__":
-    main()
+    with contextlib.suppress(rospy.ROSInterruptException):
+        main()

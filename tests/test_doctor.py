@@ -8,34 +8,12 @@ import time
 from pathlib import Path
 
 import pytest
-import rosbag
-import rospy
-from sensor_msgs.msg import LaserScan
 
 pytestmark = pytest.mark.ros
 
 PROBE = Path(__file__).parent / "doctor_probe.py"
 DOCTOR = ("rosrun", "master_thesis", "doctor")
-PATIENCE_S = 60.0
-
-
-def findings(said: str) -> dict[str, str]:
-    """Return where to what of the doctor's JSON; warnings of an interpreter may stand before it."""
-    return {one["where"]: one["what"] for one in json.loads(said[said.index("{") :])["findings"]}
-
-
-@pytest.fixture
-def graph(ros_master):
-    """A graph with known faults, and its master; ends with the test."""
-    ros_master.start(sys.executable, str(PROBE))
-    ros_master.start(
-        "rosrun", "rostopic", "rostopic", "pub", "-r", "5", "/cmd_vel", "geometry_msgs/Twist", "{}"
-    )
-    ros_master.start(
-        "rosrun", "rostopic", "rostopic", "pub", "-r", "5", "/cmd_vel", "geometry_msgs/Twist", "{}"
-    )
-    return ros_master
-
+PATIENCE_S = 90.0
 
 EXPECTED = {
     "frame base_frame": "has 2 parents: map (from /probe) and odom (from /probe)",
@@ -46,29 +24,51 @@ EXPECTED = {
 }
 
 
+@pytest.fixture
+def graph(ros_master):
+    """A graph with known faults: its master, when all of it has come up. It ends with the test."""
+    import rosgraph
+
+    ros_master.start(sys.executable, str(PROBE))
+    ros_master.start("rostopic", "pub", "-r", "5", "/cmd_vel", "geometry_msgs/Twist", "{}")
+    master = rosgraph.Master("/test", ros_master.environment["ROS_MASTER_URI"])
+    end = time.monotonic() + PATIENCE_S
+    while {"/scan", "/tf"} - publishing(master, 1) or "/cmd_vel" not in publishing(master, 2):
+        assert time.monotonic() < end, "the graph did not come up"
+        time.sleep(0.1)
+    return ros_master
+
+
+def publishing(master, least: int) -> set[str]:
+    """Return the topics that have at least so many publishers."""
+    return {topic for topic, nodes in master.getSystemState()[0] if len(nodes) >= least}
+
+
 def test_faults_of_a_running_graph(graph):
-    """However slowly the graph comes up, the doctor finds in the end what is wrong with it."""
+    """On a busy machine not everything may be heard in one short look: the doctor is called until it was."""
     end = time.monotonic() + PATIENCE_S
     while True:
-        done = graph.run(*DOCTOR, "--live", "--listen", "1", "--json", timeout_s=PATIENCE_S)
-        found = findings(done.stdout) if done.returncode == 1 else {}
-        missing = [where for where, what in EXPECTED.items() if what not in found.get(where, "")]
+        done = graph.run(*DOCTOR, "--live", "--listen", "2", "--json", timeout_s=PATIENCE_S)
+        missing = EXPECTED.items() - {
+            (where, what) for where, what in EXPECTED.items() if what in told(done.stdout).get(where, "")
+        }
         if not missing or time.monotonic() > end:
             break
     assert not missing, done.stdout
     assert done.returncode == 1
 
 
-def test_a_bag_and_what_cannot_be_examined(processes, tmp_path):
+def told(said: str) -> dict[str, str]:
+    """Return of the doctor's JSON all that is said of each place; an interpreter's warnings may come before."""
+    found: dict[str, str] = {}
+    for one in json.loads(said[said.index("{") :])["findings"]:
+        found[one["where"]] = f"{found.get(one['where'], '')} {one['what']}"
+    return found
+
+
+def test_a_bag_and_what_is_none(processes, tmp_path):
     path = tmp_path / "small.bag"
-    with rosbag.Bag(str(path), "w") as bag:
-        for tenth in range(30):
-            stamp = rospy.Time.from_sec(100.0 + 0.1 * (tenth if tenth != 20 else 5))
-            scan = LaserScan(
-                angle_max=1.0, angle_increment=0.5, range_min=0.1, range_max=10.0, ranges=[0.0, 1.0, 2.0]
-            )
-            scan.header.stamp, scan.header.frame_id = stamp, "hokuyo"
-            bag.write("/scan", scan, rospy.Time.from_sec(100.0 + 0.1 * tenth))
+    write_bag(path)
     done = processes.run(*DOCTOR, "--bag", str(path), timeout_s=PATIENCE_S)
     assert done.returncode == 1
     for line in (
@@ -80,8 +80,21 @@ def test_a_bag_and_what_cannot_be_examined(processes, tmp_path):
     ):
         assert line in done.stdout
     (tmp_path / "text.bag").write_text("no bag")
-    for arguments in (["--bag", str(tmp_path / "none.bag")], ["--bag", str(tmp_path / "text.bag")]):
-        done = processes.run(*DOCTOR, *arguments, timeout_s=PATIENCE_S)
-        assert (done.returncode, done.stdout.count("\n"), "Traceback" in done.stdout) == (2, 1, False), (
-            done.stdout
-        )
+    done = processes.run(*DOCTOR, "--bag", str(tmp_path / "text.bag"), timeout_s=PATIENCE_S)
+    assert (done.returncode, done.stdout.count("\n")) == (2, 1), done.stdout
+    assert "text.bag cannot be read" in done.stdout
+
+
+def write_bag(path: Path) -> None:
+    """Write 3 s of scans without TF; each has a zero in it, and one an old stamp."""
+    import rosbag
+    import rospy
+    from sensor_msgs.msg import LaserScan
+
+    with rosbag.Bag(str(path), "w") as bag:
+        for tenth in range(30):
+            scan = LaserScan(angle_max=1.0, angle_increment=0.5, range_min=0.1, range_max=10.0)
+            scan.ranges = [0.0, 1.0, 2.0]
+            scan.header.frame_id = "hokuyo"
+            scan.header.stamp = rospy.Time.from_sec(100.0 + 0.1 * (tenth if tenth != 20 else 15))
+            bag.write("/scan", scan, rospy.Time.from_sec(100.0 + 0.1 * tenth))

@@ -65,9 +65,8 @@ def test_who_hears_everything_has_words_in_place_of_arrows():
 
 def test_nodes_of_a_package_that_talk_among_themselves_stand_in_one_frame():
     frames = re.findall(r"subgraph cluster_\d+ \{(.*?)\n  \}", PICTURE, re.DOTALL)
-    assert [frame.count("[label") for frame in frames if "inspection_tools" in frame] == [
-        3
-    ]  # two nodes, a topic
+    tools = next(frame for frame in frames if "inspection_tools" in frame)
+    assert tools.count("[label") == 3  # two nodes and their topic
     assert len(frames) == 3
 
 
@@ -78,9 +77,7 @@ def test_the_tree_tells_who_publishes_and_how_often():
     assert '"base_frame" -> "hokuyo" [style=dashed]' in TREE
 
 
-@pytest.mark.skipif(
-    not shutil.which("dot"), reason="needs graphviz, which is not installed: ./bringup.sh setup"
-)
+@pytest.mark.skipif(not shutil.which("dot"), reason="needs graphviz: ./bringup.sh setup")
 @pytest.mark.parametrize("source", [PICTURE, TREE], ids=["nodes", "tf"])
 def test_graphviz_draws_it(source):
     done = subprocess.run(["dot", "-Tsvg"], input=source, capture_output=True, text=True, check=False)
