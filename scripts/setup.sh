@@ -229,7 +229,7 @@ require_disk() {
 # explain_failure SENTENCE [COMMAND]: says which of the usual reasons it was, from the log of the last step
 explain_failure() {
   local said
-  said=$(tac "$log_file" | sed '/^== /q' | tac)
+  said=$(awk '/^== / { text = "" } { text = text $0 "\n" } END { printf "%s", text }' "$log_file")
   if grep -qiE 'no space left|enough free space' <<<"$said"; then
     fail "$1 The disk is full." "Details: $log_file"
   elif grep -qiE 'temporary failure|could not resolve|unable to connect|could not connect|cannot initiate the connection|failed to establish a new connection|network is unreachable|connection timed out|failed to fetch|unable to locate package' <<<"$said"; then
