@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gridslam.beams import Beams
-from gridslam.kernels.insertion import HITS_SHIFT, PARTS, SIDE, VISITS_MAX
+from gridslam.kernels.tiles import PARTS, SIDE
 from gridslam.reference import PlainMap
 from gridslam.tile_map import TileMaps
 
@@ -17,9 +17,12 @@ SIZE = WINDOW * SIDE
 def plain_of(maps: TileMaps, particle: int) -> PlainMap:
     """One particle's map without tiles."""
     table = maps.tables[particle]
-    counts = _assembled(maps.pool.counts[table].reshape(*table.shape, SIDE, SIDE, 1))[..., 0]
-    means = _assembled(maps.pool.means[table].reshape(*table.shape, SIDE, SIDE, 2))
-    return PlainMap((counts >> HITS_SHIFT).astype(int), (counts & VISITS_MAX).astype(int), means / PARTS)
+    tiles = maps.pool.tiles
+    ends, shape = tiles.ends[table], (*table.shape, SIDE, SIDE)
+    visits = _assembled(tiles.visits[table].reshape(*shape, 1))[..., 0]
+    hits = _assembled(tiles.hits[ends].reshape(*shape, 1))[..., 0]
+    means = _assembled(tiles.means[ends].reshape(*shape, 2))
+    return PlainMap(hits.astype(int), visits.astype(int), means / PARTS)
 
 
 def _assembled(tiles: np.ndarray) -> np.ndarray:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_maps import SIZE, WINDOW, beams_from, plain_of
 
 from gridslam import reference
-from gridslam.kernels.insertion import EMPTY, HITS_SHIFT, SIDE, VISITS_MAX
+from gridslam.kernels.tiles import COUNT_MAX, EMPTY, SIDE
 from gridslam.tile_map import TileMaps
 
 inside = st.floats(1.0, SIZE - 1.001)
@@ -49,8 +51,8 @@ def test_only_tiles_that_are_written_are_taken(lidar, beams):
     enter(maps, lidar, ends, np.array([hit for _, hit in beams]))
     taken = maps.tables[maps.tables != EMPTY]
     assert len(taken) == maps.pool.used
-    assert maps.pool.counts[taken].any(axis=1).all()
-    assert not maps.pool.counts[EMPTY].any()
+    assert maps.pool.tiles.visits[taken].any(axis=1).all()
+    assert not maps.pool.tiles.visits[EMPTY].any()
 
 
 def test_a_beam_worked_out_by_hand():
@@ -74,21 +76,27 @@ def test_occupied_bits_follow_the_counts():
     # when nine more beams pass, it is hit by a tenth of its beams, and that is not more than FULLNESS
     for passed in range(1, 10):
         enter(maps, lidar, beyond, np.array([False]))
-        bits = maps.pool.occupied[maps.tables[0, 0, 0], 4]
+        bits = maps.pool.tiles.occupied[maps.tables[0, 0, 0], 4]
         assert bool(bits >> 9 & 1) == (1 / (1 + passed) > reference.FULLNESS)
     # then it is free, until something hits it again
     enter(maps, lidar, wall, np.array([True]))
-    assert maps.pool.occupied[maps.tables[0, 0, 0], 4] >> 9 & 1
+    assert maps.pool.tiles.occupied[maps.tables[0, 0, 0], 4] >> 9 & 1
 
 
 def test_counts_are_halved_before_they_overflow():
     maps = window()
     enter(maps, np.array([4.5, 4.5]), np.array([[9.5, 4.5]]), np.array([True]))
     tile, cell = maps.tables[0, 0, 0], 4 * SIDE + 9
-    maps.pool.counts[tile, cell] = (100 << HITS_SHIFT) | VISITS_MAX
-    enter(maps, np.array([4.5, 4.5]), np.array([[9.5, 4.5]]), np.array([True]))
-    count = int(maps.pool.counts[tile, cell])
-    assert (count >> HITS_SHIFT, count & VISITS_MAX) == (51, (VISITS_MAX + 1) // 2)
+    tiles = maps.pool.tiles
+    # given a cell that COUNT_MAX beams have met, of which a hundred hit it
+    tiles.visits[tile, cell], tiles.hits[tiles.ends[tile], cell] = COUNT_MAX, 100
+    # when one more ends there, or two more cross it
+    for end, hits, expected in ((9.5, [True], 51), (15.5, [False, False], 50)):
+        again = copy.deepcopy(maps)
+        enter(again, np.array([4.5, 4.5]), np.array([[end, 4.5]] * len(hits)), np.array(hits))
+        # then half of both are left
+        seen = plain_of(again, 0)
+        assert (seen.hits[4, 9], seen.visits[4, 9]) == (expected, (COUNT_MAX + len(hits)) // 2)
 
 
 def test_every_particle_gets_its_own_scan():

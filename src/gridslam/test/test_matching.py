@@ -58,7 +58,7 @@ def room():
         pose = HOME + shift
         lidar, *ends = reference.turned(pose[2], np.vstack((beams.lidar, beams.ends))) + pose[:2]
         maps.insert_at(np.zeros((1, 3)), np.vstack((lidar, ends)), beams.hits)
-    return (maps.tables[0], maps.pool.occupied, maps.pool.means), Fixed(plain_of(maps, 0))
+    return (maps.tables[0], *maps.pool.surfaces), Fixed(plain_of(maps, 0))
 
 
 @settings(max_examples=25, deadline=None)
@@ -137,7 +137,7 @@ def test_the_prior_holds_what_the_scan_leaves_open():
     maps.cover((-3.0, -3.0), (3.0, 3.0))
     start = maps.to_cells(np.zeros(3))
     pose, prior = start + np.array((1.0, -2.0, 0.1)), np.diag((4.0, 4.0, 100.0))
-    tiles = (maps.tables[0], maps.pool.occupied, maps.pool.means)
+    tiles = (maps.tables[0], *maps.pool.surfaces)
     assert matching.refine(pose, start, prior, BEAMS, *tiles, 1, SIGMA, 8, np.zeros((3, 3))) == 0.0
     np.testing.assert_allclose(pose, start, atol=1e-9)
 
@@ -163,7 +163,7 @@ def test_a_wall_is_not_matched_from_behind():
             lidar = np.array([10.5, end[1]])
             maps.insert_at(np.zeros((1, 3)), np.vstack((lidar, end)), np.ones(1, bool))
     beam = np.array([[20.0, 0.0, math.sqrt(2.0), 0.0, 1.0, 0.0, 0.1]])
-    tiles = (maps.tables[0], maps.pool.occupied, maps.pool.means)
+    tiles = (maps.tables[0], *maps.pool.surfaces)
     # then a beam from the left finds it, and one from the right, that ends on its left face, does not
     assert matching.score(40.5, 40.5, 0.0, beam, 1, *tiles, 1, SIGMA) == pytest.approx(1.0)
     assert matching.score(80.5, 40.5, math.pi, beam, 1, *tiles, 0, SIGMA) == 0.0

@@ -10,8 +10,9 @@ from plain_maps import beams_from, plain_of
 
 from gridslam import reference
 from gridslam.errors import MapError
-from gridslam.kernels.insertion import EMPTY, SIDE
-from gridslam.tile_map import TileMaps, TilePool
+from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES
+from gridslam.tile_map import TileMaps
+from gridslam.tile_pool import TilePool
 
 PARTICLES, DELTA = 4, 0.05
 HALF = 4 * SIDE
@@ -43,14 +44,20 @@ class PlainCopies:
 
 
 def check_pool(maps: TileMaps) -> None:
-    """Every tile is either free or referenced, exactly as often as the tables say."""
-    pool = maps.pool
+    """Every tile is either free or referenced, exactly as often as the tables say; ends likewise by tiles."""
+    pool, tiles = maps.pool, maps.pool.tiles
     references = np.bincount(maps.tables.ravel(), minlength=pool.capacity)
     references[EMPTY] = 0
-    np.testing.assert_array_equal(pool.references, references)
-    free = pool.free[: pool.free_count].tolist()
-    assert sorted(free) == [tile for tile in range(1, pool.capacity) if references[tile] == 0]
-    assert not pool.counts[EMPTY].any()
+    of_ends = np.bincount(tiles.ends[references > 0], minlength=pool.capacity)
+    of_ends[EMPTY] = 0
+    for kept, expected, stack, left in (
+        (tiles.references, references, tiles.free_tiles, tiles.free[TILES]),
+        (tiles.end_references, of_ends, tiles.free_ends, tiles.free[ENDS]),
+    ):
+        np.testing.assert_array_equal(kept, expected)
+        assert sorted(stack[:left]) == np.flatnonzero(expected == 0)[1:].tolist()
+    assert not tiles.visits[EMPTY].any()
+    assert not tiles.hits[EMPTY].any()
 
 
 def check_maps(maps: TileMaps, copies: PlainCopies) -> None:

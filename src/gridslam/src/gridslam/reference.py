@@ -41,20 +41,26 @@ class PlainMap:
         return (self.hits > 0) & (self.hits > FULLNESS * self.visits)
 
 
+ROW = 2.0**32
+"""Rows are followed in this fraction of a cell, along a beam."""
+
+
 def crossed(lidar, end) -> list[tuple[int, int]]:
     """Return the cells (x, y) between the lidar's and the end's, one for each column of the major axis."""
     lidar, end = np.asarray(lidar, float), np.asarray(end, float)
     major = 0 if abs(end[0] - lidar[0]) >= abs(end[1] - lidar[1]) else 1
     minor = 1 - major
     start, stop = int(lidar[major]), int(end[major])
-    columns = range(start, stop) if stop > start else range(start, stop, -1)
-    slope = (end[minor] - lidar[minor]) / (end[major] - lidar[major]) if end[major] != lidar[major] else 0.0
-    bounds = sorted((lidar[minor], end[minor]))
-    cells = []
+    if start == stop:
+        return []
+    slope = (end[minor] - lidar[minor]) / (end[major] - lidar[major])
+    at_first = lidar[minor] + (start + 0.5 - lidar[major]) * slope
+    rows = {start: int(np.clip(at_first, *sorted((lidar[minor], end[minor]))))}
+    columns = range(start + 1, stop) if stop > start else range(stop + 1, start)
     for column in columns:
-        row = int(np.clip(lidar[minor] + (column + 0.5 - lidar[major]) * slope, *bounds))
-        cells.append((column, row) if major == 0 else (row, column))
-    return cells
+        at_first = int((lidar[minor] + (columns[0] + 0.5 - lidar[major]) * slope) * ROW)
+        rows[column] = (at_first + (column - columns[0]) * int(slope * ROW)) // int(ROW)
+    return [(column, row) if major == 0 else (row, column) for column, row in rows.items()]
 
 
 def insert(plain: PlainMap, lidar, ends, hits) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gridslam.kernels.insertion import EMPTY, SIDE
 from gridslam.kernels.rendering import render_changed
+from gridslam.kernels.tiles import EMPTY, SIDE
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.tile_map import TileMaps
@@ -26,15 +26,9 @@ class Renderer:
         table = maps.tables[particle]
         if self._corner is None or table.shape != self._shown.shape or (self._corner != maps.corner).any():
             self._begin(maps, table.shape)
-        pool = maps.pool
+        threshold = self._parameters.occ_thresh
         self.drawn = render_changed(
-            table,
-            pool.stamps,
-            pool.counts,
-            self._parameters.occ_thresh,
-            self._shown,
-            self._stamps,
-            self._canvas,
+            table, maps.pool.tiles, threshold, self._shown, self._stamps, self._canvas
         )
         return self._cut(maps, table)
 

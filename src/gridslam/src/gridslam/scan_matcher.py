@@ -79,8 +79,7 @@ class ScanMatcher:
         """Match one scan against every particle's map; ``best`` is the particle to begin with."""
         predicted, drawn = maps.to_cells(prediction.predicted), maps.to_cells(prediction.drawn)
         drawn[:, 2] = predicted[:, 2] + se2.wrap(drawn[:, 2] - predicted[:, 2])
-        arrays = (maps.pool.occupied, maps.pool.means)
-        starts, score = self._common_correction(maps, arrays, predicted, drawn, best, beams)
+        starts, score = self._common_correction(maps, predicted, drawn, best, beams)
         count = len(predicted)
         matches = Matches(np.empty((count, 3)), np.empty(count), np.empty(count), np.zeros((count, 3, 3)))
         workers.share(
@@ -95,7 +94,7 @@ class ScanMatcher:
             beams.matching,
             self._search,
             maps.tables,
-            *arrays,
+            *maps.pool.surfaces,
             matches.poses,
             matches.scores,
             matches.log_likelihoods,
@@ -103,7 +102,7 @@ class ScanMatcher:
         )
         return matches
 
-    def _common_correction(self, maps, arrays, predicted, drawn, best, beams):
+    def _common_correction(self, maps, predicted, drawn, best, beams):
         """Return what the best particle's correction makes of every prediction, and its score."""
         motions = se2.between(predicted[: CANDIDATES - 1], drawn[: CANDIDATES - 1])
         candidates = np.vstack((predicted[best], se2.compose(predicted[best], motions)))
@@ -114,7 +113,7 @@ class ScanMatcher:
             max(1, min(CANDIDATES_EVERY, len(beams.matching) // CANDIDATES_BEAMS)),
             self._search,
             maps.tables[best],
-            *arrays,
+            *maps.pool.surfaces,
             mode,
         )
         starts = se2.compose(predicted, se2.between(predicted[best], mode))

@@ -17,7 +17,7 @@ from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import TrajectoryTree
 
-FORMAT = 1
+FORMAT = 2
 
 
 def write(slam, path) -> None:

@@ -11,73 +11,16 @@ import numpy as np
 
 from gridslam.beams import Beams
 from gridslam.errors import MapError
-from gridslam.kernels.insertion import EMPTY, FULLNESS, HITS_SHIFT, PARTS, SIDE, insert_scan
+from gridslam.kernels.insertion import insert_scan
+from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
+from gridslam.tile_pool import TilePool
 
-TILES_FIRST = 2048
-"""Tiles of the first pool; memory is only taken by those that are used."""
 ROOM = 6
 """Tiles around what is needed when the tables grow."""
 RESERVE = 1024
 """Tiles to make room for, besides one for each place in a table, when the pool has to grow."""
 TABLE_MAX = 4_000_000
 """Greatest number of tiles that one particle's table may span."""
-
-
-class TilePool:
-    """Tiles of SIDE x SIDE cells, which of them are free, and how many tables each one is in."""
-
-    def __init__(self, capacity: int = TILES_FIRST):
-        """Tile 0 is the one in which nothing was ever seen; it is never written."""
-        self.counts = np.zeros((capacity, SIDE * SIDE), np.uint16)
-        """How many beams ended in a cell (upper half) and how many met it (lower half), row by row."""
-        self.means = np.zeros((capacity, SIDE * SIDE, 2), np.uint16)
-        """Mean x, y of the hits from the cell's corner, in 1 / PARTS of a cell."""
-        self.occupied = np.zeros((capacity, SIDE), np.uint32)
-        """One bit for each cell of a row that the scan matcher takes for occupied."""
-        self.references = np.zeros(capacity, np.int32)
-        self.stamps = np.zeros(capacity, np.int64)
-        """When a tile was last written: with its index, that names its content."""
-        self.free = np.arange(capacity - 1, EMPTY, -1, dtype=np.int32)
-        self.free_count = capacity - 1
-
-    @property
-    def capacity(self) -> int:
-        """Number of tiles there is room for."""
-        return self.references.size
-
-    @property
-    def used(self) -> int:
-        """Number of tiles in use, the empty one left out."""
-        return self.capacity - 1 - self.free_count
-
-    def arrays(self) -> tuple:
-        """Return what the kernel that writes tiles works on."""
-        lists = (self.references, self.stamps, self.free, self.free_count)
-        return (*lists, self.counts, self.means, self.occupied)
-
-    def reserve(self, count: int) -> None:
-        """Make room for this many more tiles."""
-        if self.free_count >= count:
-            return
-        old, new = self.capacity, max(2 * self.capacity, self.capacity + count)
-        for name in ("counts", "means", "occupied", "references", "stamps"):
-            array = getattr(self, name)
-            grown = np.zeros((new, *array.shape[1:]), array.dtype)
-            grown[:old] = array
-            setattr(self, name, grown)
-        free = np.empty(new - 1, np.int32)
-        free[: new - old] = np.arange(new - 1, old - 1, -1)
-        free[new - old : new - old + self.free_count] = self.free[: self.free_count]
-        self.free, self.free_count = free, self.free_count + new - old
-
-    def count_references(self, tables: np.ndarray) -> None:
-        """Take the tables for the only ones there are; tiles in none of them become free."""
-        references = np.bincount(tables.ravel(), minlength=self.capacity).astype(np.int32)
-        references[EMPTY] = 0
-        released = np.flatnonzero((self.references > 0) & (references == 0))
-        self.free[self.free_count : self.free_count + released.size] = released[::-1]
-        self.free_count += released.size
-        self.references = references
 
 
 class TileMaps:
@@ -92,6 +35,7 @@ class TileMaps:
         """Where the window's lower left tile is: x, y, in tiles from the map's origin."""
         self.stamp = 0
         """How many times a particle's map was written."""
+        self._board = np.zeros(0, np.uint8)
 
     def to_cells(self, poses: np.ndarray) -> np.ndarray:
         """Return poses (..., 3) in m and rad in cells from the window's corner, and rad."""
@@ -153,58 +97,56 @@ class TileMaps:
         ``points`` (n + 1, 2), in the base frame, are the lidar and its beams' ends; hits (n,) says which of
         these are at something.
         """
-        pool, placed, particle, beam = self.pool, np.empty_like(points), 0, 0
-        scan = (self.tables, cells, points, hits, placed, self.stamp + 1)
+        self._reserve_board(points)
+        placed = np.empty_like(points)
+        scan = (self.tables, cells, points, hits, placed, self.stamp + 1, self._board)
+        particle, beam = 0, 0
         while particle < len(self.tables):
-            particle, beam, pool.free_count = insert_scan(particle, beam, *scan, *pool.arrays())
+            particle, beam = insert_scan(particle, beam, *scan, *self.pool.tiles)
             if particle < len(self.tables):
-                pool.reserve(self.tables[0].size + RESERVE)
+                self.pool.reserve(self.tables[0].size + RESERVE)
         self.stamp += len(self.tables)
+
+    def _reserve_board(self, points: np.ndarray) -> None:
+        """Let the board be as large as the tiles around the beams, however they are turned."""
+        span = 2.0 * float(np.hypot(*(points[1:] - points[0]).T).max(initial=0.0))
+        size = int(span / SIDE + 4.0) ** 2 * SIDE**2
+        if self._board.size < size:
+            self._board = np.zeros(size, np.uint8)
 
     def enter(self, cells_xy: np.ndarray, hits: np.ndarray, visits: int) -> None:
         """Let maps that are empty and all alike have these counts in cells (n, 2), hit where they say."""
         x, y = np.floor(cells_xy).astype(np.int64).T
         places, which = np.unique((y // SIDE) * self.tables.shape[2] + x // SIDE, return_inverse=True)
-        pool = self.pool
-        pool.reserve(places.size)
-        pool.free_count -= places.size
-        tiles = pool.free[pool.free_count : pool.free_count + places.size].copy()
+        self.pool.reserve(places.size)
         self.stamp += 1
-        pool.stamps[tiles] = self.stamp
+        tiles = self.pool.take(places.size, self.stamp)
         self.tables.reshape(len(self.tables), -1)[:, places] = tiles
-        tile, row, column = tiles[which], y % SIDE, x % SIDE
-        for array in (pool.counts, pool.means, pool.occupied):
-            array[tiles] = 0
-        pool.counts[tile, row * SIDE + column] = (hits.astype(np.uint32) << HITS_SHIFT) | visits
-        pool.means[tile, row * SIDE + column] = (cells_xy - np.stack((x, y), axis=1)) * PARTS
+        tile, row, column, arrays = tiles[which], y % SIDE, x % SIDE, self.pool.tiles
+        cell = row * SIDE + column
+        arrays.visits[tile, cell] = visits
+        arrays.hits[arrays.ends[tile], cell] = hits
+        arrays.means[arrays.ends[tile], cell] = (cells_xy - np.stack((x, y), axis=1)) * PARTS
         wall = hits > FULLNESS * visits
         np.bitwise_or.at(
-            pool.occupied, (tile[wall], row[wall]), np.uint32(1) << column[wall].astype(np.uint32)
+            arrays.occupied, (tile[wall], row[wall]), np.uint32(1) << column[wall].astype(np.uint32)
         )
-        pool.count_references(self.tables)
+        self.pool.count_references(self.tables)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return all that the maps hold as arrays, without the tiles that nobody uses."""
         used = np.unique(self.tables)
         used = used[used != EMPTY]
-        pool = self.pool
         return {
             "map_tables": np.searchsorted(used, self.tables).astype(np.int32) + (self.tables != EMPTY),
             "map_corner": self.corner,
             "map_stamp": np.array(self.stamp),
-            "tile_counts": pool.counts[used],
-            "tile_means": pool.means[used],
-            "tile_occupied": pool.occupied[used],
-            "tile_stamps": pool.stamps[used],
+            **self.pool.to_arrays(used),
         }
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
         """Become what `to_arrays` has described; tiles may get other indices, which changes no result."""
-        count = len(arrays["tile_stamps"])
-        self.pool = pool = TilePool(max(TILES_FIRST, 2 * count))
-        for name in ("counts", "means", "occupied", "stamps"):
-            getattr(pool, name)[1 : count + 1] = arrays[f"tile_{name}"]
-        pool.free_count = pool.capacity - 1 - count
+        self.pool = TilePool.from_arrays(arrays)
         self.tables = np.ascontiguousarray(arrays["map_tables"], np.int32)
         self.corner, self.stamp = arrays["map_corner"], int(arrays["map_stamp"])
-        pool.count_references(self.tables)
+        self.pool.count_references(self.tables)

@@ -1,8 +1,8 @@
-"""Where a scan's beams run through the cells, and what that changes in a particle's tiles.
+"""What a scan changes in a particle's tiles.
 
 A beam is a line from the lidar's cell to the cell of its end. Along its major axis every cell column is met
-once, at the row in which the line crosses the column's middle; the row is a closed form of the column, so
-that the tiles which a beam will touch are known without walking through its cells.
+once, at the row in which the line crosses the column's middle. Beams are first counted on a board, which is
+then added to the tiles: so a tile is looked up once for all beams that cross it.
 """
 
 from __future__ import annotations
@@ -10,134 +10,28 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-SIDE_BITS = 5
-SIDE = 1 << SIDE_BITS
-"""Cells along a tile's side."""
-MASK = SIDE - 1
-HITS_SHIFT = 8
-VISITS_MAX = (1 << HITS_SHIFT) - 1
-"""A cell's count holds its hits in the upper half and its visits in the lower one."""
-PARTS = 65536
-"""Parts of a cell in which the means of its hits are kept."""
-FULLNESS = 0.1
-"""A cell that more than this share of its beams hit is occupied to the scan matcher."""
-EMPTY = 0
-"""Index of the tile in which nothing was ever seen."""
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _row(column, x0, y0, slope, low, high):
-    """Row in which the line crosses a column's middle; cells in the table have no negative coordinates."""
-    y = y0 + (column + 0.5 - x0) * slope
-    return int(min(max(y, low), high))
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _line(x0, y0, x1, y1):
-    """Return (steep, x0, y0, slope, low, high, first column, last column), the end's own column left out."""
-    steep = abs(y1 - y0) > abs(x1 - x0)
-    if steep:
-        x0, y0, x1, y1 = y0, x0, y1, x1
-    slope = (y1 - y0) / (x1 - x0) if x1 != x0 else 0.0
-    start, end = int(x0), int(x1)
-    first, last = (start, end - 1) if end > start else (end + 1, start)
-    return steep, x0, y0, slope, min(y0, y1), max(y0, y1), first, last
-
-
-@njit(cache=True, nogil=True)
-def _own(table, row, column, stamp, references, stamps, free, free_count, counts, means, occupied):
-    """Give a table a tile of its own at one place, a copy if others have it too; stamp it.
-
-    Returns the tile and the number of free tiles left.
-    """
-    tile = table[row, column]
-    if tile == EMPTY or references[tile] > 1:
-        free_count -= 1
-        own = free[free_count]
-        counts[own] = counts[tile]
-        means[own] = means[tile]
-        occupied[own] = occupied[tile]
-        references[own] = 1
-        if tile != EMPTY:
-            references[tile] -= 1
-        table[row, column] = own
-        tile = own
-    stamps[tile] = stamp
-    return tile, free_count
-
-
-@njit(cache=True, nogil=True)
-def _recount(counts, occupied, tile, cell, hit):
-    """Count a beam in a cell that was hit, or whose count would overflow; return the cell's hits."""
-    hits = np.int64(counts[tile, cell] >> HITS_SHIFT) + hit
-    visits = np.int64(counts[tile, cell] & VISITS_MAX) + 1
-    if visits > VISITS_MAX:
-        hits, visits = (hits + 1) >> 1, visits >> 1
-    counts[tile, cell] = (hits << HITS_SHIFT) | visits
-    row, bit = cell >> SIDE_BITS, np.int64(1) << (cell & MASK)
-    others = np.int64(occupied[tile, row]) & ~bit
-    occupied[tile, row] = others | bit if hits > FULLNESS * visits else others
-    return hits
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _moved(mean, value, number):
-    """Return a mean of ``number`` values, in parts of a cell, of which the last is new."""
-    old = np.float64(mean)
-    return np.uint16(min(old + (value * PARTS - old) / number + 0.5, PARTS - 1.0))
-
-
-@njit(cache=True, nogil=True)
-def _insert_beam(
-    table, lidar, end, hit, stamp, references, stamps, free, free_count, counts, means, occupied
-):
-    """Enter one beam into a particle's map; return the number of free tiles left.
-
-    A tile that has the ``stamp`` of this insertion is the particle's own.
-    """
-    steep, x0, y0, slope, low, high, first, last = _line(lidar[0], lidar[1], end[0], end[1])
-    along, across = (SIDE, 1) if steep else (1, SIDE)
-    column = first
-    while column <= last:
-        stop = min(column | MASK, last)
-        major = column >> SIDE_BITS
-        near = _row(column, x0, y0, slope, low, high) >> SIDE_BITS
-        far = _row(stop, x0, y0, slope, low, high) >> SIDE_BITS
-        y, x = (major, near) if steep else (near, major)
-        near_tile = table[y, x]
-        if stamps[near_tile] != stamp:
-            near_tile, free_count = _own(
-                table, y, x, stamp, references, stamps, free, free_count, counts, means, occupied
-            )
-        y, x = (major, far) if steep else (far, major)
-        far_tile = table[y, x]
-        if stamps[far_tile] != stamp:
-            far_tile, free_count = _own(
-                table, y, x, stamp, references, stamps, free, free_count, counts, means, occupied
-            )
-        for c in range(column, stop + 1):
-            row = _row(c, x0, y0, slope, low, high)
-            tile = np.uint64(near_tile if row >> SIDE_BITS == near else far_tile)
-            cell = np.uint64((c & MASK) * along + (row & MASK) * across)
-            count = counts[tile, cell] + np.uint32(1)
-            if count <= VISITS_MAX:
-                counts[tile, cell] = count
-            else:
-                _recount(counts, occupied, tile, cell, 0)
-        column = stop + 1
-    if hit:
-        x, y = int(end[0]), int(end[1])
-        own = table[y >> SIDE_BITS, x >> SIDE_BITS]
-        if stamps[own] != stamp:
-            y_tile, x_tile = y >> SIDE_BITS, x >> SIDE_BITS
-            own, free_count = _own(
-                table, y_tile, x_tile, stamp, references, stamps, free, free_count, counts, means, occupied
-            )
-        cell = (y & MASK) * SIDE + (x & MASK)
-        number = _recount(counts, occupied, own, cell, 1)
-        means[own, cell, 0] = _moved(means[own, cell, 0], end[0] - x, number)
-        means[own, cell, 1] = _moved(means[own, cell, 1], end[1] - y, number)
-    return free_count
+from gridslam.kernels.board import (
+    BEAMS_MAX,
+    WORD_BITS,
+    add,
+    clear,
+    count_beam,
+    counted,
+    fits,
+    is_crossed,
+    tiles_around,
+)
+from gridslam.kernels.tiles import (
+    COUNT_MAX,
+    EMPTY,
+    FULLNESS,
+    MASK,
+    PARTS,
+    SIDE,
+    SIDE_BITS,
+    own_ends,
+    own_tile,
+)
 
 
 @njit(cache=True, nogil=True)
@@ -149,6 +43,144 @@ def place(pose, points, placed):
         placed[i, 1] = pose[1] + sin * points[i, 0] + cos * points[i, 1]
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _count(tile, cell, more_visits, more_hits, visits, occupied, entry, hits):
+    """Add to a cell's counts, halving them if they would overflow; keep its bit; return its hits."""
+    met = np.int64(visits[tile, cell]) + more_visits
+    ended = np.int64(hits[entry, cell]) + more_hits
+    if met > COUNT_MAX:
+        met, ended = met >> 1, (ended + 1) >> 1
+    visits[tile, cell] = met
+    if entry != EMPTY:
+        hits[entry, cell] = ended
+    row, bit = cell >> SIDE_BITS, np.int64(1) << (cell & MASK)
+    others = np.int64(occupied[tile, row]) & ~bit
+    occupied[tile, row] = others | bit if ended > FULLNESS * met else others
+    return ended
+
+
+@njit(cache=True, nogil=True)
+def _clear_bits(tile, words, stride, visits, occupied, entry, hits):
+    """Clear the bits of cells that were counted and that too few of their beams have hit."""
+    for row in range(SIDE):
+        if occupied[tile, row] == 0:
+            continue
+        bits = np.int64(occupied[tile, row]) & np.int64(counted(words, row * stride))
+        cell = row * SIDE
+        while bits:
+            if bits & 1 and hits[entry, cell] <= FULLNESS * visits[tile, cell]:
+                occupied[tile, row] &= ~(np.uint32(1) << np.uint32(cell & MASK))
+            bits >>= 1
+            cell += 1
+
+
+@njit(cache=True, nogil=True)
+def _add_one_by_one(tile, board, at, stride, visits, occupied, entry, hits):
+    """Add to a tile what was counted on its part of the board, where some count would overflow."""
+    for row in range(SIDE):
+        for column in range(SIDE):
+            more = np.int64(board[at + row * stride + column])
+            if more > 0:
+                _count(tile, row * SIDE + column, more, 0, visits, occupied, entry, hits)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _moved(mean, value, number):
+    """Return a mean of ``number`` values, in parts of a cell, of which the last is new."""
+    old = np.float64(mean)
+    return np.uint16(min(old + (value * PARTS - old) / number + 0.5, PARTS - 1.0))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _hit(tile, x, y, end, visits, occupied, entry, hits, means):
+    """Count a beam's end in its cell, and move the mean of the cell's hits."""
+    cell = (y & MASK) * SIDE + (x & MASK)
+    number = _count(tile, cell, 1, 1, visits, occupied, entry, hits)
+    means[entry, cell, 0] = _moved(means[entry, cell, 0], end[0] - x, number)
+    means[entry, cell, 1] = _moved(means[entry, cell, 1], end[1] - y, number)
+
+
+@njit(cache=True, nogil=True)
+def _insert_beams(
+    table,
+    stamp,
+    box,
+    lidar,
+    points,
+    are_hits,
+    board,
+    words,
+    references,
+    stamps,
+    visits,
+    occupied,
+    ends,
+    end_references,
+    hits,
+    means,
+    free_tiles,
+    free_ends,
+    free,
+):
+    """Enter at most BEAMS_MAX beams, which end at points (n, 2), into one particle's map."""
+    left, low, right, high = box
+    stride = (right - left + 1) * SIDE
+    origin = low * SIDE * stride + left * SIDE
+    for i in range(points.shape[0]):
+        count_beam(lidar, points[i], board, stride, origin)
+    for y in range(low, high + 1):
+        for x in range(left, right + 1):
+            at = y * SIDE * stride + x * SIDE - origin
+            if is_crossed(words, at >> WORD_BITS, stride >> WORD_BITS):
+                tile = own_tile(
+                    table,
+                    y,
+                    x,
+                    stamp,
+                    references,
+                    stamps,
+                    visits,
+                    occupied,
+                    ends,
+                    end_references,
+                    free_tiles,
+                    free,
+                )
+                part, cells = words[at >> WORD_BITS :], visits[tile].view(np.uint64)
+                if fits(part, stride >> WORD_BITS, cells):
+                    add(part, stride >> WORD_BITS, cells)
+                else:
+                    if ends[tile] != EMPTY:  # hits are about to be halved
+                        own_ends(tile, ends, end_references, hits, means, free_ends, free)
+                    _add_one_by_one(tile, board, at, stride, visits, occupied, ends[tile], hits)
+                if ends[tile] != EMPTY:
+                    _clear_bits(tile, part, stride >> WORD_BITS, visits, occupied, ends[tile], hits)
+                clear(part, stride >> WORD_BITS)
+    for i in range(points.shape[0]):
+        if are_hits[i]:
+            x, y = int(points[i, 0]), int(points[i, 1])
+            tile = table[y >> SIDE_BITS, x >> SIDE_BITS]
+            if stamps[tile] != stamp:
+                tile = own_tile(
+                    table,
+                    y >> SIDE_BITS,
+                    x >> SIDE_BITS,
+                    stamp,
+                    references,
+                    stamps,
+                    visits,
+                    occupied,
+                    ends,
+                    end_references,
+                    free_tiles,
+                    free,
+                )
+            entry = ends[tile]
+            if entry == EMPTY or end_references[entry] > 1:
+                entry = own_ends(tile, ends, end_references, hits, means, free_ends, free)
+            _hit(tile, x, y, points[i], visits, occupied, entry, hits, means)
+
+
 @njit(cache=True, nogil=True)
 def insert_scan(
     particle,
@@ -156,45 +188,59 @@ def insert_scan(
     tables,
     poses,
     points,
-    hits,
+    are_hits,
     placed,
     stamp,
+    board,
     references,
     stamps,
-    free,
-    free_count,
-    counts,
-    means,
+    visits,
     occupied,
+    ends,
+    end_references,
+    hits,
+    means,
+    free_tiles,
+    free_ends,
+    free,
 ):
     """Enter a scan into the maps of all particles from ``particle`` on, beginning with one of its beams.
 
     Cells crossed are visited, the end's cell is also hit. ``points`` (n + 1, 2) are the lidar and the beams'
-    ends in the base frame, in cells; hits (n,) says which beams end at something; ``placed`` (n + 1, 2) is
-    scratch. ``stamp`` + p marks what particle p has written. ``free`` is a stack of ``free_count`` unused
-    tiles.
+    ends in the base frame, in cells; are_hits (n,) says which beams end at something; ``placed`` (n + 1, 2)
+    is scratch, and so is ``board``, which must be 0 and will be. ``stamp`` + p marks what particle p has
+    written. The rest are the arrays of `Tiles`.
 
-    Returns (particle, beam, free_count): where free tiles may not suffice to go on, or (particles, 0, left).
+    Returns (particle, beam) where free tiles or ends may not suffice to go on, or (particles, 0).
     """
-    need = 2 * (tables.shape[1] + tables.shape[2]) + 4
+    words = board.view(np.uint64)
     for p in range(particle, tables.shape[0]):
         place(poses[p], points, placed)
-        for i in range(beam, hits.size):
-            if free_count < need:
-                return p, i, free_count
-            free_count = _insert_beam(
+        for first in range(beam, are_hits.size, BEAMS_MAX):
+            ends_of = placed[first + 1 : min(first + BEAMS_MAX, are_hits.size) + 1]
+            box = tiles_around(placed[0], ends_of)
+            if free.min() < (box[2] - box[0] + 1) * (box[3] - box[1] + 1):
+                return p, first
+            _insert_beams(
                 tables[p],
-                placed[0],
-                placed[i + 1],
-                hits[i],
                 stamp + p,
+                box,
+                placed[0],
+                ends_of,
+                are_hits[first:],
+                board,
+                words,
                 references,
                 stamps,
-                free,
-                free_count,
-                counts,
-                means,
+                visits,
                 occupied,
+                ends,
+                end_references,
+                hits,
+                means,
+                free_tiles,
+                free_ends,
+                free,
             )
         beam = 0
-    return tables.shape[0], 0, free_count
+    return tables.shape[0], 0

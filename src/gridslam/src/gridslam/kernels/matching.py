@@ -4,8 +4,8 @@ Everything is in cells from the corner of the particle's table and radians. ``be
 frame: the beam's end x, y; a step of sqrt(2) cells along the beam, x, y; the normal of the surface it hit, x,
 y; and how much an offset along that surface counts (1: as much as across, where the surface is not known).
 
-A map (table, occupied, means) is the particle's table of tiles with every tile's occupied cells as one bit
-each and the mean of its cells' hits.
+A map (table, occupied, ends, means) is the particle's table of tiles, every tile's occupied cells as one bit
+each, and where the means of its cells' hits are.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-SIDE_BITS = 5
-SIDE = 1 << SIDE_BITS
-MASK = SIDE - 1
-PART = 1.0 / 65536
+from gridslam.kernels.tiles import MASK, PARTS, SIDE, SIDE_BITS
+
+PART = 1.0 / PARTS
 """Cells: unit of the means."""
 MARGIN = 3
 """Cells, beyond kernelSize, that a search may look away from a beam's end."""
@@ -34,7 +33,7 @@ def _is_occupied(x, y, table, occupied):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, means, kernel):
+def _nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, ends, means, kernel):
     """Return (d2, rx, ry): the offset of a beam's end from the nearest point of the map, d2 < 0 if none.
 
     Points are means of occupied cells within ``kernel`` cells whose neighbour towards the lidar is not
@@ -55,8 +54,9 @@ def _nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, means, kern
         while bits:
             if bits & 1 and not _is_occupied(x + back_x, y + back_y, table, occupied):
                 tile = table[tile_y, x >> SIDE_BITS]
-                dx = px - x - PART * means[tile, row * SIDE + (x & MASK), 0]
-                dy = py - y - PART * means[tile, row * SIDE + (x & MASK), 1]
+                entry, cell = ends[tile], row * SIDE + (x & MASK)
+                dx = px - x - PART * means[entry, cell, 0]
+                dy = py - y - PART * means[entry, cell, 1]
                 across = dx * nx + dy * ny
                 d2 = across * across + along * (dx * dx + dy * dy - across * across)
                 if best < 0.0 or d2 < best:
@@ -67,7 +67,7 @@ def _nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, means, kern
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _look(beams, i, x, y, cos, sin, table, occupied, means, kernel):
+def _look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel):
     """Return (d2, rx, ry, qx, qy, nx, ny) of a beam: its offset, its end from the base, its normal."""
     qx, qy = cos * beams[i, 0] - sin * beams[i, 1], sin * beams[i, 0] + cos * beams[i, 1]
     nx, ny = cos * beams[i, 4] - sin * beams[i, 5], sin * beams[i, 4] + cos * beams[i, 5]
@@ -78,24 +78,24 @@ def _look(beams, i, x, y, cos, sin, table, occupied, means, kernel):
     if not (least <= px < most_x and least <= py < most_y):
         return -1.0, 0.0, 0.0, qx, qy, nx, ny
     step_x, step_y = cos * beams[i, 2] - sin * beams[i, 3], sin * beams[i, 2] + cos * beams[i, 3]
-    d2, rx, ry = _nearest(px, py, step_x, step_y, nx, ny, beams[i, 6], table, occupied, means, kernel)
+    d2, rx, ry = _nearest(px, py, step_x, step_y, nx, ny, beams[i, 6], table, occupied, ends, means, kernel)
     return d2, rx, ry, qx, qy, nx, ny
 
 
 @njit(cache=True, nogil=True)
-def score(x, y, yaw, beams, every, table, occupied, means, kernel, sigma):
+def score(x, y, yaw, beams, every, table, occupied, ends, means, kernel, sigma):
     """Sum of exp(-d2 / sigma) over every ``every``-th beam that has a point of the map near."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     total = 0.0
     for i in range(0, beams.shape[0], every):
-        d2, _, _, _, _, _, _ = _look(beams, i, x, y, cos, sin, table, occupied, means, kernel)
+        d2, _, _, _, _, _, _ = _look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel)
         if d2 >= 0.0:
             total += math.exp(-d2 / sigma)
     return total
 
 
 @njit(cache=True, nogil=True)
-def measure(x, y, yaw, beams, table, occupied, means, kernel, score_sigma, likelihood_sigma, missed):
+def measure(x, y, yaw, beams, table, occupied, ends, means, kernel, score_sigma, likelihood_sigma, missed):
     """Return the score and the log-likelihood of a pose.
 
     The latter is the sum of -d2 / likelihood_sigma, or of ``missed`` where the map has no point near.
@@ -103,7 +103,7 @@ def measure(x, y, yaw, beams, table, occupied, means, kernel, score_sigma, likel
     cos, sin = math.cos(yaw), math.sin(yaw)
     total, likelihood = 0.0, 0.0
     for i in range(beams.shape[0]):
-        d2, _, _, _, _, _, _ = _look(beams, i, x, y, cos, sin, table, occupied, means, kernel)
+        d2, _, _, _, _, _, _ = _look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel)
         if d2 >= 0.0:
             total += math.exp(-d2 / score_sigma)
             likelihood -= d2 / likelihood_sigma
@@ -113,9 +113,9 @@ def measure(x, y, yaw, beams, table, occupied, means, kernel, score_sigma, likel
 
 
 @njit(cache=True, nogil=True)
-def climb(x, y, yaw, beams, every, table, occupied, means, kernel, sigma, step, turn, halvings):
+def climb(x, y, yaw, beams, every, table, occupied, ends, means, kernel, sigma, step, turn, halvings):
     """Hill climbing over the score: the best of six steps, and halved steps where none is better."""
-    best = score(x, y, yaw, beams, every, table, occupied, means, kernel, sigma)
+    best = score(x, y, yaw, beams, every, table, occupied, ends, means, kernel, sigma)
     halved = 0
     while True:
         start_x, start_y, start_yaw, better = x, y, yaw, False
@@ -124,7 +124,7 @@ def climb(x, y, yaw, beams, every, table, occupied, means, kernel, sigma, step, 
             to_x = start_x + (sign * step if move < 2 else 0.0)
             to_y = start_y + (sign * step if 2 <= move < 4 else 0.0)
             to_yaw = start_yaw + (sign * turn if move >= 4 else 0.0)
-            value = score(to_x, to_y, to_yaw, beams, every, table, occupied, means, kernel, sigma)
+            value = score(to_x, to_y, to_yaw, beams, every, table, occupied, ends, means, kernel, sigma)
             if value > best:
                 best, x, y, yaw, better = value, to_x, to_y, to_yaw, True
         if not better:
@@ -179,7 +179,7 @@ def _add(information, gradient, weight, jx, jy, jt, residual):
 
 
 @njit(cache=True, nogil=True)
-def linearise(x, y, yaw, beams, table, occupied, means, kernel, sigma, information, gradient):
+def linearise(x, y, yaw, beams, table, occupied, ends, means, kernel, sigma, information, gradient):
     """Add every beam's part of the normal equations, weighted by exp(-d2 / sigma); return the score.
 
     Only the lower triangle of ``information`` (3, 3) is written; ``gradient`` (3,) points uphill.
@@ -187,7 +187,7 @@ def linearise(x, y, yaw, beams, table, occupied, means, kernel, sigma, informati
     cos, sin = math.cos(yaw), math.sin(yaw)
     total = 0.0
     for i in range(beams.shape[0]):
-        d2, rx, ry, qx, qy, nx, ny = _look(beams, i, x, y, cos, sin, table, occupied, means, kernel)
+        d2, rx, ry, qx, qy, nx, ny = _look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel)
         if d2 < 0.0:
             continue
         weight = math.exp(-d2 / sigma)
@@ -199,7 +199,7 @@ def linearise(x, y, yaw, beams, table, occupied, means, kernel, sigma, informati
 
 
 @njit(cache=True, nogil=True)
-def refine(pose, prior_pose, prior, beams, table, occupied, means, kernel, sigma, steps, lower):
+def refine(pose, prior_pose, prior, beams, table, occupied, ends, means, kernel, sigma, steps, lower):
     """Move ``pose`` (3,) by Gauss-Newton to the maximum of score and prior; return the score.
 
     ``prior`` (3, 3) is the information of ``prior_pose``, in units of one beam's. ``lower`` (3, 3)
@@ -214,7 +214,18 @@ def refine(pose, prior_pose, prior, beams, table, occupied, means, kernel, sigma
                 information[i, j] = prior[i, j]
                 gradient[i] -= prior[i, j] * (pose[j] - prior_pose[j])
         total = linearise(
-            pose[0], pose[1], pose[2], beams, table, occupied, means, kernel, sigma, information, gradient
+            pose[0],
+            pose[1],
+            pose[2],
+            beams,
+            table,
+            occupied,
+            ends,
+            means,
+            kernel,
+            sigma,
+            information,
+            gradient,
         )
         _factor(information, lower)
         _solve(lower, gradient)
@@ -239,7 +250,7 @@ class Search(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def find_mode(candidates, beams, every, search, table, occupied, means, mode):
+def find_mode(candidates, beams, every, search, table, occupied, ends, means, mode):
     """Climb from every candidate (c, 3) with every ``every``-th beam; ``mode`` (3,) takes the best end.
 
     Returns its score with all beams.
@@ -249,22 +260,33 @@ def find_mode(candidates, beams, every, search, table, occupied, means, mode):
     for c in range(candidates.shape[0]):
         x, y, yaw = candidates[c, 0], candidates[c, 1], candidates[c, 2]
         x, y, yaw, value = climb(
-            x, y, yaw, beams, every, table, occupied, means, kernel, sigma, search.step, search.turn, 1
+            x, y, yaw, beams, every, table, occupied, ends, means, kernel, sigma, search.step, search.turn, 1
         )
         if value > top:
             top = value
             mode[0], mode[1], mode[2] = x, y, yaw
-    return score(mode[0], mode[1], mode[2], beams, 1, table, occupied, means, kernel, sigma)
+    return score(mode[0], mode[1], mode[2], beams, 1, table, occupied, ends, means, kernel, sigma)
 
 
 @njit(cache=True, nogil=True)
-def _refine_and_measure(pose, predicted, prior, beams, table, occupied, means, search, lower):
+def _refine_and_measure(pose, predicted, prior, beams, table, occupied, ends, means, search, lower):
     """Move a pose to the maximum that Gauss-Newton finds from it; return its score and log-likelihood."""
     kernel, sigma = search.kernel, search.refine_sigma
-    refine(pose, predicted, prior, beams, table, occupied, means, kernel, sigma, search.steps, lower)
+    refine(pose, predicted, prior, beams, table, occupied, ends, means, kernel, sigma, search.steps, lower)
     sigmas = (search.score_sigma, search.likelihood_sigma)
     return measure(
-        pose[0], pose[1], pose[2], beams, table, occupied, means, kernel, sigmas[0], sigmas[1], search.missed
+        pose[0],
+        pose[1],
+        pose[2],
+        beams,
+        table,
+        occupied,
+        ends,
+        means,
+        kernel,
+        sigmas[0],
+        sigmas[1],
+        search.missed,
     )
 
 
@@ -282,6 +304,7 @@ def match(
     search,
     tables,
     occupied,
+    ends,
     means,
     poses,
     scores,
@@ -302,7 +325,7 @@ def match(
         scores[p] = -1.0
         if not is_ambiguous:
             scores[p], likelihoods[p] = _refine_and_measure(
-                pose, predicted[p], priors[p], beams, table, occupied, means, search, factors[p]
+                pose, predicted[p], priors[p], beams, table, occupied, ends, means, search, factors[p]
             )
         if is_ambiguous or scores[p] < expected:
             x, y, yaw, _ = climb(
@@ -313,6 +336,7 @@ def match(
                 1,
                 table,
                 occupied,
+                ends,
                 means,
                 search.kernel,
                 search.score_sigma,
@@ -322,7 +346,7 @@ def match(
             )
             other = np.array((x, y, yaw))
             value, likelihood = _refine_and_measure(
-                other, predicted[p], priors[p], beams, table, occupied, means, search, lower
+                other, predicted[p], priors[p], beams, table, occupied, ends, means, search, lower
             )
             if value > scores[p]:
                 scores[p], likelihoods[p] = value, likelihood

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from numba import njit
 
-SIDE = 32
-HITS_SHIFT = 8
-VISITS_MAX = (1 << HITS_SHIFT) - 1
+from gridslam.kernels.tiles import SIDE
+
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 
 
 @njit(cache=True, nogil=True)
-def render_changed(table, stamps, counts, threshold, shown, shown_stamps, canvas):
+def render_changed(table, tiles, threshold, shown, shown_stamps, canvas):
     """Draw the tiles that are not in the canvas (h * SIDE, w * SIDE) int8 yet; return their number.
 
     ``shown`` (h, w) and ``shown_stamps`` (h, w) say which tile is drawn where, and its content's stamp.
@@ -20,17 +19,17 @@ def render_changed(table, stamps, counts, threshold, shown, shown_stamps, canvas
     for y in range(table.shape[0]):
         for x in range(table.shape[1]):
             tile = table[y, x]
-            if shown[y, x] == tile and shown_stamps[y, x] == stamps[tile]:
+            if shown[y, x] == tile and shown_stamps[y, x] == tiles.stamps[tile]:
                 continue
             shown[y, x] = tile
-            shown_stamps[y, x] = stamps[tile]
+            shown_stamps[y, x] = tiles.stamps[tile]
             drawn += 1
             for row in range(SIDE):
                 for column in range(SIDE):
-                    count = counts[tile, row * SIDE + column]
-                    visits = count & VISITS_MAX
+                    visits = tiles.visits[tile, row * SIDE + column]
                     value = UNKNOWN
                     if visits > 0:
-                        value = OCCUPIED if (count >> HITS_SHIFT) > threshold * visits else FREE
+                        hits = tiles.hits[tiles.ends[tile], row * SIDE + column]
+                        value = OCCUPIED if hits > threshold * visits else FREE
                     canvas[y * SIDE + row, x * SIDE + column] = value
     return drawn

@@ -1,0 +1,118 @@
+"""The board on which the beams of a scan are counted, before a particle's tiles are told.
+
+It has one byte for each cell of the tiles around the beams, row by row, and knows nothing of tiles. A tile
+takes its part of it in words of eight cells at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from gridslam.kernels.tiles import COUNT_MAX, SIDE, SIDE_BITS
+
+ROW_BITS = 32
+ROW = float(1 << ROW_BITS)
+"""Rows are followed along a beam in this fraction of a cell, as numbers of fixed point."""
+BEAMS_MAX = COUNT_MAX
+"""Beams that are counted at once, so that no cell of the board overflows."""
+WORD_BITS = 3
+"""A word holds so many cells: 2 to the power of this."""
+ROW_WORDS = SIDE >> WORD_BITS
+SEVEN_BITS = np.uint64(0x7F7F7F7F7F7F7F7F)
+TOP_BITS = np.uint64(0x8080808080808080)
+GATHER = np.uint64(0x0102040810204080)
+
+
+@njit(cache=True, nogil=True)
+def tiles_around(lidar, ends):
+    """Return the tiles (first x, first y, last x, last y) that hold beams, with a cell to spare."""
+    low_x, low_y, high_x, high_y = lidar[0], lidar[1], lidar[0], lidar[1]
+    for i in range(ends.shape[0]):
+        low_x, high_x = min(low_x, ends[i, 0]), max(high_x, ends[i, 0])
+        low_y, high_y = min(low_y, ends[i, 1]), max(high_y, ends[i, 1])
+    first_x, first_y = (int(low_x) - 1) >> SIDE_BITS, (int(low_y) - 1) >> SIDE_BITS
+    return first_x, first_y, (int(high_x) + 1) >> SIDE_BITS, (int(high_y) + 1) >> SIDE_BITS
+
+
+@njit(cache=True, nogil=True)
+def count_beam(lidar, end, board, stride, origin):
+    """Count a beam in the cells from the lidar's on to the one before its end's.
+
+    ``board`` (cells,) uint8 has cell x, y at y * stride + x - origin.
+    """
+    steep = abs(end[1] - lidar[1]) > abs(end[0] - lidar[0])
+    if steep:
+        x0, y0, x1, y1, along, across = lidar[1], lidar[0], end[1], end[0], stride, 1
+    else:
+        x0, y0, x1, y1, along, across = lidar[0], lidar[1], end[0], end[1], 1, stride
+    start, stop = int(x0), int(x1)
+    if start == stop:
+        return
+    slope = (y1 - y0) / (x1 - x0)
+    # The middle of the lidar's own column may lie behind the lidar.
+    row = int(min(max(y0 + (start + 0.5 - x0) * slope, min(y0, y1)), max(y0, y1)))
+    board[np.uint64(start * along + row * across - origin)] += np.uint8(1)
+    first, last = (start + 1, stop - 1) if stop > start else (stop + 1, start - 1)
+    fixed, step = np.int64((y0 + (first + 0.5 - x0) * slope) * ROW), np.int64(slope * ROW)
+    cell = first * along - origin
+    if steep:  # two loops, so that a multiplication by one is spared
+        for _ in range(last - first + 1):
+            board[np.uint64(cell + (fixed >> ROW_BITS))] += np.uint8(1)
+            fixed += step
+            cell += stride
+    else:
+        for _ in range(last - first + 1):
+            board[np.uint64(cell + (fixed >> ROW_BITS) * stride)] += np.uint8(1)
+            fixed += step
+            cell += 1
+
+
+@njit(cache=True, nogil=True, inline="always")
+def is_crossed(words, at, stride):
+    """Tell whether any of a tile's cells on the board was counted."""
+    counted = np.uint64(0)
+    for row in range(SIDE):
+        for word in range(ROW_WORDS):
+            counted |= words[np.uint64(at + row * stride + word)]
+    return counted != 0
+
+
+@njit(cache=True, nogil=True, inline="always")
+def counted(words, first):
+    """Return which of a row's cells have been counted, as bits."""
+    bits = np.uint64(0)
+    for word in range(ROW_WORDS):
+        more = words[first + word]
+        # the top bit of each byte that is not 0; the product gathers them in its own top byte
+        tops = ((((more & SEVEN_BITS) + SEVEN_BITS) | more) & TOP_BITS) >> np.uint64(7)
+        bits |= ((tops * GATHER) >> np.uint64(56)) << np.uint64(word << WORD_BITS)
+    return bits
+
+
+@njit(cache=True, nogil=True)
+def fits(words, stride, cells):
+    """Tell whether eight cells at once can be added to those of a tile without a carry into the next one."""
+    carried = np.uint64(0)
+    for row in range(SIDE):
+        for word in range(ROW_WORDS):
+            more, old = words[row * stride + word], cells[row * ROW_WORDS + word]
+            total = ((old & SEVEN_BITS) + (more & SEVEN_BITS)) ^ ((old ^ more) & TOP_BITS)
+            carried |= (old & more) | ((old | more) & ~total)
+    return carried & TOP_BITS == 0
+
+
+@njit(cache=True, nogil=True)
+def add(words, stride, cells):
+    """Add eight cells at once, which fit, to those of a tile."""
+    for row in range(SIDE):
+        for word in range(ROW_WORDS):
+            cells[row * ROW_WORDS + word] += words[row * stride + word]
+
+
+@njit(cache=True, nogil=True)
+def clear(words, stride):
+    """Clear a tile's part of the board."""
+    for row in range(SIDE):
+        for word in range(ROW_WORDS):
+            words[row * stride + word] = 0

@@ -1,0 +1,128 @@
+"""The tiles that all maps are made of: which are in use, how often, and room for more."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES, Tiles
+
+TILES_FIRST = 2048
+"""Tiles of the first pool; memory is only taken by those that are used."""
+ARRAYS = ("references", "stamps", "visits", "occupied", "ends", "end_references", "hits", "means")
+SAVED = ("stamps", "visits", "occupied", "ends")
+SAVED_ENDS = ("hits", "means")
+
+
+class TilePool:
+    """Tiles of SIDE x SIDE cells and entries of ends, each used by one or several, or free."""
+
+    def __init__(self, capacity: int = TILES_FIRST):
+        """Tile 0 and ends 0 are those in which nothing was ever seen; they are never written."""
+        self.tiles = _tiles(capacity)
+        """What the kernels work on."""
+
+    @property
+    def capacity(self) -> int:
+        """Number of tiles there is room for, and of entries of ends."""
+        return self.tiles.references.size
+
+    @property
+    def used(self) -> int:
+        """Number of tiles in use, the empty one left out."""
+        return self.capacity - 1 - int(self.tiles.free[TILES])
+
+    @property
+    def used_ends(self) -> int:
+        """Number of entries of ends in use, the empty one left out."""
+        return self.capacity - 1 - int(self.tiles.free[ENDS])
+
+    @property
+    def surfaces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What scan matching looks at: occupied, ends and means."""
+        return self.tiles.occupied, self.tiles.ends, self.tiles.means
+
+    def reserve(self, count: int) -> None:
+        """Make room for this many more tiles and entries of ends."""
+        if self.tiles.free.min() >= count:
+            return
+        old, more = self.capacity, max(self.capacity, count)
+        for name in ARRAYS:  # one after the other, so that no two are held twice
+            array = getattr(self.tiles, name)
+            grown = np.zeros((old + more, *array.shape[1:]), array.dtype)
+            grown[:old] = array
+            self.tiles = self.tiles._replace(**{name: grown})
+            del array
+        stacks = [self.tiles.free_tiles, self.tiles.free_ends]
+        for which, stack in enumerate(stacks):
+            left = self.tiles.free[which]
+            stacks[which] = np.empty(old + more - 1, np.int32)
+            stacks[which][:more] = np.arange(old + more - 1, old - 1, -1)
+            stacks[which][more : more + left] = stack[:left]
+        self.tiles.free[:] += more
+        self.tiles = self.tiles._replace(free_tiles=stacks[TILES], free_ends=stacks[ENDS])
+
+    def take(self, count: int, stamp: int) -> np.ndarray:
+        """Return so many empty tiles, each with ends of its own; `count_references` must follow."""
+        tiles = self.tiles
+        tiles.free[:] -= count
+        taken = tiles.free_tiles[tiles.free[TILES] : tiles.free[TILES] + count].copy()
+        ends = tiles.free_ends[tiles.free[ENDS] : tiles.free[ENDS] + count].copy()
+        for array in (tiles.visits, tiles.occupied):
+            array[taken] = 0
+        for array in (tiles.hits, tiles.means):
+            array[ends] = 0
+        tiles.ends[taken], tiles.stamps[taken] = ends, stamp
+        return taken
+
+    def count_references(self, tables: np.ndarray) -> None:
+        """Take the tables for the only ones there are; tiles in none of them, and their ends, become free."""
+        tiles = self.tiles
+        references = np.bincount(tables.ravel(), minlength=self.capacity)
+        references[EMPTY] = 0
+        self._release(tiles.references, references, tiles.free_tiles, TILES)
+        of_ends = np.bincount(tiles.ends[references > 0], minlength=self.capacity)
+        of_ends[EMPTY] = 0
+        self._release(tiles.end_references, of_ends, tiles.free_ends, ENDS)
+
+    def _release(self, before: np.ndarray, now: np.ndarray, stack: np.ndarray, which: int) -> None:
+        released = np.flatnonzero((before > 0) & (now == 0))
+        left = self.tiles.free[which]
+        stack[left : left + released.size] = released[::-1]
+        self.tiles.free[which] += released.size
+        before[:] = now
+
+    def to_arrays(self, used: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what the used tiles (n,) hold, for `from_arrays`."""
+        ends, which = np.unique(np.append(self.tiles.ends[used], EMPTY), return_inverse=True)
+        arrays = {f"tile_{name}": getattr(self.tiles, name)[used] for name in SAVED}
+        arrays["tile_ends"] = which[:-1].astype(np.int32)
+        return {**arrays, **{f"end_{name}": getattr(self.tiles, name)[ends[1:]] for name in SAVED_ENDS}}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> TilePool:
+        """Return a pool with what `to_arrays` has described; `count_references` must follow."""
+        counts = [len(arrays["tile_stamps"]), len(arrays["end_hits"])]
+        pool = cls(max(TILES_FIRST, 2 * max(counts)))
+        for kind, names, count in zip(("tile", "end"), (SAVED, SAVED_ENDS), counts):
+            for name in names:
+                getattr(pool.tiles, name)[1 : count + 1] = arrays[f"{kind}_{name}"]
+        pool.tiles.free[:] -= counts
+        return pool
+
+
+def _tiles(capacity: int) -> Tiles:
+    """Return the arrays for so many tiles and entries of ends, all but the first ones free."""
+    cells, free = SIDE * SIDE, np.arange(capacity - 1, EMPTY, -1, dtype=np.int32)
+    return Tiles(
+        references=np.zeros(capacity, np.int32),
+        stamps=np.zeros(capacity, np.int64),
+        visits=np.zeros((capacity, cells), np.uint8),
+        occupied=np.zeros((capacity, SIDE), np.uint32),
+        ends=np.zeros(capacity, np.int32),
+        end_references=np.zeros(capacity, np.int32),
+        hits=np.zeros((capacity, cells), np.uint8),
+        means=np.zeros((capacity, cells, 2), np.uint16),
+        free_tiles=free,
+        free_ends=free.copy(),
+        free=np.array((capacity - 1, capacity - 1)),
+    )
