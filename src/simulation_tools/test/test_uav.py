@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import pytest
 
 from simulation_tools.sdf.document import SdfError
@@ -45,6 +48,14 @@ def test_the_range_may_be_replaced_but_not_by_less_than_the_least():
 def test_a_lidar_that_is_none_of_the_six_is_refused_with_their_names():
     with pytest.raises(UavError, match="urg, ust, utm, puck, tim, m8"):
         load_uav("iris", "velodyne")
+
+
+def test_a_lidar_of_ones_own_is_a_model_of_the_model_path(tmp_path, monkeypatch):
+    shutil.copytree(Path(__file__).parents[1] / "models/lidar_ust", tmp_path / "lidar_mine")
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(tmp_path))
+    assert load_uav("iris", "mine").lidar.frame == "hokuyo"
+    with pytest.raises(UavError, match="There is no lidar"):
+        load_uav("iris", "mine/..")
 
 
 def test_a_carrier_without_a_mount_is_refused():

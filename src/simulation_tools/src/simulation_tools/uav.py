@@ -11,9 +11,10 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import ImuSensor, Link, Model, RaySensor, Sensor
 from simulation_tools.sdf.frames import attach, root_link
 from simulation_tools.sdf.parser import load_model
+from simulation_tools.sdf.uri import MODEL_PATH_VARIABLE, model_path_from_environment
 
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
-"""The lidars of thesis tables 8.2 and D.1; each is the model `lidar_<name>`."""
+"""The lidars of thesis tables 8.2 and D.1; each is the model `lidar_<name>`, as one's own is."""
 
 NO_LIDAR = ("", "none")
 RANGE_PLUGIN = "libgazebo_ros_range.so"
@@ -58,20 +59,30 @@ def load_uav(
 ) -> Uav:
     """Load a UAV, put a lidar on its link `lidar_mount` and further sensors on its first link.
 
-    model: a name in the model path, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`; None:
-    the model as it is. range_max_m: replaces the lidar's own range when it is positive. sensors: further
-    models (range_finder, camera, ...), which say where they sit. Raises SdfError or UavError.
+    model: a name in the model path, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`, or NAME
+    for another model lidar_NAME of the model path; None: the model as it is. range_max_m: replaces the lidar's
+    own range when it is positive. sensors: further models (range_finder, camera, ...), which say where they
+    sit. Raises SdfError or UavError.
     """
     carrier = load_model(_location(model), model_path)
     if lidar is not None:
-        if lidar not in LIDARS:
-            raise UavError(f'There is no lidar "{lidar}"; choose one of {", ".join(LIDARS)}.')
+        if not is_lidar(lidar, model_path):
+            raise UavError(
+                f'There is no lidar "{lidar}"; choose one of {", ".join(LIDARS)}, '
+                f"or put a model lidar_{lidar} into a folder of {MODEL_PATH_VARIABLE}."
+            )
         carrier = attach(carrier, load_model(f"model://lidar_{lidar}", model_path), LIDAR_MOUNT)
     if range_max_m > 0.0:
         carrier = with_lidar_range(carrier, range_max_m)
     for sensor in sensors:
         carrier = attach(carrier, load_model(_location(sensor), model_path), root_link(carrier).name)
     return Uav(carrier, _first_lidar(carrier), _first(carrier, ImuSensor))
+
+
+def is_lidar(name: str, model_path: Sequence[Path] | None = None) -> bool:
+    """Tell whether the model path has a model `lidar_<name>`."""
+    folders = model_path_from_environment() if model_path is None else model_path
+    return Path(name).name == name and any((folder / f"lidar_{name}").is_dir() for folder in folders)
 
 
 def with_lidar_range(model: Model, range_max_m: float) -> Model:

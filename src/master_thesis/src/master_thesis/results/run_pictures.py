@@ -10,7 +10,13 @@ from master_thesis.flight.experiment import Outcome, Phase
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.results import figures
 from master_thesis.results.run_folder import RunFolder
-from master_thesis.results.run_report import HIT_THINNING, RunDescription, flight_interval_s, least
+from master_thesis.results.run_report import (
+    HIT_THINNING,
+    RunDescription,
+    flight_interval_s,
+    least,
+    steering,
+)
 from master_thesis.worlds.floor_plan import Outline
 
 FLOOR_MARGIN_M = 1.0
@@ -93,7 +99,7 @@ def _panels(run: Run, speeds: np.ndarray, computation: np.ndarray) -> tuple[figu
 def title(run: Run) -> str:
     """Return a run's figures in one line."""
     what = run.description
-    words = [f"{what.scenario.name}: {what.algorithm} CEPA, {what.lidar}, seed {what.seed}"]
+    words = [f"{what.scenario.name}: {steering(what.algorithm)}, {what.lidar}, seed {what.seed}"]
     if run.merit["flight_time_s"] is not None:
         words.append(f"{run.merit['path_length_m']:.1f} m in {run.merit['flight_time_s']:.1f} s")
     if least(run.clearances) is not None:

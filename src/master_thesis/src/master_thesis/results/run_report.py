@@ -12,7 +12,7 @@ from master_thesis.flight.experiment import Outcome, Phase
 from master_thesis.flight.flight_log import HIT_COLUMNS, FlightLog
 from master_thesis.results import metrics
 from master_thesis.results import run_folder as results
-from master_thesis.worlds.scenario import Scenario
+from master_thesis.worlds.scenario import ALGORITHMS, Scenario
 
 CLEARANCE_SPACING_M = 0.02
 MAX_CLEARANCE_M = 5.0
@@ -134,12 +134,19 @@ def write_series(folder: results.RunFolder, description: RunDescription, log: Fl
     folder.write_csv("hits.csv", HIT_COLUMNS, np.round(hits, 3).tolist())
 
 
+def steering(algorithm: str) -> str:
+    """Return in words who kept the UAV off the obstacles: CEPA, or a node of the user's own."""
+    return f"{algorithm} CEPA" if algorithm in ALGORITHMS else algorithm
+
+
 def headline(content: dict) -> str:
     """Return a run's figures in a few lines for a terminal."""
     computation = content["cepa_computation_ms"] or {}
     latency = content["latency_ms"] or {}
     rows = {
-        "scenario": "{scenario}, {algorithm} CEPA, {lidar}, seed {seed}".format(**content),
+        "scenario": "{scenario}, {steering}, {lidar}, seed {seed}".format(
+            steering=steering(content["algorithm"]), **content
+        ),
         "reached goal": "yes" if content["reached_goal"] else "no",
         "collision": "yes" if content["collision"] else "no",
         "flight time": _in_unit("s", 1, content["flight_time_s"]),

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Sequence
 
 from master_thesis.errors import ScenarioError
+from simulation_tools.uav import is_lidar
 
 ALGORITHMS = ("improved", "original")
+CEPA = "cepa"
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
 POSE_SOURCES = ("ground_truth", "odometry")
 MAPPING_POSE_SOURCES = (*POSE_SOURCES, "slam")  # of experiments that run SLAM
@@ -54,6 +56,11 @@ def scenario(name: str, worlds_folder: Path) -> Scenario:
     """
     choose("scenario", name, SCENARIOS)
     return Scenario(name, Path(worlds_folder) / f"{name}.world")
+
+
+def lidar(given: str) -> str:
+    """Return a lidar's name: one of `LIDARS`, or of one's own in the model path; raises ScenarioError."""
+    return given if is_lidar(given) else choose("lidar", given, LIDARS)
 
 
 def choose(what: str, given: str, choices: Sequence[str]) -> str:
