@@ -45,6 +45,7 @@ class Origin:
     pieces: int
     of: int
     computed_min: float
+    cpu_min: float
     first: str
     last: str
     greatest_load: float
@@ -104,6 +105,7 @@ def origin(size: Size, store: Store) -> Origin:
         pieces=len(facts),
         of=len(pieces),
         computed_min=sum(fact["took_s"] for fact in facts) / 60.0,
+        cpu_min=sum(fact["cpu_s"] for fact in facts) / 60.0,
         first=dates[0].replace("T", " ")[:16] if dates else "-",
         last=dates[-1].replace("T", " ")[:16] if dates else "-",
         greatest_load=max((fact["load"] for fact in facts), default=0.0),

@@ -99,7 +99,7 @@ def _begin_worker() -> None:
 def _compute(piece: Piece, folder: Path, sources: str | None) -> tuple[float, str | None]:
     """Compute and keep one piece; return the seconds it took, and why it failed if it did."""
     store = Store(folder)
-    began_s, load = time.monotonic(), os.getloadavg()[0]
+    began_s, began_cpu_s, load = time.monotonic(), time.process_time(), os.getloadavg()[0]
     try:
         made = piece.make(**piece.given)
     except MasterThesisError as error:
@@ -109,6 +109,7 @@ def _compute(piece: Piece, folder: Path, sources: str | None) -> tuple[float, st
         "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
         "commit": sources,
         "took_s": round(took_s, 2),
+        "cpu_s": round(time.process_time() - began_cpu_s, 2),
         "load": load,
     }
     store.put(piece, made, facts)

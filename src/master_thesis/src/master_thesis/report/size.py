@@ -24,15 +24,16 @@ class Size:
     """What is computed.
 
     seeds: of Experiment 1's flights, over goal_x_m. placements: variations of each of Experiment 2's.
-    map_seeds: of the flights that map; map_duration_s: 0 flies all of the mission. repeats: of each launch
-    and build; 0 leaves the measurements out.
+    map_seeds: of the flights that map; map_duration_s: 0 flies all of the mission. launches, builds:
+    rounds of each; 0 leaves the measurement out.
     """
 
     name: str
     seeds: tuple[int, ...]
     placements: int
     map_seeds: tuple[int, ...]
-    repeats: int
+    launches: int
+    builds: int
     scenarios: tuple[str, ...] = scenario.SCENARIOS
     goal_x_m: float = GOAL_X_M
     emergencies: tuple[str, ...] = placements.SCENARIOS
@@ -41,14 +42,17 @@ class Size:
     map_duration_s: float = 0.0
 
 
-FULL = Size("full", seeds=(1, 2, 3, 4, 5), placements=20, map_seeds=(1, 2, 3), repeats=3)
-QUICK = replace(FULL, name="quick", seeds=(1,), placements=PLACEMENTS_A_PIECE, map_seeds=(1,), repeats=1)
+FULL = Size("full", seeds=(1, 2, 3, 4, 5), placements=20, map_seeds=(1, 2, 3), launches=3, builds=2)
+QUICK = replace(
+    FULL, name="quick", seeds=(1,), placements=PLACEMENTS_A_PIECE, map_seeds=(1,), launches=1, builds=1
+)
 SMALLEST = Size(
     "smallest",
     seeds=(1,),
     placements=1,
     map_seeds=(1,),
-    repeats=0,
+    launches=0,
+    builds=0,
     scenarios=("forest",),
     goal_x_m=6.0,
     emergencies=("wall_three_columns",),

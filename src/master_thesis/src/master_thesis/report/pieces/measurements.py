@@ -31,30 +31,30 @@ LAUNCHES = ("Gazebo", "Gazebo with PX4", "Gazebo with Rviz", "Experiment 1")
 
 def pieces(size: Size) -> list[Piece]:
     """Return the pieces of this size."""
-    if not size.repeats:
-        return []
-    build = Piece(
-        name="measurement_1",
-        experiment="measurement_1",
-        title="Measurement 1: builds",
-        make=make_builds,
-        given={"repeats": size.repeats},
-        cost_s=_BUILD_COST_S * size.repeats,
-        alone=True,
-    )
-    launches = (
+    builds = [
+        Piece(
+            name="measurement_1",
+            experiment="measurement_1",
+            title="Measurement 1: builds",
+            make=make_builds,
+            given={"repeats": size.builds},
+            cost_s=_BUILD_COST_S * size.builds,
+            alone=True,
+        )
+    ]
+    launches = [
         Piece(
             name=f"measurement_2_{what.lower().replace(' ', '_')}",
             experiment="measurement_2",
             title=f"Measurement 2: {what}, start and end",
             make=make_launches,
-            given={"what": what, "repeats": size.repeats},
-            cost_s=_LAUNCH_COST_S * size.repeats,
+            given={"what": what, "repeats": size.launches},
+            cost_s=_LAUNCH_COST_S * size.launches,
             alone=True,
         )
         for what in LAUNCHES
-    )
-    return [build, *launches]
+    ]
+    return (builds if size.builds else []) + (launches if size.launches else [])
 
 
 # -- measurement 1 ------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Mapping
 
 from master_thesis.report import thesis
-from master_thesis.report.content import Finding, Section, Table, number
+from master_thesis.report.content import Finding, Section, Table, counted, number
 from master_thesis.report.pieces import measurements
 from master_thesis.report.size import Size
 from master_thesis.report.store import Done, Store
@@ -31,7 +31,7 @@ def build_section(size: Size, store: Store) -> Section:
         ),
         blocks=blocks,
         findings=build_findings(done.numbers["seconds"]) if done else [],
-        parameters=f"{size.repeats} round{'s' if size.repeats > 1 else ''}",
+        parameters=counted(size.builds, "round"),
     )
 
 
@@ -110,7 +110,7 @@ def launch_section(size: Size, store: Store) -> Section:
         ),
         blocks=[_launch_table(launches)] if launches else [],
         findings=launch_findings(numbers),
-        parameters=f"{size.repeats} launch{'es' if size.repeats > 1 else ''} each",
+        parameters=f"each launched {size.launches} times" if size.launches > 1 else "each launched once",
     )
 
 
