@@ -59,7 +59,7 @@ def test_faults_of_a_running_graph(graph):
 
 
 def told(said: str) -> dict[str, str]:
-    """Return of the doctor's JSON all that is said of each place; an interpreter's warnings may come before."""
+    """Return all that the doctor's JSON says of each place; an interpreter's warnings may come before it."""
     found: dict[str, str] = {}
     for one in json.loads(said[said.index("{") :])["findings"]:
         found[one["where"]] = f"{found.get(one['where'], '')} {one['what']}"
