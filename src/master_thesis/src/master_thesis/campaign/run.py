@@ -16,7 +16,7 @@ from master_thesis.campaign.workers import Workers
 
 @dataclass(frozen=True)
 class Finished:
-    """What a run of a campaign left. missing: trials that no worker survived, to be tried by a second call."""
+    """What a run of a campaign left. missing: trials that no worker survived; a second call tries them."""
 
     table: pa.Table
     missing: int

@@ -1,0 +1,99 @@
+"""The command `campaign`: runs a campaign, or tunes CEPA by one."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from pathlib import Path
+from typing import Sequence
+
+from master_thesis.errors import CampaignError, MasterThesisError
+from master_thesis.mapping.mapping_flight import PACKAGE
+
+RESULTS = PACKAGE.parents[1] / "results" / "campaigns"
+INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    tuning = arguments[:1] == ["tune"]
+    given = _parser(tuning).parse_args(arguments[tuning:])
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    try:
+        return _tune(given) if tuning else _run(given)
+    except MasterThesisError as error:
+        print(f"campaign: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("\ncampaign: interrupted; call again to go on with what is missing.", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _parser(tuning: bool) -> argparse.ArgumentParser:
+    command = "campaign tune" if tuning else "campaign"
+    what = (
+        "Searches CEPA's parameters by a campaign's flights (its `tune:`), and writes cepa_tuned.yaml."
+        if tuning
+        else "Flies a campaign: trials.parquet, summary.csv, pictures. `campaign tune` searches parameters."
+    )
+    parser = argparse.ArgumentParser(prog=command, description=what)
+    parser.add_argument("file", type=Path, help="YAML file, or the bare name of a shipped campaign")
+    parser.add_argument("--workers", type=_positive, metavar="N", help="local processes; as many as cores")
+    parser.add_argument(
+        "--scheduler", metavar="WHERE", help="of a Dask cluster: tcp://host:port, or its file"
+    )
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help=f"by default {RESULTS}/NAME")
+    parser.add_argument("--seeds", type=_positive, metavar="N", help="in place of the file's number of seeds")
+    parser.add_argument("--smallest", action="store_true", help="as the file's `smallest:` has it: seconds")
+    return parser
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise ValueError
+    return value
+
+
+def _read(given: argparse.Namespace, name: str = ""):
+    from master_thesis.campaign.reading import read_campaign
+
+    campaign = read_campaign(given.file, given.smallest, given.seeds)
+    folder = RESULTS / (campaign.name + name + ("_smallest" if given.smallest else ""))
+    return campaign, given.out or folder
+
+
+def _run(given: argparse.Namespace) -> int:
+    campaign, path = _read(given)
+    # What flies and what draws takes seconds to import: a file's mistakes are told before
+    from master_thesis.campaign.report import write_report
+    from master_thesis.campaign.run import run_campaign
+    from master_thesis.campaign.store import CampaignFolder
+    from master_thesis.campaign.workers import Workers
+
+    with CampaignFolder(path, campaign) as folder:
+        if folder.warning:
+            print(f"campaign: {folder.warning}", file=sys.stderr)
+        with Workers(given.workers, given.scheduler) as workers:
+            finished = run_campaign(campaign, folder, workers)
+        print(write_report(campaign, folder, finished.table))
+    print(f"\n{path}")
+    if finished.missing:
+        raise CampaignError(
+            f"{finished.missing} trials ended their workers again and again (is there memory enough?); "
+            "call again to try them once more."
+        )
+    return 0
+
+
+def _tune(given: argparse.Namespace) -> int:
+    campaign, path = _read(given, "_tuning")
+    from master_thesis.campaign.tuning import tune
+    from master_thesis.campaign.workers import Workers
+
+    with Workers(given.workers, given.scheduler) as workers:
+        print(tune(campaign, path, workers))
+    return 0

@@ -1,0 +1,160 @@
+"""Searches CEPA's parameters for the best trade-off of safety and speed, over a campaign's flights.
+
+Every set of parameters is a campaign of its own in a folder of its own, and what is tried next follows from
+the campaign's seed and the values so far. So a search that was interrupted repeats itself from what is on
+disk, and goes on as if nothing had been.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Mapping
+
+import numpy as np
+import optuna
+import pandas as pd
+import yaml
+from tqdm import tqdm
+
+from cepa import CepaError, CepaParameters
+from master_thesis.campaign.axes import CEPA_PREFIX, parameters_in
+from master_thesis.campaign.campaign import Campaign, Tuning
+from master_thesis.campaign.run import run_campaign
+from master_thesis.campaign.store import CampaignFolder
+from master_thesis.campaign.workers import Workers
+from master_thesis.errors import CampaignError
+from master_thesis.flight.closed_loop import CEPA
+
+TUNED, HISTORY = "cepa_tuned.yaml", "tuning.csv"
+DIGITS = 4
+"""Parameters are tried to so many significant digits, as a person would write them."""
+
+
+def tune(campaign: Campaign, path: Path, workers: Workers, quiet: bool = False) -> str:
+    """Search, and write cepa_tuned.yaml and tuning.csv into a folder; return the outcome as text.
+
+    Raises:
+        CampaignError: the campaign cannot be tuned by, or its folder not used.
+    """
+    tuning = _tuning_of(campaign)
+    path = Path(path).expanduser()
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    study = optuna.create_study(direction="minimize")
+    study.enqueue_trial(_shipped(tuning))  # so that the search never ends with worse
+    tried: list[dict] = []
+    for number in tqdm(range(tuning.trials), "sets of parameters", unit=" sets", disable=quiet):
+        study.sampler = _sampler(campaign.seed, number)
+        trial = study.ask()
+        parameters = _suggested(trial, tuning)
+        found = _evaluate(campaign, parameters, path / "sets" / f"{number:04d}", workers)
+        study.tell(trial, found["objective"])
+        tried.append({"set": number, **parameters, **found})
+        _write(path, campaign, tried)
+    best = min(tried, key=lambda row: row["objective"])
+    return _told(tried[0], best, path)
+
+
+def _tuning_of(campaign: Campaign) -> Tuning:
+    if campaign.tuning is None:
+        raise CampaignError(f"The campaign {campaign.name} has no `tune:` that says what to search.")
+    names = {name for name, *_ in campaign.tuning.parameters}
+    for name, values in campaign.axes:
+        if name == "algorithm" and not set(values) <= {"improved", "original"}:
+            raise CampaignError("Only improved and original have CEPA's parameters; tune with one of them.")
+        if name.startswith(CEPA_PREFIX) and (len(values) > 1 or name[len(CEPA_PREFIX) :] in names):
+            raise CampaignError(f"{name} is searched or varied already; give it one value, or leave it out.")
+    if len(dict(campaign.axes).get("algorithm", ("improved",))) > 1:
+        raise CampaignError("One algorithm can be tuned at a time; give one.")
+    return campaign.tuning
+
+
+def _sampler(seed: int, number: int) -> optuna.samplers.TPESampler:
+    """Return the sampler of one set, which depends on nothing but the seed and the values so far."""
+    word = int(np.random.SeedSequence((seed, number)).generate_state(1)[0])
+    return optuna.samplers.TPESampler(seed=word, n_startup_trials=10, multivariate=False)
+
+
+def _suggested(trial: optuna.Trial, tuning: Tuning) -> dict[str, float]:
+    drawn = {
+        name: trial.suggest_float(name, low, high, log=log) for name, low, high, log in tuning.parameters
+    }
+    return {name: float(f"{value:.{DIGITS}g}") for name, value in drawn.items()}
+
+
+def _shipped(tuning: Tuning) -> dict[str, float]:
+    """Return the values of cepa.yaml, as far as the ranges admit them."""
+    return {name: min(max(getattr(CEPA, name), low), high) for name, low, high, _ in tuning.parameters}
+
+
+def _evaluate(campaign: Campaign, parameters: Mapping[str, float], path: Path, workers: Workers) -> dict:
+    """Fly all of the campaign with a set of parameters; return the objective and what it is made of."""
+    tuning = campaign.tuning
+    try:
+        flown = _with(campaign, parameters)
+    except CampaignError:  # r_lb above r_ub, ...: as bad as a collision in each flight
+        worst = max(tuning.collision_cost, tuning.stuck_cost)
+        return {"objective": worst, "collision_rate": None, "stuck_rate": None, "time_over_straight": None}
+    with CampaignFolder(path, flown) as folder:
+        finished = run_campaign(flown, folder, workers, quiet=True)
+    if finished.missing:
+        raise CampaignError(f"{finished.missing} flights ended their workers; call again to go on.")
+    trials = finished.table.to_pandas()
+    failed = trials["error"].dropna()
+    if len(failed):
+        raise CampaignError(f"A flight failed, so that nothing can be tuned by it: {failed.iloc[0]}")
+    return {
+        "objective": objective(trials, tuning),
+        "collision_rate": float(trials["collision"].mean()),
+        "stuck_rate": float(trials["stuck"].mean()),
+        "time_over_straight": float(trials.loc[trials["reached"], "time_over_straight"].mean()),
+    }
+
+
+def _with(campaign: Campaign, parameters: Mapping[str, float]) -> Campaign:
+    added = tuple((CEPA_PREFIX + name, (value,)) for name, value in parameters.items())
+    return dataclasses.replace(campaign, axes=(*campaign.axes, *added))
+
+
+def objective(trials: pd.DataFrame, tuning: Tuning) -> float:
+    """Return the mean over flights of their time over the straight way's, or what a failure costs."""
+    costs = np.where(trials["collision"], tuning.collision_cost, trials["time_over_straight"])
+    return float(np.where(trials["stuck"], tuning.stuck_cost, costs).mean())
+
+
+def dynamic_parameters(campaign: Campaign, parameters: Mapping[str, float]) -> dict:
+    """Return all of CEPA's parameters as `dynparam load` sets them: by their names in Cepa.cfg."""
+    fixed = parameters_in(campaign.combinations[0], CEPA_PREFIX)
+    try:
+        cepa = dataclasses.replace(CEPA, **{**fixed, **parameters})
+    except CepaError as error:
+        raise CampaignError(f"These parameters do not go together: {error}") from None
+    values = {field.name: getattr(cepa, field.name) for field in dataclasses.fields(CepaParameters)}
+    values["speed_fractions"] = " ".join(f"{fraction:g}" for fraction in cepa.speed_fractions)
+    return {"algorithm": campaign.combinations[0]["algorithm"], **values}
+
+
+def _write(path: Path, campaign: Campaign, tried: list[dict]) -> None:
+    best = min(tried, key=lambda row: row["objective"])
+    names = [name for name, *_ in campaign.tuning.parameters]
+    values = dynamic_parameters(campaign, {name: best[name] for name in names})
+    head = (
+        f"# CEPA as tuned by the campaign {campaign.name}, set {best['set']} of {len(tried)}: objective "
+        f"{best['objective']:.3f}, shipped {tried[0]['objective']:.3f}.\n"
+        "# rosrun dynamic_reconfigure dynparam load /cepa FILE\n"
+    )
+    text = head + yaml.safe_dump(values, sort_keys=False)
+    for name, content in ((TUNED, text), (HISTORY, pd.DataFrame(tried).to_csv(index=False))):
+        temporary = path / f".{name}"
+        temporary.write_text(content, encoding="utf-8")
+        temporary.replace(path / name)
+
+
+def _told(shipped: Mapping, best: Mapping, path: Path) -> str:
+    def line(name: str, row: Mapping) -> str:
+        return (
+            f"{name}: objective {row['objective']:.3f}, collisions {row['collision_rate']:.1%}, "
+            f"stuck {row['stuck_rate']:.1%}, time over straight {row['time_over_straight']:.2f}"
+        )
+
+    return "\n".join((line("shipped", shipped), line(f"best, set {best['set']}", best), str(path / TUNED)))
