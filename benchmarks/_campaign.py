@@ -16,31 +16,25 @@ from scipy.stats import chi2
 
 from cepa import CepaParameters
 from inspection_tools import PositionControllerParameters
-from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
-from master_thesis.flight.experiment import ExperimentParameters, Phase
-from master_thesis.worlds.writer import Colour, Cylinder, Part, Prop, Surroundings, write_world
+from master_thesis.campaign.axes import DRAWN_DISTANCE_M
+from master_thesis.campaign.flying import fly_to_goal
+from master_thesis.campaign.places import forest_sdf, plant
+from master_thesis.flight.closed_loop import CEPA, ClosedLoopParameters
+from master_thesis.flight.experiment import ExperimentParameters
 from simulation_tools.simulation import SimulationParameters
 
 SEED = 20
 SPEEDS_M_S = (2.0, 1.0, 3.0, 4.0)
 """In the order in which the forests take turns."""
-GOAL_X_M = 26.0
-HALF_WIDTH_M = 10.0
-CLEAR_M = 3.0
-"""No trunk's middle is nearer to start or goal."""
+GOAL_X_M = DRAWN_DISTANCE_M
 SPACINGS_M = (2.0, 4.0)
 """Least distance between trunks' middles, drawn for each forest: from 2 to 4 m, 0.16 to 0.04 trees per m2."""
-RADII_M = (0.12, 0.30)
-STUCK_S = 12.0
-"""A flight that comes no nearer to the goal for so long is stuck."""
 VARIANTS = {
     "": CEPA,
     "velocity_aware": replace(CEPA, velocity_aware_emergency=True),
     "levelling": replace(CEPA, levelling=True),
 }
 """What is flown besides the defaults: each extension that is off by default, on."""
-_BARK = Colour(0.55, 0.40, 0.27)
-_GRASS = Surroundings(Colour(0.80, 0.87, 0.72))
 
 
 @dataclass(frozen=True)
@@ -82,25 +76,8 @@ class Flown:
 
 
 def draw_forest(rng: np.random.Generator) -> np.ndarray:
-    """Return trunks (n, 3: x, y, radius): as many as their spacing, drawn too, leaves room for (darts)."""
-    spacing = rng.uniform(*SPACINGS_M)
-    trunks = np.empty((0, 3))
-    for _ in range(3000):
-        x, y = rng.uniform(CLEAR_M, GOAL_X_M - CLEAR_M), rng.uniform(-HALF_WIDTH_M, HALF_WIDTH_M)
-        radius = rng.uniform(*RADII_M)
-        gaps = np.hypot(*(trunks[:, :2] - (x, y)).T)
-        if gaps.min(initial=math.inf) >= spacing:
-            trunks = np.vstack((trunks, (x, y, radius)))
-    return trunks
-
-
-def sdf(trunks: np.ndarray) -> str:
-    """Return the world file's text."""
-    props = tuple(
-        Prop(f"tree_{i}", x, y, (Part("trunk", Cylinder(radius, 4.0), _BARK),))
-        for i, (x, y, radius) in enumerate(trunks.tolist())
-    )
-    return write_world("random_forest", "A forest drawn at random.", _GRASS, props)
+    """Return trunks (n, 3: x, y, radius): as many as their spacing, drawn too, leaves room for."""
+    return plant(rng, rng.uniform(*SPACINGS_M))
 
 
 def fly(trial: Trial, cepa: CepaParameters | None = None) -> Flown:
@@ -108,12 +85,19 @@ def fly(trial: Trial, cepa: CepaParameters | None = None) -> Flown:
     trunks = trial.forest
     with tempfile.TemporaryDirectory() as folder:
         world = Path(folder) / "forest.world"
-        world.write_text(sdf(trunks), encoding="utf-8")
-        with ClosedLoop(_parameters(trial, world, cepa or VARIANTS[trial.variant])) as loop:
-            loop.run_to(Phase.FLYING)
-            watch = _Watch(loop)
-            loop.run(until=watch.over)
-            return _judged(trial, trunks, loop)
+        world.write_text(forest_sdf(trunks), encoding="utf-8")
+        flight = fly_to_goal(_parameters(trial, world, cepa or VARIANTS[trial.variant]))
+    xy = flight.poses[:, 1:3]
+    gaps = np.hypot(*(xy[:, None, :] - trunks[None, :, :2]).transpose(2, 0, 1)) - trunks[:, 2]
+    return Flown(
+        trial,
+        flight.end,
+        distance_m=flight.path_length_m,
+        time_s=flight.time_s,
+        clearance_m=float(gaps.min(initial=math.inf)),
+        emergencies=flight.emergencies,
+        path_xy=xy[::12],
+    )
 
 
 def _parameters(trial: Trial, world: Path, cepa: CepaParameters) -> ClosedLoopParameters:
@@ -124,40 +108,6 @@ def _parameters(trial: Trial, world: Path, cepa: CepaParameters) -> ClosedLoopPa
         cepa=cepa,
         position_controller=PositionControllerParameters(max_speed=trial.speed_m_s),
         limits=ExperimentParameters(flight_timeout_s=10.0 * GOAL_X_M / trial.speed_m_s),
-    )
-
-
-class _Watch:
-    """Ends a flight at the goal, at the first contact, or when it is stuck."""
-
-    def __init__(self, loop: ClosedLoop) -> None:
-        self._nearest_m, self._since_s = math.inf, loop.time_s
-
-    def over(self, loop: ClosedLoop) -> bool:
-        """Tell whether the flight need not go on."""
-        _, x, y, *_ = loop.log.truth.rows[-1]
-        distance_m = math.hypot(GOAL_X_M - x, y)
-        if distance_m < self._nearest_m - 0.1:
-            self._nearest_m, self._since_s = distance_m, loop.time_s
-        over = {Phase.HOVERING, Phase.LANDING} & loop.outcome.times_s.keys()
-        return bool(over or loop.outcome.touched or loop.time_s - self._since_s > STUCK_S)
-
-
-def _judged(trial: Trial, trunks: np.ndarray, loop: ClosedLoop) -> Flown:
-    outcome, log = loop.outcome, loop.log
-    start_s = outcome.times_s[Phase.FLYING]
-    poses = log.between(start_s, loop.time_s)
-    xy = poses[:, 1:3]
-    gaps = np.hypot(*(xy[:, None, :] - trunks[None, :, :2]).transpose(2, 0, 1)) - trunks[:, 2]
-    end = "collision" if outcome.touched else "goal" if outcome.reached_goal else "stuck"
-    return Flown(
-        trial,
-        end,
-        distance_m=float(np.linalg.norm(np.diff(poses[:, 1:4], axis=0), axis=1).sum()),
-        time_s=float(poses[-1, 0] - start_s),
-        clearance_m=float(gaps.min(initial=math.inf)),
-        emergencies=sum(bool(row[4]) for row in log.decisions if row[0] >= start_s),
-        path_xy=xy[::12],
     )
 
 

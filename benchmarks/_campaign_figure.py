@@ -11,7 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from benchmarks._campaign import GOAL_X_M, HALF_WIDTH_M, SPEEDS_M_S, Flown, figures
+from benchmarks._campaign import GOAL_X_M, SPEEDS_M_S, Flown, figures
+from master_thesis.campaign.places import HALF_WIDTH_M
 
 COLOURS = {
     "original": "#c2410c",

@@ -23,6 +23,7 @@ from benchmarks._flights import Question  # noqa: E402
 from benchmarks._flown_file import FlownFile  # noqa: E402
 from benchmarks.cepa import replay  # noqa: E402
 from cepa import CepaParameters, Improved, LaserScan2D  # noqa: E402
+from master_thesis.campaign import places  # noqa: E402
 
 
 def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):
@@ -136,7 +137,7 @@ def test_forests_keep_their_spacing_and_repeat_themselves(number):
     gaps = np.hypot(*(trunks[:, None, :2] - trunks[None, :, :2]).transpose(2, 0, 1))
     assert np.min(gaps[~np.eye(len(trunks), dtype=bool)]) >= _campaign.SPACINGS_M[0]
     for end_x in (0.0, _campaign.GOAL_X_M):
-        assert np.min(np.hypot(trunks[:, 0] - end_x, trunks[:, 1])) >= _campaign.CLEAR_M
+        assert np.min(np.hypot(trunks[:, 0] - end_x, trunks[:, 1])) >= places.CLEAR_M
     assert len(trunks) > 15
 
 
