@@ -11,7 +11,8 @@ class Table:
     """Rows of text.
 
     emphasis, theirs: indices of rows that are ours and that are the thesis's, where both stand in one table.
-    theirs_last: the last column is the thesis's.
+    words: how many of the last columns hold
+    words; theirs_last: the last one is the thesis's.
     """
 
     caption: str
@@ -19,6 +20,7 @@ class Table:
     rows: Sequence[Sequence[str]]
     emphasis: tuple[int, ...] = ()
     theirs: tuple[int, ...] = ()
+    words: int = 0
     theirs_last: bool = False
     note: str = ""
     kind: str = "table"
@@ -26,13 +28,17 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of ours, and what the thesis shows or says at that place. alt: what can be seen on it."""
+    """A figure of ours, and what the thesis shows or says at that place. alt: what can be seen on it.
+
+    wide: it has panels side by side, and takes the page's whole width.
+    """
 
     svg: bytes
     caption: str
     alt: str
     thesis_figure: str = ""
     thesis_words: str = ""
+    wide: bool = False
     kind: str = "picture"
 
 

@@ -70,16 +70,15 @@ FIGURES: Mapping[str, Figure] = MappingProxyType(
             Figure(
                 "8.1",
                 "Two different scenarios: a completely empty field and a field with obstacles sparsely "
-                "spread "
-                "around. Two start and goal posts are placed at the top and bottom.",
+                "spread around. Two start and goal posts are placed at the top and bottom.",
             ),
             Figure(
                 "8.2", "Two different scenarios: a forest like environment and a indoor area with a hallway."
             ),
             Figure(
                 "8.3",
-                "Here we can see the emergency avoidance setup, with the Gazebo world to the left and the "
-                "visualisation to the right.",
+                "Here we can see the emergency avoidance setup, with the Gazebo world to the left and "
+                "the visualisation to the right.",
             ),
             Figure(
                 "8.4",
@@ -88,25 +87,23 @@ FIGURES: Mapping[str, Figure] = MappingProxyType(
             Figure(
                 "8.5",
                 "Here we see the same set up but with lower Ks. With low enough Ks the figure starts to "
-                "loose "
-                "its shape.",
+                "loose its shape.",
             ),
             Figure(
                 "8.6",
-                "Here we see the difference between the original and the improved emergency avoidance. As "
-                "the "
-                "original does not cause a collision in this scenario the arrows are identical.",
+                "Here we see the difference between the original and the improved emergency avoidance. "
+                "As the original does not cause a collision in this scenario the arrows are identical.",
             ),
             Figure(
                 "8.7",
-                "Here we see the difference between the original and the improved emergency avoidance. The "
-                "original emergency avoidance would have caused the UAV to crash into the columns, but the "
-                "improved emergency avoidance finds a safe escape.",
+                "Here we see the difference between the original and the improved emergency avoidance. "
+                "The original emergency avoidance would have caused the UAV to crash into the columns, "
+                "but the improved emergency avoidance finds a safe escape.",
             ),
             Figure(
                 "8.8",
-                "Environment created to test SLAM. Note the brown “box” is a bookshelf and shows up on the "
-                "maps as more of a [-shape than a box.",
+                "Environment created to test SLAM. Note the brown “box” is a bookshelf and shows up on "
+                "the maps as more of a [-shape than a box.",
             ),
             Figure(
                 "8.9",
@@ -115,20 +112,21 @@ FIGURES: Mapping[str, Figure] = MappingProxyType(
             Figure("8.10", "The maps created by URG-04LX-UG01 and UTM-30LX-EW side by side."),
             Figure(
                 "8.11",
-                "Figure showing how fast odometry can drift, even after some seconds around a corner. Lidar: "
-                "SICK TiM571. (a) Note the wall on the bottom left, where the odometry has drifted. (b) Map "
-                "fully created. Note how the wall down to the left has been corrected due to loop-closure.",
+                "Figure showing how fast odometry can drift, even after some seconds around a corner. "
+                "Lidar: SICK TiM571. (a) Note the wall on the bottom left, where the odometry has "
+                "drifted. (b) Map fully created. Note how the wall down to the left has been corrected "
+                "due to loop-closure.",
             ),
             Figure("8.12", "The maps created by the Velodyne Puck LITE and Quanergy M8-1 side by side."),
             Figure(
                 "8.13",
-                "Cargo hold environment. The dimensions are 20x30 meters. The “beams” on the sides are 1 "
-                "meter wide.",
+                "Cargo hold environment. The dimensions are 20x30 meters. The “beams” on the sides are "
+                "1 meter wide.",
             ),
             Figure(
                 "8.14",
-                "Map of the cargo hold. This misalignment was to great for the loop closure to fix. Lidar: "
-                "Hokuyo URG-04LX-UG01.",
+                "Map of the cargo hold. This misalignment was to great for the loop closure to fix. "
+                "Lidar: Hokuyo URG-04LX-UG01.",
             ),
             Figure(
                 "8.15",
@@ -137,8 +135,8 @@ FIGURES: Mapping[str, Figure] = MappingProxyType(
             ),
             Figure(
                 "8.16",
-                "The maps created by UTM-30LX-EW and TiM571 side by side. (b) Note the slight bend in the "
-                "side walls.",
+                "The maps created by UTM-30LX-EW and TiM571 side by side. (b) Note the slight bend in "
+                "the side walls.",
             ),
             Figure(
                 "8.17",

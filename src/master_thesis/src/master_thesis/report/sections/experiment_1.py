@@ -55,11 +55,9 @@ def section(size: Size, store: Store) -> Section:
         method=(
             f"The UAV is sent {size.goal_x_m:g} m straight ahead at 2 m/s through each world "
             f"({', '.join(size.scenarios)}), once with the original and once with the improved CEPA, "
-            "which alone "
-            "keeps it off the obstacles (UST-10LX padded to 1440 beams, 40 scans a second). CEPA's "
-            "computation "
-            "time is the processor time of its thread for one scan, averaged over the flight, then over "
-            "the seeds."
+            "which alone keeps it off the obstacles (UST-10LX padded to 1440 beams, 40 scans a second). "
+            "CEPA's computation time is the processor time of its thread for one scan, averaged over "
+            "the flight, then over the seeds."
         ),
         blocks=_blocks(names, flights),
         findings=findings(names, flights),
@@ -151,8 +149,8 @@ def _truth(names: Sequence[str], flights: Flights) -> Table:
         "What the thesis does not give: how the flights went, by the ground truth",
         header,
         rows,
-        note="Clearance: from the UAV's shape to the nearest obstacle, along the true path, least of all "
-        "flights.",
+        note="Clearance: from the UAV's shape to the nearest obstacle, along the true path, least of "
+        "all flights.",
     )
 
 
@@ -217,8 +215,7 @@ def _fastest_in_the_empty_world(names: Sequence[str], flights: Flights) -> Findi
         ""
         if agrees
         else "Ours gives up a direction at the first beam that forbids it, so that obstacles save it "
-        "time; the "
-        "thesis's adjusts speeds there instead, which costs time.",
+        "time; the thesis's adjusts speeds there instead, which costs time.",
     )
 
 
@@ -231,8 +228,8 @@ def _one_test(flights: Flights) -> Finding:
     return Finding(
         "In the open, testing v_ref first “reduces the … 1440 tests to 1!”",
         "9.1.1",
-        f"Improved: {improved:.2f} directions a scan in the empty world; original: {original:.0f}"
-        " (every seen beam at each of four speeds).",
+        f"Improved: {improved:.2f} directions a scan in the empty world; original: {original:.0f} (every "
+        "seen beam at each of four speeds).",
         agrees,
         "" if agrees else "v_ref is not always clear there: the UAV leans, and the lidar sees the ground.",
     )
@@ -263,8 +260,7 @@ def _order(names: Sequence[str], flights: Flights) -> Finding:
         ""
         if agrees
         else "The worlds are built after the thesis's pictures, which give no measures: how narrow they "
-        "are, and "
-        "so how often v_ref is not clear, is our choice.",
+        "are, and so how often v_ref is not clear, is our choice.",
     )
 
 
@@ -287,8 +283,8 @@ def _untouched(names: Sequence[str], flights: Flights) -> Finding:
     return Finding(
         "The improved algorithm “will no longer cause collisions”.",
         "9.1.1",
-        f"{counted(touched, 'collision')} in {counted(len(flown), 'flight')}; "
-        f"{len(flown) - late} reached the goal.",
+        f"{counted(touched, 'collision')} in {counted(len(flown), 'flight')}; {len(flown) - late} "
+        "reached the goal.",
         agrees,
         "" if agrees else "See the table above for which.",
     )

@@ -11,7 +11,7 @@ from master_thesis.emergency.variations import Flown
 from master_thesis.emergency.variations import figures as summary
 from master_thesis.emergency.variations_figure import Paths, paths_figure
 from master_thesis.report import thesis
-from master_thesis.report.content import Block, Finding, Picture, Section, Table, listed, number
+from master_thesis.report.content import Block, Finding, Picture, Section, Table, counted, listed, number
 from master_thesis.report.pieces.experiment_2 import PATH_STEP, flights_piece, pieces, proposals_piece
 from master_thesis.report.size import Size
 from master_thesis.report.store import Store
@@ -50,17 +50,15 @@ def section(size: Size, store: Store) -> Section:
         reference="8.1, figures 8.3 to 8.7; discussed in 9.1.1",
         method=(
             "The UAV hovers at 2 m, time is stopped, obstacles are put around it within r_LB, and time "
-            "goes on: the "
-            "pictures show what both algorithms propose for the first scan after that. Then the UAV is "
-            "let go for "
-            f"15 s with one of them, in {size.placements} variation{'s' if size.placements > 1 else ''} "
-            "of each "
-            "placement (every obstacle shifted by up to 5 cm along x and y)."
+            "goes on: the pictures show what both algorithms propose for the first scan after that. "
+            f"Then the UAV is let go for 15 s with one of them, in {size.placements} "
+            f"VARIATIONS of each placement (every obstacle shifted by "
+            "up to 5 cm along x and y)."
         ),
         blocks=blocks,
         findings=findings(numbers, sets),
-        parameters=f"seeds and placements 1 to {size.placements}; r_LB {R_LB_M:g} m; K 50 m/rad unless "
-        "varied",
+        parameters=f"{counted(size.placements, 'variation')} of each placement, seed by seed; r_LB "
+        f"{R_LB_M:g} m; K 50 m/rad unless varied",
     )
 
 
@@ -94,6 +92,7 @@ def _pictures(scenario: str, done) -> list[Picture]:
             "The obstacles from above, and the velocities that both algorithms propose as arrows",
             f"Figure {figure}",
             thesis.FIGURES[figure].caption,
+            wide=True,
         )
     ]
     if scenario == "columns":
@@ -104,6 +103,7 @@ def _pictures(scenario: str, done) -> list[Picture]:
                 "Eight panels: the lower K, the more directions the intrusions fill",
                 "Figures 8.4 and 8.5",
                 f"{thesis.FIGURES['8.4'].caption} {thesis.FIGURES['8.5'].caption}",
+                wide=True,
             )
         )
     return pictures
@@ -117,6 +117,7 @@ def _paths(sets: Sets) -> Picture:
         "Paths from above, for each placement and algorithm, with the places of contacts",
         "Figures 8.6 and 8.7",
         "The thesis shows arrows only; where they lead is not flown there.",
+        wide=True,
     )
 
 
@@ -186,8 +187,8 @@ def _shape(sweep: Sequence[dict]) -> Finding:
         "“With low enough Ks the figure starts to loose its shape.”",
         "figure 8.5",
         f"At K = {low['k_filter']:g} m/rad {100 * low['intruding_share']:.0f} % of all directions seem "
-        "blocked within "
-        f"r_LB, at K = {high['k_filter']:g} m/rad {100 * high['intruding_share']:.0f} %.{begins}",
+        f"blocked within r_LB, at K = {high['k_filter']:g} m/rad {100 * high['intruding_share']:.0f} "
+        f"%.{begins}",
         agrees,
         "" if agrees else "The K tried here are not low enough.",
     )
@@ -232,17 +233,18 @@ def _harmless(flights: Sequence[Flown]) -> Finding:
 
 
 def _crashes(flights: Sequence[Flown]) -> Finding:
-    touched = _touched(flights)
+    touched, refused = _touched(flights), sum(flight.proposal_refused for flight in flights)
     agrees = 2 * touched > len(flights)
     return Finding(
         "Wall and three columns: the original “would have caused the UAV to crash into the columns”.",
         "figure 8.7",
-        f"It touched in {touched} of {len(flights)} variations.",
+        f"It touched in {touched} of {len(flights)} variations; in {refused} the way that it proposes is "
+        "too narrow for the UAV.",
         agrees,
         ""
         if agrees
-        else "It proposes the way into the columns; once the UAV is near them, they push it back before "
-        "it touches.",
+        else "An arrow is not a flight: once the UAV is near the columns, they push it back before it "
+        "touches.",
     )
 
 
@@ -254,8 +256,8 @@ def _saved(flights: Sequence[Flown]) -> Finding:
     return Finding(
         "The improved emergency avoidance “finds a safe escape”, and causes no collision anywhere.",
         "figure 8.7, 9.1.1",
-        f"It touched in {touched} of {len(flights)} flights and got out in {values['left']}; least clearance "
-        f"{max(values['min_clearance_m'], 0.0):.2f} m.",
+        f"It touched in {touched} of {len(flights)} flights and got out in {values['left']}; least "
+        f"clearance {max(values['min_clearance_m'], 0.0):.2f} m.",
         agrees,
         "" if agrees else f"Not so in {listed([_words(name) for name in scenarios])}.",
     )

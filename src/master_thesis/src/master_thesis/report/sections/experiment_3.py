@@ -26,12 +26,10 @@ def section(size: Size, store: Store) -> Section:
         title="Experiment 3: SLAM in a normal environment",
         reference="8.2, figures 8.8 to 8.12; discussed in 9.1.2",
         method=(
-            f"The UAV flies {duration_s:g} s through a room of 16 x 12 m with walls, boxes, columns and a "
-            "bookshelf, at "
-            f"{scenario.speed_m_s:g} m/s, by the ground truth; its odometry drifts. gridslam, a "
-            "Rao-Blackwellised particle "
-            "filter with gmapping's parameters, maps the recorded scans, without loop closure as gmapping "
-            "does, and with it."
+            f"The UAV flies {duration_s:g} s through a room of 16 x 12 m with walls, boxes, columns and "
+            f"a bookshelf, at {scenario.speed_m_s:g} m/s, by the ground truth; its odometry drifts. "
+            "gridslam, a Rao-Blackwellised particle filter with gmapping's parameters, maps the "
+            "recorded scans, without loop closure as gmapping does, and with it."
         ),
         blocks=blocks,
         findings=findings(maps),
@@ -59,8 +57,7 @@ def _all_good(maps: Maps) -> Finding:
         "“In Experiment 3 all lidars do a pretty good job.”",
         "9.1.2",
         f"{len(maps.lidars) - len(bad)} of {len(maps.lidars)} maps are true to the world; the worst is "
-        f"the {worst}'s, 95 % of "
-        f"it within {maps.middle(worst)['map_error_p95_m']:.3f} m of a wall.",
+        f"the {worst}'s, 95 % of it within {maps.middle(worst)['map_error_p95_m']:.3f} m of a wall.",
         not bad,
         "" if not bad else f"Not so of {listed(bad)}: {maps.verdict(bad[0])}.",
     )
@@ -79,9 +76,8 @@ def _less_complete(maps: Maps) -> Finding:
         agrees,
         ""
         if agrees
-        else "Our flight comes near to every wall in its time, so that range does not decide; the least, "
-        f"of the {least}, "
-        f"is {100 * seen[least]:.0f} %.",
+        else "Our flight comes near to every wall in its time, so that range does not decide; the "
+        f"least, of the {least}, is {100 * seen[least]:.0f} %.",
     )
 
 
@@ -100,9 +96,8 @@ def _corrected(maps: Maps) -> Finding:
         "TiM: at half time a wall is drawn where odometry has drifted to; it is corrected when seen again.",
         f"figure {thesis.MAPS['room']['tim'].figure}",
         f"Farthest that an occupied cell is from a true wall: {half:.2f} m at half time, {end:.2f} m at "
-        "the end; "
-        f"trajectory error as believed in flight {middle['ate_online_rmse_m']:.3f} m, at the end "
-        f"{middle['ate_rmse_m']:.3f} m.",
+        f"the end; trajectory error as believed in flight {middle['ate_online_rmse_m']:.3f} m, at the "
+        f"end {middle['ate_rmse_m']:.3f} m.",
         agrees,
         why,
     )

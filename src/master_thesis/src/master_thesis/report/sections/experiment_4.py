@@ -31,10 +31,9 @@ def section(size: Size, store: Store) -> Section:
         reference="8.2, figures 8.13 to 8.17; discussed in 9.1.2",
         method=(
             "The UAV flies one round trip along the walls of a hold of 30 x 20 m, whose beams repeat "
-            "every 3 m, at "
-            f"{speed_m_s:g} m/s and 3 m from the plating, by the ground truth; its odometry drifts. "
-            "gridslam maps the "
-            "recorded scans, without loop closure as gmapping does, and with it."
+            f"every 3 m, at {speed_m_s:g} m/s and 3 m from the plating, by the ground truth; its "
+            "odometry drifts. gridslam maps the recorded scans, without loop closure as gmapping does, "
+            "and with it."
         ),
         blocks=blocks,
         findings=findings(maps),
@@ -157,8 +156,8 @@ def _bulge(maps: Maps) -> Finding:
         ""
         if agrees
         else f"Ours has the {lidar.range_m:g} m of table 8.2 and sees the far wall; the thesis's text, "
-        "and so perhaps its "
-        f"simulator, gives it {thesis.TIM_RANGE_IN_TEXT_M:g} m (lidar_range_max:=15 tries that).",
+        f"and so perhaps its simulator, gives it {thesis.TIM_RANGE_IN_TEXT_M:g} m (lidar_range_max:=15 "
+        "tries that).",
     )
 
 
@@ -175,8 +174,8 @@ def _mended(maps: Maps) -> Finding:
         "UST: the walls bend, and “the misalignment was fixed by the loop closure”.",
         "figure 8.15",
         f"Trajectory error {without['ate_rmse_m']:.3f} m without loop closure, "
-        f"{with_it['ate_rmse_m']:.3f} m with it; 95 % of "
-        f"the map within {without['map_error_p95_m']:.3f} and {with_it['map_error_p95_m']:.3f} m of a wall.",
+        f"{with_it['ate_rmse_m']:.3f} m with it; 95 % of the map within {without['map_error_p95_m']:.3f} "
+        f"and {with_it['map_error_p95_m']:.3f} m of a wall.",
         agrees,
         why,
     )
@@ -193,15 +192,14 @@ def _beyond_mending(maps: Maps) -> Finding:
     elif closed:
         why = (
             "gmapping closes loops only by what its particles remember; gridslam's loop closure "
-            "recognises the place by its "
-            f"scan and corrects the whole path. Not always well: the worst flight is off by {worst:.2f} m."
+            "recognises the place by its scan and corrects the whole path. Not always well: the worst "
+            f"flight is off by {worst:.2f} m."
         )
     return Finding(
         "URG: “the drift is so bad that the loop-closure in the SLAM algorithm could not correct it”.",
         "9.1.2, figure 8.14",
         f"Trajectory error {without['ate_rmse_m']:.3f} m without loop closure: {maps.verdict('urg')}. "
-        "With it "
-        f"{with_it['ate_rmse_m']:.3f} m, {with_it['closures']:.0f} loops: "
+        f"With it {with_it['ate_rmse_m']:.3f} m, {with_it['closures']:.0f} loops: "
         f"{maps.verdict('urg', closure=True)}.",
         agrees,
         why,

@@ -111,13 +111,12 @@ def maps_table(maps: Maps, caption: str) -> Table:
         caption,
         header,
         rows,
+        words=2,
         theirs_last=True,
-        note="Medians over the seeds. Trajectory error: root mean square, not aligned, of the path as it "
-        "is at the end. "
-        "Map error: distance of occupied cells from the nearest true wall, mean and 95th percentile. "
-        "Walls bent by: "
-        "deviation of straight walls' cells from a fitted line. Wall seen: share of the true walls' "
-        "length in the map.",
+        note="Medians over the seeds. Trajectory error: root mean square, not aligned, of the path as "
+        "it is at the end. Map error: distance of occupied cells from the nearest true wall, mean and "
+        "95th percentile. Walls bent by: deviation of straight walls' cells from a fitted line. Wall "
+        "seen: share of the true walls' length in the map.",
     )
 
 
@@ -144,8 +143,12 @@ def range_chart(maps: Maps) -> Picture:
     ranges = [thesis.LIDARS[lidar].range_m for lidar in maps.lidars]
     labels = [f"{lidar}\n{range_m:g} m" for lidar, range_m in zip(maps.lidars, ranges)]
     axes.set_xticks(ranges, labels, fontsize=8)
-    axes.minorticks_off()
     axes.set_xlim(min(ranges) / 1.4, max(ranges) * 1.4)
+    ticks = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+    low, high = axes.get_ylim()
+    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.set_ylim(min(low, 0.004), max(high, 0.4))
+    axes.minorticks_off()
     axes.set_ylabel("trajectory error [m]", fontsize=8)
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.3, lw=0.4, axis="y")
@@ -177,13 +180,13 @@ def map_pictures(maps: Maps, shown: Mapping[str, Done]) -> list[Picture]:
             pictures.append(
                 Picture(
                     shown[lidar].figure(name),
-                    f"{thesis.LIDARS[lidar].name}, {'with' if name == CLOSED else 'without'} loop closure: "
-                    f"{verdict(figures)}; trajectory error {figures['ate_rmse_m']:.3f} m, 95 % of the map "
-                    "within "
-                    f"{figures['map_error_p95_m']:.3f} m of a wall.",
+                    f"{thesis.LIDARS[lidar].name}, {'with' if name == CLOSED else 'without'} loop "
+                    f"closure: {verdict(figures)}; trajectory error {figures['ate_rmse_m']:.3f} m, 95 % "
+                    f"of the map within {figures['map_error_p95_m']:.3f} m of a wall.",
                     f"The {maps.world} from above, the map at half time and the map at the end, {lidar}",
                     f"Figure {words.figure}",
                     thesis.FIGURES[figure].caption,
+                    wide=True,
                 )
             )
     return pictures

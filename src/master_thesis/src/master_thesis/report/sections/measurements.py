@@ -23,11 +23,9 @@ def build_section(size: Size, store: Store) -> Section:
         title="Measurement 1: compilation time",
         reference="8.3, table 8.3; discussed in 9.2.3",
         method=(
-            "A copy of this workspace is built with catkin_make, from nothing and again after files were "
-            "altered from which "
-            "code is generated (messages, dynamic_reconfigure). The time is wall time from the command to "
-            "its end, the "
-            "median of some rounds."
+            "A copy of this workspace is built with catkin_make, from nothing and again after files "
+            "were altered from which code is generated (messages, dynamic_reconfigure). The time is "
+            "wall time from the command to its end, the median of some rounds."
         ),
         blocks=blocks,
         findings=build_findings(done.numbers["seconds"]) if done else [],
@@ -60,10 +58,8 @@ def _build_table(done: Done) -> Table:
         emphasis=(1,),
         theirs=(0,),
         note=f"Many files: all {ours['files altered']:.0f} from which code is generated. Load average at "
-        "the start: "
-        f"{done.facts['load']:.1f}. A node, a library or a launch file that is altered needs no build at "
-        "all: Python is "
-        "used where it lies.",
+        f"the start: {done.facts['load']:.1f}. A node, a library or a launch file that is altered needs "
+        "no build at all: Python is used where it lies.",
     )
 
 
@@ -103,10 +99,8 @@ def launch_section(size: Size, store: Store) -> Section:
         reference="8.3, table 8.4; discussed in 9.2.3",
         method=(
             "roslaunch starts the collection of nodes; the clock runs until all of them are good to go: "
-            "the first scan, the "
-            "flight controller's link to MAVROS, RViz's displays listening. Then Ctrl-C is pressed and "
-            "the clock runs until the "
-            "last process is gone."
+            "the first scan, the flight controller's link to MAVROS, RViz's displays listening. Then "
+            "Ctrl-C is pressed and the clock runs until the last process is gone."
         ),
         blocks=[_launch_table(launches)] if launches else [],
         findings=launch_findings(numbers),
@@ -128,11 +122,10 @@ def _launch_table(launches: Mapping[str, Done]) -> Table:
         rows,
         emphasis=(1, 3),
         theirs=(0, 2),
-        note="“Gazebo” is this workspace's simulator, which holds the flight controller's stand-in in its "
-        "own process. RViz draws "
-        "by software on a display without a screen. Experiment 1: every node of the thesis's figure 5.2, "
-        "until CEPA's first "
-        f"answer. Load average at the start: {load:.1f} at most.",
+        note="“Gazebo” is this workspace's simulator, which holds the flight controller's stand-in in "
+        "its own process. RViz draws by software on a display without a screen. Experiment 1: every "
+        "node of the thesis's figure 5.2, until CEPA's first answer. Load average at the start: "
+        f"{load:.1f} at most.",
     )
 
 
@@ -166,8 +159,7 @@ def launch_findings(ours: Mapping[str, dict]) -> list[Finding]:
                 ""
                 if agrees
                 else "Neither Gazebo nor PX4 runs here: our simulator and the flight controller's "
-                "stand-in are one process, "
-                "which ends at the first signal.",
+                "stand-in are one process, which ends at the first signal.",
             )
         )
     if {"Gazebo", "Gazebo with Rviz"} <= set(ours):
