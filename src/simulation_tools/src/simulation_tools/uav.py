@@ -61,8 +61,8 @@ def load_uav(
 
     model: a name in the model path, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`, or NAME
     for another model lidar_NAME of the model path; None: the model as it is. range_max_m: replaces the
-    lidar's own range when it is positive. sensors: further models (range_finder, camera, ...), which say where they
-    sit. Raises SdfError or UavError.
+    lidar's own range when it is positive. sensors: further models (range_finder, camera, ...), which say
+    where they sit. Raises SdfError or UavError.
     """
     carrier = load_model(_location(model), model_path)
     if lidar is not None:
