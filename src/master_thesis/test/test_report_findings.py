@@ -8,7 +8,13 @@ import pytest
 from master_thesis.emergency.variations import Flown
 from master_thesis.report import thesis
 from master_thesis.report.content import listed, number, spread
-from master_thesis.report.sections import experiment_1, experiment_2, experiment_3, experiment_4, measurements
+from master_thesis.report.sections import (
+    experiment_1_findings,
+    experiment_2,
+    experiment_3,
+    experiment_4,
+    measurements,
+)
 from master_thesis.report.sections.maps import Maps
 from master_thesis.worlds.scenario import LIDARS
 
@@ -41,7 +47,7 @@ def flights(**changed_ms):
 
 
 def of_flights(made):
-    return experiment_1.findings(list(thesis.SCENARIO_FIGURES), made)
+    return experiment_1_findings.findings(list(thesis.SCENARIO_FIGURES), made)
 
 
 def test_the_thesis_agrees_with_itself():

@@ -1,0 +1,85 @@
+"""The pictures of Experiment 1 on the page: computation times, and the worlds from above with the paths flown."""
+
+from __future__ import annotations
+
+from typing import Mapping
+
+import numpy as np
+from matplotlib.collections import PatchCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from master_thesis.flight.scenario_flight import WORLDS
+from master_thesis.report import thesis
+from master_thesis.results import palette
+from master_thesis.results.from_above import SOLID
+from master_thesis.worlds.floor_plan import outlines
+from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
+from simulation_tools.sdf.parser import load_world
+
+LEAST_MS = 0.005
+"""The foot of the picture's logarithmic scale; the thesis's "~ 0" stands there."""
+
+
+def times_figure(times: Mapping[tuple, tuple[float, float]]) -> Figure:
+    """Draw computation times, the thesis's and ours (mean, spread in ms by scenario and algorithm)."""
+    figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+    axes = figure.add_subplot()
+    names, width = list(dict.fromkeys(name for name, _ in times)), 0.2
+    places = np.arange(len(names))
+    columns = [(whose, algorithm) for algorithm in thesis.TABLE_8_1_MS for whose in ("thesis", "ours")]
+    for column, (whose, algorithm) in enumerate(columns):
+        theirs = thesis.TABLE_8_1_MS[algorithm]
+        means = [theirs[n] or LEAST_MS if whose == "thesis" else times[n, algorithm][0] for n in names]
+        colour = palette.ALGORITHMS[algorithm]
+        bars = axes.bar(
+            places + (column - 1.5) * width,
+            means,
+            width,
+            yerr=None if whose == "thesis" else [times[n, algorithm][1] for n in names],
+            capsize=2,
+            facecolor="white" if whose == "thesis" else colour,
+            edgecolor=colour,
+            lw=1.2,
+            label=f"{algorithm}, {whose}",
+        )
+        labels = [f"{mean:.2g}" if mean > LEAST_MS else "~ 0" for mean in means]
+        axes.bar_label(bars, labels, fontsize=6.5, padding=2)
+    axes.set_yscale("log")
+    axes.set_ylim(LEAST_MS, 100.0)
+    axes.set_xticks(places, names)
+    axes.set_ylabel("mean computation time [ms]", fontsize=8)
+    axes.tick_params(labelsize=8)
+    axes.legend(fontsize=7, ncol=4, frameon=False, loc="upper center")
+    return figure
+
+
+def view_figure(name: str, flown: Mapping[str, dict]) -> Figure:
+    paths = {algorithm: np.array(flight["path_xy"]) for algorithm, flight in flown.items()}
+    points = np.concatenate(list(paths.values()))
+    margin = np.array((2.0, 4.0))
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    width, height = high - low
+    figure = Figure(figsize=(7.2, 6.6 * height / width + 0.75), layout="constrained")
+    axes = figure.add_subplot()
+    solid = [o for o in outlines(load_world(str(WORLDS / f"{name}.world"))) if o.blocks(FLIGHT_HEIGHT_M)]
+    patches = [Polygon(o.outline_xy, closed=True) for o in solid if len(o.outline_xy) > 2]
+    axes.add_collection(PatchCollection(patches, facecolor=SOLID, edgecolor="black", linewidth=0.3))
+    for algorithm, (line, dashes) in {"original": (2.4, (0, (4, 1.5))), "improved": (1.5, "-")}.items():
+        colour = palette.ALGORITHMS[algorithm]
+        axes.plot(*paths[algorithm].T, color=colour, lw=line, ls=dashes, label=algorithm)
+        places = np.array(flown[algorithm]["emergencies_xy"]).reshape(-1, 2)
+        if len(places):
+            axes.plot(*places.T, "x", ms=5, mew=1.2, color=colour, label=f"{algorithm}: emergency", zorder=6)
+    axes.plot(*points[0], "o", ms=5, mfc="white", mec="black", zorder=7)
+    axes.plot(*paths["improved"][-1], "*", ms=10, mfc="white", mec="black", zorder=7)
+    axes.set_aspect("equal")
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_xlabel("x [m]", fontsize=8)
+    axes.set_ylabel("y [m]", fontsize=8)
+    axes.tick_params(labelsize=7)
+    figure.legend(
+        *axes.get_legend_handles_labels(), fontsize=7, frameon=False, ncol=4, loc="outside lower center"
+    )
+    return figure
