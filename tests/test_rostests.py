@@ -14,8 +14,6 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 ROSTESTS = sorted(ROOT.glob("src/*/test/**/*.test"))
 TIMEOUT_S = 240.0
-# Those that measure wall time more closely than a busy machine allows, as the latency of a setpoint
-REALTIME = {"simulation_tools/sitl"}
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(TIMEOUT_S + 30.0)]
 
@@ -25,14 +23,7 @@ def name_of(path: Path) -> str:
 
 
 def rostests() -> list:
-    return [
-        pytest.param(path, id=name, marks=[pytest.mark.realtime] if name in REALTIME else [])
-        for path, name in ((path, name_of(path)) for path in ROSTESTS)
-    ]
-
-
-def test_those_that_measure_wall_time_are_there():
-    assert {name_of(path) for path in ROSTESTS} >= REALTIME
+    return [pytest.param(path, id=name_of(path)) for path in ROSTESTS]
 
 
 @pytest.mark.parametrize("path", rostests())

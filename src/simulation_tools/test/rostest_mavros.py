@@ -108,10 +108,6 @@ class TestMavros(unittest.TestCase):
         q.z, q.w = math.sin(yaw / 2), math.cos(yaw / 2)
         self.pose_setpoint.publish(message)
 
-    def land(self):
-        self.assertTrue(self.services["cmd/land"](0, 0, 0, 0, 0).success)
-        self.assertTrue(self.eventually(lambda: not self.last("state").armed, 30.0))
-
     # The names sort the flight to the end: the other tests want it on the ground.
 
     def test_a_topics_come_with_their_frames_and_simulated_stamps(self):
@@ -137,7 +133,8 @@ class TestMavros(unittest.TestCase):
         for name in ("state", "home_position/home"):
             latched = []
             subscriber = rospy.Subscriber(f"/mavros/{name}", TOPICS[name], latched.append)
-            self.assertTrue(self.eventually(lambda seen=latched: seen, 0.5), name)
+            self.assertTrue(self.eventually(lambda seen=latched: seen), name)
+            self.assertEqual(latched[0]._connection_header["latching"], "1", name)
             subscriber.unregister()
 
     def test_c_state_comes_once_per_simulated_second(self):
@@ -148,12 +145,14 @@ class TestMavros(unittest.TestCase):
         self.assertAlmostEqual((stamps[-1] - stamps[0]) / 2, 1.0, delta=0.1)
 
     def test_c_state_comes_at_once_on_a_change(self):
-        """Six changes: the heartbeat of each second alone would be late for some."""
+        """Six changes: the heartbeat of each second alone would come a second after the last one."""
+        early = 0
         for armed in (True, False) * 3:
+            before = self.last("state").header.stamp
             self.assertTrue(self.services["cmd/arming"](armed).success)
-            self.assertTrue(
-                self.eventually(lambda a=armed: self.last("state").armed is a, 0.3, period_s=0.005)
-            )
+            self.assertTrue(self.eventually(lambda a=armed: self.last("state").armed is a, period_s=0.005))
+            early += (self.last("state").header.stamp - before).to_sec() < 0.9
+        self.assertGreaterEqual(early, 3)
 
     def test_c_the_global_position_is_that_of_the_origin(self):
         fix = self.last("global_position/global")
@@ -166,7 +165,7 @@ class TestMavros(unittest.TestCase):
     def test_c_diagnostics_are_mavros_own(self):
         arrays = []
         subscriber = rospy.Subscriber("/diagnostics", DiagnosticArray, arrays.append)
-        self.assertTrue(self.eventually(lambda: len(arrays) >= 2, 5.0))
+        self.assertTrue(self.eventually(lambda: len(arrays) >= 2))
         subscriber.unregister()
         levels = {status.name: status.level for status in arrays[-1].status}
         names = ("FCU connection", "Heartbeat", "System", "Battery")
@@ -220,7 +219,7 @@ class TestMavros(unittest.TestCase):
             sender.sendto(data, ("127.0.0.1", 24640))
         sender.close()
         stamp = self.last("local_position/pose").header.stamp
-        newer = self.eventually(lambda: self.last("local_position/pose").header.stamp > stamp, 2.0)
+        newer = self.eventually(lambda: self.last("local_position/pose").header.stamp > stamp)
         self.assertTrue(newer)
 
     def test_h_while_time_stands_still_services_answer_within_their_time_out(self):
@@ -231,7 +230,7 @@ class TestMavros(unittest.TestCase):
             self.services["set_mode"](0, "AUTO.LOITER")
             self.services["cmd/command"](False, 31000, 0, 0, 0, 0, 0, 0, 0, 0)
             # A second for a parameter, for a command the 2 s that mavros.test sets
-            self.assertLess(time.monotonic() - began, 5.0)
+            self.assertLess(time.monotonic() - began, 20.0)  # and not for as long as time stands still
         finally:
             rospy.ServiceProxy("/gazebo/unpause_physics", Empty)()
 
@@ -255,7 +254,7 @@ class TestMavros(unittest.TestCase):
 
         body = lambda: self.last("local_position/velocity_body").twist.linear  # noqa: E731
         local = lambda: self.last("local_position/velocity_local").twist.linear  # noqa: E731
-        self.assertTrue(self.eventually(lambda: body().x > 0.9 and local().x > 0.9, 5.0, fly_forward))
+        self.assertTrue(self.eventually(lambda: body().x > 0.9 and local().x > 0.9, 20.0, fly_forward))
 
         # Velocity in the local frame, ENU, by cmd_vel and without a stamp: to the left is north.
         def fly_north():
@@ -263,7 +262,7 @@ class TestMavros(unittest.TestCase):
             message.linear.y = 1.0
             self.unstamped.publish(message)
 
-        self.assertTrue(self.eventually(lambda: local().y > 0.9 and abs(local().x) < 0.2, 6.0, fly_north))
+        self.assertTrue(self.eventually(lambda: local().y > 0.9 and abs(local().x) < 0.2, 20.0, fly_north))
 
         # An attitude, FLU in ENU: nose down by 10 degrees, which flies forward, to the east.
         def lean_forward():
@@ -277,22 +276,18 @@ class TestMavros(unittest.TestCase):
 
         pitch = lambda: 2.0 * math.asin(self.last("imu/data").orientation.y)  # noqa: E731
         leaning = self.eventually(
-            lambda: abs(pitch() - math.radians(10)) < 0.03 and local().x > 0.3, 4.0, lean_forward
+            lambda: abs(pitch() - math.radians(10)) < 0.03 and local().x > 0.3, 20.0, lean_forward
         )
         self.assertTrue(leaning)
         denied = self.services["cmd/arming"](False)
         self.assertEqual((denied.success, denied.result), (False, 2))
-        self.land()
 
-    def test_z_losing_the_stream_lands(self):
-        self.eventually(lambda: False, 0.3, self.stream_pose)
-        self.ask_for("OFFBOARD")
-        self.assertTrue(self.services["cmd/arming"](True).success)
-        height = lambda: self.last("local_position/pose").pose.position.z  # noqa: E731
-        self.assertTrue(self.eventually(lambda: height() > 1.5, 20.0, self.stream_pose))
-        self.assertTrue(self.eventually(lambda: self.mode() == "AUTO.LAND", 5.0))
+        # The stream ends: PX4 lands, and comes back with it.
+        self.assertTrue(self.eventually(lambda: self.mode() == "AUTO.LAND"))
         self.assertEqual(self.last("state").system_status, 5)
-        self.assertTrue(self.eventually(lambda: not self.last("state").armed, 20.0))
+        self.assertTrue(self.eventually(lambda: self.mode() == "OFFBOARD", 20.0, self.stream_pose))
+        self.assertTrue(self.services["cmd/land"](0, 0, 0, 0, 0).success)
+        self.assertTrue(self.eventually(lambda: not self.last("state").armed, 40.0))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The node mavros_publisher in flight: ready, commands, bad commands, deaths, landings, reset."""
+"""sitl.launch and tools.launch in flight: ready, TF, commands, bad commands, deaths, landings, reset."""
 
 from __future__ import annotations
 
@@ -21,11 +21,15 @@ import rosnode
 import rospkg
 import rospy
 import rostest
+import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
+from gazebo_msgs.msg import ContactsState
 from geometry_msgs.msg import Pose, TwistStamped
 from mavros_msgs.msg import State
 from mavros_msgs.srv import SetMode
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty, Trigger
 
@@ -40,9 +44,13 @@ class TestMavrosPublisher(unittest.TestCase):
         cls.truth = cls.state = None
         cls.ready = []
         cls.highest = 0.0
+        cls.touched = []
+        cls.tf = tf2_ros.Buffer()
+        cls.listener = tf2_ros.TransformListener(cls.tf)
         rospy.Subscriber("/UAV/ground_truth", Odometry, cls.on_truth, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("/UAV/ready", Bool, lambda m: cls.ready.append(m.data))
         rospy.Subscriber("/mavros/state", State, cls.on_state)
+        rospy.Subscriber("/UAV/collision", ContactsState, lambda m: cls.touched.extend(m.states))
         cls.velocity = rospy.Publisher("/UAV/vel_setpoint/final/body", TwistStamped, queue_size=1)
         cls.position = rospy.Publisher("/UAV/pos_setpoint/final", Pose, queue_size=1)
         cls.use_position = rospy.Publisher("/UAV/use_pos_setpoint", Bool, queue_size=1)
@@ -114,24 +122,50 @@ class TestMavrosPublisher(unittest.TestCase):
                 moved[0] = rospy.get_time()
             return rospy.get_time() - moved[0] > 1.0
 
-        self.assertTrue(self.eventually(settled, 15.0))
+        self.assertTrue(self.eventually(settled, 30.0))
         before = self.place
         self.for_simulated(1.0)
         self.assertLess(math.dist(before, self.place), 0.15)
 
     def test_a_it_hovers_two_metres_over_the_ground_facing_as_it_stood(self):
         self.assertEqual((self.state.mode, self.state.armed), ("OFFBOARD", True))
-        self.for_simulated(6.0, lambda: self.fly(forward=0.0))  # a stack without a goal
+        self.for_simulated(5.0, lambda: self.fly(forward=0.0))  # a stack without a goal
         x, y, z = self.place
         self.assertLess(math.hypot(x, y), 0.05)
         self.assertAlmostEqual(z, 2.0, delta=0.05)
         q = self.truth.pose.pose.orientation
         self.assertAlmostEqual(2.0 * math.atan2(q.z, q.w), YAW, delta=0.03)
 
+    def test_aa_tf_knows_the_lidar_in_the_world_and_agrees_with_the_ground_truth(self):
+        hokuyo, base = (
+            self.tf.lookup_transform("world", frame, rospy.Time(0), rospy.Duration(30.0)).transform
+            for frame in ("hokuyo", "base_frame")
+        )
+        self.tf.lookup_transform("odom", "hokuyo", rospy.Time(0), rospy.Duration(30.0))
+        self.assertAlmostEqual(base.translation.z, 2.0, delta=0.06)
+        height = hokuyo.translation.z - base.translation.z
+        self.assertAlmostEqual(height, 0.062 + 0.0525, delta=0.002)  # the mount and the UST's own height
+
+    def test_ab_answers_to_scans_are_flown_and_their_latency_is_measured(self):
+        self.touched.clear()
+        answer = lambda scan: self.fly(forward=0.5, stamp=scan.header.stamp)  # noqa: E731
+        subscriber = rospy.Subscriber("/scan", LaserScan, answer, queue_size=1, tcp_nodelay=True)
+        self.for_simulated(3.0)
+        began, start = rospy.get_time(), self.place
+        self.for_simulated(2.0)
+        way = math.dist(start, self.place)
+        self.assertAlmostEqual(way / (rospy.get_time() - began), 0.5, delta=0.1)
+        subscriber.unregister()
+        message = rospy.wait_for_message("/gazebo/performance", DiagnosticArray, timeout=30.0)
+        values = {item.key: float(item.value) for item in message.status[0].values}
+        self.assertGreater(values["setpoint_latency_count"], 50)
+        self.assertGreater(values["setpoint_latency_ms_median"], 0.0)
+        self.assertFalse(self.touched)
+
     def test_b_velocities_are_flown_in_the_levelled_body_frame(self):
         start = self.place
         v = lambda: self.truth.twist.twist.linear  # noqa: E731  body frame
-        self.assertTrue(self.eventually(lambda: v().x > 0.9 and abs(v().y) < 0.15, 6.0, self.fly))
+        self.assertTrue(self.eventually(lambda: v().x > 0.9 and abs(v().y) < 0.15, 20.0, self.fly))
         heading = math.atan2(self.place[1] - start[1], self.place[0] - start[0])
         self.assertAlmostEqual(heading, YAW, delta=0.1)
 
@@ -143,7 +177,7 @@ class TestMavrosPublisher(unittest.TestCase):
         pilot = subprocess.Popen(shlex.split(command), env=environment, stdout=subprocess.DEVNULL)
         try:
             ahead = lambda: (self.place[0] - x) * math.cos(YAW) + (self.place[1] - y) * math.sin(YAW)  # noqa: E731
-            self.assertTrue(self.eventually(lambda: ahead() > 2.0, 10.0))
+            self.assertTrue(self.eventually(lambda: ahead() > 2.0))
         finally:
             pilot.terminate()
             pilot.wait()
@@ -177,12 +211,12 @@ class TestMavrosPublisher(unittest.TestCase):
 
         self.use_position.publish(True)
         there = (x - 2.0, y + 1.0, z + HIGH_M)
-        self.assertTrue(self.eventually(lambda: math.dist(self.place, there) < 0.15, 12.0, both))
+        self.assertTrue(self.eventually(lambda: math.dist(self.place, there) < 0.15, 30.0, both))
         client = Client("/mavros_publisher", timeout=5.0)
         self.assertTrue(client.get_configuration()["use_pos_setpoint"])
         client.update_configuration({"use_pos_setpoint": False})
         v = lambda: self.truth.twist.twist.linear  # noqa: E731
-        self.assertTrue(self.eventually(lambda: v().x > 0.8, 6.0, both))
+        self.assertTrue(self.eventually(lambda: v().x > 0.8, 20.0, both))
 
     def kill_and_count_ready(self, node):
         seen = len(self.ready)
@@ -195,8 +229,8 @@ class TestMavrosPublisher(unittest.TestCase):
         type(self).highest = 0.0
         where = self.place
         seen = self.kill_and_count_ready("/mavros_publisher")
-        self.assertTrue(self.eventually(lambda: True in self.ready[seen:], 15.0))
-        self.assertTrue(self.eventually(lambda: self.state.mode == "OFFBOARD", 5.0))
+        self.assertTrue(self.eventually(lambda: True in self.ready[seen:], 30.0))
+        self.assertTrue(self.eventually(lambda: self.state.mode == "OFFBOARD"))
         self.assert_hovers()
         self.assertTrue(self.state.armed)
         self.assertLess(math.dist(where[:2], self.place[:2]), 4.0)
@@ -207,13 +241,13 @@ class TestMavrosPublisher(unittest.TestCase):
         height = self.place[2]
         seen = len(self.ready)
         rosnode.kill_nodes(["/mavros"])
-        self.assertTrue(self.eventually(lambda: self.place[2] < height - 0.1, 10.0))
+        self.assertTrue(self.eventually(lambda: self.place[2] < height - 0.1))
         self.assertTrue(
             self.eventually(
-                lambda: self.state.mode == "OFFBOARD" and self.truth.twist.twist.linear.z > -0.1, 15.0
+                lambda: self.state.mode == "OFFBOARD" and self.truth.twist.twist.linear.z > -0.1, 30.0
             )
         )
-        self.assertTrue(self.eventually(lambda: False in self.ready[seen:] and self.ready[-1], 20.0))
+        self.assertTrue(self.eventually(lambda: False in self.ready[seen:] and self.ready[-1], 40.0))
         self.assert_hovers()
         self.assertGreater(self.place[2], 1.9)
 
@@ -230,7 +264,7 @@ class TestMavrosPublisher(unittest.TestCase):
         self.assertIn(False, self.ready[seen:])
         self.assertTrue([text for text in said if "MAVROS has sent no pose for" in text])
         self.assertFalse([text for text in said if "stamped in the future" in text])
-        self.assertTrue(self.eventually(lambda: self.ready[-1], 20.0, self.fly))
+        self.assertTrue(self.eventually(lambda: self.ready[-1], 40.0, self.fly))
         self.assertGreater(self.place[2], 1.9)
         rosout.unregister()
 
@@ -239,7 +273,7 @@ class TestMavrosPublisher(unittest.TestCase):
         uri = rosgraph.Master("/test").lookupNode(node)
         return xmlrpc.client.ServerProxy(uri).getPid("/test")[2]
 
-    def test_h_somebody_elses_landing_is_left_alone_until_restart(self):
+    def test_h_somebody_elses_landing_is_left_alone_until_restart_or_reset(self):
         rospy.ServiceProxy("/mavros/set_mode", SetMode)(0, "AUTO.LAND")
         seen = len(self.ready)
         self.assertTrue(self.eventually(lambda: not self.state.armed, 30.0, self.fly))
@@ -249,13 +283,11 @@ class TestMavrosPublisher(unittest.TestCase):
         self.for_simulated(3.0, lambda: (self.fly(), armed.append(self.state.armed)))
         self.assertNotIn(True, armed)
         self.assertTrue(rospy.ServiceProxy("/mavros_publisher/restart", Trigger)().success)
-        self.assertTrue(self.eventually(lambda: self.ready[-1], 30.0))
-
-    def test_i_a_reset_simulation_is_a_new_flight(self):
-        seen = len(self.ready)
+        self.assertTrue(self.eventually(lambda: self.state.armed and self.place[2] > 0.5, 30.0))
+        # And a reset of the simulation is a new flight
         rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()
-        self.assertTrue(self.eventually(lambda: self.place[2] < 0.2, 5.0))
-        self.assertTrue(self.eventually(lambda: False in self.ready[seen:] and self.ready[-1], 30.0))
+        self.assertTrue(self.eventually(lambda: self.place[2] < 0.2))
+        self.assertTrue(self.eventually(lambda: self.ready[-1] and self.place[2] > 1.5, 40.0))
         self.assertLess(math.hypot(*self.place[:2]), 0.1)
 
 
