@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Kill nodes of a running flight, one after the other, and print what the UAV then did, one JSON line each.
 
-usage: fault_probe.py NODE ...        (needs a flight that is under way; ROS_MASTER_URI leads to it)
+usage: fault_probe.py HEIGHT NODE ...        (needs a flight that is under way; ROS_MASTER_URI leads to it)
+
+HEIGHT is that of the goal: nothing is killed before the UAV is there.
 
 Times are seconds of simulation time after the kill, speeds m/s over the ground, heights m over it.
 """
@@ -79,17 +81,20 @@ def pid_of(node: str) -> int:
     return ServerProxy(uri).getPid("/fault_probe")[2]
 
 
-def kill(node: str, watch: FlightWatch) -> dict:
+def kill(node: str, height_m: float, watch: FlightWatch) -> dict:
     """Kill a node at cruising speed; return what the UAV did until it flew on."""
-    cruised = watch.wait(lambda: len(watch.truth) > 0 and watch.truth[-1][1] > CRUISE_M_S, PATIENCE_S)
+
+    def cruises() -> bool:
+        _, speed, height = watch.truth[-1] if watch.truth else (0.0, 0.0, 0.0)
+        return speed > CRUISE_M_S and abs(height - height_m) < 0.1
+
+    cruised = watch.wait(cruises, PATIENCE_S)
     watch.begin()
     watch.wait(lambda: len(watch.truth) > 0, PATIENCE_S)
     killed_s = watch.truth[-1][0]
     os.kill(pid_of(node), signal.SIGKILL)
     slowed = watch.wait(lambda: watch.truth[-1][1] < SLOWED_M_S, PATIENCE_S)
-    back = slowed and watch.wait(
-        lambda: watch.truth[-1][1] > CRUISE_M_S and abs(watch.truth[-1][2] - 2.0) < 0.5, PATIENCE_S
-    )
+    back = slowed and watch.wait(cruises, PATIENCE_S)
     truth, holds = list(watch.truth), list(watch.holds)
     return {
         "node": node,
@@ -103,14 +108,14 @@ def kill(node: str, watch: FlightWatch) -> dict:
     }
 
 
-def main(nodes: list[str]) -> int:
+def main(height_m: float, nodes: list[str]) -> int:
     """Kill each of the nodes."""
     rospy.init_node("fault_probe")
     watch = FlightWatch()
     for node in nodes:
-        print(json.dumps(kill(node, watch)), flush=True)
+        print(json.dumps(kill(node, height_m, watch)), flush=True)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main(float(sys.argv[1]), sys.argv[2:]))

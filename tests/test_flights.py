@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from launched_flight import READY_PATIENCE_S, Flight, busy
+from launched_flight import READY_PATIENCE_S, Flight
 
 ROOT = Path(__file__).resolve().parents[1]
 WORLDS = ROOT / "src/master_thesis/worlds"
@@ -18,41 +18,17 @@ WORLDS = ROOT / "src/master_thesis/worlds"
 pytestmark = [pytest.mark.ros, pytest.mark.flight]
 
 
-# -- the closed loop without ROS is the same flight ---------------------------------------------------------
+# -- lockstep ------------------------------------------------------------------------------------------------
 
 
-def test_in_lockstep_the_nodes_fly_as_the_closed_loop_does(processes, tmp_path):
+def test_in_lockstep_a_flight_repeats_bit_for_bit_and_is_that_of_the_closed_loop(processes, tmp_path):
+    """With everything from the take-off to the landing, as fast as the machine can; and without ROS."""
     from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
     from master_thesis.flight.experiment import Phase
     from simulation_tools.simulation import SimulationParameters
 
-    goal = (14.0, 0.0, 2.0)
     world = WORLDS / "forest.world"
-    args = {"world": world, "goal": "14 0 2", "seed": 3, "lockstep": "true", "real_time_factor": 0}
-    flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
-    with ClosedLoop(ClosedLoopParameters(SimulationParameters(str(world), seed=3), goal_xyz_m=goal)) as loop:
-        outcome = loop.run()
-    flight.wait(200.0)
-    result = flight.result
-    assert result["success"], result["failure"]
-    assert result["lockstep_misses"] == 0
-    # Compared from the moment each was sent to the goal
-    ours = np.array(loop.log.truth.rows)[:, :4]
-    theirs = np.array(flight.series("truth").tolist())[:, :4]
-    ours[:, 0] -= outcome.times_s[Phase.FLYING]
-    theirs[:, 0] -= result["times_s"]["flying"]
-    times = np.arange(0.0, 7.0, 0.1)
-    apart = [
-        np.interp(times, ours[:, 0], ours[:, axis]) - np.interp(times, theirs[:, 0], theirs[:, axis])
-        for axis in (1, 2, 3)
-    ]
-    assert np.linalg.norm(apart, axis=0).max() < 0.05
-
-
-def test_in_lockstep_a_flight_repeats_bit_for_bit(processes, tmp_path):
-    """With everything from the take-off to the landing, as fast as the machine can."""
-    world = WORLDS / "forest.world"
-    args = {"world": world, "goal": "6 0 2", "seed": 3, "lockstep": "true", "real_time_factor": 0}
+    args = {"world": world, "goal": "9 0 2", "seed": 3, "lockstep": "true", "real_time_factor": 0}
     flights = []
     for name in ("first", "second"):
         (tmp_path / name).mkdir()
@@ -65,6 +41,21 @@ def test_in_lockstep_a_flight_repeats_bit_for_bit(processes, tmp_path):
         first, second = ((flight.results / f"{series}.csv").read_bytes() for flight in flights)
         assert first.count(b"\n") > 500
         assert first == second, f"{series}.csv differs"
+
+    parameters = ClosedLoopParameters(SimulationParameters(str(world), seed=3), goal_xyz_m=(9.0, 0.0, 2.0))
+    with ClosedLoop(parameters) as loop:
+        outcome = loop.run()
+    # Compared from the moment each was sent to the goal
+    ours = np.array(loop.log.truth.rows)[:, :4]
+    theirs = np.array(flights[0].series("truth").tolist())[:, :4]
+    ours[:, 0] -= outcome.times_s[Phase.FLYING]
+    theirs[:, 0] -= flights[0].result["times_s"]["flying"]
+    times = np.arange(0.0, 5.0, 0.1)
+    apart = [
+        np.interp(times, ours[:, 0], ours[:, axis]) - np.interp(times, theirs[:, 0], theirs[:, axis])
+        for axis in (1, 2, 3)
+    ]
+    assert np.linalg.norm(apart, axis=0).max() < 0.05
 
 
 # -- tuning in flight ---------------------------------------------------------------------------------------
@@ -110,12 +101,12 @@ LINK = ("/mavros_publisher", "/mavros")
 @pytest.mark.timeout(600)
 def test_nodes_that_die_in_flight(processes, tmp_path):
     """Each is killed at cruising speed; then the whole is interrupted."""
-    was_busy = busy()
-    goal = "600 0 2"  # further than the flight gets
+    height_m = 5.0  # PX4's landing takes longer from there than any node is away
+    goal = f"600 0 {height_m}"  # further than the flight gets
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", world=WORLDS / "empty.world", goal=goal)
     flight.wait_until_said("is sent to the goal", READY_PATIENCE_S)
     probe = str(ROOT / "tests/fault_probe.py")
-    run = processes.run(sys.executable, probe, *STEERING, *LINK, timeout_s=400.0)
+    run = processes.run(sys.executable, probe, str(height_m), *STEERING, *LINK, timeout_s=400.0)
     assert run.returncode == 0, run.stdout
     seen = {report["node"]: report for report in map(json.loads, run.stdout.splitlines()[-7:])}
     for node, report in seen.items():
@@ -124,16 +115,15 @@ def test_nodes_that_die_in_flight(processes, tmp_path):
         assert re.search(rf"\[{node[1:]}-\d+\] process has died", flight.said), node
     for node in STEERING:
         # The command is dropped 0.5 s after the last one; 40 Hz chain and 30 Hz publisher round it up
-        assert seen[node]["hold_commanded_after_s"] < 0.7, seen[node]
-        assert seen[node]["lowest"] > 1.8, seen[node]
+        assert seen[node]["hold_commanded_after_s"] < 1.0, seen[node]
+        assert seen[node]["lowest"] > height_m - 0.3, seen[node]
     for node in LINK:
         # Nothing gets to PX4 until it is back; PX4 lands meanwhile, from 1 s after the last setpoint on
-        assert 0.5 < seen[node]["lowest"] < 1.99, seen[node]
-    # Interrupted, it is over at once, and says so
+        assert 0.5 < seen[node]["lowest"] < height_m - 0.01, seen[node]
+    # Interrupted, it is over, and says so
     flight.interrupt()
-    took_s = flight.wait(30.0)
-    was_busy = was_busy or busy()
-    assert took_s < (15.0 if was_busy else 3.0), was_busy
+    flight.wait(60.0)
+    assert "escalating" not in flight.said, "a node had to be killed"
     result = flight.result
     assert result["reached_goal"] is False
     assert result["failure"] == "The run was interrupted before its end."
@@ -141,16 +131,12 @@ def test_nodes_that_die_in_flight(processes, tmp_path):
     assert "Traceback" not in flight.said
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("after_s", [0.2, 1.0])  # while the nodes import, while they connect
 def test_interrupted_while_it_starts_the_launch_ends_quietly(processes, tmp_path, after_s):
-    was_busy = busy()
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", world=WORLDS / "empty.world", goal="9 0 2")
     flight.wait_until_said("process[experiment", READY_PATIENCE_S)
     time.sleep(after_s)
     flight.interrupt()
-    took_s = flight.wait(60.0)
-    was_busy = was_busy or busy()
+    flight.wait(60.0)
     assert "Traceback" not in flight.said
     assert "escalating" not in flight.said, "a node had to be killed"
-    assert took_s < (12.0 if was_busy else 3.0), was_busy
