@@ -185,6 +185,7 @@ def test_the_quick_report_is_a_part_of_the_whole():
 def test_a_part_can_be_chosen():
     some = chosen(plan(FULL), ["experiment_4"], ["urg"])
     assert [each.name for each in some] == [f"experiment_4_urg_{seed}" for seed in (1, 2, 3)]
+    assert "experiment_4_tim_15m_2" in {each.name for each in chosen(plan(FULL), [], ["tim"])}
 
 
 def test_an_empty_report_says_what_is_missing(tmp_path):

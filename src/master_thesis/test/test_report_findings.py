@@ -176,6 +176,15 @@ def test_as_the_thesis_saw_the_hold():
     assert [each.claim for each in experiment_4.findings(seen) if not each.agrees] == []
 
 
+def test_the_tim_may_bulge_with_the_range_of_the_text_only():
+    seen, bent = maps("hold", urg=BENT, ust=BENT), [figures(wall_straightness_rms_m=0.05)]
+    finding = found(experiment_4.findings(seen, bent), "bulges inwards")
+    assert finding.agrees
+    assert "nothing bulges" in finding.why
+    straight = found(experiment_4.findings(seen, [figures()]), "bulges inwards")
+    assert not straight.agrees
+
+
 @pytest.mark.parametrize(
     ("words", "seen"),
     [

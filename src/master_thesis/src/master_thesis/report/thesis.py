@@ -40,8 +40,9 @@ SCAN_PERIOD_MS = 25.0
 
 
 class Lidar(NamedTuple):
-    """A column of table 8.2."""
+    """A column of table 8.2; short: the thesis's shorthand."""
 
+    short: str
     name: str
     fov_deg: float
     range_m: float
@@ -51,12 +52,12 @@ class Lidar(NamedTuple):
 
 LIDARS: Mapping[str, Lidar] = MappingProxyType(
     {
-        "urg": Lidar("Hokuyo URG-04LX-UG01", 240, 5.6, 0.35, 10),
-        "ust": Lidar("Hokuyo UST-10LX", 270, 10, 0.25, 40),
-        "utm": Lidar("Hokuyo UTM-30LX-EW", 270, 30, 0.25, 40),
-        "puck": Lidar("Velodyne Puck LITE", 360, 100, 0.2, 20),
-        "tim": Lidar("SICK TiM", 270, 25, 0.33, 15),
-        "m8": Lidar("Quanergy M8-1", 360, 150, 0.2, 30),
+        "urg": Lidar("URG", "Hokuyo URG-04LX-UG01", 240, 5.6, 0.35, 10),
+        "ust": Lidar("UST", "Hokuyo UST-10LX", 270, 10, 0.25, 40),
+        "utm": Lidar("UTM", "Hokuyo UTM-30LX-EW", 270, 30, 0.25, 40),
+        "puck": Lidar("Puck", "Velodyne Puck LITE", 360, 100, 0.2, 20),
+        "tim": Lidar("TiM", "SICK TiM", 270, 25, 0.33, 15),
+        "m8": Lidar("M8", "Quanergy M8-1", 360, 150, 0.2, 30),
     }
 )
 """Table 8.2. The text (9.1.2) gives the TiM 15 m, and its type as TiM571 for the table's TiM-751."""

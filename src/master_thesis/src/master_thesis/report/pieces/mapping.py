@@ -9,6 +9,7 @@ from master_thesis.mapping.map_variants import MappedFlight
 from master_thesis.mapping.mapping_flight import PACKAGE, SCENARIOS, parameters_of
 from master_thesis.report.piece import Made, Piece, fingerprint
 from master_thesis.report.size import Size
+from master_thesis.report.thesis import TIM_RANGE_IN_TEXT_M
 from master_thesis.results.figures import svg
 
 EXPERIMENTS = {"room": "experiment_3", "hold": "experiment_4"}
@@ -23,22 +24,37 @@ _DRAWN_SEED = 1
 
 def pieces(size: Size) -> list[Piece]:
     """Return the pieces of this size."""
-    return [
+    found = [
         piece(size, world, lidar, seed)
         for seed in size.map_seeds
         for world in size.worlds
         for lidar in size.lidars
     ]
+    if "hold" in size.worlds and "tim" in size.lidars:
+        found += [tim_of_the_text(size, seed) for seed in size.map_seeds]
+    return found
 
 
-def piece(size: Size, world: str, lidar: str, seed: int) -> Piece:
-    """Return one flight and its maps."""
-    given = {"world": world, "lidar": lidar, "seed": seed, "duration_s": size.map_duration_s}
+def tim_of_the_text(size: Size, seed: int) -> Piece:
+    """Return the hold as the TiM sees it with the range that the thesis's text gives it."""
+    return piece(size, "hold", "tim", seed, range_max_m=TIM_RANGE_IN_TEXT_M)
+
+
+def piece(size: Size, world: str, lidar: str, seed: int, range_max_m: float = 0.0) -> Piece:
+    """Return one flight and its maps. range_max_m: replaces the lidar's own, unless 0."""
+    given = {
+        "world": world,
+        "lidar": lidar,
+        "seed": seed,
+        "duration_s": size.map_duration_s,
+        "range_max_m": range_max_m,
+    }
+    seen = f"{lidar}_{range_max_m:g}m" if range_max_m else lidar
     experiment, scenario = EXPERIMENTS[world], SCENARIOS[world]
     return Piece(
-        name=f"{experiment}_{lidar}_{seed}",
+        name=f"{experiment}_{seen}_{seed}",
         experiment=experiment,
-        title=f"Experiment {experiment[-1]}: {world}, {lidar}, seed {seed}",
+        title=f"Experiment {experiment[-1]}: {world}, {seen.replace('_', ' ')}, seed {seed}",
         make=make,
         given=given,
         inputs=fingerprint(
@@ -51,10 +67,10 @@ def piece(size: Size, world: str, lidar: str, seed: int) -> Piece:
     )
 
 
-def make(world: str, lidar: str, seed: int, duration_s: float) -> Made:
+def make(world: str, lidar: str, seed: int, duration_s: float, range_max_m: float) -> Made:
     """Fly, and map without and with loop closure."""
     warm_up()
-    flight = MappedFlight.fly(world, lidar, seed, _parameters(world, lidar, seed, duration_s))
+    flight = MappedFlight.fly(world, lidar, seed, _parameters(world, lidar, seed, duration_s, range_max_m))
     numbers, figures = {}, {}
     for name in (OPEN, CLOSED):
         run = flight.map(seed, loop_closure=name == CLOSED)
@@ -65,6 +81,6 @@ def make(world: str, lidar: str, seed: int, duration_s: float) -> Made:
     return Made(numbers, figures)
 
 
-def _parameters(world: str, lidar: str, seed: int, duration_s: float):
-    parameters = parameters_of(world, lidar, seed)
+def _parameters(world: str, lidar: str, seed: int, duration_s: float, range_max_m: float):
+    parameters = parameters_of(world, lidar, seed, lidar_range_max_m=range_max_m)
     return replace(parameters, duration_s=duration_s) if duration_s else parameters

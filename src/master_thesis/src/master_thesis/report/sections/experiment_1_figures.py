@@ -1,4 +1,4 @@
-"""The pictures of Experiment 1 on the page: computation times, and the worlds from above with the paths flown."""
+"""The pictures of Experiment 1 on the page: computation times, and the worlds with the paths flown."""
 
 from __future__ import annotations
 
@@ -55,6 +55,7 @@ def times_figure(times: Mapping[tuple, tuple[float, float]]) -> Figure:
 
 
 def view_figure(name: str, flown: Mapping[str, dict]) -> Figure:
+    """Draw a world from above with the paths of a flight by each algorithm."""
     paths = {algorithm: np.array(flight["path_xy"]) for algorithm, flight in flown.items()}
     points = np.concatenate(list(paths.values()))
     margin = np.array((2.0, 4.0))

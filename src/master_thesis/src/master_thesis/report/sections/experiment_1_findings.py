@@ -163,6 +163,7 @@ def _ends(values: Mapping[str, float]) -> list[str]:
 
 
 def times_ms(flights: Flights, name: str, algorithm: str) -> list[float]:
+    """Return the flights' mean computation times."""
     return [flight["computation_ms"] for flight in flights[name, algorithm]]
 
 

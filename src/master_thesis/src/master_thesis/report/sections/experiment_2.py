@@ -51,9 +51,9 @@ def section(size: Size, store: Store) -> Section:
         method=(
             "The UAV hovers at 2 m, time is stopped, obstacles are put around it within r_LB, and time "
             "goes on: the pictures show what both algorithms propose for the first scan after that. "
-            f"Then the UAV is let go for 15 s with one of them, in "
-            f"{counted(size.placements, 'variation')} of each placement (every obstacle shifted by "
-            "up to 5 cm along x and y)."
+            "Then the UAV is let go for 15 s with one of them, in "
+            f"{counted(size.placements, 'variation')} of each placement (every obstacle shifted by up to "
+            "5 cm along x and y)."
         ),
         blocks=blocks,
         findings=findings(numbers, sets),

@@ -5,7 +5,14 @@ from __future__ import annotations
 from master_thesis.mapping.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
 from master_thesis.report.content import Finding, Section, listed
-from master_thesis.report.sections.maps import Maps, map_pictures, maps_of, maps_table, range_chart
+from master_thesis.report.sections.maps import (
+    Maps,
+    map_pictures,
+    maps_of,
+    maps_table,
+    range_chart,
+    short_name,
+)
 from master_thesis.report.size import Size
 from master_thesis.report.store import Store
 
@@ -57,9 +64,10 @@ def _all_good(maps: Maps) -> Finding:
         "“In Experiment 3 all lidars do a pretty good job.”",
         "9.1.2",
         f"{len(maps.lidars) - len(bad)} of {len(maps.lidars)} maps are true to the world; the worst is "
-        f"the {worst}'s, 95 % of it within {maps.middle(worst)['map_error_p95_m']:.3f} m of a wall.",
+        f"the {short_name(worst)}'s, 95 % of it within {maps.middle(worst)['map_error_p95_m']:.3f} m of "
+        "a wall.",
         not bad,
-        "" if not bad else f"Not so of {listed(bad)}: {maps.verdict(bad[0])}.",
+        "" if not bad else f"Not so of {listed(map(short_name, bad))}: {maps.verdict(bad[0])}.",
     )
 
 
@@ -77,7 +85,7 @@ def _less_complete(maps: Maps) -> Finding:
         ""
         if agrees
         else "Our flight comes near to every wall in its time, so that range does not decide; the "
-        f"least, of the {least}, is {100 * seen[least]:.0f} %.",
+        f"least, of the {short_name(least)}, is {100 * seen[least]:.0f} %.",
     )
 
 
