@@ -101,6 +101,11 @@ def counted(count: int, what: str) -> str:
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
+def seeds_of(seeds: Sequence[int]) -> str:
+    """Return "seed 1" or "seeds 1 and 2"."""
+    return f"seed{'s' if len(seeds) > 1 else ''} {listed(list(map(str, seeds)))}"
+
+
 def listed(words: Sequence[str]) -> str:
     """Return "a, b and c"."""
     words = list(words)

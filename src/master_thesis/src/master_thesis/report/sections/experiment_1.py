@@ -7,7 +7,7 @@ from typing import Sequence
 import numpy as np
 
 from master_thesis.report import thesis
-from master_thesis.report.content import Block, Picture, Section, Table, counted, number, spread
+from master_thesis.report.content import Block, Picture, Section, Table, counted, number, seeds_of, spread
 from master_thesis.report.pieces.experiment_1 import ALGORITHMS, piece
 from master_thesis.report.sections.experiment_1_figures import times_figure, view_figure
 from master_thesis.report.sections.experiment_1_findings import Flights, findings, ratio, times_ms
@@ -33,7 +33,7 @@ def section(size: Size, store: Store) -> Section:
         ),
         blocks=_blocks(names, flights),
         findings=findings(names, flights),
-        parameters=f"seeds {', '.join(map(str, size.seeds))}; goal {size.goal_x_m:g} m ahead",
+        parameters=f"{seeds_of(size.seeds)}; goal {size.goal_x_m:g} m ahead",
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from master_thesis.mapping.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
-from master_thesis.report.content import Finding, Section, listed
+from master_thesis.report.content import Finding, Section, listed, seeds_of
 from master_thesis.report.sections.maps import (
     Maps,
     map_pictures,
@@ -40,8 +40,7 @@ def section(size: Size, store: Store) -> Section:
         ),
         blocks=blocks,
         findings=findings(maps),
-        parameters=f"seeds {', '.join(map(str, size.map_seeds))}; {duration_s:g} s at "
-        f"{scenario.speed_m_s:g} m/s",
+        parameters=f"{seeds_of(size.map_seeds)}; {duration_s:g} s at {scenario.speed_m_s:g} m/s",
     )
 
 

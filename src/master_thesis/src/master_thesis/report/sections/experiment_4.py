@@ -7,7 +7,7 @@ from typing import Sequence
 from master_thesis.mapping.map_variants import medians
 from master_thesis.mapping.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
-from master_thesis.report.content import Finding, Section, Table, counted, listed, number
+from master_thesis.report.content import Finding, Section, Table, counted, listed, number, seeds_of
 from master_thesis.report.pieces.mapping import OPEN, tim_of_the_text
 from master_thesis.report.sections.maps import (
     Maps,
@@ -41,7 +41,12 @@ def section(size: Size, store: Store) -> Section:
         blocks += [_by_seed(maps, lidar) for lidar in ("urg", "ust") if lidar in maps.lidars]
         blocks += map_pictures(maps, shown)
     blocks += [
-        map_picture(f"SICK TiM with the text's {thesis.TIM_RANGE_IN_TEXT_M:g} m", "8.16b", done, OPEN)
+        map_picture(
+            f"SICK TiM with the text's {thesis.TIM_RANGE_IN_TEXT_M:g} m",
+            thesis.MAPS["hold"]["tim"],
+            done,
+            OPEN,
+        )
         for done in text
         if (done.folder / f"{OPEN}.svg").exists()
     ]
@@ -57,7 +62,7 @@ def section(size: Size, store: Store) -> Section:
         ),
         blocks=blocks,
         findings=findings(maps, [done.numbers[OPEN] for done in text]),
-        parameters=f"seeds {', '.join(map(str, size.map_seeds))}; one round trip at {speed_m_s:g} m/s",
+        parameters=f"{seeds_of(size.map_seeds)}; one round trip at {speed_m_s:g} m/s",
     )
 
 

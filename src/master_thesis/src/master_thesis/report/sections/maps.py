@@ -176,12 +176,12 @@ def map_pictures(maps: Maps, shown: Mapping[str, Done]) -> list[Picture]:
         if lidar in shown:
             names = (OPEN, CLOSED) if maps.closure_matters(lidar) else (OPEN,)
             what = thesis.LIDARS[lidar].name
-            pictures += [map_picture(what, words.figure, shown[lidar], name) for name in names]
+            pictures += [map_picture(what, words, shown[lidar], name) for name in names]
     return pictures
 
 
-def map_picture(what: str, figure: str, done: Done, name: str) -> Picture:
-    """Return the world and the maps of one flight. figure: the thesis's; name: OPEN or CLOSED."""
+def map_picture(what: str, words: thesis.MapWords, done: Done, name: str) -> Picture:
+    """Return the world and the maps of one flight. words: the thesis's; name: OPEN or CLOSED."""
     figures = done.numbers[name]
     return Picture(
         done.figure(name),
@@ -189,8 +189,8 @@ def map_picture(what: str, figure: str, done: Done, name: str) -> Picture:
         f"error {figures['ate_rmse_m']:.3f} m, 95 % of the map within {figures['map_error_p95_m']:.3f} m "
         "of a wall.",
         f"The world from above, the map at half time and the map at the end: {what}",
-        f"Figure {figure}",
-        thesis.FIGURES[figure.rstrip("ab")].caption,
+        f"Figure {words.figure}",
+        f"{thesis.FIGURES[words.figure.rstrip('ab')].caption} In short: {words.words}.",
         wide=True,
     )
 
