@@ -8,7 +8,8 @@ its user starts it, in real time, and then in lockstep as fast as possible; wall
 
 Figures: sim.inprocess.{rtf, rtf_wall}, sim.raycast.{mrays_s, embree_mrays_s}, sim.world_size.{scan_us_100,
 scan_us_10000, ratio}, sim.graph.{rtf, cpu_s_per_s, lockstep_misses, latency_ms}, sim.{launch_s,
-launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak.
+launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak, with --soak-graph
+sim.soak_graph: the same through the ROS graph, with nodes killed and nonsense sent.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks import _sim_graph, _sim_soak
+from benchmarks import _sim_graph, _sim_soak, _sim_soak_graph
 from benchmarks._report import Report, options, table
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.experiment import Phase
@@ -32,6 +33,8 @@ from simulation_tools.world.world import PhysicsWorld
 
 PARTS = ("inprocess", "raycast", "world_size", "graph", "start")
 SCANS = 3000
+SOAKS = {"soak": (60.0, _sim_soak), "soak_graph": (10.0, _sim_soak_graph)}
+"""By name: simulated minutes, and who flies."""
 TREES_PER_M2 = 0.06
 """Of Experiment 1's forest."""
 
@@ -63,21 +66,31 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = options(__doc__)
     parser.add_argument("--parts", nargs="+", default=PARTS, choices=PARTS, help="measure these only")
     parser.add_argument("--soak", action="store_true", help="fly an hour of random goals and faults instead")
-    parser.add_argument("--minutes", type=float, default=60.0, help="of simulated time in the soak")
+    parser.add_argument("--soak-graph", action="store_true", help="as --soak, through the whole ROS graph")
+    parser.add_argument(
+        "--minutes", type=float, help="of simulated time in the soak: 60, through the graph 10"
+    )
     parser.add_argument("--seed", type=int, default=1, help="of the soak's goals and faults")
     given = parser.parse_args(arguments)
-    with Report("sim_soak" if given.soak else "sim", given.results, vars(given)) as report:
-        if given.soak:
-            figures = _sim_soak.soak(given.minutes, given.seed)
-            report.add("sim.soak", figures)
-            print(_sim_soak.summary(figures))
-            return
+    if given.soak or given.soak_graph:
+        _soak("soak_graph" if given.soak_graph else "soak", given)
+        return
+    with Report("sim", given.results, vars(given)) as report:
         figures = {}
         for part in tqdm(given.parts, "parts"):
             figures.update(MEASURES[part]())
         for name, value in figures.items():
             report.add(f"sim.{name}", value)
         print(f"\n{figures_table(figures)}")
+
+
+def _soak(kind: str, given) -> None:
+    """Fly one of the soaks, print and write."""
+    minutes, soak = SOAKS[kind]
+    with Report(f"sim_{kind}", given.results, vars(given)) as report:
+        figures = soak.soak(given.minutes or minutes, given.seed)
+        report.add(f"sim.{kind}", figures)
+        print(soak.summary(figures))
 
 
 def measure_inprocess(flights: int = 3) -> dict:

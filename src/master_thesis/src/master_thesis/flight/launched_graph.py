@@ -53,9 +53,10 @@ class Graph:
             raise GraphError("There is no roslaunch; call ./bringup.sh, which loads ROS's environment.")
         self._token = uuid.uuid4().hex
         port = free_port()
+        self.master_uri = f"http://localhost:{port}"
         environment = {
             **os.environ,
-            "ROS_MASTER_URI": f"http://localhost:{port}",
+            "ROS_MASTER_URI": self.master_uri,
             "ROS_HOME": str(folder / "ros"),
             "ROS_LOG_DIR": str(folder / "ros/log"),
         }

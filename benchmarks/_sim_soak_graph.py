@@ -1,0 +1,218 @@
+"""A long flight of the whole ROS graph: random goals in the forest, nodes killed, nonsense sent to everybody.
+
+Every 10 s on average either a node is killed with SIGKILL, and must be back and the UAV with it before the
+next fault, or something that makes no sense is published, called or sent. Real time, without lockstep: what a
+user sees. A contact with anything but the ground is one too many (PX4 begins to land when MAVROS is killed).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import socket
+import tempfile
+import time
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Callable
+
+import numpy as np
+from tqdm import tqdm
+
+from benchmarks._sim_soak import AREA_X_M, AREA_Y_M, GOAL_CLEARANCE_M
+from master_thesis.flight.launched_graph import Graph, free_port
+from master_thesis.flight.scenario_flight import scenario_parameters
+from simulation_tools.geometry import Pose
+from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP
+from simulation_tools.simulation import Simulation
+
+LAUNCH = """<launch>
+  <include file="$(find simulation_tools)/launch/sitl.launch">
+    <arg name="world" value="{world}"/>
+    <arg name="seed" value="{seed}"/>
+    <arg name="offboard_port" value="{offboard_port}"/>
+    <arg name="gcs_port" value="{gcs_port}"/>
+  </include>
+  <include file="$(find simulation_tools)/launch/tools.launch"/>
+  <include file="$(find inspection_tools)/launch/tools.launch">
+    <arg name="pose_source" value="ground_truth"/>
+  </include>
+  <include file="$(find cepa)/launch/cepa.launch"><arg name="visualiser" value="false"/></include>
+</launch>
+"""
+NODES = (
+    "/mavros",
+    "/mavros_publisher",
+    "/tf_publisher",
+    "/lidar_median_filter",
+    "/lidar_padding",
+    "/cepa",
+    "/yaw_regulator",
+    "/position_controller",
+)
+"""All but the simulator, with which the launch ends."""
+
+START_S = 90.0
+FAULT_PAUSE_S = (5.0, 15.0)
+GOAL_PATIENCE_S = (10.0, 40.0)
+RECOVERY_S = 40.0
+SILENCE_S = 20.0
+"""Of wall time without a pose, after which the graph counts as stuck."""
+
+
+@dataclass
+class GraphSoak:
+    """Figures of a soak. recovery_s: from a kill until setpoints come again and the UAV is ready for them."""
+
+    simulated_s: float = 0.0
+    way_m: float = 0.0
+    goals: int = 0
+    goals_reached: int = 0
+    contacts: int = 0
+    touched: list[str] = field(default_factory=list)
+    kills: dict[str, int] = field(default_factory=dict)
+    nonsense: dict[str, int] = field(default_factory=dict)
+    never_recovered: list[str] = field(default_factory=list)
+    recovery_s_mean: float = 0.0
+    recovery_s_max: float = 0.0
+    tracebacks: int = 0
+    memory_early_gb: float = 0.0
+    memory_end_gb: float = 0.0
+    shutdown_s: float = 0.0
+
+
+def soak(minutes: float, seed: int) -> dict:
+    """Fly for that long in simulated time; return the figures. Needs ROS and the workspace's environment."""
+    rng = np.random.default_rng(seed)
+    parameters = scenario_parameters("forest", seed=seed).simulation
+    ports = {"offboard_port": free_port(udp=True), "gcs_port": free_port(udp=True)}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        launch = folder / "soak.launch"
+        launch.write_text(LAUNCH.format(world=parameters.world, seed=seed, **ports))
+        graph = Graph(folder, str(launch))
+        try:
+            graph.wait_for("hovering", START_S)
+            os.environ["ROS_MASTER_URI"] = graph.master_uri
+            simulation = Simulation(parameters)  # tells where there is room for a goal
+            figures = _Soak(graph, simulation, rng, [*ports.values()]).fly(60.0 * minutes)
+            figures.memory_end_gb = graph.memory_gb()
+            figures.shutdown_s = graph.interrupt()
+            figures.tracebacks = (folder / "roslaunch.txt").read_text(errors="replace").count("Traceback")
+            return asdict(figures)
+        finally:
+            graph.close()
+
+
+class _Soak:
+    """One soak under way."""
+
+    def __init__(self, graph: Graph, simulation: Simulation, rng: np.random.Generator, ports: list[int]):
+        # Not before a graph is there: the other benchmarks need no ROS
+        from benchmarks._sim_soak_talk import Talk
+
+        self._graph, self._simulation, self._rng = graph, simulation, rng
+        self._figures = GraphSoak()
+        self._talk = Talk(rng)
+        fcu_ports = (ports[0] + OFFBOARD_PORT_STEP, ports[1] + GCS_PORT_STEP, ports[0])
+        self._nonsense: dict[str, Callable[[], None]] = {
+            **self._talk.nonsense,
+            "garbage over UDP": lambda: _send_garbage(rng, fcu_ports),
+        }
+        self._recoveries_s: list[float] = []
+        self._goal_m = (0.0, 0.0, 2.0)
+        self._goal_ends_s = 0.0
+
+    def fly(self, length_s: float) -> GraphSoak:
+        """Fly to the end; return the figures."""
+        talk, figures, rng = self._talk, self._figures, self._rng
+        start_s = talk.wait_for_pose(SILENCE_S)[0]
+        fault_due_s, place = start_s + 10.0, None
+        with tqdm(total=round(length_s), unit=" s", desc="simulated") as bar:
+            while talk.now_s - start_s < length_s:
+                now_s, here = talk.wait_for_pose(SILENCE_S)
+                figures.way_m += math.dist(here, place or here)
+                place = here
+                self._lead(now_s, here)
+                if now_s >= fault_due_s:
+                    self._fault()
+                    fault_due_s = talk.now_s + rng.uniform(*FAULT_PAUSE_S)
+                if not figures.memory_early_gb and now_s - start_s > 0.1 * length_s:
+                    figures.memory_early_gb = self._graph.memory_gb()
+                bar.update(round(now_s - start_s) - bar.n)
+                time.sleep(0.1)
+        figures.simulated_s = talk.now_s - start_s
+        figures.touched = sorted(talk.touched)
+        figures.contacts = talk.contacts
+        figures.recovery_s_mean = float(np.mean(self._recoveries_s or [0.0]))
+        figures.recovery_s_max = max(self._recoveries_s, default=0.0)
+        return figures
+
+    def _lead(self, now_s: float, here: tuple[float, float, float]) -> None:
+        """Send the next goal when the last one is reached, or takes too long."""
+        if math.dist(here[:2], self._goal_m[:2]) < 0.3 and self._goal_ends_s > now_s + 5.0:
+            self._figures.goals_reached += 1
+            self._goal_ends_s = now_s + 4.0
+        if now_s >= self._goal_ends_s:
+            self._goal_m = self._new_goal()
+            self._goal_ends_s = now_s + self._rng.uniform(*GOAL_PATIENCE_S)
+            self._figures.goals += 1
+            self._talk.go(self._goal_m)
+
+    def _new_goal(self) -> tuple[float, float, float]:
+        world, uav = self._simulation.world, self._simulation.uav_name
+        while True:
+            x, y = self._rng.uniform(*AREA_X_M), self._rng.uniform(*AREA_Y_M)
+            if world.clearance(uav, Pose((x, y, 2.0)), GOAL_CLEARANCE_M) > GOAL_CLEARANCE_M:
+                return float(x), float(y), 2.0
+
+    def _fault(self) -> None:
+        if self._rng.random() < 0.5:
+            self._kill(str(self._rng.choice(NODES)))
+        else:
+            what = str(self._rng.choice(list(self._nonsense)))
+            self._figures.nonsense[what] = self._figures.nonsense.get(what, 0) + 1
+            self._nonsense[what]()
+
+    def _kill(self, node: str) -> None:
+        """Kill a node; go on when it is back and the UAV takes setpoints again."""
+        figures, talk = self._figures, self._talk
+        figures.kills[node] = figures.kills.get(node, 0) + 1
+        pid, killed_s = talk.pid_of(node), talk.now_s
+        os.kill(pid, signal.SIGKILL)
+        while talk.now_s - killed_s < RECOVERY_S:
+            talk.wait_for_pose(SILENCE_S)
+            if talk.pid_of(node) not in (None, pid) and talk.is_led(since_s=killed_s + 1.0):
+                self._recoveries_s.append(talk.now_s - killed_s)
+                return
+            time.sleep(0.1)
+        figures.never_recovered.append(f"{node} at {killed_s:.0f} s")
+
+
+def _send_garbage(rng: np.random.Generator, ports: tuple[int, ...]) -> None:
+    """Send what is no MAVLink, some of it with a magic byte in front."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for port in ports:
+            for magic in (b"", b"\xfd", b"\xfe"):
+                sender.sendto(magic + rng.bytes(int(rng.integers(0, 400))), ("127.0.0.1", port))
+
+
+def summary(figures: dict) -> str:
+    """Return the figures as text."""
+    counts = {
+        name: ", ".join(f"{what} {count}" for what, count in sorted(figures[name].items()))
+        for name in ("kills", "nonsense")
+    }
+    touched = f" ({', '.join(figures['touched'])})" if figures["touched"] else ""
+    never = ", ".join(figures["never_recovered"]) or "none"
+    return (
+        f"{figures['simulated_s'] / 60.0:.1f} simulated minutes, {figures['way_m'] / 1e3:.2f} km, "
+        f"{figures['goals_reached']} of {figures['goals']} goals reached\n"
+        f"killed: {counts['kills']}; in the air again after {figures['recovery_s_mean']:.1f} s, "
+        f"{figures['recovery_s_max']:.1f} s at most; never: {never}\n"
+        f"nonsense: {counts['nonsense']}\n"
+        f"contacts: {figures['contacts']}{touched}; tracebacks: {figures['tracebacks']}\n"
+        f"memory: {figures['memory_end_gb']:.2f} GB at the end, {figures['memory_early_gb']:.2f} GB after a "
+        f"tenth of it; Ctrl-C took {figures['shutdown_s']:.1f} s"
+    )
