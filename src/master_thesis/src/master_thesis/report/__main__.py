@@ -13,7 +13,7 @@ from master_thesis.errors import MasterThesisError
 from master_thesis.report.page import write_page
 from master_thesis.report.pdf import write_pdf
 from master_thesis.report.plan import chosen, plan
-from master_thesis.report.runner import Interrupted, compute
+from master_thesis.report.runner import compute
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
 from master_thesis.report.store import Store
 from master_thesis.worlds.scenario import LIDARS
@@ -37,10 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         write_page(page, size, store, failed)
         _say(f"\nThe report: {page}")
         _say("No PDF was asked for." if given.no_pdf else write_pdf(page, page.with_name("report.pdf")))
-    except Interrupted:
-        return _end("Interrupted; every finished piece is kept, and the next call goes on from here.", 130)
     except KeyboardInterrupt:
-        return _end("Interrupted; every finished piece is kept.", 130)
+        return _end("Interrupted; every finished piece is kept, and the next call goes on from here.", 130)
     except MasterThesisError as error:
         return _end(str(error), 1)
     _say(f"It took {(time.monotonic() - began_s) / 60.0:.1f} min.")

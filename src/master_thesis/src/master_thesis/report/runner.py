@@ -29,15 +29,11 @@ class Failed:
     why: str
 
 
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C; what is finished is kept."""
-
-
 def compute(pieces: Sequence[Piece], store: Store, workers: int, say: Say) -> list[Failed]:
     """Compute the pieces that are not done yet; return those that failed.
 
     Raises:
-        Interrupted: by Ctrl-C.
+        KeyboardInterrupt: by Ctrl-C; what is finished is kept.
         ResultsError: the pieces cannot be kept.
     """
     store.clear_up()
@@ -49,8 +45,6 @@ def compute(pieces: Sequence[Piece], store: Store, workers: int, say: Say) -> li
     try:
         failed = _in_pool(beside, store, workers, progress)
         return failed + _in_pool(alone, store, 1, progress)
-    except KeyboardInterrupt:
-        raise Interrupted from None
     finally:
         store.clear_up()
 
@@ -91,9 +85,18 @@ def _outcome(future: Future) -> tuple[float, str | None]:
         return 0.0, "a worker process was killed (is there memory enough?); call again to go on."
 
 
+class _Ended(SystemExit):
+    """The parent has ended this worker."""
+
+
 def _begin_worker() -> None:
-    """Leave Ctrl-C to the parent, which ends its workers."""
+    """Leave Ctrl-C to the parent, which ends its workers; they clear up what they have started."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _end_worker)
+
+
+def _end_worker(*_) -> None:
+    raise _Ended
 
 
 def _compute(piece: Piece, folder: Path, sources: str | None) -> tuple[float, str | None]:
@@ -104,6 +107,8 @@ def _compute(piece: Piece, folder: Path, sources: str | None) -> tuple[float, st
         made = piece.make(**piece.given)
     except MasterThesisError as error:
         return time.monotonic() - began_s, str(error)
+    except _Ended:
+        os._exit(1)  # the pool would take it for the piece's outcome, and begin another one
     took_s = time.monotonic() - began_s
     facts = {
         "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import statistics
 import subprocess
 import sys
@@ -95,18 +96,33 @@ def _catkin_make(folder: Path, *arguments: str, altered: list[Path] = ()) -> flo
     command = ["catkin_make", "--directory", str(folder), *arguments]
     command += [f"-DPYTHON_EXECUTABLE={sys.executable}", f"-DCATKIN_BLACKLIST_PACKAGES={_left_out()}"]
     began_s = time.monotonic()
+    code, said = _run(command)
+    if code:
+        raise GraphError(f"The build failed; it said:\n{said[-1500:]}")
+    return time.monotonic() - began_s
+
+
+def _run(command: list[str]) -> tuple[int, str]:
+    """Return a command's exit code and words; whoever is interrupted ends all that it has started."""
     try:
-        done = subprocess.run(
-            command, env=_outside_the_workspace(), capture_output=True, text=True, timeout=BUILD_PATIENCE_S
+        running = subprocess.Popen(
+            command,
+            env=_outside_the_workspace(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
         )
     except FileNotFoundError:
-        raise GraphError(
-            "There is no catkin_make; call ./bringup.sh, which loads ROS's environment."
-        ) from None
-    took_s = time.monotonic() - began_s
-    if done.returncode:
-        raise GraphError(f"The build failed; it said:\n{(done.stdout + done.stderr)[-1500:]}")
-    return took_s
+        sentence = "There is no catkin_make; call ./bringup.sh, which loads ROS's environment."
+        raise GraphError(sentence) from None
+    with running:
+        try:
+            said, _ = running.communicate(timeout=BUILD_PATIENCE_S)
+        except BaseException:
+            os.killpg(running.pid, signal.SIGKILL)
+            raise
+    return running.returncode, said
 
 
 def _left_out() -> str:
