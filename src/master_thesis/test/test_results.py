@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from master_thesis.errors import ResultsError
+from master_thesis.flight.bag_recorder import shortage_of
 from master_thesis.results import run_folder as results
 from master_thesis.results.run_folder import RunFolder
 
@@ -93,3 +94,12 @@ def test_the_commit_is_git_s(tmp_path):
 def test_machine_and_versions_are_told():
     assert results.machine()["cores"] == os.cpu_count()
     assert results.versions()["numpy"] == np.__version__
+
+
+@pytest.mark.parametrize(("free_mb", "wrong"), [(199.9, True), (200.0, False), (0.0, True)])
+def test_a_disk_too_full_to_record_is_told_of(tmp_path, free_mb, wrong):
+    sentence = shortage_of(tmp_path / "flight.bag", free_mb)
+    assert (sentence is not None) is wrong
+    if wrong:
+        assert f"Only {free_mb:.0f} MB are free for {tmp_path}/flight.bag" in sentence
+        assert sentence.endswith("choose another folder with results:=.")

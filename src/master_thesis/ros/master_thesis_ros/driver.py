@@ -84,6 +84,9 @@ class Run:
         rospy.loginfo(f"The results will be in {self.folder.path}.")
         record = rospy.get_param("~record", False)
         self._recorder = BagRecorder(self.folder.path / "flight.bag") if record else None
+        shortage = self._recorder.shortage() if self._recorder else None
+        if shortage:
+            rospy.logwarn(shortage)
         self._parameters = all_parameters()
         self.interrupted = False
 
@@ -113,8 +116,10 @@ class Run:
 
     def complete_bag(self) -> None:
         """Stop recording, if there is a recorder."""
-        if self._recorder and not self._recorder.close():
-            rospy.logerr(f"rosbag did not complete {self._recorder.bag}; see its messages above.")
+        if self._recorder:
+            problem = self._recorder.close()
+            if problem:
+                rospy.logerr(problem)
 
 
 @contextmanager

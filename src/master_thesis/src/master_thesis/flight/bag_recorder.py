@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import shutil
 import signal
 import subprocess
 from pathlib import Path
+
+RESERVE_MB = 200
+"""Recording stops when so little of the disk is free: rosbag looks every 20 s, and the results need some."""
 
 _CLOSING_S = 10.0
 _PR_SET_PDEATHSIG = 1
@@ -18,12 +22,17 @@ class BagRecorder:
         """Start recording into `bag`; raises OSError when rosbag cannot be started."""
         self.bag = bag
         command = ["rosrun", "rosbag", "record", "--all", "--exclude", "/clock", "--output-name", str(bag)]
+        command += ["--min-space", f"{RESERVE_MB}M"]
         self._process = subprocess.Popen(
             [*command, "__name:=experiment_recorder"], preexec_fn=_end_with_parent
         )
 
-    def close(self) -> bool:
-        """Stop and wait until the bag is complete; tell whether it is."""
+    def shortage(self) -> str | None:
+        """Return a sentence when the disk is too full for the recording to go on."""
+        return shortage_of(self.bag, shutil.disk_usage(self.bag.parent).free / 2**20)
+
+    def close(self) -> str | None:
+        """Stop and wait until the bag is closed; return what is wrong with it in a sentence, or None."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
         try:
@@ -31,7 +40,19 @@ class BagRecorder:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        return self.bag.is_file()
+        if self.bag.is_file():
+            return self.shortage()
+        return f"rosbag did not complete {self.bag}; see its messages above."
+
+
+def shortage_of(bag: Path, free_mb: float) -> str | None:
+    """Return a sentence when so little space is too little to go on recording a bag."""
+    if free_mb >= RESERVE_MB:
+        return None
+    return (
+        f"Only {free_mb:.0f} MB are free for {bag}: below {RESERVE_MB} MB rosbag does not record, and the "
+        "flight goes on without; free some space or choose another folder with results:=."
+    )
 
 
 def _end_with_parent() -> None:
