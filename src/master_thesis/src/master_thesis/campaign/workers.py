@@ -51,7 +51,7 @@ class Workers:
             threads_per_worker=1,
             processes=True,
             host="127.0.0.1",
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
             memory_limit=0,
             silence_logs=logging.CRITICAL,
             preload=["master_thesis.campaign.worker_setup"],
@@ -62,6 +62,12 @@ class Workers:
     def address(self) -> str:
         """The scheduler's."""
         return self._client.scheduler.address
+
+    @property
+    def pids(self) -> list[int]:
+        """Process ids of the local cluster's workers."""
+        nannies = self._cluster.workers.values() if self._cluster else ()
+        return [nanny.pid for nanny in nannies if nanny.pid is not None]
 
     def batches(
         self, run: Callable[[_Task], _Result], tasks: Sequence[_Task]
@@ -89,23 +95,27 @@ class Workers:
             return
         for nanny in self._cluster.workers.values():
             nanny.auto_restart = False
-            with contextlib.suppress(ProcessLookupError, TypeError):  # it is gone already
-                os.kill(nanny.pid, signal.SIGKILL)
+        for pid in self.pids:
+            with contextlib.suppress(ProcessLookupError):  # it is gone already
+                os.kill(pid, signal.SIGKILL)
 
     def close(self) -> None:
         """Let go of the scheduler; end the local cluster, whose workers have nothing to lose any more."""
         self.kill()
-        self._client.close(timeout=CLOSE_TIMEOUT_S)
-        if self._cluster is not None:
-            with contextlib.suppress(asyncio.TimeoutError):
-                self._cluster.close(timeout=CLOSE_TIMEOUT_S)
+        for one in (self._client, self._cluster):
+            if one is not None:
+                with contextlib.suppress(asyncio.TimeoutError, TimeoutError):  # they are one since Python 3.11
+                    one.close(timeout=CLOSE_TIMEOUT_S)
         self._settings.__exit__(None, None, None)
 
     def __enter__(self) -> Workers:
         return self
 
-    def __exit__(self, *exception) -> None:
-        self.close()
+    def __exit__(self, kind, *exception) -> None:
+        if kind is KeyboardInterrupt:
+            self.kill()  # and no time for farewells: whoever is interrupted ends
+        else:
+            self.close()
 
 
 def _connected(scheduler: str) -> Client:

@@ -1,0 +1,242 @@
+"""Campaigns without a cluster: files and their mistakes, trials, the folder, the search of parameters."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from master_thesis.campaign.command import main
+from master_thesis.campaign.places import CLEAR_M, SPACING_M, hallway_sdf, place_of, plant
+from master_thesis.campaign.reading import SHIPPED, campaign_of, read_campaign
+from master_thesis.campaign.store import CampaignFolder
+from master_thesis.campaign.trial import lidar_figures, run_trial
+from master_thesis.campaign.tuning import objective, tune
+from master_thesis.errors import CampaignError
+
+ROOT = Path(__file__).resolve().parents[3]
+FOREST = {"world": "random_forest"}
+
+
+# -- the file -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
+    whole, smallest = read_campaign(path), read_campaign(path, smallest=True)
+    assert whole.name == path.stem
+    assert len(smallest) <= 2 < len(whole)
+    assert read_campaign(Path(path.stem)) == whole
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ([1], r"a campaign must be a mapping of names to values, not \[1\]"),
+        ({"trails": FOREST}, "a campaign knows no 'trails'; did you mean trials?"),
+        ({}, "trials must be a mapping of names to values, not None"),
+        ({"trials": {}}, "trials needs a world"),
+        ({"kind": "walk", "trials": FOREST}, "there is no kind 'walk'; choose from flight, mapping"),
+        ({"trials": {"world": "jungle"}}, "There is no world 'jungle'; choose from random_forest"),
+        (
+            {"trials": {**FOREST, "algorithm": ["improved", "magic"]}},
+            "no algorithm 'magic'; choose from",
+        ),
+        ({"trials": {**FOREST, "lidar": "vlp"}}, "There is no lidar 'vlp'; choose from urg"),
+        ({"trials": {**FOREST, "speed_m_s": "fast"}}, "speed_m_s must be a number, not 'fast'"),
+        ({"trials": {**FOREST, "speed_m_s": [1, 900]}}, "speed_m_s must be from 0.2 to 8, not 900"),
+        ({"trials": {**FOREST, "speed_m_s": [2, 2.0]}}, "speed_m_s names a value twice"),
+        ({"trials": {**FOREST, "speed_m_s": []}}, "speed_m_s has an empty list of values"),
+        ({"trials": {**FOREST, "speed": 2}}, "trials knows no 'speed'; did you mean speed_m_s?"),
+        ({"trials": {**FOREST, "speed_m_s": {"from": 1, "to": 2}}}, "takes a value, a list, or of numbers"),
+        (
+            {"trials": {**FOREST, "width_m": 2}},
+            "width_m is of the world random_hallway only",
+        ),
+        (
+            {"trials": {**FOREST, "cepa.r_upper": 2}},
+            "knows no 'cepa.r_upper'; did you mean cepa.r_ub?",
+        ),
+        ({"trials": {**FOREST, "cepa.r_ub": [1, 0.3]}}, "do not go together: r_lb must be less than r_ub"),
+        ({"trials": {**FOREST, "cepa.levelling": 1}}, "cepa.levelling must be true or false, not 1"),
+        ({"trials": {**FOREST, "slam.particles": 3}}, "trials knows no 'slam.particles'"),
+        ({"kind": "mapping", "trials": {"world": "room", "slam.particles": 2.5}}, "must be a whole number"),
+        (
+            {"kind": "mapping", "trials": {"world": "forest"}},
+            "There is no world 'forest'; choose from",
+        ),
+        ({"trials": FOREST, "seeds": 0}, "seeds must be from 1 to"),
+        ({"trials": FOREST, "seed": True}, "seed must be a number, not True"),
+        ({"trials": FOREST, "smallest": {"seed": 3}}, "smallest knows no 'seed'; did you mean seeds?"),
+        ({"trials": FOREST, "tune": {}}, "parameters of tune must be a mapping"),
+        ({"trials": FOREST, "tune": {"parameters": {"r_ub": 1}}}, "range of r_ub must be a mapping"),
+        ({"trials": FOREST, "tune": {"parameters": {"r_ub": {"from": 2, "to": 1}}}}, "r_ub must rise"),
+        ({"trials": FOREST, "tune": {"parameters": {"magic": {"from": 0, "to": 1}}}}, "knows no 'magic'"),
+    ],
+)
+def test_every_mistake_is_told_in_a_sentence(content, sentence):
+    with pytest.raises(CampaignError, match=sentence) as told:
+        campaign_of(content, "wrong")
+    assert "\n" not in str(told.value)
+
+
+def test_the_command_tells_mistakes_and_where(tmp_path, capsys):
+    path = tmp_path / "wrong.yaml"
+    path.write_text("kind: flight\ntrials: {world: [random_forest")
+    assert main([str(path)]) == 1
+    assert main(["nowhere"]) == 1
+    path.write_text("trials: {world: moon}")
+    assert main(["tune", str(path)]) == 1
+    damaged, unknown, wrong = capsys.readouterr().err.splitlines()
+    assert damaged.startswith(f"campaign: {path}: line 2 is no YAML")
+    assert "There is no campaign file nowhere; give a YAML file, or one of avoidance_forest" in unknown
+    assert wrong.startswith(f"campaign: {path}: There is no world 'moon'")
+
+
+def test_the_trials_are_the_product_and_a_seed_more_changes_none():
+    content = {"trials": {**FOREST, "speed_m_s": {"from": 1, "to": 3, "steps": 3}, "cepa.k4": [0, 1]}}
+    some, more = (campaign_of({**content, "seeds": seeds}, "x") for seeds in (2, 5))
+    assert (len(some), len(more)) == (12, 30)
+    assert [more.trial(index) for index in range(12)] == [some.trial(index) for index in range(12)]
+    flown = [(t.settings["speed_m_s"], t.settings["cepa.k4"]) for t in map(some.trial, range(6))]
+    assert flown == [(1.0, 0.0), (1.0, 1.0), (2.0, 0.0), (2.0, 1.0), (3.0, 0.0), (3.0, 1.0)]
+    assert more.digest == some.digest
+    assert campaign_of({**content, "seed": 2}, "x").digest != some.digest
+
+
+def test_places_and_noise_differ_between_seeds_and_nowhere_else():
+    campaign = campaign_of({"seeds": 50, "trials": {**FOREST, "speed_m_s": [1, 2]}}, "x")
+    trials = [campaign.trial(index) for index in range(len(campaign))]
+    for of in ("place_seed", "noise_seed"):
+        seeds = [getattr(trial, of) for trial in trials]
+        assert seeds[::2] == seeds[1::2]
+        assert len(set(seeds)) == 50
+    assert trials[0].place_seed != trials[0].noise_seed
+
+
+# -- worlds and trials --------------------------------------------------------------------------------------
+
+
+def test_a_denser_forest_is_the_sparser_one_with_more_trunks():
+    sparse, dense = (plant(np.random.default_rng(3), SPACING_M, trees) for trees in (20, 64))
+    assert (len(sparse), len(dense)) == (20, 64)  # 0.16 per m2 of 20 x 20 m
+    assert np.array_equal(dense[:20], sparse)
+    gaps = np.hypot(*(dense[:, None, :2] - dense[None, :, :2]).transpose(2, 0, 1))
+    assert gaps[~np.eye(64, dtype=bool)].min() >= SPACING_M
+    assert np.abs(dense[:, 0] - 13.0).max() <= 13.0 - CLEAR_M
+
+
+@pytest.mark.parametrize("width_m", [1.6, 3.0])
+def test_a_hallway_is_passable_and_as_wide_as_it_says(width_m, tmp_path):
+    from master_thesis.worlds.floor_plan import outlines
+    from simulation_tools.sdf.parser import load_world
+
+    path = tmp_path / "hallway.world"
+    path.write_text(hallway_sdf(np.random.default_rng(5), width_m, 26.0))
+    shapes = {outline.name.split("::")[0]: outline.outline_xy for outline in outlines(load_world(str(path)))}
+    assert shapes["left"][:, 1].min() == pytest.approx(width_m / 2)
+    assert shapes["right"][:, 1].max() == pytest.approx(-width_m / 2)
+    cabinets = [corners for name, corners in shapes.items() if name.startswith("cabinet")]
+    assert len(cabinets) >= 3
+    for cabinet in cabinets:
+        assert width_m / 2 - np.abs(cabinet[:, 1]).min() == pytest.approx(0.4)
+    edges = sorted((cabinet[:, 0].min(), cabinet[:, 0].max()) for cabinet in cabinets)
+    assert min(b[0] - a[1] for a, b in zip(edges, edges[1:])) > 2.0  # no two stand opposite each other
+
+
+def test_the_same_seed_gives_the_same_place():
+    settings = campaign_of({"trials": FOREST}, "x").combinations[0]
+    assert place_of(settings, 7).sdf == place_of(settings, 7).sdf != place_of(settings, 8).sdf
+
+
+def test_the_lidars_figures_are_the_thesiss():
+    """Tables 8.2 and D.1."""
+    m8, urg = lidar_figures("m8"), lidar_figures("urg", 4.0)
+    assert dataclasses.astuple(m8) == (150.0, 30.0, 0.8, 15.0)
+    assert dataclasses.astuple(urg) == (4.0, 10.0, 0.16, 2.5)
+
+
+def test_a_trial_that_fails_is_a_row_with_its_sentence():
+    content = {"kind": "mapping", "trials": {"world": "room", "cepa.r_lb": 1.0}}  # r_ub is 0.9 m indoors
+    row, cost = run_trial(campaign_of(content, "x").trial(0))
+    assert row["error"].startswith("r_lb must be less than r_ub, but 1.0 >= 0.9")
+    assert "mapped" not in row
+    assert cost.wall_s > 0.0
+
+
+# -- the folder ---------------------------------------------------------------------------------------------
+
+
+def test_a_damaged_folder_is_refused_with_a_sentence(tmp_path):
+    campaign = campaign_of({"trials": FOREST}, "x")
+    CampaignFolder(tmp_path, campaign).close()
+    (tmp_path / "parts/00000000.parquet").write_bytes(b"half")
+    with pytest.raises(CampaignError, match=r"00000000\.parquet is damaged"):
+        CampaignFolder(tmp_path, campaign)
+    (tmp_path / "campaign.json").write_text("{}")
+    with pytest.raises(CampaignError, match=r"campaign\.json is damaged"):
+        CampaignFolder(tmp_path, campaign)
+    (tmp_path / "file").touch()
+    with pytest.raises(CampaignError, match="cannot be used: Not a directory"):
+        CampaignFolder(tmp_path / "file", campaign)
+
+
+def test_a_part_that_was_being_written_counts_for_nothing(tmp_path):
+    campaign = campaign_of({"trials": FOREST}, "x")
+    CampaignFolder(tmp_path, campaign).close()
+    (tmp_path / "parts/.00000000.parquet.77").write_bytes(b"half")
+    with CampaignFolder(tmp_path, campaign) as folder:
+        assert len(folder.missing) == len(campaign)
+
+
+# -- the search of parameters -------------------------------------------------------------------------------
+
+TUNING = {
+    "seeds": 1,
+    "trials": {**FOREST, "distance_m": 6.5, "density_per_m2": 0.16, "cepa.k4": 0.5},
+    "tune": {
+        "trials": 3,
+        "collision_cost": 9,
+        "parameters": {"r_ub": {"from": 0.8, "to": 2}, "k3": {"from": 0.1, "to": 3, "log": True}},
+    },
+}
+
+
+def test_the_objective_weighs_time_collisions_and_stuck_flights():
+    import pandas as pd
+
+    trials = pd.DataFrame(
+        {
+            "collision": [False, False, True, False],
+            "stuck": [False, False, False, True],
+            "time_over_straight": [1.0, 2.0, 0.3, 9.9],
+        }
+    )
+    tuning = campaign_of(TUNING, "x").tuning
+    assert objective(trials, tuning) == pytest.approx((1.0 + 2.0 + 9.0 + 5.0) / 4)
+
+
+@pytest.mark.parametrize(
+    ("axes", "sentence"),
+    [
+        ({"algorithm": "vfh_plus"}, "Only improved and original"),
+        ({"algorithm": ["improved", "original"]}, "One algorithm can be tuned at a time"),
+        ({"cepa.r_ub": 1.0}, "cepa.r_ub is searched or varied already"),
+    ],
+)
+def test_what_cannot_be_tuned_is_refused(axes, sentence, tmp_path):
+    campaign = campaign_of({**TUNING, "trials": {**TUNING["trials"], **axes}}, "x")
+    with pytest.raises(CampaignError, match=sentence):
+        tune(campaign, tmp_path, workers=None)
+
+
+def test_only_campaigns_import_what_they_need_besides():
+    """Nodes must start fast."""
+    heavy = ("import dask", "from distributed", "import pandas", "import pyarrow", "import optuna")
+    for path in ROOT.glob("src/*/*/**/*.py"):
+        if path.parent.name not in ("campaign", "test"):
+            assert not [line for line in path.read_text().splitlines() if line.strip().startswith(heavy)], (
+                path
+            )

@@ -1,0 +1,233 @@
+"""Campaigns flown: the same table whoever flies them and whatever happens; a smallest run of each."""
+
+from __future__ import annotations
+
+import ast
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+import yaml
+
+from cepa import CepaParameters
+from master_thesis.campaign.command import INTERRUPTED, main
+from master_thesis.campaign.reading import SHIPPED, campaign_of, read_campaign
+from master_thesis.campaign.run import run_campaign
+from master_thesis.campaign.store import CampaignFolder
+from master_thesis.campaign.tuning import HISTORY, TUNED, tune
+from master_thesis.campaign.workers import Workers
+from master_thesis.errors import CampaignError
+
+pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
+
+ROOT = Path(__file__).resolve().parents[3]
+FOREST = {"world": "random_forest", "density_per_m2": 0.16}
+SHORT = {"seeds": 2, "trials": {**FOREST, "distance_m": 8, "speed_m_s": 4, "algorithm": ["none", "improved"]}}
+TUNING = {
+    "seeds": 1,
+    "trials": {**FOREST, "distance_m": 6.5, "cepa.k4": 0.5},
+    "tune": {
+        "trials": 2,
+        "parameters": {"r_ub": {"from": 0.8, "to": 2}, "k3": {"from": 0.1, "to": 3, "log": True}},
+    },
+}
+
+
+class Inline:
+    """Runs trials in this process as workers would. stop_after: trials until Ctrl-C comes."""
+
+    def __init__(self, stop_after=None, backwards=False):
+        self.stop_after, self.backwards, self.killed = stop_after, backwards, False
+
+    def batches(self, run, tasks):
+        for task in reversed(tasks) if self.backwards else tasks:
+            if self.stop_after == 0:
+                raise KeyboardInterrupt
+            yield [(task, run(task))]
+            self.stop_after = self.stop_after and self.stop_after - 1
+
+    def kill(self):
+        self.killed = True
+
+
+def fly(content, path, workers):
+    campaign = campaign_of(content, "short")
+    with CampaignFolder(path, campaign) as folder:
+        return run_campaign(campaign, folder, workers, quiet=True)
+
+
+def wait_for(what, seconds=120.0):
+    """Wait until something is so; fail when it never is."""
+    end = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.05)
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """The short campaign's folder, flown to its end in one go by one process, without Dask."""
+    path = tmp_path_factory.mktemp("flown")
+    fly(SHORT, path, Inline())
+    return path
+
+
+@pytest.fixture(scope="module")
+def table(flown):
+    """The short campaign's table, every bit of it."""
+    return (flown / "trials.parquet").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def workers():
+    """Two of them, on this machine."""
+    with Workers(2) as workers:
+        yield workers
+
+
+# -- one process --------------------------------------------------------------------------------------------
+
+
+def test_the_table_tells_what_was_flown(flown):
+    rows = pq.read_table(flown / "trials.parquet").to_pylist()
+    assert [row["index"] for row in rows] == [0, 1, 2, 3]
+    assert [row["algorithm"] for row in rows] == ["none", "improved"] * 2
+    blind, careful = rows[:2]
+    assert blind["collision"]  # this forest has a trunk in the way
+    assert blind["min_clearance_m"] < 0.01
+    assert blind["path_length_m"] < 4.0
+    assert careful["reached"]
+    assert careful["min_clearance_m"] > 0.1
+    assert 8.0 - 0.3 < careful["path_length_m"] < 10.0
+    assert careful["time_over_straight"] == pytest.approx(careful["flight_time_s"] * 4.0 / 8.0)
+    assert careful["mass_kg"] == pytest.approx(1.5 + 0.13)  # the thesis's Iris and the UST
+
+
+def test_an_interrupted_campaign_goes_on_and_its_order_changes_nothing(table, tmp_path):
+    """Not even that a flight came after another's contact in its process."""
+    interrupted = Inline(stop_after=3, backwards=True)
+    with pytest.raises(KeyboardInterrupt):
+        fly(SHORT, tmp_path, interrupted)
+    assert interrupted.killed
+    assert pq.read_table(tmp_path / "trials.parquet").num_rows == 3
+    with CampaignFolder(tmp_path, campaign_of(SHORT, "short")) as folder:
+        assert folder.missing == [0]
+    fly(SHORT, tmp_path, Inline())
+    assert (tmp_path / "trials.parquet").read_bytes() == table
+    assert not list((tmp_path / "parts").iterdir())
+
+
+def test_a_folder_knows_whose_trials_it_holds(flown):
+    with CampaignFolder(flown, campaign_of({**SHORT, "seeds": 3}, "longer")) as folder:
+        assert folder.missing == [4, 5]
+        with pytest.raises(CampaignError, match="Another campaign is at work in"):
+            CampaignFolder(flown, campaign_of(SHORT, "short"))
+    changed = {**SHORT, "trials": {**SHORT["trials"], "speed_m_s": 3}}
+    with pytest.raises(CampaignError, match="holds trials of another campaign, or of this file before"):
+        CampaignFolder(flown, campaign_of(changed, "short"))
+
+
+def test_an_interrupted_search_repeats_itself_and_its_parameters_are_those_of_cepa(tmp_path):
+    campaign = campaign_of(TUNING, "tuning")
+    tune(campaign, tmp_path / "whole", Inline(), quiet=True)
+    with pytest.raises(KeyboardInterrupt):
+        tune(campaign, tmp_path / "parts", Inline(stop_after=1), quiet=True)
+    tune(campaign, tmp_path / "parts", Inline(stop_after=1), quiet=True)
+    for name in (HISTORY, TUNED):
+        assert (tmp_path / "parts" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    shipped, tried = (tmp_path / "whole" / HISTORY).read_text().splitlines()[1:]
+    assert shipped.startswith("0,1.2,0.5,")
+    assert not tried.startswith("1,1.2,0.5,")
+    check_loadable(yaml.safe_load((tmp_path / "whole" / TUNED).read_text()))
+
+
+def check_loadable(values):
+    """`dynparam load` knows each name, its type and bounds as Cepa.cfg has them; CEPA takes them all."""
+    known = {}
+    for node in ast.walk(ast.parse((ROOT / "src/cepa/cfg/Cepa.cfg").read_text())):
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "add":
+            name, kind, _, _, *rest = node.args
+            known[name.value] = kind.id, [ast.literal_eval(value) for value in rest]
+    assert set(values) == set(known)
+    for name, value in values.items():
+        kind, (_, *bounds) = known[name]
+        assert type(value) is {"str_t": str, "double_t": float, "int_t": int, "bool_t": bool}[kind], name
+        assert not bounds or bounds[0] <= value <= bounds[1], name
+    algorithm, fractions = values.pop("algorithm"), values.pop("speed_fractions")
+    assert algorithm == "improved"
+    flown = CepaParameters(**values, speed_fractions=[float(word) for word in fractions.split()])
+    assert flown.k4 == 0.5  # which the campaign sets
+
+
+# -- Dask ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_smallest_of_each_shipped_campaign(path, workers, tmp_path):
+    tuning = ["tune"] if read_campaign(path).tuning else []
+    arguments = [path.stem, "--smallest", "--scheduler", workers.address, "--out", str(tmp_path)]
+    assert main([*tuning, *arguments]) == 0
+    if tuning:
+        assert yaml.safe_load((tmp_path / "cepa_tuned.yaml").read_text())["algorithm"] == "improved"
+        return
+    rows = pq.read_table(tmp_path / "trials.parquet").to_pylist()
+    assert len(rows) == len(read_campaign(path, smallest=True))
+    assert not [row["error"] for row in rows if row["error"]]
+    assert len((tmp_path / "summary.csv").read_text().splitlines()) == 1 + len(rows)
+    if read_campaign(path).kind == "mapping":
+        assert all(0.0 < row["ate_rmse_m"] < 0.5 for row in rows)
+        assert (tmp_path / "slam_lidars.png").exists()
+
+
+def test_a_killed_worker_costs_its_trial_only_and_changes_nothing(workers, table, tmp_path):
+    campaign = campaign_of(SHORT, "short")
+
+    def kill_one():
+        wait_for(lambda: list((tmp_path / "parts").glob("*.parquet")))
+        killed.append(workers.pids[0])
+        os.kill(killed[0], signal.SIGKILL)
+
+    killed: list[int] = []
+    with CampaignFolder(tmp_path, campaign) as folder:
+        killer = threading.Thread(target=kill_one)
+        killer.start()
+        finished = run_campaign(campaign, folder, workers, quiet=True)
+        killer.join()
+    assert killed
+    assert finished.missing == 0
+    assert (tmp_path / "trials.parquet").read_bytes() == table
+
+
+def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(workers, table, tmp_path):
+    file, out = tmp_path / "short.yaml", tmp_path / "out"
+    file.write_text(yaml.safe_dump(SHORT))
+    command = [sys.executable, str(ROOT / "src/master_thesis/nodes/campaign"), str(file)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(p) for p in ROOT.glob("src/*/src"))}
+    process = subprocess.Popen(
+        [*command, "--workers", "1", "--out", str(out)],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    wait_for(lambda: list((out / "parts").glob("*.parquet")) or process.poll() is not None)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == INTERRUPTED, said
+    assert "Traceback" not in said
+    assert "interrupted; call again" in said
+    finished = pq.read_table(out / "trials.parquet").num_rows
+    assert 1 <= finished < 4
+    assert main([str(file), "--scheduler", workers.address, "--out", str(out)]) == 0
+    assert (out / "trials.parquet").read_bytes() == table
+
+
+def test_a_scheduler_that_is_not_there_is_told_in_a_sentence(tmp_path):
+    with pytest.raises(CampaignError, match=r"There is no scheduler file .*none\.json; give tcp://host:port"):
+        Workers(scheduler=str(tmp_path / "none.json"))
