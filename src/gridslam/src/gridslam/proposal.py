@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gridslam.kernels.matching import scatter
+from gridslam.kernels.least_squares import scatter
 from gridslam.scan_matcher import BEAM_DEVIATION_M, Matches
 
 SPREAD = 1.0

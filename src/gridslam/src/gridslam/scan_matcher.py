@@ -23,7 +23,8 @@ from gridslam.workers import Workers
 
 REFINE_SIGMA_M2 = 0.02
 """m2: a beam d from the map has the weight exp(-d^2 / this) in Gauss-Newton."""
-REFINE_STEPS = 8
+LOOKS = 6
+"""How often Gauss-Newton looks for the points of the map that are nearest."""
 BEAM_DEVIATION_M = 0.02
 """m: how far a beam's end is from the map where both map and pose are right: its worth beside odometry's."""
 CANDIDATES = 7
@@ -70,7 +71,7 @@ class ScanMatcher:
             step=parameters.lstep / parameters.delta,
             turn=parameters.astep,
             halvings=min(parameters.iterations, HALVINGS_MAX),
-            steps=REFINE_STEPS,
+            looks=LOOKS,
         )
 
     def match(

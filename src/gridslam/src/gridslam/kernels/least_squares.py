@@ -1,0 +1,98 @@
+"""The pose that suits points of a map and a prior best: normal equations of three unknowns."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from gridslam.kernels.nearest import offset
+
+PIVOT_MIN = 1e-9
+
+
+@njit(cache=True, nogil=True)
+def linearise(x, y, yaw, beams, points, which, found, sigma, information, gradient):
+    """Add every beam's part of the normal equations, weighted by exp(-d2 / sigma).
+
+    ``points`` (n, 2) are those of the map to which the first ``found`` of the beams ``which`` (n,) belong.
+    Only the lower triangle of ``information`` (3, 3) is written; ``gradient`` (3,) points uphill.
+    """
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    xx, yx, yy, tx, ty, tt, gx, gy, gt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(found):
+        i = which[k]
+        rx, ry, qx, qy, nx, ny, d2 = offset(x, y, cos, sin, beams, i, points[k, 0], points[k, 1])
+        weight, along = math.exp(-d2 / sigma), beams[i, 6]
+        # what an offset counts: weight (n n' + along t t'), with the tangent t = (-ny, nx)
+        mxx = weight * (nx * nx + along * ny * ny)
+        myx = weight * (1.0 - along) * nx * ny
+        myy = weight * (ny * ny + along * nx * nx)
+        # the derivative of a beam's end by the pose is the unit matrix, and (-qy, qx) by yaw
+        mtx, mty = qx * myx - qy * mxx, qx * myy - qy * myx
+        xx += mxx
+        yx += myx
+        yy += myy
+        tx += mtx
+        ty += mty
+        tt += qx * mty - qy * mtx
+        gx += mxx * rx + myx * ry
+        gy += myx * rx + myy * ry
+        gt += mtx * rx + mty * ry
+    information[0, 0] += xx
+    information[1, 0] += yx
+    information[1, 1] += yy
+    information[2, 0] += tx
+    information[2, 1] += ty
+    information[2, 2] += tt
+    gradient[0] -= gx
+    gradient[1] -= gy
+    gradient[2] -= gt
+
+
+@njit(cache=True, nogil=True)
+def add_prior(pose, prior_pose, prior, information, gradient):
+    """Add a prior's part of the normal equations; ``prior`` (3, 3) is the information of its pose (3,)."""
+    for i in range(3):
+        for j in range(3):
+            information[i, j] += prior[i, j]
+            gradient[i] -= prior[i, j] * (pose[j] - prior_pose[j])
+
+
+@njit(cache=True, nogil=True)
+def factor(a, lower):
+    """Write the Cholesky factor of a symmetric 3 x 3 matrix, of which the lower triangle is read."""
+    for i in range(3):
+        for j in range(i + 1):
+            value = a[i, j]
+            for k in range(j):
+                value -= lower[i, k] * lower[j, k]
+            lower[i, j] = math.sqrt(max(value, PIVOT_MIN)) if i == j else value / lower[j, j]
+
+
+@njit(cache=True, nogil=True)
+def solve_upper(lower, b):
+    """Overwrite b (3,) with the solution of lower' x = b."""
+    for i in range(2, -1, -1):
+        for k in range(i + 1, 3):
+            b[i] -= lower[k, i] * b[k]
+        b[i] /= lower[i, i]
+
+
+@njit(cache=True, nogil=True)
+def solve(lower, b):
+    """Overwrite b (3,) with the solution of lower lower' x = b."""
+    for i in range(3):
+        for k in range(i):
+            b[i] -= lower[i, k] * b[k]
+        b[i] /= lower[i, i]
+    solve_upper(lower, b)
+
+
+@njit(cache=True, nogil=True)
+def scatter(factors, noise, poses):
+    """Move poses (P, 3) by noise (P, 3) that has the covariance of the factors' information."""
+    for p in range(poses.shape[0]):
+        shift = noise[p].copy()
+        solve_upper(factors[p], shift)
+        poses[p] += shift

@@ -1,0 +1,141 @@
+"""The point of a map that is nearest to where a beam ends, and what it says of a pose.
+
+Everything is in cells from the corner of the particle's table and radians. ``beams`` (n, 7) hold, in the base
+frame: the beam's end x, y; a step of sqrt(2) cells along the beam, x, y; the normal of the surface it hit, x,
+y; and how much an offset along that surface counts (1: as much as across, where the surface is not known).
+
+A map (table, occupied, ends, means) is the particle's table of tiles, every tile's occupied cells as one bit
+each, and where the means of its cells' hits are.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from gridslam.kernels.tiles import MASK, PARTS, SIDE, SIDE_BITS
+
+PART = 1.0 / PARTS
+"""Cells: unit of the means."""
+MARGIN = 3
+"""Cells, beyond kernelSize, that a search may look away from a beam's end."""
+
+
+@njit(cache=True, nogil=True, inline="always")
+def nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, ends, means, kernel):
+    """Return (d2, rx, ry): the offset of a beam's end from the nearest point of the map, d2 < 0 if none.
+
+    Points are means of occupied cells within ``kernel`` cells whose neighbour towards the lidar is not
+    occupied.
+    """
+    ix, iy = int(px), int(py)
+    back_x, back_y = int(px - step_x) - ix, int(py - step_y) - iy
+    best, rx, ry = -1.0, 0.0, 0.0
+    left, width = ix - kernel, 2 * kernel + 1
+    tile_x, shift, mask = left >> SIDE_BITS, left & MASK, (1 << width) - 1
+    back_left = left + back_x
+    back_tile_x, back_shift = back_left >> SIDE_BITS, back_left & MASK
+    for y in range(iy - kernel, iy + kernel + 1):
+        tile_y, row = y >> SIDE_BITS, y & MASK
+        bits = np.int64(occupied[table[tile_y, tile_x], row]) >> shift
+        if shift + width > SIDE:
+            bits |= np.int64(occupied[table[tile_y, tile_x + 1], row]) << (SIDE - shift)
+        bits &= mask
+        if bits == 0:
+            continue
+        tile_y, row = (y + back_y) >> SIDE_BITS, (y + back_y) & MASK
+        behind = np.int64(occupied[table[tile_y, back_tile_x], row]) >> back_shift
+        if back_shift + width > SIDE:
+            behind |= np.int64(occupied[table[tile_y, back_tile_x + 1], row]) << (SIDE - back_shift)
+        bits &= ~behind
+        x = left
+        while bits:
+            if bits & 1:
+                entry = ends[table[y >> SIDE_BITS, x >> SIDE_BITS]]
+                cell = (y & MASK) * SIDE + (x & MASK)
+                dx = px - x - PART * means[entry, cell, 0]
+                dy = py - y - PART * means[entry, cell, 1]
+                across = dx * nx + dy * ny
+                d2 = across * across + along * (dx * dx + dy * dy - across * across)
+                if best < 0.0 or d2 < best:
+                    best, rx, ry = d2, dx, dy
+            bits >>= 1
+            x += 1
+    return best, rx, ry
+
+
+@njit(cache=True, nogil=True, inline="always")
+def look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel):
+    """Return (d2, rx, ry, px, py) of a beam: its end's offset from the map, and where its end is."""
+    px = x + cos * beams[i, 0] - sin * beams[i, 1]
+    py = y + sin * beams[i, 0] + cos * beams[i, 1]
+    least = kernel + MARGIN
+    most_x = (table.shape[1] << SIDE_BITS) - least
+    most_y = (table.shape[0] << SIDE_BITS) - least
+    if not (least <= px < most_x and least <= py < most_y):
+        return -1.0, 0.0, 0.0, px, py
+    step_x, step_y = cos * beams[i, 2] - sin * beams[i, 3], sin * beams[i, 2] + cos * beams[i, 3]
+    nx, ny = cos * beams[i, 4] - sin * beams[i, 5], sin * beams[i, 4] + cos * beams[i, 5]
+    d2, rx, ry = nearest(px, py, step_x, step_y, nx, ny, beams[i, 6], table, occupied, ends, means, kernel)
+    return d2, rx, ry, px, py
+
+
+@njit(cache=True, nogil=True)
+def score(x, y, yaw, beams, every, table, occupied, ends, means, kernel, sigma, least):
+    """Sum of exp(-d2 / sigma) over every ``every``-th beam that has a point of the map near.
+
+    A sum that cannot exceed ``least`` any more is not completed.
+    """
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    total, left = 0.0, (beams.shape[0] + every - 1) // every
+    for i in range(0, beams.shape[0], every):
+        if total + left <= least:
+            break
+        left -= 1
+        d2, _, _, _, _ = look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel)
+        if d2 >= 0.0:
+            total += math.exp(-d2 / sigma)
+    return total
+
+
+@njit(cache=True, nogil=True)
+def find_points(x, y, yaw, beams, table, occupied, ends, means, kernel, points, which):
+    """Write the point of the map nearest to each beam's end, of those that have one; return their number.
+
+    ``points`` (n, 2) takes the points and ``which`` (n,) their beams.
+    """
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    found = 0
+    for i in range(beams.shape[0]):
+        d2, rx, ry, px, py = look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel)
+        if d2 >= 0.0:
+            points[found, 0], points[found, 1], which[found] = px - rx, py - ry, i
+            found += 1
+    return found
+
+
+@njit(cache=True, nogil=True, inline="always")
+def offset(x, y, cos, sin, beams, i, point_x, point_y):
+    """Return (rx, ry, qx, qy, nx, ny, d2): offset from a point, end from the base, normal, square."""
+    qx, qy = cos * beams[i, 0] - sin * beams[i, 1], sin * beams[i, 0] + cos * beams[i, 1]
+    nx, ny = cos * beams[i, 4] - sin * beams[i, 5], sin * beams[i, 4] + cos * beams[i, 5]
+    rx, ry = x + qx - point_x, y + qy - point_y
+    across = rx * nx + ry * ny
+    return rx, ry, qx, qy, nx, ny, across * across + beams[i, 6] * (rx * rx + ry * ry - across * across)
+
+
+@njit(cache=True, nogil=True)
+def measure(x, y, yaw, beams, points, which, found, score_sigma, likelihood_sigma, missed):
+    """Return the score and the log-likelihood of a pose, by points that `find_points` has found near it.
+
+    The latter is the sum of -d2 / likelihood_sigma, or of ``missed`` where the map has no point near.
+    """
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    total, likelihood = 0.0, missed * (beams.shape[0] - found)
+    for k in range(found):
+        d2 = offset(x, y, cos, sin, beams, which[k], points[k, 0], points[k, 1])[6]
+        total += math.exp(-d2 / score_sigma)
+        likelihood -= d2 / likelihood_sigma
+    return total, likelihood
