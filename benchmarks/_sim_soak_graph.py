@@ -121,6 +121,7 @@ class _Soak:
             "garbage over UDP": lambda: _send_garbage(rng, fcu_ports),
         }
         self._recoveries_s: list[float] = []
+        self._faults: list[tuple[float, str]] = []
         self._goal_m = (0.0, 0.0, 2.0)
         self._goal_ends_s = 0.0
 
@@ -143,11 +144,17 @@ class _Soak:
                 bar.update(round(now_s - start_s) - bar.n)
                 time.sleep(0.1)
         figures.simulated_s = talk.now_s - start_s
-        figures.touched = sorted(talk.touched)
+        figures.touched = [self._with_its_fault(what, when_s) for what, when_s in talk.touched.items()]
         figures.contacts = talk.contacts
         figures.recovery_s_mean = float(np.mean(self._recoveries_s or [0.0]))
         figures.recovery_s_max = max(self._recoveries_s, default=0.0)
         return figures
+
+    def _with_its_fault(self, what: str, when_s: float) -> str:
+        """Return a contact beside the last fault before it."""
+        before = [(at_s, fault) for at_s, fault in self._faults if at_s <= when_s]
+        at_s, fault = before[-1] if before else (when_s, "nothing")
+        return f"{what} {when_s - at_s:.1f} s after {fault}"
 
     def _lead(self, now_s: float, here: tuple[float, float, float]) -> None:
         """Send the next goal when the last one is reached, or takes too long."""
@@ -172,6 +179,7 @@ class _Soak:
             self._kill(str(self._rng.choice(NODES)))
         else:
             what = str(self._rng.choice(list(self._nonsense)))
+            self._faults.append((self._talk.now_s, what))
             self._figures.nonsense[what] = self._figures.nonsense.get(what, 0) + 1
             self._nonsense[what]()
 
@@ -180,6 +188,7 @@ class _Soak:
         figures, talk = self._figures, self._talk
         figures.kills[node] = figures.kills.get(node, 0) + 1
         pid, killed_s = talk.pid_of(node), talk.now_s
+        self._faults.append((killed_s, f"{node} was killed"))
         os.kill(pid, signal.SIGKILL)
         while talk.now_s - killed_s < RECOVERY_S:
             talk.wait_for_pose(SILENCE_S)

@@ -37,7 +37,7 @@ class Talk:
         self._command_s = -math.inf
         self._ready = False
         self.contacts = 0
-        self.touched: set[str] = set()
+        self.touched: dict[str, float] = {}  # what the UAV has touched, and when first
         rospy.init_node(NAME[1:], disable_signals=True)
         for topic, kind, callback in (
             ("/UAV/ground_truth", Odometry, self._on_truth),
@@ -110,7 +110,7 @@ class Talk:
         for state in message.states:
             if not state.collision2_name.startswith("ground_plane::"):
                 self.contacts += 1
-                self.touched.add(state.collision2_name)
+                self.touched.setdefault(state.collision2_name, message.header.stamp.to_sec())
 
     def _put_nowhere(self) -> None:
         state = ModelState(model_name="iris")

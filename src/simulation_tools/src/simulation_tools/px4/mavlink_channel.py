@@ -14,6 +14,7 @@ from simulation_tools.px4.px4 import Px4
 
 _FORGET_PEER_AFTER_S = 10.0  # wall time
 _MAX_PEERS = 16
+_MAX_DATAGRAM = 1400  # bytes, so that no network takes one apart
 
 
 @dataclass
@@ -91,7 +92,7 @@ class Channel:
         """Send a message to every client that calls itself a ground station."""
         addresses = [address for address, peer in self._peers.items() if peer.is_ground_station]
         if addresses:
-            self._send(message, addresses)
+            self._send(self.codec.pack(message), addresses)
 
     def send_due(self, time_us: int) -> None:
         """Send the streamed messages that are due at a simulation time."""
@@ -103,6 +104,7 @@ class Channel:
         if status is not None and status.heartbeat_content != self._heartbeat_content:
             self._heartbeat_content = status.heartbeat_content
             self._streams["HEARTBEAT"].due_us = time_us  # clients need not wait for what has changed
+        messages = []
         for name, stream in self._streams.items():
             if not stream.period_us or time_us < stream.due_us:
                 continue
@@ -112,7 +114,8 @@ class Channel:
             if addresses and (everything or name == "HEARTBEAT"):
                 message = telemetry.build(name, self._px4, status)
                 if message is not None:
-                    self._send(message, addresses)
+                    messages.append(message)
+        self._send_together(messages, addresses)
         periodic = [stream.due_us for stream in self._streams.values() if stream.period_us]
         self._next_due_us = min(periodic, default=time_us)
 
@@ -147,7 +150,17 @@ class Channel:
             addresses.append(self._remote)
         return addresses
 
-    def _send(self, message: common.MAVLink_message, addresses: list[Address]) -> None:
-        packet = self.codec.pack(message)
+    def _send_together(self, messages: list[common.MAVLink_message], addresses: list[Address]) -> None:
+        """Send messages of one instant in few datagrams: each of them wakes its receiver."""
+        datagram = b""
+        for packet in map(self.codec.pack, messages):
+            if len(datagram) + len(packet) > _MAX_DATAGRAM:
+                self._send(datagram, addresses)
+                datagram = b""
+            datagram += packet
+        if datagram:
+            self._send(datagram, addresses)
+
+    def _send(self, datagram: bytes, addresses: list[Address]) -> None:
         for address in addresses:
-            send(self.socket, packet, address)
+            send(self.socket, datagram, address)
