@@ -82,9 +82,11 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
     assert all(source.startswith(("data:image/svg+xml;base64,", "#")) for source in sources)
     assert "@import" not in page
     assert "url(" not in page
-    mapped = json.loads((folder / "pieces/experiment_3_ust_1/piece.json").read_text())["numbers"]
+    mapped = json.loads((folder / "pieces/experiment_3_ust_1_8s/piece.json").read_text())["numbers"]
     assert f"{mapped['open']['map_error_p95_m']:.3f}" in page
-    flown = json.loads((folder / "pieces/experiment_1_forest_improved_1/piece.json").read_text())["numbers"]
+    flown = json.loads((folder / "pieces/experiment_1_forest_improved_1_6m/piece.json").read_text())[
+        "numbers"
+    ]
     assert flown["reached_goal"] is True
     assert f"{flown['computation_ms']:.3f}" in page
     for piece in plan(SMALLEST):
@@ -224,6 +226,14 @@ def test_the_whole_report_has_every_experiment_and_lidar():
 def test_the_quick_report_is_a_part_of_the_whole():
     whole = {each.digest for each in plan(FULL) if not each.alone}
     assert {each.digest for each in plan(QUICK) if not each.alone} < whole
+
+
+def test_reports_of_all_sizes_can_share_a_folder():
+    by_name: dict = {}
+    for size in (FULL, QUICK, SMALLEST):
+        for each in plan(size):
+            by_name.setdefault(each.name, set()).add(each.digest)
+    assert {len(digests) for digests in by_name.values()} == {1}
 
 
 def test_a_part_can_be_chosen():

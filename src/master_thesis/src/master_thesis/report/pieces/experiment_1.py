@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from master_thesis.flight.scenario_flight import WORLDS, fly_scenario, scenario_parameters
+from master_thesis.flight.scenario_flight import GOAL_X_M, WORLDS, fly_scenario, scenario_parameters
 from master_thesis.report.piece import Made, Piece, fingerprint
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TABLE_8_1_MS
@@ -25,8 +25,9 @@ def pieces(size: Size) -> list[Piece]:
 def piece(size: Size, name: str, algorithm: str, seed: int) -> Piece:
     """Return one flight."""
     given = {"name": name, "algorithm": algorithm, "seed": seed, "goal_x_m": size.goal_x_m}
+    shorter = f"_{size.goal_x_m:g}m" if size.goal_x_m != GOAL_X_M else ""
     return Piece(
-        name=f"experiment_1_{name}_{algorithm}_{seed}",
+        name=f"experiment_1_{name}_{algorithm}_{seed}{shorter}",
         experiment="experiment_1",
         title=f"Experiment 1: {name}, {algorithm}, seed {seed}",
         make=make,

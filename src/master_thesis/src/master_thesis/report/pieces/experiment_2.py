@@ -48,10 +48,11 @@ def proposals_piece(scenario: str) -> Piece:
 
 def flights_piece(scenario: str, algorithm: str, first: int, count: int) -> Piece:
     """Return some of the placement's variations, flown by one algorithm."""
+    last = first + count - 1
     return Piece(
-        name=f"experiment_2_{scenario}_{algorithm}_{first:02d}",
+        name=f"experiment_2_{scenario}_{algorithm}_{first:02d}_to_{last:02d}",
         experiment="experiment_2",
-        title=f"Experiment 2: {_words(scenario)}, {algorithm}, placements {first} to {first + count - 1}",
+        title=f"Experiment 2: {_words(scenario)}, {algorithm}, placements {first} to {last}",
         make=make_flights,
         given={"scenario": scenario, "algorithm": algorithm, "first": first, "count": count},
         inputs=_inputs(scenario, algorithm, first),

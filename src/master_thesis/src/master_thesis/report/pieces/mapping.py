@@ -50,9 +50,10 @@ def piece(size: Size, world: str, lidar: str, seed: int, range_max_m: float = 0.
         "range_max_m": range_max_m,
     }
     seen = f"{lidar}_{range_max_m:g}m" if range_max_m else lidar
+    shorter = f"_{size.map_duration_s:g}s" if size.map_duration_s else ""
     experiment, scenario = EXPERIMENTS[world], SCENARIOS[world]
     return Piece(
-        name=f"{experiment}_{seen}_{seed}",
+        name=f"{experiment}_{seen}_{seed}{shorter}",
         experiment=experiment,
         title=f"Experiment {experiment[-1]}: {world}, {seen.replace('_', ' ')}, seed {seed}",
         make=make,

@@ -34,7 +34,7 @@ def pieces(size: Size) -> list[Piece]:
     """Return the pieces of this size."""
     builds = [
         Piece(
-            name="measurement_1",
+            name=f"measurement_1_{size.builds}_times",
             experiment="measurement_1",
             title="Measurement 1: builds",
             make=make_builds,
@@ -45,7 +45,7 @@ def pieces(size: Size) -> list[Piece]:
     ]
     launches = [
         Piece(
-            name=f"measurement_2_{what.lower().replace(' ', '_')}",
+            name=f"measurement_2_{what.lower().replace(' ', '_')}_{size.launches}_times",
             experiment="measurement_2",
             title=f"Measurement 2: {what}, start and end",
             make=make_launches,

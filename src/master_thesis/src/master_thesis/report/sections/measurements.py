@@ -16,7 +16,7 @@ ALIKE = 2.0
 
 def build_section(size: Size, store: Store) -> Section:
     """Return the section of table 8.3, from what is there."""
-    done = _done(size, store).get("measurement_1")
+    done = next((d for name, d in _done(size, store).items() if name.startswith("measurement_1")), None)
     blocks = [_build_table(done)] if done else []
     return Section(
         key="measurement_1",
