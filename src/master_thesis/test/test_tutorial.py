@@ -76,6 +76,6 @@ def test_the_node_answers_a_scan(tutorial, ros_master):
     assert done.returncode == 0, done.stdout
     stamp, x, y = map(float, done.stdout.split()[-3:])
     assert stamp == pytest.approx(100.0)
-    # one beam at 1 m ahead and one at 0.5 m to the left, 1.5708 rad apart; reach 2 m, gain 1.2
-    assert x == pytest.approx(1.0 - 1.2 * 1.5708 * (1.0 - 0.5), abs=1e-3)
-    assert y == pytest.approx(0.0 - 1.2 * 1.5708 * (2.0 - 0.5), abs=1e-3)
+    # one beam at 1 m ahead and one at 0.5 m to the left, 1.5708 rad apart; reach 2.5 m, gain 1.2
+    assert x == pytest.approx(1.0 - 1.2 * 1.5708 * (1.0 - 0.4), abs=1e-3)
+    assert y == pytest.approx(0.0 - 1.2 * 1.5708 * (2.0 - 0.4), abs=1e-3)

@@ -50,7 +50,8 @@ class FlightNode(ABC):
     acknowledgement and all others have said what they had to say: nothing depends on how fast messages are.
     """
 
-    def __init__(self, monitor: Monitor, lockstep: bool):
+    def __init__(self, monitor: Monitor, lockstep: bool, cepa: bool = True):
+        """Hear everybody. cepa: it steers, and tells why; else a node of the user's own does."""
         self._monitor = monitor
         self._lock = threading.Lock()
         self._heard = threading.Condition(self._lock)
@@ -72,13 +73,14 @@ class FlightNode(ABC):
             ("vel_raw", TwistStamped, lambda message: log.v_ref.add(*twist_row(message))),
             ("vel_safe", TwistStamped, lambda message: log.v_safe.add(*twist_row(message))),
             ("vel_final", TwistStamped, lambda message: log.v_final.add(*twist_row(message))),
-            ("cepa_stats", DiagnosticArray, self._on_stats),
             ("performance", DiagnosticArray, self._on_performance),
             ("collision", ContactsState, self._on_contacts),
             ("mavros/state", State, self._on_state),
             ("/rosout", Log, self._on_log),
         ):
             self.subscribe(name, message_class, handler)
+        if cepa:
+            self.subscribe("cepa_stats", DiagnosticArray, self._on_stats)
         self._on_scan_locked = self._locked(self._on_scan)
         self._scans = rospy.Subscriber("scan", LaserScan, self._take_scan, queue_size=100, tcp_nodelay=True)
 
