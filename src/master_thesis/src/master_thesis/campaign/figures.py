@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.statistics import figures
@@ -22,6 +23,12 @@ COLOURS = {
     "vfh_plus": "#6f3289",
 }
 MARKERS = {"improved": "o", "original": "s", "none": "x", "collision_prevention": "^", "vfh_plus": "D"}
+NAMES = {
+    "none": "no avoidance",
+    "collision_prevention": "collision prevention (ours)",
+    "vfh_plus": "VFH+ (ours)",
+}
+"""What algorithms are called in a legend: the baselines are not their authors' own code."""
 LABELS = {
     "algorithm": "algorithm",
     "density_per_m2": "trees per m²",
@@ -46,9 +53,8 @@ _PANEL_IN = (2.5, 2.1)
 _FLIGHT_MEASURES = ("collision_rate", "reached_rate", "time_over_straight_mean")
 _MAP_MEASURES = ("ate_rmse_m_mean", "map_error_p95_m_mean")
 _LIDAR_FIGURES = ("lidar_range_m", "lidar_rate_hz", "lidar_weight_kg", "lidar_power_w")
-_SPREAD = (
-    0.018  # of the axis, by which the curves stand beside each other so that intervals can be told apart
-)
+_SPREAD = 0.03
+"""Part of the axis by which curves stand beside each other, so that their intervals can be told apart."""
 _GREYS = ("#1b1f24", "#5b6066", "#9aa0a6", "#c2410c", "#1f3b73", "#35a860")
 _DASHES = ("-", "--", ":", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (5, 1)))
 _MARKS = ("o", "s", "^", "D", "v", "P")
@@ -103,6 +109,7 @@ def _over_axes(
                 _draw_curve(panels[row, column], campaign, group, name, measure, style, number, len(groups))
         for row, measure in enumerate(measures):
             _finish(panels[row, column], name, measure, row == len(measures) - 1, column == 0)
+            panels[row, column].set_xticks(np.sort(trials[name].dropna().unique()))
     _legend(figure, panels[0, 0])
     return png(figure)
 
@@ -131,7 +138,7 @@ def _errorbar(axes: Axes, points: Sequence[tuple], style: dict) -> None:
 
 def _trade_off(campaign: Campaign, trials: pd.DataFrame, names: Sequence[str]) -> bytes:
     """Draw safety against speed, a panel for each parameter, over all that varies besides."""
-    columns = min(3, len(names))
+    columns = 2 if len(names) == 4 else min(3, len(names))
     figure, panels = _panels(math.ceil(len(names) / columns), columns)
     others = ["speed_m_s"] if "speed_m_s" in campaign.varied else []
     for axes, name in zip(panels.flat, names):
@@ -160,24 +167,21 @@ def _draw_trade_off(axes: Axes, campaign: Campaign, group: pd.DataFrame, name: s
     axes.errorbar(x[:, 0], y[:, 0], reach_y, reach_x, ms=4, lw=1.1, elinewidth=0.5, capsize=0, **style)
     for (value, _), a, b in zip(found, x[:, 0], y[:, 0]):
         text = f"{value:g}" if not isinstance(value, (bool, np.bool_)) else "on" if value else "off"
-        axes.annotate(text, (a, b), (4, 4), textcoords="offset points", fontsize=7)
+        axes.annotate(text, (a, b), (4, 4), textcoords="offset points", fontsize=7, color=style["color"])
     _plain(axes)
 
 
 def _over_lidars(campaign: Campaign, trials: pd.DataFrame, names: Sequence[str]) -> bytes:
     """Draw the errors of maps over figures of the lidars, in each world."""
-    worlds = list(trials["world"].unique())
-    switches = [name for name in curve_names(campaign) if name in trials and name.startswith("slam.")]
-    rows = [(world, measure) for world in worlds for measure in _MAP_MEASURES]
-    if len(names) == 1:
-        figure, panels = _panels(len(worlds), len(_MAP_MEASURES))
-        cells = [(world, measure, names[0]) for world, measure in rows]
-    else:
-        figure, panels = _panels(len(rows), len(names))
-        cells = [(world, measure, name) for world, measure in rows for name in names]
-    for axes, (world, measure, name) in zip(panels.flat, cells):
-        _draw_lidars(axes, campaign, trials[trials["world"] == world], name, measure, switches)
-        axes.set_title(world, fontsize=8)
+    switches = [name for name in curve_names(campaign) if name.startswith("slam.")]
+    told = {"world", "lidar", "lidar_range_m", *switches}
+    place_names = ["world", *(name for name in campaign.varied if name not in told)]
+    places = _split(trials, place_names)
+    cells = [(values, group, m, name) for values, group in places for m in _MAP_MEASURES for name in names]
+    figure, panels = _panels(len(cells) // max(len(names), 2), max(len(names), 2))
+    for axes, (values, group, measure, name) in zip(panels.flat, cells):
+        _draw_lidars(axes, campaign, group, name, measure, switches)
+        axes.set_title(", ".join(map(_told, place_names, values)), fontsize=8)
         _finish(axes, name, measure, True, True)
     _legend(figure, panels.flat[0])
     return png(figure)
@@ -195,10 +199,16 @@ def _draw_lidars(axes, campaign, trials, name, measure, switches) -> None:
             _errorbar(axes, [(x * (1.0 + 0.04 * number), *_measured(found, measure))], style)
     if name == "lidar_range_m":
         axes.set_xscale("log")
-        ticks = sorted(trials[name].unique())
-        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-        axes.minorticks_off()
+        _tick(axes.xaxis)
     axes.set_yscale("log")
+    _tick(axes.yaxis)
+
+
+def _tick(axis) -> None:
+    """Label a logarithmic axis at 1, 2, 5, 10, ..., in plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_locator(NullLocator())
 
 
 def _split(trials: pd.DataFrame, names: Sequence[str]):
@@ -228,7 +238,7 @@ def _told(name: str, value) -> str:
     short = name.split(".", 1)[-1].replace("_", " ")
     if isinstance(value, (bool, np.bool_)):
         return f"{short} {'on' if value else 'off'}"
-    return value.replace("_", " ") if isinstance(value, str) else f"{short} {value:g}"
+    return NAMES.get(value, value.replace("_", " ")) if isinstance(value, str) else f"{short} {value:g}"
 
 
 def _panels(rows: int, columns: int) -> tuple[Figure, np.ndarray]:
@@ -255,5 +265,10 @@ def _plain(axes: Axes) -> None:
 def _legend(figure: Figure, axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(
-        handles, labels, loc="outside upper center", ncol=min(len(labels), 5), fontsize=7, frameon=False
+        handles,
+        labels,
+        loc="outside upper center",
+        ncol=min(len(labels), 6 if len(labels) % 5 == 1 else 5),
+        fontsize=7,
+        frameon=False,
     )

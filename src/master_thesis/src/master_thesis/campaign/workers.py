@@ -104,7 +104,9 @@ class Workers:
         self.kill()
         for one in (self._client, self._cluster):
             if one is not None:
-                with contextlib.suppress(asyncio.TimeoutError, TimeoutError):  # they are one since Python 3.11
+                with contextlib.suppress(
+                    asyncio.TimeoutError, TimeoutError
+                ):  # they are one since Python 3.11
                     one.close(timeout=CLOSE_TIMEOUT_S)
         self._settings.__exit__(None, None, None)
 
