@@ -94,12 +94,13 @@ def origin(size: Size, store: Store) -> Origin:
     """Return where the numbers come from."""
     pieces = plan(size)
     facts = [done.facts for done in map(store.get, pieces) if isinstance(done, Done)]
+    here = machine()
     dates = sorted(fact["date"] for fact in facts)
     return Origin(
         date=datetime.now(timezone.utc).strftime("%d %B %Y, %H:%M UTC"),
         commits=list(dict.fromkeys(fact["commit"] or "unknown" for fact in facts))
         or [commit(HERE) or "unknown"],
-        machine=machine(),
+        machine={**here, "memory": _gigabytes(here["memory"])},
         versions={name: value for name, value in versions().items() if value},
         size=size.name,
         pieces=len(facts),
@@ -110,6 +111,12 @@ def origin(size: Size, store: Store) -> Origin:
         last=dates[-1].replace("T", " ")[:16] if dates else "-",
         greatest_load=max((fact["load"] for fact in facts), default=0.0),
     )
+
+
+def _gigabytes(memory: str | None) -> str | None:
+    """Return "16777216 kB" as "16 GiB"."""
+    words = (memory or "").split()
+    return f"{int(words[0]) / 2**20:.0f} GiB" if len(words) == 2 and words[0].isdigit() else memory
 
 
 def render(all_sections: Sequence[Section], where_from: Origin) -> str:
