@@ -7,7 +7,7 @@
 readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs)
 readonly venv_package=python3-venv
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
-readonly packages_need_mb=1500 venv_needs_mb=1500 build_needs_mb=100 # measured: 1370, 1050 and pip's cache, 10
+readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # measured: 1370, 1280 and pip's cache, 10
 
 set_up() {
   [[ $root != *[[:space:]]* ]] || fail "catkin cannot build in a folder with a space in its path: $root. Move the workspace."
