@@ -64,7 +64,7 @@ class GazeboOutput:
 
     Order at one instant: clock, joints, odometry, ground truth, IMU, contacts, further sensors, and the scan
     last, so that whoever works on the scan has the rest already. Streams that hold back their messages send
-    them before the scan, and before whatever else is stamped with a time that nobody knows of yet.
+    them with the scan: poses before it, and what nobody steers by after it, while the scan is worked on.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class GazeboOutput:
         if output.imu is not None and topics.imu.get_num_connections():
             frame = self._prefix + self._simulation.uav.imu.frame
             topics.imu.publish(conversions.imu_message(time_us, output.imu, frame))
-        if output.scan is not None or contacts_due or output.payload or time_us >= self._flush_due_us:
+        if contacts_due or output.payload or time_us >= self._flush_due_us:
             self.flush()
         if contacts_due:
             world = self._frames.world
@@ -124,7 +124,10 @@ class GazeboOutput:
             self._payload.publish(time_us, output.payload)
         if output.scan is not None:
             lidar, frame = self._simulation.lidar, self._prefix + self._simulation.uav.lidar.frame
+            topics.odometry.flush()
+            topics.ground_truth.flush()
             topics.scan.publish(conversions.scan_message(time_us, output.scan, lidar, frame))
+            self.flush()
 
     def report(self, figures: PerformanceFigures, paused: bool) -> None:
         """Publish the performance figures."""

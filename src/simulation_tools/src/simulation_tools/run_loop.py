@@ -258,11 +258,11 @@ class RunLoop:
         self.meter.on_progress(1e-6 * (output.time_us - began_us), self._clock.now() - began_s)
 
     def _tell(self, output: StepOutput) -> None:
-        """Send the telemetry and publish the sensors of one instant."""
-        self._link.send_due(output.time_us)
+        """Publish the sensors of one instant and send the telemetry."""
         if output.scan is not None:
             self.meter.latency.on_scan(output.time_us // 1000, self._clock.now())
         self._output.publish(output)
+        self._link.send_due(output.time_us)
 
     def _pass_barrier(self, time_us: int, timeout_s: float) -> bool:
         """Wait for what is made of scan(t), applying MAVLink input up to it; False: it timed out."""
