@@ -120,6 +120,17 @@ def test_streams_that_hold_back_send_poses_before_the_scan_and_the_rest_after_it
     assert 12_000 <= max(lags_us) <= 28_000
 
 
+def test_what_the_gimbal_carries_is_drawn_in_its_own_frame(fly):
+    simulation, _, log = fly()
+    drawn = of(log, "visuals")[-1].markers
+    assert {marker.header.frame_id for marker in drawn if marker.ns == "iris"} >= {"base_frame", "hokuyo"}
+    lidar = [marker for marker in drawn if marker.header.frame_id == "hokuyo"]
+    link = next(link for link in simulation.uav.model.links if link.name == "hokuyo")
+    assert all(marker.frame_locked for marker in lidar)
+    heights_m = [visual.pose.position_m[2] for visual in link.visuals]
+    assert [marker.pose.position.z for marker in lidar] == pytest.approx(heights_m)
+
+
 def test_a_lasting_contact_comes_at_20_hz_and_its_end_once(fly):
     simulation, output, log = fly()
     run(simulation, output, 500)

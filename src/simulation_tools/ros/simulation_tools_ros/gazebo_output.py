@@ -145,7 +145,9 @@ class GazeboOutput:
         for name in names:
             model = world.model(name).placed(name=name)
             if name == uav:
-                markers += model_markers(model, self._frames.base, Pose.identity(), moves_with_frame=True)
+                gimbal = self._simulation.gimbal
+                turned = {link: self._prefix + link for link in gimbal.carries} if gimbal else None
+                markers += model_markers(model, self._frames.base, Pose.identity(), True, turned)
                 continue
             pose = world.get_state(name).pose
             markers += model_markers(model, self._frames.world, pose, moves_with_frame=False)

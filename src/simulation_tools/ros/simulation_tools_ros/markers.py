@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Mapping
+
 from genpy import Duration, Time
 from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA, Header
@@ -15,21 +17,30 @@ from simulation_tools_ros.conversions import pose_message
 PLANE_THICKNESS_M = 0.002
 
 
-def model_markers(model: Model, frame_id: str, model_pose: Pose, moves_with_frame: bool) -> list[Marker]:
+def model_markers(
+    model: Model,
+    frame_id: str,
+    model_pose: Pose,
+    moves_with_frame: bool,
+    own_frames: Mapping[str, str] | None = None,
+) -> list[Marker]:
     """Return a marker for each visual of a model.
 
     model_pose: of the model in frame_id. moves_with_frame: RViz follows the frame between messages.
+    own_frames: TF frames of the links that turn against the model, by link.
     """
     markers = []
     for link in model.links:
+        own_frame = (own_frames or {}).get(link.name)
+        pose = Pose.identity() if own_frame else model_pose @ link.pose
         for visual in link.visuals:
             marker = _shape(visual)
-            marker.header = Header(frame_id=frame_id, stamp=Time())
+            marker.header = Header(frame_id=own_frame or frame_id, stamp=Time())
             marker.ns = model.name
             marker.id = len(markers)
             marker.frame_locked = moves_with_frame
             marker.lifetime = Duration()
-            marker.pose = pose_message(model_pose @ link.pose @ visual.pose @ _drawn_pose(visual))
+            marker.pose = pose_message(pose @ visual.pose @ _drawn_pose(visual))
             markers.append(marker)
     return markers
 
