@@ -120,7 +120,7 @@ run_tests() {
 # run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py; without a name every one that is no helper (_*.py), brief
 run_benchmarks() {
   local name='[!_]*' benchmarks benchmark code=0
-  [[ ${1:-} != --soak ]] || set -- sim "$@"
+  [[ ${1:-} != --soak* ]] || set -- sim "$@"
   if [[ -n ${1:-} && $1 != -* ]]; then
     name=$1
     shift
