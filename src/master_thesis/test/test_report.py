@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from master_thesis.errors import FlightError, ResultsError
 from master_thesis.report.__main__ import main
 from master_thesis.report.page import write_page
 from master_thesis.report.pdf import write_pdf
@@ -69,7 +70,10 @@ def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
     assert before >= 1
     assert ended.stdout.count("\n[") == 6 - before
     assert not list((folder / "pieces").glob(".unfinished*"))
-    assert {path.name for path in (folder / "pieces").iterdir()} == {piece.name for piece in plan(SMALLEST)}
+    assert {path.name for path in (folder / "pieces").iterdir()} == {
+        ".lock",
+        *(piece.name for piece in plan(SMALLEST)),
+    }
 
 
 @pytest.mark.flight
@@ -108,8 +112,6 @@ def test_every_link_of_the_contents_leads_somewhere(report):
 
 def square(number, fail=False):
     if fail:
-        from master_thesis.errors import FlightError
-
         raise FlightError("The hedgehog was in the way.")
     return Made({"square": number**2}, {"drawn": b"<svg/>"})
 
@@ -139,6 +141,23 @@ def test_a_piece_that_fails_is_told_of_and_tried_again(tmp_path):
     assert store.get(piece(4)).numbers == {"square": 16}
     assert store.get(piece(5, fail=True)) is None
     assert any("failed: The hedgehog" in line for line in said)
+
+
+def test_a_fault_in_one_piece_does_not_cost_the_others(tmp_path):
+    store = Store(tmp_path)
+    failed = compute([piece(4), piece(6, wrong="argument")], store, 2, lambda words: None)
+    assert len(failed) == 1
+    assert failed[0].why.startswith("TypeError: ")
+    assert store.get(piece(4)).numbers == {"square": 16}
+
+
+def test_two_reports_do_not_write_into_one_folder(tmp_path):
+    first, second = Store(tmp_path), Store(tmp_path)
+    refused = pytest.raises(ResultsError, match="Another report is being computed")
+    with first.alone(), refused, second.alone():
+        pytest.fail("both may write")
+    with second.alone():
+        assert second.get(piece()) is None
 
 
 def test_an_interrupted_piece_clears_up_what_it_has_started(tmp_path):

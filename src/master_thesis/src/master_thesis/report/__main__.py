@@ -32,7 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         pieces = chosen(plan(size), given.only, given.lidar)
         if not pieces:
             return _end("Nothing of that name is in a report of this size.", 2)
-        failed = compute(pieces, store, given.workers, _say)
+        with store.alone():
+            failed = compute(pieces, store, given.workers, _say)
         page = given.out.resolve() / "index.html"
         write_page(page, size, store, failed)
         _say(f"\nThe report: {page}")

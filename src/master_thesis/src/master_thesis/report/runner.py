@@ -105,10 +105,12 @@ def _compute(piece: Piece, folder: Path, sources: str | None) -> tuple[float, st
     began_s, began_cpu_s, load = time.monotonic(), time.process_time(), os.getloadavg()[0]
     try:
         made = piece.make(**piece.given)
-    except MasterThesisError as error:
-        return time.monotonic() - began_s, str(error)
     except _Ended:
         os._exit(1)  # the pool would take it for the piece's outcome, and begin another one
+    except MasterThesisError as error:
+        return time.monotonic() - began_s, str(error)
+    except Exception as error:  # one piece's fault must not cost the others
+        return time.monotonic() - began_s, f"{type(error).__name__}: {error}"
     took_s = time.monotonic() - began_s
     facts = {
         "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import shutil
 import tempfile
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Iterator
 
 from master_thesis.errors import ResultsError
 from master_thesis.report.piece import Made, Piece
@@ -79,6 +82,23 @@ class Store:
             folder.rename(target)
         except OSError as error:
             raise ResultsError(f"Cannot write {target}: {error.strerror}; free some space.") from None
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Let no other report write here meanwhile.
+
+        Raises:
+            ResultsError: another one does.
+        """
+        with open(self.folder / ".lock", "w", encoding="utf-8") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                sentence = (
+                    f"Another report is being computed in {self.folder.parent}; wait, or give --out FOLDER."
+                )
+                raise ResultsError(sentence) from None
+            yield
 
     def clear_up(self) -> None:
         """Remove what processes that were ended have left half-written."""
