@@ -8,9 +8,6 @@ from __future__ import annotations
 ALGORITHMS = {"original": "#a8161b", "improved": "#35a860"}
 """Red and green as the thesis's arrows (figures 8.6 and 8.7)."""
 
-HATCHES = {"original": "////", "improved": ""}
-"""What tells bars apart that are printed in grey."""
-
 LIDARS = {
     "urg": "#eda62d",
     "ust": "#e2663b",
@@ -23,5 +20,5 @@ LIDARS = {
 
 MARKERS = {"urg": "v", "ust": "s", "tim": "D", "utm": "o", "puck": "^", "m8": "P"}
 
-THESIS, TRUTH, BELIEF = "#6b7280", "#1f3b73", "#c2410c"
-"""The thesis's own numbers; the true path; the path as SLAM believes it."""
+TRUTH, BELIEF = "#1f3b73", "#c2410c"
+"""The true path; the path as SLAM believes it."""
