@@ -9,12 +9,14 @@ from planar_world import URG, Drift, along, drive, hold, rectangle_route
 from gridslam import se2
 from gridslam.errors import ParameterError
 from gridslam.loop_closure import LoopCloser, LoopClosureParameters
+from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
 from gridslam.loop_closure.match import Match
 from gridslam.loop_closure.pose_graph import ShortestWays, optimise
 from gridslam.parameters import SlamParameters
 from gridslam.particle_filter import GridSlam
 from gridslam.scan import PlanarScan
+from gridslam.trajectory import Trajectory
 
 
 class Steps:
@@ -31,6 +33,27 @@ class Steps:
 
     def __len__(self):
         return len(self.poses)
+
+    def held_covariances(self):
+        return self.covariances
+
+
+class Path:
+    """A filter that has come along poses, with scans of a room about each of them."""
+
+    def __init__(self, poses):
+        self.poses = np.array(poses, dtype=float)
+        angles = np.linspace(-math.pi, math.pi, 120, endpoint=False)
+        ranges = 3.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+        self.scans = [
+            PlanarScan(float(i), angles, ranges, (0.0, 0.0, 0.0), 10.0) for i in range(len(self.poses))
+        ]
+
+    def trajectory(self):
+        return Trajectory(np.arange(len(self.poses), dtype=float), self.poses)
+
+    def processed_scans(self):
+        return self.scans
 
 
 def match(older, newer, pose, sigma=0.02):
@@ -61,6 +84,41 @@ def test_same_graph_gives_the_same_path_bit_for_bit():
     chain = Steps((1.0, 0.0, 0.1), np.diag([0.01, 0.01, 0.0004]), 200)
     closures = [match(i, i + 63, (0.1, 0.05, 0.02 * i)) for i in range(0, 130, 7)]
     assert np.array_equal(optimise(chain, closures), optimise(chain, closures))
+
+
+def test_steps_hold_more_firmly_than_lone_matches_and_less_where_the_filter_has_corrected_itself():
+    # given a way of 12 m out and 12 m back, in steps of half a metre
+    x = np.concatenate([np.arange(0.0, 12.0, 0.5), np.arange(12.0, -0.1, -0.5)])
+    path, p = Path(np.column_stack([x, np.zeros((len(x), 2))])), LoopClosureParameters()
+    chain = Chain(p)
+    chain.follow(np.arange(len(x)), path.poses, path.scans)
+    held = chain.held_covariances()
+    # then only on the last metres is there a place nearby that was left behind 20 m of path before
+    far = chain.way_m[1:] < p.separation_m
+    np.testing.assert_allclose(held[far], p.step_share**2 * chain.covariances[far])
+    odometry = np.diag((0.03**2 * 0.5 + 0.002**2, 0.03**2 * 0.5 + 0.002**2, 0.015**2 * 0.5 + 0.0005**2))
+    np.testing.assert_allclose(held[chain.way_m[1:] > p.separation_m + 0.1][-1], odometry)
+    assert (np.linalg.eigvalsh(chain.covariances[-1] - odometry) < 0.0).all()
+
+
+def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monkeypatch):
+    # given a closer whose searches are counted, and find what agrees, or what does not
+    path = Path(np.column_stack([np.arange(0.0, 20.1, 0.25), np.zeros((81, 2))]))
+    for agrees, expected_m in ((False, 0.5), (True, 8.0)):
+        closer, searched = LoopCloser(), []
+
+        def search(closer=closer, searched=searched, agrees=agrees):
+            closer._agreed = agrees
+            searched.append(closer._chain.way_m[-1])
+            return False
+
+        monkeypatch.setattr(closer, "_search", search)
+        # when a scan after the other comes in
+        for count in range(2, len(path.poses) + 1):
+            part = Path(path.poses[:count])
+            closer.update(part)
+        # then the ways between searches are as the parameters say
+        np.testing.assert_allclose(np.diff(searched), expected_m)
 
 
 def test_uncertainty_along_the_way_is_that_of_drawn_paths():
@@ -141,6 +199,7 @@ def test_a_lone_match_does_not_count():
         {"rival_distance_m": 0.01},
         {"blur_m": math.nan},
         {"places_max": True},
+        {"search_agreed_m": 20.0},
     ],
 )
 def test_parameters_that_make_no_sense_are_refused_with_a_sentence(wrong):

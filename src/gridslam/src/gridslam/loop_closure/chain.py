@@ -6,6 +6,7 @@ A step's covariance is that of its error in the frame of the node it leads to (x
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from gridslam import se2
 from gridslam.loop_closure.local_map import LocalMap, SurfacePoints, build_local_map, surface_points
@@ -89,15 +90,36 @@ class Chain:
 
         Along a bare wall matching says nothing, and odometry's part stays.
         """
+        information = np.array(self._informations[first : first + len(steps)]).reshape(-1, 3, 3)
+        return np.linalg.inv(information + np.linalg.inv(self._odometry_covariances(steps)))
+
+    def _odometry_covariances(self, steps: np.ndarray) -> np.ndarray:
         p = self._parameters
         way, turned = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
-        information = np.array(self._informations[first : first + len(steps)]).reshape(-1, 3, 3)
-        position = p.odometry_m_per_sqrt_m**2 * way + STEP_SIGMA_MIN_M**2
+        covariances = np.zeros((len(steps), 3, 3))
+        covariances[:, 0, 0] = p.odometry_m_per_sqrt_m**2 * way + STEP_SIGMA_MIN_M**2
+        covariances[:, 1, 1] = covariances[:, 0, 0]
         heading = p.odometry_rad_per_sqrt_m**2 * way + p.odometry_rad_per_sqrt_rad**2 * turned
-        information[:, 0, 0] += 1.0 / position
-        information[:, 1, 1] += 1.0 / position
-        information[:, 2, 2] += 1.0 / (heading + STEP_SIGMA_MIN_RAD**2)
-        return np.linalg.inv(information)
+        covariances[:, 2, 2] = heading + STEP_SIGMA_MIN_RAD**2
+        return covariances
+
+    def held_covariances(self) -> np.ndarray:
+        """Return the covariances (k - 1, 3, 3) with which the steps hold against closures.
+
+        Matches against one map do not err independently, so that the path bends less than `covariances` say.
+        Where the filter has come back to a place, its steps also hold its own correction of the way there:
+        they are trusted as odometry only, so that a closure undoes that correction, and not the way before.
+        """
+        back = self._is_back()[1:, None, None]
+        held = self._parameters.step_share**2 * self.covariances
+        return np.where(back, self._odometry_covariances(self.steps), held)
+
+    def _is_back(self) -> np.ndarray:
+        """Tell of each node (k,) whether there is one nearby that was left behind long before."""
+        p = self._parameters
+        nearby = cKDTree(self.poses[:, :2]).query_ball_point(self.poses[:, :2], p.place_radius_m)
+        oldest = np.array([min(nodes) for nodes in nearby])
+        return self.way_m[oldest] < self.way_m - p.separation_m
 
     def local_map(self, anchor: int, behind_m: float, ahead_m: float) -> LocalMap:
         """Build the map of what was seen from `behind_m` of path before a node to `ahead_m` after it."""

@@ -50,6 +50,8 @@ class LoopCloser:
         self._consistent = np.zeros((0, 0), dtype=bool)
         self._counted: list[Match] = []
         self._searched_m = 0.0
+        self._agreed = False
+        """Whether the last search has found a place again where the path has it."""
 
     @property
     def closures(self) -> list[Closure]:
@@ -64,7 +66,8 @@ class LoopCloser:
         """
         self._follow(slam)
         way_m = self._chain.way_m[-1]
-        if way_m - self._searched_m < self._parameters.search_every_m:
+        p = self._parameters
+        if way_m - self._searched_m < (p.search_agreed_m if self._agreed else p.search_every_m):
             return None
         self._searched_m = way_m
         if not self._search():
@@ -93,6 +96,7 @@ class LoopCloser:
             "consistent": self._consistent,
             "counted": np.array([index[id(match)] for match in self._counted], int),
             "searched_m": np.array(self._searched_m),
+            "agreed": np.array(self._agreed),
         }
 
     def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -110,7 +114,7 @@ class LoopCloser:
         ]
         self._consistent = arrays["consistent"]
         self._counted = [self._matches[i] for i in arrays["counted"]]
-        self._searched_m = float(arrays["searched_m"])
+        self._searched_m, self._agreed = float(arrays["searched_m"]), bool(arrays["agreed"])
 
     def _follow(self, slam: Slam) -> None:
         trajectory = slam.trajectory()
@@ -121,10 +125,12 @@ class LoopCloser:
         newer = len(self._chain) - 1
         places = self._places(newer)
         if not places:
+            self._agreed = False
             return False
         ways = ShortestWays(self._chain, self._counted, newer, self._parameters.drift_share)
         query = self._chain.local_map(newer, self._parameters.stretch_m, 0.0)
         found = [match for match in (self._match(older, query, ways) for older in places) if match]
+        self._agreed = bool(found) and not any(self._is_off(match) for match in found)
         for match in found:
             self._remember(match)
         return bool(found)

@@ -25,6 +25,8 @@ class LoopClosureParameters:
 
     search_every_m: float = 0.5
     """m: a revisited place is looked for after this much travel."""
+    search_agreed_m: float = 8.0
+    """m: ... or after this much, where the last one was found again within correction_min_m of the path."""
     separation_m: float = 20.0
     """m: only places left behind on the path by this much can be revisited."""
     place_radius_m: float = 5.0
@@ -74,6 +76,8 @@ class LoopClosureParameters:
     """rad: the same after one radian turned."""
     drift_share: float = 0.005
     """Systematic part of the path's error that neither noise nor matching explains, m per m."""
+    step_share: float = 0.25
+    """How firmly steps hold against closures: their deviations, as a share of a lone match's."""
     match_sigma_m: float = 0.03
     """m: standard deviation of a matched point from its surface."""
     match_points: float = 20.0
@@ -107,6 +111,11 @@ class LoopClosureParameters:
             raise ParameterError(
                 f"separation_m must be greater than stretch_m, or a local map is compared with itself, "
                 f"but {self.separation_m} <= {self.stretch_m}."
+            )
+        if self.search_agreed_m > self.support_m:
+            raise ParameterError(
+                f"search_agreed_m must be at most support_m, or no match that agrees with the path ever has "
+                f"another one near, but {self.search_agreed_m} > {self.support_m}."
             )
         if not 2.0 * self.resolution_m <= self.rival_distance_m <= self.window_max_m:
             raise ParameterError(

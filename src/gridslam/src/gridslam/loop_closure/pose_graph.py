@@ -35,7 +35,7 @@ def optimise(chain: Chain, closures: Sequence[Match]) -> np.ndarray:
     graph.add(gtsam.PriorFactorPose2(0, gtsam.Pose2(*chain.poses[0]), fixed))
     for node, pose in enumerate(chain.poses):
         start.insert(node, gtsam.Pose2(*pose))
-    for node, (step, covariance) in enumerate(zip(chain.steps, chain.covariances)):
+    for node, (step, covariance) in enumerate(zip(chain.steps, chain.held_covariances())):
         noise = gtsam.noiseModel.Gaussian.Covariance(covariance)
         graph.add(gtsam.BetweenFactorPose2(node, node + 1, gtsam.Pose2(*step), noise))
     cauchy = gtsam.noiseModel.mEstimator.Cauchy.Create(ROBUST_SCALE)
