@@ -238,7 +238,10 @@ def _told(name: str, value) -> str:
     short = name.split(".", 1)[-1].replace("_", " ")
     if isinstance(value, (bool, np.bool_)):
         return f"{short} {'on' if value else 'off'}"
-    return NAMES.get(value, value.replace("_", " ")) if isinstance(value, str) else f"{short} {value:g}"
+    if isinstance(value, str):
+        return NAMES.get(value, value.replace("_", " "))
+    words, _, unit = LABELS.get(name, short).partition(" [")
+    return f"{words} {value:g} {unit.rstrip(']')}".rstrip()
 
 
 def _panels(rows: int, columns: int) -> tuple[Figure, np.ndarray]:
