@@ -43,7 +43,7 @@ class Path:
 
     def __init__(self, poses):
         self.poses = np.array(poses, dtype=float)
-        angles = np.linspace(-math.pi, math.pi, 120, endpoint=False)
+        angles = np.linspace(-math.pi, math.pi, 240, endpoint=False)
         ranges = 3.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
         self.scans = [
             PlanarScan(float(i), angles, ranges, (0.0, 0.0, 0.0), 10.0) for i in range(len(self.poses))
