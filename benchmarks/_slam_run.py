@@ -42,21 +42,24 @@ def run(scans: list[PlanarScan], odometry: np.ndarray, parameters: SlamParameter
     """Let the filter take in a log, with a map now and then."""
     warm_up()
     slam = GridSlam(parameters, starting_pose=tuple(odometry[0]))
-    online, renderings, processed, cpu_s = [], [], 0, 0.0
+    online, renderings, costs_s, cpu_s = [], [], [], 0.0
     for scan, base in zip(scans, odometry):
         began = time.process_time()
         update = slam.process(scan, base)
         cpu_s += time.process_time() - began
         online.append(se2.compose(slam.map_to_odom, base))
         if update is not None:
-            processed += 1
-            if processed % RENDER_EVERY == 0:
+            costs_s.append(cpu_s)
+            cpu_s = 0.0
+            if len(costs_s) % RENDER_EVERY == 0:
                 began = time.process_time()
                 slam.grid()
                 renderings.append(time.process_time() - began)
+    first, *_, last = np.array_split(costs_s, 4)
     cost = {
-        "processed": processed,
-        "cpu_ms_per_scan": 1e3 * cpu_s / processed,
+        "processed": len(costs_s),
+        "cpu_ms_per_scan": 1e3 * float(np.mean(costs_s)),
+        "cost_growth": float(np.mean(last) / np.mean(first)),
         "render_ms": 1e3 * float(np.mean(renderings)),
         "render_max_ms": 1e3 * max(renderings),
         "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,

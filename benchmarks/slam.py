@@ -7,8 +7,9 @@ too, whose stamps the log has only interpolated. Each run is a process of its ow
 kernels compiled; times are CPU times, user and system, memory is the process's peak, Python and numba too.
 Where the log is absent, that part is left out, saying so.
 
-Figures: slam.intel.{exact_final_m, exact_online_m, all_final_m, all_online_m, cpu_ms_per_scan, render_ms,
-peak_mb}, means over the seeds, the last one the greatest, and slam.beams360.{cpu_ms_per_scan, peak_mb, ...}.
+Figures: slam.intel.{exact_final_m, exact_online_m, all_final_m, all_online_m, cpu_ms_per_scan, cost_growth,
+render_ms, peak_mb}, means over the seeds, the last one the greatest, and slam.beams360.{cpu_ms_per_scan,
+peak_mb, ...}. cost_growth is the mean cost of the last quarter of the processed scans by that of the first.
 """
 
 from __future__ import annotations
