@@ -22,7 +22,7 @@ CONTACT_PERIOD_US = 50_000
 
 VISIBLE_MOVE_M = 1e-3
 
-HELD_US = 24_000
+HELD_US = 28_000
 """Streams that hold back their messages do so until the next scan, or for so long."""
 
 
@@ -115,7 +115,8 @@ class GazeboOutput:
         if output.imu is not None and topics.imu.get_num_connections():
             frame = self._prefix + self._simulation.uav.imu.frame
             topics.imu.publish(conversions.imu_message(time_us, output.imu, frame))
-        if contacts_due or output.payload or time_us >= self._flush_due_us:
+        late = output.scan is None and time_us >= self._flush_due_us
+        if contacts_due or output.payload or late:
             self.flush()
         if contacts_due:
             world = self._frames.world
