@@ -18,6 +18,7 @@ from master_thesis.errors import CampaignError
 
 ROOT = Path(__file__).resolve().parents[3]
 FOREST = {"world": "random_forest"}
+BY_100 = {"from": 1, "to": 100, "steps": 100}
 
 
 # -- the file -----------------------------------------------------------------------------------------------
@@ -67,6 +68,7 @@ def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
             {"kind": "mapping", "trials": {"world": "forest"}},
             "There is no world 'forest'; choose from",
         ),
+        ({"trials": {**FOREST, **{f"cepa.k{i}": BY_100 for i in (1, 2, 3)}}}, "has 1000000 combinations"),
         ({"trials": FOREST, "seeds": 0}, "seeds must be from 1 to"),
         ({"trials": FOREST, "seed": True}, "seed must be a number, not True"),
         ({"trials": FOREST, "smallest": {"seed": 3}}, "smallest knows no 'seed'; did you mean seeds?"),

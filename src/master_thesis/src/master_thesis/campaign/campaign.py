@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 from dataclasses import dataclass, field
 from typing import Mapping
 
@@ -14,6 +15,7 @@ from master_thesis.campaign.axes import Value, with_defaults
 from master_thesis.errors import CampaignError
 
 SEEDS_MAX = 100_000
+COMBINATIONS_MAX = 100_000
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,9 @@ class Campaign:
             raise CampaignError(f"seeds must be from 1 to {SEEDS_MAX}, not {self.seeds}.")
         if self.seed < 0:
             raise CampaignError(f"seed must not be negative, but is {self.seed}.")
+        number = math.prod(len(values) for _, values in self.axes)
+        if number > COMBINATIONS_MAX:
+            raise CampaignError(f"trials has {number} combinations; at most {COMBINATIONS_MAX} can be flown.")
         names = [name for name, _ in self.axes]
         products = itertools.product(*(values for _, values in self.axes))
         combinations = tuple(with_defaults(self.kind, dict(zip(names, values))) for values in products)

@@ -52,10 +52,9 @@ def _parser(tuning: bool) -> argparse.ArgumentParser:
 
 
 def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise ValueError
-    return value
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not '{text}'")
+    return int(text)
 
 
 def _read(given: argparse.Namespace, name: str = ""):
