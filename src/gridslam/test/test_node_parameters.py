@@ -96,6 +96,12 @@ def test_a_starting_pose(pose):
     assert parameters.NodeParameters(starting_pose=pose).starting_pose == (1.0, 2.0, 0.5)
 
 
+def test_parameters_without_effect_are_told():
+    told = parameters.without_effect({"llsamplestep": 0.02, "sigma": 0.1, "lasamplerange": 0.01})
+    assert told.startswith("llsamplestep, lasamplerange will change nothing")
+    assert parameters.without_effect({"sigma": 0.1}) == ""
+
+
 def test_a_floor_that_is_not_known():
     assert parameters.NodeParameters(floor_z=math.nan).floor_z_m is None
     assert parameters.NodeParameters(floor_z=-1).floor_z_m == -1.0

@@ -12,6 +12,7 @@ NOT_NEGATIVE = ("map_update_interval", "transform_publish_period", "tf_delay")
 NAMES = ("base_frame", "map_frame", "odom_frame")
 YES_OR_NO = ("levelling", "localisation_only", "loop_closure", "continue_from_state")
 PATHS = ("starting_map", "state_file")
+SAMPLED_LIKELIHOOD = ("llsamplerange", "llsamplestep", "lasamplerange", "lasamplestep")
 CLOSURE_PREFIX = "closure_"
 
 
@@ -110,6 +111,17 @@ def sort_parameters(given: dict) -> tuple[NodeParameters, SlamParameters, dict, 
     }
     known = node_names | slam_names | {CLOSURE_PREFIX + name for name in closure}
     return NodeParameters(**node), SlamParameters(**slam), closure, sorted(set(given) - known)
+
+
+def without_effect(given: dict) -> str:
+    """Return a sentence about the given parameters that change nothing; empty when there are none."""
+    names = [name for name in SAMPLED_LIKELIHOOD if name in given]
+    if not names:
+        return ""
+    return (
+        f"{', '.join(names)} will change nothing, here as in slam_gmapping: they are of a sampled likelihood "
+        "that its scan matcher has, and its filter never calls."
+    )
 
 
 def _pose(value) -> tuple:

@@ -24,7 +24,7 @@ from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
 from gridslam_ros.bags import BagCount, BagError, open_bag, scan_topic_of, scans_of
 from gridslam_ros.odometry_frames import FrameError, OdometryFrames
-from gridslam_ros.parameters import NodeParameters, sort_parameters
+from gridslam_ros.parameters import NodeParameters, sort_parameters, without_effect
 from gridslam_ros.scan_source import ScanSource
 
 SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z")
@@ -79,6 +79,8 @@ class Replay:
         settings, self._parameters, closure, unknown = sort_parameters(given)
         if unknown:
             raise ParameterError(f"There is no parameter {', '.join(unknown)}; README.md lists them all.")
+        if without_effect(given):
+            say(without_effect(given))
         self._bag, self._topic, self._settings = bag, topic, settings
         self._frames = OdometryFrames(settings.odom_frame, settings.base_frame)
         self._source = ScanSource(self._frames, say, bool(settings.levelling), settings.floor_z_m)

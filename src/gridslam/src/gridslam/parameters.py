@@ -74,7 +74,7 @@ class SlamParameters:
     occ_thresh: float = 0.25
     """A cell is occupied when a greater share of the beams that met it ended there."""
     llsamplerange: float = 0.01
-    """Accepted for gmapping's sake, as the next three: the proposal's Gaussian comes from the optimiser."""
+    """m. Accepted for gmapping's sake, as the next three, and without effect there, too; see the README."""
     llsamplestep: float = 0.01
     """m"""
     lasamplerange: float = 0.005
