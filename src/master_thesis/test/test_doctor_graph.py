@@ -331,3 +331,11 @@ def test_padded_beams_and_free_space_are_no_fault():
 def test_a_wrong_clock_is_told_once_not_of_every_topic():
     found = graph.check(replace(late("/scan", -1.7e9), use_sim_time=False))
     assert [one.where for one in found] == ["/use_sim_time"]
+
+
+def test_a_flight_that_lands_and_contacts_with_the_ground_are_no_fault():
+    landing = replace(AUTOPILOT, armed=False, mode="AUTO.LAND")
+    assert graph.check(having(autopilots=(landing,))) == []
+    touches = Topic("/UAV/collision", "gazebo_msgs/ContactsState", ("/gazebo",), (), ODD, ODD)
+    topics = {name: each for name, each in HEALTHY.topics.items() if name != "/clock"}
+    assert bag.check(replace(HEALTHY, topics={**topics, touches.name: touches}, clock_s=())) == []

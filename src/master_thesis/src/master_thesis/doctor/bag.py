@@ -12,6 +12,9 @@ from master_thesis.doctor.snapshot import Parameter, Recording
 GAP_FACTOR, LEAST_GAP_S, LEAST_RATE_HZ = 10.0, 0.5, 4.0
 """A hole is this many of a topic's usual steps long, and this long; slow topics have none."""
 
+EVENTS = ("gazebo_msgs/ContactsState",)
+"""Types that come only while something happens."""
+
 SCAN, VELOCITY, ODOMETRY = "sensor_msgs/LaserScan", "geometry_msgs/TwistStamped", "nav_msgs/Odometry"
 
 
@@ -36,7 +39,9 @@ def contents(recording: Recording) -> Iterator[Finding]:
 def gaps(recording: Recording) -> Iterator[Finding]:
     """Judge holes in topics that otherwise come steadily."""
     for topic in recording.topics.values():
-        if QUIET_TOPICS.match(topic.name) or SETPOINTS.match(topic.name) or len(topic.received_s) < 20:
+        if topic.type in EVENTS or len(topic.received_s) < 20:
+            continue
+        if QUIET_TOPICS.match(topic.name) or SETPOINTS.match(topic.name):
             continue
         steps_s = [later - earlier for earlier, later in zip(topic.received_s, topic.received_s[1:])]
         usual_s, (longest_s, at) = (

@@ -18,6 +18,9 @@ from master_thesis.doctor.expectations import (
 from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording, Topic
 
+OBEYING, LANDING = ("OFFBOARD", "GUIDED"), "AUTO.LAND"
+"""Modes that fly setpoints; the mode in which every flight here ends, while the publisher streams on."""
+
 LEAST_SPAN_S = 2.0
 """In a shorter time no rate can be told."""
 
@@ -147,7 +150,7 @@ def autopilot(recording: Recording) -> Iterator[Finding]:
         elif state.armed and state.mode == "OFFBOARD" and 0.0 < rate < LEAST_SETPOINT_RATE_HZ:
             what = f"setpoints come at {rate:.1f} Hz, and PX4 needs more than {LEAST_SETPOINT_RATE_HZ:g}"
             yield Finding(ERROR, state.topic, what, "Look at mavros_publisher and the load of the machine")
-        elif rate > 0.0 and not (state.armed and state.mode in ("OFFBOARD", "GUIDED")):
+        elif rate > 0.0 and state.mode != LANDING and not (state.armed and state.mode in OBEYING):
             armed = "armed" if state.armed else "disarmed"
             what = f"setpoints flow, and the flight controller is {armed} in {state.mode}"
             yield Finding(
