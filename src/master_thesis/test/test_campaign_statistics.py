@@ -23,7 +23,8 @@ def test_the_interval_of_a_rate_is_wilsons(events, trials, low, high):
 
 def test_nothing_tried_is_nothing_known():
     assert wilson(0, 0) == (0.0, 1.0)
-    assert np.isnan(bootstrap(np.array([]), np.random.default_rng(1))).all()
+    for values in ([], [2.0]):
+        assert np.isnan(bootstrap(np.array(values), np.random.default_rng(1))).all()
 
 
 def test_the_interval_of_a_mean_is_the_normal_one_for_many_values():

@@ -39,9 +39,12 @@ def wilson(events: int, trials: int) -> tuple[float, float]:
 
 
 def bootstrap(values: np.ndarray, rng: np.random.Generator) -> tuple[float, float]:
-    """Return the percentile bootstrap interval (Efron 1979) of the mean of values (n,); NaN for none."""
+    """Return the percentile bootstrap interval (Efron 1979) of the mean of values (n,).
+
+    One value tells nothing of how far it may be off, nor do none: NaN.
+    """
     values = np.asarray(values, dtype=float)
-    if len(values) == 0:
+    if len(values) < 2:
         return math.nan, math.nan
     means = rng.choice(values, (RESAMPLES, len(values))).mean(axis=1)
     low, high = np.quantile(means, ((1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2))
