@@ -62,7 +62,7 @@ def look(listen_s: float) -> Graph:
         types = dict(master.getTopicTypes())
         return Graph(
             recorder.recording(listener.now_s, publishers, subscribers, types, topics),
-            tuple(_node(master, name) for name in names),
+            tuple(filter(None, (_node(master, name) for name in names))),
             tuple(_launched(master)),
             recorder.parameters(lambda name: _parameter(master, name, None)),
             use_sim_time,
@@ -109,10 +109,14 @@ class _Listener:
             yield self._recorder, set(self._subscribers)
 
 
-def _node(master: rosgraph.Master, name: str) -> Node:
-    """Return a node, and whether its own server answers."""
+def _node(master: rosgraph.Master, name: str) -> Node | None:
+    """Return a node, and whether its own server answers; None if it took its leave meanwhile."""
     try:
-        code, _, pid = _proxy(master.lookupNode(name)).getPid("/doctor")
+        uri = master.lookupNode(name)
+    except _UNREACHABLE:
+        return None
+    try:
+        code, _, pid = _proxy(uri).getPid("/doctor")
     except _UNREACHABLE:
         return Node(name, False)
     return Node(name, code == 1, _package(pid))
