@@ -40,6 +40,7 @@ def test_obstacles_appear_while_time_stands_still_and_the_original_flies_into_on
         K="20",
         headless="true",
         lockstep="true",
+        lockstep_timeout=30,
         real_time_factor="0",
     )
     assert folder is not None, said

@@ -14,6 +14,7 @@ from launched_flight import READY_PATIENCE_S, Flight
 
 ROOT = Path(__file__).resolve().parents[1]
 WORLDS = ROOT / "src/master_thesis/worlds"
+LOCKSTEP = {"lockstep": "true", "lockstep_timeout": 30, "real_time_factor": 0}
 
 pytestmark = [pytest.mark.ros, pytest.mark.flight]
 
@@ -28,7 +29,7 @@ def test_in_lockstep_a_flight_repeats_bit_for_bit_and_is_that_of_the_closed_loop
     from simulation_tools.simulation import SimulationParameters
 
     world = WORLDS / "forest.world"
-    args = {"world": world, "goal": "9 0 2", "seed": 3, "lockstep": "true", "real_time_factor": 0}
+    args = {"world": world, "goal": "9 0 2", "seed": 3, **LOCKSTEP}
     flights = []
     for name in ("first", "second"):
         (tmp_path / name).mkdir()
@@ -75,7 +76,7 @@ def test_dynparam_changes_the_flight_while_flying(processes, tmp_path):
     """Two columns 1 m beside the way: no detour with r_UB = 1.2 m, but with the 1.5 m set between them."""
     world = tmp_path / "two_columns.world"
     world.write_text(TWO_COLUMNS.format(columns="".join(COLUMN.format(x=x) for x in (7, 18))))
-    args = {"world": world, "goal": "23 0 2", "lockstep": "true", "real_time_factor": 0}
+    args = {"world": world, "goal": "23 0 2", **LOCKSTEP}
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
     flight.wait_until_said("process[experiment", READY_PATIENCE_S)
     dynparam = ("rosrun", "dynamic_reconfigure", "dynparam", "set", "/cepa", "r_ub", "1.5")
