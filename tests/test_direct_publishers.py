@@ -118,3 +118,15 @@ def test_a_subscriber_that_has_gone_is_told_of(pair):
     assert connection.done
     with pytest.raises(TransportTerminated):
         connection.write_data(message(11))
+
+
+@pytest.mark.parametrize("pair", [of_simulation_tools], indirect=True)
+def test_what_was_held_back_for_one_that_has_gone_meanwhile_is_no_error(pair):
+    transport = pair[0]._connection
+    holding = of_simulation_tools.DirectConnection(transport, 3, holds=True)
+    holding.write_data(message(1))
+    transport.socket.close()
+    transport.socket = None
+    transport.close = lambda: None
+    with pytest.raises(TransportTerminated):
+        holding.flush()

@@ -65,7 +65,7 @@ class DirectConnection:
             return self._connection.socket.send(data, socket.MSG_DONTWAIT)
         except BlockingIOError:
             return 0
-        except OSError as error:
+        except (AttributeError, OSError) as error:  # rospy sets the socket None when it closes it
             self._connection.close()
             raise TransportTerminated(str(error)) from None
 
