@@ -29,8 +29,8 @@ BEAM_DEVIATION_M = 0.02
 """m: how far a beam's end is from the map where both map and pose are right: its worth beside odometry's."""
 CANDIDATES = 7
 """Motions from which the common correction is searched for: odometry's own, and drawn ones."""
-CANDIDATES_EVERY = 3
-"""The search takes every third beam, if that leaves CANDIDATES_BEAMS."""
+CANDIDATES_EVERY = 6
+"""The search takes every sixth beam, or more of them, so that CANDIDATES_BEAMS are left."""
 CANDIDATES_BEAMS = 40
 HALVINGS_MAX = 2
 """Gauss-Newton does the rest of gmapping's ``iterations``."""
