@@ -16,8 +16,8 @@ EXPERIMENTS = {"room": "experiment_3", "hold": "experiment_4"}
 OPEN, CLOSED = "open", "closed"
 """Without and with loop closure."""
 _COST_S = {
-    "room": {"urg": 20, "ust": 50, "utm": 60, "puck": 80, "tim": 45, "m8": 80},
-    "hold": {"urg": 15, "ust": 35, "utm": 45, "puck": 60, "tim": 30, "m8": 60},
+    "room": {"urg": 12, "ust": 22, "utm": 21, "puck": 24, "tim": 17, "m8": 28},
+    "hold": {"urg": 4, "ust": 6, "utm": 11, "puck": 13, "tim": 9, "m8": 14},
 }
 _DRAWN_SEED = 1
 
