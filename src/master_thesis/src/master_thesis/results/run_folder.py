@@ -32,7 +32,7 @@ class RunFolder:
         Raises:
             ResultsError: it cannot be made.
         """
-        parent = Path(root).expanduser() / experiment
+        parent = Path(root).expanduser().resolve() / experiment
         stamp = started.strftime("%Y-%m-%d_%H-%M-%S")
         try:
             parent.mkdir(parents=True, exist_ok=True)
