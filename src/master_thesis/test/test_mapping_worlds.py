@@ -1,6 +1,5 @@
 """The room and the hold have the thesis's measures, and their missions lead through free space."""
 
-
 import numpy as np
 import pytest
 
