@@ -31,6 +31,7 @@ def run(name: str, fly: Callable[[], int]) -> None:
     Call it in the main thread. Errors of the libraries are one sentence and exit code 1.
     """
     code = _guarded(name, fly)
+    _on_signals(signal.SIG_IGN)  # it ends anyway, and at once
     rospy.signal_shutdown("the run is over")
     logging.shutdown()
     sys.stdout.flush()
