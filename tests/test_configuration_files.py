@@ -33,6 +33,7 @@ ROSTESTS = files("*/test/**/*.test")
 SDF = [path for path in files("**/*.sdf", "**/*.world") if "test" not in path.parts]
 YAML = files("*/config/**/*.yaml", "*/launch/**/*.yaml", "*/rviz/*.rviz")
 RVIZ = files("*/rviz/*.rviz")
+MAPPING_RVIZ = ROOT / "src/master_thesis/rviz"
 CFG = files("*/cfg/*.cfg")
 
 
@@ -135,6 +136,14 @@ def test_sdf_is_valid(path):
 @pytest.mark.parametrize("path", YAML, ids=name)
 def test_yaml_loads(path):
     assert yaml.safe_load(path.read_text(encoding="utf-8")), "the file is empty"
+
+
+def test_rviz_shows_the_same_of_both_mapping_experiments():
+    """They differ in nothing but how much of the world the window holds."""
+    room, hold = (yaml.safe_load((MAPPING_RVIZ / f"experiment_{n}.rviz").read_text()) for n in (3, 4))
+    scales = [config["Visualization Manager"]["Views"]["Current"].pop("Scale") for config in (room, hold)]
+    assert room == hold
+    assert scales[0] > scales[1]
 
 
 @pytest.mark.ros
