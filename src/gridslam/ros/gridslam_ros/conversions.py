@@ -16,7 +16,7 @@ from visualization_msgs.msg import Marker
 from gridslam import MapError, OccupancyGrid
 from gridslam.trajectory import Trajectory
 
-CLOSURE_WIDTH_M, CLOSURE_COLOUR = 0.12, (0.08, 0.6, 0.24, 1.0)
+CLOSURE_WIDTH_M, CLOSURE_COLOUR = 0.2, (0.08, 0.6, 0.24, 1.0)
 NumpyGridMessage = numpy_msg(GridMessage)
 """As GridMessage, with the data as an array: sent at once instead of cell by cell."""
 
