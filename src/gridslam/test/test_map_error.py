@@ -117,14 +117,36 @@ def test_walls_from_files(tmp_path):
     bad.write_text("1 2 3\n")
     assert read_walls(segments).ends_m.shape == (2, 4)
     assert read_walls(points).spacing_m == pytest.approx(0.1)
-    with pytest.raises(EvaluationError, match="rows of 4"):
+    with pytest.raises(EvaluationError, match="has 3 numbers; each line must hold 4"):
         read_walls(bad)
 
 
-def test_picture_is_drawn(tmp_path):
-    grid = grid_of(wall_points())
-    draw_map_error(tmp_path / "map.png", grid, ROOM, map_error(grid, ROOM))
-    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+def test_walls_of_a_results_folder_are_read_with_their_heading(tmp_path):
+    (tmp_path / "walls.csv").write_text("x1_m,y1_m,x2_m,y2_m\n0,0,8,0\n8,0,8,6\n")
+    assert read_walls(tmp_path / "walls.csv").lengths_m.tolist() == [8.0, 6.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "is empty"),
+        ('<?xml version="1.0"?>\n<sdf version="1.6"/>\n', "'<\\?xml' is no finite number"),
+        ("0 0 8 0\n1 1\n", "line 2: has 2 numbers"),
+        ("0 0 8 inf\n", "'inf' is no finite number"),
+        ("3 4 3 4\n", "walls.txt: Every wall segment has length 0"),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_bad_wall_files_are_refused_with_a_sentence(tmp_path, text, sentence):
+    (tmp_path / "walls.txt").write_text(text)
+    with pytest.raises(EvaluationError, match=sentence):
+        read_walls(tmp_path / "walls.txt")
+
+
+def test_a_wall_point_given_twice_counts_once(tmp_path):
+    (tmp_path / "walls.txt").write_text("0 0\n0 0\n0.1 0\n0.1 0\n0.2 0\n")
+    walls = read_walls(tmp_path / "walls.txt")
+    assert (len(walls.points_xy_m), walls.spacing_m) == (3, pytest.approx(0.1))
 
 
 def test_command_judges_a_map_from_files(tmp_path, capsys):
@@ -136,6 +158,33 @@ def test_command_judges_a_map_from_files(tmp_path, capsys):
     assert "map_error_mean_m" in capsys.readouterr().out
     assert json.loads(figures.read_text())["wall_seen_share"] == pytest.approx(1.0)
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("extra", "sentence"),
+    [
+        (["--json", "{tmp}/none/figures.json"], "there is no folder"),
+        (["--picture", "{tmp}/none/map.png"], "there is no folder"),
+        (["--picture", "{tmp}"], "it is a folder"),
+        (["--estimate", "{tmp}/path.tum"], "--picture"),
+        (["--picture", "{tmp}/map.png", "--truth", "{tmp}/none.tum"], "none.tum: cannot be read"),
+    ],
+)
+def test_command_refuses_before_it_begins_to_judge(tmp_path, capsys, monkeypatch, extra, sentence):
+    write_map(tmp_path / "room", grid_of(wall_points()))
+    np.savetxt(tmp_path / "walls.txt", ROOM.ends_m)
+    monkeypatch.setattr("gridslam.evaluation.command.map_error", lambda *_: pytest.fail("it has begun"))
+    files = [str(tmp_path / "room.yaml"), str(tmp_path / "walls.txt")]
+    assert main(["map", *files, *(word.format(tmp=tmp_path) for word in extra)]) == 1
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.count("\n") == 1
+
+
+def test_picture_is_a_png_whatever_its_name(tmp_path):
+    grid = grid_of(wall_points())
+    draw_map_error(tmp_path / "map.error", grid, ROOM, map_error(grid, ROOM))
+    assert (tmp_path / "map.error").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("command", [["ate", "no.tum", "no.tum"], ["relations", "no.tum", "no.gz"]])

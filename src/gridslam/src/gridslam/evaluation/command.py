@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from gridslam.errors import SlamError
+from gridslam.errors import EvaluationError, SlamError
 from gridslam.evaluation.map_error import map_error
 from gridslam.evaluation.relations import read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import ALIGNMENTS, trajectory_error
@@ -21,6 +22,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code: 0, or 1 with one sentence on stderr."""
     options = _parser().parse_args(arguments)
     try:
+        for output in (options.json, getattr(options, "picture", None)):
+            _refuse_unwritable(output)
         figures = options.judge(options)
         if options.json:
             _write_json(options.json, figures)
@@ -28,7 +31,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"gridslam_evaluate: {error}", file=sys.stderr)
         return 1
     except OSError as error:
-        print(f"gridslam_evaluate: {error.filename}: cannot be written ({error.strerror}).", file=sys.stderr)
+        what, why = error.filename or "The result", error.strerror or error
+        print(f"gridslam_evaluate: {what}: cannot be written ({why}).", file=sys.stderr)
         return 1
     _print(figures)
     return 0
@@ -74,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     maps.add_argument(
         "--map-in-world",
-        type=float,
+        type=_finite,
         nargs=3,
         default=(0.0, 0.0, 0.0),
         metavar=("X", "Y", "YAW"),
@@ -90,6 +94,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"must be a finite number, not {text}")
+    return value
+
+
 def _positive(text: str) -> float:
     value = float(text)
     if not 0.0 < value < math.inf:
@@ -97,33 +108,51 @@ def _positive(text: str) -> float:
     return value
 
 
+def _refuse_unwritable(path: Path | None) -> None:
+    """Notice before the work is done, not after it, that its result could not be kept."""
+    if path is None:
+        return
+    if path.is_dir():
+        reason = "it is a folder"
+    elif not path.parent.is_dir():
+        reason = f"there is no folder {path.parent}"
+    elif not os.access(path if path.exists() else path.parent, os.W_OK):
+        reason = "no permission"
+    else:
+        return
+    raise EvaluationError(f"{path}: cannot be written ({reason}).")
+
+
 def _relations(options) -> dict:
     trajectory = read_tum(options.trajectory)
     relations = read_relations(options.relations)
     scan_stamps = read_tum(options.scans).stamps_s if options.scans else trajectory.stamps_s
-    figures = {"all": asdict(relation_errors(trajectory, relations))}
     exact = relations.exact(scan_stamps)
-    if len(exact):
-        figures["exact"] = asdict(relation_errors(trajectory, exact))
-    return figures
+    judged = exact.within(trajectory.stamps_s[0], trajectory.stamps_s[-1])
+    return {
+        "all": asdict(relation_errors(trajectory, relations)),
+        "exact": asdict(relation_errors(trajectory, exact)) if len(judged) else {"relations": 0},
+    }
 
 
 def _ate(options) -> dict:
-    error = trajectory_error(
-        read_tum(options.trajectory), read_tum(options.truth), options.align, options.rpe_distance
-    )
-    return error.as_dict()
+    estimate = read_tum(options.trajectory)
+    error = trajectory_error(estimate, read_tum(options.truth), options.align, options.rpe_distance)
+    judged = len(error.stamps_s)
+    return {"poses": judged, "poses_outside": len(estimate.stamps_s) - judged, **error.as_dict()}
 
 
 def _map(options) -> dict:
     from gridslam.map_file import read_map
 
+    if (options.estimate or options.truth) and not options.picture:
+        raise EvaluationError("--estimate and --truth are drawn in the picture only; name it by --picture.")
     grid, walls, pose = read_map(options.map), read_walls(options.walls), tuple(options.map_in_world)
+    estimate, truth = (read_tum(path) if path else None for path in (options.estimate, options.truth))
     accuracy = map_error(grid, walls, pose)
     if options.picture:
         from gridslam.evaluation.map_picture import draw_map_error
 
-        estimate, truth = (read_tum(path) if path else None for path in (options.estimate, options.truth))
         draw_map_error(options.picture, grid, walls, accuracy, pose, estimate, truth)
     return accuracy.as_dict()
 

@@ -39,7 +39,7 @@ def draw_map_error(
             plan.plot(*points.T, color=style, lw=1.2, ls="--" if trajectory is truth else "-", label=label)
     plan.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncol=3, frameon=False, fontsize=8)
     _draw_spread(spread, grid, walls, accuracy, map_in_world)
-    figure.savefig(path, dpi=120)
+    figure.savefig(path, dpi=120, format="png")  # whatever the file's ending
 
 
 def _draw_plan(ax, grid: OccupancyGrid, walls: Walls | WallPoints, map_in_world) -> None:

@@ -6,7 +6,6 @@ is the difference between the relative pose of two moments as estimated and as v
 
 from __future__ import annotations
 
-import gzip
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.errors import EvaluationError
+from gridslam.evaluation.number_rows import read_rows
 from gridslam.evaluation.tum import poses_at
 from gridslam.trajectory import Trajectory
 
@@ -39,12 +39,22 @@ class Relations:
         chosen = (gap_s <= EXACT_WITHIN_S).all(axis=1)
         return Relations(self.stamps_s[chosen], self.second_in_first[chosen])
 
+    def within(self, first_s: float, last_s: float) -> Relations:
+        """Return those of which both moments lie in a span of time, give or take 1 ms."""
+        chosen = (
+            (self.stamps_s >= first_s - EXACT_WITHIN_S) & (self.stamps_s <= last_s + EXACT_WITHIN_S)
+        ).all(axis=1)
+        return Relations(self.stamps_s[chosen], self.second_in_first[chosen])
+
 
 @dataclass(frozen=True)
 class RelationErrors:
     """Mean and standard deviation of the errors over the relations, and of their squares."""
 
     relations: int
+    """How many the trajectory was judged by."""
+    relations_outside: int
+    """How many were left out, because one of their moments lies outside the trajectory's time."""
     translation_mean_m: float
     translation_std_m: float
     translation_squared_mean_m2: float
@@ -61,29 +71,30 @@ def read_relations(path: Path) -> Relations:
     Raises:
         EvaluationError: the file cannot be read or is in another form.
     """
-    try:
-        with (gzip.open if str(path).endswith(".gz") else open)(path, "rt") as file:
-            rows = np.loadtxt(file, ndmin=2)
-    except (OSError, EOFError, ValueError) as error:
-        raise EvaluationError(f"{path}: cannot be read as relations ({error}).") from None
-    if rows.shape[1] != 8 or not len(rows):
-        raise EvaluationError(f"{path}: each line must hold 8 numbers: t1 t2 x y z roll pitch yaw.")
+    rows = read_rows(path, "8 finite numbers: t1 t2 x y z roll pitch yaw", columns=(8,))
     return Relations(rows[:, :2], rows[:, (2, 3, 7)])
 
 
 def relation_errors(trajectory: Trajectory, relations: Relations) -> RelationErrors:
-    """Judge a trajectory, interpolated at the relations' moments.
+    """Judge a trajectory, interpolated at the moments of those relations that lie in its time.
 
     Raises:
         EvaluationError: there is no relation to judge it by.
     """
     if not len(relations):
-        raise EvaluationError("No relation has both stamps within 1 ms of a scan: nothing to judge by.")
-    first, second = (poses_at(trajectory, stamps) for stamps in relations.stamps_s.T)
-    difference = se2.between(relations.second_in_first, se2.between(first, second))
+        raise EvaluationError("There is no relation to judge the trajectory by.")
+    begin_s, end_s = trajectory.stamps_s[0], trajectory.stamps_s[-1]
+    inside = relations.within(begin_s, end_s)
+    if not len(inside):
+        raise EvaluationError(
+            f"None of the {len(relations)} relations lies in the trajectory's time, {begin_s:.3f} to "
+            f"{end_s:.3f} s; theirs is {relations.stamps_s.min():.3f} to {relations.stamps_s.max():.3f} s."
+        )
+    first, second = (poses_at(trajectory, stamps) for stamps in inside.stamps_s.T)
+    difference = se2.between(inside.second_in_first, se2.between(first, second))
     metres = np.hypot(difference[:, 0], difference[:, 1])
     degrees = np.degrees(np.abs(se2.wrap(difference[:, 2])))
     figures = (
         float(f(values)) for values in (metres, metres**2, degrees, degrees**2) for f in (np.mean, np.std)
     )
-    return RelationErrors(len(relations), *figures)
+    return RelationErrors(len(inside), len(relations) - len(inside), *figures)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gridslam.errors import EvaluationError
+from gridslam.evaluation.number_rows import read_rows
 from gridslam.trajectory import Trajectory
 
 
@@ -19,23 +20,22 @@ def write_tum(path: Path, trajectory: Trajectory) -> None:
 
 
 def read_tum(path: Path) -> Trajectory:
-    """Read a trajectory; of poses in space it keeps x, y and yaw.
+    """Read a trajectory; of poses in space it keeps x, y and yaw; of poses with one stamp the first.
 
     Raises:
-        EvaluationError: the file cannot be read, or is not in TUM form, or its stamps do not increase.
+        EvaluationError: the file cannot be read, or is not in TUM form, or its stamps go back in time.
     """
-    try:
-        rows = np.loadtxt(path, ndmin=2)
-    except (OSError, ValueError, UnicodeDecodeError) as error:
-        raise EvaluationError(f"{path}: cannot be read as a trajectory ({error}).") from None
-    if rows.shape[1] != 8 or not len(rows) or not np.isfinite(rows).all():
-        raise EvaluationError(f"{path}: each line must hold 8 finite numbers: stamp x y z qx qy qz qw.")
+    rows = read_rows(path, "8 finite numbers: stamp x y z qx qy qz qw", columns=(8,))
     _, first = np.unique(rows[:, 0], return_index=True)
     if (np.diff(first) < 0).any():
         raise EvaluationError(f"{path}: the stamps go back in time; sort the lines, or cut the file there.")
     rows = rows[first]
     x, y, z, w = rows[:, 4:].T
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    if not (rows[:, 4:] != 0.0).any(axis=1).all():
+        raise EvaluationError(
+            f"{path}: a quaternion is 0 0 0 0, which is no orientation; unturned is 0 0 0 1."
+        )
+    yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)  # of any length
     return Trajectory(rows[:, 0], np.column_stack([rows[:, 1:3], yaw]))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from gridslam.errors import EvaluationError
+from gridslam.evaluation.number_rows import read_rows
 
 SAME_LINE_M = 0.02  # segments on one line within this belong to one wall ...
 SAME_LINE_RAD = math.radians(0.5)  # ... when their directions agree this well, too
@@ -20,7 +21,8 @@ SAME_LINE_RAD = math.radians(0.5)  # ... when their directions agree this well, 
 class Walls:
     """Wall segments in the frame of the map.
 
-    ends_m: (n, 4) float64, x1, y1, x2, y2 of each segment; metres. Curved walls come as short segments.
+    ends_m: (n, 4) float64, x1, y1, x2, y2 of each segment; metres. Curved walls come as short segments;
+    segments of length 0 are left out.
 
     Raises EvaluationError when that is not what it is given.
     """
@@ -31,6 +33,9 @@ class Walls:
         ends = np.asarray(self.ends_m, dtype=float)
         if ends.ndim != 2 or ends.shape[1] != 4 or not len(ends) or not np.isfinite(ends).all():
             raise EvaluationError("Walls need one or more segments of four finite numbers: x1, y1, x2, y2.")
+        ends = ends[(ends[:, :2] != ends[:, 2:]).any(axis=1)]
+        if not len(ends):
+            raise EvaluationError("Every wall segment has length 0: its ends are the same point.")
         object.__setattr__(self, "ends_m", ends)
 
     @classmethod
@@ -116,18 +121,17 @@ class WallPoints:
 
 
 def read_walls(path: Path) -> Walls | WallPoints:
-    """Read walls from a text file: four numbers a line are a segment, two a point on a wall; # comments.
+    """Read walls from a text file: four numbers a line are a segment, two a point on a wall.
 
     Raises:
         EvaluationError: the file cannot be read, or holds something else.
     """
-    try:
-        rows = np.loadtxt(path, delimiter="," if "," in Path(path).read_text() else None, ndmin=2)
-    except (OSError, ValueError, UnicodeDecodeError) as error:
-        raise EvaluationError(f"{path}: cannot be read as rows of numbers ({error}).") from None
+    rows = read_rows(path, "4 finite numbers (x1 y1 x2 y2) or 2 (x y)", columns=(4, 2))
     if rows.shape[1] == 4:
-        return Walls(rows)
-    if rows.shape[1] != 2 or not len(rows) or not np.isfinite(rows).all():
-        raise EvaluationError(f"{path}: rows of 4 (x1 y1 x2 y2) or 2 (x y) finite numbers are needed.")
+        try:
+            return Walls(rows)
+        except EvaluationError as error:
+            raise EvaluationError(f"{path}: {error}") from None
+    rows = np.unique(rows, axis=0)
     gaps = cKDTree(rows).query(rows, k=2)[0][:, 1] if len(rows) > 1 else np.ones(1)
     return WallPoints(rows, float(np.median(gaps)))

@@ -1,0 +1,61 @@
+"""Text files with rows of numbers: the form of trajectories, relations and walls."""
+
+from __future__ import annotations
+
+import gzip
+import math
+import zlib
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+
+from gridslam.errors import EvaluationError
+
+
+def read_rows(path: Path, form: str, columns: Sequence[int]) -> np.ndarray:
+    """Read the rows of numbers in a file, plain or .gz: (n, k) float64, finite, n >= 1.
+
+    Numbers are divided by blanks or commas; # begins a comment; a table with commas may have a heading.
+
+    Args:
+        path: the file.
+        form: what each line must hold, for the sentence that refuses another.
+        columns: how many numbers a line may have; all lines have the same.
+
+    Raises:
+        EvaluationError: the file cannot be read, or holds something else; the sentence names the line.
+    """
+    rows = []
+    for number, line in enumerate(_text_of(path).splitlines(), start=1):
+        line = line.partition("#")[0]
+        words = line.replace(",", " ").split()
+        if not words or (not rows and "," in line and not any(map(_is_number, words))):
+            continue
+        allowed = (len(rows[0]),) if rows else columns
+        wrong = next((word for word in words if not _is_number(word)), None)
+        if wrong is not None or len(words) not in allowed:
+            fault = f"has {len(words)} numbers" if wrong is None else f"{wrong[:20]!r} is no finite number"
+            raise EvaluationError(f"{path}, line {number}: {fault}; each line must hold {form}.")
+        rows.append([float(word) for word in words])
+    if not rows:
+        raise EvaluationError(f"{path}: is empty; each line must hold {form}.")
+    return np.array(rows)
+
+
+def _text_of(path: Path) -> str:
+    try:
+        with (gzip.open if str(path).endswith(".gz") else open)(path, "rt", encoding="utf-8-sig") as file:
+            return file.read()
+    except UnicodeDecodeError:
+        raise EvaluationError(f"{path}: cannot be read (it is no text).") from None
+    except (OSError, EOFError, zlib.error) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise EvaluationError(f"{path}: cannot be read ({reason}).") from None
+
+
+def _is_number(word: str) -> bool:
+    try:
+        return math.isfinite(float(word))
+    except ValueError:
+        return False
