@@ -6,12 +6,15 @@ import math
 import numpy as np
 import pytest
 
+from gridslam import se2
 from gridslam.errors import EvaluationError
-from gridslam.evaluation import WallPoints, Walls, draw_map_error, map_error, read_walls
+from gridslam.evaluation import WallPoints, Walls, map_error, read_walls
 from gridslam.evaluation.command import main
 from gridslam.map_file import write_map
 from gridslam.occupancy_grid import OccupancyGrid
 
+BEAMS = [(2, 0), (2, 0.5), (3, 0.5), (3, 0), (5, 0), (5, 0.5), (6, 0.5), (6, 0)]
+ROOM_WITH_BEAMS = Walls.from_polygons([np.array([(0, 0), *BEAMS, (8, 0), (8, 6), (0, 6)], dtype=float)])
 ROOM = Walls.from_polygons([np.array([(0.0, 0.0), (8.0, 0.0), (8.0, 6.0), (0.0, 6.0)])])
 CELL = 0.05
 
@@ -77,24 +80,76 @@ def test_pose_of_the_map_in_the_world_counts():
 
 def test_wall_broken_by_beams_is_one_wall():
     """The pieces between the beams lie on one line; so do the beams' faces."""
-    corners = [
-        (0, 0),
-        (2, 0),
-        (2, 0.5),
-        (3, 0.5),
-        (3, 0),
-        (5, 0),
-        (5, 0.5),
-        (6, 0.5),
-        (6, 0),
-        (8, 0),
-        (8, 6),
-        (0, 6),
-    ]
-    walls = Walls.from_polygons([np.array(corners, dtype=float)])
-    assert sorted(len(wall) for wall in walls.straight_walls()) == [1, 1, 1, 1, 1, 1, 1, 2, 3]
-    longest = map_error(grid_of(wall_points(walls)), walls).walls
+    assert sorted(len(wall) for wall in ROOM_WITH_BEAMS.straight_walls()) == [1, 1, 1, 1, 1, 1, 1, 2, 3]
+    longest = map_error(grid_of(wall_points(ROOM_WITH_BEAMS)), ROOM_WITH_BEAMS).walls
     assert {fit.ends_m for fit in longest} >= {(0.0, 0.0, 8.0, 0.0), (2.0, 0.5, 6.0, 0.5)}
+
+
+def test_walls_on_one_line_on_opposite_sides_of_a_room_are_two():
+    walls = Walls(np.array([(0.0, 0.0, 1.0, 0.0), (4.0, 0.0, 3.9, 0.0), (7.5, 0.0, 7.0, 0.0)]))
+    # Gaps of 2.9 and 3 m; then one of 3.1 m
+    assert [wall.tolist() for wall in walls.straight_walls()] == [[0, 1, 2]]
+    apart = Walls(np.vstack([walls.ends_m, [(11.0, 0.0, 10.6, 0.0)]]))
+    assert [wall.tolist() for wall in apart.straight_walls()] == [[0, 1, 2], [3]]
+
+
+@pytest.mark.parametrize("walls", [ROOM, ROOM_WITH_BEAMS], ids=["room", "beams"])
+@pytest.mark.parametrize("shift", [(0.1, 0.1), (0.2, -0.1), (-0.2, 0.2)])
+def test_displaced_map_has_straight_walls_that_are_not_turned(walls, shift):
+    """Straightness is the wall's own: cells at its displaced ends are not taken for those of another."""
+    accuracy = map_error(grid_of(wall_points(walls) + np.array(shift)), walls)
+    assert accuracy.straightness_rms_m == pytest.approx(0.0, abs=1e-6)
+    assert accuracy.as_dict()["wall_turned_max_rad"] == pytest.approx(0.0, abs=1e-6)
+    assert {round(fit.offset_m, 6) for fit in accuracy.walls} <= {abs(part) for part in shift}
+
+
+def test_turned_map_has_straight_walls_as_far_as_cells_allow():
+    # Given a room turned by 0.02 rad: cells spread evenly over one cell's width about their line
+    turned = se2.transform((0.0, 0.0, 0.02), wall_points())
+    accuracy = map_error(grid_of(turned), ROOM)
+    assert accuracy.straightness_rms_m == pytest.approx(CELL / math.sqrt(12.0), rel=0.1)
+    assert [fit.turned_rad for fit in accuracy.walls] == pytest.approx([0.02] * 4, abs=0.002)
+
+
+def test_bent_wall_deviates_as_its_bow_does():
+    # Given the lower wall as a parabola, 0.3 m high in its middle: its RMS deviation is 2 / sqrt(45) of that
+    x = np.arange(0.0, 8.0, 0.01)
+    bow = np.column_stack([x, 0.3 * (1.0 - (x / 4.0 - 1.0) ** 2)])
+    wall = map_error(grid_of(bow), Walls(np.array([(0.0, 0.0, 8.0, 0.0)]))).walls[0]
+    assert wall.straightness_rms_m == pytest.approx(
+        math.hypot(0.3 * 2.0 / math.sqrt(45.0), CELL / math.sqrt(12.0)), rel=0.03
+    )
+    assert wall.turned_rad == pytest.approx(0.0, abs=0.002)
+    assert wall.offset_m == pytest.approx(0.2, abs=0.01)  # two thirds of the bow's height
+
+
+def test_smeared_wall_deviates_as_its_width_does():
+    # Given the lower wall drawn five cells wide: offsets -2..2 cells, whose mean square is 2
+    x, offset = np.meshgrid(np.arange(0.0, 8.001, CELL), CELL * np.arange(-2, 3))
+    smear = np.column_stack([x.ravel(), offset.ravel()])
+    accuracy = map_error(grid_of(smear), Walls(np.array([(0.0, 0.0, 8.0, 0.0)])))
+    assert accuracy.straightness_rms_m == pytest.approx(CELL * math.sqrt(2.0), rel=0.01)
+    assert accuracy.mean_m == pytest.approx(CELL * 6.0 / 5.0)
+    assert accuracy.p95_m == pytest.approx(2.0 * CELL)
+
+
+def test_mean_and_95_percent_of_errors_that_grow_evenly():
+    # Given a wall drawn with a slope of 0.05 over 8 m: errors spread evenly from 0 to 0.4 m
+    x = np.arange(0.0, 8.0, 0.01)
+    accuracy = map_error(
+        grid_of(np.column_stack([x, 0.05 * x])), Walls(np.array([(0.0, 0.0, 8.0, 0.0)])), seen_within_m=0.17
+    )
+    assert accuracy.mean_m == pytest.approx(0.2, abs=0.005)
+    assert accuracy.p95_m == pytest.approx(0.38, abs=CELL / 2)
+    assert accuracy.max_m == pytest.approx(0.4, abs=1e-6)
+    assert accuracy.seen_share == pytest.approx(3.5 / 8.0, abs=0.015)  # there cells rise from 0.15 to 0.2 m
+
+
+def test_a_wall_of_which_the_map_has_a_corner_only_is_not_judged():
+    stub = np.column_stack([np.arange(0.0, 0.601, CELL), np.zeros(13)])
+    accuracy = map_error(grid_of(stub), ROOM)
+    assert accuracy.walls == ()
+    assert math.isnan(accuracy.straightness_rms_m)
 
 
 def test_distance_of_segments_equals_that_of_dense_points():
@@ -152,7 +207,7 @@ def test_a_wall_point_given_twice_counts_once(tmp_path):
 def test_command_judges_a_map_from_files(tmp_path, capsys):
     write_map(tmp_path / "room", grid_of(wall_points()))
     np.savetxt(tmp_path / "walls.txt", ROOM.ends_m)
-    figures, picture = tmp_path / "figures.json", tmp_path / "map.png"
+    figures, picture = tmp_path / "figures.json", tmp_path / "map.error"  # a PNG whatever its name
     files = [str(tmp_path / "room.yaml"), str(tmp_path / "walls.txt")]
     assert main(["map", *files, "--json", str(figures), "--picture", str(picture)]) == 0
     assert "map_error_mean_m" in capsys.readouterr().out
@@ -179,12 +234,6 @@ def test_command_refuses_before_it_begins_to_judge(tmp_path, capsys, monkeypatch
     said = capsys.readouterr().err
     assert sentence in said
     assert said.count("\n") == 1
-
-
-def test_picture_is_a_png_whatever_its_name(tmp_path):
-    grid = grid_of(wall_points())
-    draw_map_error(tmp_path / "map.error", grid, ROOM, map_error(grid, ROOM))
-    assert (tmp_path / "map.error").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("command", [["ate", "no.tum", "no.tum"], ["relations", "no.tum", "no.gz"]])

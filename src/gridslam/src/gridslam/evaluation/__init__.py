@@ -1,10 +1,11 @@
 """How good a trajectory or a map is, against what is known to be true. See README.md, "Evaluation"."""
 
-from gridslam.evaluation.map_error import MapAccuracy, WallFit, map_error
+from gridslam.evaluation.map_error import MapAccuracy, map_error
 from gridslam.evaluation.map_picture import draw_map_error
 from gridslam.evaluation.relations import RelationErrors, Relations, read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import TrajectoryError, trajectory_error
 from gridslam.evaluation.tum import poses_at, read_tum, write_tum
+from gridslam.evaluation.wall_fit import WallFit
 from gridslam.evaluation.walls import WallPoints, Walls, read_walls
 
 __all__ = [

@@ -10,28 +10,9 @@ from scipy.spatial import cKDTree
 
 from gridslam import se2
 from gridslam.errors import EvaluationError
+from gridslam.evaluation.wall_fit import WallFit, wall_fits
 from gridslam.evaluation.walls import WallPoints, Walls
 from gridslam.occupancy_grid import OccupancyGrid
-
-FIT_CELLS_MIN = 8  # a line through fewer cells says nothing about a wall
-
-
-@dataclass(frozen=True)
-class WallFit:
-    """One straight wall of the world, and the line through the occupied cells near it."""
-
-    ends_m: tuple[float, float, float, float]
-    """The true wall's first and last point: x1, y1, x2, y2."""
-    cells: int
-    """Occupied cells that belong to it."""
-    straightness_rms_m: float
-    """Root mean square deviation of those cells from the line fitted to them."""
-    straightness_max_m: float
-    """Greatest deviation from it."""
-    turned_rad: float
-    """Angle between fitted line and true wall, in (-pi/2, pi/2]."""
-    offset_m: float
-    """Distance of the true wall's line from the middle of its cells."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +28,8 @@ class MapAccuracy:
     p95_m: float
     max_m: float
     seen_share: float
-    """Share of the true walls' length that has an occupied cell within the tolerance, 0..1."""
+    """Share of the true walls' length that has an occupied cell within `seen_within_m`, 0..1."""
+    seen_within_m: float
     walls: tuple[WallFit, ...]
     """Straight walls of at least the asked length, longest first."""
 
@@ -85,7 +67,8 @@ def map_error(
         grid: the map.
         walls: the true walls, in the world's frame.
         map_in_world: pose (x m, y m, yaw rad) of the map's frame in the world.
-        seen_within_m: a piece of true wall is seen when an occupied cell is this near.
+        seen_within_m: a piece of true wall is seen when an occupied cell is this near; one that the map shows
+            farther off counts as not seen.
         wall_length_min_m: walls shorter than this are not judged for straightness.
         wall_gate_m: cells farther from their wall than this do not count for its straightness.
 
@@ -104,45 +87,6 @@ def map_error(
         p95_m=float(np.percentile(distance, 95.0)),
         max_m=float(distance.max()),
         seen_share=float(lengths[seen].sum() / lengths.sum()),
-        walls=tuple(_wall_fits(walls, points, distance, nearest, wall_length_min_m, wall_gate_m)),
-    )
-
-
-def _wall_fits(walls, points, distance, nearest, length_min_m, gate_m) -> list[WallFit]:
-    fits = []
-    for segments in walls.straight_walls():
-        ends = walls.ends_m[segments]
-        if walls.lengths_m[segments].sum() < length_min_m:
-            continue
-        own = points[np.isin(nearest, segments) & (distance <= gate_m)]
-        if len(own) >= FIT_CELLS_MIN:
-            fits.append(_fit(_extent(ends), own))
-    return sorted(
-        fits, key=lambda fit: -math.hypot(fit.ends_m[2] - fit.ends_m[0], fit.ends_m[3] - fit.ends_m[1])
-    )
-
-
-def _extent(ends: np.ndarray) -> np.ndarray:
-    """Return the two points farthest apart along a wall's line, x1, y1, x2, y2."""
-    corners = ends.reshape(-1, 2)
-    along = corners @ (ends[0, 2:] - ends[0, :2])
-    return np.concatenate([corners[along.argmin()], corners[along.argmax()]])
-
-
-def _fit(ends: np.ndarray, points: np.ndarray) -> WallFit:
-    """Fit a line by total least squares: the principal axis of the cells."""
-    middle = points.mean(axis=0)
-    _, axes = np.linalg.eigh(np.cov((points - middle).T))
-    along, normal = axes[:, 1], axes[:, 0]
-    deviation = (points - middle) @ normal
-    direction = ends[2:] - ends[:2]
-    turned = math.remainder(math.atan2(along[1], along[0]) - math.atan2(direction[1], direction[0]), math.pi)
-    true_normal = np.array([-direction[1], direction[0]]) / np.hypot(*direction)
-    return WallFit(
-        ends_m=tuple(ends.tolist()),
-        cells=len(points),
-        straightness_rms_m=float(np.sqrt((deviation**2).mean())),
-        straightness_max_m=float(np.abs(deviation).max()),
-        turned_rad=turned,
-        offset_m=float(abs((middle - ends[:2]) @ true_normal)),
+        seen_within_m=seen_within_m,
+        walls=tuple(wall_fits(walls, points, distance, nearest, wall_length_min_m, wall_gate_m)),
     )

@@ -92,11 +92,10 @@ def _draw_spread(ax, grid, walls, accuracy: MapAccuracy, map_in_world) -> None:
         xlim=(0.0, max(0.1, 1.6 * accuracy.p95_m)),
         ylim=(0.0, 101.0),
     )
-    ax.set_title(
-        f"{accuracy.seen_share:.0%} of the walls seen\n"
-        f"walls straight within {accuracy.straightness_rms_m:.3f} m (RMS)",
-        fontsize=9,
-    )
+    title = f"{accuracy.seen_share:.0%} of the true walls seen within {accuracy.seen_within_m:g} m"
+    if accuracy.walls:
+        title += f"\nwalls straight within {accuracy.straightness_rms_m:.3f} m (RMS)"
+    ax.set_title(title, fontsize=9)
     ax.spines[["top", "right"]].set_visible(False)
     ax.set_box_aspect(1.0)
     ax.legend(loc="lower right", frameon=False, fontsize=8)

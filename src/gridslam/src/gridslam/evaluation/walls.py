@@ -14,7 +14,8 @@ from gridslam.errors import EvaluationError
 from gridslam.evaluation.number_rows import read_rows
 
 SAME_LINE_M = 0.02  # segments on one line within this belong to one wall ...
-SAME_LINE_RAD = math.radians(0.5)  # ... when their directions agree this well, too
+SAME_LINE_RAD = math.radians(0.5)  # ... when their directions agree this well, too, ...
+SAME_WALL_GAP_M = 3.0  # ... and when no gap between them is longer: beams and doors, not a whole room
 
 
 @dataclass(frozen=True)
@@ -76,22 +77,35 @@ class Walls:
     def straight_walls(self) -> list[np.ndarray]:
         """Return the indices of the segments of each straight wall.
 
-        Segments on one line are one wall, so that a wall broken by beams is judged over its whole length.
+        Segments on one line, with short gaps between them, are one wall, so that a wall broken by beams is
+        judged over its whole length.
         """
+        return [wall for line in self._same_lines() for wall in self._split_at_gaps(line)]
+
+    def _split_at_gaps(self, segments: list[int]) -> list[np.ndarray]:
+        ends = self.ends_m[segments].reshape(-1, 2, 2)
+        along = (ends[0, 1] - ends[0, 0]) / np.hypot(*(ends[0, 1] - ends[0, 0]))
+        spans = np.sort(ends @ along, axis=1)
+        order = np.argsort(spans[:, 0])
+        reached = np.maximum.accumulate(spans[order, 1])
+        gaps = np.flatnonzero(spans[order[1:], 0] - reached[:-1] > SAME_WALL_GAP_M)
+        return np.split(np.array(segments)[order], gaps + 1)
+
+    def _same_lines(self) -> list[list[int]]:
         lines = [self._line(ends) for ends in self.ends_m]
-        walls: list[list[int]] = []
+        groups: list[list[int]] = []
         for i, ends in enumerate(self.ends_m):
-            for wall in walls:
-                angle, x, y = lines[wall[0]]
+            for group in groups:
+                angle, x, y = lines[group[0]]
                 if abs(math.remainder(lines[i][0] - angle, math.pi)) > SAME_LINE_RAD:
                     continue
                 normal = np.array([-math.sin(angle), math.cos(angle)])
                 if np.abs((ends.reshape(2, 2) - (x, y)) @ normal).max() < SAME_LINE_M:
-                    wall.append(i)
+                    group.append(i)
                     break
             else:
-                walls.append([i])
-        return [np.array(wall) for wall in walls]
+                groups.append([i])
+        return groups
 
     @staticmethod
     def _line(ends: np.ndarray) -> tuple[float, float, float]:
