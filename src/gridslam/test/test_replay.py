@@ -52,15 +52,21 @@ def way():
 def bag(way, tmp_path_factory):
     """The way as a bag: TF comes 30 ms after each scan, the lidar's mounting once and for all."""
     path = tmp_path_factory.mktemp("bag") / "way.bag"
+    write_bag(path, [(0.0, scan, odometry) for scan, odometry in zip(way.scans, way.odometry)])
+    return path
+
+
+def write_bag(path, entries, repeat=1):
+    """Write (s that the clock is ahead, scan, odometry), in this order, each edge so often."""
     with rosbag.Bag(str(path), "w") as opened:
         mounting = transform("base_link", "laser", rospy.Time(), (0.0, 0.0, 0.0), z=0.2)
         opened.write("/tf_static", TFMessage([mounting]), stamp_of(0.0))
-        for scan, odometry in zip(way.scans, way.odometry):
-            stamp = stamp_of(scan.stamp_s)
-            opened.write("/scan", message_of(scan, stamp, LIDAR.angles_rad), stamp)
+        for index, (ahead_s, scan, odometry) in enumerate(entries):
+            stamp, recorded = stamp_of(scan.stamp_s + ahead_s), stamp_of(0.5 * index)
+            opened.write("/scan", message_of(scan, stamp, LIDAR.angles_rad), recorded)
             edge = transform("odom", "base_link", stamp, odometry)
-            opened.write("/tf", TFMessage([edge]), stamp + rospy.Duration(0.03))
-    return path
+            for _ in range(repeat):
+                opened.write("/tf", TFMessage([edge]), recorded + rospy.Duration(0.03))
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +131,49 @@ def test_on_a_starting_map(bag, results, tmp_path, way):
     assert replay.main([str(bag), "--output", str(tmp_path), *given, *FEW]) == 0
     last = read_tum(tmp_path / "trajectory_online.tum").poses_in_map[-1]
     np.testing.assert_allclose(last[:2], way.truth.poses_in_map[-1, :2], atol=0.15)
+
+
+def test_after_the_clock_went_back_the_results_are_of_what_follows(way, results, tmp_path, capsys):
+    # Given a bag in which the way is run a third, and then anew from its start, its clock set back
+    entries = [(0.0, scan, odometry) for scan, odometry in zip(way.scans, way.odometry)]
+    first = [(1000.0, scan, odometry) for _, scan, odometry in entries[: len(entries) // 3]]
+    write_bag(tmp_path / "back.bag", [*first, *entries])
+    assert replay.main([str(tmp_path / "back.bag"), *FEW]) == 0
+    # Then the results are those of the whole way alone, and one warning tells
+    for name in ("map.pgm", "trajectory_online.tum", "trajectory_final.tum"):
+        assert (tmp_path / "back_slam" / name).read_bytes() == (results / name).read_bytes()
+    said = [line for line in capsys.readouterr().err.splitlines() if "gridslam_replay:" in line]
+    assert len(said) == 1
+    assert f"jumped back by {1000.0 + first[-1][1].stamp_s:.3f} s; mapping starts anew" in said[0]
+    assert json.loads((tmp_path / "back_slam/timing.json").read_text())["begun_anew"] == 1
+
+
+def test_scans_and_tf_out_of_order_are_left_out(way, results, tmp_path, capsys):
+    # Given a bag with every fifth pair of scans swapped, all written twice, and a default scan
+    entries = [(0.0, scan, odometry) for scan, odometry in zip(way.scans, way.odometry)]
+    for index in range(5, len(entries) - 1, 5):
+        entries[index], entries[index + 1] = entries[index + 1], entries[index]
+    write_bag(tmp_path / "mixed.bag", [entry for entry in entries for _ in range(2)], repeat=2)
+    with rosbag.Bag(str(tmp_path / "mixed.bag"), "a") as opened:
+        opened.write("/scan", LaserScan(), stamp_of(3.2))
+    assert replay.main([str(tmp_path / "mixed.bag"), *FEW]) == 0
+    # Then stamps ascend, each kind of fault is told once and counted, and it is the same way
+    online, whole = (
+        read_tum(folder / "trajectory_online.tum") for folder in (tmp_path / "mixed_slam", results)
+    )
+    assert np.all(np.diff(online.stamps_s) > 0.0)
+    index = np.searchsorted(whole.stamps_s, online.stamps_s)
+    error_m = np.hypot(*(online.poses_in_map - whole.poses_in_map[index])[:, :2].T)
+    assert error_m.max() < 0.15
+    said = [line for line in capsys.readouterr().err.splitlines() if "gridslam_replay:" in line]
+    assert [sum(words in line for line in said) for words in ("A scan is older", "A scan is 15", "TF ")] == [
+        2,
+        1,
+        2,
+    ]
+    timing = json.loads((tmp_path / "mixed_slam/timing.json").read_text())
+    assert timing["scans_read"] == 2 * len(entries) + 1
+    assert timing["scans_skipped"] == timing["scans_read"] - len(online.stamps_s)
 
 
 @pytest.mark.parametrize(

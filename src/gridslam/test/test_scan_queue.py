@@ -24,21 +24,21 @@ def never(_):
 
 def test_scans_come_out_in_order():
     queue = filled(1, 2, 3)
-    assert [queue.take(always) for _ in range(4)] == [(1, []), (2, []), (3, []), (None, [])]
+    assert [queue.take(always).scan for _ in range(4)] == [1, 2, 3, None]
 
 
 def test_a_scan_waits_for_its_transforms():
     queue = filled(1, 2)
-    assert queue.take(never) == (None, [])
-    assert queue.take(lambda scan: scan <= 1) == (1, [])
-    assert queue.take(lambda scan: scan <= 1) == (None, [])
-    assert queue.take(lambda scan: scan <= 2) == (2, [])
+    assert queue.take(never) == (None, [], [])
+    assert queue.take(lambda scan: scan <= 1) == (1, [], [])
+    assert queue.take(lambda scan: scan <= 1) == (None, [], [])
+    assert queue.take(lambda scan: scan <= 2) == (2, [], [])
 
 
 def test_who_is_too_busy_leaves_the_oldest_out():
     queue = filled(*range(10 + scan_queue.READY_MAX))
-    assert queue.take(always) == (10, list(range(10)))
-    assert queue.take(always) == (11, [])
+    assert queue.take(always) == (10, list(range(10)), [])
+    assert queue.take(always) == (11, [], [])
 
 
 def test_scans_that_wait_for_tf_are_not_too_many():
@@ -50,13 +50,19 @@ def test_scans_that_wait_for_tf_are_not_too_many():
 
 def test_late_tf_loses_no_more_than_what_would_come_too_late():
     queue = filled(*range(100))
-    scan, left_out = queue.take(lambda scan: scan < 90)
-    assert (scan, left_out) == (90 - scan_queue.READY_MAX, list(range(90 - scan_queue.READY_MAX)))
+    left_out = 90 - scan_queue.READY_MAX
+    assert queue.take(lambda scan: scan < 90) == (left_out, list(range(left_out)), [])
 
 
 def test_a_scan_without_transforms_does_not_hold_up_the_others():
     queue = filled("lost", 1, 2)
-    assert queue.take(lambda scan: scan != "lost") == (1, ["lost"])
+    assert queue.take(lambda scan: scan != "lost") == (1, [], ["lost"])
+
+
+def test_where_nothing_waits_for_real_there_is_room_for_all():
+    queue = scan_queue.ScanQueue(waiting_max=None, ready_max=None)
+    assert [queue.offer(scan) for scan in range(1000)] == [[]] * 1000
+    assert queue.take(always) == (0, [], [])
 
 
 def test_cleared_it_is_empty():

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
-from typing import Iterator
+from typing import Callable, Iterator
 
 import numpy as np
 import rosbag
@@ -13,7 +12,9 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from gridslam import SlamError
+from gridslam_ros.intake import Intake
 from gridslam_ros.odometry_frames import OdometryFrames
+from gridslam_ros.scan_queue import ScanQueue
 
 LASER_SCAN = "sensor_msgs/LaserScan"
 TF_TOPICS = ("/tf", "/tf_static", "tf", "tf_static")
@@ -29,6 +30,10 @@ class BagCount:
 
     read: int = 0
     without_tf: int = 0
+    skipped: int = 0
+    """By throttle_scans, or out of order."""
+    begun_anew: int = 0
+    """How often the clock went back."""
 
 
 def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
@@ -62,17 +67,59 @@ def scan_topic_of(bag: rosbag.Bag, topic: str) -> str:
     raise BagError(f"The bag has no scans on {topic}. {hint}")
 
 
-def scans_of(bag: rosbag.Bag, topic: str, frames: OdometryFrames, count: BagCount) -> Iterator:
-    """Yield the LaserScan messages of a topic as soon as the bag's TF has come as far as their stamps."""
-    # Read raw, because rosbag makes message classes of its own, which tf2 warns of, and arrays are faster
-    scan_type = numpy_msg(LaserScan)
-    waiting: deque = deque()
-    for name, (_, data, *_), _ in bag.read_messages(topics=[topic, *TF_TOPICS], raw=True):
-        if name == topic:
-            count.read += 1
-            waiting.append(scan_type().deserialize_numpy(data, np))
-        else:
-            frames.add(TFMessage().deserialize(data).transforms, static=name.endswith("tf_static"))
-        while waiting and frames.know(waiting[0]):
-            yield waiting.popleft()
-    count.without_tf += len(waiting)
+class BagScans:
+    """The LaserScan messages of a topic, each as soon as the bag's TF has come as far as its stamp.
+
+    Args:
+        topic: of the scans.
+        frames: learn the bag's TF.
+        count: is told what becomes of the scans.
+        say: is called with a sentence when something is odd.
+        start_anew: is called with the seconds that the clock has gone back by, before the next scan.
+        throttle: of so many scans one is yielded.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        frames: OdometryFrames,
+        count: BagCount,
+        say: Callable[[str], None],
+        start_anew: Callable[[float], None],
+        throttle: int = 1,
+    ):
+        self._topic, self._frames, self._count, self._begin_again = topic, frames, count, start_anew
+        self._queue = ScanQueue(waiting_max=None, ready_max=None)
+        self._intake = Intake(frames, throttle, say, self._queue.offer, self._skip, self._start_anew)
+
+    def of(self, bag: rosbag.Bag) -> Iterator:
+        """Yield them."""
+        # Read raw, because rosbag makes message classes of its own, which tf2 warns of, and arrays are faster
+        scan_type = numpy_msg(LaserScan)
+        for name, (_, data, *_), _ in bag.read_messages(topics=[self._topic, *TF_TOPICS], raw=True):
+            if name == self._topic:
+                self._count.read += 1
+                self._intake.add_scan(scan_type().deserialize_numpy(data, np))
+            elif name.endswith("tf_static"):
+                self._frames.add(TFMessage().deserialize(data).transforms, static=True)
+            else:
+                self._intake.add_transforms(TFMessage().deserialize(data).transforms)
+            yield from self._ready()
+        self._intake.drop_held()
+        self._count.without_tf += len(self._queue.clear())
+
+    def _ready(self) -> Iterator:
+        while len(self._queue):
+            scan, _, without_tf = self._queue.take(self._frames.know)
+            self._count.without_tf += len(without_tf)
+            if scan is None:
+                return
+            yield scan
+
+    def _skip(self, _scan) -> None:
+        self._count.skipped += 1
+
+    def _start_anew(self, seconds: float) -> None:
+        self._count.begun_anew += 1
+        self._count.without_tf += len(self._queue.clear())
+        self._begin_again(seconds)

@@ -26,9 +26,10 @@ from gridslam.carmen import (
     format_scan,
     read_log,
 )
-from gridslam_ros.bags import BagCount, BagError, open_bag, scan_topic_of, scans_of
+from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, scan_topic_of
 from gridslam_ros.conversions import pose_message
 from gridslam_ros.odometry_frames import FrameError, OdometryFrames
+from gridslam_ros.remarks import Remarks
 
 RANGE_MIN_M = 0.02
 SAME = 0.01
@@ -158,15 +159,26 @@ def _transform(parent: str, child: str, pose, stamp) -> TransformStamped:
 
 
 def _write_log(arguments, target: str) -> str:
-    frames, count = OdometryFrames(arguments.odom_frame, arguments.base_frame), BagCount()
+    remarks = Remarks(lambda sentence: print(f"bag_to_carmen: {sentence}", file=sys.stderr))
+    frames, count = OdometryFrames(arguments.odom_frame, arguments.base_frame, remarks.say), BagCount()
     lines: list[tuple[float, str]] = []
     with open_bag(arguments.bag) as bag:
         topic = scan_topic_of(bag, arguments.scan)
-        for message in scans_of(bag, topic, frames, count):
+        scans_of_bag = BagScans(
+            topic,
+            frames,
+            count,
+            remarks.say,
+            lambda seconds: remarks.say(
+                f"The clock goes back by {seconds:.3f} s; the log is sorted by stamps."
+            ),
+        )
+        for message in scans_of_bag.of(bag):
             try:
                 lines.append((message.header.stamp.to_sec(), format_scan(_carmen_scan(message, frames))))
             except FrameError:
                 count.without_tf += 1
+        remarks.sum_up()
         scans = len(lines)
         if arguments.odometry:
             lines += [_odometry_line(message) for _, message, _ in bag.read_messages([arguments.odometry])]

@@ -6,6 +6,7 @@ import rospy
 
 from gridslam import SlamError
 from gridslam_ros.ending import Ending, leave, silence_threads
+from gridslam_ros.remarks import kind_of
 
 WARNING_PERIOD_S = 5.0
 LAST_CALLBACK_S = 0.4
@@ -43,14 +44,14 @@ def _answer_last_call() -> None:
 
 
 class Warnings:
-    """Says each fault once in a while, however often it comes and whatever numbers its sentence carries."""
+    """Says each fault once in a while, however often it comes."""
 
     def __init__(self):
         self._said_at_s: dict[str, float] = {}
 
     def say(self, sentence) -> None:
         """Log the sentence as a warning unless its like was logged in the last seconds."""
-        kind = "".join(character for character in str(sentence) if not character.isdigit())
+        kind = kind_of(sentence)
         now_s = rospy.get_time()
         said_at_s = self._said_at_s.get(kind)
         if said_at_s is None or not 0.0 <= now_s - said_at_s < WARNING_PERIOD_S:

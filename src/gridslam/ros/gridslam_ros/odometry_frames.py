@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
+from typing import Callable
+
 import rospy
 import tf2_py
 
@@ -9,7 +13,12 @@ from gridslam import SlamError
 
 CACHE_S = 120.0
 BACK_NS = 1_000_000_000
-"""An edge so much older than the last is from another time: a simulator's reset, a bag played again."""
+"""A stamp so much older than the last is from another time: a simulator's reset, a bag played again."""
+HELD_MAX = 100
+"""Messages of another time that are held at most."""
+UNIT_TOLERANCE = 4e-3
+"""Of a quaternion's norm; tf2 refuses more than that."""
+AUTHORITY = "gridslam"
 
 
 class FrameError(SlamError):
@@ -17,39 +26,98 @@ class FrameError(SlamError):
 
 
 class OdometryFrames:
-    """The transforms heard so far, between the odometry's, the base's and the lidar's frame."""
+    """The transforms heard so far, between the odometry's, the base's and the lidar's frame.
 
-    def __init__(self, odom_frame: str, base_frame: str):
+    An edge of odometry more than BACK_NS older than the last is held, with its message: a later one that is
+    old as well tells of a clock that has gone back, one in order that it was a stray.
+
+    Args:
+        odom_frame: the odometry's frame.
+        base_frame: the vehicle's.
+        say: is called with a sentence about a transform that is left out; tf2 would tell of each one.
+    """
+
+    def __init__(self, odom_frame: str, base_frame: str, say: Callable[[str], None]):
         self.odom_frame, self.base_frame = odom_frame.lstrip("/"), base_frame.lstrip("/")
+        self._say = say
         self._buffer = tf2_py.BufferCore(rospy.Duration(CACHE_S))
-        self.newest_ns = 0
+        self.resets = 0
+        """How often moving transforms were forgotten."""
+        self._forget()
+
+    def _forget(self) -> None:
+        self._last_ns: dict[str, int] = {}
+        self._held: deque = deque(maxlen=HELD_MAX)
+        self.newest_ns: int | None = None
+        """The newest stamp of odometry."""
+        self.doubtful_ns: int | None = None
+        """The stamp of odometry that is held."""
 
     def add(self, transforms, static: bool = False) -> int | None:
         """Take in what /tf or /tf_static says; returns the stamp (ns) of an odometry's edge in it."""
         # The map's edge, ours or another's, is not odometry
-        transforms = [each for each in transforms if each.child_frame_id.lstrip("/") != self.odom_frame]
+        edges = [edge for edge in transforms if _names(edge)[1] != self.odom_frame and self._is_sound(edge)]
         if static:
-            for transform in transforms:
-                self._buffer.set_transform_static(transform, "gridslam")
+            for edge in edges:
+                self._buffer.set_transform_static(edge, AUTHORITY)
             return None
-        stamps_ns = [
-            each.header.stamp.to_nsec()
-            for each in transforms
-            if each.header.frame_id.lstrip("/") == self.odom_frame
-        ]
-        if stamps_ns and stamps_ns[-1] < self.newest_ns - BACK_NS:
-            self.forget()
-        for transform in transforms:
-            self._buffer.set_transform(transform, "gridslam")
-        if not stamps_ns:
-            return None
-        self.newest_ns = max(self.newest_ns, stamps_ns[-1])
-        return stamps_ns[-1]
+        odometry = [edge for edge in edges if _names(edge)[0] == self.odom_frame]
+        if not any(self._is_far_back(edge) for edge in odometry or edges):
+            return self._take_in(edges, odometry)
+        self._held.append(edges)
+        if odometry:
+            before_ns, self.doubtful_ns = self.doubtful_ns, _stamp_ns(odometry[-1])
+            if before_ns is not None and self.doubtful_ns > before_ns:
+                stamp_ns = self.doubtful_ns
+                self.go_back()
+                return stamp_ns
+        return None
 
-    def forget(self) -> None:
-        """Forget moving transforms, as after a clock that jumped back; static ones stay known."""
-        self._buffer.clear()
-        self.newest_ns = 0
+    def go_back(self) -> None:
+        """Forget moving transforms but those held, as after a clock that jumped back."""
+        held = self._held
+        self._buffer.clear()  # static ones stay known
+        self.resets += 1
+        self._forget()
+        for edges in held:
+            self._take_in(edges, [edge for edge in edges if _names(edge)[0] == self.odom_frame])
+
+    def _take_in(self, edges: list, odometry: list) -> int | None:
+        for edge in edges:
+            self._insert(edge)
+        if not odometry:
+            return None
+        if self._held:
+            self._say(f"{_arrow(self._held[0][0])} was of another time; it is left out.")
+            self._held.clear()
+            self.doubtful_ns = None
+        stamp_ns = _stamp_ns(odometry[-1])
+        self.newest_ns = stamp_ns if self.newest_ns is None else max(self.newest_ns, stamp_ns)
+        return stamp_ns
+
+    def _insert(self, edge) -> None:
+        child, stamp_ns = _names(edge)[1], _stamp_ns(edge)
+        if stamp_ns > self._last_ns.get(child, -1):
+            self._last_ns[child] = stamp_ns
+            self._buffer.set_transform(edge, AUTHORITY)
+        else:
+            self._say(f"{_arrow(edge)} came again, or late: its stamp is not newer; it is left out.")
+
+    def _is_far_back(self, edge) -> bool:
+        return _stamp_ns(edge) < self._last_ns.get(_names(edge)[1], -1) - BACK_NS
+
+    def _is_sound(self, edge) -> bool:
+        parent, child = _names(edge)
+        t, q = edge.transform.translation, edge.transform.rotation
+        norm = math.sqrt(q.x**2 + q.y**2 + q.z**2 + q.w**2)
+        is_sound = parent and child and parent != child and abs(norm - 1.0) < UNIT_TOLERANCE
+        if is_sound and math.isfinite(t.x + t.y + t.z):
+            return True
+        self._say(
+            f"{_arrow(edge)} is no transform: it must have finite numbers, a unit quaternion and two frames; "
+            "it is left out."
+        )
+        return False
 
     def know(self, scan) -> bool:
         """Whether TF has come as far as the scan's stamp, so that a look-up now is as good as later."""
@@ -80,3 +148,15 @@ class OdometryFrames:
             ) from None
         t, q = found.translation, found.rotation
         return (t.x, t.y, t.z), (q.x, q.y, q.z, q.w)
+
+
+def _names(edge) -> tuple[str, str]:
+    return edge.header.frame_id.lstrip("/"), edge.child_frame_id.lstrip("/")
+
+
+def _stamp_ns(edge) -> int:
+    return edge.header.stamp.to_nsec()
+
+
+def _arrow(edge) -> str:
+    return 'TF "{}" -> "{}"'.format(*_names(edge))

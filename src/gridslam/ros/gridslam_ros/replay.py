@@ -22,9 +22,10 @@ from gridslam.map_file import read_map, write_map, write_picture
 from gridslam.session import SlamSession, closure_parameters
 from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
-from gridslam_ros.bags import BagCount, BagError, open_bag, scan_topic_of, scans_of
+from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, scan_topic_of
 from gridslam_ros.odometry_frames import FrameError, OdometryFrames
-from gridslam_ros.parameters import NodeParameters, sort_parameters, without_effect
+from gridslam_ros.parameters import sort_parameters, without_effect
+from gridslam_ros.remarks import Remarks
 from gridslam_ros.scan_source import ScanSource
 
 SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z")
@@ -79,29 +80,36 @@ class Replay:
         settings, self._parameters, closure, unknown = sort_parameters(given)
         if unknown:
             raise ParameterError(f"There is no parameter {', '.join(unknown)}; README.md lists them all.")
+        self._remarks = Remarks(lambda sentence: tqdm.write(f"gridslam_replay: {sentence}", file=sys.stderr))
         if without_effect(given):
-            say(without_effect(given))
-        self._bag, self._topic, self._settings = bag, topic, settings
-        self._frames = OdometryFrames(settings.odom_frame, settings.base_frame)
-        self._source = ScanSource(self._frames, say, bool(settings.levelling), settings.floor_z_m)
-        self._session = self._make_session(settings, closure)
+            self._remarks.say(without_effect(given))
+        self._bag, self._topic, self._settings, self._closure = bag, topic, settings, closure
+        self._frames = OdometryFrames(settings.odom_frame, settings.base_frame, self._remarks.say)
+        self._source = ScanSource(
+            self._frames, self._remarks.say, bool(settings.levelling), settings.floor_z_m
+        )
         self._count = BagCount()
+        self._begin()
+
+    def _begin(self) -> None:
+        self._session = self._make_session()
         self._unusable = 0
         self._stamps_s: list[float] = []
         self._odometry: list[np.ndarray] = []
         self._online: list[np.ndarray] = []
         self._cpu_s: list[float] = []
 
-    def _make_session(self, settings: NodeParameters, closure: dict) -> SlamSession:
+    def _make_session(self) -> SlamSession:
+        settings = self._settings
         if settings.continue_from_state:
-            return SlamSession.load(settings.state_file, say=say)
+            return SlamSession.load(settings.state_file, say=self._remarks.say)
         return SlamSession(
             self._parameters,
-            loop_closure=closure_parameters(closure) if settings.loop_closure else None,
+            loop_closure=closure_parameters(self._closure) if settings.loop_closure else None,
             starting_map=read_map(settings.starting_map) if settings.starting_map else None,
             starting_pose=settings.starting_pose or None,
             localisation_only=bool(settings.localisation_only),
-            say=say,
+            say=self._remarks.say,
         )
 
     def run(self, output: Path) -> None:
@@ -110,19 +118,33 @@ class Replay:
         start_s = time.perf_counter()
         with open_bag(self._bag) as bag:
             topic = scan_topic_of(bag, self._topic)
+            scans = BagScans(
+                topic,
+                self._frames,
+                self._count,
+                self._remarks.say,
+                self._begin_again,
+                self._settings.throttle_scans,
+            )
             total = bag.get_message_count(topic)
             with tqdm(total=total, unit="scan", desc=Path(self._bag).name, mininterval=0.2) as bar:
-                for scan in scans_of(bag, topic, self._frames, self._count):
+                for scan in scans.of(bag):
                     bar.update(self._count.read - bar.n)
-                    if self._count.read % self._settings.throttle_scans == 0:
-                        self._process(scan)
-                        bar.set_postfix(integrated=len(self._cpu_s), refresh=False)
+                    self._process(scan)
+                    bar.set_postfix(integrated=len(self._cpu_s), refresh=False)
                 bar.update(self._count.read - bar.n)
+        self._remarks.sum_up()
         if not self._cpu_s:
             raise BagError(self._why_nothing())
         self._session.finish()
         wall_s = time.perf_counter() - start_s
         self._write(output, wall_s)
+
+    def _begin_again(self, seconds: float) -> None:
+        self._remarks.say(
+            f"The clock jumped back by {seconds:.3f} s; mapping starts anew, and results are of what follows."
+        )
+        self._begin()
 
     def _process(self, scan) -> None:
         begun_s = time.process_time()
@@ -134,7 +156,7 @@ class Replay:
             return
         except ScanError as error:
             self._unusable += 1
-            say(f"{error} The scan at {scan.header.stamp.to_sec():.3f} s is left out.")
+            self._remarks.say(f"{error} The scan at {scan.header.stamp.to_sec():.3f} s is left out.")
             return
         if update is not None:
             self._cpu_s.append(time.process_time() - begun_s)
@@ -176,9 +198,8 @@ class Replay:
 
     def _final(self, stamps_s: np.ndarray) -> Trajectory:
         """Return the best particle's path at every scan; between integrated ones it moves as odometry did."""
-        path = self._session.trajectory()
-        ours = path.stamps_s >= stamps_s[0]  # those before are of the state that the run began with
-        path = Trajectory(path.stamps_s[ours], path.poses_in_map[ours])
+        path, ours = self._session.trajectory(), len(self._cpu_s)
+        path = Trajectory(path.stamps_s[-ours:], path.poses_in_map[-ours:])  # not those of a saved state
         return Trajectory(stamps_s, path.filled(stamps_s, np.array(self._odometry)))
 
     def _figures(self, wall_s: float, render_s: float) -> dict:
@@ -187,6 +208,8 @@ class Replay:
             "scans_read": self._count.read,
             "scans_without_tf": self._count.without_tf,
             "scans_unusable": self._unusable,
+            "scans_skipped": self._count.skipped,
+            "begun_anew": self._count.begun_anew,
             "scans_integrated": len(self._cpu_s),
             "cpu_ms_per_integrated_scan": 1e3 * float(np.mean(self._cpu_s)),
             "cpu_ms_per_integrated_scan_p95": 1e3 * float(np.percentile(self._cpu_s, 95)),
@@ -199,8 +222,3 @@ class Replay:
             "node_parameters": {name: getattr(self._settings, name) for name in SIDE},
             "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}",
         }
-
-
-def say(sentence: str) -> None:
-    """Print a warning above the progress bar."""
-    tqdm.write(f"gridslam_replay: {sentence}", file=sys.stderr)

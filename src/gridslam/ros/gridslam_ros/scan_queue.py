@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Callable
+from typing import Callable, NamedTuple
 
 WAITING_MAX = 200
 """Scans that wait for TF at most; it may be seconds late."""
@@ -14,11 +14,28 @@ Most scans take a millisecond, so that even a second's halt at 40 Hz is made up 
 """
 
 
-class ScanQueue:
-    """Scans in the order of their coming; any object may stand for a scan."""
+class Taken(NamedTuple):
+    """What `ScanQueue.take` returns."""
 
-    def __init__(self):
+    scan: object | None
+    """The oldest scan that is ready, if any is."""
+    too_late: list
+    """Scans left out because their turn would have come too late."""
+    without_tf: list
+    """Scans left out because their transforms never came: they are not ready although the newest one is."""
+
+
+class ScanQueue:
+    """Scans in the order of their coming; any object may stand for a scan.
+
+    Args:
+        waiting_max: scans that wait at most; None: any number, as where nothing waits for real.
+        ready_max: scans that are ready and wait at most; None: any number.
+    """
+
+    def __init__(self, waiting_max: int | None = WAITING_MAX, ready_max: int | None = READY_MAX):
         self._scans: deque = deque()
+        self._waiting_max, self._ready_max = waiting_max, ready_max
 
     def __len__(self) -> int:
         return len(self._scans)
@@ -31,22 +48,19 @@ class ScanQueue:
     def offer(self, scan) -> list:
         """Append a scan; returns those that had to go for it."""
         self._scans.append(scan)
-        return [self._scans.popleft() for _ in range(len(self._scans) - WAITING_MAX)]
+        if self._waiting_max is None:
+            return []
+        return [self._scans.popleft() for _ in range(len(self._scans) - self._waiting_max)]
 
-    def take(self, is_ready: Callable) -> tuple:
-        """Return (the oldest scan that is ready or None, those left out for it).
-
-        Left out are scans before so many ready ones that their turn would come too late, and scans that are
-        not ready although the newest one is, whose transforms therefore never came.
-        """
-        left_out = []
-        while len(self._scans) > READY_MAX and is_ready(self._scans[READY_MAX]):
-            left_out.append(self._scans.popleft())
-        while self._scans and not is_ready(self._scans[0]) and is_ready(self._scans[-1]):
-            left_out.append(self._scans.popleft())
-        if self._scans and is_ready(self._scans[0]):
-            return self._scans.popleft(), left_out
-        return None, left_out
+    def take(self, is_ready: Callable) -> Taken:
+        """Take the oldest scan that is ready, and those left out for it."""
+        scans, ready_max, too_late, without_tf = self._scans, self._ready_max, [], []
+        while ready_max is not None and len(scans) > ready_max and is_ready(scans[ready_max]):
+            too_late.append(scans.popleft())
+        while scans and not is_ready(scans[0]) and is_ready(scans[-1]):
+            without_tf.append(scans.popleft())
+        scan = scans.popleft() if scans and is_ready(scans[0]) else None
+        return Taken(scan, too_late, without_tf)
 
     def clear(self) -> list:
         """Empty the queue; returns what was in it."""

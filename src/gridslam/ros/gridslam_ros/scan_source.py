@@ -49,7 +49,6 @@ class ScanSource:
             roll_rad = pitch_rad = 0.0
         elif self._floor_z_m is not None:
             height_m = z - self._floor_z_m
-        self._watch_lidar(scan)
         planar = project(
             np.asarray(scan.ranges),
             scan.angle_min,
@@ -61,6 +60,7 @@ class ScanSource:
             height_m,
             scan.header.stamp.to_sec(),
         )
+        self._watch_lidar(scan)
         return planar, (x, y, yaw_rad)
 
     def _watch_lidar(self, scan) -> None:

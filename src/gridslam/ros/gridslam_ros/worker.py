@@ -18,7 +18,7 @@ class Worker:
         queue: the scans.
         is_ready: whether a scan's transforms are known.
         on_scan: is called with each scan whose turn it is.
-        on_left_out: is called with each list of scans that the queue left out.
+        on_left_out: is called with what the queue left out: scans too late, and scans without TF.
         upkeep: is called with whether scans are waiting; returns something to do now, or None.
         on_failure: is called with what none of them should have raised.
     """
@@ -66,9 +66,8 @@ class Worker:
                 upkeep = self._upkeep(len(self._queue) > 0)
                 if upkeep:
                     return upkeep
-                scan, left_out = self._queue.take(self._is_ready)
-                if left_out:
-                    self._on_left_out(left_out)
+                scan, too_late, without_tf = self._queue.take(self._is_ready)
+                self._on_left_out(too_late, without_tf)
                 if scan is not None:
                     return lambda: self._on_scan(scan)
                 self._wakened.wait()

@@ -1,0 +1,123 @@
+"""What comes in, in order, for the node and the replay of bags: strays, and clocks that have gone back."""
+
+from __future__ import annotations
+
+from typing import Callable
+
+from gridslam_ros.odometry_frames import BACK_NS, OdometryFrames
+
+
+class Intake:
+    """Lets scans in by their stamps, and begins anew only when the clock really has gone back.
+
+    A scan more than BACK_NS older than the newest is either a stray (a driver's default message, a second
+    publisher) or the first one after a reset. It is held until that is known: TF in the same time, or a later
+    scan that is old as well, tells of a reset; a scan in order tells of a stray.
+
+    Args:
+        frames: the transforms; `add_transforms` hands them on.
+        throttle: of so many scans one is let in.
+        say: is called with a sentence about scans that are left out.
+        receive: is called with each scan that is let in; their stamps ascend until ``start_anew``.
+        leave_out: is called with each scan that is not.
+        start_anew: is called with the seconds that the clock has gone back by.
+    """
+
+    def __init__(
+        self,
+        frames: OdometryFrames,
+        throttle: int,
+        say: Callable[[str], None],
+        receive: Callable,
+        leave_out: Callable,
+        start_anew: Callable[[float], None],
+    ):
+        self._frames, self._throttle = frames, throttle
+        self._say, self._receive, self._leave_out, self._start_anew = say, receive, leave_out, start_anew
+        self._heard = 0
+        self._held = None
+        self._forget()
+
+    def _forget(self) -> None:
+        self._newest_ns = self._before_ns = -1  # a simulation begins at 0
+        self._tf_resets = self._frames.resets
+
+    def add_transforms(self, transforms) -> int | None:
+        """Take in what /tf says; returns the stamp (ns) of an odometry's edge in it."""
+        stamp_ns = self._frames.add(transforms)
+        if self._held is not None and self._tf_is_at(_stamp_ns(self._held)):
+            self._go_back()
+        return stamp_ns
+
+    def add_scan(self, scan) -> None:
+        """Take in a scan."""
+        self._heard += 1
+        if self._heard % self._throttle:
+            self._leave_out(scan)
+            return
+        if self._newest_was_ahead(_stamp_ns(scan)):
+            self._say("A scan's stamp was far ahead of the others' and of TF; it does not count.")
+            self._newest_ns = self._before_ns
+        if _stamp_ns(scan) < self._newest_ns - BACK_NS:
+            self._doubt(scan)
+        else:
+            self.drop_held()
+            self._let_in(scan)
+
+    def drop_held(self) -> None:
+        """Leave out the scan that was held, as when a bag ends and nothing will tell more of it."""
+        if self._held is not None:
+            stray, self._held = self._held, None
+            seconds = (self._newest_ns - _stamp_ns(stray)) * 1e-9
+            self._say(f"A scan is {seconds:.3f} s older than the one before it; it is left out.")
+            self._leave_out(stray)
+
+    def _doubt(self, scan) -> None:
+        if self._held is None:
+            self._held = scan
+            if self._tf_is_at(_stamp_ns(scan)):
+                self._go_back()
+        elif _stamp_ns(scan) > _stamp_ns(self._held):
+            self._go_back()
+            self._let_in(scan)
+        else:
+            self._leave_out(scan)  # the same stray once more
+
+    def _tf_is_at(self, stamp_ns: int) -> bool:
+        """Whether the newest that TF says, be it believed yet or not, is of the time about this stamp."""
+        tf_ns = self._frames.newest_ns if self._frames.doubtful_ns is None else self._frames.doubtful_ns
+        return tf_ns is not None and abs(tf_ns - stamp_ns) <= BACK_NS
+
+    def _newest_was_ahead(self, stamp_ns: int) -> bool:
+        """Whether not a scan of this stamp is the stray, but the newest one: TF has never come so far."""
+        tf_ns = self._frames.newest_ns
+        return (
+            0 <= self._before_ns < stamp_ns < self._newest_ns - BACK_NS
+            and self._frames.resets == self._tf_resets
+            and tf_ns is not None
+            and tf_ns < self._newest_ns - BACK_NS
+        )
+
+    def _go_back(self) -> None:
+        scan, self._held = self._held, None
+        seconds = (self._newest_ns - _stamp_ns(scan)) * 1e-9
+        if not self._tf_is_at(_stamp_ns(scan)) or self._frames.doubtful_ns is not None:
+            self._frames.go_back()
+        self._forget()
+        self._start_anew(seconds)
+        self._let_in(scan)
+
+    def _let_in(self, scan) -> None:
+        stamp_ns = _stamp_ns(scan)
+        if stamp_ns > self._newest_ns:
+            self._before_ns, self._newest_ns = self._newest_ns, stamp_ns
+            self._tf_resets = self._frames.resets
+            self._receive(scan)
+            return
+        if stamp_ns < self._newest_ns:  # the same once more is what simulators in lockstep send
+            self._say("A scan is older than the one before it; it is left out.")
+        self._leave_out(scan)
+
+
+def _stamp_ns(scan) -> int:
+    return scan.header.stamp.to_nsec()

@@ -1,0 +1,39 @@
+"""Faults told once, however often they come and whatever numbers and names their sentences carry."""
+
+from __future__ import annotations
+
+import re
+from typing import Callable
+
+_PARTICULARS = re.compile(r'"[^"]*"|\d+')
+
+
+def kind_of(sentence) -> str:
+    """Return what sentences about the same fault have in common."""
+    return _PARTICULARS.sub("", str(sentence))
+
+
+class Remarks:
+    """For a command: says the first of each kind, and at the end how many more there were.
+
+    Args:
+        write: puts a sentence before the user.
+    """
+
+    def __init__(self, write: Callable[[str], None]):
+        self._write = write
+        self._times: dict[str, list] = {}
+
+    def say(self, sentence) -> None:
+        """Say the sentence unless its like has been said."""
+        first = self._times.setdefault(kind_of(sentence), [sentence, 0])
+        first[1] += 1
+        if first[1] == 1:
+            self._write(str(sentence))
+
+    def sum_up(self) -> None:
+        """Say how often each kind came, of those that came more than once."""
+        for sentence, times in self._times.values():
+            if times > 1:
+                self._write(f"This came {times} times: {sentence}")
+        self._times.clear()
