@@ -10,6 +10,7 @@ from gridslam import se2
 from gridslam.errors import EvaluationError
 from gridslam.evaluation import WallPoints, Walls, map_error, read_walls
 from gridslam.evaluation.command import main
+from gridslam.evaluation.map_picture import shades
 from gridslam.map_file import write_map
 from gridslam.occupancy_grid import OccupancyGrid
 
@@ -202,6 +203,18 @@ def test_a_wall_point_given_twice_counts_once(tmp_path):
     (tmp_path / "walls.txt").write_text("0 0\n0 0\n0.1 0\n0.1 0\n0.2 0\n")
     walls = read_walls(tmp_path / "walls.txt")
     assert (len(walls.points_xy_m), walls.spacing_m) == (3, pytest.approx(0.1))
+
+
+def test_no_wall_vanishes_between_the_pixels_of_a_picture():
+    # Given a map of 0.05 m cells, 10 m high, with a wall one cell wide in some row, and pixels of 0.12 m
+    for row in range(100, 110):
+        cells = np.zeros((200, 31), dtype=np.int8)
+        cells[row] = 100
+        shade, shade_m = shades(OccupancyGrid(cells, CELL, (0.0, 0.0)), 0.12)
+        assert shade_m == pytest.approx(0.15)
+        assert np.flatnonzero((shade == 0.0).all(axis=1)).tolist() == [row // 3]
+        assert np.unique(shade).tolist() == [0.0, 1.0]
+    assert shades(OccupancyGrid(cells, CELL, (0.0, 0.0)), 0.04)[0].shape == cells.shape
 
 
 def test_command_judges_a_map_from_files(tmp_path, capsys):

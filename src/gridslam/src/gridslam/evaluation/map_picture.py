@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from gridslam.trajectory import Trajectory
 GREY_UNKNOWN, GREY_FREE, GREY_OCCUPIED = 0.80, 1.0, 0.0
 TRUE_WALL = "#e8711a"  # mid grey in print, where the map itself is black and white
 MARGIN_M = 1.0
+PLAN_PIXELS = (700, 470)  # about what the plan has of the picture, in x and y
 
 
 def draw_map_error(
@@ -45,10 +47,11 @@ def draw_map_error(
 def _draw_plan(ax, grid: OccupancyGrid, walls: Walls | WallPoints, map_in_world) -> None:
     from matplotlib.transforms import Affine2D
 
-    shade = np.full(grid.cells.shape, GREY_UNKNOWN)
-    known = grid.cells >= 0
-    shade[known] = GREY_FREE + (GREY_OCCUPIED - GREY_FREE) * grid.cells[known] / 100.0
-    (x, y), (width, height) = grid.origin_xy_m, grid.size_m
+    lines = walls.ends_m.reshape(-1, 2, 2) if isinstance(walls, Walls) else walls.points_xy_m
+    shown = np.concatenate([lines.reshape(-1, 2), se2.transform(map_in_world, grid.occupied_xy())])
+    lowest, highest = shown.min(axis=0) - MARGIN_M, shown.max(axis=0) + MARGIN_M
+    shade, shade_m = shades(grid, float(((highest - lowest) / PLAN_PIXELS).max()))
+    (x, y), (height, width) = grid.origin_xy_m, np.array(shade.shape) * shade_m
     placed = Affine2D().rotate(map_in_world[2]).translate(*map_in_world[:2]) + ax.transData
     ax.imshow(
         shade,
@@ -61,16 +64,11 @@ def _draw_plan(ax, grid: OccupancyGrid, walls: Walls | WallPoints, map_in_world)
         transform=placed,
     )
     if isinstance(walls, Walls):
-        corners = walls.ends_m.reshape(-1, 2, 2)
-        gaps = np.full((len(corners), 1, 2), np.nan)
-        line = np.concatenate([corners, gaps], axis=1).reshape(-1, 2)
+        gaps = np.full((len(lines), 1, 2), np.nan)
+        line = np.concatenate([lines, gaps], axis=1).reshape(-1, 2)
         ax.plot(*line.T, color=TRUE_WALL, lw=0.9, label="true walls")
-        shown = corners.reshape(-1, 2)
     else:
-        shown = walls.points_xy_m
-        ax.plot(*shown.T, ".", color=TRUE_WALL, ms=1.0, label="true walls")
-    shown = np.concatenate([shown, se2.transform(map_in_world, grid.occupied_xy())])
-    lowest, highest = shown.min(axis=0) - MARGIN_M, shown.max(axis=0) + MARGIN_M
+        ax.plot(*lines.T, ".", color=TRUE_WALL, ms=1.0, label="true walls")
     ax.set(
         xlim=(lowest[0], highest[0]),
         ylim=(lowest[1], highest[1]),
@@ -79,6 +77,22 @@ def _draw_plan(ax, grid: OccupancyGrid, walls: Walls | WallPoints, map_in_world)
         ylabel="y, m",
         facecolor=str(GREY_UNKNOWN),
     )
+
+
+def shades(grid: OccupancyGrid, pixel_m: float) -> tuple[np.ndarray, float]:
+    """Return a map's greys, (h, w) from 0 black to 1 white, row 0 lowest, and the size of each, m.
+
+    Where a pixel of the picture is larger than a cell, as many cells as it covers become one, as dark as the
+    darkest: a wall is one cell wide, and would vanish between two pixels.
+    """
+    shade = np.full(grid.cells.shape, GREY_UNKNOWN)
+    known = grid.cells >= 0
+    shade[known] = GREY_FREE + (GREY_OCCUPIED - GREY_FREE) * grid.cells[known] / 100.0
+    side = max(1, math.ceil(pixel_m / grid.resolution_m))
+    height, width = shade.shape
+    shade = np.pad(shade, ((0, -height % side), (0, -width % side)), constant_values=GREY_FREE)
+    blocks = shade.reshape(shade.shape[0] // side, side, shade.shape[1] // side, side)
+    return blocks.min(axis=(1, 3)), side * grid.resolution_m
 
 
 def _draw_spread(ax, grid, walls, accuracy: MapAccuracy, map_in_world) -> None:
