@@ -99,6 +99,29 @@ def test_counts_are_halved_before_they_overflow():
         assert (seen.hits[4, 9], seen.visits[4, 9]) == (expected, (COUNT_MAX + len(hits)) // 2)
 
 
+@settings(max_examples=20, deadline=None)
+@given(
+    points,
+    st.integers(200, 1500),
+    st.floats(0.01, 2.0 * np.pi),
+    st.floats(-np.pi, np.pi),
+    st.integers(0, 2**32 - 1),
+)
+def test_beams_that_are_too_many_for_a_count(lidar, number, field_of_view, middle, seed):
+    # given beams of which most may meet the same cells
+    rng = np.random.default_rng(seed)
+    bearings = middle + field_of_view * rng.uniform(-0.5, 0.5, number)
+    ends = np.clip(lidar + 20.0 * np.stack((np.cos(bearings), np.sin(bearings)), axis=1), 1.0, SIZE - 1.001)
+    # when they are entered as misses
+    maps, plain = window(), reference.PlainMap.empty(SIZE, SIZE)
+    enter(maps, np.array(lidar), ends, np.zeros(number, bool))
+    reference.insert(plain, lidar, ends, np.zeros(number, bool))
+    # then cells have the reference's counts, or halves of them that a cell can hold
+    visits, fits = plain_of(maps, 0).visits, plain.visits <= COUNT_MAX
+    np.testing.assert_array_equal(visits[fits], plain.visits[fits])
+    assert (visits[~fits] > COUNT_MAX // 2 - 1).all()
+
+
 def test_every_particle_gets_its_own_scan():
     # given three particles at different poses
     rng = np.random.default_rng(0)

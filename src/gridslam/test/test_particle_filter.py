@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 
@@ -19,9 +20,13 @@ from gridslam import (
     ScanError,
     SlamParameters,
     StateError,
+    proposal,
     reference,
     se2,
 )
+from gridslam.beams import Beams
+from gridslam.particle_filter import WEIGHT_SMOOTHING
+from gridslam.scan_matcher import NULL_LIKELIHOOD_M2
 
 RMSE_MAX_M = 0.035
 """Over 12 seeds of noise, drift and filter the path's error was 0.007 to 0.022 m (median 0.009)."""
@@ -279,6 +284,32 @@ def test_a_scan_that_fits_nothing_is_placed_by_odometry():
     away = np.hypot(*(slam.particle_poses - expected)[:, :2].T)
     assert away.max() < 4.0 * 0.3
     assert len(np.unique(away)) > 1
+
+
+@pytest.mark.parametrize("fits", [True, False])
+def test_particles_are_weighed_by_the_scan_where_they_have_been_put(log, monkeypatch, fits):
+    # given particles that have gone apart, each with its map
+    minimum = 0.0 if fits else 1e6
+    slam = begin(log, minimumScore=minimum, resampleThreshold=0.0, temporalUpdate=0.0)
+    rooms.run(slam, log, 0, 20)
+    parameters, maps = slam.parameters, copy.deepcopy(slam._maps)
+    before = np.log(slam.particle_weights)
+    # when a scan comes that fits or not, after which they are not scattered
+    monkeypatch.setattr(proposal, "SPREAD", 0.0)
+    assert slam.process(log.scans[20], log.odometry[20]).matched == fits
+    # then each is weighed by that scan's likelihood on its own map at its own pose
+    beams = Beams.from_scan(log.scans[20], parameters).matching
+    sigma, missed = parameters.lsigma / parameters.delta**2, -NULL_LIKELIHOOD_M2 / parameters.lsigma
+    likelihoods = [
+        reference.log_likelihood(plain_of(maps, particle), pose, beams, parameters.kernelSize, sigma, missed)
+        for particle, pose in enumerate(maps.to_cells(slam.particle_poses))
+    ]
+    gain = 1.0 / (parameters.ogain * WEIGHT_SMOOTHING)
+    expected = before + gain * np.array(likelihoods)
+    # (two beams may have lost, or found, their point of the map since Gauss-Newton looked for them)
+    tolerance = 1e-4 if not fits else -2.0 * gain * missed
+    np.testing.assert_allclose(np.diff(np.log(slam.particle_weights)), np.diff(expected), atol=tolerance)
+    assert np.ptp(expected) > 3.0 * tolerance
 
 
 def test_scans_without_any_return_do_no_harm(log):

@@ -24,7 +24,7 @@ from gridslam.workers import Workers
 START_DEVIATION = (0.1, 0.1, 0.05)
 """m, m, rad: how well a starting pose on a given map is known."""
 
-WEIGHT_SMOOTHING = 3.0
+WEIGHT_SMOOTHING = 15.0
 """Log-likelihoods are divided by ogain times this (gmapping: times the number of particles); see README."""
 
 
@@ -95,7 +95,7 @@ class GridSlam:
 
         Raises:
             ScanError: the odometry is not a finite pose.
-            MapError: the map would become absurdly large; the filter stays as it was.
+            MapError: the map would become absurdly large; the scan is left out.
         """
         odometry = _finite_pose(base_in_odom, "base_in_odom")
         if self._motion is None:

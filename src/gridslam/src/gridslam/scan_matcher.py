@@ -1,10 +1,10 @@
 """The pose of every particle at which a scan fits its map best.
 
 Most of what odometry gets wrong is the same for every particle, so its correction is searched for once, by
-hill climbing (gmapping's score and steps) from several drawn motions in the map of the best particle. Every
-particle then begins there and is refined against its own map by Gauss-Newton on the hits' means. Where a
-particle's map disagrees, or the scan fits too little of the map to trust one correction, each climbs from a
-motion of its own.
+hill climbing (gmapping's score and steps) from several drawn motions in the map of the best particle, and
+Gauss-Newton on the means of its hits. Every particle then begins there and is refined against its own map.
+Where a particle's map disagrees, or the scan fits too little of the map to trust one correction, each climbs
+from a motion of its own.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ from gridslam.workers import Workers
 REFINE_SIGMA_M2 = 0.02
 """m2: a beam d from the map has the weight exp(-d^2 / this) in Gauss-Newton."""
 LOOKS = 6
-"""How often Gauss-Newton looks for the points of the map that are nearest."""
+"""How often Gauss-Newton looks for the points of a particle's map that are nearest."""
+COMMON_LOOKS = 12
+"""How often it does for the common correction, so that few are left for each particle."""
 BEAM_DEVIATION_M = 0.02
 """m: how far a beam's end is from the map where both map and pose are right: its worth beside odometry's."""
 CANDIDATES = 7
@@ -47,11 +49,11 @@ class Matches:
     """What a scan says about every particle's pose."""
 
     poses: np.ndarray
-    """(particles, 3) cells and rad: the most likely pose."""
+    """(particles, 3) cells and rad: the most likely pose, or the drawn one where the scan does not match."""
     scores: np.ndarray
-    """(particles,)"""
+    """(particles,) how well the scan fits at best; it matches above minimumScore."""
     log_likelihoods: np.ndarray
-    """(particles,)"""
+    """(particles,) of the scan at the poses."""
     factors: np.ndarray
     """(particles, 3, 3) Cholesky factor of the poses' information, in units of one beam's per cell."""
 
@@ -72,6 +74,7 @@ class ScanMatcher:
             turn=parameters.astep,
             halvings=min(parameters.iterations, HALVINGS_MAX),
             looks=LOOKS,
+            least_score=parameters.minimumScore,
         )
 
     def match(
@@ -80,7 +83,8 @@ class ScanMatcher:
         """Match one scan against every particle's map; ``best`` is the particle to begin with."""
         predicted, drawn = maps.to_cells(prediction.predicted), maps.to_cells(prediction.drawn)
         drawn[:, 2] = predicted[:, 2] + se2.wrap(drawn[:, 2] - predicted[:, 2])
-        starts, score = self._common_correction(maps, predicted, drawn, best, beams)
+        priors = self._priors(prediction.information)
+        starts, score = self._common_correction(maps, predicted, drawn, priors, best, beams)
         count = len(predicted)
         matches = Matches(np.empty((count, 3)), np.empty(count), np.empty(count), np.zeros((count, 3, 3)))
         workers.share(
@@ -89,7 +93,7 @@ class ScanMatcher:
             starts,
             drawn,
             predicted,
-            self._priors(prediction.information),
+            priors,
             EXPECTED_SHARE * score,
             score < AMBIGUOUS_SHARE * len(beams.matching),
             beams.matching,
@@ -103,16 +107,19 @@ class ScanMatcher:
         )
         return matches
 
-    def _common_correction(self, maps, predicted, drawn, best, beams):
+    def _common_correction(self, maps, predicted, drawn, priors, best, beams):
         """Return what the best particle's correction makes of every prediction, and its score."""
         motions = se2.between(predicted[: CANDIDATES - 1], drawn[: CANDIDATES - 1])
         candidates = np.vstack((predicted[best], se2.compose(predicted[best], motions)))
         mode = np.empty(3)
         score = find_mode(
             candidates,
+            predicted[best],
+            priors[best],
             beams.matching,
             max(1, min(CANDIDATES_EVERY, len(beams.matching) // CANDIDATES_BEAMS)),
             self._search,
+            COMMON_LOOKS,
             maps.tables[best],
             *maps.pool.surfaces,
             mode,

@@ -100,9 +100,9 @@ class TileMaps:
         self._reserve_board(points)
         placed = np.empty_like(points)
         scan = (self.tables, cells, points, hits, placed, self.stamp + 1, self._board)
-        particle, beam = 0, 0
+        particle = 0
         while particle < len(self.tables):
-            particle, beam = insert_scan(particle, beam, *scan, *self.pool.tiles)
+            particle = insert_scan(particle, *scan, *self.pool.tiles)
             if particle < len(self.tables):
                 self.pool.reserve(self.tables[0].size + RESERVE)
         self.stamp += len(self.tables)

@@ -14,8 +14,6 @@ from gridslam.kernels.tiles import COUNT_MAX, SIDE, SIDE_BITS
 ROW_BITS = 32
 ROW = float(1 << ROW_BITS)
 """Rows are followed along a beam in this fraction of a cell, as numbers of fixed point."""
-BEAMS_MAX = COUNT_MAX
-"""Beams that are counted at once, so that no cell of the board overflows."""
 WORD_BITS = 3
 """A word holds so many cells: 2 to the power of this."""
 ROW_WORDS = SIDE >> WORD_BITS
@@ -36,10 +34,41 @@ def tiles_around(lidar, ends):
 
 
 @njit(cache=True, nogil=True)
-def count_beam(lidar, end, board, stride, origin):
+def _most_in_neighbours(lidar, ends, parts):
+    """Return how many beams two neighbouring sectors hold at most, of every ``parts``-th beam."""
+    most = 0
+    for part in range(parts):
+        right, up, left, down = 0, 0, 0, 0
+        for i in range(part, ends.shape[0], parts):
+            x, y = ends[i, 0] - lidar[0], ends[i, 1] - lidar[1]
+            if abs(y) > abs(x):
+                up, down = up + (y > 0.0), down + (y < 0.0)
+            else:
+                right, left = right + (x > 0.0), left + (x < 0.0)
+        most = max(most, max(right, left) + max(up, down))
+    return most
+
+
+@njit(cache=True, nogil=True)
+def parts_of(lidar, ends):
+    """Return in how many parts beams must be counted, every n-th beam at a time, so that no count overflows.
+
+    Sectors are the four directions along an axis, up to the diagonals. A cell, the lidar's own apart, is only
+    met by beams of one sector, or of two that are neighbours.
+    """
+    parts, most = 1, _most_in_neighbours(lidar, ends, 1)
+    while most > COUNT_MAX:
+        parts = max(parts + 1, most * parts // COUNT_MAX)
+        most = _most_in_neighbours(lidar, ends, parts)
+    return parts
+
+
+@njit(cache=True, nogil=True)
+def count_beam(lidar, end, board, stride, origin, home):
     """Count a beam in the cells from the lidar's on to the one before its end's.
 
-    ``board`` (cells,) uint8 has cell x, y at y * stride + x - origin.
+    ``board`` (cells,) uint8 has cell x, y at y * stride + x - origin. Nearly every beam begins in ``home``,
+    the lidar's own cell: that one is left out; the return value says whether the beam counts there.
     """
     steep = abs(end[1] - lidar[1]) > abs(end[0] - lidar[0])
     if steep:
@@ -48,11 +77,13 @@ def count_beam(lidar, end, board, stride, origin):
         x0, y0, x1, y1, along, across = lidar[0], lidar[1], end[0], end[1], 1, stride
     start, stop = int(x0), int(x1)
     if start == stop:
-        return
+        return False
     slope = (y1 - y0) / (x1 - x0)
     # The middle of the lidar's own column may lie behind the lidar.
     row = int(min(max(y0 + (start + 0.5 - x0) * slope, min(y0, y1)), max(y0, y1)))
-    board[np.uint64(start * along + row * across - origin)] += np.uint8(1)
+    begin = start * along + row * across - origin
+    if begin != home:
+        board[np.uint64(begin)] += np.uint8(1)
     first, last = (start + 1, stop - 1) if stop > start else (stop + 1, start - 1)
     fixed, step = np.int64((y0 + (first + 0.5 - x0) * slope) * ROW), np.int64(slope * ROW)
     cell = first * along - origin
@@ -66,16 +97,19 @@ def count_beam(lidar, end, board, stride, origin):
             board[np.uint64(cell + (fixed >> ROW_BITS) * stride)] += np.uint8(1)
             fixed += step
             cell += 1
+    return begin == home
 
 
 @njit(cache=True, nogil=True, inline="always")
-def is_crossed(words, at, stride):
+def is_crossed(words, stride):
     """Tell whether any of a tile's cells on the board was counted."""
-    counted = np.uint64(0)
     for row in range(SIDE):
+        counted = np.uint64(0)
         for word in range(ROW_WORDS):
-            counted |= words[np.uint64(at + row * stride + word)]
-    return counted != 0
+            counted |= words[row * stride + word]
+        if counted:
+            return True
+    return False
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -91,23 +125,21 @@ def counted(words, first):
 
 
 @njit(cache=True, nogil=True)
-def fits(words, stride, cells):
-    """Tell whether eight cells at once can be added to those of a tile without a carry into the next one."""
+def add(words, stride, cells):
+    """Add eight cells at once to those of a tile; where one would overflow, add nothing and return False."""
     carried = np.uint64(0)
     for row in range(SIDE):
         for word in range(ROW_WORDS):
             more, old = words[row * stride + word], cells[row * ROW_WORDS + word]
-            total = ((old & SEVEN_BITS) + (more & SEVEN_BITS)) ^ ((old ^ more) & TOP_BITS)
+            total = old + more
+            cells[row * ROW_WORDS + word] = total
             carried |= (old & more) | ((old | more) & ~total)
-    return carried & TOP_BITS == 0
-
-
-@njit(cache=True, nogil=True)
-def add(words, stride, cells):
-    """Add eight cells at once, which fit, to those of a tile."""
+    if carried & TOP_BITS == 0:
+        return True
     for row in range(SIDE):
         for word in range(ROW_WORDS):
-            cells[row * ROW_WORDS + word] += words[row * stride + word]
+            cells[row * ROW_WORDS + word] -= words[row * stride + word]
+    return False
 
 
 @njit(cache=True, nogil=True)

@@ -11,14 +11,13 @@ import numpy as np
 from numba import njit
 
 from gridslam.kernels.board import (
-    BEAMS_MAX,
     WORD_BITS,
     add,
     clear,
     count_beam,
     counted,
-    fits,
     is_crossed,
+    parts_of,
     tiles_around,
 )
 from gridslam.kernels.tiles import (
@@ -48,7 +47,7 @@ def _count(tile, cell, more_visits, more_hits, visits, occupied, entry, hits):
     """Add to a cell's counts, halving them if they would overflow; keep its bit; return its hits."""
     met = np.int64(visits[tile, cell]) + more_visits
     ended = np.int64(hits[entry, cell]) + more_hits
-    if met > COUNT_MAX:
+    while met > COUNT_MAX:
         met, ended = met >> 1, (ended + 1) >> 1
     visits[tile, cell] = met
     if entry != EMPTY:
@@ -101,6 +100,58 @@ def _hit(tile, x, y, end, visits, occupied, entry, hits, means):
 
 
 @njit(cache=True, nogil=True)
+def _add_board(
+    table,
+    stamp,
+    box,
+    stride,
+    board,
+    words,
+    references,
+    stamps,
+    visits,
+    occupied,
+    ends,
+    end_references,
+    hits,
+    means,
+    free_tiles,
+    free_ends,
+    free,
+):
+    """Add what was counted on the board to the tiles of a box, and clear it."""
+    left, low, right, high = box
+    row_words = stride >> WORD_BITS
+    for y in range(low, high + 1):
+        for x in range(left, right + 1):
+            at = (y - low) * SIDE * stride + (x - left) * SIDE
+            part = words[at >> WORD_BITS :]
+            if not is_crossed(part, row_words):
+                continue
+            tile = own_tile(
+                table,
+                y,
+                x,
+                stamp,
+                references,
+                stamps,
+                visits,
+                occupied,
+                ends,
+                end_references,
+                free_tiles,
+                free,
+            )
+            if not add(part, row_words, visits[tile].view(np.uint64)):
+                if ends[tile] != EMPTY:  # hits are about to be halved
+                    own_ends(tile, ends, end_references, hits, means, free_ends, free)
+                _add_one_by_one(tile, board, at, stride, visits, occupied, ends[tile], hits)
+            if ends[tile] != EMPTY:
+                _clear_bits(tile, part, row_words, visits, occupied, ends[tile], hits)
+            clear(part, row_words)
+
+
+@njit(cache=True, nogil=True)
 def _insert_beams(
     table,
     stamp,
@@ -122,40 +173,53 @@ def _insert_beams(
     free_ends,
     free,
 ):
-    """Enter at most BEAMS_MAX beams, which end at points (n, 2), into one particle's map."""
-    left, low, right, high = box
+    """Enter beams, which end at points (n, 2), into one particle's map."""
+    left, low, right, _ = box
     stride = (right - left + 1) * SIDE
     origin = low * SIDE * stride + left * SIDE
-    for i in range(points.shape[0]):
-        count_beam(lidar, points[i], board, stride, origin)
-    for y in range(low, high + 1):
-        for x in range(left, right + 1):
-            at = y * SIDE * stride + x * SIDE - origin
-            if is_crossed(words, at >> WORD_BITS, stride >> WORD_BITS):
-                tile = own_tile(
-                    table,
-                    y,
-                    x,
-                    stamp,
-                    references,
-                    stamps,
-                    visits,
-                    occupied,
-                    ends,
-                    end_references,
-                    free_tiles,
-                    free,
-                )
-                part, cells = words[at >> WORD_BITS :], visits[tile].view(np.uint64)
-                if fits(part, stride >> WORD_BITS, cells):
-                    add(part, stride >> WORD_BITS, cells)
-                else:
-                    if ends[tile] != EMPTY:  # hits are about to be halved
-                        own_ends(tile, ends, end_references, hits, means, free_ends, free)
-                    _add_one_by_one(tile, board, at, stride, visits, occupied, ends[tile], hits)
-                if ends[tile] != EMPTY:
-                    _clear_bits(tile, part, stride >> WORD_BITS, visits, occupied, ends[tile], hits)
-                clear(part, stride >> WORD_BITS)
+    home = int(lidar[1]) * stride + int(lidar[0]) - origin
+    at_home, parts = 0, parts_of(lidar, points)
+    for part in range(parts):
+        for i in range(part, points.shape[0], parts):
+            at_home += count_beam(lidar, points[i], board, stride, origin, home)
+        _add_board(
+            table,
+            stamp,
+            box,
+            stride,
+            board,
+            words,
+            references,
+            stamps,
+            visits,
+            occupied,
+            ends,
+            end_references,
+            hits,
+            means,
+            free_tiles,
+            free_ends,
+            free,
+        )
+    if at_home:
+        x, y = int(lidar[0]), int(lidar[1])
+        tile = own_tile(
+            table,
+            y >> SIDE_BITS,
+            x >> SIDE_BITS,
+            stamp,
+            references,
+            stamps,
+            visits,
+            occupied,
+            ends,
+            end_references,
+            free_tiles,
+            free,
+        )
+        if ends[tile] != EMPTY:  # hits may be halved
+            own_ends(tile, ends, end_references, hits, means, free_ends, free)
+        _count(tile, (y & MASK) * SIDE + (x & MASK), at_home, 0, visits, occupied, ends[tile], hits)
     for i in range(points.shape[0]):
         if are_hits[i]:
             x, y = int(points[i, 0]), int(points[i, 1])
@@ -184,7 +248,6 @@ def _insert_beams(
 @njit(cache=True, nogil=True)
 def insert_scan(
     particle,
-    beam,
     tables,
     poses,
     points,
@@ -204,43 +267,40 @@ def insert_scan(
     free_ends,
     free,
 ):
-    """Enter a scan into the maps of all particles from ``particle`` on, beginning with one of its beams.
+    """Enter a scan into the maps of all particles from ``particle`` on.
 
     Cells crossed are visited, the end's cell is also hit. ``points`` (n + 1, 2) are the lidar and the beams'
     ends in the base frame, in cells; are_hits (n,) says which beams end at something; ``placed`` (n + 1, 2)
     is scratch, and so is ``board``, which must be 0 and will be. ``stamp`` + p marks what particle p has
     written. The rest are the arrays of `Tiles`.
 
-    Returns (particle, beam) where free tiles or ends may not suffice to go on, or (particles, 0).
+    Returns the particle with which to go on where free tiles or ends may not suffice, or their number.
     """
     words = board.view(np.uint64)
     for p in range(particle, tables.shape[0]):
         place(poses[p], points, placed)
-        for first in range(beam, are_hits.size, BEAMS_MAX):
-            ends_of = placed[first + 1 : min(first + BEAMS_MAX, are_hits.size) + 1]
-            box = tiles_around(placed[0], ends_of)
-            if free.min() < (box[2] - box[0] + 1) * (box[3] - box[1] + 1):
-                return p, first
-            _insert_beams(
-                tables[p],
-                stamp + p,
-                box,
-                placed[0],
-                ends_of,
-                are_hits[first:],
-                board,
-                words,
-                references,
-                stamps,
-                visits,
-                occupied,
-                ends,
-                end_references,
-                hits,
-                means,
-                free_tiles,
-                free_ends,
-                free,
-            )
-        beam = 0
-    return tables.shape[0], 0
+        box = tiles_around(placed[0], placed[1:])
+        if free.min() < (box[2] - box[0] + 1) * (box[3] - box[1] + 1):
+            return p
+        _insert_beams(
+            tables[p],
+            stamp + p,
+            box,
+            placed[0],
+            placed[1:],
+            are_hits,
+            board,
+            words,
+            references,
+            stamps,
+            visits,
+            occupied,
+            ends,
+            end_references,
+            hits,
+            means,
+            free_tiles,
+            free_ends,
+            free,
+        )
+    return tables.shape[0]

@@ -106,43 +106,12 @@ class Search(NamedTuple):
     turn: float
     halvings: int
     looks: int
-
-
-@njit(cache=True, nogil=True)
-def find_mode(candidates, beams, every, search, table, occupied, ends, means, mode):
-    """Climb from every candidate (c, 3) with every ``every``-th beam; ``mode`` (3,) takes the best end.
-
-    Returns its score with all beams.
-    """
-    top = -1.0
-    kernel, sigma = search.kernel, search.score_sigma
-    for c in range(candidates.shape[0]):
-        x, y, yaw = candidates[c, 0], candidates[c, 1], candidates[c, 2]
-        x, y, yaw, value = climb(
-            x,
-            y,
-            yaw,
-            beams,
-            every,
-            table,
-            occupied,
-            ends,
-            means,
-            kernel,
-            sigma,
-            search.step,
-            search.turn,
-            1,
-        )
-        if value > top:
-            top = value
-            mode[0], mode[1], mode[2] = x, y, yaw
-    return score(mode[0], mode[1], mode[2], beams, 1, table, occupied, ends, means, kernel, sigma, -1.0)
+    least_score: float
 
 
 @njit(cache=True, nogil=True)
 def _refine_and_measure(
-    pose, predicted, prior, beams, table, occupied, ends, means, search, points, which, lower
+    pose, predicted, prior, beams, table, occupied, ends, means, search, looks, points, which, lower
 ):
     """Move a pose to the maximum that Gauss-Newton finds from it; return its score and log-likelihood."""
     found = refine(
@@ -156,7 +125,7 @@ def _refine_and_measure(
         means,
         search.kernel,
         search.refine_sigma,
-        search.looks,
+        looks,
         points,
         which,
         lower,
@@ -165,6 +134,50 @@ def _refine_and_measure(
     return measure(
         pose[0], pose[1], pose[2], beams, points, which, found, sigmas[0], sigmas[1], search.missed
     )
+
+
+@njit(cache=True, nogil=True)
+def _likelihood_at(pose, beams, table, occupied, ends, means, search, points, which):
+    """Return the scan's log-likelihood at a pose (3,)."""
+    x, y, yaw = pose
+    found = find_points(x, y, yaw, beams, table, occupied, ends, means, search.kernel, points, which)
+    sigmas = (search.score_sigma, search.likelihood_sigma)
+    return measure(x, y, yaw, beams, points, which, found, sigmas[0], sigmas[1], search.missed)[1]
+
+
+@njit(cache=True, nogil=True)
+def find_mode(candidates, predicted, prior, beams, every, search, looks, table, occupied, ends, means, mode):
+    """Climb from every candidate (c, 3) with every ``every``-th beam, and refine the best end with all.
+
+    ``predicted`` (3,) and ``prior`` (3, 3) are those of the particle whose map it is; ``mode`` (3,) takes the
+    pose. Returns its score.
+    """
+    top = -1.0
+    for c in range(candidates.shape[0]):
+        x, y, yaw, value = climb(
+            candidates[c, 0],
+            candidates[c, 1],
+            candidates[c, 2],
+            beams,
+            every,
+            table,
+            occupied,
+            ends,
+            means,
+            search.kernel,
+            search.score_sigma,
+            search.step,
+            search.turn,
+            1,
+        )
+        if value > top:
+            top = value
+            mode[0], mode[1], mode[2] = x, y, yaw
+    points, which = np.empty((beams.shape[0], 2)), np.empty(beams.shape[0], np.int64)
+    lower = np.zeros((3, 3))
+    return _refine_and_measure(
+        mode, predicted, prior, beams, table, occupied, ends, means, search, looks, points, which, lower
+    )[0]
 
 
 @njit(cache=True, nogil=True)
@@ -192,7 +205,9 @@ def match(
 
     Each is refined from its start; one that stays below the ``expected`` score climbs from where its motion
     was drawn, and keeps the better end. Where the scan is ambiguous each keeps what it reached from its own
-    draw. ``poses``, ``scores``, ``likelihoods`` (log) and ``factors`` (Cholesky, of the information) take the
+    draw. One whose score does not exceed the search's least is not matched: it stays where it was drawn, and
+    the scan's likelihood is judged there. ``poses``, ``scores``, ``likelihoods`` (log) and ``factors``
+    (Cholesky, of the information) take the
     results.
     """
     lower = np.zeros((3, 3))
@@ -212,6 +227,7 @@ def match(
                 ends,
                 means,
                 search,
+                search.looks,
                 points,
                 which,
                 factors[p],
@@ -244,6 +260,7 @@ def match(
                 ends,
                 means,
                 search,
+                search.looks,
                 points,
                 which,
                 lower,
@@ -252,3 +269,6 @@ def match(
                 scores[p], likelihoods[p] = value, likelihood
                 pose[:] = other
                 factors[p] = lower
+        if not scores[p] > search.least_score:
+            pose[:] = drawn[p]
+            likelihoods[p] = _likelihood_at(pose, beams, table, occupied, ends, means, search, points, which)
