@@ -63,6 +63,13 @@ def test_the_warning_says_how_far():
     assert said[0].startswith("Odometry jumped by 50.00 m and 0 degrees in 0.100 s")
 
 
+def test_a_clock_that_went_back_is_told_of():
+    _, said, _ = followed([(105.0, (0.0, 0.0, 0.0)), (50.0, (30.0, 40.0, 0.0))])
+    assert said[0].startswith(
+        "Odometry jumped by 50.00 m and 0 degrees while the clock went back by 55.000 s"
+    )
+
+
 @settings(max_examples=40)
 @given(poses, poses, steps)
 def test_a_restored_state_goes_on_as_if_nothing_had_been(before, after, move):

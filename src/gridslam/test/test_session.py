@@ -1,12 +1,13 @@
 """A session of SLAM: the filter's answers, and what it adds: odometry that jumps, states, starting maps."""
 
+import dataclasses
 import zipfile
 
 import numpy as np
 import planar_world
 import pytest
 
-from gridslam import ParameterError, SlamParameters, StateError, se2
+from gridslam import MapError, OccupancyGrid, ParameterError, SlamParameters, StateError, se2
 from gridslam.particle_filter import GridSlam
 from gridslam.session import SlamSession, closure_parameters
 
@@ -125,6 +126,49 @@ def test_a_starting_map_tells_where_the_vehicle_is(log):
     assert error_m(base_in_map(session, shifted), truth[-1]) < 0.15
     after = session.grid()
     np.testing.assert_array_equal(after.occupied_xy(), before.occupied_xy())
+
+
+def test_localisation_on_a_saved_state_leaves_its_map_as_it_is(log, tmp_path):
+    mapped = SlamSession(PARAMETERS)
+    run(mapped, log)
+    mapped.save(tmp_path / "state")
+    # Given the saved state, a clock and odometry of their own, and people about, 1 m off the lidar
+    session = SlamSession.load(
+        tmp_path / "state", localisation_only=True, starting_pose=tuple(log.truth.poses_in_map[0]), threads=2
+    )
+    assert session.localisation_only
+    assert session.parameters.threads == 2
+    assert session.map_to_odom is None
+    for index, (scan, odometry) in enumerate(zip(log.scans, log.odometry)):
+        ranges_m = np.where(np.arange(scan.ranges_m.size) % 10 == 0, 1.0, scan.ranges_m)
+        changed = dataclasses.replace(scan, stamp_s=0.5 * index, ranges_m=ranges_m)
+        session.process(changed, se2.compose((5.0, 5.0, 1.0), odometry))
+    # Then the vehicle finds itself, its path is of this run alone, and the map is as it was
+    here = base_in_map(session, se2.compose((5.0, 5.0, 1.0), log.odometry[-1]))
+    assert error_m(here, log.truth.poses_in_map[-1]) < 0.1
+    assert np.all(np.diff(session.trajectory().stamps_s) > 0.0)
+    assert session.trajectory().stamps_s[0] == 0.0
+    np.testing.assert_array_equal(session.grid().cells, mapped.grid().cells)
+    # And so it goes on from a state of its own
+    session.save(tmp_path / "again")
+    again = SlamSession.load(tmp_path / "again", localisation_only=True)
+    assert again.localisation_only
+    assert again.map_to_odom == session.map_to_odom
+
+
+def test_localisation_begins_where_the_state_ended(log, tmp_path):
+    mapped = SlamSession(PARAMETERS)
+    run(mapped, log)
+    mapped.save(tmp_path / "state")
+    session = SlamSession.load(tmp_path / "state", localisation_only=True)
+    session.process(dataclasses.replace(log.scans[-1], stamp_s=0.0), (0.0, 0.0, 0.0))
+    assert error_m(base_in_map(session, (0.0, 0.0, 0.0)), log.truth.poses_in_map[-1]) < 0.1
+
+
+def test_a_starting_map_of_other_cells_is_refused_at_once():
+    grid = OccupancyGrid(np.zeros((4, 4), np.int8), 0.2, (0.0, 0.0))
+    with pytest.raises(MapError, match=r"0\.2 m wide; set delta to that, it is 0\.1"):
+        SlamSession(PARAMETERS, starting_map=grid)
 
 
 def test_before_the_first_scan_there_is_nothing(tmp_path):

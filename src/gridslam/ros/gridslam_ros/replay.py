@@ -18,8 +18,7 @@ from tqdm import tqdm
 
 from gridslam import ParameterError, ScanError, SlamError, se2
 from gridslam.evaluation.tum import write_tum
-from gridslam.map_file import read_map, write_map, write_picture
-from gridslam.session import SlamSession, closure_parameters
+from gridslam.map_file import write_map, write_picture
 from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
 from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, scan_topic_of
@@ -27,6 +26,7 @@ from gridslam_ros.odometry_frames import FrameError, OdometryFrames
 from gridslam_ros.parameters import sort_parameters, without_effect
 from gridslam_ros.remarks import Remarks
 from gridslam_ros.scan_source import ScanSource
+from gridslam_ros.sessions import Sessions
 
 SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z")
 
@@ -77,13 +77,14 @@ class Replay:
     """
 
     def __init__(self, bag: str, topic: str, given: dict):
-        settings, self._parameters, closure, unknown = sort_parameters(given)
+        settings, _, _, unknown = sort_parameters(given)
         if unknown:
             raise ParameterError(f"There is no parameter {', '.join(unknown)}; README.md lists them all.")
         self._remarks = Remarks(lambda sentence: tqdm.write(f"gridslam_replay: {sentence}", file=sys.stderr))
         if without_effect(given):
             self._remarks.say(without_effect(given))
-        self._bag, self._topic, self._settings, self._closure = bag, topic, settings, closure
+        self._bag, self._topic, self._settings = bag, topic, settings
+        self._sessions = Sessions(given, self._remarks.say)
         self._frames = OdometryFrames(settings.odom_frame, settings.base_frame, self._remarks.say)
         self._source = ScanSource(
             self._frames, self._remarks.say, bool(settings.levelling), settings.floor_z_m
@@ -92,25 +93,12 @@ class Replay:
         self._begin()
 
     def _begin(self) -> None:
-        self._session = self._make_session()
+        self._session = self._sessions.first()
         self._unusable = 0
         self._stamps_s: list[float] = []
         self._odometry: list[np.ndarray] = []
         self._online: list[np.ndarray] = []
         self._cpu_s: list[float] = []
-
-    def _make_session(self) -> SlamSession:
-        settings = self._settings
-        if settings.continue_from_state:
-            return SlamSession.load(settings.state_file, say=self._remarks.say)
-        return SlamSession(
-            self._parameters,
-            loop_closure=closure_parameters(self._closure) if settings.loop_closure else None,
-            starting_map=read_map(settings.starting_map) if settings.starting_map else None,
-            starting_pose=settings.starting_pose or None,
-            localisation_only=bool(settings.localisation_only),
-            say=self._remarks.say,
-        )
 
     def run(self, output: Path) -> None:
         """Map the bag, and write the results into a folder."""
@@ -141,9 +129,8 @@ class Replay:
         self._write(output, wall_s)
 
     def _begin_again(self, seconds: float) -> None:
-        self._remarks.say(
-            f"The clock jumped back by {seconds:.3f} s; mapping starts anew, and results are of what follows."
-        )
+        again = f"{self._sessions.again}, and the results are of what follows"
+        self._remarks.say(f"The clock jumped back by {seconds:.3f} s; {again}.")
         self._begin()
 
     def _process(self, scan) -> None:
@@ -218,7 +205,7 @@ class Replay:
             "cpu_s": time.process_time(),
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
             "loops_closed": len(self._session.closures),
-            "parameters": dataclasses.asdict(self._parameters),
+            "parameters": dataclasses.asdict(self._session.parameters),
             "node_parameters": {name: getattr(self._settings, name) for name in SIDE},
             "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}",
         }

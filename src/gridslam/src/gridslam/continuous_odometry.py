@@ -41,12 +41,14 @@ class ContinuousOdometry:
 
     def _mend(self, seconds: float, base_in_odom: np.ndarray) -> None:
         x, y, yaw = se2.between(self._last, base_in_odom)
-        seconds = max(seconds, 0.0)
-        way_m = math.hypot(x, y)
-        if way_m <= LEEWAY_M + FASTEST_MPS * seconds and abs(yaw) <= LEEWAY_RAD + FASTEST_RADPS * seconds:
+        way_m, past_s = math.hypot(x, y), max(seconds, 0.0)
+        if way_m <= LEEWAY_M + FASTEST_MPS * past_s and abs(yaw) <= LEEWAY_RAD + FASTEST_RADPS * past_s:
             return
+        meanwhile = (
+            f"in {seconds:.3f} s" if seconds >= 0.0 else f"while the clock went back by {-seconds:.3f} s"
+        )
         self._say(
-            f"Odometry jumped by {way_m:.2f} m and {math.degrees(yaw):.0f} degrees in {seconds:.3f} s; "
+            f"Odometry jumped by {way_m:.2f} m and {math.degrees(yaw):.0f} degrees {meanwhile}; "
             "the vehicle is taken not to have moved."
         )
         at_rest = se2.compose(self.odom_in_continuous, self._last)

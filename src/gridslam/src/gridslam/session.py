@@ -17,13 +17,14 @@ from typing import TYPE_CHECKING, Callable
 
 import numpy as np
 
-from gridslam import se2
+from gridslam import se2, state_file
 from gridslam.continuous_odometry import ContinuousOdometry
 from gridslam.errors import ParameterError, StateError
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.particle_filter import GridSlam, ScanUpdate
 from gridslam.scan import PlanarScan
+from gridslam.starting_map import check
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -44,6 +45,8 @@ class SlamSession:
             odometry begin as one frame.
         localisation_only: the starting map stays as it is.
         say: is called with a sentence when something about the odometry is odd.
+
+    Raises MapError when the starting map's cells are not of the filter's size.
     """
 
     def __init__(
@@ -55,6 +58,8 @@ class SlamSession:
         localisation_only: bool = False,
         say: Callable[[str], None] = warnings.warn,
     ):
+        if starting_map is not None:
+            check(starting_map, parameters.delta)
         self._parameters = parameters
         self._starting = {"starting_map": starting_map, "localisation_only": localisation_only}
         self._starting_pose = starting_pose
@@ -62,6 +67,7 @@ class SlamSession:
         self._loop_closure = loop_closure
         self._closer = None if loop_closure is None else _closer(loop_closure)
         self._slam: GridSlam | None = None
+        self._mapped: GridSlam | None = None  # whose map is taken over at the first scan
 
     def process(self, scan: PlanarScan, base_in_odom) -> ScanUpdate | None:
         """Take in one scan; returns None while the vehicle has not moved enough since the last.
@@ -83,14 +89,33 @@ class SlamSession:
             self._closer.finish(self._slam)
 
     def _begin(self, base: np.ndarray) -> GridSlam:
-        return GridSlam(
+        slam = GridSlam(
             self._parameters,
             starting_pose=tuple(base.tolist()) if self._starting_pose is None else self._starting_pose,
             keep_scans=self._closer is not None,
             **self._starting,
         )
+        if self._mapped is not None:
+            state_file.hand_over_map(self._mapped, slam)
+            self._mapped = None
+        return slam
 
     # what it knows
+
+    @property
+    def parameters(self) -> SlamParameters:
+        """Of the filter."""
+        return self._parameters
+
+    @property
+    def loop_closure(self) -> LoopClosureParameters | None:
+        """Parameters of the loop closer; None: there is none."""
+        return self._loop_closure
+
+    @property
+    def localisation_only(self) -> bool:
+        """Whether the map stays as it is."""
+        return self._starting["localisation_only"]
 
     @property
     def odom_in_continuous(self) -> np.ndarray:
@@ -171,22 +196,47 @@ class SlamSession:
             np.savez(file, **self._closer.to_arrays())
 
     @classmethod
-    def load(cls, path: str | Path, say: Callable[[str], None] = warnings.warn) -> SlamSession:
-        """Return the session that was saved.
+    def load(
+        cls,
+        path: str | Path,
+        say: Callable[[str], None] = warnings.warn,
+        localisation_only: bool = False,
+        starting_pose: tuple[float, float, float] | None = None,
+        threads: int | None = None,
+    ) -> SlamSession:
+        """Return the session that was saved; its parameters are those of then.
+
+        Args:
+            path: of the state.
+            say: as for a new session.
+            localisation_only: find the way on the map of a state that was still mapping, and leave that map
+                as it is. The path begins anew.
+            starting_pose: where the vehicle is at the first scan then; None: where the state has it.
+            threads: for this run; None: as many as then.
 
         Raises:
             StateError: the file cannot be read, or holds no state.
         """
         try:
             with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as state:
-                slam = GridSlam.load(Path(state.extract(FILTER, folder)))
+                slam = state_file.read(GridSlam, Path(state.extract(FILTER, folder)), threads)
+                if localisation_only and not state_file.localises(slam):
+                    return cls._localising_on(slam, starting_pose, say)
                 session = cls(slam.parameters, _closer_parameters_in(state), say=say)
                 session._slam = slam
+                session._starting["localisation_only"] = state_file.localises(slam)
                 session._odometry.restore(json.loads(state.read(ODOMETRY)))
                 if session._closer is not None:
                     session._closer.from_arrays(np.load(io.BytesIO(state.read(CLOSER))))
         except (OSError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
             raise StateError(f"{path} cannot be read as a saved state: {error}.") from None
+        return session
+
+    @classmethod
+    def _localising_on(cls, mapped: GridSlam, starting_pose, say) -> SlamSession:
+        pose = mapped.base_in_map if starting_pose is None else starting_pose
+        session = cls(mapped.parameters, None, mapped.grid(), pose, localisation_only=True, say=say)
+        session._mapped = mapped
         return session
 
 

@@ -15,17 +15,26 @@ OCCUPIED_MIN = 65
 RESOLUTION_TOLERANCE = 1e-3
 
 
+def check(grid: OccupancyGrid, delta_m: float) -> None:
+    """Refuse a grid that no maps with cells of this size can begin with.
+
+    Raises:
+        MapError: the grid's cells are not of that size.
+    """
+    if abs(grid.resolution_m / delta_m - 1.0) > RESOLUTION_TOLERANCE:
+        raise MapError(
+            f"The starting map's cells are {grid.resolution_m:.6g} m wide; set delta to that, it is "
+            f"{delta_m:.6g}."
+        )
+
+
 def insert(grid: OccupancyGrid, maps: TileMaps) -> None:
     """Enter a grid into the maps, which must be empty; all particles share its tiles.
 
     Raises:
         MapError: the grid's cells are not of the maps' size.
     """
-    if abs(grid.resolution_m / maps.delta_m - 1.0) > RESOLUTION_TOLERANCE:
-        raise MapError(
-            f"The starting map's cells are {grid.resolution_m:.6g} m wide; set delta to that, it is "
-            f"{maps.delta_m:.6g}."
-        )
+    check(grid, maps.delta_m)
     known = grid.cells != UNKNOWN
     centres = grid.centres(known)
     if not len(centres):

@@ -45,8 +45,11 @@ def write(slam, path) -> None:
         part.unlink(missing_ok=True)
 
 
-def read(cls, path):
-    """Return the GridSlam (``cls``) whose state a file holds; raises StateError when there is none in it."""
+def read(cls, path, threads: int | None = None):
+    """Return the GridSlam (``cls``) whose state a file holds; raises StateError when there is none in it.
+
+    With ``threads`` it goes on with so many, and not as many as it was saved with: the result is the same.
+    """
     path = Path(path)
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -54,6 +57,8 @@ def read(cls, path):
         header = json.loads(str(arrays["header"]))
         if header["format"] != FORMAT:
             raise StateError(f"{path} is of another version ({header['format']}) of gridslam.")
+        if threads is not None:
+            header["parameters"]["threads"] = threads
         return _restored(cls, header, arrays)
     except OSError as error:
         raise StateError(f"The state cannot be read from {path}: {error.strerror or error}.") from None
@@ -61,6 +66,17 @@ def read(cls, path):
         raise
     except (KeyError, ValueError, TypeError, EOFError, zipfile.BadZipFile, SlamError) as error:
         raise StateError(f"{path} holds no complete state of gridslam ({error}).") from None
+
+
+def localises(slam) -> bool:
+    """Whether a GridSlam leaves its map as it is."""
+    return slam._localisation_only
+
+
+def hand_over_map(source, target) -> None:
+    """Let all particles of one GridSlam have the map of another's best one, which is not used any more."""
+    source._maps.resample(np.full(source.parameters.particles, source.best_particle))
+    target._maps = source._maps
 
 
 def _header(slam) -> dict:

@@ -1,0 +1,85 @@
+"""The sessions that parameters ask for: new, on a given map, or from a saved state; for node and replay."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Callable
+
+from gridslam import SlamParameters
+from gridslam.map_file import read_map
+from gridslam.session import SlamSession, closure_parameters
+from gridslam_ros.parameters import CLOSURE_PREFIX, sort_parameters
+
+
+class Sessions:
+    """Makes sessions, each from the beginning.
+
+    Args:
+        given: parameters by name.
+        say: is called with a sentence when something is odd.
+
+    Raises SlamError, in one sentence, for what cannot be.
+    """
+
+    def __init__(self, given: dict, say: Callable[[str], None]):
+        self._given, self._say = given, say
+        self._settings, self._parameters, closure, _ = sort_parameters(given)
+        self._closure = closure_parameters(closure) if self._settings.loop_closure else None
+        self._starting_map = read_map(self._settings.starting_map) if self._settings.starting_map else None
+
+    def first(self) -> SlamSession:
+        """Return the session that a run begins with, and again when the clock has gone back."""
+        settings = self._settings
+        if settings.continue_from_state:
+            return self.saved(settings.state_file, settings.starting_pose)
+        return SlamSession(
+            self._parameters,
+            loop_closure=self._closure,
+            starting_map=self._starting_map,
+            starting_pose=settings.starting_pose or None,
+            localisation_only=bool(settings.localisation_only),
+            say=self._say,
+        )
+
+    @property
+    def again(self) -> str:
+        """What ``first`` means when it is called again."""
+        if self._settings.continue_from_state:
+            return "SLAM begins again with the saved state"
+        return f"{'localisation' if self._settings.localisation_only else 'mapping'} starts anew"
+
+    def saved(self, path: str, starting_pose: tuple = ()) -> SlamSession:
+        """Return the session saved in a file; say which of the parameters it cannot heed."""
+        session = SlamSession.load(
+            path,
+            self._say,
+            localisation_only=bool(self._settings.localisation_only),
+            starting_pose=starting_pose or None,
+            threads=self._parameters.threads,
+        )
+        kept = kept_by_state(self._given, session)
+        if kept:
+            self._say(f"The saved state keeps its own {', '.join(kept)}, whatever is given for them now.")
+        return session
+
+
+def kept_by_state(given: dict, session: SlamSession) -> list[str]:
+    """Return the names of given parameters that a session from a saved state goes on without."""
+    settings, parameters, closure, _ = sort_parameters(given)
+    kept = [
+        field.name
+        for field in dataclasses.fields(SlamParameters)
+        if field.name in given and getattr(parameters, field.name) != getattr(session.parameters, field.name)
+    ]
+    theirs = session.loop_closure
+    if "loop_closure" in given and bool(settings.loop_closure) != (theirs is not None):
+        kept.append("loop_closure")
+    if theirs is not None:
+        kept += [CLOSURE_PREFIX + name for name in closure if closure[name] != getattr(theirs, name, None)]
+    if session.localisation_only and "localisation_only" in given and not settings.localisation_only:
+        kept.append("localisation_only")
+    if settings.starting_pose and not settings.localisation_only:
+        kept.append("starting_pose")
+    if settings.starting_map:
+        kept.append("starting_map")
+    return kept
