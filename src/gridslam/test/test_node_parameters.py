@@ -102,6 +102,18 @@ def test_parameters_without_effect_are_told():
     assert parameters.without_effect({"sigma": 0.1}) == ""
 
 
+def test_what_counts_less_than_it_says_is_told():
+    told = parameters.clamped(SlamParameters(maxUrange=10.0, maxRange=8.0))
+    assert told == "maxUrange 10 is more than maxRange; it is taken as 8."
+    assert parameters.clamped(SlamParameters(maxUrange=8.0, maxRange=8.0)) == ""
+    assert parameters.clamped(SlamParameters(maxUrange=8.0)) == ""
+
+
+def test_whole_numbers_may_come_as_others():
+    throttle_scans = parameters.NodeParameters(throttle_scans=2.0).throttle_scans
+    assert (throttle_scans, type(throttle_scans)) == (2, int)
+
+
 def test_a_floor_that_is_not_known():
     assert parameters.NodeParameters(floor_z=math.nan).floor_z_m is None
     assert parameters.NodeParameters(floor_z=-1).floor_z_m == -1.0
@@ -111,7 +123,10 @@ def test_a_floor_that_is_not_known():
     ("given", "words"),
     [
         ({"particles": 0}, "particles must be at least 1"),
-        ({"throttle_scans": 0}, "throttle_scans must be at least 1"),
+        ({"throttle_scans": 0}, "throttle_scans must be a whole number and at least 1, not 0"),
+        ({"throttle_scans": 1.5}, "throttle_scans must be a whole number and at least 1, not 1.5"),
+        ({"throttle_scans": math.nan}, "throttle_scans must be a whole number"),
+        ({"throttle_scans": math.inf}, "throttle_scans must be a whole number"),
         ({"throttle_scans": "x"}, "throttle_scans must be a number"),
         ({"map_update_interval": -1.0}, "map_update_interval must be at least 0"),
         ({"tf_delay": math.inf}, "tf_delay must be at least 0"),

@@ -181,6 +181,7 @@ def test_scans_and_tf_out_of_order_are_left_out(way, results, tmp_path, capsys):
     [
         (["BAG", "partcles:=5"], "no parameter partcles"),
         (["BAG", "particles:=0"], "particles must be at least 1"),
+        (["BAG", "particles:=["], "particles:=[ cannot be read"),
         (["BAG", "--scan", "/front"], "There are scans on /scan."),
         (["BAG", "base_frame:=robot"], "base_frame:=..."),
         (["BAG", "starting_map:=/nothing.yaml"], "/nothing.yaml cannot be read"),
@@ -194,6 +195,13 @@ def test_what_cannot_be_done_is_one_sentence(bag, capsys, tmp_path, words, answe
     assert answer in said
     assert "Traceback" not in said
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("folder", ["/proc/none", "BAG/inside"])
+def test_where_nothing_can_be_written_is_told_before_the_run(bag, capsys, monkeypatch, folder):
+    monkeypatch.setattr(replay, "warm_up", lambda: pytest.fail("it ran"))
+    assert replay.main([str(bag), "--output", folder.replace("BAG", str(bag))]) == 1
+    assert "The results cannot be written to" in capsys.readouterr().err
 
 
 def test_parameters_and_other_words():

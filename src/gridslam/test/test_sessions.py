@@ -81,7 +81,7 @@ def test_what_the_state_keeps_is_told(tmp_path):
         ),
     }
     for names, (_, said, _) in told.items():
-        assert said == [f"The saved state keeps its own {names}, whatever is given for them now."]
+        assert said == [f"The saved state keeps its own {names}, whatever is given now."]
     assert told["loop_closure"][0].parameters.threads == 2
 
 

@@ -52,17 +52,33 @@ def test_defaults_are_gmappings():
         ({"delta": math.nan}, "delta must be a finite number"),
         ({"sigma": "wide"}, "sigma must be a finite number"),
         ({"kernelSize": 11}, "kernelSize must be at most 10"),
-        ({"maxUrange": 5.0, "maxRange": 4.0}, "maxUrange must be at most maxRange"),
-        ({"xmin": -1.0}, "all four, or none"),
         ({"xmin": 1.0, "xmax": 0.0, "ymin": 0.0, "ymax": 1.0}, "must span an area"),
+        ({"ymin": 100.0}, "must span an area"),
         ({"occ_thresh": 1.5}, "occ_thresh must be between 0 and 1"),
         ({"seed": -1}, "seed must be at least 0"),
-        ({"llsamplestep": 0.0}, "llsamplestep must be greater than 0"),
+        ({"llsamplestep": "fine"}, "llsamplestep must be a finite number"),
     ],
 )
 def test_nonsense_is_refused(changes, sentence):
     with pytest.raises(ParameterError, match=sentence):
         SlamParameters(**changes)
+
+
+def test_sides_of_the_map_that_are_not_given_are_gmappings():
+    parameters = SlamParameters(xmin=-50.0, ymax=20.0)
+    assert (parameters.xmin, parameters.ymin, parameters.xmax, parameters.ymax) == (
+        -50.0,
+        -100.0,
+        100.0,
+        20.0,
+    )
+    assert SlamParameters().ymin is None
+
+
+def test_beams_are_used_no_farther_than_they_reach():
+    assert SlamParameters(maxUrange=10.0, maxRange=8.0).ranges_for(30.0) == (8.0, 8.0)
+    assert SlamParameters(maxUrange=10.0).ranges_for(8.01) == (8.0, 8.0)
+    assert SlamParameters(maxUrange=6.0, maxRange=8.0).ranges_for(30.0) == (6.0, 8.0)
 
 
 @pytest.mark.parametrize(

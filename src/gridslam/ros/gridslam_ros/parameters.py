@@ -61,8 +61,11 @@ class NodeParameters:
         for name in NOT_NEGATIVE:
             if not 0.0 <= getattr(self, name) < math.inf:
                 raise ParameterError(f"{name} must be at least 0, not {getattr(self, name)}.")
-        if self.throttle_scans < 1:
-            raise ParameterError(f"throttle_scans must be at least 1, not {self.throttle_scans}.")
+        if not 1 <= self.throttle_scans < math.inf or self.throttle_scans % 1:
+            raise ParameterError(
+                f"throttle_scans must be a whole number and at least 1, not {self.throttle_scans}."
+            )
+        object.__setattr__(self, "throttle_scans", int(self.throttle_scans))
         if len({getattr(self, name).lstrip("/") for name in NAMES}) < len(NAMES):
             raise ParameterError("base_frame, map_frame and odom_frame must be three different names.")
         if self.localisation_only and not self.starting_map and not self.continue_from_state:
@@ -122,6 +125,13 @@ def without_effect(given: dict) -> str:
         f"{', '.join(names)} will change nothing, here as in slam_gmapping: they are of a sampled likelihood "
         "that its scan matcher has, and its filter never calls."
     )
+
+
+def clamped(slam: SlamParameters) -> str:
+    """Return a sentence about parameters that count less than they say; empty when there are none."""
+    if slam.maxUrange is None or slam.maxRange is None or slam.maxUrange <= slam.maxRange:
+        return ""
+    return f"maxUrange {slam.maxUrange:g} is more than maxRange; it is taken as {slam.maxRange:g}."
 
 
 def _pose(value) -> tuple:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import json
 import os
 import platform
 import resource
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -23,7 +25,7 @@ from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
 from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, scan_topic_of
 from gridslam_ros.odometry_frames import FrameError, OdometryFrames
-from gridslam_ros.parameters import sort_parameters, without_effect
+from gridslam_ros.parameters import clamped, sort_parameters, without_effect
 from gridslam_ros.remarks import Remarks
 from gridslam_ros.scan_source import ScanSource
 from gridslam_ros.sessions import Sessions
@@ -33,7 +35,11 @@ SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z")
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns the exit code."""
-    given, rest = split_parameters(sys.argv[1:] if argv is None else argv)
+    try:
+        given, rest = split_parameters(sys.argv[1:] if argv is None else argv)
+    except SlamError as error:
+        print(f"gridslam_replay: {error}", file=sys.stderr)
+        return 1
     parser = argparse.ArgumentParser(
         prog="gridslam_replay",
         description="Maps a bag as fast as it can be read. Writes map, trajectories (TUM) and timing.",
@@ -48,7 +54,9 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(rest)
     output = Path(arguments.output or str(Path(arguments.bag).with_suffix("")) + "_slam")
     try:
-        Replay(arguments.bag, arguments.scan, given).run(output)
+        replay = Replay(arguments.bag, arguments.scan, given)
+        with writable(output):
+            replay.run(output)
     except SlamError as error:
         print(f"gridslam_replay: {error}", file=sys.stderr)
         return 1
@@ -64,10 +72,39 @@ def split_parameters(argv: list[str]) -> tuple[dict, list[str]]:
     for word in argv:
         name, is_parameter, value = word.partition(":=")
         if is_parameter:
-            given[name.lstrip("-_")] = yaml.safe_load(value) if value else ""
+            given[name.lstrip("-_")] = _value(word, value) if value else ""
         else:
             rest.append(word)
     return given, rest
+
+
+def _value(word: str, value: str):
+    try:
+        return yaml.safe_load(value)
+    except yaml.YAMLError:
+        raise ParameterError(f"{word} cannot be read: what comes after := must be a YAML value.") from None
+
+
+@contextlib.contextmanager
+def writable(folder: Path):
+    """Make sure that files can be written into a folder; a new one that stays empty is removed again.
+
+    Raises:
+        BagError: they cannot.
+    """
+    is_new = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise BagError(f"The results cannot be written to {folder}: {error.strerror}.") from None
+    try:
+        yield
+    finally:
+        if is_new:
+            with contextlib.suppress(OSError):  # there are results in it
+                folder.rmdir()
 
 
 class Replay:
@@ -77,12 +114,12 @@ class Replay:
     """
 
     def __init__(self, bag: str, topic: str, given: dict):
-        settings, _, _, unknown = sort_parameters(given)
+        settings, parameters, _, unknown = sort_parameters(given)
         if unknown:
             raise ParameterError(f"There is no parameter {', '.join(unknown)}; README.md lists them all.")
         self._remarks = Remarks(lambda sentence: tqdm.write(f"gridslam_replay: {sentence}", file=sys.stderr))
-        if without_effect(given):
-            self._remarks.say(without_effect(given))
+        for sentence in filter(None, (clamped(parameters), without_effect(given))):
+            self._remarks.say(sentence)
         self._bag, self._topic, self._settings = bag, topic, settings
         self._sessions = Sessions(given, self._remarks.say)
         self._frames = OdometryFrames(settings.odom_frame, settings.base_frame, self._remarks.say)
@@ -167,7 +204,6 @@ class Replay:
         stamps_s = np.array(self._stamps_s)
         online = Trajectory(stamps_s, np.array(self._online))
         try:
-            output.mkdir(parents=True, exist_ok=True)
             write_tum(output / "trajectory_online.tum", online)
             write_tum(output / "trajectory_final.tum", self._final(stamps_s))
             figures = self._figures(wall_s, render_s)

@@ -59,7 +59,7 @@ class Sessions:
         )
         kept = kept_by_state(self._given, session)
         if kept:
-            self._say(f"The saved state keeps its own {', '.join(kept)}, whatever is given for them now.")
+            self._say(f"The saved state keeps its own {', '.join(kept)}, whatever is given now.")
         return session
 
 
