@@ -76,7 +76,7 @@ def intel(seed: int, data: Path) -> dict:
 
     entries = [entry for entry in read_log(data / "intel_dense.log.gz") if isinstance(entry, CarmenScan)]
     scans, odometry = _scans(entries)
-    outcome = run(scans, odometry, SlamParameters(maxUrange=40.0, seed=seed))
+    outcome = run(scans, odometry, SlamParameters(maxUrange=40.0, seed=seed, threads=1))
     relations = read_relations(data / "intel.relations.gz")
     figures = dict(outcome.cost)
     for which, chosen in (("exact", relations.exact(outcome.stamps_s)), ("all", relations)):
@@ -113,7 +113,7 @@ def beams360(seed: int) -> dict:
 
     lidar = Lidar(2.0 * math.pi * 359 / 360, 360, 30.0, 0.01, 10.0)
     log = drive(hold(), along(rectangle_route(11.0, 6.0, laps=2.0), 0.1), lidar, seed)
-    outcome = run(log.scans, log.odometry, SlamParameters(seed=seed))
+    outcome = run(log.scans, log.odometry, SlamParameters(seed=seed, threads=1))
     errors = np.hypot(*(outcome.final - log.truth.poses_in_map)[:, :2].T)
     return {**outcome.cost, "ate_rmse_m": float(np.sqrt(np.mean(errors**2)))}
 

@@ -85,8 +85,8 @@ class SlamParameters:
     """rad"""
     seed: int = 0
     """Seed of everything random: the same seed and scans give the same map."""
-    threads: int = 1
-    """Threads that share the particles; the result does not depend on it."""
+    threads: int = 0
+    """Threads that share the particles; 0: as many as cores are free. The result does not depend on it."""
 
     def __post_init__(self):
         for field in fields(self):
@@ -113,10 +113,10 @@ class SlamParameters:
             value = getattr(self, name)
             if value is not None and not value > 0.0:
                 raise ParameterError(f"{name} must be greater than 0, not {value}.")
-        for name in (*NOT_NEGATIVE, "iterations", "lskip", "seed"):
+        for name in (*NOT_NEGATIVE, "iterations", "lskip", "seed", "threads"):
             if getattr(self, name) < 0:
                 raise ParameterError(f"{name} must be at least 0, not {getattr(self, name)}.")
-        for name in ("particles", "threads", "kernelSize"):
+        for name in ("particles", "kernelSize"):
             if getattr(self, name) < 1:
                 raise ParameterError(f"{name} must be at least 1, not {getattr(self, name)}.")
         if self.kernelSize > KERNEL_SIZE_MAX:

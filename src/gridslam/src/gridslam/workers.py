@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import time
 from concurrent.futures import ThreadPoolExecutor
-from typing import Callable
+from typing import Callable, NamedTuple
+
+LOOK_EVERY_S = 0.5
+"""Between two looks at how busy the machine is."""
 
 
 class Workers:
@@ -11,18 +16,77 @@ class Workers:
 
     Each particle is computed alone, from numbers drawn beforehand, so that the result does not depend on the
     number of threads.
+
+    Args:
+        threads: so many; 0: as many as cores are free.
+        free_cores: tells how many there are.
     """
 
-    def __init__(self, threads: int):
-        self.threads = threads
-        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+    def __init__(self, threads: int, free_cores: Callable[[], int] | None = None):
+        self._count = (lambda: threads) if threads else free_cores or FreeCores().count
+        self._threads_max = threads or cores()
+        self._pool: ThreadPoolExecutor | None = None
 
     def share(self, particles: int, kernel: Callable, *arguments) -> None:
         """Call kernel(first, last, *arguments) for ranges that make up all particles; wait for all."""
-        if self._pool is None:
+        threads = min(self._count(), self._threads_max, particles)
+        if threads <= 1:
             kernel(0, particles, *arguments)
             return
-        bounds = [particles * part // self.threads for part in range(self.threads + 1)]
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self._threads_max)
+        bounds = [particles * part // threads for part in range(threads + 1)]
         jobs = [self._pool.submit(kernel, first, last, *arguments) for first, last in zip(bounds, bounds[1:])]
         for job in jobs:
             job.result()
+
+
+class Usage(NamedTuple):
+    """Seconds since some moment in the past."""
+
+    wall_s: float
+    idle_s: float
+    """Of all cores together."""
+    own_s: float
+    """CPU time of this process."""
+
+
+class FreeCores:
+    """How many cores this process could keep busy: those that idle, and those that it uses itself.
+
+    Args:
+        read: returns the machine's usage now; None where the system does not tell.
+    """
+
+    def __init__(self, read: Callable[[], Usage | None] | None = None):
+        self._read = usage if read is None else read
+        self._last = self._read()
+        self._free = 1
+
+    def count(self) -> int:
+        """Return the number as it was over the last moments; at least one."""
+        now = None if self._last is None else self._read()
+        if now is None:
+            return self._free
+        past_s = now.wall_s - self._last.wall_s
+        if past_s >= LOOK_EVERY_S:
+            busy_or_idle_s = now.idle_s - self._last.idle_s + now.own_s - self._last.own_s
+            self._free = max(1, round(busy_or_idle_s / past_s))
+            self._last = now
+        return self._free
+
+
+def usage() -> Usage | None:
+    """Return how busy machine and process have been, as Linux tells; None on other systems."""
+    try:
+        with open("/proc/stat") as lines:
+            _, *ticks = lines.readline().split()
+    except OSError:
+        return None
+    idle_ticks = int(ticks[3]) + int(ticks[4])  # idle, and waiting for a disk
+    return Usage(time.monotonic(), idle_ticks / os.sysconf("SC_CLK_TCK"), time.process_time())
+
+
+def cores() -> int:
+    """Return how many cores this process may run on."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
