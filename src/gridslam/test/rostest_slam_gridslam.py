@@ -251,7 +251,14 @@ class SlamGridslamTest(unittest.TestCase):
     def test_map_saver_writes_what_map_server_reads(self):
         self.step((0.6, 0.0, 0.0))
         with tempfile.TemporaryDirectory() as folder:
-            command = [find_node("gridslam", "map_saver")[0], "-f", f"{folder}/room", "map:=/map"]
+            command = [
+                find_node("gridslam", "map_saver")[0],
+                "--occ",
+                "60",
+                "-f",
+                f"{folder}/room",
+                "map:=/map",
+            ]
             said = subprocess.run(command, capture_output=True, text=True, timeout=20.0)
             self.assertEqual(said.returncode, 0, said.stderr)
             grid = read_map(f"{folder}/room.yaml")

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 from gridslam import MapError, OccupancyGrid
-from gridslam.map_file import read_map, write_map, write_picture
+from gridslam.map_file import Thresholds, read_map, write_map, write_picture
 
 FACTS = {"image": "map.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0]}
 
@@ -58,6 +58,14 @@ def test_a_map_comes_back_as_it_was(tmp_path_factory, cells):
 def test_probabilities_are_divided_as_map_saver_does(tmp_path):
     grid = OccupancyGrid(np.array([[0, 25, 26, 64, 65, 100]]), 0.05, (0.0, 0.0))
     assert read_map(write_map(tmp_path / "m", grid)[1]).cells.tolist() == [[0, 0, -1, -1, 100, 100]]
+    wider = write_map(tmp_path / "m", grid, Thresholds(free_at_most=63, occupied_at_least=64))[1]
+    assert read_map(wider).cells.tolist() == [[0, 0, 0, 100, 100, 100]]
+
+
+@pytest.mark.parametrize(("free", "occupied"), [(-1, 65), (65, 65), (25, 101)])
+def test_thresholds_rise(free, occupied):
+    with pytest.raises(MapError, match=f"must rise within 0 to 100, but they are {free} and {occupied}"):
+        Thresholds(free, occupied)
 
 
 def test_modes_and_negate(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,15 +19,35 @@ OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 MODES = ("trinary", "scale", "raw")
 
 
-def greys_of(grid: OccupancyGrid) -> np.ndarray:
+@dataclass(frozen=True)
+class Thresholds:
+    """How occupancies in percent are divided into free, unknown and occupied.
+
+    Raises MapError when they make no sense.
+    """
+
+    free_at_most: int = FREE_AT_MOST
+    occupied_at_least: int = OCCUPIED_AT_LEAST
+
+    def __post_init__(self):
+        if not 0 <= self.free_at_most < self.occupied_at_least <= 100:
+            raise MapError(
+                "The thresholds of free and occupied cells must rise within 0 to 100, but they are "
+                f"{self.free_at_most} and {self.occupied_at_least}."
+            )
+
+
+def greys_of(grid: OccupancyGrid, thresholds: Thresholds = Thresholds()) -> np.ndarray:
     """Return the picture of a map, (h, w) uint8: white free, black occupied, grey unknown, row 0 on top."""
     greys = np.full(grid.cells.shape, GREY_UNKNOWN, dtype=np.uint8)
-    greys[(grid.cells >= FREE) & (grid.cells <= FREE_AT_MOST)] = GREY_FREE
-    greys[grid.cells >= OCCUPIED_AT_LEAST] = GREY_OCCUPIED
+    greys[(grid.cells >= FREE) & (grid.cells <= thresholds.free_at_most)] = GREY_FREE
+    greys[grid.cells >= thresholds.occupied_at_least] = GREY_OCCUPIED
     return greys[::-1]
 
 
-def write_map(name: str | Path, grid: OccupancyGrid) -> tuple[Path, Path]:
+def write_map(
+    name: str | Path, grid: OccupancyGrid, thresholds: Thresholds = Thresholds()
+) -> tuple[Path, Path]:
     """Write ``name``.pgm and ``name``.yaml and return their paths.
 
     Raises:
@@ -45,7 +66,7 @@ def write_map(name: str | Path, grid: OccupancyGrid) -> tuple[Path, Path]:
         f"occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
     )
     try:
-        image_path.write_bytes(header.encode() + greys_of(grid).tobytes())
+        image_path.write_bytes(header.encode() + greys_of(grid, thresholds).tobytes())
         yaml_path.write_text(facts)
     except OSError as error:
         raise MapError(f"The map cannot be written to {error.filename}: {error.strerror}.") from None
