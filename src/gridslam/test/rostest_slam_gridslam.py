@@ -78,6 +78,12 @@ class SlamGridslamTest(unittest.TestCase):
                     return edge.header.stamp, (t.x, t.y, 2.0 * math.atan2(q.z, q.w))
         raise AssertionError("no map -> odom")
 
+    def wait_for_map_to_odom(self, stamp):
+        """Wait for the one that a scan of this stamp has led to."""
+        wait_until(
+            lambda: self.map_to_odom()[0].to_sec() >= stamp.to_sec() + TF_DELAY_S - 1e-6, "map -> odom"
+        )
+
     # what it publishes
 
     def test_scans_become_a_map_of_the_room(self):
@@ -134,9 +140,7 @@ class SlamGridslamTest(unittest.TestCase):
 
     def test_map_to_odom_is_ahead_and_never_goes_back(self):
         stamp = self.step((0.6, 0.0, 0.0))
-        wait_until(
-            lambda: self.map_to_odom()[0].to_sec() >= stamp.to_sec() + TF_DELAY_S - 1e-6, "map -> odom"
-        )
+        self.wait_for_map_to_odom(stamp)
         self.tf.messages.clear()
         for index in range(20):
             self.step((0.6 + 0.01 * index, 0.0, 0.0), seconds=0.02)
@@ -152,14 +156,14 @@ class SlamGridslamTest(unittest.TestCase):
     def test_without_drift_map_and_odom_are_one(self):
         for x in (0.6, 1.2, 1.8):
             stamp = self.step((x, 0.0, 0.0))
-        wait_until(lambda: self.map_to_odom()[0] >= stamp, "map -> odom")
+        self.wait_for_map_to_odom(stamp)
         np.testing.assert_allclose(self.map_to_odom()[1], (0.0, 0.0, 0.0), atol=0.05)
 
     def test_drift_is_undone(self):
         # Given odometry that says 8 % too much
         for x in (0.6, 1.2, 1.8):
             stamp = self.step((x, 0.0, 0.0), odom=(1.08 * x, 0.0, 0.0))
-        wait_until(lambda: self.map_to_odom()[0] >= stamp, "map -> odom")
+        self.wait_for_map_to_odom(stamp)
         # Then map -> odom takes it back
         np.testing.assert_allclose(self.map_to_odom()[1], (-0.08 * 1.8, 0.0, 0.0), atol=0.05)
 
@@ -207,7 +211,7 @@ class SlamGridslamTest(unittest.TestCase):
         self.step((0.6, 0.0, 0.0), seconds=0.1)
         stamp = self.step((0.6, 0.0, 0.0), odom=(70.0, 20.0, 2.0), seconds=0.1)
         self.warned.wait_for("Odometry jumped")
-        wait_until(lambda: self.map_to_odom()[0] >= stamp, "map -> odom")
+        self.wait_for_map_to_odom(stamp)
         x, y, yaw = self.map_to_odom()[1]
         base = (
             x + 70.0 * math.cos(yaw) - 20.0 * math.sin(yaw),
