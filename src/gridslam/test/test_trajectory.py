@@ -5,10 +5,11 @@ from __future__ import annotations
 import gc
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gridslam import se2
+from gridslam import StateError, se2
 from gridslam.trajectory import Node, Trajectory, TrajectoryTree
 
 PARTICLES = 3
@@ -61,3 +62,12 @@ def test_odometry_fills_in_and_what_it_missed_is_spread_evenly():
     # and after the last one odometry carries on
     expected = se2.compose(trajectory.poses_in_map[1], se2.between(odometry[2], odometry[3]))
     np.testing.assert_allclose(filled[3], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "stamps_s", [(10.0, 12.0, 11.0), (10.0, 10.0, 12.0), (9.0, 10.0, 11.0), (10.1, 12.0, 13.0)]
+)
+def test_odometry_that_cannot_fill_in_is_refused(stamps_s):
+    trajectory = Trajectory(np.array([10.0, 12.0]), np.zeros((2, 3)))
+    with pytest.raises(StateError, match="must ascend"):
+        trajectory.filled(np.array(stamps_s), np.zeros((3, 3)))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gridslam import se2
+from gridslam.errors import StateError
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +24,14 @@ class Trajectory:
 
         Between two poses of the trajectory the motion is odometry's; what odometry missed in between
         is spread evenly over the time. ``stamps_s`` (n,) must ascend and hold the trajectory's.
+
+        Raises:
+            StateError: they do not.
         """
         stamps, odometry = np.asarray(stamps_s, float), np.asarray(base_in_odom, float)
         nodes = np.searchsorted(stamps, self.stamps_s)
+        if np.any(np.diff(stamps) <= 0.0) or not np.isin(self.stamps_s, stamps).all():
+            raise StateError("The stamps of odometry must ascend, and the trajectory's be among them.")
         before = np.clip(np.searchsorted(self.stamps_s, stamps, side="right") - 1, 0, len(nodes) - 1)
         after = np.minimum(before + 1, len(nodes) - 1)
         start, end = self.poses_in_map[before], self.poses_in_map[after]
