@@ -156,6 +156,12 @@ def test_the_yaml_file_holds_every_default_and_says_what_it_does():
     assert all("efault" in sentence for sentence in told.values()), told
 
 
+def test_the_yaml_file_sets_nothing_that_the_start_would_remark_on():
+    config = yaml.safe_load(YAML.read_text())
+    slam, unknown = parameters.sort_parameters(config)[1::2]
+    assert (parameters.without_effect(config), parameters.clamped(slam), unknown) == ("", "", [])
+
+
 def test_the_launch_file_sets_the_other_parameters():
     launch = ElementTree.parse(PACKAGE / "launch/gridslam.launch").getroot()
     names = {param.get("name") for param in launch.iter("param")}
