@@ -67,7 +67,7 @@ class FlightNode(ABC):
         log = monitor.log
         self._subscribers: list[rospy.Subscriber] = []
         for name, message_class, handler in (
-            ("ready", Bool, lambda message: monitor.experiment.on_ready(message.data)),
+            ("ready", Bool, self._on_ready),
             ("ground_truth", Odometry, self._on_ground_truth),
             ("odometry", Odometry, self._on_odometry),
             ("vel_raw", TwistStamped, lambda message: log.v_ref.add(*twist_row(message))),
@@ -191,6 +191,9 @@ class FlightNode(ABC):
                 self._finished = True  # what comes later belongs to no flight
         self._enqueue(actions)
         return bool(actions)
+
+    def _on_ready(self, message: Bool) -> None:
+        self._monitor.experiment.on_ready(message.data)
 
     def _on_ground_truth(self, message: Odometry) -> None:
         pose = pose_values(message.pose.pose)

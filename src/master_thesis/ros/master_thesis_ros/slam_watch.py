@@ -45,6 +45,7 @@ class SlamWatch:
         self._heard_s: dict[float, float] = {}
         self._lags_s: list[float] = []
         self._process = NodeProcess(slam_node)
+        self._has_begun = threading.Event()
         self._asked = threading.Event()
         self._dynamic_map = rospy.ServiceProxy("dynamic_map", GetMap)
         listen = rospy.Subscriber
@@ -60,6 +61,11 @@ class SlamWatch:
         """A scan has been heard: its acknowledgement by SLAM is waited for from now on."""
         with self._lock:
             self._heard_s.setdefault(round(t_s, 6), time.perf_counter())
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether SLAM has said anything: its kernels may have to be compiled first."""
+        return self._has_begun.is_set()
 
     def begin(self) -> None:
         """The flight begins: count the processor's time from here."""
@@ -133,6 +139,7 @@ class SlamWatch:
         except SlamError as error:
             rospy.logwarn_throttle(5.0, f"A map is ignored: {error}")
             return
+        self._has_begun.set()
         with self._lock:
             self._maps.append((stamp_s(message), grid))
 
@@ -155,6 +162,7 @@ class SlamWatch:
 
     def _on_processed(self, message: Header) -> None:
         now_s = time.perf_counter()
+        self._has_begun.set()
         with self._lock:
             heard_s = self._heard_s.pop(round(message.stamp.to_sec(), 6), None)
             if heard_s is not None:
