@@ -76,7 +76,7 @@ class LoopClosureParameters:
     """rad: the same after one radian turned."""
     drift_share: float = 0.005
     """Systematic part of the path's error that neither noise nor matching explains, m per m."""
-    step_share: float = 0.25
+    step_share: float = 0.5
     """How firmly steps hold against closures: their deviations, as a share of a lone match's."""
     match_sigma_m: float = 0.03
     """m: standard deviation of a matched point from its surface."""
