@@ -119,10 +119,9 @@ def draw_tiles(slam: GridSlam):
             walls.plot((x0, x1), (y0, y1), color="k", lw=0.8)
         walls.plot(*slam.trajectory().poses_in_map[:, :2].T, color=RED, lw=1.0)
         walls.set(xlim=(-17.0, 17.0), ylim=(-12.0, 12.0), xlabel="x, m", aspect="equal")
-    counts = maps.pool.counts[maps.tables[slam.best_particle]]
-    visits = (counts & 255).reshape(*counts.shape[:2], SIDE, SIDE).transpose(0, 2, 1, 3)
-    visits = visits.reshape(counts.shape[0] * SIDE, -1)
-    before.imshow(np.log1p(visits), origin="lower", extent=extent, cmap="Greys")
+    visits = maps.pool.tiles.visits[maps.tables[slam.best_particle]]
+    cells = visits.reshape(*visits.shape[:2], SIDE, SIDE).transpose(0, 2, 1, 3)
+    before.imshow(np.log1p(cells.reshape(visits.shape[0] * SIDE, -1)), origin="lower", extent=extent, cmap="Greys")
     for edge in np.arange(low[0], extent[1], side):
         before.axvline(edge, color=BLUE, lw=0.3)
     for edge in np.arange(low[1], extent[3], side):
