@@ -121,7 +121,9 @@ def draw_tiles(slam: GridSlam):
         walls.set(xlim=(-17.0, 17.0), ylim=(-12.0, 12.0), xlabel="x, m", aspect="equal")
     visits = maps.pool.tiles.visits[maps.tables[slam.best_particle]]
     cells = visits.reshape(*visits.shape[:2], SIDE, SIDE).transpose(0, 2, 1, 3)
-    before.imshow(np.log1p(cells.reshape(visits.shape[0] * SIDE, -1)), origin="lower", extent=extent, cmap="Greys")
+    before.imshow(
+        np.log1p(cells.reshape(visits.shape[0] * SIDE, -1)), origin="lower", extent=extent, cmap="Greys"
+    )
     for edge in np.arange(low[0], extent[1], side):
         before.axvline(edge, color=BLUE, lw=0.3)
     for edge in np.arange(low[1], extent[3], side):

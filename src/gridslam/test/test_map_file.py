@@ -112,7 +112,7 @@ def test_what_makes_no_sense_is_one_sentence(tmp_path, facts, words):
         read_map(path)
 
 
-@pytest.mark.parametrize("text", ["", "- 1", "image: map.pgm", "a: [", "image: {\n"])
+@pytest.mark.parametrize("text", ["", "5", "- 1", "image: map.pgm", "a: [", "image: {\n"])
 def test_a_file_that_is_no_maps_is_said_by_name(tmp_path, text):
     (tmp_path / "map.yaml").write_text(text)
     with pytest.raises(MapError, match=r"map\.yaml"):

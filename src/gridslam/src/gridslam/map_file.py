@@ -112,8 +112,7 @@ def _facts_of(path: Path) -> dict:
     except yaml.YAMLError as error:
         where = f" in line {error.problem_mark.line + 1}" if getattr(error, "problem_mark", None) else ""
         raise MapError(f"{path} is no valid YAML{where}.") from None
-    missing = [key for key in ("image", "resolution", "origin") if key not in (facts or ())]
-    if not isinstance(facts, dict) or missing:
+    if not isinstance(facts, dict) or not {"image", "resolution", "origin"} <= facts.keys():
         raise MapError(f"{path} is no map's YAML file: it lacks image, resolution or origin.")
     return facts
 
