@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Callable, Iterator
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 ROOT = Path(__file__).resolve().parent
 # Environment variables by which everything that a test, or any test of a run, has started is found again
@@ -29,6 +30,10 @@ RUN = pytest.StashKey[str]()
 
 # Libraries are tested where nothing is built, too; a built workspace comes first, it has messages as well.
 sys.path += sorted(str(path) for path in ROOT.glob("src/*/src"))
+
+# On a busy machine any example of hypothesis may be slow, which is no fault of what is tested.
+settings.register_profile("any_machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any_machine")
 
 
 def pytest_configure(config: pytest.Config) -> None:
