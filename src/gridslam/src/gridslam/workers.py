@@ -77,13 +77,13 @@ class FreeCores:
 
 
 def usage() -> Usage | None:
-    """Return how busy machine and process have been, as Linux tells; None on other systems."""
+    """Return how busy machine and process have been, as Linux tells; None where it does not."""
     try:
         with open("/proc/stat") as lines:
-            _, *ticks = lines.readline().split()
-    except OSError:
+            words = lines.readline().split()
+        idle_ticks = int(words[4]) + int(words[5])  # idle, and waiting for a disk
+    except (OSError, ValueError, IndexError):  # some sandboxes have an empty one
         return None
-    idle_ticks = int(ticks[3]) + int(ticks[4])  # idle, and waiting for a disk
     return Usage(time.monotonic(), idle_ticks / os.sysconf("SC_CLK_TCK"), time.process_time())
 
 
