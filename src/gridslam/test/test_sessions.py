@@ -85,6 +85,17 @@ def test_what_the_state_keeps_is_told(tmp_path):
     assert told["loop_closure"][0].parameters.threads == 2
 
 
+def test_a_state_that_localises_keeps_its_pose(state, tmp_path):
+    localising, said, _ = first({**state, "localisation_only": True, "starting_pose": "0.1 0 0"})
+    assert said == []
+    localising.process(square_room_scan(5.0), (0.0, 0.0, 0.0))
+    localising.save(tmp_path / "localising")
+    again = {**state, "state_file": str(tmp_path / "localising"), "localisation_only": True}
+    assert first(again)[1] == []
+    _, said, _ = first({**again, "starting_pose": "0.1 0 0"})
+    assert said == ["The saved state keeps its own starting_pose, whatever is given now."]
+
+
 def test_a_starting_map_of_other_cells_is_refused_at_the_start(tmp_path):
     session = SlamSession(SlamParameters(**SMALL))
     session.process(square_room_scan(0.0), (0.0, 0.0, 0.0))

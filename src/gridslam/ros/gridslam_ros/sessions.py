@@ -78,7 +78,7 @@ def kept_by_state(given: dict, session: SlamSession) -> list[str]:
         kept += [CLOSURE_PREFIX + name for name in closure if closure[name] != getattr(theirs, name, None)]
     if session.localisation_only and "localisation_only" in given and not settings.localisation_only:
         kept.append("localisation_only")
-    if settings.starting_pose and not settings.localisation_only:
+    if settings.starting_pose and session.slam is not None:  # else it begins there
         kept.append("starting_pose")
     if settings.starting_map:
         kept.append("starting_map")
