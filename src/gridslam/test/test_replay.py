@@ -1,5 +1,6 @@
 """A bag through gridslam_replay: map, trajectories and timing of a way that is known."""
 
+import dataclasses
 import json
 import math
 
@@ -174,6 +175,23 @@ def test_scans_and_tf_out_of_order_are_left_out(way, results, tmp_path, capsys):
     timing = json.loads((tmp_path / "mixed_slam/timing.json").read_text())
     assert timing["scans_read"] == 2 * len(entries) + 1
     assert timing["scans_skipped"] == timing["scans_read"] - len(online.stamps_s)
+
+
+def test_scans_that_would_make_the_map_absurdly_large_are_left_out(way, tmp_path, capsys):
+    # Given ten scans in a row of walls 10,000 km away, two of them due to be integrated at least
+    entries = [(0.0, scan, odometry) for scan, odometry in zip(way.scans, way.odometry)]
+    for index in range(10, 20):
+        scan = dataclasses.replace(way.scans[index], range_max_m=1e8)
+        scan = dataclasses.replace(scan, ranges_m=np.full_like(scan.ranges_m, 1e7))
+        entries[index] = (0.0, scan, way.odometry[index])
+    write_bag(tmp_path / "far.bag", entries)
+    assert replay.main([str(tmp_path / "far.bag"), *FEW]) == 0
+    # Then the way is mapped without them, and one sentence tells
+    timing = json.loads((tmp_path / "far_slam/timing.json").read_text())
+    assert 2 <= timing["scans_unusable"] <= 10
+    assert capsys.readouterr().err.count("The map would grow to") == 2  # at once, and counted at the end
+    final = read_tum(tmp_path / "far_slam/trajectory_final.tum")
+    assert np.hypot(*(final.poses_in_map[-1] - way.truth.poses_in_map[-1])[:2]) < 0.15
 
 
 @pytest.mark.parametrize(

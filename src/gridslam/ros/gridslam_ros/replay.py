@@ -18,7 +18,7 @@ import numpy as np
 import yaml
 from tqdm import tqdm
 
-from gridslam import ParameterError, ScanError, SlamError, se2
+from gridslam import ParameterError, SlamError, se2
 from gridslam.evaluation.tum import write_tum
 from gridslam.map_file import write_map, write_picture
 from gridslam.trajectory import Trajectory
@@ -178,7 +178,7 @@ class Replay:
         except FrameError:
             self._count.without_tf += 1
             return
-        except ScanError as error:
+        except SlamError as error:
             self._unusable += 1
             self._remarks.say(f"{error} The scan at {scan.header.stamp.to_sec():.3f} s is left out.")
             return
