@@ -312,6 +312,16 @@ def test_particles_are_weighed_by_the_scan_where_they_have_been_put(log, monkeyp
     assert np.ptp(expected) > 3.0 * tolerance
 
 
+def test_a_first_scan_that_is_refused_is_not_remembered(log):
+    slam, first = begin(log, keep_scans=True), log.scans[0]
+    far = dataclasses.replace(first, ranges_m=np.full_like(first.ranges_m, 1e7), range_max_m=1e8)
+    with pytest.raises(MapError, match="would grow"):
+        slam.process(far, log.odometry[0])
+    rooms.run(slam, log, 1, 5)
+    assert log.scans[0].stamp_s not in slam.trajectory().stamps_s
+    assert len(slam.processed_scans()) == len(slam.trajectory().stamps_s) > 0
+
+
 def test_scans_without_any_return_do_no_harm(log):
     slam = begin(log)
     rooms.run(slam, log, 0, 30)

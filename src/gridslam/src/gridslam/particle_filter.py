@@ -111,8 +111,8 @@ class GridSlam:
         if self._starting_map is not None:
             self._motion.variance += np.square(START_DEVIATION)
             return self._step(scan, self._motion)
-        self._remember(scan)
         self._maps.insert(self._poses, Beams.from_scan(scan, self.parameters))
+        self._remember(scan)
         return self._update(scan, np.full(len(self._poses), 1.0 / len(self._poses)), False, True)
 
     def _step(self, scan: PlanarScan, motion: Motion) -> ScanUpdate:
