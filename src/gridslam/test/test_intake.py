@@ -129,6 +129,16 @@ def test_late_tf_is_no_reset():
     assert (feed.begun, feed.let_in, feed.said) == ([], [100.0, 103.0, 104.0], [])
 
 
+def test_a_stray_while_tf_is_late_does_not_end_a_map():
+    feed = Feed()
+    feed.both(100.0)
+    feed.scans(103.0, 104.0, 100.5)
+    feed.odometry(101.0, 102.0, 103.0, 104.0)
+    feed.both(104.1)
+    assert (feed.begun, feed.let_in) == ([], [100.0, 103.0, 104.0, 104.1])
+    assert feed.left_out == [100.5]
+
+
 def test_a_scan_from_the_future_does_not_count():
     feed = Feed()
     feed.both(100.0, 100.1)

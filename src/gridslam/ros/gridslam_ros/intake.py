@@ -11,14 +11,15 @@ class Intake:
     """Lets scans in by their stamps, and begins anew only when the clock really has gone back.
 
     A scan more than BACK_NS older than the newest is either a stray (a driver's default message, a second
-    publisher) or the first one after a reset. It is held until that is known: TF in the same time, or a later
-    scan that is old as well, tells of a reset; a scan in order tells of a stray.
+    publisher) or the first one after a reset. It is held until that is known: TF that has gone back, too,
+    or a later scan that is old as well, tells of a reset; a scan in order tells of a stray.
 
     Args:
         frames: the transforms; `add_transforms` hands them on.
         throttle: of so many scans one is let in.
         say: is called with a sentence about scans that are left out.
-        receive: is called with each scan that is let in; their stamps ascend until ``start_anew``.
+        receive: is called with each scan that is let in; their stamps ascend until ``start_anew``, but
+            for one that was far ahead of the others'.
         leave_out: is called with each scan that is not.
         start_anew: is called with the seconds that the clock has gone back by.
     """
@@ -45,7 +46,7 @@ class Intake:
     def add_transforms(self, transforms) -> int | None:
         """Take in what /tf says; returns the stamp (ns) of an odometry's edge in it."""
         stamp_ns = self._frames.add(transforms)
-        if self._held is not None and self._tf_is_at(_stamp_ns(self._held)):
+        if self._held is not None and self._tf_is_back_at(_stamp_ns(self._held)):
             self._go_back()
         return stamp_ns
 
@@ -75,13 +76,19 @@ class Intake:
     def _doubt(self, scan) -> None:
         if self._held is None:
             self._held = scan
-            if self._tf_is_at(_stamp_ns(scan)):
+            if self._tf_is_back_at(_stamp_ns(scan)):
                 self._go_back()
         elif _stamp_ns(scan) > _stamp_ns(self._held):
             self._go_back()
             self._let_in(scan)
         else:
             self._leave_out(scan)  # the same stray once more
+
+    def _tf_is_back_at(self, stamp_ns: int) -> bool:
+        """Whether TF has gone back, since the newest scan, to the time about this stamp; late is not back."""
+        frames = self._frames
+        is_back = frames.doubtful_ns is not None or frames.resets != self._tf_resets
+        return is_back and self._tf_is_at(stamp_ns)
 
     def _tf_is_at(self, stamp_ns: int) -> bool:
         """Whether the newest that TF says, be it believed yet or not, is of the time about this stamp."""
