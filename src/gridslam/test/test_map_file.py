@@ -128,5 +128,7 @@ def test_a_broken_image_and_missing_files(tmp_path):
         read_map(path)
     with pytest.raises(MapError, match="cannot be written"):
         write_map(tmp_path / "no/folder/map", drawn())
+    with pytest.raises(MapError, match="is a folder"):
+        write_map(".", drawn())
     with pytest.raises(MapError, match="no cells"):
         write_map(tmp_path / "map", OccupancyGrid(np.zeros((0, 0)), 0.05, (0.0, 0.0)))

@@ -51,11 +51,13 @@ def write_map(
     """Write ``name``.pgm and ``name``.yaml and return their paths.
 
     Raises:
-        MapError: the map is empty, or the files cannot be written.
+        MapError: the map is empty, or there is no name, or the files cannot be written.
     """
     if not grid.cells.size:
         raise MapError("The map has no cells yet; nothing is saved.")
     name = Path(name)
+    if not name.name:
+        raise MapError(f"{name} is a folder; name the map's files in it.")
     image_path, yaml_path = (name.with_name(name.name + ending) for ending in (".pgm", ".yaml"))
     height, width = grid.cells.shape
     x, y = grid.origin_xy_m
