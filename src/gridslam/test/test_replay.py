@@ -215,6 +215,17 @@ def test_what_cannot_be_done_is_one_sentence(bag, capsys, tmp_path, words, answe
     assert not (tmp_path / "none").exists()
 
 
+def test_a_damaged_bag_is_one_sentence(bag, tmp_path, capsys):
+    content = bytearray(bag.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 3000] = b"\xff" * 3000
+    (tmp_path / "damaged.bag").write_bytes(content)
+    assert replay.main([str(tmp_path / "damaged.bag"), *FEW]) == 1
+    said = [line for line in capsys.readouterr().err.splitlines() if "gridslam_replay:" in line]
+    assert f"The bag {tmp_path}/damaged.bag is damaged" in said[-1]
+    assert not (tmp_path / "damaged_slam").exists()
+
+
 @pytest.mark.parametrize("folder", ["/proc/none", "BAG/inside"])
 def test_where_nothing_can_be_written_is_told_before_the_run(bag, capsys, monkeypatch, folder):
     monkeypatch.setattr(replay, "warm_up", lambda: pytest.fail("it ran"))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
 from typing import Callable, Iterator
 
+import genpy
 import numpy as np
 import rosbag
 from rospy.numpy_msg import numpy_msg
@@ -17,6 +19,16 @@ from gridslam_ros.odometry_frames import OdometryFrames
 from gridslam_ros.scan_queue import ScanQueue
 
 LASER_SCAN = "sensor_msgs/LaserScan"
+DAMAGE = (
+    rosbag.ROSBagException,
+    genpy.DeserializationError,
+    OSError,
+    EOFError,
+    ValueError,
+    KeyError,
+    struct.error,
+)
+"""What rosbag and message classes raise over bytes that make no sense."""
 TF_TOPICS = ("/tf", "/tf_static", "tf", "tf_static")
 
 
@@ -93,20 +105,35 @@ class BagScans:
         self._intake = Intake(frames, throttle, say, self._queue.offer, self._skip, self._start_anew)
 
     def of(self, bag: rosbag.Bag) -> Iterator:
-        """Yield them."""
-        # Read raw, because rosbag makes message classes of its own, which tf2 warns of, and arrays are faster
-        scan_type = numpy_msg(LaserScan)
-        for name, (_, data, *_), _ in bag.read_messages(topics=[self._topic, *TF_TOPICS], raw=True):
+        """Yield them.
+
+        Raises:
+            BagError: the bag is damaged.
+        """
+        for name, message in self._messages(bag):
             if name == self._topic:
                 self._count.read += 1
-                self._intake.add_scan(scan_type().deserialize_numpy(data, np))
+                self._intake.add_scan(message)
             elif name.endswith("tf_static"):
-                self._frames.add(TFMessage().deserialize(data).transforms, static=True)
+                self._frames.add(message.transforms, static=True)
             else:
-                self._intake.add_transforms(TFMessage().deserialize(data).transforms)
+                self._intake.add_transforms(message.transforms)
             yield from self._ready()
         self._intake.drop_held()
         self._count.without_tf += len(self._queue.clear())
+
+    def _messages(self, bag: rosbag.Bag) -> Iterator[tuple]:
+        """Yield (topic, message) of scans and TF."""
+        # Read raw, because rosbag makes message classes of its own, which tf2 warns of, and arrays are faster
+        scan_type = numpy_msg(LaserScan)
+        try:
+            for name, (_, data, *_), _ in bag.read_messages(topics=[self._topic, *TF_TOPICS], raw=True):
+                if name == self._topic:
+                    yield name, scan_type().deserialize_numpy(data, np)
+                else:
+                    yield name, TFMessage().deserialize(data)
+        except DAMAGE as error:
+            raise BagError(f"The bag {bag.filename} is damaged ({error}).") from None
 
     def _ready(self) -> Iterator:
         while len(self._queue):

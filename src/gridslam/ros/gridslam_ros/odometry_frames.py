@@ -109,7 +109,7 @@ class OdometryFrames:
     def _is_sound(self, edge) -> bool:
         parent, child = _names(edge)
         t, q = edge.transform.translation, edge.transform.rotation
-        norm = math.sqrt(q.x**2 + q.y**2 + q.z**2 + q.w**2)
+        norm = math.hypot(q.x, q.y, q.z, q.w)
         is_sound = parent and child and parent != child and abs(norm - 1.0) < UNIT_TOLERANCE
         if is_sound and math.isfinite(t.x + t.y + t.z):
             return True
