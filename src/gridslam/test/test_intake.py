@@ -175,7 +175,12 @@ def test_what_tf2_would_complain_of_is_one_sentence_of_ours(capfd):
         assert len(feed.said) == 1
         assert words in feed.said[0]
         assert '"odom" -> "base_link"' in feed.said[0]
-    for changes in ({"child_frame_id": ""}, {"child_frame_id": "odom_2", "frame": "odom_2"}, {"norm": 0.9}, {"norm": 1e200}):
+    for changes in (
+        {"child_frame_id": ""},
+        {"child_frame_id": "odom_2", "frame": "odom_2"},
+        {"norm": 0.9},
+        {"norm": 1e200},
+    ):
         feed.said.clear()
         edge = transform("base_link", "arm", rospy.Time(101)).transforms[0]
         edge.transform.rotation.w = changes.pop("norm", 1.0)

@@ -312,9 +312,11 @@ def test_particles_are_weighed_by_the_scan_where_they_have_been_put(log, monkeyp
     assert np.ptp(expected) > 3.0 * tolerance
 
 
-def test_a_first_scan_that_is_refused_is_not_remembered(log):
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("far_m", [1e7, 1e30])
+def test_a_first_scan_that_is_refused_is_not_remembered(log, far_m):
     slam, first = begin(log, keep_scans=True), log.scans[0]
-    far = dataclasses.replace(first, ranges_m=np.full_like(first.ranges_m, 1e7), range_max_m=1e8)
+    far = dataclasses.replace(first, ranges_m=np.full_like(first.ranges_m, far_m), range_max_m=2 * far_m)
     with pytest.raises(MapError, match="would grow"):
         slam.process(far, log.odometry[0])
     rooms.run(slam, log, 1, 5)

@@ -22,6 +22,9 @@ RESERVE = 1024
 TABLE_MAX = 4_000_000
 """Greatest number of tiles that one particle's table may span."""
 
+FAR = 1e12
+"""Tiles: where no map reaches, and whole numbers still do."""
+
 
 class TileMaps:
     """The maps of all particles over one window of tiles, which grows in any direction."""
@@ -52,8 +55,8 @@ class TileMaps:
     def cover(self, low_xy_m, high_xy_m) -> None:
         """Let the window hold a box in the map frame; raises MapError when that is absurdly large."""
         tile_m = SIDE * self.delta_m
-        low = np.floor(np.asarray(low_xy_m) / tile_m - 0.5).astype(np.int64)
-        high = np.ceil(np.asarray(high_xy_m) / tile_m + 0.5).astype(np.int64)
+        low = np.floor(np.clip(np.asarray(low_xy_m) / tile_m - 0.5, -FAR, FAR)).astype(np.int64)
+        high = np.ceil(np.clip(np.asarray(high_xy_m) / tile_m + 0.5, -FAR, FAR)).astype(np.int64)
         height, width = self.tables.shape[1:]
         end = self.corner + np.array((width, height))
         if (low >= self.corner).all() and (high <= end).all():
