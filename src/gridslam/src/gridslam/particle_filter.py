@@ -109,7 +109,7 @@ class GridSlam:
         """Take in the first scan: there is a map to match it against only if one was given."""
         self._motion = Motion(odometry, scan.stamp_s)
         if self._starting_map is not None:
-            self._motion.variance += np.square(START_DEVIATION)
+            self._motion.deviations += START_DEVIATION
             return self._step(scan, self._motion)
         self._maps.insert(self._poses, Beams.from_scan(scan, self.parameters))
         self._remember(scan)

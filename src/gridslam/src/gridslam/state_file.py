@@ -17,7 +17,7 @@ from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import TrajectoryTree
 
-FORMAT = 2
+FORMAT = 3
 
 
 def write(slam, path) -> None:
@@ -114,7 +114,7 @@ def _motion_arrays(motion) -> dict:
     if motion is None:
         return {}
     numbers = [motion.stamp_s, motion.distance_m, motion.turned_rad]
-    return {"motion": np.concatenate((motion.start, motion.now, motion.variance, numbers))}
+    return {"motion": np.concatenate((motion.start, motion.now, motion.deviations, numbers))}
 
 
 def _motion(arrays: dict):
@@ -122,7 +122,7 @@ def _motion(arrays: dict):
         return None
     values = arrays["motion"]
     motion = Motion(values[0:3], float(values[9]))
-    motion.now, motion.variance = values[3:6].copy(), values[6:9].copy()
+    motion.now, motion.deviations = values[3:6].copy(), values[6:9].copy()
     motion.distance_m, motion.turned_rad = float(values[10]), float(values[11])
     return motion
 

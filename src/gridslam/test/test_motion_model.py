@@ -1,0 +1,62 @@
+"""gmapping's motion model: deviations by hand, and what is drawn by them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gridslam import SlamParameters, se2
+from gridslam.motion_model import DEVIATION_MIN, Motion, predict
+
+PARAMETERS = SlamParameters(srr=0.1, srt=0.2, str=0.01, stt=0.05)
+
+
+def moved(steps, start=(0.0, 0.0, 0.0)) -> Motion:
+    """Steps (n, 3), each in the frame of the one before, as odometry tells of them."""
+    motion, pose = Motion(np.array(start), 0.0), np.array(start)
+    for step in steps:
+        pose = se2.compose(pose, np.array(step))
+        motion.add(pose, PARAMETERS)
+    return motion
+
+
+def test_deviations_worked_out_by_hand():
+    # 3 m ahead, 1 m to the left, half a radian: gmapping's own sums
+    expected = (0.1 * (3.0 + 0.3 * 1.0) + 0.01 * 0.5, 0.1 * (1.0 + 0.3 * 3.0) + 0.01 * 0.5)
+    turn = 0.05 * 0.5 + 0.2 * np.sqrt(10.0)
+    np.testing.assert_allclose(moved([(3.0, 1.0, 0.5)]).deviation, (*expected, turn))
+    np.testing.assert_allclose(moved([(-3.0, -1.0, -0.5)]).deviation, (*expected, turn))
+
+
+def test_who_stands_still_is_hardly_uncertain():
+    np.testing.assert_array_equal(moved([(0.0, 0.0, 0.0)] * 50).deviation, DEVIATION_MIN)
+
+
+@given(st.integers(1, 40), st.floats(0.05, 2.0))
+def test_the_rate_of_scans_does_not_matter(parts, way_m):
+    whole, cut = moved([(way_m, 0.0, 0.0)]), moved([(way_m / parts, 0.0, 0.0)] * parts)
+    np.testing.assert_allclose(cut.deviation, whole.deviation, rtol=1e-9)
+    assert cut.distance_m == pytest.approx(whole.distance_m)
+
+
+def test_what_is_drawn_has_the_models_mean_and_covariance():
+    motion = moved([(1.0, 0.2, 0.3)], start=(4.0, -2.0, 1.0))
+    heading = 2.0
+    poses = np.tile((1.0, -1.0, heading), (40_000, 1))
+    prediction = predict(poses, motion, np.random.default_rng(0))
+    # predicted is odometry's own step from where the particle is
+    np.testing.assert_allclose(
+        prediction.predicted[0], se2.compose(poses[0], np.array((1.0, 0.2, 0.3))), atol=1e-12
+    )
+    # drawn has the model's deviations along and across the particle's heading
+    cos, sin = np.cos(heading), np.sin(heading)
+    turn = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+    errors = prediction.drawn - prediction.predicted
+    errors[:, 2] = se2.wrap(errors[:, 2])
+    covariance = turn @ np.diag(motion.deviation**2) @ turn.T
+    np.testing.assert_allclose(errors.mean(axis=0), 0.0, atol=4.0 * motion.deviation.max() / 200.0)
+    np.testing.assert_allclose(np.cov(errors.T), covariance, atol=0.03 * covariance.max())
+    # and the information is the inverse of that
+    np.testing.assert_allclose(prediction.information[0] @ covariance, np.eye(3), atol=1e-9)
