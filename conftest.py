@@ -32,7 +32,10 @@ RUN = pytest.StashKey[str]()
 sys.path += sorted(str(path) for path in ROOT.glob("src/*/src"))
 
 # On a busy machine any example of hypothesis may be slow, which is no fault of what is tested.
-settings.register_profile("any_machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# Every run tries the same ones.
+settings.register_profile(
+    "any_machine", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("any_machine")
 
 

@@ -68,6 +68,14 @@ def test_a_uav_that_never_gets_ready_ends_the_run(experiment):
     assert not experiment.outcome.success
 
 
+def test_what_a_flight_waits_for_in_vain_is_said_by_name():
+    experiment = Experiment(ExperimentParameters(ready_timeout_s=30.0), "iris")
+    experiment.on_ready(False, awaited="SLAM")
+    experiment.on_time(0.0)
+    assert experiment.on_time(30.0) == [Action.FINISH]
+    assert experiment.outcome.failure == "Still waiting for SLAM after 30 s."
+
+
 def test_a_uav_that_is_stuck_lands_and_ends(experiment):
     experiment.on_ready(True)
     experiment.on_time(10.0)

@@ -15,6 +15,9 @@ NOT_NEGATIVE = ("srr", "srt", "str", "stt", "linearUpdate", "angularUpdate")
 BOX = {"xmin": -100.0, "ymin": -100.0, "xmax": 100.0, "ymax": 100.0}
 """m: slam_gmapping's defaults; here they count for the sides that are not given, if any side is."""
 
+CELLS_MAX = 400_000_000
+"""Of the published map, each a byte: a square kilometre of cells of 5 cm."""
+
 
 @dataclass(frozen=True)
 class SlamParameters:
@@ -134,6 +137,12 @@ class SlamParameters:
         if not (self.xmin < self.xmax and self.ymin < self.ymax):
             box = tuple(getattr(self, side) for side in BOX)
             raise ParameterError(f"{', '.join(BOX)} must span an area, not {box}.")
+        cells = (self.xmax - self.xmin) * (self.ymax - self.ymin) / self.delta**2
+        if cells > CELLS_MAX:
+            raise ParameterError(
+                f"{', '.join(BOX)} span {cells:.2g} cells of {self.delta} m, of which a map may have "
+                f"{CELLS_MAX:.2g}; choose a smaller box, or a larger delta."
+            )
 
     def ranges_for(self, range_max_m: float) -> tuple[float, float]:
         """Return (usable, greatest) range in metres for a lidar that sees ``range_max_m`` far."""

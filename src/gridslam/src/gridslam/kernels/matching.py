@@ -207,8 +207,7 @@ def match(
     was drawn, and keeps the better end. Where the scan is ambiguous each keeps what it reached from its own
     draw. One whose score does not exceed the search's least is not matched: it stays where it was drawn, and
     the scan's likelihood is judged there. ``poses``, ``scores``, ``likelihoods`` (log) and ``factors``
-    (Cholesky, of the information) take the
-    results.
+    (Cholesky, of the information) take the results.
     """
     lower = np.zeros((3, 3))
     points, which = np.empty((beams.shape[0], 2)), np.empty(beams.shape[0], np.int64)

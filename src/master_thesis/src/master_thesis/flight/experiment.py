@@ -21,7 +21,7 @@ PATIENCE = 3.0
 class Phase(Enum):
     """Where a run stands."""
 
-    WAITING = "waiting for the hover"
+    WAITING = "waiting for the start"
     FLYING = "flying to the goal"
     HOVERING = "hovering at the goal"
     LANDING = "landing"
@@ -99,6 +99,7 @@ class Experiment:
         self._touched: dict[str, None] = {}
         self._ground: dict[str, None] = {GROUND: None}
         self._ready = False
+        self._awaited = "the hover"
 
     @property
     def phase(self) -> Phase:
@@ -118,9 +119,12 @@ class Experiment:
             ground=tuple(self._ground),
         )
 
-    def on_ready(self, ready: bool) -> None:
-        """Take note that the UAV hovers over the start and takes orders (or no longer does)."""
-        self._ready = ready
+    def on_ready(self, ready: bool, awaited: str = "the hover") -> None:
+        """Take note that the UAV hovers over the start and takes orders (or no longer does).
+
+        awaited: what the flight waits for while it is not ready.
+        """
+        self._ready, self._awaited = ready, awaited
 
     def on_time(self, t_s: float) -> list[Action]:
         """Let time pass; call at every true pose."""
@@ -180,7 +184,8 @@ class Experiment:
         limit_s = limits.get(self._phase)
         if limit_s is None or in_phase_s < limit_s:
             return []
-        self._fail(f"Still {self._phase.value} after {limit_s:g} s.")
+        doing = f"waiting for {self._awaited}" if self._phase is Phase.WAITING else self._phase.value
+        self._fail(f"Still {doing} after {limit_s:g} s.")
         if self._phase is Phase.FLYING:
             return self._enter(Phase.LANDING, t_s, Action.LAND)
         return self._enter(Phase.DONE, t_s, Action.FINISH)
