@@ -25,9 +25,10 @@ class SlamSetup:
     def session(
         self, seed: int, loop_closure: bool, starting_map: OccupancyGrid | None = None, say=lambda words: None
     ) -> SlamSession:
-        """Return a new run of SLAM."""
+        """Return a new run of SLAM, on one thread: flights run beside each other, one on each core."""
         closure = self.loop_closure if loop_closure else None
-        return SlamSession(replace(self.parameters, seed=seed), closure, starting_map=starting_map, say=say)
+        parameters = replace(self.parameters, seed=seed, threads=1)
+        return SlamSession(parameters, closure, starting_map=starting_map, say=say)
 
 
 def read_setup(world: str) -> SlamSetup:
