@@ -80,4 +80,4 @@ def test_the_recorded_flight_gives_the_same_answers_again(forest, processes):
     # loses some, and an answer to a scan whose reference was lost is made with the one of 10 ms before.
     assert figures["answered"] >= 0.8 * figures["expected"]
     assert figures["equal"] >= 0.5 * figures["expected"]
-    assert figures["furthest_apart_m_s"] < 0.05
+    assert figures["near"] >= 0.9 * figures["answered"]  # where several were lost it may be anything
