@@ -19,7 +19,7 @@ class Recipe:
     """What a scan is made of."""
 
     seed: int
-    beams_per_turn: int
+    beams_per_turn: float  # a whole number, or the first and the last beam are not as near as the others
     coverage: float  # share of a turn that the lidar sees
     start: float  # rad, direction of the first beam
     descending: bool

@@ -1,6 +1,7 @@
 """Steering outside emergencies: both algorithms against trying everything, slowly, from the equations."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from random_scans import full_turn, parameter_sets, recipes, velocities
 from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, VelocityError, reference
 from cepa.algorithm import GREATEST_SPEED_M_S
 from cepa.cushion import improved_cushion, original_cushion
+from cepa.kernels.improved import valid_directions
+from cepa.scan import Grid
 
 EXAMPLES = settings(max_examples=600, deadline=None)
 MANY_EXAMPLES = settings(max_examples=4000, deadline=None)
@@ -44,6 +47,33 @@ def test_improved_equals_brute_force(recipe, v_ref, v_uav, parameters):
         assert cost_of(parameters, scan, decision.velocity_xy, v_ref, v_uav) == pytest.approx(
             least, rel=1e-9, abs=1e-9
         )
+
+
+@EXAMPLES
+@given(recipes(), st.floats(-0.5, 0.5), velocities, velocities, parameter_sets)
+def test_improved_equals_brute_force_where_the_increment_does_not_divide_the_turn(
+    recipe, beyond, v_ref, v_uav, parameters
+):
+    scan = replace(recipe, beams_per_turn=recipe.beams_per_turn + beyond).scan()
+    decision = Improved(parameters).steer(scan, v_ref, v_uav)
+    _, costs = reference.improved_costs(parameters, scan, v_ref, v_uav)
+    assert decision.cost == pytest.approx(costs.min(initial=math.inf), rel=1e-9, abs=1e-9)
+
+
+@MANY_EXAMPLES
+@given(st.floats(8.0, 400.0), st.floats(0.51, 3.0), st.integers(0, 400), st.sampled_from([0.4, 1.0, 4.0]))
+def test_one_obstacle_forbids_the_same_angle_on_both_sides_across_the_seam_too(
+    turn_in_beams, distance_m, bearing, ahead_m
+):
+    grid = Grid(round(turn_in_beams), TURN / turn_in_beams)
+    ranges = np.full(grid.count, math.inf)
+    obstacle = bearing % grid.count
+    ranges[obstacle] = distance_m
+    everywhere, length_m = np.ones(grid.count, bool), np.array([0.5 + ahead_m])
+    valid = valid_directions(ranges, everywhere, grid.reach, grid.is_even, 0.5, length_m)
+    away = np.abs(reference.wrap((np.arange(grid.count) - obstacle) * grid.increment))
+    open_to_it = (away > math.asin(0.5 / distance_m)) | (distance_m > length_m[0])
+    np.testing.assert_array_equal(valid[0], open_to_it)
 
 
 @settings(max_examples=60, deadline=None)

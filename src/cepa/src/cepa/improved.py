@@ -70,7 +70,9 @@ class Improved(Algorithm):
         speeds = reference.speed * np.array(p.speed_fractions)
         ahead = speeds * p.time_horizon
         eligible = self._eligible(beams)
-        valid = valid_directions(beams.ranges, eligible, grid.reach, float(p.r_lb), ahead + p.r_lb)  # 11
+        valid = valid_directions(
+            beams.ranges, eligible, grid.reach, grid.is_even, float(p.r_lb), ahead + p.r_lb
+        )  # 11
         towards = reference.x, reference.y, reference.beam
         cushion = float(p.r_ub), ahead + p.r_ub
         tables = beams.ranges, grid.cos, grid.sin, grid.reach, valid

@@ -36,7 +36,9 @@ def rejected_directions(beams: Beams, parameters: CepaParameters, reference_spee
     length = fractions * reference_speed * parameters.time_horizon + parameters.r_lb
     grid = Grid(beams.ranges.size, beams.increment)
     everywhere = np.ones_like(beams.seen)
-    valid = valid_directions(beams.ranges, everywhere, grid.reach, float(parameters.r_lb), length)
+    valid = valid_directions(
+        beams.ranges, everywhere, grid.reach, grid.is_even, float(parameters.r_lb), length
+    )
     rejected = 1.0 - valid.mean(axis=0)
     return np.where(beams.seen | parameters.unseen_is_free, rejected, np.nan)
 

@@ -41,12 +41,12 @@ def intrusion(ranges, cos, sin, towards_x, towards_y, r_lb, d_lb, r_ub, d_ub):
 
 
 @njit(cache=True)
-def valid_directions(ranges, eligible, reach, r_lb, d_lb):
+def valid_directions(ranges, eligible, reach, is_even, r_lb, d_lb):
     """Return (S, N) bool: the beams' directions in which no obstacle is in the inner cushion.
 
-    ``d_lb`` (S,), descending, is the inner cushion's length at each speed. An obstacle at range LS <= d_lb
-    forbids the directions within asin(r_lb / LS) of it (README.md); overlapping intervals are united
-    by counting.
+    ``is_even`` is Grid.is_even. ``d_lb`` (S,), descending, is the inner cushion's length at each speed. An
+    obstacle at range LS <= d_lb forbids the directions within asin(r_lb / LS) of it (README.md); overlapping
+    intervals are united by counting.
     """
     count = ranges.size
     speeds = d_lb.size
@@ -63,8 +63,30 @@ def valid_directions(ranges, eligible, reach, r_lb, d_lb):
         slowest = speeds - 1  # what forbids a speed forbids all higher ones
         while reading > d_lb[slowest]:
             slowest -= 1
-        _count_interval(opened[slowest], j - width, j + width, count)
+        first, last = j - width, j + width
+        if not is_even:
+            first, last = _across_the_seam(j, first, last, reading, reach, r_lb)
+        _count_interval(opened[slowest], first, last, count)
     return _unite(opened, eligible)
+
+
+@njit(cache=True)
+def _across_the_seam(j, first, last, reading, reach, r_lb):
+    """Return (first, last) of the beams that an obstacle at beam ``j`` forbids, where the turn closes.
+
+    The last and the first beam are nearer to each other or farther apart than other neighbours. So what lies
+    beyond this seam is looked up by its own angle. A beam beyond the seam has its index plus or minus N.
+    """
+    count = (reach.size + 1) // 2
+    if last >= count - 1:
+        last = count - 1
+        while last - first + 1 < count and reading <= r_lb * reach[j - (last + 1 - count) + count - 1]:
+            last += 1
+    if first <= 0:
+        first = 0
+        while last - first + 1 < count and reading <= r_lb * reach[j - (first - 1 + count) + count - 1]:
+            first -= 1
+    return first, last
 
 
 @njit(cache=True)
