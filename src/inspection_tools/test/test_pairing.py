@@ -31,12 +31,12 @@ def test_a_command_that_overtook_its_reference_waits_for_it():
     assert pairing.offer_reference(3, "r3") == []
 
 
-def test_a_dead_source_holds_up_one_command_only():
+def test_a_dead_source_holds_up_one_command_only_and_lets_none_fall():
     pairing = ReferencePairing()
     pairing.offer_reference(1, "r1")
     pairing.offer_command(1, "a")
     assert pairing.offer_command(2, "b") == []
-    assert pairing.offer_command(3, "c") == [("c", (1, "r1"))]
+    assert pairing.offer_command(3, "c") == [("b", (1, "r1")), ("c", (1, "r1"))]
     assert pairing.offer_command(4, "d") == [("d", (1, "r1"))]
 
 
@@ -67,6 +67,21 @@ def test_outcome_does_not_depend_on_which_is_faster(order, ratio):
             answers += pairing.offer_reference(tick, tick)
             answers += pairing.offer_command(tick, tick)
     assert answers == [(t, (t, t)) for t in range(0, (len(order) + 1) * ratio, ratio)]
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.tuples(st.booleans(), st.integers(0, 1)), max_size=60))
+def test_every_command_but_the_last_is_answered_once_and_in_order(events):
+    """Whatever commands and references come: `(is a command, how far its stamp goes on)`."""
+    pairing, stamps, commands, answered = ReferencePairing(), [0, 0], [], []
+    for is_command, step in events:
+        stamps[is_command] += step
+        if is_command:
+            commands.append(len(commands))
+            answered += pairing.offer_command(stamps[1], commands[-1])
+        else:
+            answered += pairing.offer_reference(stamps[0], None)
+    assert [command for command, _ in answered] in (commands, commands[:-1])
 
 
 @pytest.mark.parametrize("count", [1000])

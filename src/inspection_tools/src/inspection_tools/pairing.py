@@ -12,7 +12,8 @@ class ReferencePairing:
 
     Reference and command come over different connections, so a command may overtake its own reference. While
     the source is known to share stamps with the commands, such a command is held until its reference comes,
-    so that the outcome does not depend on which message was faster; but only until the next command comes.
+    so that the outcome does not depend on which message was faster. When the next command comes first, the
+    held one is released with the newest reference: every command gets its answer, in the order they came.
 
     Stamps are whole nanoseconds; what the values are does not matter here.
     """
@@ -33,21 +34,26 @@ class ReferencePairing:
         self._references.append((stamp_ns, value))
         if self._held is None or stamp_ns < self._held[0]:
             return []
-        (held_ns, command), self._held = self._held, None
-        return [(command, self._find(held_ns))]
+        return self._release()
 
     def offer_command(self, stamp_ns: int, command) -> list:
-        """Take in a command; return the (command, reference) pairs that are complete now.
+        """Take in a command; return the (command, reference) pairs that are complete now, oldest first.
 
         A reference is a (stamp_ns, value), or None where there is none.
         """
-        self._held = None  # overtaken: a newer command replaces it
+        released = self._release()
         newest_ns = self._references[-1][0] if self._references else None
         if self._shares_stamps and newest_ns is not None and newest_ns < stamp_ns:
             self._held = (stamp_ns, command)
             self._shares_stamps = False  # until a reference of the same stamp proves it again
+            return released
+        return [*released, (command, self._find(stamp_ns))]
+
+    def _release(self) -> list:
+        if self._held is None:
             return []
-        return [(command, self._find(stamp_ns))]
+        (held_ns, command), self._held = self._held, None
+        return [(command, self._find(held_ns))]
 
     def _find(self, stamp_ns: int):
         if not self._references:
