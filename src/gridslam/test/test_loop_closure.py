@@ -195,6 +195,7 @@ def test_a_lone_match_does_not_count():
         {"search_every_m": 0.0},
         {"drift_share": -0.1},
         {"stretch_m": 30.0},
+        {"stretch_m": 10.0},  # maps of 10 m before and after meet at a separation of 20 m
         {"window_min_m": 9.0},
         {"rival_distance_m": 0.01},
         {"blur_m": math.nan},
@@ -247,7 +248,7 @@ def closure_errors_m(closer, log):
 
 def test_scans_that_see_nothing_find_nothing():
     slam = GridSlam(SlamParameters(**FILTER), keep_scans=True)
-    closer = LoopCloser(LoopClosureParameters(separation_m=9.0))
+    closer = LoopCloser(LoopClosureParameters(separation_m=9.0, stretch_m=4.0))
     nothing = np.full(60, np.inf)
     for second, x in enumerate([*range(20), *range(20, -1, -1)]):
         scan = PlanarScan(float(second), np.linspace(-2.0, 2.0, 60), nothing, (0.0, 0.0, 0.0), 5.0)

@@ -1,5 +1,8 @@
 """Maps are written as map_saver writes them, and read as map_server reads them."""
 
+import struct
+import zlib
+
 import numpy as np
 import pytest
 import yaml
@@ -84,6 +87,33 @@ def test_colour_images_count_by_their_mean(tmp_path):
     Image.fromarray(colours).save(tmp_path / "map.png")
     (tmp_path / "map.yaml").write_text(yaml.safe_dump({**FACTS, "image": "map.png"}))
     assert read_map(tmp_path / "map.yaml").cells.tolist() == [[0, 100, 100]]
+
+
+def bomb(path, width, height):
+    """Write a PNG file of 8 bits a cell whose header promises that size."""
+    header = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    pixels = b"IDAT" + zlib.compress(b"")
+    chunks = (header, pixels, b"IEND")
+    framed = (struct.pack(">I", len(c) - 4) + c + struct.pack(">I", zlib.crc32(c)) for c in chunks)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(framed))
+
+
+@pytest.mark.parametrize("side", [21_000, 60_000])
+def test_an_image_larger_than_any_map_is_refused_unread(tmp_path, side):
+    path = write_files(tmp_path, [[0]], image="bomb.png")
+    bomb(tmp_path / "bomb.png", side, side)
+    with pytest.raises(MapError, match=r"bomb\.png"):
+        read_map(path)
+
+
+def test_pillows_limit_for_others_stays(tmp_path, monkeypatch):
+    # a limit of 8 pixels, beyond which Pillow refuses twice as many: what is no map of ours is still refused
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 8)
+    path = write_files(tmp_path, [[0, 255, 205] * 10])
+    assert read_map(path).cells.tolist() == [[100, 0, -1] * 10]
+    assert Image.MAX_IMAGE_PIXELS == 8
+    with pytest.raises(Image.DecompressionBombError):
+        Image.open(tmp_path / "map.pgm")
 
 
 def test_a_picture_for_people(tmp_path):

@@ -94,7 +94,8 @@ def test_a_run_that_closes_loops_is_continued_as_well(tmp_path):
     # Given a round trip and a bit more, interrupted when loops have been closed
     corners = [(-8.0, -5.0), (-2.0, -5.0), (-2.0, -1.0), (-8.0, -1.0), (-8.0, -5.0), (-2.0, -5.0)]
     log = planar_world.drive(planar_world.hold(), planar_world.along(np.array(corners), 0.4), LIDAR, seed=4)
-    closure = closure_parameters({"separation_m": 15.0, "support_m": 5.0, "search_agreed_m": 0.5})
+    near = {"separation_m": 15.0, "stretch_m": 7.0, "support_m": 5.0, "search_agreed_m": 0.5}
+    closure = closure_parameters(near)
     whole, begun = SlamSession(PARAMETERS, closure), SlamSession(PARAMETERS, closure)
     run(whole, log)
     run(begun, log, last=-12)

@@ -54,6 +54,7 @@ def test_defaults_are_gmappings():
         ({"kernelSize": 11}, "kernelSize must be at most 10"),
         ({"xmin": 1.0, "xmax": 0.0, "ymin": 0.0, "ymax": 1.0}, "must span an area"),
         ({"xmin": -9000.0, "xmax": 9000.0}, "choose a smaller box"),
+        ({"xmin": 0.0, "xmax": 1e6, "ymin": 0.0, "ymax": 0.05}, "choose a smaller box"),  # of whole tiles
         ({"ymin": 100.0}, "must span an area"),
         ({"occ_thresh": 1.5}, "occ_thresh must be between 0 and 1"),
         ({"seed": -1}, "seed must be at least 0"),

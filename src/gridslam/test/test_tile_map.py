@@ -137,6 +137,18 @@ def test_the_window_grows_in_every_direction(direction):
     assert after.sum() == before.sum()
 
 
+def test_a_map_is_refused_before_its_drawing_would_fill_the_memory():
+    # 3 x 3 km of cells of 5 cm would be drawn on 3.6 GB
+    maps = TileMaps(1, 0.05)
+    with pytest.raises(MapError, match="choose a larger delta"):
+        maps.cover((-1500.0, -1500.0), (1500.0, 1500.0))
+    # when a square kilometre and a corridor of 100 km are asked for, they are there, and no more is drawn
+    for far in ((1000.0, 1000.0), (1e5, 1.0)):
+        maps = TileMaps(1, 0.05)
+        maps.cover((0.0, 0.0), far)
+        assert maps.tables[0].size * SIDE**2 <= 420e6
+
+
 def test_a_map_of_absurd_size_is_refused_and_nothing_changes():
     maps = TileMaps(2, DELTA)
     maps.cover((0.0, 0.0), (1.0, 1.0))

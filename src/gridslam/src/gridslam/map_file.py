@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from gridslam.errors import MapError
-from gridslam.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from gridslam.occupancy_grid import CELLS_MAX, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 FREE_AT_MOST, OCCUPIED_AT_LEAST = 25, 65
 """Occupancies, as map_saver divides them."""
 GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 """As map_saver writes them; between them is unknown, and the grey of unknown lies just above the second."""
+_PILLOW_LIMIT = threading.Lock()
+"""Held while Pillow has none."""
 MODES = ("trinary", "scale", "raw")
 
 
@@ -99,7 +102,7 @@ def read_map(path: str | Path) -> OccupancyGrid:
         raise MapError(f"{path}: the map is turned by {yaw:g} rad; only maps with yaw 0 are understood.")
     greys = _greys_in(path.parent / str(facts["image"]))
     try:
-        return OccupancyGrid(_occupancy(greys, facts, path)[::-1], resolution_m, (x, y))
+        return OccupancyGrid(_cells(greys, facts, path)[::-1], resolution_m, (x, y))
     except MapError as error:
         raise MapError(f"{path}: {error}") from None
 
@@ -120,22 +123,50 @@ def _facts_of(path: Path) -> dict:
 
 
 def _greys_in(path: Path) -> np.ndarray:
-    """Return the image's brightness, (h, w) in [0, 255], row 0 on top."""
+    """Return the image's brightness, (h, w) in [0, 255], row 0 on top; whole numbers are uint8."""
     from PIL import Image
 
-    Image.MAX_IMAGE_PIXELS = None  # maps are larger than pictures, and the user's own
     try:
-        with Image.open(path) as image:
+        with _opened(path) as image:
+            if image.width * image.height > CELLS_MAX:
+                raise MapError(
+                    f"The map's image {path} has {image.width} x {image.height} cells, of which a map may "
+                    f"have {CELLS_MAX:.2g}; cut it, or make its cells larger."
+                )
             if image.mode.startswith("I"):  # 16 bits
                 return np.asarray(image, dtype=np.float64) / 257.0
+            if image.mode == "L":
+                return np.asarray(image)
             bands = np.asarray(image.convert("RGB"), dtype=np.float64)
-    except (OSError, ValueError, SyntaxError) as error:
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise MapError(f"The map's image {path} cannot be read: {error}.") from None
     return bands.mean(axis=2)
 
 
+def _opened(path: Path):
+    """Return Pillow's image, not decoded yet, without Pillow's limit of its size.
+
+    Maps are larger than pictures. But Pillow has one limit for the whole process, on which others rely.
+    """
+    from PIL import Image
+
+    with _PILLOW_LIMIT:
+        limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            return Image.open(path)
+        finally:
+            Image.MAX_IMAGE_PIXELS = limit
+
+
+def _cells(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
+    """Return (h, w) int8 cells, row 0 on top; of whole greys through a table, which needs little memory."""
+    if greys.dtype == np.uint8:
+        return _occupancy(np.arange(256.0), facts, path)[greys]
+    return _occupancy(greys, facts, path)
+
+
 def _occupancy(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
-    """Return (h, w) int8 cells as map_server would publish them, row 0 on top."""
+    """Return int8 cells as map_server would publish them, of greys of any shape."""
     mode = facts.get("mode", "trinary")
     if mode not in MODES:
         raise MapError(f"{path}: mode is {mode!r}; it must be trinary, scale or raw.")

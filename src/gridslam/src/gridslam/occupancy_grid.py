@@ -11,6 +11,9 @@ from gridslam.errors import MapError
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 
+CELLS_MAX = 420_000_000
+"""Of a whole map, each a byte: a square kilometre of cells of 5 cm, and its edges."""
+
 
 @dataclass(frozen=True, eq=False)
 class OccupancyGrid:

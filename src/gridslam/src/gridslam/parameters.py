@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, fields
 
 from gridslam.errors import ParameterError
+from gridslam.kernels.tiles import SIDE
+from gridslam.occupancy_grid import CELLS_MAX
 
 KERNEL_SIZE_MAX = 10
 OPTIONAL = ("maxUrange", "maxRange", "xmin", "ymin", "xmax", "ymax")
@@ -14,9 +16,6 @@ POSITIVE = ("sigma", "lstep", "astep", "lsigma", "ogain", "delta", "maxUrange", 
 NOT_NEGATIVE = ("srr", "srt", "str", "stt", "linearUpdate", "angularUpdate")
 BOX = {"xmin": -100.0, "ymin": -100.0, "xmax": 100.0, "ymax": 100.0}
 """m: slam_gmapping's defaults; here they count for the sides that are not given, if any side is."""
-
-CELLS_MAX = 400_000_000
-"""Of the published map, each a byte: a square kilometre of cells of 5 cm."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +136,9 @@ class SlamParameters:
         if not (self.xmin < self.xmax and self.ymin < self.ymax):
             box = tuple(getattr(self, side) for side in BOX)
             raise ParameterError(f"{', '.join(BOX)} must span an area, not {box}.")
-        cells = (self.xmax - self.xmin) * (self.ymax - self.ymin) / self.delta**2
+        width, height = self.xmax - self.xmin, self.ymax - self.ymin
+        edges = 2 * SIDE  # maps are made of whole tiles
+        cells = (width / self.delta + edges) * (height / self.delta + edges)
         if cells > CELLS_MAX:
             raise ParameterError(
                 f"{', '.join(BOX)} span {cells:.2g} cells of {self.delta} m, of which a map may have "

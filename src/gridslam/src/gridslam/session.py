@@ -227,8 +227,10 @@ class SlamSession:
                 session._starting["localisation_only"] = state_file.localises(slam)
                 session._odometry.restore(json.loads(state.read(ODOMETRY)))
                 if session._closer is not None:
-                    session._closer.from_arrays(np.load(io.BytesIO(state.read(CLOSER))))
-        except (OSError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+                    session._closer.from_arrays(
+                        np.load(io.BytesIO(state.read(CLOSER))), len(slam.trajectory().stamps_s)
+                    )
+        except (OSError, *state_file.DAMAGE) as error:
             raise StateError(f"{path} cannot be read as a saved state: {error}.") from None
         return session
 

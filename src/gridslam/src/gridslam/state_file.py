@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,10 @@ from gridslam.scan import PlanarScan
 from gridslam.trajectory import TrajectoryTree
 
 FORMAT = 3
+
+DAMAGE = (ArithmeticError, EOFError, LookupError, MemoryError, TypeError, ValueError)
+DAMAGE += (zipfile.BadZipFile, zlib.error)
+"""What reading a damaged or foreign file may raise."""
 
 
 def write(slam, path) -> None:
@@ -64,7 +69,7 @@ def read(cls, path, threads: int | None = None):
         raise StateError(f"The state cannot be read from {path}: {error.strerror or error}.") from None
     except StateError:
         raise
-    except (KeyError, ValueError, TypeError, EOFError, zipfile.BadZipFile, SlamError) as error:
+    except (*DAMAGE, SlamError) as error:
         raise StateError(f"{path} holds no complete state of gridslam ({error}).") from None
 
 
@@ -90,8 +95,10 @@ def _header(slam) -> dict:
 
 
 def _restored(cls, header: dict, arrays: dict):
+    parameters = SlamParameters(**header["parameters"])
+    _require_particles(parameters.particles, arrays)
     slam = cls(
-        SlamParameters(**header["parameters"]),
+        parameters,
         starting_map=_grid(arrays),
         localisation_only=header["localisation_only"],
         keep_scans=header["keep_scans"],
@@ -107,7 +114,16 @@ def _restored(cls, header: dict, arrays: dict):
     slam._rng.bit_generator.state = header["random"]
     if header["keep_scans"]:
         slam._scans = _scans(arrays)
+        if len(slam._scans) != len(slam._tree.stamps_s):
+            raise ValueError("there are not as many scans as stamps")
     return slam
+
+
+def _require_particles(count: int, arrays: dict) -> None:
+    shapes = {"poses": (count, 3), "log_weights": (count,), "log_likelihoods": (count,), "leaves": (count,)}
+    for name, shape in shapes.items():
+        if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
+            raise ValueError(f"{name} are none of {count} particles")
 
 
 def _motion_arrays(motion) -> dict:
@@ -121,6 +137,8 @@ def _motion(arrays: dict):
     if "motion" not in arrays:
         return None
     values = arrays["motion"]
+    if values.shape != (12,) or not np.isfinite(values).all():
+        raise ValueError("the motion is none")
     motion = Motion(values[0:3], float(values[9]))
     motion.now, motion.deviations = values[3:6].copy(), values[6:9].copy()
     motion.distance_m, motion.turned_rad = float(values[10]), float(values[11])
@@ -141,7 +159,11 @@ def _scan_arrays(scans) -> dict:
 def _scans(arrays: dict) -> list[PlanarScan]:
     if "scan_beams" not in arrays:
         return []
-    ends = np.cumsum(arrays["scan_beams"])[:-1]
+    beams = arrays["scan_beams"]
+    lengths = arrays["scan_ranges"].size, len(arrays["scan_rest"])
+    if (beams < 0).any() or (beams.sum(), len(beams)) != lengths:
+        raise ValueError("the scans' beams do not add up")
+    ends = np.cumsum(beams)[:-1]
     angles, ranges = np.split(arrays["scan_angles"], ends), np.split(arrays["scan_ranges"], ends)
     return [
         PlanarScan(float(rest[0]), angle, distance, tuple(rest[1:4].tolist()), float(rest[4]))

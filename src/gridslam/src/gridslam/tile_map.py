@@ -13,14 +13,15 @@ from gridslam.beams import Beams
 from gridslam.errors import MapError
 from gridslam.kernels.insertion import insert_scan
 from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
-from gridslam.tile_pool import TilePool
+from gridslam.occupancy_grid import CELLS_MAX
+from gridslam.tile_pool import TilePool, require_indices
 
 ROOM = 6
 """Tiles around what is needed when the tables grow."""
 RESERVE = 1024
 """Tiles to make room for, besides one for each place in a table, when the pool has to grow."""
-TABLE_MAX = 4_000_000
-"""Greatest number of tiles that one particle's table may span."""
+TABLE_MAX = CELLS_MAX // SIDE**2
+"""Greatest number of tiles that one particle's table may span: the drawn map has a byte for each cell."""
 
 FAR = 1e12
 """Tiles: where no map reaches, and whole numbers still do."""
@@ -61,18 +62,20 @@ class TileMaps:
         end = self.corner + np.array((width, height))
         if (low >= self.corner).all() and (high <= end).all():
             return
-        low = np.where(low < self.corner, low - ROOM, self.corner)
-        high = np.where(high > end, high + ROOM, end)
-        self._grow(low, high)
+        with_room = np.where(low < self.corner, low - ROOM, low), np.where(high > end, high + ROOM, high)
+        for lower, upper in (with_room, (low, high)):
+            lower, upper = np.minimum(lower, self.corner), np.maximum(upper, end)
+            width, height = (int(size) for size in upper - lower)
+            if width * height <= TABLE_MAX:
+                self._grow(lower, width, height)
+                return
+        extent = SIDE * self.delta_m * np.array([width, height])
+        raise MapError(
+            f"The map would grow to {extent[0]:.0f} x {extent[1]:.0f} m, too large for cells of "
+            f"{self.delta_m} m; check the odometry, or choose a larger delta."
+        )
 
-    def _grow(self, low: np.ndarray, high: np.ndarray) -> None:
-        width, height = (int(size) for size in high - low)
-        if width * height > TABLE_MAX:
-            extent = SIDE * self.delta_m * np.array([width, height])
-            raise MapError(
-                f"The map would grow to {extent[0]:.0f} x {extent[1]:.0f} m, too large for cells of "
-                f"{self.delta_m} m; check the odometry, or choose a larger delta."
-            )
+    def _grow(self, low: np.ndarray, width: int, height: int) -> None:
         x, y = (int(value) for value in self.corner - low)
         tables = np.zeros((self.tables.shape[0], height, width), np.int32)
         tables[:, y : y + self.tables.shape[1], x : x + self.tables.shape[2]] = self.tables
@@ -148,8 +151,18 @@ class TileMaps:
         }
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
-        """Become what `to_arrays` has described; tiles may get other indices, which changes no result."""
+        """Become what `to_arrays` has described; tiles may get other indices, which changes no result.
+
+        Raises:
+            ValueError: it describes no maps of so many particles.
+        """
+        tables, corner = arrays["map_tables"], arrays["map_corner"]
+        if tables.ndim != 3 or len(tables) != len(self.tables) or not 0 < tables[0].size <= TABLE_MAX:
+            raise ValueError(f"tables of shape {tables.shape} are none of {len(self.tables)} particles")
+        if corner.shape != (2,) or corner.dtype.kind != "i" or not (np.abs(corner) <= FAR).all():
+            raise ValueError("the maps' corner is no place")
         self.pool = TilePool.from_arrays(arrays)
-        self.tables = np.ascontiguousarray(arrays["map_tables"], np.int32)
-        self.corner, self.stamp = arrays["map_corner"], int(arrays["map_stamp"])
+        require_indices(tables, len(arrays["tile_stamps"]), "the maps' tables")
+        self.tables = np.ascontiguousarray(tables, np.int32)
+        self.corner, self.stamp = corner.astype(np.int64), int(arrays["map_stamp"])
         self.pool.count_references(self.tables)

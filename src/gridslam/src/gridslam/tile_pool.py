@@ -100,14 +100,29 @@ class TilePool:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> TilePool:
-        """Return a pool with what `to_arrays` has described; `count_references` must follow."""
+        """Return a pool with what `to_arrays` has described; `count_references` must follow.
+
+        Raises:
+            ValueError: it describes no tiles.
+        """
         counts = [len(arrays["tile_stamps"]), len(arrays["end_hits"])]
         pool = cls(max(TILES_FIRST, 2 * max(counts)))
+        require_indices(arrays["tile_ends"], counts[1], "the tiles' ends")
         for kind, names, count in zip(("tile", "end"), (SAVED, SAVED_ENDS), counts):
             for name in names:
-                getattr(pool.tiles, name)[1 : count + 1] = arrays[f"{kind}_{name}"]
+                given, kept = arrays[f"{kind}_{name}"], getattr(pool.tiles, name)[1 : count + 1]
+                if given.shape != kept.shape or given.dtype != kept.dtype:
+                    raise ValueError(f"{kind}_{name} is {given.dtype} {given.shape}, not {kept.shape}")
+                kept[:] = given
         pool.tiles.free[:] -= counts
         return pool
+
+
+def require_indices(indices: np.ndarray, greatest: int, name: str, least: int = 0) -> None:
+    """Raise ValueError unless all are whole numbers from ``least`` to ``greatest``: a kernel trusts them."""
+    whole = indices.dtype.kind in "iu"
+    if not whole or (indices.size and not (indices.min() >= least and indices.max() <= greatest)):
+        raise ValueError(f"{name} point at what is not there")
 
 
 def _tiles(capacity: int) -> Tiles:

@@ -114,11 +114,23 @@ class TrajectoryTree:
 
     @classmethod
     def from_arrays(cls, node_poses, node_parents, leaves, stamps_s) -> TrajectoryTree:
-        """Return the tree that `to_arrays` has described."""
-        nodes: list[Node] = []
-        for pose, parent in zip(node_poses.tolist(), node_parents.tolist()):
-            nodes.append(Node(tuple(pose), nodes[parent] if parent >= 0 else None))
+        """Return the tree that `to_arrays` has described.
+
+        Raises:
+            ValueError: it describes none, or paths that are not as long as there are stamps.
+        """
+        if node_poses.shape != (len(node_parents), 3) or not np.isfinite(node_poses).all():
+            raise ValueError("the path's nodes are no poses")
+        nodes: list[Node | None] = [None]  # before the first of a path
+        depths = [0]
+        for index, (pose, parent) in enumerate(zip(node_poses.tolist(), node_parents.tolist())):
+            if not -1 <= parent < index:
+                raise ValueError(f"node {index} of the path comes from {parent}")
+            nodes.append(Node(tuple(pose), nodes[parent + 1]))
+            depths.append(depths[parent + 1] + 1)
+        if any(not -1 <= leaf < len(node_parents) or depths[leaf + 1] != len(stamps_s) for leaf in leaves):
+            raise ValueError("the particles' paths are not as long as there are stamps")
         tree = cls(len(leaves))
-        tree.leaves = [nodes[leaf] if leaf >= 0 else None for leaf in leaves.tolist()]
+        tree.leaves = [nodes[leaf + 1] for leaf in leaves.tolist()]
         tree.stamps_s = stamps_s.tolist()
         return tree

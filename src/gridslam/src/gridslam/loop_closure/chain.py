@@ -69,7 +69,21 @@ class Chain:
         }
 
     def from_arrays(self, stamps_s, poses, steps, covariances, way_m, settled) -> None:
-        """Go on from what `to_arrays` has returned."""
+        """Go on from what `to_arrays` has returned.
+
+        Raises:
+            ValueError: it is no chain.
+        """
+        nodes, between = len(poses), max(0, len(poses) - 1)
+        for name, array, shape in (
+            ("stamps", stamps_s, (nodes,)),
+            ("poses", poses, (nodes, 3)),
+            ("way", way_m, (max(1, nodes),)),
+            ("steps", steps, (between, 3)),
+            ("covariances", covariances, (between, 3, 3)),
+        ):
+            if array.shape != shape:
+                raise ValueError(f"the chain's {name} are of shape {array.shape}, not {shape}")
         self.stamps_s, self.poses, self.steps = stamps_s, poses, steps
         self.covariances, self.way_m, self._settled = covariances, way_m, int(settled)
 

@@ -16,6 +16,7 @@ from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import ShortestWays, import_gtsam, optimise
 from gridslam.loop_closure.refinement import refine
 from gridslam.scan import PlanarScan
+from gridslam.tile_pool import require_indices
 from gridslam.trajectory import Trajectory
 
 CHAIN = "chain_"
@@ -99,14 +100,19 @@ class LoopCloser:
             "agreed": np.array(self._agreed),
         }
 
-    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from what `to_arrays` has returned.
+    def from_arrays(self, arrays: Mapping[str, np.ndarray], path_nodes: int) -> None:
+        """Go on from what `to_arrays` has returned, on a filter's path of so many nodes.
 
         Raises:
             KeyError: something lacks in it.
+            ValueError: it points at what is not there.
         """
         chain = {name[len(CHAIN) :]: arrays[name] for name in arrays if name.startswith(CHAIN)}
         self._chain.from_arrays(**chain)
+        if len(self._chain) > path_nodes:
+            raise ValueError(f"the chain has {len(self._chain)} nodes, the path {path_nodes}")
+        require_indices(arrays["match_nodes"], len(self._chain) - 1, "the matches' nodes")
+        require_indices(arrays["counted"], len(arrays["match_nodes"]) - 1, "the matches that count")
         columns = (arrays[f"match_{name}"] for name in ("nodes", "poses", "covariances", "scores"))
         self._matches = [
             Match(int(older), int(newer), pose, covariance, float(score), float(rival_score))

@@ -28,7 +28,7 @@ class LoopClosureParameters:
     search_agreed_m: float = 8.0
     """m: ... or after this much, where the last one was found again within correction_min_m of the path."""
     separation_m: float = 20.0
-    """m: only places left behind on the path by this much can be revisited."""
+    """m: only places left behind on the path by this much can be revisited; more than twice stretch_m."""
     place_radius_m: float = 5.0
     """m: how near, by the estimate so far, the path must have come to such a place."""
     places_max: int = 3
@@ -107,10 +107,10 @@ class LoopClosureParameters:
             raise ParameterError(
                 f"window_min_m must be at most window_max_m, but {self.window_min_m} > {self.window_max_m}."
             )
-        if self.separation_m <= self.stretch_m:
+        if self.separation_m <= 2.0 * self.stretch_m:
             raise ParameterError(
-                f"separation_m must be greater than stretch_m, or a local map is compared with itself, "
-                f"but {self.separation_m} <= {self.stretch_m}."
+                f"separation_m must be greater than twice stretch_m, or a local map is compared with one of "
+                f"the same scans, but {self.separation_m} <= 2 x {self.stretch_m}."
             )
         if self.search_agreed_m > self.support_m:
             raise ParameterError(
