@@ -1,8 +1,8 @@
 """MAVLink 2 over UDP: what the flight controller's side and the ground's side share.
 
 Every datagram is read on its own: whole messages in it are decoded, anything else (garbage, truncated or
-corrupted messages, messages of unknown types) is counted and skipped, so that it can never spoil the next
-datagram.
+corrupted messages) is counted and skipped, so that it can never spoil the next datagram. Whole messages of
+types that are not in the dialect are no fault of anybody's: newer flight controllers send them.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ OFFBOARD_PORT_STEP = 14580 - 14540
 GCS_PORT_STEP = 18570 - 14550
 MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
 _OVERHEAD_V1, _OVERHEAD_V2, _SIGNATURE = 8, 12, 13
+_SIGNED = 1  # the only incompatibility flag that MAVLink 2 has
 _MAX_DATAGRAM = 65535
 
 
@@ -32,13 +33,17 @@ class LinkError(SimulationToolsError):
 
 
 class Codec:
-    """Packs and decodes messages for one sender identity. `bad` counts what could not be decoded."""
+    """Packs and decodes messages for one sender identity.
+
+    bad: how often something came that is no message. unknown: how many messages of unknown types came.
+    """
 
     def __init__(self, system_id: int, component_id: int) -> None:
         self.system_id = system_id
         self.component_id = component_id
         self._mav = common.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
         self.bad = 0
+        self.unknown = 0
 
     def pack(self, message: common.MAVLink_message) -> bytes:
         """Return the message's bytes, with the next sequence number."""
@@ -56,12 +61,15 @@ class Codec:
                 # pymavlink raises MAVError on most bad frames; the others come from absurd lengths.
                 with contextlib.suppress(common.MAVError, struct.error, IndexError, ValueError):
                     message = self._mav.decode(bytearray(datagram[start : start + length]))
-            if message is None or message.get_msgId() < 0:
+            if message is not None and message.get_msgId() >= 0:
+                yield message
+                start += length
+            elif _is_unknown(datagram, start, start + length):
+                self.unknown += 1
+                start += length
+            else:
                 self.bad += 1
                 start = _next_magic(datagram, start + 1)
-                continue
-            yield message
-            start += length
 
 
 def _frame_length(data: bytes, start: int) -> int:
@@ -71,8 +79,22 @@ def _frame_length(data: bytes, start: int) -> int:
     if data[start] == MAGIC_V1:
         return _OVERHEAD_V1 + data[start + 1]
     if data[start] == MAGIC_V2:
-        return _OVERHEAD_V2 + data[start + 1] + (_SIGNATURE if data[start + 2] & 1 else 0)
+        return _OVERHEAD_V2 + data[start + 1] + (_SIGNATURE if data[start + 2] & _SIGNED else 0)
     return 0
+
+
+def _is_unknown(data: bytes, start: int, end: int) -> bool:
+    """Whether a message of a type that is not in the dialect lies between `start` and `end`.
+
+    Its checksum cannot be tested without knowing the type. What follows must look like a message, or be
+    nothing: else this may be garbage that hides good messages.
+    """
+    if end == start or end > len(data) or (end < len(data) and data[end] not in (MAGIC_V1, MAGIC_V2)):
+        return False
+    if data[start] == MAGIC_V1:
+        return data[start + 5] not in common.mavlink_map
+    number = int.from_bytes(data[start + 7 : start + 10], "little")
+    return data[start + 2] in (0, _SIGNED) and number not in common.mavlink_map
 
 
 def _next_magic(data: bytes, start: int) -> int:

@@ -245,7 +245,7 @@ def test_there_are_no_missions(station):
     count = client.take("MISSION_COUNT")[0]
     assert (count.count, count.mission_type, count.target_system) == (0, 1, 255)
     for message, result in (
-        (mavlink.MAVLink_mission_count_message(1, 1, 3), mavlink.MAV_MISSION_NO_SPACE),
+        (mavlink.MAVLink_mission_count_message(1, 1, 3), mavlink.MAV_MISSION_UNSUPPORTED),
         (mavlink.MAVLink_mission_count_message(1, 1, 0), mavlink.MAV_MISSION_ACCEPTED),
         (mavlink.MAVLink_mission_clear_all_message(1, 1), mavlink.MAV_MISSION_ACCEPTED),
         (mavlink.MAVLink_mission_request_int_message(1, 1, 0), mavlink.MAV_MISSION_ERROR),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import struct
 from collections import Counter
 
 import pytest
@@ -58,6 +60,32 @@ def test_default_rates_are_the_references(setup):
     counts = Counter(message.get_type() for message in client.inbox)
     for name, rate in OFFBOARD_RATES_HZ.items():
         assert counts[name] / seconds == pytest.approx(rate, abs=max(0.01 * rate, 1.01 / seconds)), name
+
+
+def test_a_receiver_that_reads_296_bytes_of_a_datagram_gets_every_message(setup):
+    """MAVROS reads so many; PX4's own datagrams hold 280 at most."""
+    client = setup.client()
+    client.heartbeat()
+    setup.run(2.0)
+    client.take("")
+    datagrams = []
+
+    def read_like_mavros():
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                datagrams.append(client.socket.recv(296))
+
+    client.receive = read_like_mavros
+    seconds = 5.0
+    setup.run(seconds)
+    messages = [message for datagram in datagrams for message in client.codec.decode(datagram)]
+    counts = Counter(message.get_type() for message in messages)
+    assert client.codec.bad == 0
+    assert max(map(len, datagrams)) <= 280
+    assert len(datagrams) < 0.6 * len(messages)  # each datagram wakes the receiver
+    assert counts["EXTENDED_SYS_STATE"] == pytest.approx(5.0 * seconds, abs=1.0)
+    for name, rate in OFFBOARD_RATES_HZ.items():
+        assert counts[name] == pytest.approx(rate * seconds, abs=max(0.01 * rate * seconds, 1.01)), name
 
 
 def test_streams_carry_simulation_time_and_ned(ready):
@@ -147,6 +175,52 @@ def test_there_is_no_mission(ready):
     client.send(mavlink.MAVLink_mission_request_list_message(1, 1))
     setup.run(0.02)
     assert [m.count for m in client.take("MISSION_COUNT")] == [0]
+
+
+@pytest.mark.parametrize(("system", "component", "answered"), [(1, 190, True), (0, 0, True), (1, 5, False)])
+def test_a_mission_upload_is_unsupported_whoever_plans_missions_here(ready, system, component, answered):
+    setup, client = ready
+    client.send(mavlink.MAVLink_mission_count_message(system, component, 3))
+    setup.run(0.02)
+    unsupported = [mavlink.MAV_MISSION_UNSUPPORTED] if answered else []
+    assert [m.type for m in client.take("MISSION_ACK")] == unsupported
+
+
+LIST_DIRECTORY, OPEN_FILE, RESET_SESSIONS = 3, 4, 2
+FTP_ACK, FTP_NAK, UNKNOWN_COMMAND = 128, 129, 7
+
+
+def file_request(opcode, sequence, system=1, data=b"/etc"):
+    header = struct.pack("<HBBBBBxI", sequence, 0, opcode, len(data), 0, 0, 0)
+    return mavlink.MAVLink_file_transfer_protocol_message(0, system, 1, (header + data).ljust(251, b"\0"))
+
+
+@pytest.mark.parametrize(
+    ("opcode", "answer", "data"),
+    [
+        (LIST_DIRECTORY, FTP_NAK, [UNKNOWN_COMMAND]),
+        (OPEN_FILE, FTP_NAK, [UNKNOWN_COMMAND]),
+        (99, FTP_NAK, [UNKNOWN_COMMAND]),
+        (RESET_SESSIONS, FTP_ACK, []),
+    ],
+)
+def test_file_transfers_are_refused_at_once(ready, opcode, answer, data):
+    setup, client = ready
+    client.send(file_request(opcode, sequence=65535))
+    setup.run(0.01)
+    (found,) = client.take("FILE_TRANSFER_PROTOCOL")
+    sequence, _, code, size, requested = struct.unpack("<HBBBB", bytes(found.payload[:6]))
+    assert (sequence, code, size, requested) == (0, answer, len(data), opcode)
+    assert list(found.payload[12 : 12 + size]) == data
+    assert (found.target_system, found.target_component) == (255, 190)
+
+
+def test_answers_about_files_and_requests_to_others_are_not_answered(ready):
+    setup, client = ready
+    for message in (file_request(FTP_ACK, 1), file_request(FTP_NAK, 2), file_request(OPEN_FILE, 3, system=2)):
+        client.send(message)
+    setup.run(0.01)
+    assert not client.take("FILE_TRANSFER_PROTOCOL")
 
 
 def test_status_texts_go_to_ground_stations_only(setup):

@@ -62,6 +62,19 @@ def test_valid_messages_around_garbage_are_read():
     assert [m.get_type() for m in found] == ["HEARTBEAT", "HEARTBEAT"]
 
 
+LINK_NODE_STATUS, CURRENT_EVENT_SEQUENCE = 8, 411
+
+
+@pytest.mark.parametrize("number", [LINK_NODE_STATUS, CURRENT_EVENT_SEQUENCE])
+def test_messages_of_newer_dialects_are_skipped_in_silence(number):
+    beat = Codec(255, 1).pack(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+    unknown = bytes((0xFD, 3, 0, 0, 0, 1, 1)) + number.to_bytes(3, "little") + b"abc" + b"\x12\x34"
+    codec = Codec(1, 1)
+    found = list(codec.decode(beat + unknown + beat + unknown))
+    assert [m.get_type() for m in found] == ["HEARTBEAT", "HEARTBEAT"]
+    assert (codec.unknown, codec.bad) == (2, 0)
+
+
 @settings(max_examples=300, deadline=None)
 @given(st.sampled_from(sorted(mavlink.mavlink_map)), st.binary(max_size=255))
 def test_every_message_type_with_any_payload_is_survived(one_setup, number, payload):

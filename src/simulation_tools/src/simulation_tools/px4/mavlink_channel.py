@@ -14,7 +14,7 @@ from simulation_tools.px4.px4 import Px4
 
 _FORGET_PEER_AFTER_S = 10.0  # wall time
 _MAX_PEERS = 16
-_MAX_DATAGRAM = 1400  # bytes, so that no network takes one apart
+_MAX_DATAGRAM = 280  # bytes, PX4's; MAVROS reads 296 of a datagram and drops the rest
 
 
 @dataclass

@@ -15,8 +15,10 @@ from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP, Address, wait_readable
 from simulation_tools.px4 import telemetry
+from simulation_tools.px4.file_transfer import refuse_file_transfer
 from simulation_tools.px4.mavlink_channel import Channel
 from simulation_tools.px4.message_commands import MessageCommands
+from simulation_tools.px4.mission_protocol import MISSION_MESSAGES, answer_mission
 from simulation_tools.px4.modes import Result, Severity
 from simulation_tools.px4.parameter_protocol import ParameterProtocol
 from simulation_tools.px4.px4 import Px4
@@ -110,11 +112,8 @@ class MavlinkLink:
             "PARAM_SET": self._param_set,
             "TIMESYNC": self._timesync,
             "PING": self._ping,
-            "MISSION_REQUEST_LIST": self._mission_list,
-            "MISSION_REQUEST_INT": self._mission_item,
-            "MISSION_REQUEST": self._mission_item,
-            "MISSION_COUNT": self._mission_upload,
-            "MISSION_CLEAR_ALL": self._mission_clear,
+            "FILE_TRANSFER_PROTOCOL": self._file_transfer,
+            **dict.fromkeys(MISSION_MESSAGES, self._mission),
         }
 
     def poll(self, time_us: int, until: Callable[[], bool] = lambda: False) -> None:
@@ -256,27 +255,15 @@ class MavlinkLink:
             source = (m.get_srcSystem(), m.get_srcComponent())
             channel.reply(common.MAVLink_ping_message(m.time_usec, m.seq, *source), sender)
 
-    # Missions: there are none
+    def _mission(self, channel: Channel, m, sender: Address) -> None:
+        answer = answer_mission(m, channel.codec.system_id, channel.codec.component_id)
+        if answer is not None:
+            channel.reply(answer, sender)
 
-    def _mission_list(self, channel: Channel, m, sender: Address) -> None:
-        if self._is_for_us(channel, m):
-            source = (m.get_srcSystem(), m.get_srcComponent())
-            channel.reply(common.MAVLink_mission_count_message(*source, 0, m.mission_type), sender)
-
-    def _mission_item(self, channel: Channel, m, sender: Address) -> None:
-        self._mission_answer(channel, m, common.MAV_MISSION_ERROR, sender)
-
-    def _mission_upload(self, channel: Channel, m, sender: Address) -> None:
-        result = common.MAV_MISSION_NO_SPACE if m.count else common.MAV_MISSION_ACCEPTED
-        self._mission_answer(channel, m, result, sender)
-
-    def _mission_clear(self, channel: Channel, m, sender: Address) -> None:
-        self._mission_answer(channel, m, common.MAV_MISSION_ACCEPTED, sender)
-
-    def _mission_answer(self, channel: Channel, m, result: int, sender: Address) -> None:
-        if self._is_for_us(channel, m):
-            source = (m.get_srcSystem(), m.get_srcComponent())
-            channel.reply(common.MAVLink_mission_ack_message(*source, result, m.mission_type), sender)
+    def _file_transfer(self, channel: Channel, m, sender: Address) -> None:
+        answer = refuse_file_transfer(m) if self._is_for_us(channel, m) else None
+        if answer is not None:
+            channel.reply(answer, sender)
 
     # Words
 
