@@ -1,6 +1,7 @@
 """The layers of the workspace: libraries know no ROS, tool packages not each other (thesis, 9.2.2).
 
 A package's library is `src/<package>/`; what its nodes share stands in a package of its own, `<package>_ros`.
+`node_tools` is the one leaf that all nodes may use, and it uses none of ours.
 """
 
 from __future__ import annotations
@@ -14,11 +15,17 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
-LIBRARY = sorted(path for package in PACKAGES for path in package.glob(f"src/{package.name}/**/*.py"))
+EDGE = "node_tools"
+LIBRARY = sorted(
+    path
+    for package in PACKAGES
+    if package.name != EDGE
+    for path in package.glob(f"src/{package.name}/**/*.py")
+)
 TOOLS = {"simulation_tools", "inspection_tools", "cepa", "gridslam"}
 ROS = re.compile(
     r"(rospy|roslib|ros(bag|graph|launch|lib|master|msg|node|param|pkg|service|test|topic|unit)|tf|tf2_\w+"
-    r"|\w+_msgs|std_srvs|genpy|genmsg|dynamic_reconfigure|message_filters|actionlib|cv_bridge)$"
+    r"|\w+_msgs|std_srvs|genpy|genmsg|dynamic_reconfigure|message_filters|actionlib|cv_bridge|node_tools)$"
 )
 
 
@@ -35,6 +42,15 @@ def test_tool_packages_do_not_import_each_other(package):
     others = TOOLS - {package} | {"master_thesis"}
     found = {(path.name, name) for path in sources for name in imports(path) if name in others}
     assert not found
+
+
+def test_the_edge_to_ros_knows_none_of_ours():
+    ours = {path.name for path in PACKAGES} - {EDGE}
+    found = {(path.name, name) for path in ROOT.glob(f"src/{EDGE}/src/**/*.py") for name in imports(path)}
+    assert found
+    assert not {
+        (file, name) for file, name in found if name in ours or (name.endswith("_ros") and name != "tf2_ros")
+    }
 
 
 def test_the_rule_finds_ros():

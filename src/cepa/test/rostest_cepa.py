@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import rostest
-from cepa_ros.node import config_of
+from cepa_ros.parameters import Choice, config_of
 from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
@@ -37,7 +37,7 @@ from probe import (
 )
 
 NODE = "/cepa"
-DEFAULTS = config_of("improved", CepaParameters())
+DEFAULTS = config_of(Choice("improved", CepaParameters()))
 
 
 class CepaTest(unittest.TestCase):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import rostest
-from cepa_ros.node import config_of
+from cepa_ros.parameters import Choice, config_of
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
@@ -21,7 +21,7 @@ from probe import Input, Output, Stamps, Warned, odometry_of, scan_of, velocity_
 from tuning_cases import CASES, UNSEEN_INTENSITY
 
 NODE = "/cepa"
-DEFAULTS = config_of("improved", CepaParameters())
+DEFAULTS = config_of(Choice("improved", CepaParameters()))
 
 
 class TuningTest(unittest.TestCase):

@@ -43,7 +43,7 @@ class SlamTest(unittest.TestCase):
         setpoints.send(setpoint)
         self.assertEqual(goals.next().header.frame_id, "map")
         poses.send(odometry_of(stamps.next(0.01)))
-        warned.wait_for('no transform between "map" and "odom". Is SLAM running?')
+        warned.wait_for('no transform from "odom" to "map". Is SLAM running?')
         commands.assert_quiet()
 
         # When SLAM says that odom lies 10 m ahead in the map and is turned left by 90 degrees,

@@ -122,7 +122,7 @@ class YawRegulatorTest(unittest.TestCase):
         for linear, frame, complaint in (
             ((math.nan, 0.0, 0.0), "base_frame", "not finite. The reference"),
             ((0.0, 1e300, 0.0), "base_frame", "beyond 1e+06 m/s; check its source. The reference"),
-            ((0.0, 1.0, 0.0), "map", 'no transform between "base_frame" and "map". The reference is ignored'),
+            ((0.0, 1.0, 0.0), "map", 'no transform from "map" to "base_frame". The reference is ignored'),
         ):
             self.references.send(velocity_of(self.stamps.next(), linear, frame))
             self.warned.wait_for(complaint)

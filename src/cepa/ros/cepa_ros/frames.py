@@ -1,22 +1,14 @@
-"""TF without waiting: what is not known now is asked for again with the next message."""
+"""How velocities and lidars of other frames read in the body frame, by TF."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
-import rospy
-import tf2_ros
-from tf2_msgs.msg import TFMessage
-
-from cepa import CepaError
+from node_tools.newest_transforms import FrameError, NewestTransforms
 
 LEVEL_COSINE = math.cos(math.radians(20.0))
 """A lidar whose axis leans more than this against the body's does not scan the plane in which CEPA steers."""
-
-
-class FrameError(CepaError):
-    """TF does not know a transform, or it makes no sense for CEPA."""
 
 
 class PlaneTurn:
@@ -45,21 +37,16 @@ class Mount(NamedTuple):
 
 
 class Frames:
-    """Turns of the horizontal plane between frames; only /tf_static is listened to until /tf is needed."""
+    """Turns of the horizontal plane between frames, by the newest transforms."""
 
-    def __init__(self, base_frame: str):
-        self.base_frame = base_frame
+    def __init__(self, base_frame: str) -> None:
+        self._base_frame = base_frame.lstrip("/")
         self._mounts: dict[str, Mount] = {}
-        self._subscribers: list = []
-        self.restart()
+        self._transforms = NewestTransforms()
 
     def restart(self) -> None:
         """Forget moving transforms, as after a clock that jumped back; how lidars are mounted stays known."""
-        for subscriber in self._subscribers:
-            subscriber.unregister()
-        self._buffer = tf2_ros.Buffer(debug=False)
-        self._moving = False
-        self._subscribers = [rospy.Subscriber("/tf_static", TFMessage, self._on_static, queue_size=100)]
+        self._transforms.restart()
 
     def lidar_mount(self, frame: str) -> Mount:
         """Return how the lidar sits on the base frame; asked for once.
@@ -88,28 +75,8 @@ class Frames:
         return self._look_up(frame).turn
 
     def _look_up(self, frame: str) -> Mount:
-        frame = frame.lstrip("/")
-        if frame in ("", self.base_frame):
-            return Mount(PlaneTurn(0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-        try:
-            found = self._buffer.lookup_transform(self.base_frame, frame, rospy.Time(0)).transform
-        except tf2_ros.TransformException:
-            self._listen_to_moving()
-            raise FrameError(f'TF knows no transform from "{frame}" to "{self.base_frame}".') from None
-        t, q = found.translation, found.rotation
-        yaw = math.atan2(2.0 * (q.x * q.y + q.z * q.w), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-        turn = PlaneTurn(yaw, flipped=q.x * q.x + q.y * q.y > 0.5)
-        return Mount(turn, (t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
-
-    def _listen_to_moving(self) -> None:
-        if not self._moving:
-            self._moving = True
-            self._subscribers.append(rospy.Subscriber("/tf", TFMessage, self._on_moving, queue_size=100))
-
-    def _on_static(self, message: TFMessage) -> None:
-        for transform in message.transforms:
-            self._buffer.set_transform_static(transform, "cepa")
-
-    def _on_moving(self, message: TFMessage) -> None:
-        for transform in message.transforms:
-            self._buffer.set_transform(transform, "cepa")
+        found = self._transforms.look_up(self._base_frame, frame or self._base_frame)
+        x, y, z, w = found.rotation_xyzw
+        yaw_rad = math.atan2(2.0 * (x * y + z * w), 1.0 - 2.0 * (y * y + z * z))
+        turn = PlaneTurn(yaw_rad, flipped=x * x + y * y > 0.5)
+        return Mount(turn, found.translation_m, found.rotation_xyzw)

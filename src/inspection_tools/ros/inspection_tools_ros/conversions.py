@@ -51,16 +51,6 @@ def pose_of(pose) -> tuple:
     return position_m, normalised((q.x, q.y, q.z, q.w))
 
 
-def transform_of(transform) -> tuple:
-    """Return translation (x, y, z) and unit quaternion (x, y, z, w) of a geometry_msgs/Transform.
-
-    Raises:
-        PoseError: without an orientation.
-    """
-    t, q = transform.translation, transform.rotation
-    return (t.x, t.y, t.z), normalised((q.x, q.y, q.z, q.w))
-
-
 def body_velocity_of(command, base_frame: str) -> tuple:
     """Return the linear velocity (x, y, z) of a geometry_msgs/TwistStamped in the body frame.
 

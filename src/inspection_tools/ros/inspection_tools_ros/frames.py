@@ -1,33 +1,22 @@
-"""TF without waiting: what is not known now is asked for again with the next message."""
+"""How velocities and poses of other frames read in a node's own, by TF."""
 
 from __future__ import annotations
 
 import math
 
-import rospy
-
-from inspection_tools.errors import InspectionToolsError
-from inspection_tools.geometry import yaw_of
-from inspection_tools_ros import conversions
-
-
-class FrameError(InspectionToolsError):
-    """TF does not know a transform."""
+from inspection_tools.geometry import normalised, yaw_of
+from node_tools.newest_transforms import NewestTransforms
 
 
 class Frames:
     """The newest transforms between frames; TF is listened to from the first question on."""
 
-    def __init__(self):
-        self._buffer = None
+    def __init__(self) -> None:
+        self._transforms: NewestTransforms | None = None
 
     def listen(self) -> None:
         """Begin to listen, so that the first question can be answered already."""
-        import tf2_ros  # only where it is needed: it slows the start
-
-        self._error = tf2_ros.TransformException
-        self._buffer = tf2_ros.Buffer(debug=False)
-        self._listener = tf2_ros.TransformListener(self._buffer)
+        self._transforms = NewestTransforms(listen_to_moving=True)
 
     def look_up(self, target: str, source: str) -> tuple:
         """Return translation (x, y, z) and unit quaternion (x, y, z, w) that take ``source`` to ``target``.
@@ -36,13 +25,10 @@ class Frames:
             FrameError: TF does not know it (yet).
             PoseError: it is no rotation.
         """
-        if self._buffer is None:
+        if self._transforms is None:
             self.listen()
-        try:
-            found = self._buffer.lookup_transform(target, source, rospy.Time(0))
-        except self._error:
-            raise FrameError(f'TF knows no transform between "{target}" and "{source}".') from None
-        return conversions.transform_of(found.transform)
+        found = self._transforms.look_up(target, source)
+        return found.translation_m, normalised(found.rotation_xyzw)
 
     def turn(self, vector_xy, target: str, source: str) -> tuple:
         """Return a levelled vector (x, y) of ``source`` as it reads in ``target``: turned by yaw only.

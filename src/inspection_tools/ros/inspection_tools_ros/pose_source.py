@@ -7,7 +7,8 @@ import rospy
 from inspection_tools.errors import ParameterError, PoseError
 from inspection_tools.geometry import multiply, rotate, yaw_of
 from inspection_tools_ros import conversions
-from inspection_tools_ros.frames import FrameError, Frames
+from inspection_tools_ros.frames import Frames
+from node_tools.newest_transforms import FrameError
 
 POSE_SOURCES = ("odometry", "ground_truth", "slam")
 

@@ -8,13 +8,10 @@ import struct
 import pytest
 
 pytest.importorskip("rospy", reason="needs ROS")
-pytest.importorskip("cepa_ros", reason="needs the workspace's environment: source devel/setup.bash")
 
-from cepa_ros import direct_publisher as of_cepa
-from inspection_tools_ros import direct_publisher as of_inspection_tools
 from rospy.exceptions import TransportTerminated
 
-from simulation_tools_ros import direct_publisher as of_simulation_tools
+from node_tools.direct_publisher import DirectConnection
 
 pytestmark = pytest.mark.ros
 
@@ -37,14 +34,11 @@ class Transport:
         self.socket.close()
 
 
-MODULES = (of_cepa, of_inspection_tools, of_simulation_tools)
-
-
-@pytest.fixture(params=MODULES, ids=lambda module: module.__name__)
-def pair(request):
-    """A connection that keeps three messages, and the subscriber's end of it; each package has its own."""
+@pytest.fixture
+def pair():
+    """A connection that keeps three messages, and the subscriber's end of it."""
     ours, theirs = socket.socketpair()
-    connection = request.param.DirectConnection(Transport(ours), 3)
+    connection = DirectConnection(Transport(ours), 3)
     yield connection, Reader(theirs)
     ours.close()
     theirs.close()
@@ -97,10 +91,9 @@ def test_a_subscriber_that_hangs_holds_nobody_up_and_later_gets_the_newest(pair)
     assert late == [len(first), 4998, 4999, 5000]
 
 
-@pytest.mark.parametrize("pair", [of_simulation_tools], indirect=True)
 def test_messages_that_are_held_back_go_out_together(pair):
     connection, reader = pair
-    holding = of_simulation_tools.DirectConnection(connection, 3, holds=True)
+    holding = DirectConnection(connection, 3, holds=True)
     for number in range(5):
         holding.write_data(message(number))
     assert reader.read() == []
@@ -120,10 +113,9 @@ def test_a_subscriber_that_has_gone_is_told_of(pair):
         connection.write_data(message(11))
 
 
-@pytest.mark.parametrize("pair", [of_simulation_tools], indirect=True)
 def test_what_was_held_back_for_one_that_has_gone_meanwhile_is_no_error(pair):
     transport = pair[0]._connection
-    holding = of_simulation_tools.DirectConnection(transport, 3, holds=True)
+    holding = DirectConnection(transport, 3, holds=True)
     holding.write_data(message(1))
     transport.socket.close()
     transport.socket = None

@@ -6,7 +6,7 @@ pytestmark = pytest.mark.ros
 
 WHY = "needs the workspace's environment: source devel/setup.bash"
 rospy = pytest.importorskip("rospy", reason=WHY)
-node = pytest.importorskip("inspection_tools_ros.node", reason=WHY)
+stamp_watch = pytest.importorskip("node_tools.stamp_watch", reason=WHY)
 
 
 class Clocks:
@@ -33,8 +33,8 @@ class Said:
 @pytest.fixture
 def clocks(monkeypatch):
     clocks = Clocks()
-    monkeypatch.setattr(node.time, "monotonic", lambda: clocks.wall_s)
-    monkeypatch.setattr(node.rospy.Time, "now", lambda: rospy.Time.from_sec(clocks.ros_s))
+    monkeypatch.setattr(stamp_watch.time, "monotonic", lambda: clocks.wall_s)
+    monkeypatch.setattr(stamp_watch.rospy.Time, "now", lambda: rospy.Time.from_sec(clocks.ros_s))
     return clocks
 
 
@@ -45,7 +45,7 @@ def said():
 
 @pytest.fixture
 def watch(clocks, said):
-    return node.StampWatch(said)
+    return stamp_watch.StampWatch(said)
 
 
 def is_ahead(watch, stamp_s):

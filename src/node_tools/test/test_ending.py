@@ -1,4 +1,4 @@
-"""How processes end that use `StopSignals`, and nodes while they start: at once and without a traceback."""
+"""How processes end that use `Ending`, and nodes while they start: at once and without a traceback."""
 
 from __future__ import annotations
 
@@ -14,23 +14,44 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1]
 PATIENCE_S = 10.0  # what is not ended takes a minute; how fast it ends is for benchmarks to say
+NODES = (
+    "cepa/nodes/cepa",
+    "gridslam/nodes/slam_gridslam",
+    "inspection_tools/nodes/mission",
+    "simulation_tools/nodes/gazebo",
+    "simulation_tools/nodes/mavros",
+    "simulation_tools/nodes/mavros_publisher",
+    "simulation_tools/nodes/tf_publisher",
+)
 BEGIN = f"""
 import sys, time
 sys.path.insert(0, {str(PACKAGE / "src")!r})
-from simulation_tools.stop_signals import StopSignals, leave
-stop = StopSignals()
+from node_tools.ending import Ending, leave
+ending = Ending()
 print("begun", flush=True)
 """
 
 
+def watches_for_signals(pid):
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    blocked = next(int(line.split()[1], 16) for line in lines if line.startswith("SigBlk:"))
+    return bool(blocked & 1 << (signal.SIGINT - 1))
+
+
 def end(arguments, number=signal.SIGINT, after_s=0.0, line=None, **environment):
-    """Start a process, signal it after its first line or some time; returns (exit code, output, seconds)."""
+    """Start a process, signal it some time after its first line, or after it watches for signals.
+
+    Returns (exit code, output, seconds until it ended).
+    """
     process = subprocess.Popen(
         arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **environment
     )
     try:
         if line:
             assert process.stdout.readline().strip() == line
+        while not watches_for_signals(process.pid):  # Python itself takes a moment to start
+            assert process.poll() is None, process.stdout.read()
+            time.sleep(0.005)
         time.sleep(after_s)
         began = time.monotonic()
         process.send_signal(number)
@@ -42,17 +63,29 @@ def end(arguments, number=signal.SIGINT, after_s=0.0, line=None, **environment):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_before_anything_is_watched_it_ends_on_the_spot(number):
+def test_before_anything_is_open_it_ends_on_the_spot(number):
     code, output, seconds = end([sys.executable, "-c", BEGIN + "time.sleep(60)"], number, line="begun")
     assert code == 128 + number
     assert output == ""
     assert seconds < PATIENCE_S
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_is_open_is_closed_whatever_the_main_thread_does(number):
+    body = """
+ending.closes_by(lambda: print("closed"))
+while True:
+    pass
+"""
+    code, output, seconds = end([sys.executable, "-c", BEGIN + body], number, line="begun", after_s=0.2)
+    assert (code, output) == (0, "closed\n")
+    assert seconds < PATIENCE_S
+
+
 def test_a_main_thread_that_watches_ends_by_itself_and_closes():
     body = """
-stop.watched()
-while not stop.wait(0.1):
+ending.main_thread_closes()
+while not ending.wait(0.1):
     pass
 leave(3, lambda: print("closed"))
 """
@@ -64,21 +97,19 @@ leave(3, lambda: print("closed"))
 @pytest.mark.parametrize("body", ["time.sleep(60)", "leave(0, lambda: time.sleep(60))"])
 def test_nothing_that_hangs_is_waited_for_long(body):
     code, output, seconds = end(
-        [sys.executable, "-c", BEGIN + "stop.watched()\n" + body], line="begun", after_s=0.2
+        [sys.executable, "-c", BEGIN + "ending.main_thread_closes()\n" + body], line="begun", after_s=0.2
     )
     assert (code, output) == (0, "")
     assert seconds < PATIENCE_S
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize("after_s", [0.5, 0.8, 1.2])
+@pytest.mark.parametrize("after_s", [0.0, 0.4, 1.0])
 def test_a_node_interrupted_while_it_starts_is_gone_at_once_without_a_traceback(after_s):
     """All at the same time: none waits for another."""
     pytest.importorskip("rospy")
     nobodys = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:1"}  # a user's own graph has the usual one
-    nodes = [
-        str(PACKAGE / "nodes" / name) for name in ("gazebo", "mavros", "mavros_publisher", "tf_publisher")
-    ]
+    nodes = [str(PACKAGE.parent / path) for path in NODES]
     with ThreadPoolExecutor(len(nodes)) as pool:
         ends = pool.map(lambda node: end([sys.executable, node], after_s=after_s, env=nobodys), nodes)
     for node, (_, output, seconds) in zip(nodes, ends):

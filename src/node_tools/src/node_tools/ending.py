@@ -1,0 +1,90 @@
+"""How a process ends: at once, whatever it is doing when SIGINT or SIGTERM comes.
+
+Python raises KeyboardInterrupt in the middle of an import. rospy's own handler closes topics from within the
+main thread, and may wait for ever for a lock that this thread holds. An interpreter that ends while threads
+of rospy, numba or BLAS live sometimes never does. Therefore a thread of its own waits for the signal, closes
+what is open, and ends the process without the interpreter's own end.
+
+This module is the first import of every node's executable, so it imports little itself.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from typing import Callable
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+CLOSING_S = 0.8
+"""Wall time after which the process ends, even if something still closes."""
+
+
+class Ending:
+    """Waits for the signals. Make it in the main thread, before the imports that take time."""
+
+    def __init__(self) -> None:
+        self._received = threading.Event()
+        self._close: Callable[[], None] | None = None
+        self._main_thread_closes = False
+        # Later threads inherit this mask. So a signal always comes to the thread that waits for it.
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+        threading.Thread(target=self._wait_for_signal, name="ending", daemon=True).start()
+
+    @property
+    def received(self) -> bool:
+        """Whether the process was asked to end."""
+        return self._received.is_set()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Sleep until the process is asked to end (True) or the time is over (False)."""
+        return self._received.wait(timeout_s)
+
+    def closes_by(self, close: Callable[[], None]) -> None:
+        """Call `close` on a signal from now on, and then end with exit code 0."""
+        self._close = close
+
+    def main_thread_closes(self) -> None:
+        """Leave the end to the main thread, which looks at `received` and has `CLOSING_S` for it."""
+        self._main_thread_closes = True
+
+    def _wait_for_signal(self) -> None:
+        number = signal.sigwait(SIGNALS)
+        self._received.set()
+        if self._main_thread_closes:
+            _exit_later(0)
+        elif self._close is not None:
+            leave(0, self._close)
+        else:
+            os._exit(128 + number)  # nothing is open yet
+
+
+def leave(code: int, close: Callable[[], None] = lambda: None) -> None:
+    """End the process with this exit code after `close`, or after `CLOSING_S`. Does not return."""
+    silence_threads()
+    _exit_later(code)
+    try:
+        close()
+        _flush()
+    finally:
+        os._exit(code)
+
+
+def silence_threads() -> None:
+    """Let threads end without a traceback. rospy closes sockets to which other threads still listen."""
+    threading.excepthook = lambda _: None
+
+
+def _exit_later(code: int) -> None:
+    timer = threading.Timer(CLOSING_S, os._exit, (code,))
+    timer.daemon = True
+    timer.start()
+
+
+def _flush() -> None:
+    import logging
+    import sys
+
+    logging.shutdown()
+    sys.stdout.flush()
+    sys.stderr.flush()

@@ -1,0 +1,85 @@
+"""TF without waiting: what is not known now is asked for again with the next message.
+
+A look-up with a time-out waits for ROS time. It blocks for ever while the clock stands still, as in lockstep.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import rospy
+from tf2_msgs.msg import TFMessage
+
+from node_tools.conversions import xyz, xyzw
+
+AUTHORITY = "node_tools"
+
+
+class FrameError(Exception):
+    """TF does not know a transform."""
+
+
+class Transform(NamedTuple):
+    """Takes coordinates of one frame to another: first turned, then moved."""
+
+    translation_m: tuple[float, float, float]
+    rotation_xyzw: tuple[float, float, float, float]
+
+
+IDENTITY = Transform((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+class NewestTransforms:
+    """The newest transforms between frames.
+
+    Args:
+        listen_to_moving: subscribe to /tf at once. Otherwise only /tf_static is heard until a look-up fails:
+            a node that needs static frames alone is spared a hundred messages a second.
+    """
+
+    def __init__(self, listen_to_moving: bool = False) -> None:
+        self._listens_from_the_start = listen_to_moving
+        self._subscribers: list[rospy.Subscriber] = []
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all transforms, as after a clock that jumped back; static ones come again at once."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        import tf2_ros  # slow to import, and not every node needs it
+
+        self._buffer = tf2_ros.Buffer(debug=False)
+        self._unknown = tf2_ros.TransformException
+        self._moving = False
+        self._subscribers = [rospy.Subscriber("/tf_static", TFMessage, self._on_static, queue_size=100)]
+        if self._listens_from_the_start:
+            self._listen_to_moving()
+
+    def look_up(self, target: str, source: str) -> Transform:
+        """Return the newest transform that takes `source` to `target`.
+
+        Raises:
+            FrameError: TF does not know it (yet).
+        """
+        target, source = target.lstrip("/"), source.lstrip("/")
+        if source == target:
+            return IDENTITY
+        try:
+            found = self._buffer.lookup_transform(target, source, rospy.Time(0)).transform
+        except self._unknown:
+            self._listen_to_moving()
+            raise FrameError(f'TF knows no transform from "{source}" to "{target}".') from None
+        return Transform(xyz(found.translation), xyzw(found.rotation))
+
+    def _listen_to_moving(self) -> None:
+        if not self._moving:
+            self._moving = True
+            self._subscribers.append(rospy.Subscriber("/tf", TFMessage, self._on_moving, queue_size=100))
+
+    def _on_static(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            self._buffer.set_transform_static(transform, AUTHORITY)
+
+    def _on_moving(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            self._buffer.set_transform(transform, AUTHORITY)

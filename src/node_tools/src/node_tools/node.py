@@ -1,0 +1,134 @@
+"""How a node starts and runs: one sentence for what is wrong, no traceback, and a clean end."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from typing import Callable, Protocol
+
+import rospy
+
+from node_tools.ending import Ending, leave, silence_threads
+
+HEARD_AFTER_S = 0.3
+"""Wall time until whoever listens to /rosout is connected to a new node."""
+RETRY_S, REMINDER_S = 1.0, 10.0  # wall time
+LAST_ANSWER_S = 0.15  # wall time
+LAST_CALLBACK_S = 0.4  # wall time
+LOOK_S = 0.25
+"""Wall time between two looks whether ROS has told the node to end."""
+
+RunNode = Callable[[Ending], None]
+"""Runs a node in the main thread, and returns when the signals say so or ROS shuts down."""
+
+
+class CallbackNode(Protocol):
+    """A node that works in its callbacks.
+
+    Attributes:
+        _lock: is held while a callback publishes.
+    """
+
+    _lock: threading.Lock
+
+
+def run(name: str, make: Callable[[], RunNode], ending: Ending, errors: type[Exception]) -> None:
+    """Make a node, run it until it is told to end, and end the process.
+
+    What is wrong at the start is one sentence and exit code 1. With the parameter ~keep_trying the sentence
+    comes every `REMINDER_S`, until the fault is mended and the node starts.
+
+    Args:
+        name: the node's name.
+        make: makes the node and returns what runs it; see `spinning`.
+        ending: made before the imports of the executable.
+        errors: base class of the errors that are sentences for the user.
+    """
+    ending.closes_by(_take_leave)
+    try:
+        rospy.init_node(name, disable_signals=True)
+        run_node = _make_at_last(make, errors) if rospy.get_param("~keep_trying", False) else make()
+    except errors as error:
+        _give_up(error)
+    except Exception:
+        if not rospy.core.is_shutdown_requested():
+            raise
+        leave(0, _take_leave)
+    ending.main_thread_closes()
+    if ending.received:  # while the line before was not yet reached
+        leave(0, _take_leave)
+    leave(_run(run_node, ending, errors), _take_leave)
+
+
+def _run(run_node: RunNode, ending: Ending, errors: type[Exception]) -> int:
+    """Return the exit code."""
+    try:
+        run_node(ending)
+    except errors as error:
+        rospy.logfatal("%s", error)
+        return 1
+    except rospy.ROSException:
+        if not rospy.is_shutdown():
+            raise
+    return 0
+
+
+def spinning(
+    node: CallbackNode, period_s: float = LOOK_S, watch: Callable[[], None] = lambda: None
+) -> RunNode:
+    """Return what lets a node's callbacks come until it is told to end.
+
+    Args:
+        node: works in its callbacks.
+        period_s: wall time between two calls of `watch`.
+        watch: is called by the main thread.
+    """
+    # No callback may be under way when rospy closes the topics that it publishes on.
+    rospy.on_shutdown(lambda: node._lock.acquire(timeout=LAST_CALLBACK_S))
+    rospy.on_shutdown(silence_threads)
+
+    def run_node(ending: Ending) -> None:
+        while not (rospy.is_shutdown() or ending.wait(period_s)):
+            watch()
+
+    return run_node
+
+
+def give_up(sentence: str) -> None:
+    """End the process with exit code 1 and a sentence. Does not return."""
+    rospy.logfatal("%s", sentence)
+    leave(1, _take_leave)
+
+
+def _make_at_last(make: Callable[[], RunNode], errors: type[Exception]) -> RunNode:
+    """Return what `make` returns, once nothing is wrong any more."""
+    reminded_s = -math.inf
+    while True:
+        try:
+            return make()
+        except errors as error:
+            rospy.rostime.wallsleep(RETRY_S)
+            if rospy.is_shutdown():
+                raise rospy.ROSInterruptException("told to end") from None
+            if time.monotonic() - reminded_s > REMINDER_S:
+                reminded_s = time.monotonic()
+                rospy.logfatal("%s", _cannot_start(error))
+
+
+def _give_up(error: Exception) -> None:
+    rospy.rostime.wallsleep(HEARD_AFTER_S)
+    give_up(_cannot_start(error))
+
+
+def _cannot_start(error: Exception) -> str:
+    name = rospy.get_name()
+    return f"{name} cannot start: {error} Change it in the launch file, or by rosparam set under {name}."
+
+
+def _take_leave() -> None:
+    """Tell the master. Whoever told the node to end (rosnode kill) waits for an answer, so give it."""
+    told_by_ros = rospy.core.is_shutdown_requested()
+    rospy.signal_shutdown("the node ends")
+    if told_by_ros:
+        rospy.rostime.wallsleep(LAST_ANSWER_S)

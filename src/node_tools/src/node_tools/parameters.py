@@ -1,0 +1,98 @@
+"""Private ROS parameters as typed, checked objects, and dynamic_reconfigure of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Callable, Mapping, TypeVar
+
+import rospy
+
+Parameters = TypeVar("Parameters")
+
+
+def read_values(defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the private parameters of these names, or their defaults.
+
+    A whole number for a real one becomes a float, a number for a text becomes a str: YAML cannot know.
+    """
+    return {name: _like(default, rospy.get_param("~" + name, default)) for name, default in defaults.items()}
+
+
+def write_values(values: Mapping[str, Any]) -> None:
+    """Set the private parameters. dynamic_reconfigure reads them, and converts no types."""
+    for name, value in values.items():
+        rospy.set_param("~" + name, value)
+
+
+def read_parameters(parameter_class: type[Parameters]) -> Parameters:
+    """Return `parameter_class`, a dataclass that checks itself, filled from the private parameters.
+
+    Raises:
+        what `parameter_class` raises for a wrong parameter.
+    """
+    values = read_values({field.name: field.default for field in dataclasses.fields(parameter_class)})
+    parameters = parameter_class(**values)
+    write_values(values)
+    return parameters
+
+
+def serve_parameters(
+    config_type: Any, parameters: Parameters, apply: Callable[[Parameters], None], errors: type[Exception]
+) -> Any:
+    """Offer `parameters`, a dataclass that checks itself, in dynamic_reconfigure; see `serve`."""
+    parameter_class = type(parameters)
+    names = [field.name for field in dataclasses.fields(parameter_class)]
+    return serve(
+        config_type,
+        parameters,
+        lambda config: parameter_class(**{name: config[name] for name in names}),
+        dataclasses.asdict,
+        apply,
+        errors,
+    )
+
+
+def serve(
+    config_type: Any,
+    parameters: Parameters,
+    read: Callable[[Mapping[str, Any]], Parameters],
+    write: Callable[[Parameters], Mapping[str, Any]],
+    apply: Callable[[Parameters], None],
+    errors: type[Exception],
+) -> Any:
+    """Return a dynamic_reconfigure server; a set that makes no sense is refused, and the last one stays.
+
+    Args:
+        config_type: module that a .cfg file became.
+        parameters: the set that holds now.
+        read: makes a set of a configuration, or raises one of `errors`.
+        write: makes a configuration of a set.
+        apply: is called with each new set.
+        errors: base class of what `read` raises.
+    """
+    from dynamic_reconfigure.server import Server  # slow to import
+
+    accepted = dict(write(parameters))
+
+    def on_change(config: Any, _level: int) -> Any:
+        try:
+            changed = read(config)
+        except errors as error:
+            rospy.logwarn("%s The change is refused; the old parameters stay.", error)
+            config.update(accepted)
+            return config
+        accepted.update(write(changed))
+        config.update(accepted)
+        apply(changed)
+        return config
+
+    return Server(config_type, on_change)
+
+
+def _like(default: Any, value: Any) -> Any:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if isinstance(default, float) and is_number:
+        return float(value)
+    if isinstance(default, str) and isinstance(value, (int, float)):
+        return str(value)
+    return value

@@ -1,0 +1,27 @@
+"""Warnings that come once in a while, however often their cause comes."""
+
+from __future__ import annotations
+
+import re
+
+import rospy
+
+PERIOD_S = 5.0
+"""ROS time between two warnings of one kind."""
+_NUMBERS = re.compile(r"\d+")
+
+
+class ThrottledWarnings:
+    """Says each fault once in `PERIOD_S`, whatever numbers its sentence carries."""
+
+    def __init__(self) -> None:
+        self._said_at_s: dict[str, float] = {}
+
+    def say(self, sentence: object) -> None:
+        """Log the sentence as a warning, unless its like was logged in the last `PERIOD_S`."""
+        kind = _NUMBERS.sub("", str(sentence))
+        now_s = rospy.get_time()
+        said_at_s = self._said_at_s.get(kind)
+        if said_at_s is None or not 0.0 <= now_s - said_at_s < PERIOD_S:
+            self._said_at_s[kind] = now_s
+            rospy.logwarn("%s", sentence)
