@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 
 import rospy
@@ -84,6 +83,7 @@ class MavrosTelemetry:
         if time_boot_ms < self._time_boot_ms - 1000:
             rospy.logwarn("The flight controller's clock jumped back: mavros forgets what it heard before.")
             heartbeat = self._heartbeat
+            self._heartbeats_s.clear()
             self._forget()
             self._heartbeat = heartbeat
         self._time_boot_ms = max(time_boot_ms, self._time_boot_ms)
@@ -114,7 +114,7 @@ class MavrosTelemetry:
         self._diagnostics_due_s = now_s + DIAGNOSTICS_PERIOD_S
         statuses = (
             diagnose.connection(self._client),
-            diagnose.heartbeats(self._heartbeat, self._heartbeat_count, self._heartbeats_s, now_s),
+            diagnose.heartbeats(self._heartbeat, self._heartbeat_count, self._heartbeats_s, rospy.get_time()),
             diagnose.system(self._sys_status),
             diagnose.battery(self._sys_status),
         )
@@ -123,7 +123,7 @@ class MavrosTelemetry:
     def _on_heartbeat(self, message) -> None:
         self._heartbeat = message
         self._heartbeat_count += 1
-        self._heartbeats_s.append(time.monotonic())
+        self._heartbeats_s.append(rospy.get_time())
         self.publish_state()
 
     def _on_extended_state(self, message) -> None:

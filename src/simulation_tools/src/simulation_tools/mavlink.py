@@ -8,6 +8,7 @@ types that are not in the dialect are no fault of anybody's: newer flight contro
 from __future__ import annotations
 
 import contextlib
+import errno
 import select
 import socket
 import struct
@@ -111,11 +112,20 @@ def open_udp(host: str, port: int, purpose: str) -> socket.socket:
         udp.bind((host, port))
     except (OSError, OverflowError) as error:
         udp.close()
-        raise LinkError(
-            f"cannot bind UDP {host}:{port} for {purpose}: {getattr(error, 'strerror', None) or error}; "
-            "stop the program that uses the port (another simulator?) or choose another port"
-        ) from None
+        raise LinkError(f"cannot bind UDP {host}:{port} for {purpose}: {why_not_bound(error)}") from None
     return udp
+
+
+def why_not_bound(error: OSError | OverflowError) -> str:
+    """Return why a port cannot be had, and what to do about it."""
+    number = getattr(error, "errno", None)
+    if number == errno.EADDRINUSE:
+        advice = "stop the program that uses the port (another simulator?) or choose another port"
+    elif number == errno.EADDRNOTAVAIL:
+        advice = "choose an address of this machine"
+    else:
+        advice = "choose a port from 1024 to 65535"
+    return f"{getattr(error, 'strerror', None) or error}; {advice}"
 
 
 def receive_all(udp: socket.socket) -> Iterator[tuple[bytes, Address]]:

@@ -15,8 +15,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from flight import NO_NOISE, Flight
 from lossy_proxy import LossyProxy
 
-from simulation_tools.mavlink import Codec, LinkError
-from simulation_tools.mavros.client import FcuClient, custom_mode, mode_name, parse_fcu_url
+from simulation_tools.mavlink import Codec
+from simulation_tools.mavros.client import FcuClient, custom_mode, mode_name
 from simulation_tools.px4.mavlink_link import MavlinkLink
 
 
@@ -174,6 +174,36 @@ def test_only_an_autopilot_of_the_target_can_take_the_link_over(pair, component,
     assert not [m for m in heard if "not the flight controller" in m.text]
 
 
+def test_an_autopilot_on_another_host_cannot_take_the_link_over(pair):
+    """The client listens on every network; the URL says on which host the flight controller is."""
+    _, fcu = pair
+    client = FcuClient(f"udp://0.0.0.0:0@127.0.0.1:{fcu.link.offboard.port}", command_timeout_s=0.5)
+    heard = []
+    client.on("STATUSTEXT", heard.append)
+    messages = [
+        common.MAVLink_heartbeat_message(2, 12, 0, 0, 4, 3),
+        common.MAVLink_statustext_message(6, b"I am not the flight controller"),
+    ]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
+        udp.bind(("127.0.0.2", 0))  # a stranger's address, which every machine has
+        udp.settimeout(0.2)
+        for message in messages:
+            udp.sendto(Codec(1, 1).pack(message), ("127.0.0.1", client.port))
+        assert client.wait(2.0)
+        client.poll()
+        assert not client.connected
+        assert not heard
+        client.send_heartbeat()
+        with pytest.raises(socket.timeout):
+            udp.recv(100)
+    client.close()
+
+
+def test_a_flight_controller_on_this_machine_is_heard_on_the_loopback_alone(pair):
+    client, _ = pair
+    assert client.local_address[0] == "127.0.0.1"
+
+
 def test_an_autopilot_on_another_port_is_followed(pair):
     client, fcu = pair
     assert eventually(lambda: client.connected)
@@ -201,10 +231,3 @@ def test_mode_names_are_mavros_own():
     assert custom_mode("FLY") is None
     assert mode_name(0x03040000) == "AUTO.LOITER"
     assert mode_name(0x09990000) == f"CMODE({0x09990000})"
-
-
-def test_fcu_urls_are_read_or_refused_in_a_sentence():
-    assert parse_fcu_url("udp://:14540@127.0.0.1:14580") == ("0.0.0.0", 14540, "127.0.0.1", 14580)
-    for bad in ("tcp://localhost:5760", "udp://:14540@", "udp://:99999@127.0.0.1:1", "", "udp://a:b@c:d"):
-        with pytest.raises(LinkError, match="fcu_url"):
-            parse_fcu_url(bad)

@@ -27,6 +27,11 @@ def test_a_taken_port_is_one_sentence(setup):
     assert "\n" not in str(caught.value)
 
 
+def test_both_ports_are_on_the_loopback(setup):
+    sockets = (setup.link.offboard.socket, setup.link.ground.socket)
+    assert [socket.getsockname()[0] for socket in sockets] == ["127.0.0.1"] * 2
+
+
 def test_ports_follow_px4s_convention():
     flight = Flight.of_iris(noise=NO_NOISE)
     link = MavlinkLink(flight.px4, offboard_port=34540, gcs_port=34550)

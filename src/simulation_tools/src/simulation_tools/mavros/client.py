@@ -1,15 +1,13 @@
 """A MAVLink client of one flight controller, as MAVROS is one: messages in and out, commands, parameters.
 
-Times here are wall times: whether the other side is there, and how long to wait for it, does not depend on
-how fast simulated time runs, or whether it runs.
+How long to wait for an answer is wall time: it does not depend on how fast simulated time runs, or whether it
+runs. Whether the other side is there at all is told in its own time (see `connection`).
 """
 
 from __future__ import annotations
 
 import math
-import re
 import threading
-import time
 from typing import Callable
 
 from pymavlink.dialects.v20 import common
@@ -18,7 +16,6 @@ from simulation_tools.bounds import fit_float32
 from simulation_tools.mavlink import (
     Address,
     Codec,
-    LinkError,
     decode_text,
     open_udp,
     parameter_from_wire,
@@ -27,7 +24,9 @@ from simulation_tools.mavlink import (
     send,
     wait_readable,
 )
+from simulation_tools.mavros.connection import Connection
 from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
+from simulation_tools.mavros.fcu_url import parse_fcu_url
 
 _PARAMETER_TRIES, _LIST_REQUESTS, _LIST_ROUNDS = 10, 4, 12  # over a network that loses messages
 _SET_TRIES = 3  # another value than the one sent is a refusal, or a late answer to an earlier question
@@ -54,18 +53,6 @@ MODES = {
     "AUTO.PRECLAND": (4, 9),
 }
 _MODE_NAMES = {main << 16 | sub << 24: name for name, (main, sub) in MODES.items()}
-_URL = re.compile(r"udp://(?P<host>[\w.]*):(?P<port>\d+)@(?P<remote_host>[\w.]+):(?P<remote_port>\d+)/?")
-
-
-def parse_fcu_url(url: str) -> tuple[str, int, str, int]:
-    """Read MAVROS's ``udp://[host]:port@remote_host:remote_port``; raises LinkError."""
-    match = _URL.fullmatch(url)
-    if match is None or int(match["port"]) > 65535 or not 0 < int(match["remote_port"]) <= 65535:
-        raise LinkError(
-            f"cannot read the fcu_url {url!r}; write udp://:LOCAL_PORT@REMOTE_HOST:REMOTE_PORT, "
-            "such as udp://:14540@127.0.0.1:14580"
-        )
-    return match["host"] or "0.0.0.0", int(match["port"]), match["remote_host"], int(match["remote_port"])
 
 
 def mode_name(custom_mode: int) -> str:
@@ -93,20 +80,22 @@ class FcuClient:
         connection_timeout_s: float = 10.0,
         command_timeout_s: float = 5.0,
     ) -> None:
-        """Open the local port; raises LinkError."""
-        host, port, remote_host, remote_port = parse_fcu_url(fcu_url)
+        """Open the local port; raises LinkError.
+
+        connection_timeout_s: of the flight controller's time. command_timeout_s: of wall time.
+        """
+        endpoints = parse_fcu_url(fcu_url)
         self.target = target
         self.url = fcu_url
         self.packets = 0  # whole messages received from anybody
         self._codec = Codec(system_id, component_id)
-        self._remote: Address = (remote_host, remote_port)
-        self._socket = open_udp(host, port, "MAVROS")
-        self._connection_timeout_s = connection_timeout_s
+        self._remote: Address = endpoints.remote
+        self._socket = open_udp(*endpoints.local, "MAVROS")
+        self._connection = Connection(connection_timeout_s)
         self._command_timeout_s = command_timeout_s
         self._parameter_timeout_s = min(1.5, command_timeout_s) / _PARAMETER_TRIES
         self._send_lock = threading.Lock()
         self._handlers: dict[str, Handler] = {}
-        self._heard_s = -math.inf
         self._answers = threading.Condition()
         self._acks: dict[int, int] = {}
         self._parameters: dict[str, float] = {}
@@ -120,14 +109,19 @@ class FcuClient:
         self._handlers[name] = handler
 
     @property
+    def local_address(self) -> Address:
+        """Where it listens."""
+        return self._socket.getsockname()
+
+    @property
     def port(self) -> int:
         """The local port."""
-        return self._socket.getsockname()[1]
+        return self.local_address[1]
 
     @property
     def connected(self) -> bool:
         """Whether the flight controller's heartbeats arrive."""
-        return time.monotonic() - self._heard_s < self._connection_timeout_s
+        return self._connection.alive
 
     @property
     def bad_packets(self) -> int:
@@ -147,11 +141,13 @@ class FcuClient:
                     self._handle(message)
 
     def _is_from_target(self, message: common.MAVLink_message, address: Address) -> bool:
-        """Whether the flight controller sent it; only the heartbeat of an autopilot tells where that is.
+        """Whether the flight controller sent it; only the heartbeat of an autopilot tells its port.
 
-        System 1 is what nearly every script takes for itself, too.
+        Its host is the URL's. System 1 is what nearly every script takes for itself, too.
         """
         target = (self.target.system_id, self.target.component_id)
+        if address[0] != self._remote[0]:
+            return False
         if (message.get_srcSystem(), message.get_srcComponent()) != target:
             return False
         if message.get_type() == "HEARTBEAT":
@@ -274,10 +270,9 @@ class FcuClient:
             return None
 
     def _handle(self, message: common.MAVLink_message) -> None:
+        self._connection.on_message(message)
         kind = message.get_type()
-        if kind == "HEARTBEAT":
-            self._heard_s = time.monotonic()
-        elif kind == "COMMAND_ACK":
+        if kind == "COMMAND_ACK":
             with self._answers:
                 self._acks[message.command] = message.result
                 self._answers.notify_all()

@@ -15,7 +15,7 @@ from typing import Callable
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.mavlink import LinkError
+from simulation_tools.mavlink import LinkError, why_not_bound
 
 DEFAULT_PORT = 4560
 _SYSTEM, _COMPONENT = 1, 200  # who Gazebo's plugin says it is
@@ -118,8 +118,5 @@ def _listen(host: str, port: int) -> socket.socket:
         server.setblocking(False)
     except (OSError, OverflowError) as error:
         server.close()
-        raise LinkError(
-            f"cannot listen on TCP {host}:{port} for PX4: {getattr(error, 'strerror', None) or error}; "
-            "stop the program that uses the port (another simulator?) or choose another port"
-        ) from None
+        raise LinkError(f"cannot listen on TCP {host}:{port} for PX4: {why_not_bound(error)}") from None
     return server
