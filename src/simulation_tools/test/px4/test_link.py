@@ -116,6 +116,20 @@ def test_no_local_position_before_the_estimate_is_valid(setup):
     assert client.take("LOCAL_POSITION_NED")
 
 
+def test_the_arming_checks_pass_with_the_local_position(setup):
+    """As PX4's SYS_STATUS: present and enabled always, healthy when it would arm."""
+    client = setup.client()
+    client.heartbeat()
+    setup.run(0.48)
+    before = client.take("SYS_STATUS")[-1]
+    setup.run(0.4)
+    after = client.take("SYS_STATUS")[-1]
+    for status, healthy in ((before, False), (after, True)):
+        bits = (status.onboard_control_sensors_present, status.onboard_control_sensors_enabled)
+        assert all(word & 0x10000000 for word in bits)
+        assert bool(status.onboard_control_sensors_health & 0x10000000) is healthy
+
+
 def test_heartbeat_says_px4_quadrotor(ready):
     setup, client = ready
     setup.run(1.1)

@@ -10,6 +10,9 @@ from simulation_tools.px4.px4 import Px4, Px4Status
 _UNKNOWN_U16 = 65535
 _CELLS, _CELL_FULL_V, _CELL_EMPTY_V = 4, 4.05, 3.7  # PX4's simulated battery
 
+_SENSORS = 0x0120002F  # gyro, accelerometer, magnetometer, pressure, GPS; battery, AHRS
+_ARMING_CHECKS = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK: MAVSDK takes it for "is armable"
+
 
 def _heartbeat(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     return common.MAVLink_heartbeat_message(
@@ -32,11 +35,11 @@ def _battery_voltage(status: Px4Status) -> float:
 
 
 def _sys_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
-    sensors = 0x0120002F  # gyro, accelerometer, magnetometer, pressure, GPS; battery, AHRS
+    may_arm = _ARMING_CHECKS if status.position_valid else 0
     return common.MAVLink_sys_status_message(
-        sensors,
-        sensors,
-        sensors,
+        _SENSORS | _ARMING_CHECKS,
+        _SENSORS | _ARMING_CHECKS,
+        _SENSORS | may_arm,
         100,
         round(1000.0 * _CELLS * _battery_voltage(status)),
         -1,
