@@ -65,7 +65,8 @@ def _make_at_last(make: Callable) -> Callable[[StopSignals], None]:
                 raise rospy.ROSInterruptException("told to end") from None
             if time.monotonic() - reminded_s > REMINDER_S:
                 reminded_s = time.monotonic()
-                rospy.logfatal(f"{error} It is tried again every second.")
+                rospy.logfatal(str(error))
+                rospy.logwarn("It is tried again every second.")
 
 
 def spin(stop: StopSignals, node, period_s: float = 0.25, watch: Callable[[], None] = lambda: None) -> None:

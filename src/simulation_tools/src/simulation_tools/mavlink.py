@@ -112,7 +112,7 @@ def open_udp(host: str, port: int, purpose: str) -> socket.socket:
         udp.bind((host, port))
     except (OSError, OverflowError) as error:
         udp.close()
-        raise LinkError(f"cannot bind UDP {host}:{port} for {purpose}: {why_not_bound(error)}") from None
+        raise LinkError(f"Cannot bind UDP {host}:{port} for {purpose}: {why_not_bound(error)}.") from None
     return udp
 
 

@@ -25,10 +25,10 @@ def test_a_url_names_both_ends_and_without_a_host_the_loopback_serves_the_loopba
     "bad", ["tcp://localhost:5760", "udp://:14540@", "udp://:99999@127.0.0.1:1", "", "udp://a:b@c:d"]
 )
 def test_what_is_no_url_is_refused_in_a_sentence(bad):
-    with pytest.raises(LinkError, match=r"cannot read the fcu_url .*such as udp://:14540@127.0.0.1:14580"):
+    with pytest.raises(LinkError, match=r"Cannot read the fcu_url .*such as udp://:14540@127.0.0.1:14580"):
         parse_fcu_url(bad)
 
 
 def test_a_host_that_nobody_knows_is_named():
-    with pytest.raises(LinkError, match=r"cannot find the host 'no-such-drone.invalid'.*check its name"):
+    with pytest.raises(LinkError, match=r"Cannot find the host 'no-such-drone.invalid'.*check its name"):
         parse_fcu_url("udp://:14540@no-such-drone.invalid:14580")

@@ -115,7 +115,7 @@ def test_time_never_goes_back_for_px4_when_the_simulation_is_reset(simulation, s
 
 def test_a_port_already_taken_is_one_sentence(link):
     with pytest.raises(
-        LinkError, match=rf"cannot listen on TCP 127.0.0.1:{link.port} .* choose another port"
+        LinkError, match=rf"Cannot listen on TCP 127.0.0.1:{link.port} .* choose another port"
     ):
         SimulatorLink(port=link.port)
 

@@ -29,8 +29,8 @@ def parse_fcu_url(url: str) -> Endpoints:
     match = _URL.fullmatch(url)
     if match is None or int(match["port"]) > 65535 or not 0 < int(match["remote_port"]) <= 65535:
         raise LinkError(
-            f"cannot read the fcu_url {url!r}; write udp://:LOCAL_PORT@REMOTE_HOST:REMOTE_PORT, "
-            "such as udp://:14540@127.0.0.1:14580"
+            f"Cannot read the fcu_url {url!r}; write udp://:LOCAL_PORT@REMOTE_HOST:REMOTE_PORT, "
+            "such as udp://:14540@127.0.0.1:14580."
         )
     remote_host = _resolve(match["remote_host"], url)
     host = _resolve(match["host"], url) if match["host"] else _address_towards(remote_host, url)
@@ -43,7 +43,7 @@ def _resolve(host: str, url: str) -> str:
     except (OSError, UnicodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise LinkError(
-            f"cannot find the host {host!r} of the fcu_url {url!r}: {reason}; check its name"
+            f"Cannot find the host {host!r} of the fcu_url {url!r}: {reason}; check its name."
         ) from None
 
 
@@ -54,7 +54,7 @@ def _address_towards(remote_host: str, url: str) -> str:
             probe.connect((remote_host, _FIND_A_ROUTE))
         except OSError as error:
             raise LinkError(
-                f"no network leads to {remote_host} of the fcu_url {url!r}: {error.strerror}; "
-                "connect this machine to it"
+                f"No network leads to {remote_host} of the fcu_url {url!r}: {error.strerror}; "
+                "connect this machine to it."
             ) from None
         return probe.getsockname()[0]

@@ -118,5 +118,5 @@ def _listen(host: str, port: int) -> socket.socket:
         server.setblocking(False)
     except (OSError, OverflowError) as error:
         server.close()
-        raise LinkError(f"cannot listen on TCP {host}:{port} for PX4: {why_not_bound(error)}") from None
+        raise LinkError(f"Cannot listen on TCP {host}:{port} for PX4: {why_not_bound(error)}.") from None
     return server
