@@ -70,8 +70,8 @@ def run(scans: list[PlanarScan], odometry: np.ndarray, parameters: SlamParameter
 
 def intel(seed: int, data: Path) -> dict:
     """The dense log, judged by the relations: online and final path, exact relations and all."""
-    from gridslam.carmen import CarmenScan, read_log
     from gridslam.evaluation.relations import read_relations, relation_errors
+    from gridslam.logs.carmen import CarmenScan, read_log
     from gridslam.trajectory import Trajectory
 
     entries = [entry for entry in read_log(data / "intel_dense.log.gz") if isinstance(entry, CarmenScan)]

@@ -144,8 +144,6 @@ kernel_inputs() {
 # compile_kernels: numba keeps what it compiles; once here, so that no flight waits for it
 compile_kernels() {
   local module
-  # To numba a kernel is as old as its own file, whatever has become of those that it calls from others.
-  find src -name '*.nb[ic]' -delete
   for module in src/*/src/*/warm_up.py; do
     module=$(basename "$(dirname "$module")")
     env PYTHONPATH="$root/src/$module/src" .venv/bin/python -m "$module.warm_up" || return

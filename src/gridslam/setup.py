@@ -9,7 +9,11 @@ setup(
         packages=[
             "gridslam",
             "gridslam.evaluation",
+            "gridslam.files",
+            "gridslam.filter",
+            "gridslam.inputs",
             "gridslam.kernels",
+            "gridslam.logs",
             "gridslam.loop_closure",
             "gridslam_ros",
         ],

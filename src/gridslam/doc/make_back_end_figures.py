@@ -14,15 +14,15 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "src"), str(HERE.parent / "test")]
 
+from plain_correlation import score  # noqa: E402
 from planar_world import URG, Drift, along, drive, hold, rectangle_route  # noqa: E402
 
 from gridslam import SlamParameters, se2  # noqa: E402
 from gridslam.evaluation import draw_map_error, map_error, poses_at  # noqa: E402
+from gridslam.filter.particle_filter import GridSlam  # noqa: E402
 from gridslam.loop_closure import LoopCloser, LoopClosureParameters  # noqa: E402
 from gridslam.loop_closure.chain import Chain  # noqa: E402
 from gridslam.loop_closure.pose_graph import ShortestWays  # noqa: E402
-from gridslam.loop_closure.reference import score  # noqa: E402
-from gridslam.particle_filter import GridSlam  # noqa: E402
 
 SEED = 4
 FILTER = {"linearUpdate": 0.3, "angularUpdate": 0.2, "srr": 0.05, "srt": 0.05, "str": 0.05, "stt": 0.05}

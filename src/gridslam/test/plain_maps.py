@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from plain_filter import PlainMap
 
-from gridslam.beams import Beams
+from gridslam.filter.beams import Beams
+from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels.tiles import PARTS, SIDE
-from gridslam.reference import PlainMap
-from gridslam.tile_map import TileMaps
 
 WINDOW = 3
 """Tiles along the side of the tests' windows."""

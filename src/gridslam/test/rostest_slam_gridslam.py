@@ -23,7 +23,7 @@ from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from gridslam.map_file import read_map
+from gridslam.files.map_file import read_map
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from probe import ROOM_XY, Input, Output, Warned, room_scan, transform, wait_until

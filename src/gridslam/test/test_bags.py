@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gridslam.carmen import (
+from gridslam.logs.carmen import (
     CarmenOdometry,
     CarmenScan,
     flaser_angles,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import plain_filter as reference
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gridslam import reference
-from gridslam.beams import THIN_DEPTH, THIN_SPACING, Beams
+from gridslam.filter.beams import THIN_DEPTH, THIN_SPACING, Beams
 from gridslam.kernels.surfaces import surface_normals, thin_out
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gridslam.carmen import (
+from gridslam.logs.carmen import (
     CarmenError,
     CarmenOdometry,
     CarmenScan,

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gridslam import ScanError, se2
-from gridslam.continuous_odometry import ContinuousOdometry
+from gridslam.inputs.continuous_odometry import ContinuousOdometry
 
 poses = st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0), st.floats(-3.1, 3.1))
 steps = st.tuples(st.floats(-0.4, 0.4), st.floats(-0.2, 0.2), st.floats(-0.4, 0.4))

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import plain_correlation as reference
 import pytest
 from planar_world import URG, hold, scan_at
 from scipy import ndimage
@@ -10,7 +11,6 @@ from scipy import ndimage
 from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.correlation import FITS, mark_free
-from gridslam.loop_closure import reference
 from gridslam.loop_closure.local_map import build_local_map, surface_points
 from gridslam.loop_closure.matcher import Correlation, Window, correlate
 from gridslam.loop_closure.refinement import refine

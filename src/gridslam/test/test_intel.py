@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gridslam import GridSlam, PlanarScan, SlamParameters
-from gridslam.carmen import CarmenScan, read_log
 from gridslam.evaluation.relations import read_relations, relation_errors
+from gridslam.logs.carmen import CarmenScan, read_log
 from gridslam.trajectory import Trajectory
 
 DATA = Path(__file__).resolve().parents[4] / "shared/data"

@@ -8,13 +8,13 @@ from planar_world import URG, Drift, along, drive, hold, rectangle_route
 
 from gridslam import se2
 from gridslam.errors import ParameterError
+from gridslam.filter.particle_filter import GridSlam
 from gridslam.loop_closure import LoopCloser, LoopClosureParameters
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
 from gridslam.loop_closure.match import Match
 from gridslam.loop_closure.pose_graph import ShortestWays, optimise
 from gridslam.parameters import SlamParameters
-from gridslam.particle_filter import GridSlam
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 

@@ -11,7 +11,7 @@ from gridslam.errors import EvaluationError
 from gridslam.evaluation import WallPoints, Walls, map_error, read_walls
 from gridslam.evaluation.command import main
 from gridslam.evaluation.map_picture import shades
-from gridslam.map_file import write_map
+from gridslam.files.map_file import write_map
 from gridslam.occupancy_grid import OccupancyGrid
 
 BEAMS = [(2, 0), (2, 0.5), (3, 0.5), (3, 0), (5, 0), (5, 0.5), (6, 0.5), (6, 0)]

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 from gridslam import MapError, OccupancyGrid
-from gridslam.map_file import Thresholds, read_map, write_map, write_picture
+from gridslam.files.map_file import Thresholds, read_map, write_map, write_picture
 
 FACTS = {"image": "map.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0]}
 

@@ -6,17 +6,17 @@ import functools
 import math
 
 import numpy as np
+import plain_filter as reference
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_maps import SIZE, WINDOW, plain_of
 
-from gridslam import reference
-from gridslam.beams import Beams
+from gridslam.filter.beams import Beams
+from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels import least_squares, matching, nearest
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
-from gridslam.tile_map import TileMaps
 
 DELTA = 0.05
 HOME = np.array([SIZE / 2, SIZE / 2, 0.3])

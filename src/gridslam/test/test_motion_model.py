@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gridslam import SlamParameters, se2
-from gridslam.motion_model import DEVIATION_MIN, Motion, predict
+from gridslam.filter.motion_model import DEVIATION_MIN, Motion, predict
 
 PARAMETERS = SlamParameters(srr=0.1, srt=0.2, str=0.01, stt=0.05)
 

@@ -9,7 +9,7 @@ import planar_world
 import pytest
 
 from gridslam.evaluation.tum import read_tum
-from gridslam.map_file import read_map
+from gridslam.files.map_file import read_map
 
 rosbag = pytest.importorskip("rosbag", reason="needs ROS")
 replay = pytest.importorskip("gridslam_ros.replay", reason="the workspace is not built, or not sourced")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gridslam import resampling
+from gridslam.filter import resampling
 
 logs = st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=40).map(np.array)
 

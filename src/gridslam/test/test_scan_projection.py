@@ -8,8 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gridslam import ScanError
-from gridslam.attitude import matrix_of_lean, matrix_of_quaternion, roll_pitch_yaw_of
-from gridslam.scan_projection import project
+from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion, roll_pitch_yaw_of
+from gridslam.inputs.scan_projection import project
 
 UPRIGHT = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 FOV = {"angle_min_rad": -2.0, "angle_increment_rad": 0.01, "range_min_m": 0.1, "range_max_m": 100.0}

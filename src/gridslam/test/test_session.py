@@ -8,7 +8,7 @@ import planar_world
 import pytest
 
 from gridslam import MapError, OccupancyGrid, ParameterError, SlamParameters, StateError, se2
-from gridslam.particle_filter import GridSlam
+from gridslam.filter.particle_filter import GridSlam
 from gridslam.session import SlamSession, closure_parameters
 
 PARAMETERS = SlamParameters(

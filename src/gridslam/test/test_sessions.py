@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gridslam import MapError, PlanarScan, SlamParameters, StateError
-from gridslam.map_file import write_map
+from gridslam.files.map_file import write_map
 from gridslam.session import SlamSession, closure_parameters
 
 sessions = pytest.importorskip("gridslam_ros.sessions", reason="the workspace is not built, or not sourced")

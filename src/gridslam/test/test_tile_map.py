@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import plain_filter as reference
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_maps import beams_from, plain_of
 
-from gridslam import reference
 from gridslam.errors import MapError
+from gridslam.filter.tile_map import TileMaps
+from gridslam.filter.tile_pool import TilePool
 from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES
-from gridslam.tile_map import TileMaps
-from gridslam.tile_pool import TilePool
 
 PARTICLES, DELTA = 4, 0.05
 HALF = 4 * SIDE

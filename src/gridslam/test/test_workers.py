@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gridslam import SlamParameters, workers
-from gridslam.particle_filter import GridSlam
-from gridslam.workers import FreeCores, Usage, Workers, cores, usage
+from gridslam import SlamParameters
+from gridslam.filter import workers
+from gridslam.filter.particle_filter import GridSlam
+from gridslam.filter.workers import FreeCores, Usage, Workers, cores, usage
 
 
 @settings(max_examples=40)

@@ -8,7 +8,7 @@ import pytest
 
 from gridslam import OccupancyGrid
 from gridslam.evaluation import Walls, read_tum
-from gridslam.map_file import read_map
+from gridslam.files.map_file import read_map
 from gridslam.trajectory import Trajectory
 from master_thesis.mapping.slam_files import Surveyed, closure_pairs, write_survey
 from master_thesis.mapping.slam_report import headline, judge, verdict

@@ -17,8 +17,8 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from gridslam import SlamError, se2
-from gridslam.attitude import matrix_of_quaternion, roll_pitch_yaw_of
-from gridslam.carmen import (
+from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
+from gridslam.logs.carmen import (
     CarmenError,
     CarmenOdometry,
     CarmenScan,

@@ -20,7 +20,7 @@ from tqdm import tqdm
 
 from gridslam import ParameterError, SlamError, se2
 from gridslam.evaluation.tum import write_tum
-from gridslam.map_file import write_map, write_picture
+from gridslam.files.map_file import write_map, write_picture
 from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
 from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, scan_topic_of

@@ -7,8 +7,8 @@ from typing import Callable
 import numpy as np
 
 from gridslam import PlanarScan
-from gridslam.attitude import matrix_of_quaternion, roll_pitch_yaw_of
-from gridslam.scan_projection import project
+from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
+from gridslam.inputs.scan_projection import project
 from gridslam_ros.odometry_frames import OdometryFrames
 
 

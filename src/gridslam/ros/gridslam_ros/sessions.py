@@ -6,7 +6,7 @@ import dataclasses
 from typing import Callable
 
 from gridslam import SlamParameters
-from gridslam.map_file import read_map
+from gridslam.files.map_file import read_map
 from gridslam.session import SlamSession, closure_parameters
 from gridslam_ros.parameters import CLOSURE_PREFIX, sort_parameters
 

@@ -1,9 +1,9 @@
 """Grid mapping SLAM with a Rao-Blackwellised particle filter (Grisetti et al. 2005, 2007). See README.md."""
 
 from gridslam.errors import MapError, ParameterError, ScanError, SlamError, StateError
+from gridslam.filter.particle_filter import GridSlam, ScanUpdate
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
-from gridslam.particle_filter import GridSlam, ScanUpdate
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 

@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING, Callable
 
 import numpy as np
 
-from gridslam import se2, state_file
-from gridslam.continuous_odometry import ContinuousOdometry
+from gridslam import se2
 from gridslam.errors import ParameterError, StateError
+from gridslam.files import state_file
+from gridslam.filter.particle_filter import GridSlam, ScanUpdate
+from gridslam.filter.starting_map import check
+from gridslam.inputs.continuous_odometry import ContinuousOdometry
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
-from gridslam.particle_filter import GridSlam, ScanUpdate
 from gridslam.scan import PlanarScan
-from gridslam.starting_map import check
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ class SlamSession:
             **self._starting,
         )
         if self._mapped is not None:
-            state_file.hand_over_map(self._mapped, slam)
+            slam.take_over_map(self._mapped)
             self._mapped = None
         return slam
 
@@ -179,7 +180,7 @@ class SlamSession:
         path = Path(path)
         try:
             with tempfile.TemporaryDirectory(dir=path.parent, prefix=".part-") as folder:
-                self._slam.save(Path(folder, FILTER))
+                state_file.write(self._slam.state(), Path(folder, FILTER))
                 part = Path(folder, "state")
                 with zipfile.ZipFile(part, "w") as state:
                     state.write(Path(folder, FILTER), FILTER)
@@ -219,12 +220,12 @@ class SlamSession:
         """
         try:
             with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as state:
-                slam = state_file.read(GridSlam, Path(state.extract(FILTER, folder)), threads)
-                if localisation_only and not state_file.localises(slam):
+                slam = state_file.read(Path(state.extract(FILTER, folder)), threads)
+                if localisation_only and not slam.localisation_only:
                     return cls._localising_on(slam, starting_pose, say)
                 session = cls(slam.parameters, _closer_parameters_in(state), say=say)
                 session._slam = slam
-                session._starting["localisation_only"] = state_file.localises(slam)
+                session._starting["localisation_only"] = slam.localisation_only
                 session._odometry.restore(json.loads(state.read(ODOMETRY)))
                 if session._closer is not None:
                     session._closer.from_arrays(

@@ -10,8 +10,8 @@ import time
 
 import numpy as np
 
+from gridslam.filter.particle_filter import GridSlam
 from gridslam.parameters import SlamParameters
-from gridslam.particle_filter import GridSlam
 from gridslam.scan import PlanarScan
 
 

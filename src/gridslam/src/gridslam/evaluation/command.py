@@ -143,7 +143,7 @@ def _ate(options) -> dict:
 
 
 def _map(options) -> dict:
-    from gridslam.map_file import read_map
+    from gridslam.files.map_file import read_map
 
     if (options.estimate or options.truth) and not options.picture:
         raise EvaluationError("--estimate and --truth are drawn in the picture only; name it by --picture.")

@@ -8,6 +8,7 @@ from typing import Mapping, Protocol
 import numpy as np
 
 from gridslam import se2
+from gridslam.filter.tile_pool import require_indices
 from gridslam.loop_closure.chain import Chain, match_information
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
 from gridslam.loop_closure.match import Closure, Match
@@ -16,7 +17,6 @@ from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import ShortestWays, import_gtsam, optimise
 from gridslam.loop_closure.refinement import refine
 from gridslam.scan import PlanarScan
-from gridslam.tile_pool import require_indices
 from gridslam.trajectory import Trajectory
 
 CHAIN = "chain_"

@@ -16,7 +16,7 @@ from gridslam.evaluation import (
     trajectory_error,
     write_tum,
 )
-from gridslam.map_file import write_map
+from gridslam.files.map_file import write_map
 from gridslam.trajectory import Trajectory
 from master_thesis.mapping import slam_figures
 from master_thesis.mapping.slam_report import judge

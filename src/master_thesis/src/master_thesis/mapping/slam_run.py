@@ -11,7 +11,7 @@ import numpy as np
 
 from gridslam import OccupancyGrid, ScanError
 from gridslam.evaluation import Walls
-from gridslam.scan_projection import project
+from gridslam.inputs.scan_projection import project
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
 from master_thesis.flight.flight_recording import FlightRecording, LidarGeometry

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gridslam.filter.scan_matcher import BEAM_DEVIATION_M, Matches
 from gridslam.kernels.least_squares import scatter
-from gridslam.scan_matcher import BEAM_DEVIATION_M, Matches
 
 SPREAD = 1.0
 """Deviations of the Gaussian by which particles are scattered."""

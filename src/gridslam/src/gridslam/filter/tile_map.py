@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from gridslam.beams import Beams
 from gridslam.errors import MapError
+from gridslam.filter.beams import Beams
+from gridslam.filter.tile_pool import TilePool, require_indices
 from gridslam.kernels.insertion import insert_scan
 from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
 from gridslam.occupancy_grid import CELLS_MAX
-from gridslam.tile_pool import TilePool, require_indices
 
 ROOM = 6
 """Tiles around what is needed when the tables grow."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gridslam.errors import MapError
+from gridslam.filter.tile_map import TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
-from gridslam.tile_map import TileMaps
 
 BEAMS = 10
 """A known cell counts as if this many beams had met it."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels.rendering import render_changed
 from gridslam.kernels.tiles import EMPTY, SIDE
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 from gridslam.parameters import SlamParameters
-from gridslam.tile_map import TileMaps
 
 
 class Renderer:

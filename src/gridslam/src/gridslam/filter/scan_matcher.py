@@ -14,12 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gridslam import se2
-from gridslam.beams import Beams
+from gridslam.filter.beams import Beams
+from gridslam.filter.motion_model import Prediction
+from gridslam.filter.tile_map import TileMaps
+from gridslam.filter.workers import Workers
 from gridslam.kernels.matching import Search, find_mode, match
-from gridslam.motion_model import Prediction
 from gridslam.parameters import SlamParameters
-from gridslam.tile_map import TileMaps
-from gridslam.workers import Workers
 
 REFINE_SIGMA_M2 = 0.02
 """m2: a beam d from the map has the weight exp(-d^2 / this) in Gauss-Newton."""

@@ -12,32 +12,38 @@ from pathlib import Path
 import numpy as np
 
 from gridslam.errors import SlamError, StateError
-from gridslam.motion_model import Motion
+from gridslam.filter.motion_model import Motion
+from gridslam.filter.particle_filter import GridSlam
+from gridslam.filter.state import FilterState
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
-from gridslam.trajectory import TrajectoryTree
 
 FORMAT = 3
+TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
 
 DAMAGE = (ArithmeticError, EOFError, LookupError, MemoryError, TypeError, ValueError)
 DAMAGE += (zipfile.BadZipFile, zlib.error)
 """What reading a damaged or foreign file may raise."""
 
 
-def write(slam, path) -> None:
-    """Write a GridSlam's state; raises StateError when that fails."""
+def write(state: FilterState, path: str | Path) -> None:
+    """Write a filter's state.
+
+    Raises:
+        StateError: the file cannot be written.
+    """
     path = Path(path)
     arrays = {
-        "poses": slam._poses,
-        "log_weights": slam._log_weights,
-        "log_likelihoods": slam._log_likelihoods,
-        **slam._tree.to_arrays(),
-        **slam._maps.to_arrays(),
-        **_motion_arrays(slam._motion),
-        **_scan_arrays(slam._scans),
-        **_grid_arrays(slam._starting_map),
-        "header": np.array(json.dumps(_header(slam))),
+        "poses": state.poses,
+        "log_weights": state.log_weights,
+        "log_likelihoods": state.log_likelihoods,
+        **state.tree,
+        **state.maps,
+        **_motion_arrays(state.motion),
+        **_scan_arrays(state.scans),
+        **_grid_arrays(state.starting_map),
+        "header": np.array(json.dumps(_header(state))),
     }
     part = path.with_name(f".{path.name}.part")
     try:
@@ -50,10 +56,15 @@ def write(slam, path) -> None:
         part.unlink(missing_ok=True)
 
 
-def read(cls, path, threads: int | None = None):
-    """Return the GridSlam (``cls``) whose state a file holds; raises StateError when there is none in it.
+def read(path: str | Path, threads: int | None = None) -> GridSlam:
+    """Return the filter whose state a file holds.
 
-    With ``threads`` it goes on with so many, and not as many as it was saved with: the result is the same.
+    Args:
+        path: of the file.
+        threads: of the filter from now on; None: as many as when it was saved. The result is the same.
+
+    Raises:
+        StateError: the file cannot be read, or holds no complete state.
     """
     path = Path(path)
     try:
@@ -64,7 +75,7 @@ def read(cls, path, threads: int | None = None):
             raise StateError(f"{path} is of another version ({header['format']}) of gridslam.")
         if threads is not None:
             header["parameters"]["threads"] = threads
-        return _restored(cls, header, arrays)
+        return GridSlam.from_state(_state(header, arrays))
     except OSError as error:
         raise StateError(f"The state cannot be read from {path}: {error.strerror or error}.") from None
     except StateError:
@@ -73,50 +84,32 @@ def read(cls, path, threads: int | None = None):
         raise StateError(f"{path} holds no complete state of gridslam ({error}).") from None
 
 
-def localises(slam) -> bool:
-    """Whether a GridSlam leaves its map as it is."""
-    return slam._localisation_only
-
-
-def hand_over_map(source, target) -> None:
-    """Let all particles of one GridSlam have the map of another's best one, which is not used any more."""
-    source._maps.resample(np.full(source.parameters.particles, source.best_particle))
-    target._maps = source._maps
-
-
-def _header(slam) -> dict:
+def _header(state: FilterState) -> dict:
     return {
         "format": FORMAT,
-        "parameters": dataclasses.asdict(slam.parameters),
-        "localisation_only": slam._localisation_only,
-        "keep_scans": slam._scans is not None,
-        "random": slam._rng.bit_generator.state,
+        "parameters": dataclasses.asdict(state.parameters),
+        "localisation_only": state.localisation_only,
+        "keep_scans": state.scans is not None,
+        "random": state.random,
     }
 
 
-def _restored(cls, header: dict, arrays: dict):
+def _state(header: dict, arrays: dict) -> FilterState:
     parameters = SlamParameters(**header["parameters"])
     _require_particles(parameters.particles, arrays)
-    slam = cls(
+    return FilterState(
         parameters,
-        starting_map=_grid(arrays),
-        localisation_only=header["localisation_only"],
-        keep_scans=header["keep_scans"],
+        _grid(arrays),
+        header["localisation_only"],
+        arrays["poses"],
+        arrays["log_weights"],
+        arrays["log_likelihoods"],
+        {name: arrays[name] for name in TREE_ARRAYS},
+        arrays,
+        _motion(arrays),
+        _scans(arrays) if header["keep_scans"] else None,
+        header["random"],
     )
-    slam._poses = arrays["poses"]
-    slam._log_weights = arrays["log_weights"]
-    slam._log_likelihoods = arrays["log_likelihoods"]
-    slam._tree = TrajectoryTree.from_arrays(
-        *(arrays[name] for name in ("node_poses", "node_parents", "leaves", "stamps_s"))
-    )
-    slam._maps.restore(arrays)
-    slam._motion = _motion(arrays)
-    slam._rng.bit_generator.state = header["random"]
-    if header["keep_scans"]:
-        slam._scans = _scans(arrays)
-        if len(slam._scans) != len(slam._tree.stamps_s):
-            raise ValueError("there are not as many scans as stamps")
-    return slam
 
 
 def _require_particles(count: int, arrays: dict) -> None:

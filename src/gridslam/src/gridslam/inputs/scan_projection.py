@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from gridslam.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.errors import ScanError
+from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.scan import PlanarScan
 
 FLOOR_CLEARANCE_M = 0.15

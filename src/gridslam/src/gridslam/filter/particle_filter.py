@@ -7,19 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gridslam import resampling, se2, starting_map, state_file
-from gridslam.beams import Beams
+from gridslam import se2
 from gridslam.errors import ParameterError, ScanError, StateError
-from gridslam.motion_model import Motion, predict
+from gridslam.filter import resampling
+from gridslam.filter import starting_map as given_map
+from gridslam.filter.beams import Beams
+from gridslam.filter.motion_model import Motion, predict
+from gridslam.filter.proposal import propose
+from gridslam.filter.rendering import Renderer
+from gridslam.filter.scan_matcher import ScanMatcher
+from gridslam.filter.state import FilterState
+from gridslam.filter.tile_map import TileMaps
+from gridslam.filter.workers import Workers
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
-from gridslam.proposal import propose
-from gridslam.rendering import Renderer
 from gridslam.scan import PlanarScan
-from gridslam.scan_matcher import ScanMatcher
-from gridslam.tile_map import TileMaps
 from gridslam.trajectory import Trajectory, TrajectoryTree
-from gridslam.workers import Workers
 
 START_DEVIATION = (0.1, 0.1, 0.05)
 """m, m, rad: how well a starting pose on a given map is known."""
@@ -85,7 +88,7 @@ class GridSlam:
     def _empty_maps(self, count: int) -> TileMaps:
         maps = TileMaps(count, self.parameters.delta)
         if self._starting_map is not None:
-            starting_map.insert(self._starting_map, maps)
+            given_map.insert(self._starting_map, maps)
         return maps
 
     # The filter
@@ -175,6 +178,11 @@ class GridSlam:
         return int(np.argmax(self._log_likelihoods))
 
     @property
+    def localisation_only(self) -> bool:
+        """Whether the map stays as it is."""
+        return self._localisation_only
+
+    @property
     def base_in_map(self) -> tuple[float, float, float]:
         """Pose of the best particle now: x, y in m and yaw in rad."""
         return tuple(self._now(self._poses[self.best_particle]).tolist())
@@ -243,22 +251,50 @@ class GridSlam:
         self._log_weights[:] = 0.0
         self._log_likelihoods[:] = 0.0
 
-    def save(self, path) -> None:
-        """Write the complete state; a run continued from it equals one that was never interrupted.
-
-        Raises:
-            StateError: the file cannot be written.
-        """
-        state_file.write(self, path)
+    def state(self) -> FilterState:
+        """Return the complete state; a filter made from it equals one that was never interrupted."""
+        return FilterState(
+            self.parameters,
+            self._starting_map,
+            self._localisation_only,
+            self._poses,
+            self._log_weights,
+            self._log_likelihoods,
+            self._tree.to_arrays(),
+            self._maps.to_arrays(),
+            self._motion,
+            self._scans,
+            self._rng.bit_generator.state,
+        )
 
     @classmethod
-    def load(cls, path) -> GridSlam:
-        """Return the filter whose state was written to a file.
+    def from_state(cls, state: FilterState) -> GridSlam:
+        """Return the filter that goes on from a state.
 
         Raises:
-            StateError: the file cannot be read, or holds no state.
+            StateError, ValueError, LookupError: the state contradicts itself.
         """
-        return state_file.read(cls, path)
+        slam = cls(
+            state.parameters,
+            state.starting_map,
+            localisation_only=state.localisation_only,
+            keep_scans=state.scans is not None,
+        )
+        slam._poses, slam._log_weights = state.poses, state.log_weights
+        slam._log_likelihoods = state.log_likelihoods
+        slam._tree = TrajectoryTree.from_arrays(**state.tree)
+        slam._maps.restore(state.maps)
+        slam._motion = state.motion
+        slam._rng.bit_generator.state = state.random
+        if state.scans is not None and len(state.scans) != len(slam._tree.stamps_s):
+            raise ValueError("there are not as many scans as stamps")
+        slam._scans = state.scans
+        return slam
+
+    def take_over_map(self, other: GridSlam) -> None:
+        """Let all particles have the map of another filter's best one; the other is not used any more."""
+        other._maps.resample(np.full(other.parameters.particles, other.best_particle))
+        self._maps = other._maps
 
 
 def _finite_pose(values, name: str) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""Maps and the complete state of SLAM as files."""

@@ -1,0 +1,41 @@
+"""What a filter's next step depends on: the complete state, to be saved and continued."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gridslam.filter.motion_model import Motion
+from gridslam.occupancy_grid import OccupancyGrid
+from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
+
+
+@dataclass(frozen=True)
+class FilterState:
+    """A filter that is built from this goes on as the one that gave it.
+
+    The arrays are the filter's own, not copies: write them before the next step.
+    """
+
+    parameters: SlamParameters
+    starting_map: OccupancyGrid | None
+    localisation_only: bool
+    poses: np.ndarray
+    """(particles, 3) x, y in m and yaw in rad, in the map, at the last processed scan."""
+    log_weights: np.ndarray
+    """(particles,) since the last resampling."""
+    log_likelihoods: np.ndarray
+    """(particles,) of each particle's whole path."""
+    tree: dict[str, np.ndarray]
+    """Arrays of `TrajectoryTree`."""
+    maps: dict[str, np.ndarray]
+    """Arrays of `TileMaps`."""
+    motion: Motion | None
+    """Odometry since the last processed scan; None: there was no scan yet."""
+    scans: list[PlanarScan] | None
+    """The processed scans; None: they are not kept."""
+    random: dict[str, Any]
+    """State of the random generator."""

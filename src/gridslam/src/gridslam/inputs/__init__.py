@@ -1,0 +1,1 @@
+"""From lidars and odometry of any kind to what the filter takes."""

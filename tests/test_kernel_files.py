@@ -1,0 +1,45 @@
+"""numba's cache looks at a kernel's own file only, so a kernel of one file calls none of another.
+
+`gridslam` is the exception: its `kernels.stale_code` throws the cache away when any of its files changes.
+"""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+GUARDED = ROOT / "src/gridslam/src/gridslam/kernels"
+FILES = [path for path in sorted(ROOT.glob("src/*/src/**/*.py")) if GUARDED not in path.parents]
+
+
+def kernels_in(tree: ast.Module) -> list[ast.FunctionDef]:
+    """The functions that numba compiles."""
+    functions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
+    return [node for node in functions if any("njit" in ast.dump(each) for each in node.decorator_list)]
+
+
+WITH_KERNELS = [path for path in FILES if kernels_in(ast.parse(path.read_text(encoding="utf-8")))]
+
+
+@pytest.mark.parametrize("path", WITH_KERNELS, ids=lambda path: str(path.relative_to(ROOT / "src")))
+def test_kernels_use_nothing_of_ours_from_another_file(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    ours = {package.name for package in (ROOT / "src").iterdir()}
+    imported = {
+        alias.asname or alias.name
+        for node in tree.body
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in ours
+        for alias in node.names
+    }
+    for kernel in kernels_in(tree):
+        used = {
+            name.id for statement in kernel.body for name in ast.walk(statement) if isinstance(name, ast.Name)
+        }
+        assert not used & imported, f"{kernel.name} uses {sorted(used & imported)} of another file"
+
+
+def test_there_are_files_to_look_at():
+    assert len(WITH_KERNELS) > 5
