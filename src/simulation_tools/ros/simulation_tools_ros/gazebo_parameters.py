@@ -61,6 +61,7 @@ def simulation_parameters() -> SimulationParameters:
         time_step_s=number("time_step", 0.004),
         gui=bool(rospy.get_param("~gui", False)),
         sensors=tuple(str(rospy.get_param("~sensors", "")).split()),
+        static_models=bool(rospy.get_param("~static_models", False)),
         level_lidar=bool(rospy.get_param("~level_lidar", False)),
         origin=GeodeticOrigin(
             number("latitude", GeodeticOrigin.latitude_deg),

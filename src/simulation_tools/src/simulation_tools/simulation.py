@@ -8,7 +8,7 @@ stream of its own, and nothing looks at a clock.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Mapping, NamedTuple, Sequence
 
 import numpy as np
@@ -33,6 +33,7 @@ from simulation_tools.uav import MountedSensor, load_uav
 from simulation_tools.vehicle.airframe import Airframe
 from simulation_tools.vehicle.gimbal import Gimbal
 from simulation_tools.world.meshes import mesh_of
+from simulation_tools.world.overlaps import warning_of
 from simulation_tools.world.world import Contact, PhysicsWorld
 
 IRIS = "iris"
@@ -66,7 +67,8 @@ class SimulationParameters:
     is at this height. seed: of every random stream.
     lidar_range_max_m: replaces the lidar's own greatest range when positive. px4_parameters: those that
     differ from PX4's defaults, by name. time_step_s: of physics and flight controller, whole milliseconds.
-    level_lidar: start with the lidar's gimbal levelling. sensors: models of further sensors on the UAV.
+    level_lidar: start with the lidar's gimbal levelling. static_models: nothing of the world file moves,
+    whatever it says; models that are spawned later do. sensors: models of further sensors on the UAV.
     origin: where the world's origin lies on earth.
     """
 
@@ -82,6 +84,7 @@ class SimulationParameters:
     time_step_s: float = 0.004
     gui: bool = False
     level_lidar: bool = False
+    static_models: bool = False
     sensors: tuple[str, ...] = ()
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
 
@@ -127,6 +130,8 @@ class Simulation:
         )
         self.uav_name = self.uav.model.name
         world = load_world(parameters.world, parameters.model_path)
+        if parameters.static_models:
+            world = replace(world, models=tuple(replace(model, static=True) for model in world.models))
         if any(model.name == self.uav_name for model in world.models):
             raise SimulationError(
                 f'{parameters.world} already holds a model named "{self.uav_name}", as the UAV is called.'
@@ -148,6 +153,8 @@ class Simulation:
             raise SimulationError(_NO_GIMBAL.format(self.uav_name))
         drawn = has_camera(self.uav.model)
         self.world = PhysicsWorld(world, parameters.time_step_s, parameters.gui, drawn)
+        overlapping = warning_of(self.world.overlaps())
+        self.warnings += (overlapping,) if overlapping else ()
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
         self.world.spawn(self.uav.model, self.uav_name, spawn_pose, rigid)
         tuned = {"MPC_THR_HOVER": self._hover_thrust(), **parameters.px4_parameters}

@@ -201,6 +201,19 @@ def test_a_model_that_includes_itself_is_refused(tmp_path):
         load_model("model://snake", [tmp_path])
 
 
+def test_files_that_include_more_and_more_files_are_refused(tmp_path):
+    """Ten includes in each of four files, one within the other: 11,111 files are to be read."""
+    for depth in range(5):
+        home = tmp_path / f"m{depth}"
+        home.mkdir()
+        (home / "model.config").write_text('<model><sdf version="1.6">model.sdf</sdf></model>')
+        include = f"<include><uri>model://m{depth + 1}</uri><name>n%d</name></include>"
+        inner = "".join(include % number for number in range(10)) if depth < 4 else ""
+        (home / "model.sdf").write_text(HEAD + '<link name="a"/>' + inner + TAIL)
+    with pytest.raises(SdfError, match="More than 5000 files are included"):
+        load_model("model://m0", [tmp_path])
+
+
 def test_two_models_of_one_name_in_a_world_are_refused(tmp_path):
     world = tmp_path / "w.world"
     twice = '<model name="m"><link name="a"/></model>' * 2

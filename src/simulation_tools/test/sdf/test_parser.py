@@ -217,6 +217,52 @@ def test_poses_in_the_frames_of_others():
     np.testing.assert_allclose(in_model.position_m, (0, 0, 1), atol=1e-12)
 
 
+TURNED = '<link name="b"><pose>1 0 0 0 0 1.5707963267948966</pose></link>'
+
+
+def hinge(more="", xyz="<xyz>1 0 0</xyz>"):
+    return (
+        f'<joint name="j" type="revolute">{more}<parent>a</parent><child>b</child><axis>{xyz}</axis></joint>'
+    )
+
+
+@pytest.mark.parametrize(
+    ("expressed_in", "axis"),
+    [
+        ("", (1, 0, 0)),  # in the joint's own frame
+        ("j", (1, 0, 0)),
+        ("b", (1, 0, 0)),
+        ("a", (0, -1, 0)),  # a's x axis, seen from b that is turned by 90 degrees to the left
+        ("__model__", (0, -1, 0)),
+        ("f", (0, 0, 1)),  # its x axis points up
+    ],
+)
+def test_an_axis_in_the_frame_of_another_as_sdf_1_7_has_it(expressed_in, axis):
+    frame = '<frame name="f"><pose>0 0 0 0 -1.5707963267948966 0</pose></frame>'
+    xyz = f'<xyz expressed_in="{expressed_in}">1 0 0</xyz>'
+    parsed = model('<link name="a"/>' + TURNED + frame + hinge(xyz=xyz))
+    np.testing.assert_allclose(parsed.joints[0].axis, axis, atol=1e-12)
+
+
+def test_poses_relative_to_a_joint():
+    # the joint stands 0.5 m above b's origin, and b turned by 90 degrees at x = 1 m
+    parsed = model(
+        '<link name="a"/>'
+        + TURNED
+        + hinge("<pose>0 0 0.5 0 0 0</pose>")
+        + '<link name="c"><pose relative_to="j">2 0 0 0 0 0</pose></link>'
+        '<frame name="f" attached_to="j"/><link name="d"><pose relative_to="f">0 1 0 0 0 0</pose></link>'
+        '<joint name="k" type="fixed"><pose relative_to="j"/><parent>b</parent><child>c</child></joint>'
+        '<model name="arm"><pose>0 0 3 0 0 0</pose><link name="a"/><link name="b"/>'
+        + hinge("<pose>0 1 0 0 0 0</pose>")
+        + '</model><link name="e"><pose relative_to="arm::j"/></link>'
+    )
+    np.testing.assert_allclose(parsed.link("c").pose.position_m, (1, 2, 0.5), atol=1e-12)
+    np.testing.assert_allclose(parsed.link("d").pose.position_m, (0, 0, 0.5), atol=1e-12)
+    np.testing.assert_allclose(parsed.joint("k").pose.position_m, (-2, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(parsed.link("e").pose.position_m, (0, 1, 3), atol=1e-12)
+
+
 def test_nested_models_are_flattened():
     parsed = model(
         '<link name="a"/><model name="arm"><pose>0 0 2 0 0 0</pose><link name="upper"/><link name="lower">'

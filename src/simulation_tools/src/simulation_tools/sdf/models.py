@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Callable, Sequence, Union
 
-from simulation_tools.geometry import Pose, Vector3, rotate_inverse
+from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.checks import NOT_NEGATIVE
 from simulation_tools.sdf.document import Node, unique
 from simulation_tools.sdf.elements import Collision, Geometry, Joint, Light, Link, Model, Visual
@@ -63,20 +63,25 @@ def _nested_include(node: Node, include: Include) -> Model:
 
 
 class _Frames:
-    """The named frames of a model: links, ``<frame>``s, joints and nested models, resolved on demand."""
+    """The named frames of a model: links, ``<frame>``s, joints and nested models, resolved on demand.
+
+    Where a link has the name of a joint, the name means the link.
+    """
 
     def __init__(self, model: Node, nested: Sequence[Model]) -> None:
         self.link_nodes = unique(model.children("link"))
         self._raw: dict[str, tuple[Node, Pose, str]] = {}
         self._known: dict[str, Pose] = {}
-        for name, node in {**unique(model.children("frame")), **self.link_nodes}.items():
+        joints, frames = unique(model.children("joint")), unique(model.children("frame"))
+        for name, node in {**joints, **frames, **self.link_nodes}.items():
             pose, frame = node.pose()
-            attached = node.attribute("attached_to", "") if node.tag == "frame" else ""
-            self._raw[name] = (node, pose, frame or attached)
+            self._raw[name] = (node, pose, frame or _usual_frame(node))
         for inner in nested:
             self._known[inner.name] = inner.pose
-            for link in inner.links:
-                self._known[f"{inner.name}::{link.name}"] = inner.pose @ link.pose
+            links = {link.name: inner.pose @ link.pose for link in inner.links}
+            joints_of = {joint.name: links[joint.child] @ joint.pose for joint in inner.joints}
+            for name, pose in {**joints_of, **links}.items():
+                self._known[f"{inner.name}::{name}"] = pose
 
     def in_model(self, name: str, asker: Node, trail: tuple[str, ...] = ()) -> Pose:
         """Return the pose of a named frame in the model frame."""
@@ -95,6 +100,13 @@ class _Frames:
         """Return the pose of an element in its link's frame (link: the link's pose in the model)."""
         pose, frame = node.pose()
         return pose if not frame else link.inverse() @ self.in_model(frame, node) @ pose
+
+
+def _usual_frame(node: Node) -> str:
+    """Return the frame in which a link, ``<frame>`` or joint stands that names none itself."""
+    if node.tag == "joint":
+        return node.required("child").text
+    return node.attribute("attached_to", "") if node.tag == "frame" else ""
 
 
 def _name(node: Node) -> str:
@@ -194,13 +206,27 @@ def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link]) 
         child=child.text,
         pose=frames.in_link(node, links[child.text].pose),
     )
-    return joint if joint.kind == "fixed" else _with_axis(node.required("axis"), joint, kind, links)
+    if joint.kind == "fixed":
+        return joint
+    axis_node = node.required("axis")
+    axis = _axis(axis_node, frames, links[joint.child].pose @ joint.pose)
+    return _with_axis(axis_node, replace(joint, axis=axis), kind)
 
 
-def _with_axis(node: Node, joint: Joint, kind: str, links: dict[str, Link]) -> Joint:
-    axis: Vector3 = unit_vector(node.required("xyz"), (0.0, 0.0, 1.0))
+def _axis(node: Node, frames: _Frames, joint_in_model: Pose) -> Vector3:
+    """Return a joint's axis in the joint's frame, whatever frame the file gives it in."""
+    xyz = node.required("xyz")
+    axis: Vector3 = unit_vector(xyz, (0.0, 0.0, 1.0))
+    given_in = xyz.attribute("expressed_in", "")  # from SDF 1.7 on, in place of the flag
     if node.flag("use_parent_model_frame", False):
-        axis = rotate_inverse((links[joint.child].pose @ joint.pose).orientation_xyzw, axis)
+        given_in = given_in or "__model__"
+    if not given_in:
+        return axis
+    in_model = rotate(frames.in_model(given_in, xyz).orientation_xyzw, axis)
+    return rotate_inverse(joint_in_model.orientation_xyzw, in_model)
+
+
+def _with_axis(node: Node, joint: Joint, kind: str) -> Joint:
     infinite = float("inf")
     lower, upper = -infinite, infinite
     limits = node.child("limit")
@@ -223,7 +249,6 @@ def _with_axis(node: Node, joint: Joint, kind: str, links: dict[str, Link]) -> J
     return replace(
         joint,
         kind=kind,
-        axis=axis,
         lower_rad=lower,
         upper_rad=upper,
         damping=damping,
@@ -238,10 +263,22 @@ def _flattened_links(model: Model) -> list[Link]:
 
 
 def _flattened_joints(model: Model) -> list[Joint]:
+    """Return a nested model's joints under their outer names; a static one's links are fixed to the world."""
+
     def outer(name: str) -> str:
         return name if name == "world" else f"{model.name}::{name}"
 
+    joints = model.joints
+    if model.static:
+        carried = {joint.child: joint for joint in model.joints}
+        joints = tuple(_held(link, carried.get(link.name)) for link in model.links)
     return [
         replace(joint, name=outer(joint.name), parent=outer(joint.parent), child=outer(joint.child))
-        for joint in model.joints
+        for joint in joints
     ]
+
+
+def _held(link: Link, joint: Joint | None) -> Joint:
+    """Return the fixed joint that holds a link of a static model in the world; joint: to it, if any."""
+    name, pose = (f"{link.name}_static", Pose()) if joint is None else (joint.name, joint.pose)
+    return Joint(name, "fixed", parent="world", child=link.name, pose=pose)

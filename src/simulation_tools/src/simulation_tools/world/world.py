@@ -31,6 +31,7 @@ from simulation_tools.world.kinematics import (
     state_of,
 )
 from simulation_tools.world.meshes import TriangleMesh, joined
+from simulation_tools.world.overlaps import Overlap, overlaps
 from simulation_tools.world.rays import RayScene
 
 __all__ = ["BodyState", "Contact", "PhysicsWorld", "WorldError"]
@@ -268,6 +269,10 @@ class PhysicsWorld:
             if shape >= 0
         ]
         return self._clearances.least(own, frozenset((name, *ignore)), max_distance_m)
+
+    def overlaps(self) -> list[Overlap]:
+        """Return which models are inside each other, of which one can move at least; the deepest first."""
+        return overlaps(self._client, self._owner)
 
     def draw(
         self, eye_m: Vector3, ahead: Vector3, up: Vector3, projection: Sequence[float], size: tuple[int, int]

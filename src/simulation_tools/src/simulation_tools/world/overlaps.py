@@ -1,0 +1,82 @@
+"""Which models are inside each other, before physics has thrown them apart."""
+
+from __future__ import annotations
+
+from typing import Iterator, Mapping, NamedTuple, Sequence
+
+import numpy as np
+
+from simulation_tools.world.bodies import Body
+from simulation_tools.world.engine import pybullet
+
+TOUCHING_M = 0.01
+"""What is no deeper inside another shape than this stands on it, or leans against it."""
+NAMED = 3
+"""So many pairs are named in a sentence."""
+
+
+class Overlap(NamedTuple):
+    """Two models, one of which can move at least, and how deep they are inside each other."""
+
+    first: str
+    second: str
+    depth_m: float
+
+
+def overlaps(client: int, owners: Mapping[int, tuple[str, Body]]) -> list[Overlap]:
+    """Return the overlaps of models in one PyBullet client, the deepest first.
+
+    owners: name of the model and body of each PyBullet uid. It asks for distances only, and leaves the
+    engine's contacts as they are.
+    """
+    deepest: dict[tuple[str, str], float] = {}
+    for first, second in _near(client, owners):
+        names = owners[first][0], owners[second][0]
+        points = pybullet.getClosestPoints(first, second, 0.0, physicsClientId=client)
+        depth_m = -min((point[8] for point in points), default=0.0)
+        if depth_m > TOUCHING_M and depth_m > deepest.get(names, 0.0):
+            deepest[names] = depth_m
+    found = [Overlap(*names, depth_m) for names, depth_m in deepest.items()]
+    return sorted(found, key=lambda overlap: -overlap.depth_m)
+
+
+def warning_of(found: Sequence[Overlap]) -> str | None:
+    """Return what is to be said about overlaps, None when there are none."""
+    if not found:
+        return None
+    named = ", ".join(f"{first} and {second} by {depth_m:.2f} m" for first, second, depth_m in found[:NAMED])
+    more = f", and {len(found) - NAMED} pairs more" if len(found) > NAMED else ""
+    return (
+        f"Models that can move are inside others at the start ({named}{more}): physics throws them apart. "
+        "Place them apart, or let nothing in the world move: static_models:=true, or <static> in its file."
+    )
+
+
+def _near(client: int, owners: Mapping[int, tuple[str, Body]]) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of bodies (a moving one first) whose boxes overlap; each pair once."""
+    uids = [uid for uid, (_, body) in owners.items() if any(shape >= 0 for shape in body.shapes)]
+    if not uids:
+        return
+    lows, highs = (np.array(corners) for corners in zip(*(_box(client, owners[uid][1]) for uid in uids)))
+    for index, uid in enumerate(uids):
+        name, body = owners[uid]
+        if all(part.mass is None for part in body.parts):
+            continue
+        near = np.flatnonzero(((lows <= highs[index]) & (highs >= lows[index])).all(axis=1))
+        for other in near:
+            other_name, other_body = owners[uids[other]]
+            moves_too = any(part.mass is not None for part in other_body.parts)
+            if other_name != name and not (moves_too and other < index):
+                yield uid, uids[other]
+
+
+def _box(client: int, body: Body) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and greatest corner of the box around a body, m."""
+    corners = np.array(
+        [
+            pybullet.getAABB(body.uid, index - 1, physicsClientId=client)
+            for index, shape in enumerate(body.shapes)
+            if shape >= 0
+        ]
+    )
+    return corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
