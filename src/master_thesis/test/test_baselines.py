@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cepa import LaserScan2D, Reason
+from cepa import CepaParameters, LaserScan2D, Reason
 from master_thesis.baselines import BASELINES, CollisionPrevention, CollisionPreventionParameters, VfhPlus
 from master_thesis.baselines.sectors import Sectors, angle_between
 
@@ -74,6 +74,14 @@ def test_collision_prevention_brakes_as_its_law_says():
         assert v == pytest.approx(p.MPC_XY_P * s, rel=1e-3) or by_jerk == pytest.approx(s, rel=1e-3)
         assert v <= p.MPC_XY_P * s * 1.001
         assert by_jerk <= s * 1.001
+
+
+def test_collision_prevention_keeps_the_distance_within_which_cepa_flees():
+    """Both are hard limits; compared with CEPA's soft radius, it would stop before gaps that CEPA flies."""
+    assert CollisionPreventionParameters().CP_DIST == CepaParameters().r_lb == 0.5
+    steering = CollisionPrevention()
+    assert steering.steer(wall_ahead(0.49), AHEAD).reason is Reason.BLOCKED
+    assert steering.steer(wall_ahead(1.2), AHEAD).velocity_xy[0] > 0.5
 
 
 def test_collision_prevention_stops_at_its_distance_and_sooner_when_it_comes_fast():

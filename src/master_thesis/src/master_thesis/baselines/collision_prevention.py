@@ -24,12 +24,13 @@ _DEVIATION_PER_BIN = 0.5  # of CP_DIST, what the guidance pays for each bin away
 class CollisionPreventionParameters:
     """PX4's parameters; defaults are PX4's but for CP_DIST, which PX4 has off.
 
-    CP_DIST: distance to keep, m; CEPA's r_UB. CP_DELAY: of sensor and velocity tracking, s. CP_GUIDE_ANG: the
-    guidance's reach, degrees. CP_GO_NO_DAT: fly where nothing is seen. MPC_XY_P, 1/s; MPC_ACC_HOR, m/s2;
-    MPC_JERK_MAX, m/s3: how the UAV brakes. bins: of the turn, of 10 degrees each.
+    CP_DIST: distance to keep, m; CEPA's r_LB, since both are hard: neither flies towards what is nearer.
+    (CEPA's r_UB is soft: what is nearer only costs.) CP_DELAY: of sensor and velocity tracking, s.
+    CP_GUIDE_ANG: the guidance's reach, degrees. CP_GO_NO_DAT: fly where nothing is seen. MPC_XY_P, 1/s;
+    MPC_ACC_HOR, m/s2; MPC_JERK_MAX, m/s3: how the UAV brakes. bins: of the turn, of 10 degrees each.
     """
 
-    CP_DIST: float = 1.2
+    CP_DIST: float = 0.5
     CP_DELAY: float = 0.4
     CP_GUIDE_ANG: float = 30.0
     CP_GO_NO_DAT: bool = False

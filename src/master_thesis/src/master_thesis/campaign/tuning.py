@@ -35,7 +35,7 @@ def tune(campaign: Campaign, path: Path, workers: Workers, quiet: bool = False) 
     """Search, and write cepa_tuned.yaml and tuning.csv into a folder; return the outcome as text.
 
     Raises:
-        CampaignError: the campaign cannot be tuned by, or its folder not used.
+        CampaignError: the campaign cannot be tuned by, or its folder not used, or no set goes together.
     """
     tuning = _tuning_of(campaign)
     path = Path(path).expanduser()
@@ -51,7 +51,9 @@ def tune(campaign: Campaign, path: Path, workers: Workers, quiet: bool = False) 
         study.tell(trial, found["objective"])
         tried.append({"set": number, **parameters, **found})
         _write(path, campaign, tried)
-    best = min(tried, key=lambda row: row["objective"])
+    best = _best(tried)
+    if best is None:
+        raise CampaignError(f"None of the {len(tried)} sets could be flown: {tried[0]['refused']}")
     return _told(tried[0], best, path)
 
 
@@ -92,9 +94,10 @@ def _evaluate(campaign: Campaign, parameters: Mapping[str, float], path: Path, w
     tuning = campaign.tuning
     try:
         flown = _with(campaign, parameters)
-    except CampaignError:  # r_lb above r_ub, ...: as bad as a collision in each flight
+    except CampaignError as error:  # r_lb above r_ub, ...: as bad as a collision in each flight
         worst = max(tuning.collision_cost, tuning.stuck_cost)
-        return {"objective": worst, "collision_rate": None, "stuck_rate": None, "time_over_straight": None}
+        rates = dict.fromkeys(("collision_rate", "stuck_rate", "time_over_straight"))
+        return {"objective": worst, **rates, "refused": str(error)}
     with CampaignFolder(path, flown) as folder:
         finished = run_campaign(flown, folder, workers, quiet=True)
     if finished.missing:
@@ -108,7 +111,14 @@ def _evaluate(campaign: Campaign, parameters: Mapping[str, float], path: Path, w
         "collision_rate": float(trials["collision"].mean()),
         "stuck_rate": float(trials["stuck"].mean()),
         "time_over_straight": float(trials.loc[trials["reached"], "time_over_straight"].mean()),
+        "refused": None,
     }
+
+
+def _best(tried: list[dict]) -> dict | None:
+    """Return the best of the sets that could be flown, or None."""
+    flown = [row for row in tried if row["refused"] is None]
+    return min(flown, key=lambda row: row["objective"], default=None)
 
 
 def _with(campaign: Campaign, parameters: Mapping[str, float]) -> Campaign:
@@ -135,23 +145,33 @@ def dynamic_parameters(campaign: Campaign, parameters: Mapping[str, float]) -> d
 
 
 def _write(path: Path, campaign: Campaign, tried: list[dict]) -> None:
-    best = min(tried, key=lambda row: row["objective"])
-    names = [name for name, *_ in campaign.tuning.parameters]
-    values = dynamic_parameters(campaign, {name: best[name] for name in names})
-    head = (
-        f"# CEPA as tuned by the campaign {campaign.name}, set {best['set']} of {len(tried)}: objective "
-        f"{best['objective']:.3f}, shipped {tried[0]['objective']:.3f}.\n"
-        "# rosrun dynamic_reconfigure dynparam load /cepa FILE\n"
-    )
-    text = head + yaml.safe_dump(values, sort_keys=False)
-    for name, content in ((TUNED, text), (HISTORY, pd.DataFrame(tried).to_csv(index=False))):
+    """Write every set's figures, and the best set's parameters where one could be flown."""
+    path.mkdir(parents=True, exist_ok=True)
+    files = {HISTORY: pd.DataFrame(tried).to_csv(index=False)}
+    best = _best(tried)
+    if best is not None:
+        files[TUNED] = _tuned(campaign, tried, best)
+    for name, content in files.items():
         temporary = path / f".{name}"
         temporary.write_text(content, encoding="utf-8")
         temporary.replace(path / name)
 
 
+def _tuned(campaign: Campaign, tried: list[dict], best: Mapping) -> str:
+    names = [name for name, *_ in campaign.tuning.parameters]
+    values = dynamic_parameters(campaign, {name: best[name] for name in names})
+    shipped = "not flown" if tried[0]["refused"] else f"{tried[0]['objective']:.3f}"
+    return (
+        f"# CEPA as tuned by the campaign {campaign.name}, set {best['set']} of {len(tried)}: objective "
+        f"{best['objective']:.3f}, shipped {shipped}.\n"
+        "# rosrun dynamic_reconfigure dynparam load /cepa FILE\n"
+    ) + yaml.safe_dump(values, sort_keys=False)
+
+
 def _told(shipped: Mapping, best: Mapping, path: Path) -> str:
     def line(name: str, row: Mapping) -> str:
+        if row["refused"]:
+            return f"{name}: not flown. {row['refused']}"
         return (
             f"{name}: objective {row['objective']:.3f}, collisions {row['collision_rate']:.1%}, "
             f"stuck {row['stuck_rate']:.1%}, time over straight {row['time_over_straight']:.2f}"
