@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from launched_flight import READY_PATIENCE_S, Flight
+from launched_flight import READY_PATIENCE_S, Flight, free_ports
 
 ROOT = Path(__file__).resolve().parents[1]
 WORLDS = ROOT / "src/master_thesis/worlds"
@@ -31,9 +31,9 @@ def test_in_lockstep_a_flight_repeats_bit_for_bit_and_is_that_of_the_closed_loop
     world = WORLDS / "forest.world"
     args = {"world": world, "goal": "9 0 2", "seed": 3, **LOCKSTEP}
     flights = []
-    for name in ("first", "second"):
+    for name, record in (("first", "false"), ("second", "true")):
         (tmp_path / name).mkdir()
-        flights.append(Flight(processes, tmp_path / name, "fly_to_goal.launch", **args))
+        flights.append(Flight(processes, tmp_path / name, "fly_to_goal.launch", record=record, **args))
         flights[-1].wait(200.0)
         assert flights[-1].result["success"], flights[-1].result["failure"]
         assert flights[-1].result["lockstep_misses"] == 0
@@ -57,6 +57,22 @@ def test_in_lockstep_a_flight_repeats_bit_for_bit_and_is_that_of_the_closed_loop
         for axis in (1, 2, 3)
     ]
     assert np.linalg.norm(apart, axis=0).max() < 0.05
+
+    answers_again(processes, flights[1].results / "flight.bag")
+
+
+def answers_again(processes, bag: Path) -> None:
+    """`rosbag play` of what CEPA heard, into CEPA alone: every answer is the recorded one."""
+    port = free_ports(1)[0]
+    processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
+    processes.start("roslaunch", "-p", str(port), "cepa", "cepa.launch", "visualiser:=false", "replay:=true")
+    run = processes.run(sys.executable, str(ROOT / "tests/playback_probe.py"), str(bag), timeout_s=200.0)
+    assert run.returncode == 0, run.stdout
+    figures = json.loads(run.stdout.splitlines()[-1])
+    assert figures["recorded"] > 500
+    assert figures["moving"] > 150
+    assert figures["answered"] == figures["recorded"]
+    assert figures["different_at_s"] == []
 
 
 # -- tuning in flight ---------------------------------------------------------------------------------------

@@ -185,3 +185,42 @@ def test_sources_that_share_stamps_are_never_missed_however_the_messages_race(ra
             stamp = tick * 25 * MS
             answered += p.offer_scan(stamp, tick) if kind == "scan" else p.offer(kind, stamp, tick)
     assert values(answered) == [(tick, tick, tick) for tick in range(1, instants)]
+
+
+# -- recordings: nothing is lacking, nothing is urgent ----------------------------------------------------
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.data())
+def test_a_patient_pairing_answers_alike_in_whatever_order_the_connections_are_read(data):
+    """Each topic in its own order, but one topic may be read seconds ahead of another."""
+    scans = [(25 * k * MS, "scan") for k in range(12)]
+    references = [(stamp, "reference") for stamp in range(-10 * MS, 310 * MS, 5 * MS)]
+    odometry = [(stamp, "odometry") for stamp in range(-3 * MS, 310 * MS, 10 * MS)]  # of no scan's stamp
+    left, answers = [list(topic) for topic in (scans, references, odometry)], []
+    p = ScanPairing(("reference", "odometry"), ("odometry",), patient=True)
+    while any(left):
+        topic = data.draw(st.sampled_from([topic for topic in left if topic]))
+        for stamp, name in topic[: data.draw(st.integers(1, 80))]:
+            topic.pop(0)
+            answers += p.offer_scan(stamp, stamp) if name == "scan" else p.offer(name, stamp, stamp)
+    assert [found.scan.value for found in answers] == [stamp for stamp, _ in scans]
+    assert [found.values["reference"].value for found in answers] == [stamp for stamp, _ in scans]
+    assert p.held == 0
+
+
+def test_a_patient_pairing_takes_what_was_there_at_the_scan_and_says_what_it_waits_for():
+    p = ScanPairing(("reference",), patient=True)
+    assert p.offer_scan(25 * MS, "scan 1") == []
+    assert p.offer_scan(50 * MS, "scan 2") == []
+    assert p.offer("reference", 20 * MS, "r20") == []
+    assert (p.held, p.due) == (2, ("reference",))
+    assert values(p.offer("reference", 40 * MS, "r40")) == [("scan 1", "r20")]
+    assert values(p.offer("reference", 60 * MS, "r60")) == [("scan 2", "r40")]
+    assert (p.held, p.due) == (0, ())
+
+
+def test_a_patient_pairing_is_bounded():
+    p = ScanPairing(("reference",), patient=True)
+    answers = [answer for k in range(2500) for answer in p.offer_scan(k, k)]
+    assert [found.scan.value for found in answers] == list(range(500))

@@ -9,6 +9,10 @@ from typing import Any
 KEPT_MESSAGES = 64
 KEPT_SCANS = 8
 
+PATIENT_MESSAGES = 20_000
+PATIENT_SCANS = 2_000
+"""What is kept for a recording: a minute of scans may wait while the machine is busy elsewhere."""
+
 
 @dataclass(frozen=True)
 class Stamped:
@@ -42,19 +46,24 @@ class ScanPairing:
     comes; the outcome then does not depend on which message was faster. It is held until the next scan comes
     at the latest, and a source that let it wait in vain is not waited for again before it has shared a stamp
     once more.
+
+    A patient pairing is for a recording, in which nothing is lacking and no scan is urgent. A scan waits
+    there until each source has given its message, or a newer one; then the newest not after the scan counts.
+    The outcome depends on the messages alone, not on when they came.
     """
 
-    def __init__(self, sources: tuple[str, ...], nearest: tuple[str, ...] = ()):
-        self._sources, self._nearest = sources, nearest
+    def __init__(self, sources: tuple[str, ...], nearest: tuple[str, ...] = (), patient: bool = False):
+        self._sources, self._nearest, self._patient = sources, nearest, patient
         self.clear()
 
     def clear(self) -> None:
         """Forget everything."""
-        self._messages: dict[str, deque] = {source: deque(maxlen=KEPT_MESSAGES) for source in self._sources}
+        kept = PATIENT_MESSAGES if self._patient else KEPT_MESSAGES
+        self._messages: dict[str, deque] = {source: deque(maxlen=kept) for source in self._sources}
         self._shares_stamps = dict.fromkeys(self._sources, True)  # trusted from a source's first message on
         self._jumped_back: set[str] = set()  # sources whose stamps went back since the last scan
         self._scan_stamps: deque = deque(maxlen=KEPT_SCANS)
-        self._held: Stamped | None = None
+        self._held: deque[Stamped] = deque()
 
     def restart(self) -> None:
         """Forget what is older than a clock's jump back that the scans have just shown.
@@ -67,14 +76,14 @@ class ScanPairing:
 
     def offer_scan(self, stamp_ns: int, scan) -> list[PairedScan]:
         """Take in a scan; return the scans that are ready now, oldest first."""
-        ready = [self._release()] if self._held else []
+        ready = [self._release()] if len(self._held) == (PATIENT_SCANS if self._patient else 1) else []
         self._jumped_back.clear()
         self._scan_stamps.append(stamp_ns)
-        self._held = Stamped(stamp_ns, scan)
+        self._held.append(Stamped(stamp_ns, scan))
         return ready + self._ready()
 
     def offer(self, source: str, stamp_ns: int, value) -> list[PairedScan]:
-        """Take in another message; return the scans that are ready now, at most one."""
+        """Take in another message; return the scans that are ready now, oldest first."""
         messages = self._messages[source]
         if messages and stamp_ns < messages[-1].stamp_ns:
             messages.clear()  # its clock jumped back
@@ -84,18 +93,30 @@ class ScanPairing:
             self._shares_stamps[source] = True
         return self._ready()
 
+    @property
+    def held(self) -> int:
+        """Number of scans that wait for what belongs to them."""
+        return len(self._held)
+
+    @property
+    def due(self) -> tuple[str, ...]:
+        """The sources whose message for the oldest held scan is still to come."""
+        return tuple(source for source in self._sources if self._is_due(source)) if self._held else ()
+
     def _ready(self) -> list[PairedScan]:
-        if self._held is None or any(self._is_due(source) for source in self._sources):
-            return []
-        return [self._release()]
+        ready = []
+        while self._held and not self.due:
+            ready.append(self._release())
+        return ready
 
     def _is_due(self, source: str) -> bool:
-        """Whether the source's message for the held scan is still to come."""
-        messages = self._messages[source]
-        return bool(messages) and self._shares_stamps[source] and messages[-1].stamp_ns < self._held.stamp_ns
+        messages, scan_ns = self._messages[source], self._held[0].stamp_ns
+        if self._patient:
+            return not messages or messages[-1].stamp_ns < scan_ns
+        return bool(messages) and self._shares_stamps[source] and messages[-1].stamp_ns < scan_ns
 
     def _release(self) -> PairedScan:
-        scan, self._held = self._held, None
+        scan = self._held.popleft()
         return PairedScan(scan, {source: self._find(source, scan.stamp_ns) for source in self._sources})
 
     def _find(self, source: str, stamp_ns: int) -> Stamped | None:
@@ -109,4 +130,6 @@ class ScanPairing:
         self._shares_stamps[source] = False
         if source in self._nearest:
             return min(messages, key=lambda message: abs(message.stamp_ns - stamp_ns))
+        if self._patient:
+            return next((message for message in reversed(messages) if message.stamp_ns < stamp_ns), None)
         return messages[-1]
