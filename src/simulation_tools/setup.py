@@ -19,6 +19,7 @@ setup(
             "simulation_tools.vehicle",
             "simulation_tools.world",
             "simulation_tools_ros",
+            "simulation_tools_ros.mavros",
         ],
         package_dir={"": "src", "simulation_tools_ros": "ros/simulation_tools_ros"},
     )

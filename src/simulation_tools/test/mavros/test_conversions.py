@@ -16,7 +16,10 @@ from simulation_tools.mavros.conversions import (
     IGNORE_YAW,
     IGNORE_YAW_RATE,
     Target,
+    acceleration_target,
     attitude_target,
+    global_pose_target,
+    global_target,
     heading_enu,
     pose_target,
     position_target,
@@ -80,8 +83,63 @@ def test_a_poses_heading_survives(yaw):
     assert math.remainder(m.yaw - (math.pi / 2 - yaw), 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_quaternion_of_zeros_that_scripts_leave_in_means_north():
-    assert pose_target(TARGET, 0, (0, 0, 2), (0, 0, 0, 0)).yaw == pytest.approx(0.0)
+def test_the_quaternion_of_zeros_that_scripts_leave_in_means_what_it_means_to_mavros():
+    """Its pose becomes a rotation matrix, for which Eigen makes of zeros no rotation: east in ENU.
+
+    On setpoint_position/global MAVROS takes the heading of the quaternion itself: atan2(0, 0), north.
+    """
+    assert pose_target(TARGET, 0, (0, 0, 2), (0, 0, 0, 0)).yaw == pytest.approx(math.pi / 2)
+    assert global_pose_target(TARGET, 0, (47.0, 8.0, 500.0), (0, 0, 0, 0)).yaw == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("frame", [8, 9])
+def test_a_pose_in_a_body_frame_is_flu(frame):
+    m = pose_target(TARGET, 0, (1, 2, 3), quaternion_from_rpy(0.0, 0.0, 0.5), frame)
+    assert (m.coordinate_frame, m.x, m.y, m.z) == (frame, 1, -2, -3)
+    assert m.yaw == pytest.approx(-0.5)
+
+
+def test_a_global_setpoint_keeps_its_place_and_turns_its_motion_to_ned():
+    m = global_target(TARGET, 9, 6, EVERYTHING, (47.397742, 8.545594, 5.0), (4, 5, 6), (7, 8, 9), 0.0, 0.5)
+    assert (m.lat_int, m.lon_int, m.alt) == (473977420, 85455940, 5.0)
+    assert (m.vx, m.vy, m.vz) == (5, 4, -6)
+    assert (m.afx, m.afy, m.afz) == (8, 7, -9)
+    assert (m.yaw, m.yaw_rate) == (pytest.approx(math.pi / 2), -0.5)
+    assert (m.time_boot_ms, m.coordinate_frame, m.type_mask) == (9, 6, 0)
+
+
+def test_a_global_pose_asks_for_place_and_heading_as_mavros_does():
+    """The yaw rate stays unmasked, and zero: so MAVROS's source has it."""
+    m = global_pose_target(TARGET, 0, (-33.5, -70.25, 700.0), quaternion_from_rpy(0.0, 0.0, math.pi / 2))
+    assert (m.lat_int, m.lon_int, m.alt, m.coordinate_frame) == (-335000000, -702500000, 700.0, 5)
+    assert m.type_mask == IGNORE_VELOCITY | IGNORE_ACCELERATION
+    assert m.yaw == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("place", [(91, 0, 0), (0, 181, 0), (math.nan, 0, 0), (0, math.inf, 0)])
+def test_what_is_no_place_on_earth_is_refused(place):
+    with pytest.raises(ValueError, match="no place on earth"):
+        global_target(TARGET, 0, 5, EVERYTHING, place)
+    assert global_target(TARGET, 0, 5, IGNORE_POSITION, place).lat_int == 0
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e308])
+def test_a_global_setpoint_that_is_not_finite_is_refused(bad):
+    with pytest.raises(ValueError, match="NaN"):
+        global_target(TARGET, 0, 5, EVERYTHING, (0, 0, bad))
+    with pytest.raises(ValueError, match="NaN"):
+        global_target(TARGET, 0, 5, EVERYTHING, (0, 0, 0), velocity=(0, bad, 0))
+    with pytest.raises(ValueError, match="NaN"):
+        global_pose_target(TARGET, 0, (0, 0, 0), (bad, 0, 0, 1))
+
+
+def test_an_acceleration_masks_all_else():
+    m = acceleration_target(TARGET, 3, (1, 2, 3))
+    assert (m.afx, m.afy, m.afz) == (2, 1, -3)
+    assert m.type_mask == IGNORE_POSITION | IGNORE_VELOCITY | IGNORE_YAW | IGNORE_YAW_RATE
+    assert acceleration_target(TARGET, 3, (1, 2, 3), is_force=True).type_mask == m.type_mask | 512
+    with pytest.raises(ValueError, match="NaN"):
+        acceleration_target(TARGET, 3, (math.nan, 0, 0))
 
 
 def test_attitudes_turn_to_frd_in_ned():

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.ros
 @pytest.fixture(scope="module")
 def diagnose():
     return pytest.importorskip(
-        "simulation_tools_ros.mavros_diagnostics", reason="needs ROS's message packages"
+        "simulation_tools_ros.mavros.diagnostics", reason="needs ROS's message packages"
     )
 
 

@@ -95,7 +95,7 @@ class FcuClient:
         self._command_timeout_s = command_timeout_s
         self._parameter_timeout_s = min(1.5, command_timeout_s) / _PARAMETER_TRIES
         self._send_lock = threading.Lock()
-        self._handlers: dict[str, Handler] = {}
+        self._handlers: dict[str, list[Handler]] = {}
         self._answers = threading.Condition()
         self._acks: dict[int, int] = {}
         self._parameters: dict[str, float] = {}
@@ -105,8 +105,8 @@ class FcuClient:
         self._command_lock = threading.Lock()
 
     def on(self, name: str, handler: Handler) -> None:
-        """Call a handler for each message of a MAVLink name that comes from the target."""
-        self._handlers[name] = handler
+        """Call a handler, after those there are, for each message of a MAVLink name from the target."""
+        self._handlers.setdefault(name, []).append(handler)
 
     @property
     def local_address(self) -> Address:
@@ -278,8 +278,7 @@ class FcuClient:
                 self._answers.notify_all()
         elif kind == "PARAM_VALUE":
             self._note_parameter(message)
-        handler = self._handlers.get(kind)
-        if handler is not None:
+        for handler in self._handlers.get(kind, ()):
             handler(message)
 
     def _note_parameter(self, message: common.MAVLink_message) -> None:

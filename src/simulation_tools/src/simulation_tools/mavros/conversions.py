@@ -18,6 +18,7 @@ LOCAL_FRAMES = frozenset((common.MAV_FRAME_LOCAL_NED, common.MAV_FRAME_LOCAL_OFF
 IGNORE_POSITION = 0b111
 IGNORE_VELOCITY = 0b111 << 3
 IGNORE_ACCELERATION = 0b111 << 6
+FORCE = 1 << 9
 IGNORE_YAW = 1 << 10
 IGNORE_YAW_RATE = 1 << 11
 
@@ -78,23 +79,90 @@ def position_target(
 
 
 def pose_target(
-    target: Target, time_boot_ms: int, position_enu: Sequence[float], orientation_xyzw: Sequence[float]
+    target: Target,
+    time_boot_ms: int,
+    position: Sequence[float],
+    orientation_xyzw: Sequence[float],
+    frame: int = common.MAV_FRAME_LOCAL_NED,
 ) -> common.MAVLink_message:
-    """Build the setpoint of a pose in ENU: position and heading."""
-    require_finite((*position_enu, *orientation_xyzw))
+    """Build the setpoint of a pose in ENU (FLU for the body frames): position and heading."""
+    require_finite((*position, *orientation_xyzw))
     mask = IGNORE_VELOCITY | IGNORE_ACCELERATION | IGNORE_YAW_RATE
     yaw = heading_enu(orientation_xyzw)
-    frame = common.MAV_FRAME_LOCAL_NED
-    return position_target(target, time_boot_ms, frame, mask, position=position_enu, yaw=yaw)
+    return position_target(target, time_boot_ms, frame, mask, position=position, yaw=yaw)
 
 
 def heading_enu(orientation_xyzw: Sequence[float]) -> float:
     """Return a pose's heading, counter-clockwise from east.
 
-    A quaternion of zeros, which many scripts leave in, means north, as it does to MAVROS.
+    A quaternion of zeros, which many scripts leave in, means east: MAVROS takes it for no rotation.
     """
+    x, y, z, w = orientation_xyzw
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def global_target(
+    target: Target,
+    time_boot_ms: int,
+    frame: int,
+    type_mask: int,
+    place: Sequence[float],
+    velocity: Sequence[float] = _ZERO,
+    acceleration: Sequence[float] = _ZERO,
+    yaw: float = 0.0,
+    yaw_rate: float = 0.0,
+) -> common.MAVLink_message:
+    """Build SET_POSITION_TARGET_GLOBAL_INT; velocity, acceleration, yaw and its rate: ENU.
+
+    place: latitude and longitude, degrees, and altitude, m, over what the frame says. Raises ValueError, one
+    sentence, for a place that is not on earth and for values that are not finite as float32.
+    """
+    latitude, longitude, altitude = place if type_mask & IGNORE_POSITION != IGNORE_POSITION else _ZERO
+    velocity = velocity if type_mask & IGNORE_VELOCITY != IGNORE_VELOCITY else _ZERO
+    acceleration = acceleration if type_mask & IGNORE_ACCELERATION != IGNORE_ACCELERATION else _ZERO
+    yaw = 0.0 if type_mask & IGNORE_YAW else yaw
+    yaw_rate = 0.0 if type_mask & IGNORE_YAW_RATE else yaw_rate
+    require_finite((altitude, *velocity, *acceleration, yaw, yaw_rate))
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):  # false for NaN, too
+        raise ValueError(f"latitude {latitude}, longitude {longitude} is no place on earth")
+    return common.MAVLink_set_position_target_global_int_message(
+        time_boot_ms % 2**32,
+        target.system_id,
+        target.component_id,
+        frame,
+        type_mask,
+        round(1e7 * latitude),
+        round(1e7 * longitude),
+        altitude,
+        *enu_to_ned(velocity),
+        *enu_to_ned(acceleration),
+        yaw_to_ned(yaw),
+        -yaw_rate,
+    )
+
+
+def global_pose_target(
+    target: Target, time_boot_ms: int, place: Sequence[float], orientation_xyzw: Sequence[float]
+) -> common.MAVLink_message:
+    """Build the setpoint of a pose on earth, altitude above mean sea level: place and heading.
+
+    Here MAVROS takes a quaternion of zeros for north.
+    """
+    require_finite(orientation_xyzw)
     w, x, y, z = attitude_to_ned(orientation_xyzw)
-    return yaw_to_ned(math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    yaw_ned = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    mask = IGNORE_VELOCITY | IGNORE_ACCELERATION
+    frame = common.MAV_FRAME_GLOBAL_INT
+    return global_target(target, time_boot_ms, frame, mask, place, yaw=yaw_to_ned(yaw_ned))
+
+
+def acceleration_target(
+    target: Target, time_boot_ms: int, acceleration_enu: Sequence[float], is_force: bool = False
+) -> common.MAVLink_message:
+    """Build the setpoint of an acceleration, or of a force, in ENU."""
+    mask = IGNORE_POSITION | IGNORE_VELOCITY | IGNORE_YAW | IGNORE_YAW_RATE | (FORCE if is_force else 0)
+    frame = common.MAV_FRAME_LOCAL_NED
+    return position_target(target, time_boot_ms, frame, mask, acceleration=acceleration_enu)
 
 
 def velocity_target(
@@ -112,8 +180,12 @@ def attitude_target(
     orientation_xyzw: Quaternion,
     body_rate_flu: Vector3,
     thrust: float,
+    lowest_thrust: float = 0.0,
 ) -> common.MAVLink_message:
-    """Build SET_ATTITUDE_TARGET from the attitude of FLU in ENU and rates in FLU; raises ValueError."""
+    """Build SET_ATTITUDE_TARGET from the attitude of FLU in ENU and rates in FLU; raises ValueError.
+
+    The thrust is cut to lowest_thrust..1.
+    """
     if type_mask & ATTITUDE_IGNORE_ATTITUDE:
         orientation_xyzw = (0.0, 0.0, 0.0, 1.0)
     if type_mask & ATTITUDE_IGNORE_RATES == ATTITUDE_IGNORE_RATES:
@@ -126,7 +198,7 @@ def attitude_target(
         type_mask,
         attitude_to_ned(orientation_xyzw),
         *flu_to_frd(body_rate_flu),
-        min(max(thrust, 0.0), 1.0),
+        min(max(thrust, lowest_thrust), 1.0),
     )
 
 

@@ -113,6 +113,7 @@ class MavlinkLink:
             "TIMESYNC": self._timesync,
             "PING": self._ping,
             "FILE_TRANSFER_PROTOCOL": self._file_transfer,
+            "RC_CHANNELS_OVERRIDE": self._rc_override,
             **dict.fromkeys(MISSION_MESSAGES, self._mission),
         }
 
@@ -245,6 +246,13 @@ class MavlinkLink:
         answer = self._parameter_protocol.set(m) if self._is_for_us(channel, m) else None
         if answer is not None:
             channel.reply(answer, sender)
+
+    def _rc_override(self, channel: Channel, m, sender: Address) -> None:
+        """PX4 would fly by it; there is no remote control here."""
+        if self._is_for_us(channel, m):
+            self._warn(
+                "rc", "MAVLink: RC_CHANNELS_OVERRIDE is ignored; the PX4 stand-in has no remote control"
+            )
 
     def _timesync(self, channel: Channel, m, sender: Address) -> None:
         if m.tc1 == 0:

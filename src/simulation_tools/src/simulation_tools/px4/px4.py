@@ -82,7 +82,8 @@ class Px4:
         self.parameters = parameters or Px4Parameters()
         self.on_statustext: Callable[[Severity, str], None] = lambda severity, text: None
         p = self.parameters
-        self._estimator = Estimator(noise or EstimatorNoise(), rng or np.random.default_rng(0))
+        self.estimator_noise = noise or EstimatorNoise()
+        self._estimator = Estimator(self.estimator_noise, rng or np.random.default_rng(0))
         self._commander = Commander(p, lambda severity, text: self.on_statustext(severity, text))
         self._navigator = Navigator(p)
         self._control = FlightControl(p)
@@ -176,6 +177,12 @@ class Px4:
     def active_setpoint(self) -> np.ndarray:
         """The setpoint that the position controller follows, one record of SETPOINT_DTYPE, shape (1,)."""
         return self._setpoint
+
+    @property
+    def follows_position(self) -> bool:
+        """Whether the position controller flies, not an attitude or rates of a client."""
+        is_offboard = self._commander.mode is Mode.OFFBOARD
+        return not (is_offboard and isinstance(self._offboard, AttitudeSetpoint))
 
     @property
     def rates_setpoint(self) -> np.ndarray:

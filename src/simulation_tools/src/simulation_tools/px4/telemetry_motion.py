@@ -6,10 +6,15 @@ import math
 
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.px4.modes import LandedState
 from simulation_tools.px4.px4 import Px4, Px4Status
 
 _NAN = math.nan
 _UNKNOWN_U16 = 65535
+_CLEARANCE_ON_GROUND_M = 0.1  # PX4's EKF2_MIN_RNG
+# As PX4 SITL's receiver says: mm over the ground, mm of height, mm/s, 1e-5 degrees
+_GPS_ACCURACIES = (299, 399, 250, 2864788)
+_ALL_BUT_AIRSPEED = 7167  # HIGHRES_IMU's fields that are new
 
 
 def _euler(q: list[float]) -> tuple[float, float, float]:
@@ -37,17 +42,17 @@ def _attitude_quaternion(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 def _highres_imu(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     estimate = px4.estimate[0]
     altitude = px4.origin.altitude_m - float(estimate["position"][2])
-    pressure_hpa = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588  # international standard atmosphere
+    pressure_pa = 101325.0 * (1.0 - 2.25577e-5 * altitude) ** 5.25588  # international standard atmosphere
     return common.MAVLink_highres_imu_message(
         status.time_us,
         *estimate["specific_force"].tolist(),
         *estimate["rates"].tolist(),
         *_magnetic_field(estimate["attitude"].tolist()),
-        pressure_hpa,
+        pressure_pa,  # MAVLink says hPa; PX4 sends Pa, and MAVROS hands it on
         0.0,
         altitude,
         20.0,
-        7167,
+        _ALL_BUT_AIRSPEED,
     )
 
 
@@ -68,6 +73,30 @@ def _local_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | Non
     estimate = px4.estimate[0]
     return common.MAVLink_local_position_ned_message(
         status.time_us // 1000, *estimate["position"].tolist(), *estimate["velocity"].tolist()
+    )
+
+
+def _local_position_with_covariance(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    """On request only: PX4 has no such message, MAVROS takes pose_cov and accel from it."""
+    if not status.position_valid:
+        return None
+    estimate, noise = px4.estimate[0], px4.estimator_noise
+    deviations = (
+        *(noise.position_xy_m, noise.position_xy_m, noise.position_z_m),
+        *(noise.velocity_xy_m_s, noise.velocity_xy_m_s, noise.velocity_z_m_s),
+        *(noise.acceleration_m_s2,) * 3,
+    )
+    # The upper triangle of a diagonal 9 x 9, row by row
+    covariance = [
+        deviations[row] ** 2 if row == column else 0.0 for row in range(9) for column in range(row, 9)
+    ]
+    return common.MAVLink_local_position_ned_cov_message(
+        status.time_us,
+        common.MAV_ESTIMATOR_TYPE_AUTOPILOT,
+        *estimate["position"].tolist(),
+        *estimate["velocity"].tolist(),
+        *estimate["acceleration"].tolist(),
+        covariance,
     )
 
 
@@ -123,17 +152,20 @@ def _gps_raw(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     north, east, down = estimate["position"].tolist()
     vx, vy, _ = estimate["velocity"].tolist()
     latitude, longitude = px4.origin.to_global(north, east)
+    altitude_mm = round(1e3 * (px4.origin.altitude_m - down))
     return common.MAVLink_gps_raw_int_message(
         status.time_us,
         common.GPS_FIX_TYPE_3D_FIX,
         round(1e7 * latitude),
         round(1e7 * longitude),
-        round(1e3 * (px4.origin.altitude_m - down)),
-        90,
-        90,
+        altitude_mm,
+        0,
+        0,
         min(round(100.0 * math.hypot(vx, vy)), _UNKNOWN_U16),
         int(100.0 * (math.degrees(math.atan2(vy, vx)) % 360.0)) % 36000,
         10,
+        altitude_mm,
+        *_GPS_ACCURACIES,
     )
 
 
@@ -149,10 +181,12 @@ def _attitude_target(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 
 def _position_target_global(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    north, east, down = px4.active_setpoint["position"][0].tolist()
-    if not status.position_valid or math.isnan(north + east + down):
+    """Return where an automatic mode flies to; PX4 sends it in those modes alone."""
+    if not (status.mode.is_auto and status.armed and status.position_valid):
         return None
-    target = px4.attitude_setpoint[0]
+    north, east, down = px4.active_setpoint["position"][0].tolist()
+    if math.isnan(north + east + down):
+        return None
     latitude, longitude = px4.origin.to_global(north, east)
     return common.MAVLink_position_target_global_int_message(
         status.time_us // 1000,
@@ -161,32 +195,45 @@ def _position_target_global(px4: Px4, status: Px4Status) -> common.MAVLink_messa
         round(1e7 * latitude),
         round(1e7 * longitude),
         px4.origin.altitude_m - down,
-        *target["velocity"].tolist(),
-        *target["acceleration"].tolist(),
-        float(target["yaw"]),
-        float(target["yaw_rate"]),
+        *_followed_motion(px4),
     )
 
 
-def _position_target(px4: Px4, status: Px4Status) -> common.MAVLink_message:
-    asked, target = px4.active_setpoint[0], px4.attitude_setpoint[0]
+def _position_target(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    """Return what the position controller follows; NaN, and masked, where it follows nothing."""
+    if not px4.follows_position:
+        return None
+    motion = _followed_motion(px4)
+    # A position that is followed asks for a velocity; on the ground PX4 follows none.
+    asked = px4.active_setpoint["position"][0].tolist()
+    position = [_NAN if math.isnan(speed) else where for where, speed in zip(asked, motion)]
+    mask = sum(1 << bit for bit, value in enumerate((*position, *motion[:6])) if math.isnan(value))
     return common.MAVLink_position_target_local_ned_message(
-        status.time_us // 1000,
-        common.MAV_FRAME_LOCAL_NED,
-        0,
-        *asked["position"].tolist(),
+        status.time_us // 1000, common.MAV_FRAME_LOCAL_NED, mask, *position, *motion
+    )
+
+
+def _followed_motion(px4: Px4) -> list[float]:
+    """Velocity and acceleration (NED), yaw and yaw rate that the position controller follows."""
+    target = px4.attitude_setpoint[0]
+    return [
         *target["velocity"].tolist(),
         *target["acceleration"].tolist(),
         float(target["yaw"]),
         float(target["yaw_rate"]),
-    )
+    ]
 
 
 def _altitude(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+    """Without a range finder PX4 knows the terrain only while it stands on it."""
     local = -float(px4.estimate["position"][0, 2])
     amsl = px4.origin.altitude_m + local
-    relative = local + float(px4.home[2]) if px4.home is not None else _NAN
-    return common.MAVLink_altitude_message(status.time_us, amsl, amsl, local, relative, _NAN, relative)
+    relative = local + float(px4.home[2]) if px4.home is not None else local
+    on_ground = status.landed_state is LandedState.ON_GROUND
+    clearance = _CLEARANCE_ON_GROUND_M if on_ground else _NAN
+    return common.MAVLink_altitude_message(
+        status.time_us, amsl, amsl, local, relative, local - clearance, clearance
+    )
 
 
 def _vfr_hud(px4: Px4, status: Px4Status) -> common.MAVLink_message:
@@ -196,7 +243,8 @@ def _vfr_hud(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     heading = int(math.degrees(float(estimate["yaw"])) % 360.0)
     throttle = round(100.0 * float(px4.attitude_setpoint["thrust"][0])) if status.armed else 0
     altitude = px4.origin.altitude_m - float(estimate["position"][2])
-    return common.MAVLink_vfr_hud_message(speed, speed, heading, throttle, altitude, -vz)
+    airspeed = 0.0  # without a sensor for it
+    return common.MAVLink_vfr_hud_message(airspeed, speed, heading, throttle, altitude, -vz)
 
 
 def _int16(value: float) -> int:
@@ -209,6 +257,7 @@ BUILDERS = {
     "HIGHRES_IMU": _highres_imu,
     "GLOBAL_POSITION_INT": _global_position,
     "LOCAL_POSITION_NED": _local_position,
+    "LOCAL_POSITION_NED_COV": _local_position_with_covariance,
     "ODOMETRY": _odometry,
     "GPS_RAW_INT": _gps_raw,
     "ATTITUDE_TARGET": _attitude_target,

@@ -8,6 +8,8 @@ from simulation_tools.px4.modes import ARMED_FLAG
 from simulation_tools.px4.px4 import Px4, Px4Status
 
 _UNKNOWN_U16 = 65535
+_CURRENT_CA = -100  # PX4's simulated battery says -1 A
+_UTC_AT_START_US = 1_625_097_600_000_000  # 2021-07-01: the simulated world's date, the same in each flight
 _CELLS, _CELL_FULL_V, _CELL_EMPTY_V = 4, 4.05, 3.7  # PX4's simulated battery
 
 _SENSORS = 0x0120002F  # gyro, accelerometer, magnetometer, pressure, GPS; battery, AHRS
@@ -42,7 +44,7 @@ def _sys_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
         _SENSORS | may_arm,
         100,
         round(1000.0 * _CELLS * _battery_voltage(status)),
-        -1,
+        _CURRENT_CA,
         round(100.0 * status.battery_remaining),
         0,
         0,
@@ -61,8 +63,8 @@ def _battery_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
         common.MAV_BATTERY_TYPE_LIPO,
         32767,
         cells,
-        -1,
-        -1,
+        _CURRENT_CA,
+        0,
         -1,
         round(100.0 * status.battery_remaining),
     )
@@ -75,7 +77,7 @@ def _extended_sys_state(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 
 def _system_time(px4: Px4, status: Px4Status) -> common.MAVLink_message:
-    return common.MAVLink_system_time_message(0, status.time_us // 1000)
+    return common.MAVLink_system_time_message(_UTC_AT_START_US + status.time_us, status.time_us // 1000)
 
 
 def _estimator_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:

@@ -1,0 +1,134 @@
+"""MAVROS's plugin `param`: the flight controller's parameters, and their copy below ~param."""
+
+from __future__ import annotations
+
+import rospy
+from mavros_msgs.msg import Param, ParamValue
+from mavros_msgs.srv import (
+    ParamGet,
+    ParamGetResponse,
+    ParamPull,
+    ParamPullResponse,
+    ParamPush,
+    ParamPushResponse,
+    ParamSet,
+    ParamSetResponse,
+)
+from std_msgs.msg import Header
+
+from simulation_tools.mavlink import decode_text, parameter_from_wire
+from simulation_tools_ros.mavros.uas import Uas
+
+
+class ParamPlugin:
+    """Serves param/{get,set,pull,push}; publishes param/param_value.
+
+    get and set ask the flight controller itself each time. pull copies all parameters to ~param, push sends
+    those there to the flight controller.
+    """
+
+    def __init__(self, uas: Uas) -> None:
+        self._uas = uas
+        self._client = uas.client
+        self._value = uas.advertise("param/param_value", Param)
+        for name, service_class, handler in (
+            ("param/get", ParamGet, self._on_get),
+            ("param/set", ParamSet, self._on_set),
+            ("param/pull", ParamPull, self._on_pull),
+            ("param/push", ParamPush, self._on_push),
+        ):
+            uas.serve(name, service_class, handler)
+        uas.client.on("PARAM_VALUE", self._on_value)
+
+    def _on_value(self, message) -> None:
+        if not self._value.wanted:
+            return
+        try:
+            value = parameter_from_wire(message.param_value, message.param_type)
+        except ValueError:
+            return
+        self._value.publish(
+            lambda: Param(
+                header=Header(stamp=self._uas.now),
+                param_id=decode_text(message.param_id),
+                value=value_message(value),
+                param_index=message.param_index,
+                param_count=message.param_count,
+            )
+        )
+
+    def _on_get(self, request) -> ParamGetResponse:
+        value = self._client.get_parameter(request.param_id)
+        if value is None:
+            return ParamGetResponse(success=False)
+        return ParamGetResponse(success=True, value=value_message(value))
+
+    def _on_set(self, request) -> ParamSetResponse:
+        success, value = self._set(request.param_id, value_of(request.value))
+        return ParamSetResponse(
+            success=success, value=ParamValue() if value is None else value_message(value)
+        )
+
+    def _on_pull(self, _request) -> ParamPullResponse:
+        parameters = self._client.pull_parameters()
+        if parameters:
+            rospy.set_param("~param", parameters)
+        return ParamPullResponse(success=bool(parameters), param_received=len(parameters))
+
+    def _on_push(self, _request) -> ParamPushResponse:
+        wanted = rospy.get_param("~param", {})
+        if not isinstance(wanted, dict):
+            rospy.logwarn("param/push: ~param holds no parameters.")
+            return ParamPushResponse(success=False)
+        known = self._client.pull_parameters()
+        unknown = sorted(set(wanted) - set(known))
+        if unknown:
+            rospy.logwarn(f"param/push: the flight controller has no parameter {', '.join(unknown)}.")
+        # Those that are as they should be need not be sent.
+        transferred = sum(
+            known[name] == value or self._set(name, value)[0]
+            for name, value in wanted.items()
+            if name in known and self._is_number(name, value)
+        )
+        return ParamPushResponse(success=bool(known), param_transfered=transferred)
+
+    @staticmethod
+    def _is_number(name: str, value) -> bool:
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            return True
+        rospy.logwarn(f"The parameter {name} is not set: {value!r} is no number.")
+        return False
+
+    def _set(self, name: str, wanted: float) -> tuple[bool, float | None]:
+        """Set a parameter; returns whether it is as wanted, and its value, None when there was no answer.
+
+        The type is the flight controller's: a whole number may stand for a float parameter.
+        """
+        known = self._client.get_parameter(name)
+        if known is None:
+            return False, None
+        if isinstance(known, float):
+            wanted = float(wanted)
+        elif isinstance(wanted, float):
+            rospy.logwarn(f"The parameter {name} is not set: it is a whole number, {wanted} is none.")
+            return False, known
+        try:
+            value = self._client.set_parameter(name, wanted)
+        except ValueError as error:
+            rospy.logwarn(f"The parameter {name} is not set: {error}.")
+            return False, known
+        # A float comes back as the float32 it was sent as.
+        success = value is not None and abs(value - wanted) <= 1e-6 * max(1.0, abs(wanted))
+        return success, value
+
+
+def value_message(value: float) -> ParamValue:
+    """Return a parameter's value: an int goes to the integer field, a float to the real one."""
+    return ParamValue(integer=value) if isinstance(value, int) else ParamValue(real=value)
+
+
+def value_of(message: ParamValue) -> float:
+    """Return the value that a ParamValue stands for, as MAVROS reads it: the integer unless it is zero."""
+    if message.integer != 0:
+        return int(message.integer)
+    return float(message.real) if message.real != 0.0 else 0

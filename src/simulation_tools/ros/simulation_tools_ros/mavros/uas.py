@@ -1,0 +1,194 @@
+"""What MAVROS's plugins share: the link, ROS's names, the clock, and what was heard last."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Any, Callable
+
+import rospy
+from genpy import Time
+from std_msgs.msg import Header
+
+from simulation_tools.geometry import Quaternion, Vector3
+from simulation_tools.mavros.client import FcuClient
+from simulation_tools.px4.frames import attitude_to_enu, flu_to_frd
+
+REFUSALS_EVERY_S = 1.0  # of one topic, wall time
+
+
+class Topic:
+    """A publisher that makes a message only for those who listen; a latched one always."""
+
+    def __init__(self, publisher: rospy.Publisher, latch: bool) -> None:
+        self._publisher = publisher
+        self._latch = latch
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a message would be published."""
+        return self._latch or self._publisher.get_num_connections() > 0
+
+    def publish(self, make: Callable[[], Any]) -> None:
+        """Publish what `make` returns, if somebody wants it."""
+        if self.wanted:
+            self._publisher.publish(make())
+
+
+@dataclass
+class Heard:
+    """What several plugins want to know of the flight controller; None: not heard yet."""
+
+    time_boot_ms: int = 0
+    heartbeat: Any = None
+    attitude: Quaternion | None = None  # of FLU in ENU, x y z w
+    rates: Vector3 = (0.0, 0.0, 0.0)  # FLU, rad/s
+    local_position: Any = None  # LOCAL_POSITION_NED
+    global_position: Any = None  # GLOBAL_POSITION_INT
+
+
+@dataclass
+class Timer:
+    """Something done every so often, in wall time."""
+
+    period_s: float
+    callback: Callable[[float], None]
+    due_s: float = field(default=-math.inf)
+
+
+class Uas:
+    """The flight controller as the plugins see it.
+
+    Handlers and timers run in the node's one thread that polls the client; subscribers and services run in
+    threads of their own. Stamps are the flight controller's clock, which is ROS's in simulation.
+    """
+
+    def __init__(self, client: FcuClient) -> None:
+        """Read ~geoid_height: the geoid's over the ellipsoid where it flies, m."""
+        self.client = client
+        self.geoid_height_m = float(rospy.get_param("~geoid_height", 0.0))
+        self.heard = Heard()
+        self._timers: list[Timer] = []
+        self._connection_jobs: list[Callable[[], None]] = []
+        self._refused_s: dict[str, float] = {}
+        client.on("ATTITUDE_QUATERNION", self._on_attitude)
+        client.on("LOCAL_POSITION_NED", self._on_local_position)
+        client.on("GLOBAL_POSITION_INT", self._on_global_position)
+
+    # ROS
+
+    @staticmethod
+    def advertise(name: str, message_class: type, latch: bool = False) -> Topic:
+        """Return a topic below ~."""
+        publisher = rospy.Publisher("~" + name, message_class, queue_size=10, latch=latch, tcp_nodelay=True)
+        return Topic(publisher, latch)
+
+    @staticmethod
+    def subscribe(name: str, message_class: type, callback: Callable) -> None:
+        """Listen to a topic below ~."""
+        rospy.Subscriber("~" + name, message_class, callback, queue_size=1, tcp_nodelay=True)
+
+    @staticmethod
+    def serve(name: str, service_class: type, handler: Callable) -> None:
+        """Offer a service below ~."""
+        rospy.Service("~" + name, service_class, handler)
+
+    # The clock
+
+    @property
+    def now(self) -> Time:
+        """The flight controller's time; ROS's before it is known."""
+        ms = self.heard.time_boot_ms
+        return stamp_from_us(1000 * ms) if ms else rospy.get_rostime()
+
+    def note_time(self, time_boot_ms: int) -> None:
+        """Keep the flight controller's clock; when it jumps back, forget what was before."""
+        if time_boot_ms < self.heard.time_boot_ms - 1000:
+            rospy.logwarn("The flight controller's clock jumped back: mavros forgets what it heard before.")
+            self.heard = Heard(heartbeat=self.heard.heartbeat)
+        self.heard.time_boot_ms = max(time_boot_ms, self.heard.time_boot_ms)
+
+    # Work of one's own
+
+    def every(self, period_s: float, callback: Callable[[float], None]) -> None:
+        """Call `callback` (with the wall time, s) every so often, at once for the first time."""
+        self._timers.append(Timer(period_s, callback))
+
+    def run_timers(self) -> float:
+        """Call what is due; returns for how long nothing is, s of wall time."""
+        now_s = time.monotonic()
+        for timer in self._timers:
+            if now_s >= timer.due_s:
+                timer.due_s = now_s + timer.period_s
+                timer.callback(now_s)
+        return min((timer.due_s for timer in self._timers), default=math.inf) - now_s
+
+    def on_connection(self, job: Callable[[], None]) -> None:
+        """Do a job, which may block, whenever the flight controller is there again."""
+        self._connection_jobs.append(job)
+
+    def connected(self) -> None:
+        """Start what is to be done when the flight controller is there."""
+        threading.Thread(target=self._run_connection_jobs, name="connection", daemon=True).start()
+
+    def _run_connection_jobs(self) -> None:
+        for job in self._connection_jobs:
+            if not rospy.is_shutdown():
+                job()
+
+    # Setpoints and commands
+
+    def send_setpoint(self, topic: str, header: Header | None, build: Callable) -> None:
+        """Build a setpoint's MAVLink message and send it; refuse what makes no setpoint.
+
+        build: returns the message for a time_boot_ms, which is the stamp's, or now for a stamp of zero; its
+        ValueError says why it makes none.
+        """
+        stamp = header.stamp if header is not None and not header.stamp.is_zero() else rospy.get_rostime()
+        try:
+            message = build(stamp.to_nsec() // 1_000_000)
+        except ValueError as error:
+            if time.monotonic() - self._refused_s.get(topic, -math.inf) > REFUSALS_EVERY_S:
+                self._refused_s[topic] = time.monotonic()
+                rospy.logwarn(f"A setpoint on {topic} is refused: {error}.")
+            return
+        if not self.client.send(message):
+            rospy.logwarn_throttle(1.0, f"A setpoint on {topic} could not be sent to the flight controller.")
+
+    # What is heard
+
+    def _on_attitude(self, message) -> None:
+        self.note_time(message.time_boot_ms)
+        self.heard.attitude = attitude_to_enu((message.q1, message.q2, message.q3, message.q4))
+        self.heard.rates = flu_to_frd((message.rollspeed, message.pitchspeed, message.yawspeed))
+
+    def _on_local_position(self, message) -> None:
+        self.note_time(message.time_boot_ms)
+        self.heard.local_position = message
+
+    def _on_global_position(self, message) -> None:
+        self.note_time(message.time_boot_ms)
+        self.heard.global_position = message
+
+
+def stamp_from_us(time_us: int) -> Time:
+    """Return the ROS time of a flight controller whose clock is ROS's."""
+    seconds, microseconds = divmod(int(time_us), 1_000_000)
+    return Time(seconds, 1000 * microseconds)
+
+
+def stamp_from_ms(time_boot_ms: int) -> Time:
+    """Return the ROS time of a flight controller whose clock is ROS's."""
+    return stamp_from_us(1000 * int(time_boot_ms))
+
+
+def diagonal(*variances: float) -> list[float]:
+    """Return a diagonal covariance matrix, row by row."""
+    size = len(variances)
+    return [variances[i // size] if i % (size + 1) == 0 else 0.0 for i in range(size * size)]
+
+
+UNKNOWN = diagonal(-1.0, 0.0, 0.0)
+"""MAVROS's covariance matrix of what nobody knows."""

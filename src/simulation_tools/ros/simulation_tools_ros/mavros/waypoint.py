@@ -1,0 +1,125 @@
+"""MAVROS's plugin `waypoint`: missions, as far as the flight controller has any."""
+
+from __future__ import annotations
+
+from typing import Callable, Sequence
+
+import rospy
+from mavros_msgs.msg import Waypoint, WaypointList, WaypointReached
+from mavros_msgs.srv import (
+    WaypointClear,
+    WaypointClearResponse,
+    WaypointPull,
+    WaypointPullResponse,
+    WaypointPush,
+    WaypointPushResponse,
+    WaypointSetCurrent,
+    WaypointSetCurrentResponse,
+)
+from std_msgs.msg import Header
+
+from simulation_tools.mavros.mission import MissionClient, MissionError, MissionItem
+from simulation_tools_ros.mavros.uas import Uas
+
+
+class WaypointPlugin:
+    """Publishes mission/{waypoints,reached} (latched); serves mission/{pull,push,clear,set_current}.
+
+    The list is read when the flight controller is there, and is empty where it has no mission. What the
+    flight controller refuses (the stand-in flies no missions) is success false, and its reason in the log.
+    """
+
+    def __init__(self, uas: Uas) -> None:
+        self._uas = uas
+        self._mission = MissionClient(uas.client)
+        self._items: list[MissionItem] = []
+        self._current = 0
+        self._waypoints = uas.advertise("mission/waypoints", WaypointList, latch=True)
+        self._reached = uas.advertise("mission/reached", WaypointReached, latch=True)
+        for name, service_class, handler in (
+            ("mission/pull", WaypointPull, self._on_pull),
+            ("mission/push", WaypointPush, self._on_push),
+            ("mission/clear", WaypointClear, self._on_clear),
+            ("mission/set_current", WaypointSetCurrent, self._on_set_current),
+        ):
+            uas.serve(name, service_class, handler)
+        uas.client.on("MISSION_CURRENT", self._on_current)
+        uas.client.on("MISSION_ITEM_REACHED", self._on_reached)
+        uas.on_connection(lambda: self._try("pull", self._pull))
+
+    def _on_current(self, message) -> None:
+        if message.seq != self._current and message.seq < len(self._items):
+            self._current = message.seq
+            self._publish()
+
+    def _on_reached(self, message) -> None:
+        self._reached.publish(lambda: WaypointReached(Header(stamp=self._uas.now), message.seq))
+
+    def _on_pull(self, _request) -> WaypointPullResponse:
+        return WaypointPullResponse(self._try("pull", self._pull), len(self._items))
+
+    def _on_push(self, request) -> WaypointPushResponse:
+        if request.start_index:
+            rospy.logwarn("mission/push: PX4 takes whole missions only; start_index must be 0.")
+            return WaypointPushResponse(success=False, wp_transfered=0)
+        success = self._try("push", lambda: self._push(request.waypoints))
+        return WaypointPushResponse(success, len(request.waypoints) if success else 0)
+
+    def _on_clear(self, _request) -> WaypointClearResponse:
+        return WaypointClearResponse(self._try("clear", lambda: self._push(())))
+
+    def _on_set_current(self, request) -> WaypointSetCurrentResponse:
+        success = self._try("set_current", lambda: self._mission.set_current(request.wp_seq))
+        return WaypointSetCurrentResponse(success)
+
+    def _pull(self) -> None:
+        self._take(self._mission.read())
+
+    def _push(self, waypoints: Sequence[Waypoint]) -> None:
+        """Replace the mission, or delete it."""
+        items = [item_of(waypoint) for waypoint in waypoints]
+        if items:
+            self._mission.write(items)
+        else:
+            self._mission.clear()
+        self._take(items)
+
+    def _take(self, items: list[MissionItem]) -> None:
+        self._items = items
+        self._current = next((i for i, item in enumerate(items) if item.is_current), 0)
+        self._publish()
+
+    def _publish(self) -> None:
+        waypoints = [message_of(item, i == self._current) for i, item in enumerate(self._items)]
+        self._waypoints.publish(lambda: WaypointList(self._current, waypoints))
+
+    @staticmethod
+    def _try(service: str, do: Callable[[], None]) -> bool:
+        """Tell whether it could be done; the log says why not."""
+        try:
+            do()
+        except MissionError as error:
+            rospy.logwarn(f"mission/{service}: {error}.")
+            return False
+        return True
+
+
+def item_of(waypoint: Waypoint) -> MissionItem:
+    """Waypoint to MissionItem."""
+    return MissionItem(
+        frame=waypoint.frame,
+        command=waypoint.command,
+        is_current=waypoint.is_current,
+        autocontinue=waypoint.autocontinue,
+        params=(waypoint.param1, waypoint.param2, waypoint.param3, waypoint.param4),
+        x=waypoint.x_lat,
+        y=waypoint.y_long,
+        z=waypoint.z_alt,
+    )
+
+
+def message_of(item: MissionItem, is_current: bool) -> Waypoint:
+    """MissionItem to Waypoint."""
+    return Waypoint(
+        item.frame, item.command, is_current, item.autocontinue, *item.params, item.x, item.y, item.z
+    )
