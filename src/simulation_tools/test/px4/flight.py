@@ -52,13 +52,15 @@ class Flight:
                 return True
         return False
 
-    def record(self, seconds):
+    def record(self, seconds, until=lambda: False):
         """Fly and return rows (t, position ENU, velocity ENU, attitude x y z w), t from now."""
         start, rows = self.body.time_us, []
         for _ in range(round(seconds / DT_S)):
             self.step()
             body = self.body
             rows.append((1e-6 * (body.time_us - start), *body.position, *body.velocity, *body.attitude))
+            if until():
+                break
         return np.array(rows)
 
     def take_off(self, height=2.0, yaw=np.nan, seconds=12.0):

@@ -136,7 +136,12 @@ def test_hold_and_land_by_command(station):
 
 @pytest.mark.parametrize(
     ("params", "mode"),
-    [((1, 4, 3), Mode.AUTO_LOITER), ((16,), Mode.STABILIZED), ((0,), Mode.MANUAL), ((64 | 8,), Mode.POSCTL)],
+    [
+        ((1, 4, 3), Mode.AUTO_LOITER),
+        ((64 | 16,), Mode.STABILIZED),
+        ((64 | 8,), Mode.POSCTL),
+        ((0,), Mode.AUTO_LOITER),  # asks for nothing
+    ],
 )
 def test_modes_by_custom_mode_or_by_base_mode(station, params, mode):
     setup, client = station

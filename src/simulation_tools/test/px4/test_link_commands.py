@@ -23,8 +23,24 @@ def test_acknowledgements_are_those_of_the_reference(ready):
     assert setup.ack(client, lambda: client.command(31000)) == [(31000, 3)]
     assert setup.ack(client, lambda: client.command(400, 1, system=9)) == []
     assert setup.ack(client, lambda: client.command(400, 1, component=77)) == []
+    assert setup.ack(client, lambda: client.command(17)) == [(17, 3)]
     assert setup.ack(client, lambda: client.command(400, 1, component=0)) == [(400, 0)]
     assert setup.flight.px4.status.armed
+
+
+def test_commands_to_every_system_are_not_answered(ready):
+    """PX4 carries out none of them, but says what it is."""
+    setup, client = ready
+    assert setup.ack(client, lambda: client.command(400, 1)) == [(400, 0)]
+    assert setup.ack(client, lambda: client.command(400, 0, system=0, component=0)) == []
+    assert setup.ack(client, lambda: client.command(400, 0, system=0)) == []
+    message = mavlink.MAVLink_command_int_message(0, 0, 0, 400, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+    assert setup.ack(client, lambda: client.send(message)) == []
+    mode = mavlink.MAVLink_set_mode_message(0, 1, 3 << 16)
+    assert setup.ack(client, lambda: client.send(mode)) == []
+    assert setup.flight.px4.status.armed
+    assert setup.flight.px4.status.wanted_mode is Mode.AUTO_LOITER
+    assert setup.ack(client, lambda: client.command(520, 1, system=0, component=0)) == [(520, 0)]
 
 
 def test_offboard_is_accepted_within_27_ms_of_the_first_setpoint(ready):

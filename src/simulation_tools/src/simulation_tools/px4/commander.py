@@ -1,26 +1,22 @@
-"""PX4's commander: which mode flies, arming, and what happens when something is lost.
+"""PX4's commander: modes as they are asked for, arming and disarming, home.
 
-The *wanted* mode is what somebody asked for; the mode that flies differs from it in a failsafe, and is the
-wanted one again as soon as what was lost is back.
+`wanted_mode` is PX4's main mode, what somebody asked for; `mode` is what flies (see `failsafe`).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Sequence
+from typing import Sequence
 
 import numpy as np
 
 from simulation_tools.geometry import Vector3
+from simulation_tools.px4.failsafe import Failsafe, Say, Situation
 from simulation_tools.px4.modes import MAIN_MODES, Mode, Result, Severity
 from simulation_tools.px4.parameters import Px4Parameters
 
 FORCE_MAGIC = 21196.0  # param2 of COMPONENT_ARM_DISARM that disarms in the air
-_LOSS_ACTIONS = {1: Mode.AUTO_LOITER, 2: Mode.AUTO_RTL, 3: Mode.AUTO_LAND}
-_OFFBOARD_LOSS_ACTIONS = {0: Mode.AUTO_LAND, 1: Mode.AUTO_LOITER, 2: Mode.AUTO_RTL}
-
-Say = Callable[[Severity, str], None]
 
 
 @dataclass(frozen=True)
@@ -37,23 +33,24 @@ class Commander:
     def __init__(self, parameters: Px4Parameters, say: Say) -> None:
         self._parameters = parameters
         self._say = say
+        self._failsafe = Failsafe(parameters, say)
         self.reset()
 
     def reset(self) -> None:
         """Go back to power-on."""
-        self.mode = Mode.MANUAL  # what flies
+        self._failsafe.reset()
         self.wanted_mode = Mode.MANUAL
-        self.failsafe = False
         self.armed = False
         self.home: np.ndarray | None = None
-        self.takeoff_height_m = math.nan
+        self.home_yaw_rad = 0.0
+        self.takeoff_altitude_m = math.nan
         self.reposition_target: Reposition | None = None
         self.mode_entries = 0  # rises whenever the flying mode is entered anew
         self._now_us = 0
         self._position = np.zeros(3)
-        self._landed = True
+        self._yaw_rad = 0.0
+        self._landed = self._maybe_landed = True
         self._position_valid = False
-        self._mode_was_asked_for = False
         self._setpoint_us: int | None = None
         self._ground_station_us: int | None = None
         self.armed_us = 0
@@ -70,17 +67,31 @@ class Commander:
         """Note a heartbeat of a ground station."""
         self._ground_station_us = now_us
 
-    def update(self, now_us: int, position: np.ndarray, position_valid: bool, landed: bool) -> None:
-        """Take in the estimate (position (3,) NED) and decide."""
+    def update(
+        self, now_us: int, estimate: np.ndarray, position_valid: bool, landed: bool, maybe_landed: bool
+    ) -> None:
+        """Take in the estimate (record of ESTIMATE_DTYPE, shape (1,)) and the land detector, and decide."""
         self._now_us = now_us
-        self._position = position
+        self._position = estimate["position"][0]
+        self._yaw_rad = float(estimate["yaw"][0])
         self._position_valid = position_valid
+        self._maybe_landed = maybe_landed
         if self.home is None and position_valid:
-            self.home = position.copy()
-        elif self.home is not None and not self._mode_was_asked_for and self.wanted_mode is Mode.MANUAL:
+            self._set_home()
+        elif self.home is not None and not self.armed and self.wanted_mode is Mode.MANUAL:
             self.wanted_mode = Mode.AUTO_LOITER  # without a remote control PX4 waits in hold
         self._watch_landing(landed)
         self._choose_mode()
+
+    @property
+    def mode(self) -> Mode:
+        """What flies."""
+        return self._failsafe.mode
+
+    @property
+    def failsafe(self) -> bool:
+        """Whether a failsafe has chosen what flies."""
+        return self._failsafe.active
 
     # What is asked for
 
@@ -91,25 +102,24 @@ class Commander:
         try:
             mode = Mode((main, sub if main == 4 else 0))
         except ValueError:
-            self._say(Severity.CRITICAL, f"Unsupported auto mode {sub}")
+            self._say(Severity.CRITICAL, "Unsupported auto mode")
             return Result.TEMPORARILY_REJECTED
         refusal = self._refusal(mode)
         if refusal:
             self._say(Severity.CRITICAL, f"Switching to mode {mode.label} rejected: {refusal}")
             return Result.TEMPORARILY_REJECTED
-        self._mode_was_asked_for = True
         if mode is not self.wanted_mode:
-            self.takeoff_height_m = math.nan
+            self.takeoff_altitude_m = math.nan
         self.reposition_target = None
         self.wanted_mode = mode
         self._choose_mode()
         return Result.ACCEPTED
 
-    def request_takeoff(self, height_m: float) -> Result:
-        """Answer NAV_TAKEOFF; height over home, NaN for MIS_TAKEOFF_ALT."""
+    def request_takeoff(self, altitude_m: float) -> Result:
+        """Answer NAV_TAKEOFF; altitude over the local frame's origin, NaN for MIS_TAKEOFF_ALT over here."""
         result = self.request_mode(*Mode.AUTO_TAKEOFF.value)
         if result is Result.ACCEPTED:
-            self.takeoff_height_m = height_m
+            self.takeoff_altitude_m = altitude_m
             self.mode_entries += 1
         return result
 
@@ -123,7 +133,10 @@ class Commander:
         """Answer DO_SET_HOME; None: here."""
         if not self._position_valid:
             return Result.TEMPORARILY_REJECTED
-        self.home = self._position.copy() if position_ned_m is None else np.array(position_ned_m, float)
+        if position_ned_m is None:
+            self._set_home()
+        else:
+            self.home, self.home_yaw_rad = np.array(position_ned_m, float), 0.0
         return Result.ACCEPTED
 
     def takeoff_finished(self) -> None:
@@ -135,15 +148,15 @@ class Commander:
     def request_arm(self, force: bool = False) -> Result:
         """Answer COMPONENT_ARM_DISARM 1."""
         if self.armed:
-            return Result.ACCEPTED
+            if self._maybe_landed or force:
+                return Result.ACCEPTED
+            self._say(Severity.WARNING, "Arming denied! Already armed")
+            return Result.DENIED
         if not self._position_valid or self.home is None:
             self._say(Severity.CRITICAL, "Arming denied: no local position")
             return Result.TEMPORARILY_REJECTED
-        if self.wanted_mode is Mode.OFFBOARD and not self.offboard_available and not force:
-            self._say(Severity.CRITICAL, "Arming denied: no offboard setpoints")
-            return Result.TEMPORARILY_REJECTED
         self.armed = True
-        self.home = self._position.copy()
+        self._set_home()
         self.armed_us = self._landed_us = self._now_us
         self._flown = False
         self.mode_entries += 1
@@ -153,8 +166,8 @@ class Commander:
 
     def request_disarm(self, force: bool = False) -> Result:
         """Answer COMPONENT_ARM_DISARM 0; in the air only by force."""
-        if self.armed and not self._landed and not force:
-            self._say(Severity.CRITICAL, "Disarming denied: not landed")
+        if self.armed and not self._maybe_landed and not force:
+            self._say(Severity.CRITICAL, "Disarming denied! Not landed")
             return Result.DENIED
         self._disarm("external command")
         return Result.ACCEPTED
@@ -182,34 +195,23 @@ class Commander:
         needs_position = mode.is_auto or mode in (Mode.POSCTL, Mode.ALTCTL)
         return "no local position" if needs_position and not self._position_valid else ""
 
-    def _choose_mode(self) -> None:
-        """Set the flying mode and the failsafe flag from the wanted mode and what is lost."""
-        mode, failsafe, reason = self.wanted_mode, False, ""
-        if self.armed:
-            p = self._parameters
-            if mode is Mode.OFFBOARD and not self.offboard_available and p["COM_OBL_ACT"] >= 0:
-                mode = _OFFBOARD_LOSS_ACTIONS.get(p["COM_OBL_ACT"], Mode.AUTO_LAND)
-                failsafe, reason = True, "no offboard setpoints"
-            elif mode.is_manual and p["NAV_RCL_ACT"] > 0:
-                mode = _LOSS_ACTIONS.get(p["NAV_RCL_ACT"], Mode.AUTO_LAND)
-                failsafe, reason = True, "no remote control"
-            elif mode in (Mode.AUTO_LOITER, Mode.AUTO_TAKEOFF) and self._ground_station_lost():
-                mode = _LOSS_ACTIONS.get(p["NAV_DLL_ACT"], Mode.AUTO_LAND)
-                failsafe, reason = True, "no datalink"
-        if failsafe and not self.failsafe:
-            self._say(Severity.CRITICAL, f"Failsafe enabled: {reason}")
-        elif self.failsafe and not failsafe:
-            self._say(Severity.INFO, "Failsafe disabled")
-        if mode is not self.mode:
-            self.mode_entries += 1
-        self.mode, self.failsafe = mode, failsafe
+    def _set_home(self) -> None:
+        self.home, self.home_yaw_rad = self._position.copy(), self._yaw_rad
 
-    def _ground_station_lost(self) -> bool:
-        p = self._parameters
-        if p["NAV_DLL_ACT"] == 0 or self._landed:
-            return False
+    def _choose_mode(self) -> None:
+        """Let the failsafe choose what flies."""
+        before = self.mode
+        situation = Situation(
+            self._now_us, self.armed, self._landed, self.offboard_available, self._ground_station_is_there
+        )
+        self.wanted_mode = self._failsafe.choose(self.wanted_mode, situation)
+        if self.mode is not before:
+            self.mode_entries += 1
+
+    @property
+    def _ground_station_is_there(self) -> bool:
         heard = self._ground_station_us
-        return heard is None or self._now_us - heard > 1e6 * p["COM_DL_LOSS_T"]
+        return heard is not None and self._now_us - heard <= 1e6 * self._parameters["COM_DL_LOSS_T"]
 
     def _watch_landing(self, landed: bool) -> None:
         """Notice take-off and landing, and disarm some time after a landing or an arming without take-off."""

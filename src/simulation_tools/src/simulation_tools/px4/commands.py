@@ -8,14 +8,15 @@ from __future__ import annotations
 import math
 from typing import Callable, Sequence
 
-from simulation_tools.px4.commander import FORCE_MAGIC, Commander, Reposition, Say
+from simulation_tools.px4.commander import FORCE_MAGIC, Commander, Reposition
+from simulation_tools.px4.failsafe import Say
 from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Mode, Result, Severity
 
 Parameters = Sequence[float]
 """The seven parameters of a command; NaN: not given."""
 
-NAV_LOITER_UNLIM, NAV_RETURN_TO_LAUNCH, NAV_LAND, NAV_TAKEOFF = 17, 20, 21, 22
+NAV_RETURN_TO_LAUNCH, NAV_LAND, NAV_TAKEOFF = 20, 21, 22
 DO_SET_MODE, DO_CHANGE_SPEED, DO_SET_HOME, DO_REPOSITION = 176, 178, 179, 192
 MISSION_START, COMPONENT_ARM_DISARM = 300, 400
 _CUSTOM_MODE_ENABLED, _AUTO, _MANUAL_INPUT, _GUIDED, _STABILIZED = 1, 4, 64, 8, 16
@@ -45,9 +46,8 @@ class Commands:
             DO_REPOSITION: self._reposition,
             DO_CHANGE_SPEED: self._change_speed,
             NAV_TAKEOFF: self._take_off,
-            NAV_LAND: lambda params: self._enter(Mode.AUTO_LAND),
-            NAV_RETURN_TO_LAUNCH: lambda params: self._enter(Mode.AUTO_RTL),
-            NAV_LOITER_UNLIM: lambda params: self._enter(Mode.AUTO_LOITER),
+            NAV_LAND: self._land,
+            NAV_RETURN_TO_LAUNCH: self._return_home,
             MISSION_START: self._start_mission,
         }
 
@@ -74,7 +74,9 @@ class Commands:
             return self._commander.request_mode(main, sub)
         if base & _AUTO:
             return self._enter(Mode.AUTO_MISSION)
-        if base & _MANUAL_INPUT and base & _GUIDED:
+        if not base & _MANUAL_INPUT:
+            return Result.ACCEPTED  # PX4 says so, and changes nothing
+        if base & _GUIDED:
             return self._enter(Mode.POSCTL)
         return self._enter(Mode.STABILIZED if base & _STABILIZED else Mode.MANUAL)
 
@@ -83,10 +85,26 @@ class Commands:
         altitude = params[6]
         if not (math.isnan(altitude) or abs(altitude) <= _ALTITUDE_MAX_M):
             return Result.DENIED
-        home = self._commander.home
-        return self._commander.request_takeoff(
-            altitude - self._origin.altitude_m + (float(home[2]) if home is not None else 0.0)
+        return self._commander.request_takeoff(altitude - self._origin.altitude_m)
+
+    def _land(self, params: Parameters) -> Result:
+        result = self._enter(Mode.AUTO_LAND)
+        if result is Result.ACCEPTED:
+            self._say(Severity.INFO, "Landing at current position")
+        return result
+
+    def _return_home(self, params: Parameters) -> Result:
+        """PX4 refuses this command, unlike the mode, while it returns already."""
+        if self._commander.wanted_mode is Mode.AUTO_RTL:
+            result = Result.TEMPORARILY_REJECTED
+        else:
+            result = self._enter(Mode.AUTO_RTL)
+        accepted = result is Result.ACCEPTED
+        self._say(
+            Severity.INFO if accepted else Severity.CRITICAL,
+            "Returning to launch" if accepted else "Return to launch denied",
         )
+        return result
 
     def _reposition(self, params: Parameters) -> Result:
         """Go to a latitude, longitude and altitude, NaN for where it is; a flag changes the mode first."""

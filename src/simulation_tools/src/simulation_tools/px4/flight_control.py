@@ -79,8 +79,9 @@ class FlightControl:
     ) -> None:
         """Set attitude and thrust for what the flying mode asks for; None: stay on the ground."""
         self._body_rates = None
-        sinking_m_s = math.nan
+        sinking_m_s: float | None = math.nan
         if isinstance(setpoint, AttitudeSetpoint):
+            sinking_m_s = None
             self.takeoff.update(commander.armed, self.land_detector.landed, False, True, dt_s)
             self._follow_attitude(setpoint)
         else:

@@ -2,6 +2,10 @@
 
 Ground contact: sinking is asked for (until landed), thrust is low, nothing moves. Maybe landed: thrust is
 minimal and nothing turns. Each stage must hold for a third of LNDMC_TRIG_TIME; leaving one is immediate.
+
+To ask for sinking means a velocity setpoint of at least 0.9 MPC_LAND_SPEED. Whoever asks for less, or for a
+place below the ground, stands there "in the air" for ever, as on PX4. Attitude and rates setpoints ask for no
+speed at all: there low thrust is enough.
 """
 
 from __future__ import annotations
@@ -13,7 +17,10 @@ import numpy as np
 
 from simulation_tools.px4.parameters import Px4Parameters
 
-_SINKING_M_S = 0.3  # a velocity setpoint beyond this asks to sink
+_LAND_SPEED_SHARE = 0.9  # of MPC_LAND_SPEED: a velocity setpoint that asks to land
+_JUST_LANDED_S = 2.0  # so long motion is judged mildly, for rotors that spool up or down
+_JUST_LANDED_SLACK = 2.5
+_MANUAL_THRUST_SLACK = 0.01
 
 
 @dataclass
@@ -39,6 +46,8 @@ class LandDetector:
     def reset(self) -> None:
         """Stand on the ground."""
         self._contact, self._maybe, self._landed = _Stage(), _Stage(), _Stage()
+        self._maybe_for_s = 0.0
+        self._in_descent = self._hover_thrust_known = False
 
     @property
     def ground_contact(self) -> bool:
@@ -59,32 +68,55 @@ class LandDetector:
         self,
         armed: bool,
         estimate: np.ndarray,
-        velocity_setpoint_down_m_s: float,
+        sinking_m_s: float | None,
         thrust: float,
         hover_thrust: float,
         hover_thrust_valid: bool,
         dt_s: float,
     ) -> None:
-        """estimate: record of ESTIMATE_DTYPE, shape (1,). velocity setpoint: NaN when none; thrust 0..1."""
+        """Look once.
+
+        estimate: record of ESTIMATE_DTYPE, shape (1,). sinking_m_s: the velocity setpoint down, NaN when none
+        is set; None when nobody controls the climb rate. thrust, hover_thrust: 0..1.
+        """
         if not armed:
             self.reset()
             return
-        p = self._parameters
-        needed_s = p["LNDMC_TRIG_TIME"] / 3.0
-        vx, vy, vz = estimate["velocity"][0].tolist()
-        wx, wy, _ = estimate["rates"][0].tolist()
-        slack = 2.5 if self._maybe.state else 1.0
-        least = p["MPC_THR_MIN"]
+        needed_s = self._parameters["LNDMC_TRIG_TIME"] / 3.0
+        land_speed = _LAND_SPEED_SHARE * max(self._parameters["MPC_LAND_SPEED"], 0.1)
+        if hover_thrust_valid or not self._in_descent:
+            self._hover_thrust_known = hover_thrust_valid
+        self._in_descent = sinking_m_s is not None and sinking_m_s >= land_speed
+        just_landed = self._maybe.state and self._maybe_for_s < _JUST_LANDED_S
+        asked = self._in_descent or sinking_m_s is None or self._maybe.state or self._landed.state
+        contact = asked and self._has_low_thrust(thrust, hover_thrust)
+        contact = contact and not self._moves(estimate["velocity"][0].tolist(), land_speed, just_landed)
+        idle = self._has_minimal_thrust(thrust, hover_thrust, sinking_m_s is not None)
+        still = not self._turns(estimate["rates"][0].tolist(), just_landed)
 
-        low = least + (hover_thrust - least) * (0.6 if hover_thrust_valid else 0.3)
-        contact = thrust <= low
-        if not (self._maybe.state or self._landed.state):
-            contact = contact and velocity_setpoint_down_m_s > _SINKING_M_S
-        contact = contact and abs(vz) <= slack * p["LNDMC_Z_VEL_MAX"]
-        contact = contact and math.hypot(vx, vy) <= p["LNDMC_XY_VEL_MAX"]
-
-        minimal = thrust <= least + (hover_thrust - least) * 0.1
-        still = math.hypot(wx, wy) <= math.radians(p["LNDMC_ROT_MAX"]) * slack
         self._contact.update(contact, needed_s, dt_s)
-        self._maybe.update(minimal and still and self._contact.state, needed_s, dt_s)
+        self._maybe.update(idle and still and self._contact.state, needed_s, dt_s)
         self._landed.update(self._maybe.state, needed_s, dt_s)
+        self._maybe_for_s = self._maybe_for_s + dt_s if self._maybe.state else 0.0
+
+    def _has_low_thrust(self, thrust: float, hover_thrust: float) -> bool:
+        least = self._parameters["MPC_THR_MIN"]
+        return thrust <= least + (hover_thrust - least) * (0.6 if self._hover_thrust_known else 0.3)
+
+    def _has_minimal_thrust(self, thrust: float, hover_thrust: float, climb_rate_controlled: bool) -> bool:
+        if not climb_rate_controlled:
+            return thrust <= self._parameters["MPC_MANTHR_MIN"] + _MANUAL_THRUST_SLACK
+        least = self._parameters["MPC_THR_MIN"]
+        return thrust <= least + (hover_thrust - least) * 0.1
+
+    def _moves(self, velocity: list[float], land_speed_m_s: float, just_landed: bool) -> bool:
+        p = self._parameters
+        climb_max = min(0.5 * land_speed_m_s, p["LNDMC_Z_VEL_MAX"])
+        if just_landed:
+            climb_max = _JUST_LANDED_SLACK * p["LNDMC_Z_VEL_MAX"]
+        vx, vy, vz = velocity
+        return abs(vz) > climb_max or math.hypot(vx, vy) > p["LNDMC_XY_VEL_MAX"]
+
+    def _turns(self, rates: list[float], just_landed: bool) -> bool:
+        slack = _JUST_LANDED_SLACK if just_landed else 1.0
+        return math.hypot(rates[0], rates[1]) > slack * math.radians(self._parameters["LNDMC_ROT_MAX"])

@@ -195,19 +195,24 @@ class MavlinkLink:
                 self._say(Severity.CRITICAL, str(refusal))
         self.statistics.refused_setpoints += 1
 
+    def _command_is_for_us(self, channel: Channel, m) -> bool:
+        """Unlike other messages, a command to all systems (0) counts only if it asks who is there."""
+        to_all = m.target_system == 0 and m.command != common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES
+        return not to_all and self._is_for_us(channel, m)
+
     def _command_long(self, channel: Channel, m, sender: Address) -> None:
-        if self._is_for_us(channel, m):
+        if self._command_is_for_us(channel, m):
             params = (m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7)
             self._command(channel, m, params, sender)
 
     def _command_int(self, channel: Channel, m, sender: Address) -> None:
-        if self._is_for_us(channel, m):
+        if self._command_is_for_us(channel, m):
             latitude, longitude = (math.nan if value in _NOT_GIVEN else 1e-7 * value for value in (m.x, m.y))
             params = (m.param1, m.param2, m.param3, m.param4, latitude, longitude, m.z)
             self._command(channel, m, params, sender)
 
     def _set_mode(self, channel: Channel, m, sender: Address) -> None:
-        if m.target_system not in (0, channel.codec.system_id):
+        if m.target_system != channel.codec.system_id:
             return
         main, sub = m.custom_mode >> _MAIN_SHIFT & 0xFF, m.custom_mode >> _SUB_SHIFT & 0xFF
         command = common.MAV_CMD_DO_SET_MODE

@@ -46,10 +46,13 @@ class Mode(enum.Enum):
         """Flags of MAVLink's heartbeat, without the one for armed."""
         if self.is_auto:
             return 29  # custom, auto, guided, stabilised
-        return 17 if self is Mode.OFFBOARD else 81  # custom, stabilised; manual modes also manual input
+        if self is Mode.OFFBOARD:
+            return 17  # custom, stabilised
+        return 65 if self is Mode.ACRO else 81  # custom, manual input; all but ACRO stabilised
 
 
 ARMED_FLAG = 128
+STABILISED_FLAG = 16
 MAIN_MODES = frozenset(mode.value[0] for mode in Mode)
 BY_CUSTOM_MODE = {mode.custom_mode: mode for mode in Mode}
 

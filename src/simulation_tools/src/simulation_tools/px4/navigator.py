@@ -11,17 +11,24 @@ import math
 import numpy as np
 
 from simulation_tools.px4.commander import Commander
-from simulation_tools.px4.modes import Mode
+from simulation_tools.px4.failsafe import Say
+from simulation_tools.px4.modes import Mode, Severity
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.position_control import SETPOINT_DTYPE
+from simulation_tools.px4.return_home import ReturnHome
 from simulation_tools.px4.trajectory import SmoothAxis, speed_that_stops_within
+
+_TAKEOFF_SLACK_M = 0.1  # so much below the least altitude nobody is told
 
 
 class Navigator:
     """Fills a setpoint record for the active automatic mode. Positions in NED."""
 
-    def __init__(self, parameters: Px4Parameters) -> None:
+    def __init__(self, parameters: Px4Parameters, origin_altitude_m: float, say: Say) -> None:
+        """origin_altitude_m: of the local frame's origin over the sea, for what is said."""
         self._parameters = parameters
+        self._say = say
+        self._return_home = ReturnHome(parameters, origin_altitude_m, say)
         self.setpoint = np.zeros(1, SETPOINT_DTYPE)
         self.reset()
 
@@ -33,82 +40,86 @@ class Navigator:
         self._target = np.zeros(3)
         self._yaw = self._wanted_yaw = 0.0
         self._cruise_speed_m_s = math.nan
-        self._waited_s = 0.0
-        self._landing = False
+        self._idle = True
 
     def set_cruise_speed(self, speed_m_s: float) -> None:
         """Fly at this speed instead of MPC_XY_CRUISE; NaN: no longer."""
         self._cruise_speed_m_s = speed_m_s
 
-    def enter(self, commander: Commander, estimate: np.ndarray) -> None:
+    def enter(self, commander: Commander, estimate: np.ndarray, landed: bool) -> None:
         """Start the commander's mode, with what it was asked for, from where the vehicle is."""
-        mode, home = commander.mode, commander.home
-        p = self._parameters
+        mode = commander.mode
         took_off = self._mode is Mode.AUTO_TAKEOFF and self.finished
         self._mode = mode
+        self.finished = False
+        self._idle = landed and mode is not Mode.AUTO_TAKEOFF
         if took_off and mode is Mode.AUTO_LOITER:
-            self.finished = False  # hold where the take-off leads to, not where it was cut short
-            return
+            return  # hold where the take-off leads to, not where it was cut short
         for axis, position, velocity in zip(self._axes, *estimate[["position", "velocity"]][0].tolist()):
             axis.start(position, velocity)
         self._yaw = self._wanted_yaw = float(estimate["yaw"][0])
-        self._waited_s = 0.0
-        self.finished = False
-        self._landing = mode is Mode.AUTO_LAND
         self._target = self._stopping_point()
         if mode is Mode.AUTO_TAKEOFF:
-            height = (
-                p["MIS_TAKEOFF_ALT"] if math.isnan(commander.takeoff_height_m) else commander.takeoff_height_m
-            )
-            position = estimate["position"][0]
-            for axis, start in zip(self._axes, position.tolist()):
-                axis.start(start)
-            self._target = position.copy()
-            self._target[2] = min(home[2] - height, position[2])
+            self._take_off(commander.takeoff_altitude_m, estimate["position"][0])
         elif mode is Mode.AUTO_RTL:
-            near = self._distance_xy(home) < p["NAV_ACC_RAD"]
-            height = p["RTL_DESCEND_ALT"] if near else p["RTL_RETURN_ALT"]
-            self._target[2] = min(self._axes[2].position, home[2] - height)
+            self._return_home.start(
+                estimate["position"][0], self._yaw, commander.home, commander.home_yaw_rad, landed
+            )
         elif mode is Mode.AUTO_LOITER and commander.reposition_target is not None:
+            self._idle = False
             asked = np.array(commander.reposition_target.position_ned_m)
             yaw = commander.reposition_target.yaw_rad
             self._target = np.where(np.isnan(asked), self._target, asked)
             self._wanted_yaw = self._yaw if math.isnan(yaw) else yaw
 
-    def update(self, estimate: np.ndarray, home: np.ndarray, dt_s: float) -> np.ndarray:
-        """Return the setpoint record, shape (1,), the same each time."""
-        if self._mode is Mode.AUTO_RTL and not self._landing:
-            self._return(home, dt_s)
+    def _take_off(self, altitude_m: float, position: np.ndarray) -> None:
+        """Rise to an altitude over the local frame's origin, but at least by MIS_TAKEOFF_ALT from here."""
+        least_m = self._parameters["MIS_TAKEOFF_ALT"]
+        lowest_m = least_m - float(position[2])
+        if not altitude_m >= lowest_m - _TAKEOFF_SLACK_M:
+            severity = Severity.INFO if math.isnan(altitude_m) else Severity.CRITICAL
+            self._say(severity, f"Using minimum takeoff altitude: {least_m:.2f} m")
+        for axis, start in zip(self._axes, position.tolist()):
+            axis.start(start)
+        self._target = position.copy()
+        self._target[2] = -(altitude_m if altitude_m > lowest_m else lowest_m)
+
+    def update(self, estimate: np.ndarray, home: np.ndarray, landed: bool, dt_s: float) -> np.ndarray | None:
+        """Return the setpoint record, shape (1,), the same each time; None: stand on the ground."""
+        position = estimate["position"][0]
+        if self._mode is Mode.AUTO_RTL:
+            self._follow_return(estimate, landed, dt_s)
+        elif self._mode is Mode.AUTO_LAND:
+            self._idle = self._idle or landed
+        if self._idle:
+            return None
         climb = self._parameters["MPC_TKO_SPEED"] if self._mode is Mode.AUTO_TAKEOFF else None
-        self._advance(dt_s * self._stretch(estimate["position"][0]), climb)
-        self._turn(dt_s)
+        self._advance(dt_s * self._stretch(position), climb)
+        yaw_rate = self._turn(dt_s)
         setpoint = self.setpoint[0]
         for name in ("position", "velocity", "acceleration"):
             setpoint[name] = [getattr(axis, name) for axis in self._axes]
-        setpoint["yaw"], setpoint["yaw_rate"] = self._yaw, math.nan
-        if self._landing:
+        setpoint["yaw"], setpoint["yaw_rate"] = self._yaw, yaw_rate
+        if self.is_landing:
             setpoint["position"][2] = setpoint["acceleration"][2] = math.nan
-            setpoint["velocity"][2] = self._landing_speed(float(home[2] - estimate["position"][0, 2]))
+            setpoint["velocity"][2] = self._landing_speed(float(home[2] - position[2]))
         if self._mode is Mode.AUTO_TAKEOFF:
-            self.finished = abs(self._target[2] - estimate["position"][0, 2]) < 0.2
+            self.finished = abs(self._target[2] - position[2]) < 0.2
         return self.setpoint
 
-    def _return(self, home: np.ndarray, dt_s: float) -> None:
-        """Climb, fly home, sink, wait, land: move the target when the last one is reached."""
-        p = self._parameters
-        at_height = abs(self._target[2] - self._axes[2].position) < 0.5
-        if at_height:
-            self._target[:2] = home[:2]
-        if at_height and self._distance_xy(home) < 0.5:
-            self._target[2] = max(self._target[2], home[2] - p["RTL_DESCEND_ALT"])
-            if abs(self._target[2] - self._axes[2].position) < 0.5:
-                self._waited_s += dt_s
-                self._landing = 0.0 <= p["RTL_LAND_DELAY"] <= self._waited_s
+    def _follow_return(self, estimate: np.ndarray, landed: bool, dt_s: float) -> None:
+        leg = self._return_home
+        leg.update(estimate["position"][0], float(estimate["yaw"][0]), landed, dt_s)
+        self._idle = leg.is_landed
+        self._target, self._wanted_yaw = leg.target, leg.yaw_rad
 
-    def _distance_xy(self, place: np.ndarray) -> float:
-        """Return how far the reference point is from a place, metres over ground."""
-        north, east, _ = self._axes
-        return math.hypot(north.position - place[0], east.position - place[1])
+    @property
+    def is_landing(self) -> bool:
+        """Whether it sinks until it stands."""
+        if self._idle:
+            return False
+        returning = self._mode is Mode.AUTO_RTL and self._return_home.is_landing
+        return self._mode is Mode.AUTO_LAND or returning
 
     def _landing_speed(self, height_m: float) -> float:
         """Sinking speed by height over home: fast above ALT1, MPC_LAND_SPEED below ALT2, linear between."""
@@ -136,11 +147,13 @@ class Navigator:
             return 1.0  # it is ahead
         return 1.0 - min(math.hypot(*behind) / self._parameters["MPC_XY_ERR_MAX"], 1.0)
 
-    def _turn(self, dt_s: float) -> None:
-        """Turn the heading towards the wanted one, at most at MPC_YAWRAUTO_MAX."""
+    def _turn(self, dt_s: float) -> float:
+        """Turn the heading towards the wanted one, at most at MPC_YAWRAUTO_MAX; returns the rate, rad/s."""
         most = math.radians(self._parameters["MPC_YAWRAUTO_MAX"]) * dt_s
         gap = math.remainder(self._wanted_yaw - self._yaw, 2.0 * math.pi)
-        self._yaw = math.remainder(self._yaw + min(max(gap, -most), most), 2.0 * math.pi)
+        turn = min(max(gap, -most), most)
+        self._yaw = math.remainder(self._yaw + turn, 2.0 * math.pi)
+        return turn / dt_s
 
     def _advance(self, dt_s: float, climb_speed_m_s: float | None) -> None:
         """Move the reference point towards the target for dt_s."""

@@ -20,7 +20,7 @@ from simulation_tools.px4.estimator import Estimator, EstimatorNoise
 from simulation_tools.px4.flight_control import FlightControl
 from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.mixer import QUAD_WIDE
-from simulation_tools.px4.modes import LandedState, Mode, Result, Severity
+from simulation_tools.px4.modes import ARMED_FLAG, STABILISED_FLAG, LandedState, Mode, Result, Severity
 from simulation_tools.px4.navigator import Navigator
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.position_control import SETPOINT_DTYPE, fill
@@ -40,6 +40,7 @@ class Px4Status:
     wanted_mode: Mode
     armed: bool
     failsafe: bool
+    controls_attitude: bool
     landed_state: LandedState
     position_valid: bool
     takeoff_state: TakeoffState
@@ -47,16 +48,22 @@ class Px4Status:
     battery_remaining: float
 
     @property
+    def base_mode(self) -> int:
+        """MAVLink's MAV_MODE_FLAG bits; an OFFBOARD that sets body rates is not stabilised."""
+        flags = self.mode.base_mode | (ARMED_FLAG if self.armed else 0)
+        return flags if self.controls_attitude else flags & ~STABILISED_FLAG
+
+    @property
     def system_status(self) -> int:
         """MAVLink's MAV_STATE: standby 3, active 4, critical 5."""
-        if self.failsafe:
-            return 5
-        return 4 if self.armed else 3
+        if not self.armed:
+            return 3
+        return 5 if self.failsafe else 4
 
     @property
     def heartbeat_content(self) -> tuple:
         """What a heartbeat says and that may change."""
-        return (self.mode, self.armed, self.failsafe)
+        return (self.mode, self.base_mode, self.system_status)
 
 
 class Px4:
@@ -84,16 +91,11 @@ class Px4:
         p = self.parameters
         self.estimator_noise = noise or EstimatorNoise()
         self._estimator = Estimator(self.estimator_noise, rng or np.random.default_rng(0))
-        self._commander = Commander(p, lambda severity, text: self.on_statustext(severity, text))
-        self._navigator = Navigator(p)
-        self._control = FlightControl(p)
         self.origin = origin or GeodeticOrigin()
-        self._commands = Commands(
-            self._commander,
-            self.origin,
-            lambda severity, text: self.on_statustext(severity, text),
-            self._navigator.set_cruise_speed,
-        )
+        self._commander = Commander(p, self._say)
+        self._navigator = Navigator(p, self.origin.altitude_m, self._say)
+        self._control = FlightControl(p)
+        self._commands = Commands(self._commander, self.origin, self._say, self._navigator.set_cruise_speed)
         self._setpoint = np.zeros(1, SETPOINT_DTYPE)
         self._known = self._estimator.estimate.copy()
         self.reset()
@@ -113,6 +115,9 @@ class Px4:
 
     def close(self) -> None:
         """Nothing to release."""
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self.on_statustext(severity, text)
 
     # Input
 
@@ -204,6 +209,7 @@ class Px4:
             wanted_mode=commander.wanted_mode,
             armed=commander.armed,
             failsafe=commander.failsafe,
+            controls_attitude=not (commander.mode is Mode.OFFBOARD and self._offboard_is_rates),
             landed_state=self._landed_state(),
             position_valid=self.estimate_valid,
             takeoff_state=self._control.takeoff.state,
@@ -240,12 +246,12 @@ class Px4:
     def _navigate(self, dt_s: float) -> None:
         """Run everything that waits for a position estimate, down to the attitude and thrust setpoint."""
         commander, estimate = self._commander, self._known
-        landed = self._control.land_detector.landed
-        commander.update(self._time_us, estimate["position"][0], self.estimate_valid, landed)
+        detector = self._control.land_detector
+        commander.update(self._time_us, estimate, self.estimate_valid, detector.landed, detector.maybe_landed)
         if commander.mode_entries != self._mode_entries:
             self._mode_entries = commander.mode_entries
-            if commander.mode.is_auto and commander.home is not None:
-                self._navigator.enter(commander, estimate)
+            if commander.armed and commander.mode.is_auto:
+                self._navigator.enter(commander, estimate, detector.landed)
         self._control.update(self._active_setpoint(dt_s), estimate, commander, dt_s)
         drained = dt_s / self.parameters["SIM_BAT_DRAIN"] if commander.armed else 0.0
         self._battery = max(self._battery - drained, 0.01 * self.parameters["SIM_BAT_MIN_PCT"])
@@ -258,16 +264,26 @@ class Px4:
                 return self._offboard
             fill(self._setpoint, self._offboard)
             return self._setpoint
-        if commander.mode.is_auto and commander.home is not None:
-            self._setpoint[:] = self._navigator.update(self._known, commander.home, dt_s)
-            if self._navigator.finished:
-                commander.takeoff_finished()
-            return self._setpoint
-        return None
+        if not (commander.armed and commander.mode.is_auto):
+            return None
+        landed = self._control.land_detector.landed
+        asked = self._navigator.update(self._known, commander.home, landed, dt_s)
+        if asked is None:
+            return None
+        self._setpoint[:] = asked
+        if self._navigator.finished:
+            commander.takeoff_finished()
+        return self._setpoint
+
+    @property
+    def _offboard_is_rates(self) -> bool:
+        return isinstance(self._offboard, AttitudeSetpoint) and self._offboard.attitude is None
 
     def _landed_state(self) -> LandedState:
         if self._control.land_detector.landed:
             return LandedState.ON_GROUND
-        return {Mode.AUTO_TAKEOFF: LandedState.TAKEOFF, Mode.AUTO_LAND: LandedState.LANDING}.get(
-            self._commander.mode, LandedState.IN_AIR
-        )
+        mode = self._commander.mode
+        if mode is Mode.AUTO_TAKEOFF:
+            return LandedState.TAKEOFF
+        landing = mode.is_auto and self._navigator.is_landing
+        return LandedState.LANDING if landing else LandedState.IN_AIR

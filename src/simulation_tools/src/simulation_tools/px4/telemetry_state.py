@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.px4.modes import ARMED_FLAG
 from simulation_tools.px4.px4 import Px4, Px4Status
 
 _UNKNOWN_U16 = 65535
@@ -20,7 +19,7 @@ def _heartbeat(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     return common.MAVLink_heartbeat_message(
         type=int(px4.parameters["MAV_TYPE"]),
         autopilot=common.MAV_AUTOPILOT_PX4,
-        base_mode=status.mode.base_mode | (ARMED_FLAG if status.armed else 0),
+        base_mode=status.base_mode,
         custom_mode=status.mode.custom_mode,
         system_status=status.system_status,
         mavlink_version=3,
