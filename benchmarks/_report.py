@@ -16,7 +16,8 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Iterable, Sequence
 
-from master_thesis.results.run_folder import commit, machine, versions
+from master_thesis.results.run_folder import machine, versions
+from master_thesis.results.sources import commit
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"

@@ -23,7 +23,7 @@ from benchmarks import _campaign, _campaign_figure
 from benchmarks._campaign import SPEEDS_M_S, VARIANTS, Flown, Trial
 from benchmarks._flown_file import FlownFile, fly_all
 from benchmarks._report import ROOT, Report, options, table, write_atomically
-from master_thesis.results.run_folder import commit
+from master_thesis.results.sources import commit
 
 SAFE_SPEED_M_S = 2.0
 SAFE = f"improved_at_{SAFE_SPEED_M_S:g}_m_s"

@@ -16,6 +16,7 @@ from master_thesis.errors import ResultsError
 from master_thesis.flight.bag_recorder import shortage_of
 from master_thesis.results import run_folder as results
 from master_thesis.results.run_folder import RunFolder
+from master_thesis.results.sources import commit
 
 NOON = datetime(2026, 11, 20, 12, 0, 0)
 
@@ -80,15 +81,43 @@ def test_a_folder_that_cannot_be_made_gives_a_sentence(tmp_path):
 
 def test_the_commit_is_git_s(tmp_path):
     git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@example.org"]
-    assert results.commit(tmp_path) is None
+    assert commit(tmp_path).startswith("no-git.")
     subprocess.run([*git, "init", "-q"], check=True)
     (tmp_path / "file").write_text("1")
     subprocess.run([*git, "add", "file"], check=True)
     subprocess.run([*git, "commit", "-q", "-m", "one"], check=True)
     revision = subprocess.check_output([*git, "rev-parse", "HEAD"], text=True).strip()
-    assert results.commit(tmp_path) == revision
+    assert commit(tmp_path) == revision
     (tmp_path / "file").write_text("2")
-    assert results.commit(tmp_path) == f"{revision}+changes"
+    edited = commit(tmp_path)
+    assert edited.startswith(f"{revision}+changes.")
+    assert commit(tmp_path) == edited
+    (tmp_path / "file").write_text("3")
+    assert commit(tmp_path).startswith(f"{revision}+changes.")
+    assert commit(tmp_path) != edited
+
+
+def test_without_git_every_edit_of_the_code_is_another_version(tmp_path):
+    code = tmp_path / "src/package/src/package"
+    code.mkdir(parents=True)
+    (tmp_path / ".catkin_workspace").touch()
+    (code / "one.py").write_text("1")
+    versions = [commit(code)]
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/result.json").write_text("{}")
+    (code / "__pycache__").mkdir()
+    (code / "__pycache__/one.pyc").write_text("1")
+    assert [commit(code)] == versions, "a result is no code"
+    for path, text in (
+        (code / "one.py", "2"),
+        (code / "two.py", "2"),
+        (tmp_path / "src/package/a.yaml", "3"),
+    ):
+        path.write_text(text)
+        versions.append(commit(code))
+    (code / "two.py").rename(code / "three.py")
+    versions.append(commit(code))
+    assert len(set(versions)) == 5
 
 
 def test_machine_and_versions_are_told():

@@ -21,7 +21,8 @@ from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.mapping import MapFigures, Mapped
 from master_thesis.campaign.trial import Cost, FlightOutcome, LidarFigures
 from master_thesis.errors import CampaignError
-from master_thesis.results.run_folder import commit, machine, versions
+from master_thesis.results.run_folder import machine, versions
+from master_thesis.results.sources import commit
 
 TABLE, COSTS, DESCRIPTION = "trials.parquet", "costs.csv", "campaign.json"
 _ARROW = {"bool": pa.bool_(), "int": pa.int64(), "float": pa.float64(), "str": pa.string()}

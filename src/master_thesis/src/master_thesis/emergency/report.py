@@ -12,6 +12,7 @@ from master_thesis.emergency.description import TrialDescription, flown, in_free
 from master_thesis.emergency.trial import EmergencyTrial
 from master_thesis.results import metrics
 from master_thesis.results import run_folder as results
+from master_thesis.results.sources import commit
 from master_thesis.worlds.placements import freeze_frame
 from simulation_tools.geometry import Pose
 
@@ -73,7 +74,7 @@ def result(description: TrialDescription, trial: EmergencyTrial, clearance: np.n
         "parameters": description.parameters,
         "versions": results.versions(),
         "machine": results.machine(),
-        "commit": results.commit(Path(__file__).resolve().parent),
+        "commit": commit(Path(__file__).parent),
     }
 
 

@@ -20,7 +20,8 @@ from master_thesis.report.runner import Failed
 from master_thesis.report.sections import experiment_1, experiment_2, experiment_3, experiment_4, measurements
 from master_thesis.report.size import Size
 from master_thesis.report.store import Done, Store
-from master_thesis.results.run_folder import commit, machine, versions
+from master_thesis.results.run_folder import machine, versions
+from master_thesis.results.sources import commit
 
 HERE = Path(__file__).resolve().parent
 _SECTIONS = (
@@ -98,8 +99,7 @@ def origin(size: Size, store: Store) -> Origin:
     dates = sorted(fact["date"] for fact in facts)
     return Origin(
         date=datetime.now(timezone.utc).strftime("%d %B %Y, %H:%M UTC"),
-        commits=list(dict.fromkeys(fact["commit"] or "unknown" for fact in facts))
-        or [commit(HERE) or "unknown"],
+        commits=list(dict.fromkeys(fact["commit"] or "unknown" for fact in facts)) or [commit(HERE)],
         machine={**here, "memory": _gigabytes(here["memory"])},
         versions={name: value for name, value in versions().items() if value},
         size=size.name,

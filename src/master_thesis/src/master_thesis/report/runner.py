@@ -16,8 +16,9 @@ from typing import Callable, Sequence
 from master_thesis.errors import MasterThesisError
 from master_thesis.report.piece import Piece
 from master_thesis.report.store import Store
-from master_thesis.results.run_folder import commit
+from master_thesis.results.sources import commit
 
+HERE = Path(__file__).parent
 Say = Callable[[str], None]
 
 
@@ -37,9 +38,14 @@ def compute(pieces: Sequence[Piece], store: Store, workers: int, say: Say) -> li
         ResultsError: the pieces cannot be kept.
     """
     store.clear_up()
-    missing = [piece for piece in pieces if store.get(piece) is None]
+    found = [(piece, store.get(piece)) for piece in pieces]
+    missing = [piece for piece, done in found if done is None]
     if len(missing) < len(pieces):
         say(f"{len(pieces) - len(missing)} of {len(pieces)} pieces are there from before.")
+    here = commit(HERE)
+    others = sum(done is not None and done.facts["commit"] != here for _, done in found)
+    if others:
+        say(f"{others} of them were computed by another version of the code; give --out to compute all anew.")
     progress = _Progress(missing, workers, say)
     beside, alone = ([p for p in missing if p.alone is flag] for flag in (False, True))
     try:
@@ -54,7 +60,7 @@ def _in_pool(pieces: Sequence[Piece], store: Store, workers: int, progress: _Pro
     if not pieces:
         return []
     failed: list[Failed] = []
-    sources = commit(Path(__file__).resolve().parent)
+    sources = commit(HERE)
     pool = ProcessPoolExecutor(workers, initializer=_begin_worker)
     try:
         running: dict[Future, Piece] = {

@@ -11,7 +11,6 @@ import json
 import math
 import os
 import platform
-import subprocess
 import tempfile
 from datetime import datetime
 from importlib import metadata
@@ -125,21 +124,6 @@ def versions() -> dict:
         except metadata.PackageNotFoundError:
             found[package] = None
     return found
-
-
-def commit(folder: Path) -> str | None:
-    """Return the git commit of the sources in a folder, with "+changes" when edited; None without git."""
-    try:
-        revision = _git(folder, "rev-parse", "HEAD")
-        changes = _git(folder, "status", "--porcelain", "--untracked-files=no")
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return f"{revision}+changes" if changes else revision
-
-
-def _git(folder: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(folder), *arguments]
-    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=10).stdout.strip()
 
 
 def _first_line_after(path: str, key: str) -> str | None:

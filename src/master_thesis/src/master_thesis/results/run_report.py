@@ -12,6 +12,7 @@ from master_thesis.flight.experiment import Outcome, Phase
 from master_thesis.flight.flight_log import HIT_COLUMNS, FlightLog
 from master_thesis.results import metrics
 from master_thesis.results import run_folder as results
+from master_thesis.results.sources import commit
 from master_thesis.worlds.scenario import ALGORITHMS, Scenario
 
 CLEARANCE_SPACING_M = 0.02
@@ -122,7 +123,7 @@ def result(description: RunDescription, merit: dict, wall: WallFigures, min_clea
         "parameters": description.parameters,
         "versions": results.versions(),
         "machine": results.machine(),
-        "commit": results.commit(Path(__file__).resolve().parent),
+        "commit": commit(Path(__file__).parent),
     }
 
 
