@@ -11,7 +11,7 @@ _CURRENT_CA = -100  # PX4's simulated battery says -1 A
 _UTC_AT_START_US = 1_625_097_600_000_000  # 2021-07-01: the simulated world's date, the same in each flight
 _CELLS, _CELL_FULL_V, _CELL_EMPTY_V = 4, 4.05, 3.7  # PX4's simulated battery
 
-_SENSORS = 0x0120002F  # gyro, accelerometer, magnetometer, pressure, GPS; battery, AHRS
+_SENSORS = 0x0020002F  # gyro, accelerometer, magnetometer, pressure, GPS, AHRS
 _ARMING_CHECKS = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK: MAVSDK takes it for "is armable"
 
 
