@@ -15,6 +15,7 @@ from typing import Sequence
 import numpy as np
 from tqdm import tqdm
 
+from benchmarks._anchors import HEADING, Anchor, sources
 from benchmarks._px4_figure import png
 from benchmarks._report import ROOT, Report, options, table, write_atomically
 from simulation_tools.geometry import Pose, quaternion_from_rpy, rotate_inverse
@@ -39,6 +40,7 @@ UNRECORDED = {
 """Figures of manoeuvres whose time series the reference does not hold."""
 HOVER_CM = {"x": 1.4, "y": 1.4, "z": 0.3}
 """PX4's standard deviations in hover."""
+RECORDED = Anchor("PX4", "PX4 SITL, master of July 2021, on the same body; recorded once (px4_steps.csv.gz)")
 TAKEOFF_HEIGHT_M = 2.0
 NORTH_RAD = 0.5 * np.pi
 
@@ -63,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         report.add("px4.takeoff", takeoff)
         report.add("px4.hover", hovering)
         write_atomically(given.results / "px4.png", png(flown, reference))
-        print(f"\n{steps_table(steps)}\n\n{others_table(takeoff, hovering)}")
+        print(f"\n{steps_table(steps)}\n\n{others_table(takeoff, hovering)}\n\n{sources([RECORDED])}")
 
 
 def new_pilot(seed: int) -> Pilot:
@@ -128,7 +130,7 @@ def steps_table(steps: dict) -> str:
         cells = (_pair(values, key, digits) for key, digits in columns.values())
         rms = f"{values['rms_percent']:.1f}" if "rms_percent" in values else ""
         rows.append((name.replace("_", " "), *cells, rms))
-    return table(("step: ours / PX4", *columns, "RMS [% of step]"), rows)
+    return table((f"step: ours / PX4 ({HEADING})", *columns, "RMS [% of step]"), rows)
 
 
 def others_table(takeoff: dict, hover: dict) -> str:
@@ -140,7 +142,7 @@ def others_table(takeoff: dict, hover: dict) -> str:
         ("take-off: overshoot [%]", takeoff, "overshoot_percent", 1),
         *((f"hover: standard deviation of {axis} [cm]", hover, axis, 2) for axis in HOVER_CM),
     ]
-    return table(("", "ours / PX4"), [(label, _pair(*rest)) for label, *rest in rows])
+    return table(("", f"ours / PX4 ({HEADING})"), [(label, _pair(*rest)) for label, *rest in rows])
 
 
 def _pair(values: dict, key: str, digits: int) -> str:

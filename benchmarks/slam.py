@@ -23,6 +23,7 @@ from typing import Sequence
 import numpy as np
 from tqdm import tqdm
 
+from benchmarks._anchors import HEADING, Anchor, sources
 from benchmarks._report import ROOT, Report, options, table
 
 DATA = ROOT.parent / "shared/data"
@@ -34,8 +35,12 @@ GMAPPING = {
     "cpu_ms_per_scan": 63.0,
     "peak_mb": 430.0,
 }
-"""slam_gmapping (C++, -O3) on the same log with the same parameters and seeds."""
 GMAPPING_360 = {"cpu_ms_per_scan": 120.0}
+ANCHOR = Anchor(
+    "gmapping",
+    "slam_gmapping (C++, -O3) on the same log with the same parameters and seeds (360 beams: another log); "
+    "measured once, before this benchmark was written, on a machine of two cores that is not described",
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -61,6 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name, peer in (("intel", GMAPPING), ("beams360", GMAPPING_360)):
             if name in runs:
                 print(f"{comparison(name, given.seeds, runs[name], peer)}\n")
+        print(sources([ANCHOR]))
 
 
 def measure(name: str, seed: int, *data: Path) -> dict:
@@ -79,8 +85,8 @@ def summary(runs: list[dict]) -> dict:
 
 
 def comparison(name: str, seeds: Sequence[int], runs: list[dict], peer: dict) -> str:
-    """Return a table of the seeds' figures, their summary, and gmapping's."""
-    header = (name, *(f"seed {seed}" for seed in seeds), "summary", "gmapping")
+    """Return a table of the seeds' figures, their summary, and gmapping's from elsewhere."""
+    header = (name, *(f"seed {seed}" for seed in seeds), "summary", f"{ANCHOR.text} ({HEADING})")
     whole = summary(runs)
     rows = [
         (key, *(_number(run[key]) for run in runs), _number(whole[key]), _number(peer.get(key)))

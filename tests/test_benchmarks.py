@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT))  # benchmarks is a package of the workspace's root
 
-from benchmarks import _campaign, _places, _report, avoidance  # noqa: E402
+from benchmarks import _campaign, _places, _report, _sim_graph, avoidance, px4, sim, slam  # noqa: E402
 from benchmarks._campaign import Flown, Trial  # noqa: E402
 from benchmarks._flights import Question  # noqa: E402
 from benchmarks._flown_file import FlownFile  # noqa: E402
@@ -80,6 +80,59 @@ def test_a_run_is_recorded_with_machine_and_load(tmp_path):
 def test_tables_are_markdown():
     lines = _report.table(("", "ms"), [("a", 1.5), ("longer", 22)]).splitlines()
     assert lines == ["|        |  ms |", "| ------ | --: |", "| a      | 1.5 |", "| longer |  22 |"]
+
+
+def test_what_is_not_measured_here_is_headed_so_and_has_a_source():
+    figures = {"inprocess.rtf": 30.0, "world_size.ratio": 1.3, "graph.rtf": 6.0}
+    told = sim.figures_table(figures)
+    assert "| anchor, measured elsewhere |" in told.splitlines()[0]
+    for name in figures.keys() & sim.ANCHORS.keys():
+        assert f"- {sim.ANCHORS[name].text}: {sim.ANCHORS[name].source}" in told
+    assert "Embree alone" not in told  # what is not shown needs no source
+    gmapping = slam.comparison("intel", [1], [{"cpu_ms_per_scan": 4.0}], slam.GMAPPING).splitlines()[0]
+    assert "gmapping (anchor, measured elsewhere)" in gmapping
+    assert "ours / PX4 (anchor, measured elsewhere)" in px4.steps_table({}).splitlines()[0]
+    for anchor in (*sim.ANCHORS.values(), slam.ANCHOR, px4.RECORDED):
+        assert anchor.source
+        assert "this machine" not in anchor.source
+
+
+def test_the_graphs_latency_is_that_of_a_flight_in_real_time_without_lockstep(monkeypatch):
+    """DESIGN: wall time from scan to setpoint, at real-time factor 1 without lockstep."""
+    flown = []
+
+    class Flight:
+        def __init__(self, folder, *arguments):
+            flown.append(arguments)
+            self.results = Path(next(word for word in arguments if word.startswith("results:="))[9:])
+
+        def interrupt(self):
+            self._leave(latency_ms={"median": 5.5, "p99": 9.5, "count": 600})
+            return 1.5
+
+        def wait_for_end(self, _):
+            self._leave(latency_ms={"median": 2.5, "p99": 3.5, "count": 700})
+
+        def _leave(self, **more):
+            folder = self.results / "experiment_1/now"
+            folder.mkdir(parents=True)
+            content = {"success": True, "real_time_factor": 6.0, "flight_time_s": 25.0, "lockstep_misses": 0}
+            (folder / "result.json").write_text(json.dumps({**content, **more}))
+
+        def wait_for(self, *_):
+            return 1.0
+
+        cpu_s = memory_gb = wait_for
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(_sim_graph, "Graph", Flight)
+    monkeypatch.setattr(_sim_graph, "LOAD_S", 0.01)
+    started, fast = _sim_graph.measure_start(), _sim_graph.measure_speed()
+    assert (started["graph.latency_ms"], started["graph.latency_p99_ms"]) == (5.5, 9.5)
+    assert {"real_time_factor:=1.0", "lockstep:=false"} <= set(flown[0])
+    assert not any("latency" in name for name in fast)
 
 
 # Garwood's limits for 0, 1 and 10 events at 95 % as every table of them has it
