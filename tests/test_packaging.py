@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ast
+import re
+import sys
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SETUPS = sorted(ROOT.glob("src/*/setup.py"))
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
 
 
 @pytest.mark.parametrize("setup", SETUPS, ids=lambda path: path.parent.name)
@@ -24,3 +27,69 @@ def test_setup_lists_every_python_package(setup):
         for path in folder.glob("**/__init__.py")
     }
     assert set(ast.literal_eval(packages)) == there
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
+def test_every_node_and_rostest_is_listed(package):
+    listed = set((package / "CMakeLists.txt").read_text().replace("(", " ").replace(")", " ").split())
+    there = [*python_nodes(package), *package.glob("test/rostest_*.py"), *package.glob("test/*.test")]
+    missing = {str(path.relative_to(package)) for path in [*there, *package.glob("cfg/*.cfg")]} - listed
+    assert not missing
+
+
+# -- dependencies ------------------------------------------------------------------------------------------
+
+BY_ROSDEP = {
+    "PIL": "python3-pil",
+    "hypothesis": "python3-hypothesis",
+    "jinja2": "python3-jinja2",
+    "lxml": "python3-lxml",
+    "matplotlib": "python3-matplotlib",
+    "numba": "python3-numba",
+    "numpy": "python3-numpy",
+    "pandas": "python3-pandas",
+    "pytest": "python3-pytest",
+    "rospkg": "python3-rospkg",
+    "scipy": "python3-scipy",
+    "tqdm": "python3-tqdm",
+    "yaml": "python3-yaml",
+}
+"""Python modules and rosdep's names for them."""
+BY_REQUIREMENTS = {"dask", "distributed", "embreex", "evo", "gtsam", "optuna", "pyarrow", "pybullet"}
+BY_REQUIREMENTS |= {"pymavlink", "trimesh"}
+"""Python modules that rosdep does not know; requirements.txt has them."""
+
+
+@pytest.mark.skipif(sys.version_info < (3, 10), reason="Python names its standard library from 3.10 on")
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
+def test_every_import_is_declared(package):
+    declared = set(re.findall(r"<(?:\w+_)?depend>([^<]+)<", (package / "package.xml").read_text()))
+    sources = [*package.glob("src/**/*.py"), *package.glob("ros/**/*.py"), *python_nodes(package)]
+    tests = list(package.glob("test/**/*.py"))
+    helpers = {path.stem for path in tests}
+    own = {package.name, f"{package.name}_ros", *helpers, *sys.stdlib_module_names}
+    found = set().union(*(imports(path) for path in (*sources, *tests))) - own - BY_REQUIREMENTS
+    others = {f"{path.name}_ros": path.name for path in PACKAGES}
+    needed = {BY_ROSDEP.get(name) or others.get(name, name) for name in found}
+    assert not needed - declared, f"package.xml of {package.name} lacks {sorted(needed - declared)}"
+
+
+def test_what_rosdep_does_not_know_is_in_the_requirements():
+    lines = (ROOT / "requirements.txt").read_text().lower().splitlines()
+    listed = {re.split(r"[^a-z0-9_-]", line)[0] for line in lines if line and line[0].isalpha()}
+    assert not {name for name in BY_REQUIREMENTS if name not in listed}
+
+
+def imports(path):
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names.add(node.module)
+    return {name.split(".")[0] for name in names}
+
+
+def python_nodes(package):
+    files = (path for path in package.glob("nodes/*") if path.is_file())
+    return [path for path in files if path.read_bytes().startswith(b"#!/usr/bin/env python3")]
