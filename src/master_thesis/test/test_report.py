@@ -96,6 +96,9 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
     for piece in plan(SMALLEST):
         assert f'<section id="{piece.experiment}">' in page
     assert 'class="missing"' not in page
+    assert "not computed" not in page
+    assert page.count('<span class="basis">one flight of each</span>') == 4  # the smallest flies once
+    assert "One flight of each lidar." in page
 
 
 @pytest.mark.flight
@@ -267,6 +270,8 @@ def test_an_empty_report_says_what_is_missing(tmp_path):
     text = write_page(tmp_path / "index.html", size, Store(tmp_path / "pieces"), [Failed(first, "It broke.")])
     assert f"{first.title}: It broke." in text
     assert text.count('class="missing"') == len(EXPERIMENTS)
+    assert text.count(">not computed<") == len(EXPERIMENTS)
+    assert '<td class="n">0</td>' not in text, "nothing agrees and nothing differs where nothing was computed"
     assert (tmp_path / "index.html").read_text(encoding="utf-8") == text
 
 

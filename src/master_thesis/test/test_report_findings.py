@@ -50,6 +50,20 @@ def of_flights(made):
     return experiment_1_findings.findings(list(thesis.SCENARIO_FIGURES), made)
 
 
+def test_a_verdict_from_one_flight_says_so():
+    lone = flights()
+    several = {key: flown * 3 for key, flown in lone.items()}
+    several_but_one = {**several, ("forest", "original"): lone["forest", "original"]}
+    assert {each.basis for each in of_flights(lone)} == {"one flight of each"}
+    assert {each.basis for each in of_flights(several)} == {""}
+    assert {each.basis for each in of_flights(several_but_one)} == {"one flight of each"}
+    seen = maps("hold", urg=BENT, ust=BENT)
+    again = Maps("hold", *({n: 2 * list(m) for n, m in each.items()} for each in (seen.open, seen.closed)))
+    for judge in (experiment_3.findings, experiment_4.findings):
+        assert {each.basis for each in judge(seen)} == {"one flight of each"}
+        assert {each.basis for each in judge(again)} == {""}
+
+
 def test_the_thesis_agrees_with_itself():
     assert [each.claim for each in of_flights(flights()) if not each.agrees] == []
     assert all(each.why == "" for each in of_flights(flights()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Sequence, Union
 
 
@@ -44,13 +44,17 @@ class Picture:
 
 @dataclass(frozen=True)
 class Finding:
-    """A statement of the thesis beside our numbers. agrees: computed from them. why: if they do not."""
+    """A statement of the thesis beside our numbers. agrees: computed from them. why: if they do not.
+
+    basis: "one flight" and the like, where the verdict rests on no more than that; else empty.
+    """
 
     claim: str
     source: str
     ours: str
     agrees: bool
     why: str = ""
+    basis: str = ""
 
 
 Block = Union[Table, Picture]
@@ -74,6 +78,11 @@ class Section:
     missing: Sequence[str] = field(default_factory=tuple)
 
     @property
+    def is_computed(self) -> bool:
+        """Whether there is anything of it."""
+        return bool(self.blocks or self.findings)
+
+    @property
     def agreeing(self) -> int:
         """How many of the thesis's statements our numbers bear out."""
         return sum(finding.agrees for finding in self.findings)
@@ -94,6 +103,11 @@ def spread(values: Sequence[float], digits: int) -> str:
         return number(mean, digits)
     deviation = (sum((value - mean) ** 2 for value in known) / len(known)) ** 0.5
     return f"{mean:.{digits}f} ± {deviation:.{digits}f}"
+
+
+def resting_on(found: Sequence[Finding], count: int, what: str) -> list[Finding]:
+    """Return the findings with their basis, where that is a single flight (or whatever `what` is)."""
+    return [replace(finding, basis=f"one {what}") for finding in found] if count == 1 else list(found)
 
 
 def counted(count: int, what: str) -> str:

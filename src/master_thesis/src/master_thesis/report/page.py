@@ -137,6 +137,7 @@ def render(all_sections: Sequence[Section], where_from: Origin) -> str:
         css=(HERE / "page.css").read_text(encoding="utf-8"),
         findings=sum(len(section.findings) for section in all_sections),
         agreeing=sum(section.agreeing for section in all_sections),
+        lone=sum(bool(finding.basis) for section in all_sections for finding in section.findings),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Mapping, Sequence
 import numpy as np
 
 from master_thesis.report import thesis
-from master_thesis.report.content import Finding, counted, listed
+from master_thesis.report.content import Finding, counted, listed, resting_on
 
 STEADY = 1.25
 """Times are steady when the greatest is no more than this many times the least; the thesis's: 1.19."""
@@ -32,7 +32,9 @@ def findings(names: Sequence[str], flights: Flights) -> list[Finding]:
         found += [_fastest_in_the_empty_world(names, flights), _clutter(names, flights)]
     if set(names) == set(thesis.SCENARIO_FIGURES):
         found.append(_order(names, flights))
-    return [*found, _in_time(names, flights), _untouched(names, flights)]
+    found += [_in_time(names, flights), _untouched(names, flights)]
+    fewest = min(len(flights[name, algorithm]) for name in names for algorithm in ("improved", "original"))
+    return resting_on(found, fewest, "flight of each")
 
 
 def _reduction(names: Sequence[str], flights: Flights) -> Finding:

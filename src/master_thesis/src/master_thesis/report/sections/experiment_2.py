@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Mapping, Sequence
+from typing import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +11,17 @@ from master_thesis.emergency.variations import Flown
 from master_thesis.emergency.variations import figures as summary
 from master_thesis.emergency.variations_figure import Paths, paths_figure
 from master_thesis.report import thesis
-from master_thesis.report.content import Block, Finding, Picture, Section, Table, counted, listed, number
+from master_thesis.report.content import (
+    Block,
+    Finding,
+    Picture,
+    Section,
+    Table,
+    counted,
+    listed,
+    number,
+    resting_on,
+)
 from master_thesis.report.pieces.experiment_2 import PATH_STEP, flights_piece, pieces, proposals_piece
 from master_thesis.report.size import Size
 from master_thesis.report.store import Store
@@ -158,15 +168,19 @@ def findings(proposals: Mapping[str, dict], sets: Sets) -> list[Finding]:
     if "wall_three_columns" in proposals:
         found.append(_different(proposals["wall_three_columns"]["proposals"]))
     if ("wall_one_column", "original") in sets:
-        found.append(_harmless(sets["wall_one_column", "original"]))
+        found += _counted(_harmless, sets["wall_one_column", "original"])
     if ("wall_three_columns", "original") in sets:
-        found.append(_crashes(sets["wall_three_columns", "original"]))
+        found += _counted(_crashes, sets["wall_three_columns", "original"])
     improved = [
         flight for (_, algorithm), flights in sets.items() if algorithm == ALGORITHMS[0] for flight in flights
     ]
     if improved:
-        found.append(_saved(improved))
+        found += _counted(_saved, improved)
     return found
+
+
+def _counted(judge: Callable[[Sequence[Flown]], Finding], flights: Sequence[Flown]) -> list[Finding]:
+    return resting_on([judge(flights)], len(flights), "flight")
 
 
 def _shape(sweep: Sequence[dict]) -> Finding:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from master_thesis.mapping.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
-from master_thesis.report.content import Finding, Section, listed, seeds_of
+from master_thesis.report.content import Finding, Section, listed, resting_on, seeds_of
 from master_thesis.report.sections.maps import (
     Maps,
     map_pictures,
@@ -53,7 +53,7 @@ def findings(maps: Maps) -> list[Finding]:
         found.append(_less_complete(maps))
     if "tim" in maps.lidars:
         found.append(_corrected(maps))
-    return found
+    return resting_on(found, maps.fewest, "flight of each")
 
 
 def _all_good(maps: Maps) -> Finding:

@@ -7,7 +7,16 @@ from typing import Sequence
 from master_thesis.mapping.map_variants import medians
 from master_thesis.mapping.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
-from master_thesis.report.content import Finding, Section, Table, counted, listed, number, seeds_of
+from master_thesis.report.content import (
+    Finding,
+    Section,
+    Table,
+    counted,
+    listed,
+    number,
+    resting_on,
+    seeds_of,
+)
 from master_thesis.report.pieces.mapping import OPEN, tim_of_the_text
 from master_thesis.report.sections.maps import (
     Maps,
@@ -129,7 +138,7 @@ def findings(maps: Maps, tims_of_the_text: Sequence[dict] = ()) -> list[Finding]
         found.append(_mended(maps))
     if "urg" in maps.lidars:
         found.append(_beyond_mending(maps))
-    return found
+    return resting_on(found, maps.fewest, "flight of each")
 
 
 def _reaches(range_m: float) -> bool:

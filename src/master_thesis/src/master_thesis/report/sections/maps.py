@@ -48,6 +48,11 @@ class Maps:
         """Those there is a map of, by range."""
         return tuple(lidar for lidar in ORDER if self.open.get(lidar))
 
+    @property
+    def fewest(self) -> int:
+        """The number of flights of the lidar of which there are fewest."""
+        return min((len(self.open[lidar]) for lidar in self.lidars), default=0)
+
     def middle(self, lidar: str, closure: bool = False) -> dict:
         """Return the medians over the seeds."""
         return medians((self.closed if closure else self.open)[lidar])
@@ -118,7 +123,8 @@ def maps_table(maps: Maps, caption: str) -> Table:
         rows,
         words=2,
         theirs_last=True,
-        note="Medians over the seeds. Trajectory error: root mean square, not aligned, of the path as "
+        note=("One flight of each lidar" if maps.fewest == 1 else "Medians over the seeds")
+        + ". Trajectory error: root mean square, not aligned, of the path as "
         "it is at the end. 95 % of the map: of its occupied cells, from the nearest true wall. Walls "
         "bent by: deviation of straight walls' cells from a fitted line. Wall seen: share of the true "
         "walls' length in the map. Odometry alone: its trajectory error.",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Mapping
 
 from master_thesis.report import thesis
-from master_thesis.report.content import Finding, Section, Table, counted, number
+from master_thesis.report.content import Finding, Section, Table, counted, number, resting_on
 from master_thesis.report.pieces import measurements
 from master_thesis.report.size import Size
 from master_thesis.report.store import Done, Store
@@ -28,7 +28,7 @@ def build_section(size: Size, store: Store) -> Section:
             "wall time from the command to its end, the median of some rounds."
         ),
         blocks=blocks,
-        findings=build_findings(done.numbers["seconds"]) if done else [],
+        findings=resting_on(build_findings(done.numbers["seconds"]), size.builds, "round") if done else [],
         parameters=counted(size.builds, "round"),
     )
 
@@ -103,7 +103,7 @@ def launch_section(size: Size, store: Store) -> Section:
             "Ctrl-C is pressed and the clock runs until the last process is gone."
         ),
         blocks=[_launch_table(launches)] if launches else [],
-        findings=launch_findings(numbers),
+        findings=resting_on(launch_findings(numbers), size.launches, "launch of each"),
         parameters=f"each launched {size.launches} times" if size.launches > 1 else "each launched once",
     )
 
