@@ -1,4 +1,4 @@
-"""Draws README.md's figures of evaluation and loop closure, beside this file, from a simulated round trip."""
+"""Draws the figures of evaluation and loop closure, beside this file, from a simulated round trip."""
 
 from __future__ import annotations
 

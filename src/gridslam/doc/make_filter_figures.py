@@ -1,4 +1,4 @@
-"""Draws README.md's figures of the filter with the library itself, beside this file."""
+"""Draws the figures of the filter with the library itself, beside this file."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ START_DEVIATION = (0.1, 0.1, 0.05)
 """m, m, rad: how well a starting pose on a given map is known."""
 
 WEIGHT_SMOOTHING = 15.0
-"""Log-likelihoods are divided by ogain times this (gmapping: times the number of particles); see README."""
+"""Log-likelihoods are divided by ogain times this (gmapping: times the number of particles)."""
 
 
 @dataclass(frozen=True)
