@@ -146,7 +146,8 @@ def test_all_files_of_a_run(tmp_path, description):
     assert written["min_clearance_m"] is None  # the field is empty
     assert "40.0 m" in run_report.headline(content)
     names = {path.name for path in folder.path.iterdir()}
-    assert {"path_speed.png", "path_computation.png", "flight.png", "truth.csv", "decisions.csv"} <= names
+    drawn = {f"{n}.{e}" for n in ("path_speed", "path_computation", "flight") for e in ("png", "pdf", "svg")}
+    assert drawn | {"truth.csv", "decisions.csv"} <= names
     truth = np.genfromtxt(folder.path / "truth.csv", delimiter=",", names=True)
     assert truth["x_m"][-1] == 40.0
     hits = np.genfromtxt(folder.path / "hits.csv", delimiter=",", names=True)

@@ -1,7 +1,7 @@
 """How good a trajectory or a map is, against what is known to be true. See doc/reference.md."""
 
 from gridslam.evaluation.map_error import MapAccuracy, map_error
-from gridslam.evaluation.map_picture import draw_map_error
+from gridslam.evaluation.map_picture import draw_map_error, map_error_figure
 from gridslam.evaluation.relations import RelationErrors, Relations, read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import TrajectoryError, trajectory_error
 from gridslam.evaluation.tum import poses_at, read_tum, write_tum
@@ -18,6 +18,7 @@ __all__ = [
     "Walls",
     "draw_map_error",
     "map_error",
+    "map_error_figure",
     "poses_at",
     "read_relations",
     "read_tum",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from gridslam.evaluation.map_error import MapAccuracy
 from gridslam.evaluation.walls import WallPoints, Walls
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.trajectory import Trajectory
+
+if TYPE_CHECKING:  # matplotlib takes half a second to import
+    from matplotlib.figure import Figure
 
 GREY_UNKNOWN, GREY_FREE, GREY_OCCUPIED = 0.80, 1.0, 0.0
 TRUE_WALL = "#e8711a"  # mid grey in print, where the map itself is black and white
@@ -28,7 +32,20 @@ def draw_map_error(
     estimate: Trajectory | None = None,
     truth: Trajectory | None = None,
 ) -> None:
-    """Write a picture: map, true walls and both paths; beside them how far the occupied cells are off."""
+    """Write the picture of `map_error_figure` as PNG, whatever the file's ending."""
+    figure = map_error_figure(grid, walls, accuracy, map_in_world, estimate, truth)
+    figure.savefig(path, dpi=120, format="png")
+
+
+def map_error_figure(
+    grid: OccupancyGrid,
+    walls: Walls | WallPoints,
+    accuracy: MapAccuracy,
+    map_in_world: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    estimate: Trajectory | None = None,
+    truth: Trajectory | None = None,
+) -> Figure:
+    """Return map, true walls and both paths; beside them how far the occupied cells are off."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 5.0), layout="constrained")
@@ -41,7 +58,7 @@ def draw_map_error(
             plan.plot(*points.T, color=style, lw=1.2, ls="--" if trajectory is truth else "-", label=label)
     plan.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncol=3, frameon=False, fontsize=8)
     _draw_spread(spread, grid, walls, accuracy, map_in_world)
-    figure.savefig(path, dpi=120, format="png")  # whatever the file's ending
+    return figure
 
 
 def _draw_plan(ax, grid: OccupancyGrid, walls: Walls | WallPoints, map_in_world) -> None:

@@ -20,7 +20,7 @@ from master_thesis.emergency.description import TrialDescription, flown, in_free
 from master_thesis.emergency.proposals import Proposals, propose, sweep
 from master_thesis.emergency.trial import EmergencyTrial
 from master_thesis.results import palette
-from master_thesis.results.figures import png
+from master_thesis.results.figures import files
 from master_thesis.results.from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
@@ -33,12 +33,12 @@ _UAV_SPACING_M = 0.4
 
 
 def pictures(description: TrialDescription, trial: EmergencyTrial, content: dict) -> dict[str, bytes]:
-    """Return the PNG files by name; the trial has its freeze and its first scan."""
+    """Return the files by name, each picture as PNG, PDF and SVG; the trial has its freeze and first scan."""
     uav = load_uav(description.model, description.lidar).model
     return {
-        "proposals.png": png(proposals_figure(description, trial, uav)),
-        "k_sweep.png": png(sweep_figure(description, trial)),
-        "path.png": png(_path_figure(description, trial, uav, content)),
+        **files("proposals", proposals_figure(description, trial, uav)),
+        **files("k_sweep", sweep_figure(description, trial)),
+        **files("path", _path_figure(description, trial, uav, content)),
     }
 
 

@@ -166,8 +166,7 @@ def write_trial(
         figures as emergency_figures,  # matplotlib takes half a second to import
     )
 
-    for name, png in emergency_figures.pictures(description, trial, content).items():
-        folder.write_bytes(name, png)
+    folder.write_files(emergency_figures.pictures(description, trial, content))
     return content
 
 

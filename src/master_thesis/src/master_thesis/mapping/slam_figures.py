@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from gridslam import OccupancyGrid
-from master_thesis.results.figures import TimeSeries, time_series_png
+from master_thesis.results.figures import TimeSeries, time_series_figure
 from master_thesis.results.palette import BELIEF, TRUTH
 from master_thesis.worlds.floor_plan import Outline
 
@@ -65,14 +65,14 @@ def world_and_maps(
     return figure
 
 
-def error_png(title: str, panels: Sequence[TimeSeries], closure_times_s: Sequence[float]) -> bytes:
-    """Draw errors over time, and below how many loops had been closed by then; return the PNG."""
+def error_figure(title: str, panels: Sequence[TimeSeries], closure_times_s: Sequence[float]) -> Figure:
+    """Draw errors over time, and below how many loops had been closed by then."""
     closed = np.sort(np.asarray(closure_times_s, dtype=float))
     if len(closed):
         times = panels[0].curves[0][1][:, 0]
         stairs = _stairs(closed, times[0], times[-1])
         panels = (*panels, TimeSeries("loops closed", (("loops closed", stairs),)))
-    return time_series_png(title, tuple(panels))
+    return time_series_figure(title, tuple(panels))
 
 
 def _stairs(times: np.ndarray, begin: float, end: float) -> np.ndarray:

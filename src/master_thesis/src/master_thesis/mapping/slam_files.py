@@ -11,7 +11,7 @@ from gridslam.evaluation import (
     MapAccuracy,
     TrajectoryError,
     Walls,
-    draw_map_error,
+    map_error_figure,
     poses_at,
     trajectory_error,
     write_tum,
@@ -21,7 +21,7 @@ from gridslam.trajectory import Trajectory
 from master_thesis.mapping import slam_figures
 from master_thesis.mapping.slam_report import judge
 from master_thesis.mapping.slam_run import SlamRun
-from master_thesis.results.figures import TimeSeries, png
+from master_thesis.results.figures import TimeSeries, files
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.worlds.floor_plan import Outline
 
@@ -84,7 +84,7 @@ def _write_pictures(
     shown = slam_figures.world_and_maps(
         title, survey.outlines, survey.height_m, survey.truth.poses_in_map[:, :2], map_views(run)
     )
-    folder.write_bytes("map.png", png(shown))
+    folder.write_files(files("map", shown))
     online = trajectory_error(run.online, survey.truth)
     panels = (
         TimeSeries(
@@ -94,15 +94,9 @@ def _write_pictures(
         ),
         TimeSeries("odometry [m]", (("odometry alone", _curve(errors[1])),)),
     )
-    folder.write_bytes("error.png", slam_figures.error_png(title, panels, closure_times(run)))
-    draw_map_error(
-        folder.path / "map_error.png",
-        run.grid,
-        survey.walls,
-        accuracy,
-        estimate=run.final,
-        truth=survey.truth,
-    )
+    folder.write_files(files("error", slam_figures.error_figure(title, panels, closure_times(run))))
+    compared = map_error_figure(run.grid, survey.walls, accuracy, estimate=run.final, truth=survey.truth)
+    folder.write_files(files("map_error", compared))
 
 
 def map_views(run: SlamRun) -> tuple[slam_figures.MapView, ...]:

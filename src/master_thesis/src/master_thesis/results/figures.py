@@ -46,8 +46,8 @@ class TopView:
     value_range: tuple[float, float] | None = None
 
 
-def top_view_png(view: TopView) -> bytes:
-    """Draw the world from above with the path coloured by a value; return the PNG file's bytes."""
+def top_view_figure(view: TopView) -> Figure:
+    """Draw the world from above with the path coloured by a value."""
     low, high = _limits(view)
     width, height = high - low
     figure = Figure(figsize=(_WIDTH_IN, (_WIDTH_IN - 0.7) * height / width + 1.25))
@@ -71,7 +71,7 @@ def top_view_png(view: TopView) -> bytes:
     bar.set_label(view.value_label, **_STYLE)
     bar.ax.tick_params(labelsize=7)
     _legend(axes, view)
-    return png(figure)
+    return figure
 
 
 def _limits(view: TopView) -> np.ndarray:
@@ -147,8 +147,8 @@ class TimeSeries:
     legend_at: str = "lower center"
 
 
-def time_series_png(title: str, panels: tuple[TimeSeries, ...]) -> bytes:
-    """Draw panels over a common time axis; return the PNG file's bytes."""
+def time_series_figure(title: str, panels: tuple[TimeSeries, ...]) -> Figure:
+    """Draw panels over a common time axis."""
     figure = Figure(figsize=(_WIDTH_IN, 1.35 * len(panels) + 0.6))
     all_axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     styles = (("#1f3b73", "-"), ("#c2410c", "--"), ("black", ":"))
@@ -165,7 +165,12 @@ def time_series_png(title: str, panels: tuple[TimeSeries, ...]) -> bytes:
     all_axes[0].set_title(title, fontsize=9)
     all_axes[-1].set_xlabel("time [s]", **_STYLE)
     figure.align_ylabels(all_axes)
-    return png(figure)
+    return figure
+
+
+def files(name: str, figure: Figure) -> dict[str, bytes]:
+    """Return a figure as files: NAME.png to look at, NAME.pdf and NAME.svg to print and to edit."""
+    return {f"{name}.{ending}": draw(figure) for ending, draw in (("png", png), ("pdf", pdf), ("svg", svg))}
 
 
 def png(figure: Figure) -> bytes:
@@ -173,6 +178,21 @@ def png(figure: Figure) -> bytes:
     FigureCanvasAgg(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=_DPI, bbox_inches="tight", pad_inches=0.05)
+    return stream.getvalue()
+
+
+def pdf(figure: Figure) -> bytes:
+    """Return a figure as the bytes of a PDF file, the same for the same figure; its text can be searched."""
+    stream = io.BytesIO()
+    with rc_context({"pdf.fonttype": 42}):
+        figure.savefig(
+            stream,
+            format="pdf",
+            dpi=_DPI,
+            bbox_inches="tight",
+            pad_inches=0.05,
+            metadata={"CreationDate": None},
+        )
     return stream.getvalue()
 
 

@@ -15,7 +15,7 @@ import tempfile
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
-from typing import Iterable, Sequence
+from typing import Iterable, Mapping, Sequence
 
 from master_thesis.errors import ResultsError
 
@@ -55,6 +55,11 @@ class RunFolder:
     def write_bytes(self, name: str, content: bytes) -> Path:
         """Write any other file."""
         return self._write(name, content)
+
+    def write_files(self, contents: Mapping[str, bytes]) -> None:
+        """Write several files, by name."""
+        for name, content in contents.items():
+            self._write(name, content)
 
     def _write(self, name: str, content: bytes) -> Path:
         target = self.path / name

@@ -46,7 +46,7 @@ class Run:
 
 
 def write_pictures(folder: RunFolder, run: Run) -> None:
-    """Write path_speed.png and path_computation.png (from above) and flight.png (over time).
+    """Write path_speed and path_computation (from above) and flight (over time), each as PNG, PDF and SVG.
 
     Nothing is written of a run that never flew.
     """
@@ -54,13 +54,15 @@ def write_pictures(folder: RunFolder, run: Run) -> None:
         return
     speeds = run.within(run.log.speeds())
     computation = run.within(run.log.decisions.array("t_s", "computation_ms"))
-    folder.write_bytes("path_speed.png", figures.top_view_png(top_view(run, speeds, "speed [m/s]")))
+    drawn = {"path_speed": figures.top_view_figure(top_view(run, speeds, "speed [m/s]"))}
     if len(computation):
         # A few scans that the machine was busy at must not take the colours from all others
         usual_ms = float(np.percentile(computation[:, 1], 98))
         view = replace(top_view(run, computation, "computation time [ms]"), value_range=(0.0, usual_ms))
-        folder.write_bytes("path_computation.png", figures.top_view_png(view))
-    folder.write_bytes("flight.png", figures.time_series_png(title(run), _panels(run, speeds, computation)))
+        drawn["path_computation"] = figures.top_view_figure(view)
+    drawn["flight"] = figures.time_series_figure(title(run), _panels(run, speeds, computation))
+    for name, figure in drawn.items():
+        folder.write_files(figures.files(name, figure))
 
 
 def top_view(run: Run, values: np.ndarray, label: str) -> figures.TopView:
