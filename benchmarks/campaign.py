@@ -73,7 +73,7 @@ def timed(number: int, workers: int) -> Timed:
         path = Path(folder, "measured")
         costs = _run(campaign, path, cluster)
         elapsed_s = time.perf_counter() - begun
-        content = (path / "trials.parquet").read_bytes()
+        content = (path / "trials.csv").read_bytes()
     wall_s, cpu_s = (sum(cost[name] for cost in costs) for name in ("wall_s", "cpu_s"))
     return Timed(start_s, elapsed_s, wall_s, cpu_s, content)
 

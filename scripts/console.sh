@@ -16,6 +16,9 @@ fail() {
 # last_line FILE: what a running command said last, in one short line
 last_line() { tail -n 1 "$1" 2>/dev/null | tr '\r\t' '  ' | tr -cd '[:print:]' | cut -c 1-70; }
 
+# megabytes FOLDER: how much it holds
+megabytes() { du -sm "$1" 2>/dev/null | cut -f 1; }
+
 # progress SECONDS TEXT: on a terminal one line that is written over, elsewhere a new line every ten seconds
 progress() {
   if [[ -t 1 ]]; then
@@ -26,11 +29,13 @@ progress() {
   last_progress=$1
 }
 
-# Steps that have been started: their processes (none for those that have ended), and when they began
-step_children=() step_starts=() step_titles=()
+# Steps that have been started: their processes (none for those that have ended), when they began, and the folders that
+# grow meanwhile, if they tell more than words
+step_children=() step_starts=() step_titles=() step_folders=()
 step= # the number of the newest
 
-# start_step TITLE COMMAND...: runs it beside what follows, until `finish_step "$step"`
+# start_step TITLE COMMAND...: runs it beside what follows, until `finish_step "$step"`. With growing=FOLDER before it,
+# progress tells how much that folder holds.
 start_step() {
   local title=$1
   shift
@@ -40,17 +45,21 @@ start_step() {
   set -m # in a process group of its own, so that an interrupt ends all of it
   "$@" >>"$log_file.$step" 2>&1 </dev/null &
   set +m
-  step_titles+=("$title") step_starts+=("$SECONDS") step_children+=("$!")
+  step_titles+=("$title") step_starts+=("$SECONDS") step_children+=("$!") step_folders+=("${growing:-}")
   trap stop_steps EXIT
   trap '[[ ! -t 1 ]] || echo; fail "Interrupted. The next call goes on from here."' INT TERM
 }
 
 # finish_step NUMBER: shows that the step is alive until it ends; puts its output into the log, returns its code
 finish_step() {
-  local child=${step_children[$1]} last_progress=0 code=0
+  local child=${step_children[$1]} last_progress=0 code=0 elapsed size="" sized=-10
   while kill -0 "$child" 2>/dev/null; do
     sleep 0.2
-    progress $((SECONDS - step_starts[$1])) "$(last_line "$log_file.$1")"
+    elapsed=$((SECONDS - step_starts[$1]))
+    if [[ -n ${step_folders[$1]} ]] && ((elapsed - sized >= 5)); then
+      size="$(megabytes "${step_folders[$1]}") MB, " sized=$elapsed
+    fi
+    progress "$elapsed" "$size$(last_line "$log_file.$1")"
   done
   wait "$child" || code=$?
   step_children[$1]=

@@ -7,6 +7,7 @@
 readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs)
 readonly venv_package=python3-venv
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
+readonly apt_tidy=(-o APT::Keep-Downloaded-Packages=false) # 0.3 GB of archives
 readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # measured: 1370, 1280 and pip's cache, 10
 
 set_up() {
@@ -75,7 +76,7 @@ install_packages() {
   (($# > 0)) || return 0
   # shellcheck disable=SC2086  # the words are those that are shown to whoever is not root
   run_step "installing $# package(s) of $platform and what they need" \
-    "${as_root[@]}" $apt_install "${apt_patience[@]}" "$@" || explain_failure \
+    "${as_root[@]}" $apt_install "${apt_patience[@]}" "${apt_tidy[@]}" "$@" || explain_failure \
     "The distribution's packages could not be installed." "sudo $apt_install $*"
   local not_there
   mapfile -t not_there < <(missing_packages | grep -Fx "$(printf '%s\n' "$@")")
@@ -102,7 +103,7 @@ is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
 start_python() {
   python_step=
   if ! is_current .venv/.bringup "$(venv_inputs)"; then
-    start_step "installing Python packages into .venv, and compiling the inner loops" make_python
+    growing=.venv start_step "installing Python packages into .venv, and compiling the inner loops" make_python
   elif ! is_current .venv/.bringup_kernels "$(kernel_inputs)"; then
     start_step "compiling the inner loops" compile_kernels
   else
@@ -116,7 +117,7 @@ finish_python() {
     explain_failure "The Python packages of requirements.txt could not be installed, or their kernels not be compiled."
 }
 
-make_python() { make_venv && compile_kernels; }
+make_python() { make_venv && compile_imported && compile_kernels; }
 
 make_venv() {
   local options=()
@@ -129,8 +130,25 @@ make_venv() {
 
 install_python_packages() {
   local pip=(env -u PYTHONPATH .venv/bin/python -m pip install --no-input --disable-pip-version-check --prefer-binary)
+  # Archives are kept until all are installed, so that a call after an interruption need not get them again; where the
+  # user has a cache of pip's already, there.
+  [[ -d ${PIP_CACHE_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/pip} ]] || pip+=(--cache-dir "$root/.venv/.pip")
   # Ubuntu 20.04's pip 20 does not know today's wheels
-  "${pip[@]}" "pip>=21" && "${pip[@]}" -r requirements.txt
+  "${pip[@]}" "pip>=21" && "${pip[@]}" --no-compile -r requirements.txt && rm -rf .venv/.pip && slim_python
+}
+
+# slim_python: takes out of PyBullet what nothing here uses, 0.3 GB: its examples' robots, and what a debugger reads
+slim_python() {
+  local packages
+  packages=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))') || return
+  rm -rf "$packages"/pybullet_data "$packages"/pybullet_envs
+  [[ ! -w $packages ]] || strip --strip-debug "$packages"/pybullet*.so "$packages"/eglRenderer*.so 2>/dev/null || true
+}
+
+# compile_imported: byte code of what our libraries import, so that no node has to; of all packages it is 0.15 GB more
+compile_imported() {
+  local libraries=(src/*/src)
+  env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" .venv/bin/python scripts/import_all.py src/*/src/*/
 }
 
 # kernel_inputs: a digest of the packages that have kernels

@@ -37,7 +37,7 @@ def _parser(tuning: bool) -> argparse.ArgumentParser:
     what = (
         "Searches CEPA's parameters by a campaign's flights (its `tune:`), and writes cepa_tuned.yaml."
         if tuning
-        else "Flies a campaign: trials.parquet, summary.csv, pictures. `campaign tune` searches parameters."
+        else "Flies a campaign: trials.csv, summary.csv, pictures. `campaign tune` searches parameters."
     )
     parser = argparse.ArgumentParser(prog=command, description=what)
     parser.add_argument("file", type=Path, help="YAML file, or the bare name of a shipped campaign")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pandas as pd
-import pyarrow as pa
 
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.statistics import RATES, summary
 from master_thesis.campaign.store import CampaignFolder
+from master_thesis.campaign.table import Table
 
 _SHOWN = {
     "flight": ("collision_rate", "stuck_rate", "flight_time_s_mean", "time_over_straight_mean"),
@@ -16,7 +16,7 @@ _SHOWN = {
 _ROWS_MAX = 60
 
 
-def write_report(campaign: Campaign, folder: CampaignFolder, table: pa.Table) -> str:
+def write_report(campaign: Campaign, folder: CampaignFolder, table: Table) -> str:
     """Write summary.csv and the pictures of a campaign's table; return the headlines as text."""
     from master_thesis.campaign.figures import pictures  # matplotlib takes a second
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 
-import pyarrow as pa
 from tqdm import tqdm
 
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.store import CampaignFolder
+from master_thesis.campaign.table import Table
 from master_thesis.campaign.trial import run_trial
 from master_thesis.campaign.workers import Workers
 
@@ -18,7 +18,7 @@ from master_thesis.campaign.workers import Workers
 class Finished:
     """What a run of a campaign left. missing: trials that no worker survived; a second call tries them."""
 
-    table: pa.Table
+    table: Table
     missing: int
 
 

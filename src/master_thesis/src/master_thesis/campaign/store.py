@@ -1,4 +1,4 @@
-"""A campaign's folder: finished trials as Parquet part files, joined into one table; what is missing.
+"""A campaign's folder: finished trials as CSV part files, joined into one table; what is missing.
 
 A part appears under its name only when it is complete, so that a campaign may be ended at any moment.
 """
@@ -10,40 +10,35 @@ import fcntl
 import json
 import os
 from pathlib import Path
-from typing import Any, Iterable, Mapping, Sequence
-
-import pyarrow as pa
-import pyarrow.csv
-import pyarrow.parquet as pq
+from typing import Any, Mapping, Sequence
 
 from master_thesis.campaign.axes import axes_of
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.mapping import MapFigures, Mapped
+from master_thesis.campaign.table import KINDS, Table, of_rows, read_csv
 from master_thesis.campaign.trial import Cost, FlightOutcome, LidarFigures
 from master_thesis.errors import CampaignError
 from master_thesis.results.run_folder import machine, versions
 from master_thesis.results.sources import commit
 
-TABLE, COSTS, DESCRIPTION = "trials.parquet", "costs.csv", "campaign.json"
-_ARROW = {"bool": pa.bool_(), "int": pa.int64(), "float": pa.float64(), "str": pa.string()}
+TABLE, COSTS, DESCRIPTION = "trials.csv", "costs.csv", "campaign.json"
 _COST = "cost."
-_COST_SCHEMA = pa.schema([(field.name, _ARROW[field.type]) for field in dataclasses.fields(Cost)])
+_COST_COLUMNS = {field.name: field.type for field in dataclasses.fields(Cost)}
 
 
-def schema_of(campaign: Campaign) -> pa.Schema:
-    """Return the columns of a campaign's table: settings, the lidar's figures, outcome, error."""
+def columns_of(campaign: Campaign) -> dict[str, str]:
+    """Return the columns of a campaign's table and their kinds: settings, lidar, outcome, error."""
     known, settings = axes_of(campaign.kind), {}
     for combination in campaign.combinations:
-        settings.update({name: _ARROW[known[name].kind.__name__] for name in combination})
+        settings.update({name: known[name].kind.__name__ for name in combination})
     outcomes = (FlightOutcome,) if campaign.kind == "flight" else (Mapped, MapFigures)
     figures = {
-        field.name: _ARROW[field.type]
+        field.name: field.type
         for outcome in (LidarFigures, *outcomes)
         for field in dataclasses.fields(outcome)
-        if field.type in _ARROW
+        if field.type in KINDS
     }
-    columns = {"index": pa.int64(), "replicate": pa.int64(), **settings, **figures, "error": pa.string()}
-    return pa.schema(list(columns.items()))
+    return {"index": "int", "replicate": "int", **settings, **figures, "error": "str"}
 
 
 class CampaignFolder:
@@ -57,7 +52,7 @@ class CampaignFolder:
         """
         self.path = Path(path).expanduser()
         self._campaign = campaign
-        self._schema = schema_of(campaign)
+        self._columns = columns_of(campaign)
         self._parts = self.path / "parts"
         try:
             self._parts.mkdir(parents=True, exist_ok=True)
@@ -100,22 +95,20 @@ class CampaignFolder:
 
     def _read(self) -> tuple[dict[int, dict], dict[int, dict]]:
         """Return what was finished before, rows and costs by index."""
-        rows, costs = {}, {}
-        for path in (self.path / TABLE, *sorted(self._parts.glob("*.parquet"))):
-            if not path.exists():
-                continue
-            try:
-                found = pq.read_table(path).to_pylist()
-            except (OSError, pa.ArrowException) as error:
-                raise CampaignError(f"{path} is damaged ({error}); move it away.") from None
-            for row in found:
-                cost = {key[len(_COST) :]: row.pop(key) for key in list(row) if key.startswith(_COST)}
+        rows = {row["index"]: row for row in _read(self.path / TABLE, self._columns)}
+        costs = {row["index"]: row for row in _read(self.path / COSTS, _COST_COLUMNS)}
+        for path in sorted(self._parts.glob("*.csv")):
+            for row in _read(path, self._part_columns):
+                cost = {name: row.pop(_COST + name) for name in _COST_COLUMNS if name != "index"}
                 rows[row["index"]] = row
-                if cost:
-                    costs[row["index"]] = {"index": row["index"], **cost}
-        if (self.path / COSTS).exists():
-            costs = {**_read_costs(self.path / COSTS), **costs}
+                costs[row["index"]] = {"index": row["index"], **cost}
         return rows, costs
+
+    @property
+    def _part_columns(self) -> dict[str, str]:
+        """Those of the table, and what each trial cost."""
+        costs = {_COST + name: kind for name, kind in _COST_COLUMNS.items() if name != "index"}
+        return {**self._columns, **costs}
 
     @property
     def missing(self) -> list[int]:
@@ -131,27 +124,21 @@ class CampaignFolder:
             self._rows[cost.index] = dict(row)
             self._costs[cost.index] = dataclasses.asdict(cost)
             rows.append({**row, _COST + "wall_s": cost.wall_s, _COST + "cpu_s": cost.cpu_s})
-        costs = [(_COST + name, pa.float64()) for name in ("wall_s", "cpu_s")]
-        schema = pa.schema([*self._schema, *(pa.field(*pair) for pair in costs)])
-        first = finished[0][1].index
-        _write_parquet(self._parts / f"{first:08d}.parquet", _table(rows, schema))
+        part = of_rows(rows, self._part_columns)
+        _write(self._parts / f"{finished[0][1].index:08d}.csv", part.to_csv())
 
-    def join(self) -> pa.Table:
+    def join(self) -> Table:
         """Join all that is on disk into one table in the order of the trials, and write it.
 
-        trials.parquet holds nothing that differs from run to run; what the trials cost stands in costs.csv.
+        trials.csv holds nothing that differs from run to run; what the trials cost stands in costs.csv.
         """
         of_campaign = range(len(self._campaign))
-        table = _table([self._rows[i] for i in sorted(self._rows) if i in of_campaign], self._schema)
-        everything = _table([self._rows[index] for index in sorted(self._rows)], self._schema)
-        costs = _table([self._costs[index] for index in sorted(self._costs)], _COST_SCHEMA)
-        _write_parquet(self.path / TABLE, everything)
-        sink = pa.BufferOutputStream()
-        pa.csv.write_csv(costs, sink)
-        _write(self.path / COSTS, sink.getvalue().to_pybytes())
-        for part in self._parts.glob("*.parquet"):
+        everything = of_rows([self._rows[index] for index in sorted(self._rows)], self._columns)
+        _write(self.path / TABLE, everything.to_csv())
+        _write(self.path / COSTS, of_rows(self.costs(), _COST_COLUMNS).to_csv())
+        for part in self._parts.glob("*.csv"):
             part.unlink()
-        return table
+        return of_rows([row for row in everything.rows if row["index"] in of_campaign], self._columns)
 
     def write(self, name: str, content: bytes) -> None:
         """Write another file into the folder, whole or not at all."""
@@ -172,19 +159,14 @@ class CampaignFolder:
         self.close()
 
 
-def _read_costs(path: Path) -> dict[int, dict]:
-    options = pa.csv.ConvertOptions(column_types=_COST_SCHEMA)
-    return {row["index"]: row for row in pa.csv.read_csv(path, convert_options=options).to_pylist()}
-
-
-def _table(rows: Iterable[Mapping[str, Any]], schema: pa.Schema) -> pa.Table:
-    return pa.Table.from_pylist([dict(row) for row in rows], schema=schema)
-
-
-def _write_parquet(path: Path, table: pa.Table) -> None:
-    sink = pa.BufferOutputStream()
-    pq.write_table(table, sink)
-    _write(path, sink.getvalue().to_pybytes())
+def _read(path: Path, columns: Mapping[str, str]) -> Sequence[dict]:
+    """Return the rows of a file, none when it is not there; raises CampaignError."""
+    if not path.exists():
+        return ()
+    try:
+        return read_csv(path.read_bytes(), columns).rows
+    except (OSError, ValueError) as error:
+        raise CampaignError(f"{path} is damaged ({error}); move it away.") from None
 
 
 def _write(path: Path, content: bytes) -> None:
