@@ -1,0 +1,146 @@
+"""Refuses to launch what roslaunch would misunderstand: unknown arguments, and nodes that run already.
+
+roslaunch makes a parameter of a command's output, and gives up when the command fails, before anything starts.
+So a launch file with `check_launch` as a parameter's command is checked however it is called.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Mapping, Sequence
+from xmlrpc.client import Fault, ProtocolError, ServerProxy, Transport
+
+import rosgraph
+import rospkg
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.launch_files import LaunchError, check_arguments, nodes_of
+
+CHECKED = "LAUNCH_CHECKED"
+"""Environment variable: whoever calls roslaunch has had all this checked."""
+PATIENCE_S = 3.0
+_UNREACHABLE = (OSError, Fault, ProtocolError, rosgraph.MasterException)
+
+
+@dataclass(frozen=True)
+class Launch:
+    """A call of roslaunch. files: launch files. given: arguments. starts: whether it starts nodes."""
+
+    files: tuple[Path, ...]
+    given: Mapping[str, str]
+    starts: bool = True
+
+
+def launch_of(words: Sequence[str]) -> Launch | None:
+    """Return what a process with this command line launches; None if it is no roslaunch or cannot be told."""
+    program = next((index for index, word in enumerate(words[:2]) if Path(word).name == "roslaunch"), None)
+    if program is None:
+        return None
+    import roslaunch  # takes a third of a second
+    from roslaunch.rlutil import resolve_launch_arguments
+
+    try:
+        options, rest = roslaunch._get_optparse().parse_args(list(words[program + 1 :]))
+        names = resolve_launch_arguments([word for word in rest if ":=" not in word])
+    except (SystemExit, roslaunch.RLException):
+        return None
+    given = dict(word.split(":=", 1) for word in rest if ":=" in word and not word.startswith("_"))
+    looks = (options.node_args, options.node_list, options.find_node, options.dump_params)
+    starts = not any((*looks, options.file_list, options.ros_args, options.child_name))
+    files = tuple(Path(name).resolve() for name in names if Path(name).is_file())
+    return Launch(files, given, starts) if files else None
+
+
+def command_line(pid: int) -> list[str]:
+    """Return the words with which a process of this machine was called."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")[:-1]
+    except OSError:
+        return []
+
+
+def check(launch: Launch) -> None:
+    """Check a launch's arguments, and that it would not take the place of nodes that run.
+
+    Raises:
+        LaunchError: one sentence.
+    """
+    if len(launch.files) == 1:  # with several, roslaunch gives each the arguments of all
+        check_arguments(launch.files[0], launch.given)
+    if launch.starts:
+        check_nothing_runs(launch.files)
+
+
+def check_nothing_runs(files: Sequence[Path]) -> None:
+    """Raise LaunchError when a node that these files start runs already: ROS would end the first one."""
+    master = _proxy(rosgraph.get_master_uri())
+    try:
+        code, _, state = master.getSystemState("/check_launch")
+    except (*_UNREACHABLE, ValueError):
+        return  # no master: nothing runs
+    if code != 1:
+        return
+    registered = {node for part in state for _, nodes in part for node in nodes}
+    packages = rospkg.RosPack()
+
+    def find(package: str) -> str:
+        try:
+            return packages.get_path(package)
+        except rospkg.ResourceNotFound as error:
+            raise LookupError(package) from error
+
+    namespace = os.environ.get("ROS_NAMESPACE", "/")
+    for file in files:
+        for node in sorted(nodes_of(file, find, namespace) & registered):
+            if _answers(master, node):
+                raise LaunchError(_occupied(node, file))
+
+
+def _occupied(node: str, file: Path) -> str:
+    port = (rosgraph.network.parse_http_host_and_port(rosgraph.get_master_uri())[1] or 11311) + 1
+    ports = "offboard_port:=14640 gcs_port:=14650"
+    return (
+        f"{node} runs already at {rosgraph.get_master_uri()}, and this launch would end it. End the first one "
+        "(Ctrl-C), or fly beside it on a master and ports of its own: "
+        f"ROS_MASTER_URI=http://localhost:{port} roslaunch ... {file.name} {ports}"
+    )
+
+
+def _answers(master: ServerProxy, node: str) -> bool:
+    try:
+        code, _, uri = master.lookupNode("/check_launch", node)
+        return code == 1 and _proxy(uri).getPid("/check_launch")[0] == 1
+    except (*_UNREACHABLE, ValueError):
+        return False
+
+
+class _ImpatientTransport(Transport):
+    def make_connection(self, host):
+        connection = super().make_connection(host)
+        connection.timeout = PATIENCE_S
+        return connection
+
+
+def _proxy(uri: str) -> ServerProxy:
+    return ServerProxy(uri, transport=_ImpatientTransport())
+
+
+def run(checks) -> int:
+    """Check the roslaunch that called this process; returns an exit code.
+
+    checks: called with the `Launch`; raises SimulationToolsError when something is wrong.
+    """
+    if os.environ.get(CHECKED):
+        return 0
+    launch = launch_of(command_line(os.getppid()))
+    if launch is None:
+        return 0  # rostest, or a program that launches by itself: it has no command line of ours
+    try:
+        checks(launch)
+    except SimulationToolsError as error:
+        print(error, file=sys.stderr, flush=True)
+        return 1
+    return 0
