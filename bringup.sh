@@ -77,6 +77,8 @@ launch() {
     say "no display is there, so this runs headless"
     arguments+=(headless:=true)
   fi
+  .venv/bin/python -m master_thesis_ros.launch_request "src/master_thesis/launch/$file" "${arguments[@]}" || exit 1
+  export LAUNCH_CHECKED=1
   mkdir -p "$results"
   marker=$(mktemp)
   say "roslaunch master_thesis $file ${arguments[*]}"

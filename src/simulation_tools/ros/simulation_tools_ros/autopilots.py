@@ -12,10 +12,8 @@ from simulation_tools.px4_sitl.px4_sitl import Px4Sitl
 from simulation_tools.px4_sitl.simulator_link import DEFAULT_PORT, SimulatorLink
 from simulation_tools.run_loop import Link, PacingParameters
 from simulation_tools.simulation import Simulation, SimulationParameters
+from simulation_tools.values import AUTOPILOTS, ParameterError, choice, mavlink_ports
 from simulation_tools_ros.gazebo_parameters import port
-from simulation_tools_ros.node import ParameterError
-
-AUTOPILOTS = ("standin", "px4")
 
 
 def simulation_with_autopilot(
@@ -26,14 +24,13 @@ def simulation_with_autopilot(
     ~autopilot: standin or px4, real PX4 SITL on TCP port ~simulator_port. Raises SimulationToolsError when
     something about them is wrong.
     """
-    autopilot = str(rospy.get_param("~autopilot", "standin"))
-    if autopilot not in AUTOPILOTS:
-        raise ParameterError(f'There is no autopilot "{autopilot}"; choose one of {", ".join(AUTOPILOTS)}.')
+    autopilot = choice("autopilot", str(rospy.get_param("~autopilot", "standin")), AUTOPILOTS)
     if autopilot == "px4":
         return _with_real_px4(parameters, pacing), OwnLinks()
+    ports = mavlink_ports(rospy.get_param("~offboard_port", 14540), rospy.get_param("~gcs_port", 14550))
     simulation = Simulation(parameters)
     simulation.warm_up()
-    link = MavlinkLink(simulation.px4, port("offboard_port", 14540), port("gcs_port", 14550))
+    link = MavlinkLink(simulation.px4, *ports)
     link.on_warning = rospy.logwarn
     return simulation, link
 

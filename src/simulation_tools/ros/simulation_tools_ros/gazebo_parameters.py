@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import fields
 
 import rospy
 
+from simulation_tools import values
 from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.geometry import Pose
 from simulation_tools.px4.geodesy import GeodeticOrigin
@@ -15,29 +15,16 @@ from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.transforms import FrameNames
 from simulation_tools.uav import NO_LIDAR
-from simulation_tools_ros.node import ParameterError
 
 
 def number(name: str, default: float, least: float = -MAX_MAGNITUDE, most: float = MAX_MAGNITUDE) -> float:
     """Return a private parameter as a number within limits; ParameterError otherwise."""
-    given = rospy.get_param("~" + name, default)
-    try:
-        value = float(given)
-    except (TypeError, ValueError):
-        value = math.nan
-    if not least <= value <= most:
-        raise ParameterError(
-            f"The parameter {name} must be a number from {least:g} to {most:g}, not {given!r}."
-        )
-    return value
+    return values.number(name, rospy.get_param("~" + name, default), least, most)
 
 
 def port(name: str, default: int) -> int:
-    """Return a private parameter as a UDP port; ParameterError otherwise."""
-    value = number(name, default, least=0.0)
-    if not (value <= 65535 and value.is_integer()):
-        raise ParameterError(f"The parameter {name} must be a UDP port, 0 to 65535, not {value:g}.")
-    return int(value)
+    """Return a private parameter as a port; ParameterError otherwise."""
+    return values.port(name, rospy.get_param("~" + name, default))
 
 
 def simulation_parameters() -> SimulationParameters:

@@ -1,6 +1,6 @@
 """Refuses to launch what roslaunch would misunderstand: unknown arguments, and nodes that run already.
 
-roslaunch makes a parameter of a command's output, and gives up when the command fails, before anything starts.
+roslaunch makes a parameter of a command's output. When the command fails it gives up, and starts nothing.
 So a launch file with `check_launch` as a parameter's command is checked however it is called.
 """
 
@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Mapping, Sequence
+from typing import Callable, Mapping, Sequence
 from xmlrpc.client import Fault, ProtocolError, ServerProxy, Transport
 
 import rosgraph
@@ -19,19 +19,21 @@ import rospkg
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_files import LaunchError, check_arguments, nodes_of
 
-CHECKED = "LAUNCH_CHECKED"
-"""Environment variable: whoever calls roslaunch has had all this checked."""
 PATIENCE_S = 3.0
 _UNREACHABLE = (OSError, Fault, ProtocolError, rosgraph.MasterException)
 
 
 @dataclass(frozen=True)
 class Launch:
-    """A call of roslaunch. files: launch files. given: arguments. starts: whether it starts nodes."""
+    """A call of roslaunch.
+
+    files: launch files. given: arguments. starts: whether it starts nodes. master_uri: where.
+    """
 
     files: tuple[Path, ...]
     given: Mapping[str, str]
     starts: bool = True
+    master_uri: str = field(default_factory=rosgraph.get_master_uri)
 
 
 def launch_of(words: Sequence[str]) -> Launch | None:
@@ -51,7 +53,8 @@ def launch_of(words: Sequence[str]) -> Launch | None:
     looks = (options.node_args, options.node_list, options.find_node, options.dump_params)
     starts = not any((*looks, options.file_list, options.ros_args, options.child_name))
     files = tuple(Path(name).resolve() for name in names if Path(name).is_file())
-    return Launch(files, given, starts) if files else None
+    uri = f"http://localhost:{options.port}" if options.port else rosgraph.get_master_uri()
+    return Launch(files, given, starts, uri) if files else None
 
 
 def command_line(pid: int) -> list[str]:
@@ -71,12 +74,12 @@ def check(launch: Launch) -> None:
     if len(launch.files) == 1:  # with several, roslaunch gives each the arguments of all
         check_arguments(launch.files[0], launch.given)
     if launch.starts:
-        check_nothing_runs(launch.files)
+        check_nothing_runs(launch.files, launch.master_uri)
 
 
-def check_nothing_runs(files: Sequence[Path]) -> None:
+def check_nothing_runs(files: Sequence[Path], master_uri: str) -> None:
     """Raise LaunchError when a node that these files start runs already: ROS would end the first one."""
-    master = _proxy(rosgraph.get_master_uri())
+    master = _proxy(master_uri)
     try:
         code, _, state = master.getSystemState("/check_launch")
     except (*_UNREACHABLE, ValueError):
@@ -96,14 +99,14 @@ def check_nothing_runs(files: Sequence[Path]) -> None:
     for file in files:
         for node in sorted(nodes_of(file, find, namespace) & registered):
             if _answers(master, node):
-                raise LaunchError(_occupied(node, file))
+                raise LaunchError(_occupied(node, file, master_uri))
 
 
-def _occupied(node: str, file: Path) -> str:
-    port = (rosgraph.network.parse_http_host_and_port(rosgraph.get_master_uri())[1] or 11311) + 1
+def _occupied(node: str, file: Path, master_uri: str) -> str:
+    port = (rosgraph.network.parse_http_host_and_port(master_uri)[1] or 11311) + 1
     ports = "offboard_port:=14640 gcs_port:=14650"
     return (
-        f"{node} runs already at {rosgraph.get_master_uri()}, and this launch would end it. End the first one "
+        f"{node} runs already at {master_uri}, and this launch would end it. End that first "
         "(Ctrl-C), or fly beside it on a master and ports of its own: "
         f"ROS_MASTER_URI=http://localhost:{port} roslaunch ... {file.name} {ports}"
     )
@@ -128,19 +131,19 @@ def _proxy(uri: str) -> ServerProxy:
     return ServerProxy(uri, transport=_ImpatientTransport())
 
 
-def run(checks) -> int:
+def run(
+    checks: Callable[[Launch], None], expected: tuple[type[Exception], ...] = (SimulationToolsError,)
+) -> int:
     """Check the roslaunch that called this process; returns an exit code.
 
-    checks: called with the `Launch`; raises SimulationToolsError when something is wrong.
+    checks: called with the `Launch`; raises what says in one sentence that something is wrong.
     """
-    if os.environ.get(CHECKED):
-        return 0
     launch = launch_of(command_line(os.getppid()))
     if launch is None:
         return 0  # rostest, or a program that launches by itself: it has no command line of ours
     try:
         checks(launch)
-    except SimulationToolsError as error:
+    except expected as error:
         print(error, file=sys.stderr, flush=True)
         return 1
     return 0

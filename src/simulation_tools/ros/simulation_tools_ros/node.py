@@ -11,14 +11,11 @@ import rospy
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.stop_signals import StopSignals, leave
+from simulation_tools.values import ParameterError
 
 LAST_ANSWER_S = 0.15
 HEARD_AFTER_S = 0.3  # wall time until whoever listens to /rosout is connected to a new node
 RETRY_S, REMINDER_S = 1.0, 10.0  # wall time
-
-
-class ParameterError(SimulationToolsError):
-    """A parameter of a node cannot be used."""
 
 
 @contextmanager

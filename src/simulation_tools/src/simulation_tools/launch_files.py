@@ -1,4 +1,4 @@
-"""What a roslaunch file takes and starts, read from its XML: roslaunch ignores arguments that it does not know.
+"""What a roslaunch file takes and starts, from its XML: roslaunch ignores arguments that it does not know.
 
 Conditions (if, unless) are not weighed: a file may start fewer nodes than it names.
 """
@@ -24,17 +24,17 @@ class LaunchError(SimulationToolsError):
 
 @dataclass(frozen=True)
 class Argument:
-    """An <arg> of a launch file. default: its text, unresolved; None: must be given. fixed: has a value."""
+    """An <arg> of a launch file. text: default or value, unresolved; None: must be given."""
 
     name: str
-    default: str | None = None
+    text: str | None = None
     fixed: bool = False
 
 
 def arguments_of(path: Path) -> tuple[Argument, ...]:
     """Return the arguments of a launch file in their order; raises LaunchError."""
     return tuple(
-        Argument(one.get("name", ""), one.get("default"), one.get("value") is not None)
+        Argument(one.get("name", ""), one.get("value", one.get("default")), one.get("value") is not None)
         for one in _root(path).findall("arg")
     )
 
@@ -54,8 +54,8 @@ def check_arguments(path: Path, given: Mapping[str, str]) -> None:
             raise LaunchError(_unknown(path, name, free))
         if known[name].fixed:
             raise LaunchError(f"{path.name} sets its argument {name} itself; leave out {name}:={value}.")
-        _check_kind(name, value, known[name].default)
-    missing = [name for name in free if known[name].default is None and name not in given]
+        _check_kind(name, value, known[name].text)
+    missing = [name for name in free if known[name].text is None and name not in given]
     if missing:
         asked = " ".join(f"{name}:=..." for name in missing)
         raise LaunchError(f"{path.name} needs {asked}; roslaunch --ros-args tells what it means.")

@@ -1,0 +1,139 @@
+"""Checks what a launch file of this package is asked to fly, as the drivers check their parameters.
+
+usage: python -m master_thesis_ros.launch_request LAUNCH_FILE [ARG:=VALUE ...]
+
+Exit code 0: it can be launched. 1: not, and one sentence says why.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any, Callable, Mapping, Sequence
+from xml.etree import ElementTree
+
+from roslaunch.substitution_args import SubstitutionException, resolve_args
+
+from master_thesis.errors import FlightError, MasterThesisError
+from master_thesis.requests import goal_flight, mission_flight, simulator, teleop
+from master_thesis.requests.results_folder import check_results
+from master_thesis.worlds import scenario
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.launch_files import LaunchError, arguments_of
+from simulation_tools_ros import launch_check
+
+FOLDER = Path(__file__).resolve().parents[2] / "launch"
+
+
+def main(words: Sequence[str]) -> int:
+    """Check a launch file, its arguments, and that nothing runs that it would end; returns an exit code."""
+    given = dict(word.split(":=", 1) for word in words[1:])
+    launch = launch_check.Launch((Path(words[0]).resolve(),), given)
+    try:
+        launch_check.check(launch)
+        check(launch)
+    except (MasterThesisError, SimulationToolsError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def check(launch: launch_check.Launch) -> None:
+    """Check the values of a launch's arguments, if it is of a file of this package.
+
+    Raises:
+        MasterThesisError, SimulationToolsError: one sentence.
+    """
+    for file in launch.files:
+        reader = _READERS.get(file.name)
+        if reader and file.parent == FOLDER and launch.starts:
+            asked = values_of(file, launch.given)
+            simulator.check(asked)
+            reader(asked)
+            if "results" in asked:
+                check_results(asked["results"])
+
+
+def values_of(file: Path, given: Mapping[str, str]) -> dict[str, str]:
+    """Return the values of a launch file's arguments, and of what it sets for a file that gets them all.
+
+    Raises:
+        LaunchError: a default cannot be resolved with what was given.
+    """
+    values: dict[str, str] = {}
+    root = ElementTree.parse(file).getroot()
+    try:
+        for argument in arguments_of(file):
+            if argument.name in given and not argument.fixed:
+                values[argument.name] = given[argument.name]
+            elif argument.text is not None:
+                values[argument.name] = _resolved(argument.text, values, file)
+        for include in root.findall("include[@pass_all_args='true']"):
+            for argument in include.findall("arg"):
+                values[argument.get("name", "")] = _resolved(argument.get("value", ""), values, file)
+    except SubstitutionException as error:
+        raise LaunchError(f"{file.name}: {error}") from None
+    return values
+
+
+def _resolved(text: str, values: Mapping[str, str], file: Path) -> str:
+    return str(resolve_args(text, context={"arg": dict(values)}, filename=str(file)))
+
+
+def check_avoidance(avoidance: str) -> None:
+    """Check that who keeps the UAV off the obstacles exists: cepa, or "PACKAGE NODE"; raises FlightError."""
+    import roslib.packages
+    import rospkg
+
+    if avoidance == scenario.CEPA:
+        return
+    words = avoidance.split()
+    how = 'give avoidance:=cepa or avoidance:="PACKAGE NODE"'
+    if len(words) != 2:
+        raise FlightError(f"'{avoidance}' is no avoidance; {how}.")
+    try:
+        found = roslib.packages.find_node(*words)
+    except (roslib.packages.ROSPkgException, rospkg.ResourceNotFound):
+        raise FlightError(f"There is no package '{words[0]}' for the avoidance; {how}.") from None
+    if not found:
+        raise FlightError(f"The package {words[0]} has no node '{words[1]}' for the avoidance; {how}.")
+
+
+def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
+    """Return the distance that CEPA keeps from obstacles, of its parameters: m."""
+    from cepa import CepaParameters  # compiled loops: a quarter of a second
+
+    given = parameters.get("r_lb", CepaParameters.r_lb)
+    return float(given) if isinstance(given, (int, float)) else CepaParameters.r_lb
+
+
+def _goal_flight(asked: Mapping[str, str]) -> None:
+    check_avoidance(asked["avoidance"])
+    goal_flight.read(asked, cepa_keeps_m({}))
+
+
+def _mission_flight(asked: Mapping[str, str]) -> None:
+    from master_thesis.requests.emergency_trial import cepa_of
+
+    cepa_of(asked, {"r_ub": "r_ub"})
+    mission_flight.read(asked, cepa_keeps_m({}))
+
+
+def _trial(asked: Mapping[str, str]) -> None:
+    from master_thesis.requests import emergency_trial
+
+    cepa = emergency_trial.cepa_of(asked, {"k_filter": "K", "r_lb": "r_lb"})
+    emergency_trial.read({**asked, "look_s": asked["look"]}, cepa)
+
+
+_READERS: dict[str, Callable[[Mapping[str, str]], None]] = {
+    "experiment_1.launch": _goal_flight,
+    "fly_to_goal.launch": _goal_flight,
+    "experiment_2.launch": _trial,
+    "experiment_3.launch": _mission_flight,
+    "experiment_4.launch": _mission_flight,
+    "teleop.launch": teleop.check,
+}
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

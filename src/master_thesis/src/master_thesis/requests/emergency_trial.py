@@ -1,0 +1,68 @@
+"""A trial of Experiment 2, as asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+from cepa import CepaError, CepaParameters
+from master_thesis.emergency.description import TrialDescription
+from master_thesis.emergency.trial import TrialParameters
+from master_thesis.errors import FlightError
+from master_thesis.requests.limits import limits_of
+from master_thesis.worlds import placements, scenario
+
+LONGEST_LOOK_S = 8.0
+"""A MAVROS that hears nothing for longer gives up the link."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What is to be flown. limits: of its phases. look_s: wall time for which the proposals are shown."""
+
+    description: TrialDescription
+    limits: TrialParameters
+    look_s: float
+
+
+def read(asked: Mapping[str, Any], cepa: CepaParameters) -> Trial:
+    """Read and check what is to be flown; asked: parameters of the node `experiment`, by name.
+
+    Raises:
+        MasterThesisError: one sentence.
+    """
+    name = scenario.choose("scenario", str(asked.get("scenario", "columns")), placements.SCENARIOS)
+    lidar = scenario.lidar(str(asked.get("lidar", "ust")))
+    algorithm = scenario.choose("algorithm", str(asked.get("algorithm", "improved")), scenario.ALGORITHMS)
+    scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
+    description = TrialDescription(
+        scenario=name,
+        algorithm=algorithm,
+        lidar=lidar,
+        seed=scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
+        world=scenario.absolute("world", str(asked.get("world", ""))),
+        cepa=cepa,
+        model=str(asked.get("model", "iris")),
+    )
+    look_s = scenario.number("look", asked.get("look_s", 0.0), 0.0, LONGEST_LOOK_S)
+    return Trial(description, limits_of(asked, TrialParameters), look_s)
+
+
+def cepa_of(asked: Mapping[str, Any], names: Mapping[str, str]) -> CepaParameters:
+    """Return CEPA's parameters with those values that were asked for; names: of the arguments, by parameter.
+
+    Raises:
+        FlightError: one sentence.
+    """
+    given = {parameter: asked[name] for parameter, name in names.items() if name in asked}
+    try:
+        return CepaParameters(**{parameter: _number(value) for parameter, value in given.items()})
+    except CepaError as error:
+        raise FlightError(str(error)) from None
+
+
+def _number(value: Any) -> Any:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return value

@@ -1,0 +1,58 @@
+"""A flight to one goal, as asked for: Experiment 1, and flights in worlds of one's own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+from master_thesis.flight.experiment import ExperimentParameters
+from master_thesis.requests.course import check_course
+from master_thesis.requests.limits import limits_of
+from master_thesis.results.run_report import RunDescription
+from master_thesis.worlds import scenario
+
+
+@dataclass(frozen=True)
+class GoalFlight:
+    """What is to be flown, and how long each of its phases may last."""
+
+    description: RunDescription
+    limits: ExperimentParameters
+
+
+def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
+    """Read and check what is to be flown; asked: parameters of the node `experiment`, by name.
+
+    keep_m: CEPA's r_lb.
+
+    Raises:
+        MasterThesisError, SimulationToolsError: one sentence.
+    """
+    name = str(asked.get("scenario", ""))
+    if name:
+        scenario.choose("scenario", name, scenario.SCENARIOS)
+    algorithm = scenario.choose("algorithm", str(asked.get("algorithm", "improved")), scenario.ALGORITHMS)
+    avoidance = str(asked.get("avoidance", scenario.CEPA))
+    lidar = scenario.lidar(str(asked.get("lidar", "ust")))
+    scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
+    scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), scenario.POSE_SOURCES)
+    world = scenario.absolute("world", str(asked.get("world", "")))
+    start = scenario.numbers("start", asked.get("start", "0 0 0 0"), ("x", "y", "z", "yaw"))
+    goal = scenario.numbers("goal", asked.get("goal", "40 0 2"), ("x", "y", "z"))
+    flown = scenario.Scenario(name or world.stem, world, start, goal)
+    model = str(asked.get("model", "iris"))
+    description = RunDescription(
+        experiment=str(asked.get("experiment", "experiment_1")),
+        scenario=flown,
+        algorithm=algorithm if avoidance == scenario.CEPA else avoidance.split()[-1],
+        lidar=lidar,
+        seed=scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
+        model=model,
+    )
+    speed_m_s = scenario.number("speed", asked.get("speed", 2.0), *scenario.SPEEDS_M_S)
+    limits = limits_of(asked, ExperimentParameters)
+    limits = limits.for_way(math.dist(start[:2], goal[:2]), speed_m_s)
+    if not name:  # the places of Experiment 1 are known to be free
+        check_course(flown, model, lidar, [goal], keep_m if avoidance == scenario.CEPA else 0.0)
+    return GoalFlight(description, limits)

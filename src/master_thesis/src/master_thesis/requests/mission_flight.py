@@ -1,0 +1,68 @@
+"""A flight along a mission while SLAM maps the world, as asked for: Experiments 3 and 4."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Mapping
+
+from inspection_tools import InspectionToolsError, read_mission, way_m
+from master_thesis.errors import ScenarioError
+from master_thesis.flight.experiment import ExperimentParameters
+from master_thesis.requests.course import check_course
+from master_thesis.requests.limits import limits_of
+from master_thesis.results.run_report import RunDescription
+from master_thesis.worlds import scenario
+
+LONGEST_S = 86_400.0
+
+
+@dataclass(frozen=True)
+class MissionFlight:
+    """What is to be flown. limits: of its phases. duration_s: when the mission ends, wherever the UAV is."""
+
+    description: RunDescription
+    limits: ExperimentParameters
+    duration_s: float
+
+
+def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
+    """Read and check what is to be flown; asked: parameters of the node `experiment`, by name.
+
+    keep_m: CEPA's r_lb.
+
+    Raises:
+        MasterThesisError, SimulationToolsError: one sentence.
+    """
+    lidar = scenario.lidar(str(asked.get("lidar", "ust")))
+    scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
+    sources = scenario.MAPPING_POSE_SOURCES
+    scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), sources)
+    world = scenario.absolute("world", str(asked.get("world", "")))
+    start = scenario.numbers("start", asked.get("start", "0 0 0 0"), ("x", "y", "z", "yaw"))
+    mission = scenario.absolute("mission", str(asked.get("mission", "")))
+    places = [waypoint.position_m for waypoint in _waypoints(mission)]
+    flown = scenario.Scenario(world.stem, world, start, places[-1], mission)
+    model = str(asked.get("model", "iris"))
+    description = RunDescription(
+        experiment=str(asked.get("experiment", "experiment_3")),
+        scenario=flown,
+        algorithm=scenario.choose("algorithm", str(asked.get("algorithm", "improved")), scenario.ALGORITHMS),
+        lidar=lidar,
+        seed=scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
+        model=model,
+    )
+    speed_m_s = scenario.number("speed", asked.get("speed", 1.0), *scenario.SPEEDS_M_S)
+    limits = limits_of(asked, ExperimentParameters)
+    limits = limits.for_way(way_m(_waypoints(mission), start[:3]), speed_m_s)
+    duration_s = scenario.number("duration", asked.get("duration", 0.0), 0.0, LONGEST_S)
+    check_course(flown, model, lidar, sorted(set(places)), keep_m)
+    return MissionFlight(description, limits, duration_s or math.inf)
+
+
+def _waypoints(path: Path) -> tuple:
+    try:
+        return read_mission(path)
+    except InspectionToolsError as error:
+        raise ScenarioError(str(error)) from None

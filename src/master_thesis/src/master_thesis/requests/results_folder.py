@@ -1,0 +1,18 @@
+"""Whether results can be written where they are asked for."""
+
+from __future__ import annotations
+
+import os
+
+from master_thesis.errors import ResultsError
+from master_thesis.worlds.scenario import absolute
+
+
+def check_results(given: str) -> None:
+    """Check that a folder can be made, or written to; raises MasterThesisError with one sentence."""
+    path = absolute("results", given)
+    there = next(folder for folder in (path, *path.parents) if folder.exists())
+    if not there.is_dir():
+        raise ResultsError(f"{there} is a file; choose a folder for the results with results:=FOLDER.")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise ResultsError(f"{there} may not be written to; choose another folder with results:=FOLDER.")

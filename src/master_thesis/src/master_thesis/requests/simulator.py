@@ -1,0 +1,29 @@
+"""What is asked of the simulator: the checks of its own node, before it starts."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping
+
+from master_thesis.worlds import scenario
+from simulation_tools import values
+from simulation_tools.uav import load_uav
+
+
+def check(asked: Mapping[str, Any]) -> None:
+    """Check the values that a launch file hands on to the simulator, those that are there.
+
+    Raises:
+        ScenarioError, SimulationToolsError: one sentence.
+    """
+    if "offboard_port" in asked:
+        values.mavlink_ports(asked["offboard_port"], asked["gcs_port"])
+    if "autopilot" in asked:
+        values.choice("autopilot", str(asked["autopilot"]), values.AUTOPILOTS)
+    for name, least in (("real_time_factor", 0.0), ("lockstep_timeout", 0.001), ("lidar_range_max", 0.0)):
+        if name in asked:
+            values.number(name, asked[name], least)
+    if "mavros" in asked:
+        scenario.choose("mavros", str(asked["mavros"]), scenario.MAVROS)
+    sensors, model = str(asked.get("sensors", "")).split(), str(asked.get("model", "iris"))
+    if sensors or model != "iris":
+        load_uav(model, sensors=sensors)

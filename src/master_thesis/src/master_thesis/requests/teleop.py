@@ -1,0 +1,22 @@
+"""A pilot's flight, as asked for."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping
+
+from master_thesis.requests.course import check_course
+from master_thesis.worlds import scenario
+
+DEVICES = ("keyboard", "joy")
+
+
+def check(asked: Mapping[str, Any]) -> None:
+    """Check the arguments of teleop.launch; raises MasterThesisError or SimulationToolsError."""
+    lidar = scenario.lidar(str(asked["lidar"]))
+    scenario.choose("algorithm", str(asked["algorithm"]), scenario.ALGORITHMS)
+    scenario.choose("device", str(asked["device"]), DEVICES)
+    scenario.number("speed", asked["speed"], *scenario.SPEEDS_M_S)
+    scenario.whole_number("seed", asked["seed"], *scenario.SEEDS)
+    start = scenario.numbers("start", asked["start"], ("x", "y", "z", "yaw"))
+    world = scenario.absolute("world", str(asked["world"]))
+    check_course(scenario.Scenario(world.stem, world, start), "iris", lidar, (), 0.0)

@@ -1,0 +1,137 @@
+"""What cannot be flown is refused before anything starts, in one sentence: by bringup.sh, and by roslaunch alone."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+from launched_flight import free_ports
+
+rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
+request = pytest.importorskip("master_thesis_ros.launch_request", reason="needs the workspace's environment")
+
+ROOT = Path(__file__).resolve().parents[1]
+LAUNCH = ROOT / "src/master_thesis/launch"
+FOREST = f"world:={ROOT / 'src/master_thesis/worlds/forest.world'}"
+TREE = "14.29 15.59"  # of the forest's first tree, radius 0.24 m
+
+pytestmark = pytest.mark.ros
+
+REFUSED = {
+    "argument": ("experiment_1", ["lidr:=urg"], "has no argument 'lidr'; did you mean lidar:=?"),
+    "lidar": ("experiment_1", ["lidar:=sonar"], "There is no lidar 'sonar'; choose lidar:=urg|ust|"),
+    "scenario": (
+        "experiment_1",
+        ["scenario:=jungle"],
+        "There is no scenario 'jungle'; choose scenario:=empty|",
+    ),
+    "algorithm": ("experiment_4", ["algorithm:=best"], "There is no algorithm 'best'; choose algorithm:="),
+    "seed": ("experiment_3", ["seed:=1.5"], "'1.5' is no seed; give a whole number from 0 to"),
+    "speed": ("experiment_1", ["speed:=-1"], "'-1' is no speed; give a number from 0.05 to 15."),
+    "port": ("experiment_2", ["gcs_port:=65536"], "gcs_port must be a port, 0 to 65535, not '65536'."),
+    "same port": ("teleop", ["gcs_port:=14540"], "offboard_port and gcs_port are both 14540;"),
+    "factor": ("experiment_1", ["real_time_factor:=-1"], "real_time_factor must be a number from 0 to"),
+    "switch": ("experiment_1", ["lockstep:=yes"], "'yes' is no lockstep; give lockstep:=true or"),
+    "mavros": ("experiment_1", ["mavros:=fake"], "There is no mavros 'fake'; choose mavros:=sim|real."),
+    "autopilot": (
+        "experiment_1",
+        ["autopilot:=ardupilot"],
+        'There is no autopilot "ardupilot"; choose one of',
+    ),
+    "sensors": ("experiment_1", ["sensors:=nose"], "nose"),
+    "package": (
+        "experiment_1",
+        ["avoidance:=nopkg nonode"],
+        "There is no package 'nopkg' for the avoidance;",
+    ),
+    "node": ("experiment_1", ["avoidance:=cepa nonode"], "The package cepa has no node 'nonode'"),
+    "one word": ("experiment_1", ["avoidance:=nopkg"], "'nopkg' is no avoidance; give avoidance:=cepa or"),
+    "goal": ("fly_to_goal", [FOREST, f"goal:={TREE} 2"], "lies inside of tree_000; choose another place."),
+    "start": (
+        "fly_to_goal",
+        [FOREST, f"start:={TREE} 0 0", "goal:=0 0 2"],
+        "would start inside of tree_000;",
+    ),
+    "missing": ("fly_to_goal", [FOREST], "fly_to_goal.launch needs goal:=..."),
+    "world": ("fly_to_goal", ["world:=/no.world", "goal:=9 0 2"], "There is no world file /no.world;"),
+    "mission": ("experiment_3", ["mission:=/no.yaml"], "/no.yaml cannot be read"),
+    "cushions": ("experiment_3", ["r_ub:=0.4"], "r_lb must be less than r_ub"),
+    "filter": ("experiment_2", ["K:=-3"], "k_filter must be greater than 0, not -3"),
+    "device": ("teleop", ["device:=mouse"], "There is no device 'mouse'; choose device:=keyboard|joy."),
+    "results": ("experiment_1", [f"results:={__file__}"], "is a file; choose a folder for the results"),
+    "closed": ("experiment_1", ["results:=/proc/results"], "/proc may not be written to; choose another"),
+}
+
+
+@pytest.fixture(autouse=True)
+def nothing_runs(monkeypatch):
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_ports(1)[0]}")
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_flown_is_refused_in_one_sentence(case, capsys):
+    if case == "closed" and os.access("/proc", os.W_OK):
+        pytest.skip("root may write anywhere, as far as the file's mode tells")
+    file, words, sentence = REFUSED[case]
+    assert request.main([str(LAUNCH / f"{file}.launch"), *words]) == 1
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("path", sorted(LAUNCH.glob("*.launch")), ids=lambda path: path.stem)
+def test_every_launch_file_can_be_flown_as_it_is(path, capsys):
+    needed = [FOREST, "goal:=9 0 2"] if path.stem == "fly_to_goal" else []
+    assert request.main([str(path), *needed]) == 0, capsys.readouterr().err
+
+
+def test_roslaunch_alone_refuses_before_it_starts_anything(processes):
+    run = processes.run("roslaunch", "master_thesis", "experiment_1.launch", "lidr:=urg", timeout_s=60.0)
+    assert run.returncode == 1
+    assert "experiment_1.launch has no argument 'lidr'; did you mean lidar:=?" in run.stdout
+    assert "process[" not in run.stdout
+    assert "Traceback" not in run.stdout
+    run = processes.run("roslaunch", "master_thesis", "experiment_1.launch", "speed:=-1", timeout_s=60.0)
+    assert run.returncode == 1
+    assert "'-1' is no speed; give a number from 0.05 to 15." in run.stdout
+    listed = processes.run("roslaunch", "--nodes", "master_thesis", "experiment_1.launch", timeout_s=60.0)
+    assert "/cepa" in listed.stdout
+
+
+def test_a_launch_over_a_running_graph_is_refused_and_the_graph_goes_on(ros_master):
+    """Of the flight's nodes one is enough, from any launch: ROS would end it and start it anew."""
+    first = ros_master.start(
+        *("rosrun", "inspection_tools", "lidar_padding", "__name:=lidar_padding"), stderr=subprocess.DEVNULL
+    )
+    master = rosgraph.Master("/test", ros_master.environment["ROS_MASTER_URI"])
+    wait_until_registered(master, "/lidar_padding")
+    run = ros_master.run("roslaunch", "master_thesis", "experiment_1.launch", timeout_s=60.0)
+    assert run.returncode == 1
+    assert "/lidar_padding runs already at" in run.stdout
+    assert "offboard_port:=" in run.stdout
+    assert "process[" not in run.stdout
+    assert first.poll() is None
+
+
+def wait_until_registered(master, node: str) -> None:
+    import time
+
+    end_s = time.monotonic() + 60.0
+    while not any(node in nodes for part in master.getSystemState() for _, nodes in part):
+        assert time.monotonic() < end_s, f"{node} does not come"
+        time.sleep(0.1)
+
+
+def test_a_node_that_is_dead_but_registered_is_no_graph_that_runs(ros_master, monkeypatch, capsys):
+    uri = ros_master.environment["ROS_MASTER_URI"]
+    monkeypatch.setenv("ROS_MASTER_URI", uri)
+    with socket.socket() as nobody:
+        nobody.bind(("127.0.0.1", 0))
+        address = f"http://127.0.0.1:{nobody.getsockname()[1]}/"
+        rosgraph.Master("/gazebo", uri).handle.registerPublisher(
+            "/gazebo", "/clock", "rosgraph_msgs/Clock", address
+        )
+        assert request.main([str(LAUNCH / "experiment_1.launch")]) == 0, capsys.readouterr().err
