@@ -7,7 +7,8 @@
 readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs)
 readonly venv_package=python3-venv
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
-readonly apt_tidy=(-o APT::Keep-Downloaded-Packages=false) # 0.3 GB of archives
+# Neither the archives (0.3 GB) nor an index of them (50 MB) stay
+readonly apt_tidy=(-o APT::Keep-Downloaded-Packages=false -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
 readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # measured: 1370, 1280 and pip's cache, 10
 
 set_up() {
@@ -68,7 +69,7 @@ find_missing_packages() {
   as_root+=(DEBIAN_FRONTEND=noninteractive LC_ALL=C)
   "${as_root[@]}" dpkg --configure -a >>"$log_file" 2>&1 || true # should an earlier call have been interrupted
   # An update that fails is not the end: another source's fault may not matter. The installation will tell.
-  run_step "looking for the newest packages" "${as_root[@]}" apt-get "${apt_patience[@]}" update || true
+  run_step "looking for the newest packages" "${as_root[@]}" apt-get "${apt_patience[@]}" "${apt_tidy[@]}" update || true
 }
 
 # install_packages PACKAGE...
@@ -115,6 +116,7 @@ start_python() {
 finish_python() {
   [[ -z $python_step ]] || finish_step "$python_step" ||
     explain_failure "The Python packages of requirements.txt could not be installed, or their kernels not be compiled."
+  [[ -z $python_step ]] || slim_python # once the compiler is there, whose package has `strip`
 }
 
 make_python() { make_venv && compile_imported && compile_kernels; }
@@ -134,15 +136,19 @@ install_python_packages() {
   # user has a cache of pip's already, there.
   [[ -d ${PIP_CACHE_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/pip} ]] || pip+=(--cache-dir "$root/.venv/.pip")
   # Ubuntu 20.04's pip 20 does not know today's wheels
-  "${pip[@]}" "pip>=21" && "${pip[@]}" --no-compile -r requirements.txt && rm -rf .venv/.pip && slim_python
+  "${pip[@]}" "pip>=21" && "${pip[@]}" --no-compile -r requirements.txt && rm -rf .venv/.pip
 }
 
-# slim_python: takes out of PyBullet what nothing here uses, 0.3 GB: its examples' robots, and what a debugger reads
+# slim_python: takes 0.4 GB out of packages that nothing here uses: data of examples, what debuggers read, their own tests
 slim_python() {
-  local packages
+  local packages package
   packages=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))') || return
-  rm -rf "$packages"/pybullet_data "$packages"/pybullet_envs
-  [[ ! -w $packages ]] || strip --strip-debug "$packages"/pybullet*.so "$packages"/eglRenderer*.so 2>/dev/null || true
+  rm -rf "$packages"/pybullet_data "$packages"/pybullet_envs "$packages"/gtsam/Data
+  for package in numba numpy pandas scipy matplotlib; do
+    find "$packages/$package" -depth -type d -name tests -exec rm -rf {} +
+  done
+  # A foreign packaging may refuse; its size is then as it was.
+  strip --strip-unneeded "$packages"/{pybullet,eglRenderer}*.so "$packages"/llvmlite/binding/*.so 2>/dev/null || true
 }
 
 # compile_imported: byte code of what our libraries import, so that no node has to; of all packages it is 0.15 GB more
