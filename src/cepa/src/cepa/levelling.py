@@ -33,7 +33,7 @@ class LidarAttitude:
     height_m: float
     """z of the lidar in the frame in which ``floor_height`` and ``ceiling_height`` count."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (abs(math.hypot(*self.up_xyz) - 1.0) < 0.01 and math.isfinite(self.height_m)):
             raise AttitudeError(
                 f"The lidar's up must be a unit vector and its height finite, "

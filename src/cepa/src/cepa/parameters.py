@@ -75,12 +75,12 @@ class CepaParameters:
     floor_margin: float = 0.15
     """m: what ends so near to the height of floor or ceiling is part of it."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._check_types()
         self._check_signs()
         self._check_combinations()
 
-    def _check_types(self):
+    def _check_types(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name == "speed_fractions":
@@ -99,7 +99,7 @@ class CepaParameters:
             raise ParameterError(f"speed_fractions must be numbers, not {self.speed_fractions!r}.") from None
         object.__setattr__(self, "speed_fractions", tuple(sorted(set(fractions), reverse=True)))
 
-    def _check_signs(self):
+    def _check_signs(self) -> None:
         positive = (
             "r_lb",
             "time_horizon",
@@ -135,7 +135,7 @@ class CepaParameters:
         if int(self.dropout_beams) != self.dropout_beams:
             raise ParameterError(f"dropout_beams must be a whole number, not {self.dropout_beams}.")
 
-    def _check_combinations(self):
+    def _check_combinations(self) -> None:
         if not self.r_lb < self.r_ub:
             raise ParameterError(f"r_lb must be less than r_ub, but {self.r_lb} >= {self.r_ub}.")
         if not self.body_radius < self.r_lb:

@@ -36,7 +36,7 @@ class LaserScan2D:
     seen: np.ndarray | None = None
     """(n,) bool: False for beams that no sensor covers, such as padding. None: all are seen."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._check_numbers()
         ranges = _vector(self.ranges, np.float64, "ranges")
         seen = np.ones(ranges.size, np.bool_) if self.seen is None else _vector(self.seen, np.bool_, "seen")
@@ -52,7 +52,7 @@ class LaserScan2D:
                 f"{math.degrees(abs(self.angle_increment)):.4g} degrees."
             )
 
-    def _check_numbers(self):
+    def _check_numbers(self) -> None:
         for name in ("angle_min", "angle_increment", "range_min", "range_max"):
             if not isinstance(getattr(self, name), numbers.Real):
                 raise ScanError(f"The scan's {name} must be a number, not {getattr(self, name)!r}.")

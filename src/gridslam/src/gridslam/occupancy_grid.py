@@ -29,7 +29,7 @@ class OccupancyGrid:
     origin_xy_m: tuple[float, float]
     """m: the lower left corner of cell [0, 0] in the map frame."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         cells = np.ascontiguousarray(self.cells, dtype=np.int8)
         if cells.ndim != 2:
             raise MapError(f"A map's cells must be a table, not an array of shape {cells.shape}.")

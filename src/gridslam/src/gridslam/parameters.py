@@ -90,7 +90,7 @@ class SlamParameters:
     threads: int = 0
     """Threads that share the particles; 0: as many as cores are free. The result does not depend on it."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for field in fields(self):
             self._check_number(field.name)
         self._check_signs()
@@ -110,7 +110,7 @@ class SlamParameters:
         else:
             object.__setattr__(self, name, float(value))
 
-    def _check_signs(self):
+    def _check_signs(self) -> None:
         for name in POSITIVE:
             value = getattr(self, name)
             if value is not None and not value > 0.0:
@@ -127,7 +127,7 @@ class SlamParameters:
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ParameterError(f"{name} must be between 0 and 1, not {getattr(self, name)}.")
 
-    def _check_combinations(self):
+    def _check_combinations(self) -> None:
         if all(getattr(self, side) is None for side in BOX):
             return
         for side, default_m in BOX.items():

@@ -30,7 +30,7 @@ class PlanarScan:
     range_max_m: float
     """m: how far the lidar sees."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         angles, ranges = _vector(self.angles_rad, "angles_rad"), _vector(self.ranges_m, "ranges_m")
         if angles.size != ranges.size:
             raise ScanError(f"The scan has {ranges.size} ranges but {angles.size} angles.")

@@ -39,7 +39,7 @@ class MedianFilterParameters:
     window: int = 3
     scans: int = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_whole("window", self.window, 1, MAX_WINDOW_BEAMS)
         check_whole("scans", self.scans, 1, MAX_SCANS)
         if self.window % 2 == 0:

@@ -37,7 +37,7 @@ class Waypoint:
     tolerance_m: float = 0.3
     hold_s: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for axis, value in zip("xyz", self.position_m):
             check_number(axis, value, -FARTHEST_M, FARTHEST_M)
         if self.yaw_rad is not None:

@@ -31,7 +31,7 @@ class PaddingParameters:
 
     value: str | float = "nan"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.value in ("range_max", "inf", "nan"):
             return
         try:

@@ -18,7 +18,7 @@ class ReferencePairing:
     Stamps are whole nanoseconds; what the values are does not matter here.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.clear()
 
     def clear(self) -> None:

@@ -49,7 +49,7 @@ class PositionControllerParameters:
     goal_tolerance: float = 0.2
     goal_hysteresis: float = 0.1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_number("max_speed", self.max_speed, 0.0, 15.0)
         check_number("max_acceleration", self.max_acceleration, 0.1, 10.0)
         check_number("braking_deceleration", self.braking_deceleration, 0.1, 10.0)

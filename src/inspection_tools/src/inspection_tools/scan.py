@@ -26,7 +26,7 @@ class ScanGeometry:
     angle_min_rad: float
     angle_increment_rad: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.beams < 1:
             raise ScanError("The scan has no beams; check the lidar's driver.")
         if not math.isfinite(self.angle_min_rad):

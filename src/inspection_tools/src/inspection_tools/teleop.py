@@ -61,7 +61,7 @@ class TeleopParameters:
     axis_up: int = 4
     dead_zone: float = 0.1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_number("speed", self.speed, 0.0, FASTEST_M_S)
         check_number("climb_speed", self.climb_speed, 0.0, 2.0)
         check_number("hold_time", self.hold_time, 0.05, 2.0)

@@ -35,7 +35,7 @@ class YawRegulatorParameters:
     turn_margin: float = 0.5
     reference_max_age: float = 0.5
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_number("gain", self.gain, 0.0, 5.0)
         check_number("max_yaw_rate", self.max_yaw_rate, 0.0, 5.0)
         check_number("speed_on", self.speed_on, 0.01, 5.0)

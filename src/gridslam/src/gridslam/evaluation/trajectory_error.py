@@ -88,7 +88,7 @@ def trajectory_error(
 class _Evo:
     """evo's parts that are used here, imported only when something is judged."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         from evo import EvoException
         from evo.core import metrics, trajectory
 

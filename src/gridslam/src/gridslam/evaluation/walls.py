@@ -30,7 +30,7 @@ class Walls:
 
     ends_m: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         ends = np.asarray(self.ends_m, dtype=float)
         if ends.ndim != 2 or ends.shape[1] != 4 or not len(ends) or not np.isfinite(ends).all():
             raise EvaluationError("Walls need one or more segments of four finite numbers: x1, y1, x2, y2.")

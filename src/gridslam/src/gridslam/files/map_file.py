@@ -32,7 +32,7 @@ class Thresholds:
     free_at_most: int = FREE_AT_MOST
     occupied_at_least: int = OCCUPIED_AT_LEAST
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not 0 <= self.free_at_most < self.occupied_at_least <= 100:
             raise MapError(
                 "The thresholds of free and occupied cells must rise within 0 to 100, but they are "

@@ -89,7 +89,7 @@ class LoopClosureParameters:
     correction_min_m: float = 0.03
     """m: the path is corrected when it is off from a new closure by more than this, or when the log ends."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
             number = isinstance(value, (int, float)) and not isinstance(value, bool)
