@@ -278,7 +278,7 @@ class TestMavrosPublisher(unittest.TestCase):
         seen = len(self.ready)
         self.assertTrue(self.eventually(lambda: not self.state.armed, 30.0, self.fly))
         self.assertIn(False, self.ready[seen:])
-        self.assertAlmostEqual(self.place[2], 0.12, delta=0.05)
+        self.assertAlmostEqual(self.place[2], 0.0, delta=0.05)
         armed = []
         self.for_simulated(3.0, lambda: (self.fly(), armed.append(self.state.armed)))
         self.assertNotIn(True, armed)

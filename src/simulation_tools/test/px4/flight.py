@@ -17,6 +17,7 @@ class Flight:
     def __init__(self, airframe, body, noise=None, seed=0, parameters=None, origin=None):
         self.airframe = airframe
         self.body = body
+        self._origin = body.position  # of the local frame
         self.px4 = Px4(airframe, parameters, np.random.default_rng(seed), noise, origin)
         self.texts = []
         self.px4.on_statustext = lambda severity, text: self.texts.append(text)
@@ -65,7 +66,7 @@ class Flight:
 
     def take_off(self, height=2.0, yaw=np.nan, seconds=12.0):
         """Arm in OFFBOARD at the place where it stands and rise."""
-        x, y, z = self.body.position
+        x, y, z = np.subtract(self.body.position, self._origin)
         self.stream = Setpoint.hold((x, y, z + height), yaw)
         self.run(1.0)
         assert self.px4.request_mode(Mode.OFFBOARD) is Result.ACCEPTED

@@ -70,7 +70,8 @@ class SetpointPublisher:
         self._requested_ns: int | None = None
         self._complain_at_s = 0.0
         self._hover.release()
-        self._hover_z_m = self.parameters.hover_height_m  # the local frame begins on the ground
+        # The local frame begins where the UAV stood.
+        self._hover_z_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
         self._commands.forget()
         self._seen_offboard = False
         self._has_flown = False

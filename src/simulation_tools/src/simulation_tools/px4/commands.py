@@ -30,13 +30,16 @@ class Commands:
     def __init__(
         self,
         commander: Commander,
-        origin: GeodeticOrigin,
+        origin: Callable[[], GeodeticOrigin],
         say: Say,
         set_cruise_speed: Callable[[float], None],
     ) -> None:
-        """set_cruise_speed: of the automatic modes, m/s; NaN for the parameter's."""
+        """origin: tells where the local frame begins on earth.
+
+        set_cruise_speed: of the automatic modes, m/s; NaN for the parameter's.
+        """
         self._commander = commander
-        self._origin = origin
+        self._get_origin = origin
         self._say = say
         self._set_cruise_speed = set_cruise_speed
         self._handlers: dict[int, Callable[[Parameters], Result]] = {
@@ -55,6 +58,10 @@ class Commands:
         """Carry out a command and return PX4's answer."""
         handler = self._handlers.get(command)
         return Result.UNSUPPORTED if handler is None else handler(params)
+
+    @property
+    def _origin(self) -> GeodeticOrigin:
+        return self._get_origin()
 
     def _enter(self, mode: Mode) -> Result:
         return self._commander.request_mode(*mode.value)

@@ -1,8 +1,9 @@
 """What PX4 believes about the vehicle: the truth in NED and FRD with errors like those of PX4's EKF2.
 
-The errors of position and velocity wander slowly (first-order Gauss-Markov), as those of a filter that trusts
-GPS over seconds; the attitude's wander too; rates and accelerations carry white noise. Delays are left out:
-EKF2 makes up for them.
+The local frame begins where the vehicle stands at power-on, as EKF2's does. Position and velocity carry the
+error of a steady Kalman filter that follows inertial data and is corrected by noisy positions. That error
+wanders over seconds, and the error in velocity is the one that moves the error in position. The attitude's
+error wanders, too; rates and accelerations carry white noise. Delays are left out: EKF2 makes up for them.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from simulation_tools.geometry import Vector3
 from simulation_tools.px4.autopilot import VehicleState
 
 ESTIMATE_DTYPE = np.dtype(
     [
-        ("position", np.float64, (3,)),  # m, NED, from where the estimator's origin is
+        ("position", np.float64, (3,)),  # m, NED, from where the vehicle stood at power-on
         ("velocity", np.float64, (3,)),  # m/s, NED
         ("acceleration", np.float64, (3,)),  # m/s2, NED, gravity taken out: 0 at rest
         ("attitude", np.float64, (4,)),  # FRD in NED, w x y z
@@ -31,17 +33,30 @@ _ERROR_DTYPE = np.dtype(
     [("position", np.float64, (3,)), ("velocity", np.float64, (3,)), ("tilt", np.float64, (3,))]
 )
 
+SAMPLE_PERIOD_S = 0.05
+"""Of the positions that correct the filter."""
+
+GAINS = (0.507, 0.465, 0.167, 0.441)
+"""1/s, 1, 1/s2, 1/s: how position and velocity follow the errors in measured position and velocity.
+
+The steady solution of the Riccati equation for what EKF2 believes by default: accelerations to 0.35 m/s2 in
+10 ms, GPS to 0.5 m and 0.3 m/s. Heights count as much here: the reference's wander as fast.
+"""
+
+# Standard deviation of the estimate's error over that of the measured positions, by the Lyapunov equation.
+_POSITION_SHARE = 0.1226
+_VELOCITY_SHARE = 0.0272  # 1/s
+
 
 @dataclass(frozen=True)
 class EstimatorNoise:
-    """Standard deviations of the estimate's errors and the time constants with which they wander."""
+    """Standard deviations of what the filter is given, and of the errors that do not come from it.
 
-    position_xy_m: float = 0.008
-    position_z_m: float = 0.002
-    position_time_s: float = 8.0
-    velocity_xy_m_s: float = 0.004
-    velocity_z_m_s: float = 0.0015
-    velocity_time_s: float = 1.0
+    position_*_m: of each measured position, white; `estimated_*` is what the filter makes of it.
+    """
+
+    position_xy_m: float = 0.111
+    position_z_m: float = 0.026
     attitude_rad: float = 0.0006
     attitude_time_s: float = 2.0
     rate_rad_s: float = 0.001
@@ -52,11 +67,22 @@ class EstimatorNoise:
             if not (math.isfinite(value) and value >= 0.0) or (name.endswith("_time_s") and value == 0.0):
                 raise ValueError(f"{name} must be finite and not negative (a time: positive), got {value}")
 
+    @property
+    def estimated_position_m(self) -> Vector3:
+        """Standard deviations of the estimate's position."""
+        xy, z = _POSITION_SHARE * self.position_xy_m, _POSITION_SHARE * self.position_z_m
+        return (xy, xy, z)
+
+    @property
+    def estimated_velocity_m_s(self) -> Vector3:
+        """Standard deviations of the estimate's velocity."""
+        xy, z = _VELOCITY_SHARE * self.position_xy_m, _VELOCITY_SHARE * self.position_z_m
+        return (xy, xy, z)
+
     @classmethod
     def none(cls) -> EstimatorNoise:
         """Return a perfect estimator."""
-        times = {"position_time_s": 1.0, "velocity_time_s": 1.0, "attitude_time_s": 1.0}
-        return cls(**{name: times.get(name, 0.0) for name in cls.__dataclass_fields__})
+        return cls(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 
 
 @njit(cache=True)
@@ -79,19 +105,27 @@ def _rotate(q, v, out):
 
 
 @njit(cache=True)
+def _filter_error(error, axis, sigma, dt, normal):
+    """One step of a filter's error along an axis; sigma: of the measured positions."""
+    position, velocity = error.position[axis], error.velocity[axis]
+    innovation = sigma * math.sqrt(SAMPLE_PERIOD_S / dt) * normal - position
+    error.position[axis] += dt * (velocity + GAINS[0] * innovation - GAINS[1] * velocity)
+    error.velocity[axis] += dt * (GAINS[2] * innovation - GAINS[3] * velocity)
+
+
+@njit(cache=True)
 def _estimate(truth, sigmas, errors, normals, dt, gravity, out):
     """Fill the estimate from the truth.
 
-    truth (16,): position ENU, attitude x y z w of FLU in ENU, velocity ENU, rates FLU, specific force FLU.
-    normals (15,): standard normal numbers. sigmas (10,): the fields of EstimatorNoise in their order.
+    truth (16,): position ENU from the frame's origin, attitude x y z w of FLU in ENU, velocity ENU, rates
+    FLU, specific force FLU. normals (12,): standard normal numbers. sigmas (6,): the fields of EstimatorNoise
+    in their order.
     """
     e = errors[0]
     o = out[0]
     for i in range(3):
-        xy = i < 2
-        e.position[i] = _wander(e.position[i], sigmas[0] if xy else sigmas[1], sigmas[2], dt, normals[i])
-        e.velocity[i] = _wander(e.velocity[i], sigmas[3] if xy else sigmas[4], sigmas[5], dt, normals[3 + i])
-        e.tilt[i] = _wander(e.tilt[i], sigmas[6], sigmas[7], dt, normals[6 + i])
+        _filter_error(e, i, sigmas[0] if i < 2 else sigmas[1], dt, normals[i])
+        e.tilt[i] = _wander(e.tilt[i], sigmas[2], sigmas[3], dt, normals[3 + i])
 
     # ENU to NED and FLU to FRD: see frames.py.
     o.position[0] = truth[1] + e.position[0]
@@ -102,8 +136,8 @@ def _estimate(truth, sigmas, errors, normals, dt, gravity, out):
     o.velocity[2] = -truth[9] + e.velocity[2]
     sign = (1.0, -1.0, -1.0)
     for i in range(3):
-        o.rates[i] = sign[i] * truth[10 + i] + sigmas[8] * normals[9 + i]
-        o.specific_force[i] = sign[i] * truth[13 + i] + sigmas[9] * normals[12 + i]
+        o.rates[i] = sign[i] * truth[10 + i] + sigmas[4] * normals[6 + i]
+        o.specific_force[i] = sign[i] * truth[13 + i] + sigmas[5] * normals[9 + i]
 
     half = math.sqrt(0.5)
     w = half * (truth[6] + truth[5])
@@ -126,7 +160,10 @@ def _estimate(truth, sigmas, errors, normals, dt, gravity, out):
 
 
 class Estimator:
-    """Truth in, PX4-like estimate out: `estimate`, one record of ESTIMATE_DTYPE, shape (1,)."""
+    """Truth in, PX4-like estimate out: `estimate`, one record of ESTIMATE_DTYPE, shape (1,).
+
+    origin_m: where the local frame begins in the world (ENU): where the vehicle is at the first update.
+    """
 
     GRAVITY_M_S2 = 9.80665
 
@@ -141,24 +178,26 @@ class Estimator:
         self.reset()
 
     def reset(self) -> None:
-        """Start again with the first random numbers."""
+        """Start again with the first random numbers, and with a local frame of its own."""
         self._rng.bit_generator.state = self._first_rng_state
+        self.origin_m: Vector3 | None = None
         self.estimate[:] = np.zeros(1, ESTIMATE_DTYPE)
         self.estimate["attitude"][0, 0] = 1.0
-        errors, sigmas = self._errors[0], self._sigmas
-        # Steady state from the first step on.
-        errors["position"][:] = self._rng.standard_normal(3) * sigmas[[0, 0, 1]]
-        errors["velocity"][:] = self._rng.standard_normal(3) * sigmas[[3, 3, 4]]
-        errors["tilt"][:] = self._rng.standard_normal(3) * sigmas[6]
+        self._errors[:] = np.zeros(1, _ERROR_DTYPE)
 
     def update(self, state: VehicleState, dt_s: float) -> None:
         """Take in the true state, dt_s after the one before."""
+        if self.origin_m is None:
+            self.origin_m = state.pose.position_m
+        (x, y, z), (x0, y0, z0) = state.pose.position_m, self.origin_m
         self._truth[:] = (
-            *state.pose.position_m,
+            x - x0,
+            y - y0,
+            z - z0,
             *state.pose.orientation_xyzw,
             *state.velocity_world_m_s,
             *state.angular_velocity_body_rad_s,
             *state.specific_force_body_m_s2,
         )
-        normals = self._rng.standard_normal(15)
+        normals = self._rng.standard_normal(12)
         _estimate(self._truth, self._sigmas, self._errors, normals, dt_s, self.GRAVITY_M_S2, self.estimate)

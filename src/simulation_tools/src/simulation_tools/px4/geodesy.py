@@ -9,9 +9,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from simulation_tools.geometry import Vector3
 from simulation_tools.px4.autopilot import Px4Error
 
 EARTH_RADIUS_M = 6371000.0
+_ALTITUDE_MAX_M = 1e4
 
 
 @dataclass(frozen=True)
@@ -24,12 +26,18 @@ class GeodeticOrigin:
 
     def __post_init__(self) -> None:
         inside = abs(self.latitude_deg) < 90.0 and abs(self.longitude_deg) <= 180.0
-        if not (inside and abs(self.altitude_m) <= 1e4):  # false for NaN, too
+        if not (inside and abs(self.altitude_m) <= _ALTITUDE_MAX_M):  # false for NaN, too
             raise Px4Error(
                 "the origin's latitude must lie within -90..90 degrees, its longitude within -180..180 and "
                 "its altitude within -10..10 km, "
                 f"got {self.latitude_deg}, {self.longitude_deg}, {self.altitude_m}"
             )
+
+    def moved(self, position_enu_m: Vector3) -> GeodeticOrigin:
+        """Return the origin of a frame that begins at a place of this one; its altitude is at most 10 km."""
+        east_m, north_m, up_m = position_enu_m
+        altitude_m = min(max(self.altitude_m + up_m, -_ALTITUDE_MAX_M), _ALTITUDE_MAX_M)
+        return GeodeticOrigin(*self.to_global(north_m, east_m), altitude_m)
 
     def to_global(self, north_m: float, east_m: float) -> tuple[float, float]:
         """Return latitude and longitude, degrees, of a place given from the origin."""

@@ -7,11 +7,13 @@ trajectory generator; it waits for a vehicle that falls behind.
 from __future__ import annotations
 
 import math
+from typing import Callable
 
 import numpy as np
 
 from simulation_tools.px4.commander import Commander
 from simulation_tools.px4.failsafe import Say
+from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Mode, Severity
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.position_control import SETPOINT_DTYPE
@@ -24,11 +26,11 @@ _TAKEOFF_SLACK_M = 0.1  # so much below the least altitude nobody is told
 class Navigator:
     """Fills a setpoint record for the active automatic mode. Positions in NED."""
 
-    def __init__(self, parameters: Px4Parameters, origin_altitude_m: float, say: Say) -> None:
-        """origin_altitude_m: of the local frame's origin over the sea, for what is said."""
+    def __init__(self, parameters: Px4Parameters, origin: Callable[[], GeodeticOrigin], say: Say) -> None:
+        """origin: tells where the local frame begins on earth, for what is said."""
         self._parameters = parameters
         self._say = say
-        self._return_home = ReturnHome(parameters, origin_altitude_m, say)
+        self._return_home = ReturnHome(parameters, origin, say)
         self.setpoint = np.zeros(1, SETPOINT_DTYPE)
         self.reset()
 

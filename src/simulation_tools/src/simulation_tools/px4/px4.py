@@ -82,7 +82,8 @@ class Px4:
     ) -> None:
         """noise: of the estimate, PX4-like by default. rng: its source; fixed seed 0 when none is given.
 
-        origin: where the world's origin lies on earth; Zurich, as PX4 SITL's, by default.
+        origin: where the world's origin lies on earth; Zurich, as PX4 SITL's, by default. From the first step
+        on `origin` is where the local frame begins: where the vehicle then was.
         """
         if len(airframe.rotors) != len(QUAD_WIDE):
             raise Px4Error(f"PX4's wide quadrotor needs 4 rotors, the model has {len(airframe.rotors)}")
@@ -91,11 +92,13 @@ class Px4:
         p = self.parameters
         self.estimator_noise = noise or EstimatorNoise()
         self._estimator = Estimator(self.estimator_noise, rng or np.random.default_rng(0))
-        self.origin = origin or GeodeticOrigin()
+        self._world_origin = origin or GeodeticOrigin()
         self._commander = Commander(p, self._say)
-        self._navigator = Navigator(p, self.origin.altitude_m, self._say)
+        self._navigator = Navigator(p, lambda: self.origin, self._say)
         self._control = FlightControl(p)
-        self._commands = Commands(self._commander, self.origin, self._say, self._navigator.set_cruise_speed)
+        self._commands = Commands(
+            self._commander, lambda: self.origin, self._say, self._navigator.set_cruise_speed
+        )
         self._setpoint = np.zeros(1, SETPOINT_DTYPE)
         self._known = self._estimator.estimate.copy()
         self.reset()
@@ -105,6 +108,7 @@ class Px4:
         for part in (self._estimator, self._commander, self._navigator, self._control):
             part.reset()
         self._known[:] = self._estimator.estimate
+        self.origin = self._world_origin
         self._revision = self.parameters.revision
         self._started_us: int | None = None
         self._time_us = 0
@@ -221,7 +225,8 @@ class Px4:
 
     def step(self, state: VehicleState) -> np.ndarray:
         """Return the rotor commands (4,) from this instant on; the same array each time."""
-        if self._started_us is None or state.time_us < self._time_us:
+        is_first = self._started_us is None
+        if is_first or state.time_us < self._time_us:
             self._started_us = self._time_us = self._position_us = state.time_us
             dt_s = 0.004
         else:
@@ -233,6 +238,8 @@ class Px4:
 
         self._known[:] = self._estimator.estimate
         self._estimator.update(state, dt_s)
+        if is_first:
+            self.origin = self._world_origin.moved(self._estimator.origin_m)
         armed = self._commander.armed
         commands = self._control.update_rates(armed, self._estimator.estimate["rates"][0], dt_s)
         if armed:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import enum
 import math
+from typing import Callable
 
 import numpy as np
 
 from simulation_tools.px4.failsafe import Say
+from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Severity
 from simulation_tools.px4.parameters import Px4Parameters
 
@@ -32,10 +34,10 @@ class Leg(enum.Enum):
 class ReturnHome:
     """Sets a target, leg by leg. Positions in NED, (3,); yaw clockwise from north."""
 
-    def __init__(self, parameters: Px4Parameters, origin_altitude_m: float, say: Say) -> None:
-        """origin_altitude_m: of the local frame's origin over the sea, for what is said."""
+    def __init__(self, parameters: Px4Parameters, origin: Callable[[], GeodeticOrigin], say: Say) -> None:
+        """origin: tells where the local frame begins on earth, for what is said."""
         self._parameters = parameters
-        self._origin_altitude_m = origin_altitude_m
+        self._origin = origin
         self._say = say
         self._leg = Leg.LANDED
         self._home = self.target = np.zeros(3)
@@ -117,7 +119,7 @@ class ReturnHome:
         self.yaw_rad = yaw_rad
 
     def _tell_leg(self) -> None:
-        over_sea_m = math.ceil(self._origin_altitude_m - self.target[2])
+        over_sea_m = math.ceil(self._origin().altitude_m - self.target[2])
         over_home_m = math.ceil(self._home[2] - self.target[2])
         delay_s = self._parameters["RTL_LAND_DELAY"]
         height = f"{over_sea_m} m ({over_home_m} m above destination)"

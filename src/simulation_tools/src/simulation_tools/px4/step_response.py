@@ -14,6 +14,7 @@ from typing import Callable, Iterator, Mapping
 
 import numpy as np
 
+from simulation_tools.geometry import Vector3
 from simulation_tools.px4.autopilot import VehicleState
 from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned
 from simulation_tools.px4.modes import Mode, Result
@@ -71,7 +72,7 @@ MANOEUVRES = (
     *_velocity_pair(4.0, nearer_than_m=0.0943),
     Manoeuvre("position_x_+5", "north_m", 0.0, 5.0, _hold(5.0, -2.0), 9.5, _hold(0.0, -2.0), 10.0, 0.092),
     Manoeuvre("position_x_-5", "north_m", 5.0, 0.0, _hold(0.0, -2.0), 9.5),
-    Manoeuvre("position_x_+1", "north_m", 0.0, 1.0, _hold(1.0, -2.0), 9.5, _hold(0.0, -2.0), 10.0),
+    Manoeuvre("position_x_+1", "north_m", 0.0, 1.0, _hold(1.0, -2.0), 9.5),
     Manoeuvre("position_down_-1", "down_m", -2.0, -3.0, _hold(0.0, -3.0), 6.5, _hold(0.0, -2.0), 12.0),
     Manoeuvre("position_down_+1", "down_m", -3.0, -2.0, _hold(0.0, -2.0), 6.5),
     Manoeuvre("yaw_+90_deg", "yaw_deg", 0.0, 90.0, _hold(0.0, -2.0, 0.5 * math.pi), 6.5),
@@ -99,7 +100,10 @@ class StepFigures:
 
 
 class Pilot:
-    """Streams a setpoint at 50 Hz to a flight controller while `step` advances it, and records the truth."""
+    """Streams a setpoint at 50 Hz to a flight controller while `step` advances it, and records the truth.
+
+    Positions, asked for and recorded, are in PX4's local frame.
+    """
 
     def __init__(self, px4: Px4, step: Callable[[], VehicleState]) -> None:
         """step: advance simulated time by one step and return the vehicle's true state then."""
@@ -108,6 +112,10 @@ class Pilot:
         self._setpoint: Setpoint | None = None
         self._due_us = 0
         self.state = step()
+        self._origin_m = self.state.pose.position_m  # PX4's local frame begins where the vehicle stands
+
+    def _place_ned_m(self) -> Vector3:
+        return enu_to_ned(tuple(np.subtract(self.state.pose.position_m, self._origin_m)))
 
     def stream(self, setpoint: Setpoint, in_us: int = 0) -> None:
         """Send this setpoint from now on, first in `in_us`."""
@@ -122,12 +130,12 @@ class Pilot:
                 self._px4.offer_setpoint(self._setpoint)
                 self._due_us += STREAM_PERIOD_US
             self.state = self._step()
-            rows.append(_row(self.state, start_us))
+            rows.append((1e-6 * (self.state.time_us - start_us), *self._place_ned_m(), *_motion(self.state)))
         return np.array(rows).reshape(-1, len(COLUMNS))
 
     def take_off(self, rise_m: float, seconds: float) -> np.ndarray:
         """Arm in OFFBOARD and rise from where it stands; return the rows from the arming on."""
-        self.stream(_hold(0.0, -self.state.pose.position_m[2] - rise_m))
+        self.stream(_hold(0.0, self._place_ned_m()[2] - rise_m))
         self.fly(1.0)
         for answer in (self._px4.request_mode(Mode.OFFBOARD), self._px4.request_arm()):
             if answer is not Result.ACCEPTED:
@@ -139,7 +147,7 @@ class Pilot:
         if manoeuvre.before is not None:
             self.stream(manoeuvre.before)
             self.fly(manoeuvre.before_s)
-            self.fly(30.0, until=lambda: self.state.pose.position_m[1] < manoeuvre.nearer_than_m)
+            self.fly(30.0, until=lambda: self._place_ned_m()[0] < manoeuvre.nearer_than_m)
         before = self.fly(_BEFORE_S)
         before[:, 0] -= _BEFORE_S
         self.stream(manoeuvre.setpoint, _FIRST_MESSAGE_US)
@@ -148,13 +156,12 @@ class Pilot:
         return rows
 
 
-def _row(state: VehicleState, start_us: int) -> tuple[float, ...]:
+def _motion(state: VehicleState) -> tuple[float, ...]:
+    """Return velocity (NED), tilt and yaw, degrees."""
     w, x, y, z = attitude_to_ned(state.pose.orientation_xyzw)
     tilt = math.acos(min(1.0, max(-1.0, 1.0 - 2.0 * (x * x + y * y))))
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    position, velocity = enu_to_ned(state.pose.position_m), enu_to_ned(state.velocity_world_m_s)
-    t_s = 1e-6 * (state.time_us - start_us)
-    return (t_s, *position, *velocity, math.degrees(tilt), math.degrees(yaw))
+    return (*enu_to_ned(state.velocity_world_m_s), math.degrees(tilt), math.degrees(yaw))
 
 
 def read_reference(path: Path) -> dict[str, np.ndarray]:

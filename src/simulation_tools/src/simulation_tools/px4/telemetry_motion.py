@@ -82,8 +82,8 @@ def _local_position_with_covariance(px4: Px4, status: Px4Status) -> common.MAVLi
         return None
     estimate, noise = px4.estimate[0], px4.estimator_noise
     deviations = (
-        *(noise.position_xy_m, noise.position_xy_m, noise.position_z_m),
-        *(noise.velocity_xy_m_s, noise.velocity_xy_m_s, noise.velocity_z_m_s),
+        *noise.estimated_position_m,
+        *noise.estimated_velocity_m_s,
         *(noise.acceleration_m_s2,) * 3,
     )
     # The upper triangle of a diagonal 9 x 9, row by row
