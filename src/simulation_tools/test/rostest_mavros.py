@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 import socket
-import threading
+import sys
 import time
-import unittest
+from pathlib import Path
 
 import rospy
 import rostest
@@ -28,6 +28,9 @@ from sensor_msgs.msg import BatteryState, Imu, NavSatFix
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from mavros_test_case import MavrosTestCase
+
 TOPICS = {
     "state": State,
     "extended_state": ExtendedState,
@@ -44,13 +47,11 @@ TOPICS = {
 }
 
 
-class TestMavros(unittest.TestCase):
+class TestMavros(MavrosTestCase):
     @classmethod
     def setUpClass(cls):
-        cls.lock = threading.Lock()
-        cls.received = {name: [] for name in TOPICS}
-        for name, message_class in TOPICS.items():
-            rospy.Subscriber(f"/mavros/{name}", message_class, cls.on_message, name, tcp_nodelay=True)
+        super().setUpClass()
+        cls.listen(TOPICS)
         cls.services = {}
         for name, service_class in (
             ("cmd/arming", CommandBool),
@@ -62,8 +63,7 @@ class TestMavros(unittest.TestCase):
             ("param/set", ParamSet),
             ("param/pull", ParamPull),
         ):
-            rospy.wait_for_service(f"/mavros/{name}", timeout=20.0)
-            cls.services[name] = rospy.ServiceProxy(f"/mavros/{name}", service_class)
+            cls.services[name] = cls.service(name, service_class)
         cls.pose_setpoint = rospy.Publisher("/mavros/setpoint_position/local", PoseStamped, queue_size=1)
         cls.raw_setpoint = rospy.Publisher("/mavros/setpoint_raw/local", PositionTarget, queue_size=1)
         cls.velocity_setpoint = rospy.Publisher(
@@ -72,27 +72,6 @@ class TestMavros(unittest.TestCase):
         cls.attitude_setpoint = rospy.Publisher("/mavros/setpoint_raw/attitude", AttitudeTarget, queue_size=1)
         cls.unstamped = rospy.Publisher("/mavros/setpoint_velocity/cmd_vel_unstamped", Twist, queue_size=1)
         cls.eventually(lambda: cls.last("home_position/home") is not None)
-
-    @classmethod
-    def on_message(cls, message, name):
-        with cls.lock:
-            cls.received[name] = [*cls.received[name][-200:], message]
-
-    @classmethod
-    def last(cls, name):
-        with cls.lock:
-            return cls.received[name][-1] if cls.received[name] else None
-
-    @staticmethod
-    def eventually(condition, timeout_s=20.0, act=lambda: None, period_s=0.02):
-        """Wait, in wall time, until a condition holds; returns whether it did."""
-        end = time.monotonic() + timeout_s
-        while time.monotonic() < end and not rospy.is_shutdown():
-            act()
-            if condition():
-                return True
-            time.sleep(period_s)
-        return False
 
     def mode(self):
         return self.last("state").mode

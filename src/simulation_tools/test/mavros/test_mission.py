@@ -1,0 +1,146 @@
+"""The mission protocol's client against a flight controller that flies no missions, and one that does."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import common
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from fake_uas import FakeClient
+
+from simulation_tools.mavros.mission import MissionClient, MissionError, MissionItem
+from simulation_tools.px4.mission_protocol import MISSION_MESSAGES, answer_mission
+
+ITEMS = [
+    MissionItem(3, 22, True, True, (0.0, 0.0, 0.0, math.nan), 47.5, 8.5, 3.0),
+    MissionItem(3, 16, False, True, (1.0, 0.0, 0.0, math.nan), 47.6, -8.5, 4.0),
+    MissionItem(1, 16, False, False, (0.0, 2.0, 0.0, 0.0), 1.5, -2.5, 5.0),  # in the local frame
+]
+
+
+class Peer(FakeClient):
+    """Answers what is sent to it at once; `answer` returns the answers to a message."""
+
+    def __init__(self, answer):
+        super().__init__()
+        self._answer = answer
+
+    def send(self, message):
+        super().send(message)
+        for answer in self._answer(message):
+            self.hear(answer)
+        return True
+
+
+class WithMissions:
+    """A flight controller that keeps a mission, as PX4 does."""
+
+    def __init__(self):
+        self.items = []
+        self.count = 0
+
+    def __call__(self, m):
+        kind = m.get_type()
+        if kind == "MISSION_REQUEST_LIST":
+            yield common.MAVLink_mission_count_message(1, 240, len(self.items), 0)
+        elif kind == "MISSION_REQUEST_INT":
+            yield self.items[m.seq]
+        elif kind == "MISSION_COUNT":
+            self.items, self.count = [], m.count
+            yield common.MAVLink_mission_request_int_message(1, 240, 0, 0)
+        elif kind == "MISSION_ITEM_INT":
+            self.items.append(m)
+            if len(self.items) < self.count:
+                yield common.MAVLink_mission_request_int_message(1, 240, len(self.items), 0)
+            else:
+                yield common.MAVLink_mission_ack_message(1, 240, 0, 0)
+        elif kind == "MISSION_CLEAR_ALL":
+            self.items = []
+            yield common.MAVLink_mission_ack_message(1, 240, 0, 0)
+        elif kind == "MISSION_SET_CURRENT" and m.seq < len(self.items):
+            yield common.MAVLink_mission_current_message(m.seq)
+
+
+def without_missions(m):
+    """The stand-in for PX4."""
+    if m.get_type() in MISSION_MESSAGES:
+        m._header.srcSystem, m._header.srcComponent = 1, 240
+        yield answer_mission(m, 1, 1)
+
+
+def client(peer, timeout_s=0.02):
+    return MissionClient(Peer(peer), timeout_s)
+
+
+def test_a_mission_survives_its_way_there_and_back():
+    mission = client(WithMissions())
+    mission.write(ITEMS)
+    items = mission.read()
+    assert [item.command for item in items] == [22, 16, 16]
+    assert [(item.frame, item.is_current, item.autocontinue) for item in items] == [
+        (3, True, True),
+        (3, False, True),
+        (1, False, False),
+    ]
+    assert [(item.x, item.y, item.z) for item in items] == [pytest.approx((i.x, i.y, i.z)) for i in ITEMS]
+    assert math.isnan(items[0].params[3])
+    mission.set_current(2)
+    mission.clear()
+    assert mission.read() == []
+
+
+def test_places_travel_as_whole_numbers():
+    peer = WithMissions()
+    client(peer).write(ITEMS)
+    assert (peer.items[1].x, peer.items[1].y) == (476000000, -85000000)  # 1e-7 degrees
+    assert (peer.items[2].x, peer.items[2].y) == (15000, -25000)  # 1e-4 m
+
+
+def test_the_stand_in_says_that_it_has_no_missions():
+    mission = client(without_missions)
+    assert mission.read() == []
+    mission.clear()
+    with pytest.raises(MissionError, match="MAV_MISSION_UNSUPPORTED"):
+        mission.write(ITEMS)
+    with pytest.raises(MissionError, match="does not answer MISSION_SET_CURRENT"):
+        mission.set_current(0)
+
+
+def test_an_unknown_item_cannot_be_chosen():
+    mission = client(WithMissions())
+    mission.write(ITEMS)
+    with pytest.raises(MissionError, match="MISSION_SET_CURRENT"):
+        mission.set_current(3)
+
+
+def test_a_flight_controller_that_is_silent_is_asked_three_times():
+    mission = client(lambda m: ())
+    with pytest.raises(MissionError, match="does not answer MISSION_REQUEST_LIST"):
+        mission.read()
+    assert [m.get_type() for m in mission._client.sent] == ["MISSION_REQUEST_LIST"] * 3
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e6])
+def test_an_item_that_mavlink_cannot_carry_is_refused(bad):
+    mission = client(WithMissions())
+    item = MissionItem(3, 16, False, True, (0.0, 0.0, 0.0, 0.0), bad, 8.5, 3.0)
+    with pytest.raises(MissionError, match="item 1 holds NaN"):
+        mission.write([ITEMS[0], item])
+    assert not mission._client.sent
+
+
+def test_a_flight_controller_that_asks_for_too_much_is_told_of():
+    peer = WithMissions()
+
+    def greedy(m):
+        if m.get_type() == "MISSION_COUNT":
+            yield common.MAVLink_mission_request_message(1, 240, 7, 0)
+        else:
+            yield from peer(m)
+
+    with pytest.raises(MissionError, match="asks for item 7 of 3"):
+        client(greedy).write(ITEMS)

@@ -1,0 +1,61 @@
+"""What the rostests of the node mavros share: topics whose messages are kept, and waiting in wall time."""
+
+from __future__ import annotations
+
+import threading
+import time
+import unittest
+
+import rospy
+
+
+class MavrosTestCase(unittest.TestCase):
+    """A script for MAVROS: `listen` to topics below /mavros, and read what came."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.lock = threading.Lock()
+        cls.received = {}
+
+    @classmethod
+    def listen(cls, topics):
+        """Keep the messages of topics: {name: message class}."""
+        for name, message_class in topics.items():
+            cls.received[name] = []
+            rospy.Subscriber(f"/mavros/{name}", message_class, cls.on_message, name, tcp_nodelay=True)
+
+    @classmethod
+    def on_message(cls, message, name):
+        with cls.lock:
+            cls.received[name] = [*cls.received[name][-200:], message]
+
+    @classmethod
+    def messages(cls, name):
+        with cls.lock:
+            return list(cls.received[name])
+
+    @classmethod
+    def last(cls, name):
+        with cls.lock:
+            return cls.received[name][-1] if cls.received[name] else None
+
+    @classmethod
+    def forget(cls, name):
+        with cls.lock:
+            cls.received[name] = []
+
+    @staticmethod
+    def service(name, service_class):
+        rospy.wait_for_service(f"/mavros/{name}", timeout=20.0)
+        return rospy.ServiceProxy(f"/mavros/{name}", service_class)
+
+    @staticmethod
+    def eventually(condition, timeout_s=20.0, act=lambda: None, period_s=0.02):
+        """Wait, in wall time, until a condition holds; returns whether it did."""
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end and not rospy.is_shutdown():
+            act()
+            if condition():
+                return True
+            time.sleep(period_s)
+        return False

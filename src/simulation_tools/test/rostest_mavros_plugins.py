@@ -1,0 +1,464 @@
+#!/usr/bin/env python3
+"""MAVROS's further plugins as a script finds them: types, values beside the simulator's truth, refusals."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from pathlib import Path
+
+import rosgraph
+import rospy
+import rosservice
+import rostest
+from geographic_msgs.msg import GeoPoseStamped
+from geometry_msgs.msg import AccelWithCovarianceStamped, PoseStamped, Vector3Stamped
+from mavros_msgs.msg import (
+    VFR_HUD,
+    Altitude,
+    AttitudeTarget,
+    EstimatorStatus,
+    GlobalPositionTarget,
+    HomePosition,
+    OverrideRCIn,
+    PositionTarget,
+    RCIn,
+    RCOut,
+    State,
+    SysStatus,
+    Thrust,
+    TimesyncStatus,
+    Waypoint,
+    WaypointList,
+)
+from mavros_msgs.srv import (
+    CommandBool,
+    CommandHome,
+    CommandInt,
+    MessageInterval,
+    ParamGet,
+    ParamPull,
+    ParamPush,
+    SetMavFrame,
+    SetMode,
+    StreamRate,
+    VehicleInfoGet,
+    WaypointClear,
+    WaypointPull,
+    WaypointPush,
+    WaypointSetCurrent,
+)
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix, TimeReference
+from std_srvs.srv import Trigger
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from mavros_test_case import MavrosTestCase
+
+# Every topic and service with the type that MAVROS 1.21 gives it.
+PUBLISHED = {
+    "state": "mavros_msgs/State",
+    "extended_state": "mavros_msgs/ExtendedState",
+    "sys_status": "mavros_msgs/SysStatus",
+    "battery": "sensor_msgs/BatteryState",
+    "estimator_status": "mavros_msgs/EstimatorStatus",
+    "statustext/recv": "mavros_msgs/StatusText",
+    "local_position/pose": "geometry_msgs/PoseStamped",
+    "local_position/pose_cov": "geometry_msgs/PoseWithCovarianceStamped",
+    "local_position/velocity_local": "geometry_msgs/TwistStamped",
+    "local_position/velocity_body": "geometry_msgs/TwistStamped",
+    "local_position/velocity_body_cov": "geometry_msgs/TwistWithCovarianceStamped",
+    "local_position/accel": "geometry_msgs/AccelWithCovarianceStamped",
+    "local_position/odom": "nav_msgs/Odometry",
+    "global_position/global": "sensor_msgs/NavSatFix",
+    "global_position/local": "nav_msgs/Odometry",
+    "global_position/rel_alt": "std_msgs/Float64",
+    "global_position/compass_hdg": "std_msgs/Float64",
+    "global_position/raw/fix": "sensor_msgs/NavSatFix",
+    "global_position/raw/gps_vel": "geometry_msgs/TwistStamped",
+    "global_position/raw/satellites": "std_msgs/UInt32",
+    "global_position/gp_origin": "geographic_msgs/GeoPointStamped",
+    "imu/data": "sensor_msgs/Imu",
+    "imu/data_raw": "sensor_msgs/Imu",
+    "imu/mag": "sensor_msgs/MagneticField",
+    "imu/static_pressure": "sensor_msgs/FluidPressure",
+    "imu/diff_pressure": "sensor_msgs/FluidPressure",
+    "imu/temperature_imu": "sensor_msgs/Temperature",
+    "altitude": "mavros_msgs/Altitude",
+    "vfr_hud": "mavros_msgs/VFR_HUD",
+    "home_position/home": "mavros_msgs/HomePosition",
+    "setpoint_raw/target_local": "mavros_msgs/PositionTarget",
+    "setpoint_raw/target_global": "mavros_msgs/GlobalPositionTarget",
+    "setpoint_raw/target_attitude": "mavros_msgs/AttitudeTarget",
+    "rc/in": "mavros_msgs/RCIn",
+    "rc/out": "mavros_msgs/RCOut",
+    "mission/waypoints": "mavros_msgs/WaypointList",
+    "mission/reached": "mavros_msgs/WaypointReached",
+    "time_reference": "sensor_msgs/TimeReference",
+    "timesync_status": "mavros_msgs/TimesyncStatus",
+    "param/param_value": "mavros_msgs/Param",
+}
+SUBSCRIBED = {
+    "setpoint_position/local": "geometry_msgs/PoseStamped",
+    "setpoint_position/global": "geographic_msgs/GeoPoseStamped",
+    "setpoint_position/global_to_local": "geographic_msgs/GeoPoseStamped",
+    "setpoint_velocity/cmd_vel": "geometry_msgs/TwistStamped",
+    "setpoint_velocity/cmd_vel_unstamped": "geometry_msgs/Twist",
+    "setpoint_accel/accel": "geometry_msgs/Vector3Stamped",
+    "setpoint_attitude/attitude": "geometry_msgs/PoseStamped",  # by mavros.test's use_quaternion
+    "setpoint_attitude/thrust": "mavros_msgs/Thrust",
+    "setpoint_raw/local": "mavros_msgs/PositionTarget",
+    "setpoint_raw/global": "mavros_msgs/GlobalPositionTarget",
+    "setpoint_raw/attitude": "mavros_msgs/AttitudeTarget",
+    "rc/override": "mavros_msgs/OverrideRCIn",
+    "home_position/set": "mavros_msgs/HomePosition",
+    "global_position/set_gp_origin": "geographic_msgs/GeoPointStamped",
+}
+SERVED = {
+    "cmd/arming": "mavros_msgs/CommandBool",
+    "cmd/command": "mavros_msgs/CommandLong",
+    "cmd/command_int": "mavros_msgs/CommandInt",
+    "cmd/set_home": "mavros_msgs/CommandHome",
+    "cmd/takeoff": "mavros_msgs/CommandTOL",
+    "cmd/land": "mavros_msgs/CommandTOL",
+    "set_mode": "mavros_msgs/SetMode",
+    "set_stream_rate": "mavros_msgs/StreamRate",
+    "set_message_interval": "mavros_msgs/MessageInterval",
+    "vehicle_info_get": "mavros_msgs/VehicleInfoGet",
+    "param/get": "mavros_msgs/ParamGet",
+    "param/set": "mavros_msgs/ParamSet",
+    "param/pull": "mavros_msgs/ParamPull",
+    "param/push": "mavros_msgs/ParamPush",
+    "mission/pull": "mavros_msgs/WaypointPull",
+    "mission/push": "mavros_msgs/WaypointPush",
+    "mission/clear": "mavros_msgs/WaypointClear",
+    "mission/set_current": "mavros_msgs/WaypointSetCurrent",
+    "home_position/req_update": "std_srvs/Trigger",
+    "setpoint_position/mav_frame": "mavros_msgs/SetMavFrame",
+    "setpoint_velocity/mav_frame": "mavros_msgs/SetMavFrame",
+}
+HEARD = {
+    "state": State,
+    "sys_status": SysStatus,
+    "estimator_status": EstimatorStatus,
+    "local_position/pose": PoseStamped,
+    "local_position/accel": AccelWithCovarianceStamped,
+    "global_position/local": Odometry,
+    "global_position/raw/fix": NavSatFix,
+    "imu/data": Imu,
+    "imu/data_raw": Imu,
+    "imu/mag": MagneticField,
+    "imu/static_pressure": FluidPressure,
+    "altitude": Altitude,
+    "vfr_hud": VFR_HUD,
+    "home_position/home": HomePosition,
+    "setpoint_raw/target_local": PositionTarget,
+    "setpoint_raw/target_global": GlobalPositionTarget,
+    "setpoint_raw/target_attitude": AttitudeTarget,
+    "rc/out": RCOut,
+    "mission/waypoints": WaypointList,
+    "time_reference": TimeReference,
+    "timesync_status": TimesyncStatus,
+}
+LATITUDE, LONGITUDE, ALTITUDE_M = 47.397742, 8.545594, 488.0  # the world's origin
+ALTITUDE_MESSAGE, HEARTBEAT, LOCAL_POSITION_NED_COV = 141, 0, 64
+IN_METRES = math.radians(1.0) * 6371000.0  # a degree of latitude on PX4's sphere
+
+
+class TestMavrosPlugins(MavrosTestCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.listen(HEARD)
+        cls.truth = None
+        rospy.Subscriber("/UAV/ground_truth", Odometry, cls.on_truth)
+        cls.ask_for_mode = cls.service("set_mode", SetMode)
+        cls.arm = cls.service("cmd/arming", CommandBool)
+        cls.set_interval = cls.service("set_message_interval", MessageInterval)
+        for name in ("home_position/home", "local_position/pose"):
+            cls.eventually(lambda name=name: cls.last(name) is not None)
+        cls.publishers = {
+            name: rospy.Publisher(f"/mavros/{name}", message_class, queue_size=1)
+            for name, message_class in (
+                ("setpoint_position/global", GeoPoseStamped),
+                ("setpoint_position/global_to_local", GeoPoseStamped),
+                ("setpoint_raw/global", GlobalPositionTarget),
+                ("setpoint_accel/accel", Vector3Stamped),
+                ("setpoint_attitude/attitude", PoseStamped),
+                ("setpoint_attitude/thrust", Thrust),
+                ("rc/override", OverrideRCIn),
+            )
+        }
+
+    @classmethod
+    def on_truth(cls, message):
+        cls.truth = message.pose.pose
+
+    def publish(self, name, message):
+        if hasattr(message, "header"):
+            message.header.stamp = rospy.get_rostime()
+        self.publishers[name].publish(message)
+
+    def where(self):
+        """Where the UAV is in truth: (east, north, up)."""
+        p = self.truth.position
+        return p.x, p.y, p.z
+
+    def assert_near(self, place, delta, name=""):
+        for now, wanted in zip(self.where(), place):
+            self.assertAlmostEqual(now, wanted, delta=delta, msg=name)
+
+    def flies_to(self, place, act, delta=0.15):
+        return self.eventually(lambda: math.dist(self.where(), place) < delta, 25.0, act)
+
+    # The names sort the flight to the end: the other tests want it on the ground.
+
+    def test_a_every_name_has_mavros_type(self):
+        master = rosgraph.Master("/rostest")
+        types = dict(master.getTopicTypes())
+        publishers, subscribers, _ = master.getSystemState()
+        for names, those_who in ((PUBLISHED, dict(publishers)), (SUBSCRIBED, dict(subscribers))):
+            for name, kind in names.items():
+                self.assertIn("/mavros", those_who.get(f"/mavros/{name}", ()), name)
+                self.assertEqual(types[f"/mavros/{name}"], kind, name)
+        for name, kind in SERVED.items():
+            self.assertEqual(rosservice.get_service_type(f"/mavros/{name}"), kind, name)
+
+    def test_b_sensors_at_rest_say_what_the_truth_is(self):
+        for name in ("imu/data_raw", "imu/mag", "imu/static_pressure", "altitude", "vfr_hud"):
+            self.assertTrue(self.eventually(lambda name=name: self.last(name) is not None), name)
+        up = self.where()[2]
+        altitude = self.last("altitude")
+        self.assertEqual(altitude.header.frame_id, "map")
+        self.assertAlmostEqual(altitude.amsl, ALTITUDE_M + up, delta=0.05)
+        self.assertAlmostEqual(altitude.local, up, delta=0.05)
+        self.assertAlmostEqual(altitude.bottom_clearance, 0.1, places=5)  # as PX4 on the ground
+        hud = self.last("vfr_hud")
+        self.assertAlmostEqual(hud.altitude, ALTITUDE_M + up, delta=0.05)
+        self.assertEqual((hud.throttle, hud.airspeed), (0.0, 0.0))
+        raw = self.last("imu/data_raw")
+        self.assertEqual((raw.header.frame_id, raw.orientation_covariance[0]), ("base_link", -1.0))
+        self.assertAlmostEqual(raw.linear_acceleration.z, 9.81, delta=0.5)
+        # Zurich's field in gauss, NED: 0.2144, 0.0105, 0.4269; turned by the heading, clockwise from north
+        heading = math.radians(hud.heading)
+        forward = 0.2144 * math.cos(heading) + 0.0105 * math.sin(heading)
+        left = 0.2144 * math.sin(heading) - 0.0105 * math.cos(heading)
+        field = self.last("imu/mag").magnetic_field
+        for value, wanted in zip((field.x, field.y, field.z), (forward, left, -0.4269)):
+            self.assertAlmostEqual(value, 1e-4 * wanted, delta=1e-6)
+        # The international standard atmosphere at that height
+        pressure = 101325.0 * (1.0 - 2.25577e-5 * (ALTITUDE_M + up)) ** 5.25588
+        self.assertAlmostEqual(self.last("imu/static_pressure").fluid_pressure, pressure, delta=5.0)
+
+    def test_b_positions_on_earth_are_those_of_the_truth(self):
+        self.assertTrue(self.eventually(lambda: self.last("global_position/raw/fix") is not None))
+        east, north, up = self.where()
+        fix = self.last("global_position/raw/fix")
+        self.assertAlmostEqual((fix.latitude - LATITUDE) * IN_METRES, north, delta=0.1)
+        self.assertAlmostEqual(fix.altitude, ALTITUDE_M + up, delta=0.1)
+        self.assertEqual((fix.status.status, fix.position_covariance_type), (0, 2))
+        self.assertAlmostEqual(fix.position_covariance[0], 0.299**2, places=6)
+        home = self.last("home_position/home").position
+        local = self.last("global_position/local")
+        self.assertEqual((local.header.frame_id, local.child_frame_id), ("map", "base_link"))
+        self.assertAlmostEqual(local.pose.pose.position.x, east - home.x, delta=0.15)
+        self.assertAlmostEqual(local.pose.pose.position.y, north - home.y, delta=0.15)
+
+    def test_b_what_the_flight_controller_says_of_itself(self):
+        for name in ("sys_status", "estimator_status", "rc/out", "time_reference", "timesync_status"):
+            self.assertTrue(self.eventually(lambda name=name: self.last(name) is not None), name)
+        self.assertGreater(self.last("sys_status").voltage_battery, 14000)
+        self.assertTrue(self.last("estimator_status").pos_horiz_abs_status_flag)
+        self.assertEqual(list(self.last("rc/out").channels), [900] * 4 + [0] * 12)
+        reference = self.last("time_reference")
+        self.assertEqual((reference.source, time.gmtime(reference.time_ref.to_sec()).tm_year), ("fcu", 2021))
+        status = self.last("timesync_status")
+        self.assertAlmostEqual(1e-9 * status.observed_offset_ns, 0.0, delta=0.2)  # one clock
+        vehicle_info = self.service("vehicle_info_get", VehicleInfoGet)
+        info = vehicle_info(0, 0, False).vehicles[0]
+        self.assertEqual((info.sysid, info.compid, info.autopilot, info.available_info), (1, 1, 12, 3))
+        self.assertEqual(info.flight_sw_version, 0x010C0000)
+        self.assertFalse(vehicle_info(9, 9, False).success)
+
+    def test_c_message_intervals_are_px4s(self):
+        def rate_hz():
+            self.forget("altitude")
+            self.assertTrue(self.eventually(lambda: len(self.messages("altitude")) >= 12))
+            stamps = [message.header.stamp.to_sec() for message in self.messages("altitude")[1:]]
+            return (len(stamps) - 1) / (stamps[-1] - stamps[0])
+
+        self.assertTrue(self.set_interval(ALTITUDE_MESSAGE, 50.0).success)
+        self.assertAlmostEqual(rate_hz(), 50.0, delta=5.0)
+        self.assertTrue(self.set_interval(ALTITUDE_MESSAGE, 0.0).success)  # PX4's own
+        self.assertAlmostEqual(rate_hz(), 10.0, delta=1.0)
+        self.assertFalse(self.set_interval(HEARTBEAT, 5.0).success)
+        self.assertFalse(self.set_interval(9999, 5.0).success)
+        self.assertFalse(self.set_interval(ALTITUDE_MESSAGE, math.nan).success)
+        self.service("set_stream_rate", StreamRate)(0, 5, True)  # which PX4 does not act on
+        self.assertAlmostEqual(rate_hz(), 10.0, delta=1.0)
+
+    def test_c_covariances_come_when_the_stand_in_is_asked(self):
+        self.assertIsNone(self.last("local_position/accel"))
+        self.assertTrue(self.set_interval(LOCAL_POSITION_NED_COV, 20.0).success)
+        self.assertTrue(self.eventually(lambda: self.last("local_position/accel") is not None))
+        self.assertTrue(self.set_interval(LOCAL_POSITION_NED_COV, -1.0).success)
+        accel = self.last("local_position/accel")
+        self.assertEqual(accel.header.frame_id, "map")
+        self.assertAlmostEqual(accel.accel.accel.linear.z, 0.0, delta=0.5)
+        self.assertGreater(accel.accel.covariance[0], 0.0)
+
+    def test_d_missions_are_refused_in_words(self):
+        self.assertTrue(self.eventually(lambda: self.last("mission/waypoints") is not None))
+        self.assertEqual(self.last("mission/waypoints").waypoints, [])
+        pulled = self.service("mission/pull", WaypointPull)()
+        self.assertEqual((pulled.success, pulled.wp_received), (True, 0))
+        push = self.service("mission/push", WaypointPush)
+        items = [Waypoint(frame=3, command=16, x_lat=LATITUDE, y_long=LONGITUDE, z_alt=3.0)] * 2
+        for start in (0, 1):
+            answer = push(start, items)
+            self.assertEqual((answer.success, answer.wp_transfered), (False, 0))
+        self.assertTrue(self.service("mission/clear", WaypointClear)().success)
+        self.assertFalse(self.service("mission/set_current", WaypointSetCurrent)(3).success)
+
+    def test_d_parameters_are_copied_and_pushed(self):
+        self.assertTrue(self.service("param/pull", ParamPull)(True).success)
+        self.assertAlmostEqual(rospy.get_param("/mavros/param/MPC_XY_P"), 0.95, places=5)
+        rospy.set_param("/mavros/param/MPC_XY_P", 0.9)
+        rospy.set_param("/mavros/param/COM_RC_IN_MODE", "nonsense")
+        rospy.set_param("/mavros/param/NO_SUCH", 1)
+        pushed = self.service("param/push", ParamPush)()
+        self.assertTrue(pushed.success)
+        get = self.service("param/get", ParamGet)
+        self.assertAlmostEqual(get("MPC_XY_P").value.real, 0.9, places=5)
+        self.assertEqual(get("COM_RC_IN_MODE").value.integer, 1)
+        count = len(rospy.get_param("/mavros/param"))
+        self.assertEqual(pushed.param_transfered, count - 2)
+        rospy.set_param("/mavros/param/MPC_XY_P", 0.95)
+        self.service("param/push", ParamPush)()
+
+    def test_d_home_is_set_here_and_elsewhere(self):
+        set_home = self.service("cmd/set_home", CommandHome)
+        self.assertTrue(set_home(False, 0.0, LATITUDE + 1e-4, LONGITUDE, 490.0).success)
+        home = lambda: self.last("home_position/home")  # noqa: E731
+        moved = self.eventually(lambda: abs(home().geo.latitude - LATITUDE - 1e-4) < 1e-5)
+        self.assertTrue(moved, home().geo)
+        self.assertAlmostEqual(home().position.y, 1e-4 * IN_METRES, delta=0.5)  # float32 on its way
+        self.assertAlmostEqual(home().position.z, 2.0, delta=0.01)
+        self.assertTrue(self.service("home_position/req_update", Trigger)().success)
+        refused = set_home(False, 0.0, 99.0, LONGITUDE, 490.0)
+        self.assertEqual((refused.success, refused.result), (False, 2))
+        sent = self.service("cmd/command_int", CommandInt)(False, 0, 179, 0, 0, 1.0, 0, 0, 0, 0, 0, 0.0)
+        self.assertTrue(sent.success)  # here, that is
+        place = lambda: home().position  # noqa: E731
+        here = self.where()
+        self.assertTrue(self.eventually(lambda: math.dist((place().x, place().y), here[:2]) < 0.1))
+
+    def test_e_frames_that_do_not_exist_are_refused(self):
+        for plugin in ("setpoint_position", "setpoint_velocity"):
+            set_frame = self.service(f"{plugin}/mav_frame", SetMavFrame)
+            self.assertFalse(set_frame(77).success)
+            self.assertTrue(set_frame(8).success)
+            self.assertEqual(rospy.get_param(f"/mavros/{plugin}/mav_frame"), "BODY_NED")
+            self.assertTrue(set_frame(1).success)
+
+    def test_f_bad_setpoints_do_not_count(self):
+        nan_attitude, infinite = PoseStamped(), Vector3Stamped()
+        nan_attitude.pose.orientation.w, infinite.vector.x = math.nan, math.inf
+        nowhere = GeoPoseStamped()
+        nowhere.pose.position.latitude = 91.0
+        level = PoseStamped()
+        level.pose.orientation.w = 1.0
+        for messages in (
+            {"setpoint_attitude/attitude": nan_attitude, "setpoint_attitude/thrust": Thrust(thrust=0.5)},
+            {"setpoint_attitude/attitude": level, "setpoint_attitude/thrust": Thrust(thrust=1.5)},
+            {"setpoint_accel/accel": infinite, "setpoint_position/global": nowhere},
+            {"setpoint_raw/global": GlobalPositionTarget(coordinate_frame=77, latitude=LATITUDE)},
+        ):
+            publish = lambda all=messages: [self.publish(*one) for one in all.items()]  # noqa: E731
+            self.eventually(lambda: False, 0.3, publish)
+            self.assertTrue(self.ask_for_mode(0, "OFFBOARD").mode_sent)
+            self.eventually(lambda: False, 0.3, publish)
+            self.assertEqual(self.last("state").mode, "AUTO.LOITER", messages)
+
+    def test_f_there_is_no_remote_control(self):
+        heard = []
+        subscriber = rospy.Subscriber("/mavros/rc/in", RCIn, heard.append)
+        self.publish("rc/override", OverrideRCIn(channels=[1500] * 18))
+        stamp = self.last("local_position/pose").header.stamp + rospy.Duration(1)
+        self.assertTrue(self.eventually(lambda: self.last("local_position/pose").header.stamp > stamp))
+        self.assertEqual((heard, self.last("state").mode), ([], "AUTO.LOITER"))
+        subscriber.unregister()
+
+    def test_y_further_setpoints_fly(self):
+        """Global setpoints, then an acceleration and an attitude; PX4's targets beside them."""
+
+        def global_place(north, up, east=0.0):
+            place = GeoPoseStamped()
+            place.pose.position.latitude = LATITUDE + north / IN_METRES
+            place.pose.position.longitude = LONGITUDE + east / IN_METRES / math.cos(math.radians(LATITUDE))
+            place.pose.position.altitude = ALTITUDE_M + up
+            place.pose.orientation.w = 1.0  # facing east
+            return place
+
+        take_off = lambda: self.publish("setpoint_position/global", global_place(2.0, 3.0))  # noqa: E731
+        self.eventually(lambda: False, 0.5, take_off)
+        self.ask_for_mode(0, "OFFBOARD")
+        self.eventually(lambda: False, 0.2, take_off)
+        self.assertTrue(self.arm(True).success)
+        self.assertTrue(self.flies_to((0.0, 2.0, 3.0), take_off), self.where())
+        target = self.last("setpoint_raw/target_local")
+        self.assertAlmostEqual(target.position.y, 2.0, delta=0.02)
+        self.assertAlmostEqual(target.position.z, 3.0, delta=0.02)
+        self.assertAlmostEqual(target.yaw, 0.0, delta=0.01)
+        self.assertEqual((target.coordinate_frame, target.type_mask), (1, 0))
+
+        # From where it is: the way on earth becomes one in the local frame.
+        go = lambda: self.publish("setpoint_position/global_to_local", global_place(0.0, 2.5, 1.0))  # noqa: E731
+        self.assertTrue(self.flies_to((1.0, 0.0, 2.5), go), self.where())
+
+        # Over home, which lies where it was armed
+        home = self.last("home_position/home").position
+        raw = GlobalPositionTarget(coordinate_frame=6, type_mask=0b1001_1111_1000)  # place and yaw
+        raw.latitude, raw.longitude, raw.altitude = LATITUDE, LONGITUDE, 3.0
+        hover = lambda: self.publish("setpoint_raw/global", raw)  # noqa: E731
+        self.assertTrue(self.flies_to((0.0, 0.0, 3.0 + home.z), hover), self.where())
+
+        # An acceleration, ENU: to the north
+        began = self.where()[1]
+        push = Vector3Stamped()
+        push.vector.y = 1.0
+        north = lambda: self.publish("setpoint_accel/accel", push)  # noqa: E731
+        self.assertTrue(self.eventually(lambda: self.where()[1] > began + 0.5, 10.0, north))
+        self.assertEqual(self.last("setpoint_raw/target_local").type_mask & 0b11_1111, 0b11_1111)
+
+        # An attitude, FLU in ENU: nose down by ten degrees
+        def lean():
+            pose = PoseStamped()
+            pose.pose.orientation.y = math.sin(math.radians(5.0))
+            pose.pose.orientation.w = math.cos(math.radians(5.0))
+            self.publish("setpoint_attitude/attitude", pose)
+            self.publish("setpoint_attitude/thrust", Thrust(thrust=0.6))
+
+        pitch = lambda: 2.0 * math.asin(self.last("imu/data").orientation.y)  # noqa: E731
+        leaning = self.eventually(lambda: abs(pitch() - math.radians(10.0)) < 0.03, 10.0, lean)
+        self.assertTrue(leaning, pitch())
+        target = self.last("setpoint_raw/target_attitude")
+        self.assertAlmostEqual(target.orientation.y, math.sin(math.radians(5.0)), delta=0.005)
+        self.assertAlmostEqual(target.thrust, 0.6, places=3)
+        self.assertGreater(self.last("vfr_hud").throttle, 0.3)
+        self.assertGreater(min(self.last("rc/out").channels[:4]), 1000)
+
+        # In an automatic mode PX4 says where it flies to on earth.
+        self.ask_for_mode(0, "AUTO.RTL")
+        self.assertTrue(self.eventually(lambda: self.last("setpoint_raw/target_global") is not None))
+        target = self.last("setpoint_raw/target_global")
+        self.assertEqual(target.coordinate_frame, 5)
+        self.assertAlmostEqual(target.latitude, LATITUDE, delta=1e-3)
+        self.ask_for_mode(0, "AUTO.LAND")
+        self.assertTrue(self.eventually(lambda: not self.last("state").armed, 40.0))
+
+
+if __name__ == "__main__":
+    rospy.init_node("rostest_mavros_plugins")
+    rostest.rosrun("simulation_tools", "mavros_plugins", TestMavrosPlugins)
