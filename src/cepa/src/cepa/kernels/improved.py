@@ -45,8 +45,8 @@ def valid_directions(ranges, eligible, reach, is_even, r_lb, d_lb):
     """Return (S, N) bool: the beams' directions in which no obstacle is in the inner cushion.
 
     ``is_even`` is Grid.is_even. ``d_lb`` (S,), descending, is the inner cushion's length at each speed. An
-    obstacle at range LS <= d_lb forbids the directions within asin(r_lb / LS) of it (doc/how_it_works.md); overlapping
-    intervals are united by counting.
+    obstacle at range LS <= d_lb forbids the directions within asin(r_lb / LS) of it (doc/how_it_works.md).
+    Overlapping intervals are united by counting.
     """
     count = ranges.size
     speeds = d_lb.size
