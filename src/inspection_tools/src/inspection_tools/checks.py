@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from inspection_tools.errors import ParameterError
 
 
-def check_whole(name: str, value, low: int, high: int) -> None:
+def check_whole(name: str, value: Any, low: int, high: int) -> None:
     """Raise ParameterError unless `value` is a whole number from `low` to `high`."""
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         raise ParameterError(f"{name} is {value!r}; it must be a whole number from {low} to {high}.")
 
 
-def check_number(name: str, value, low: float, high: float) -> None:
+def check_number(name: str, value: Any, low: float, high: float) -> None:
     """Raise ParameterError unless `value` is a finite number from `low` to `high`."""
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
     if not is_number or not low <= value <= high:

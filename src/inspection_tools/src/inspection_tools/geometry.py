@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 import math
+from typing import Tuple
 
 from inspection_tools.errors import PoseError
 
+Vector3 = Tuple[float, float, float]
+Quaternion = Tuple[float, float, float, float]
+"""(x, y, z, w)."""
 
-def normalised(quaternion_xyzw) -> tuple:
+
+def normalised(quaternion_xyzw: Quaternion) -> Quaternion:
     """Return the unit quaternion.
 
     Raises:
         PoseError: it is not finite, or all zeros as in a message that nobody filled in.
     """
-    norm = math.sqrt(sum(q * q for q in quaternion_xyzw))
+    x, y, z, w = quaternion_xyzw
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
     if not (math.isfinite(norm) and norm > 1e-6):
         raise PoseError("The pose's orientation is not a rotation: its quaternion is zero or not finite.")
-    return tuple(q / norm for q in quaternion_xyzw)
+    return x / norm, y / norm, z / norm, w / norm
 
 
-def yaw_of(quaternion_xyzw) -> float:
+def yaw_of(quaternion_xyzw: Quaternion) -> float:
     """Heading of a unit quaternion about z, in (-pi, pi] (REP-103)."""
     x, y, z, w = quaternion_xyzw
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def multiply(a_xyzw, b_xyzw) -> tuple:
+def multiply(a_xyzw: Quaternion, b_xyzw: Quaternion) -> Quaternion:
     """Return the rotation b followed by a."""
     ax, ay, az, aw = a_xyzw
     bx, by, bz, bw = b_xyzw
@@ -37,7 +43,7 @@ def multiply(a_xyzw, b_xyzw) -> tuple:
     )
 
 
-def rotate(quaternion_xyzw, vector) -> tuple:
+def rotate(quaternion_xyzw: Quaternion, vector: Vector3) -> Vector3:
     """Return `vector` rotated by a unit quaternion."""
     x, y, z, w = quaternion_xyzw
     conjugate = (-x, -y, -z, w)

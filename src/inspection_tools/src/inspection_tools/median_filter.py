@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 
@@ -60,8 +61,8 @@ class LidarMedianFilter:
 
     def __init__(self, parameters: MedianFilterParameters | None = None):
         self._parameters = parameters or MedianFilterParameters()
-        self._geometry = None
-        self._history = deque(maxlen=self._parameters.scans)  # of cleaned scans, oldest first
+        self._geometry: ScanGeometry | None = None
+        self._history: deque[np.ndarray] = deque(maxlen=self._parameters.scans)  # cleaned, oldest first
 
     @property
     def parameters(self) -> MedianFilterParameters:
@@ -117,7 +118,7 @@ def _clean(ranges: np.ndarray, range_min_m: float, range_max_m: float) -> np.nda
     return cleaned
 
 
-def _lower_median(scans, window: int, wraps: bool) -> np.ndarray:
+def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.ndarray:
     """Median of each beam's window over all `scans` ((beams,) each, the newest last)."""
     newest = scans[-1]
     beams = newest.size

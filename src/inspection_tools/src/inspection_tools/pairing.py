@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import Any, Optional, Tuple
 
 KEPT_REFERENCES = 64
+
+Reference = Tuple[int, Any]
+"""Stamp in ns, and value."""
+Pair = Tuple[Any, Optional[Reference]]
+"""A command and its reference, if there is one."""
 
 
 class ReferencePairing:
@@ -23,11 +29,11 @@ class ReferencePairing:
 
     def clear(self) -> None:
         """Forget everything, as after a clock that jumped back."""
-        self._references = deque(maxlen=KEPT_REFERENCES)  # (stamp, value), oldest first
+        self._references: deque[Reference] = deque(maxlen=KEPT_REFERENCES)  # oldest first
         self._shares_stamps = False
-        self._held = None
+        self._held: tuple[int, Any] | None = None
 
-    def offer_reference(self, stamp_ns: int, value) -> list:
+    def offer_reference(self, stamp_ns: int, value: Any) -> list[Pair]:
         """Take in a reference; return the (command, reference) pairs that it completes, at most one."""
         if self._references and stamp_ns < self._references[-1][0]:
             self._references.clear()  # its clock jumped back
@@ -36,7 +42,7 @@ class ReferencePairing:
             return []
         return self._release()
 
-    def offer_command(self, stamp_ns: int, command) -> list:
+    def offer_command(self, stamp_ns: int, command: Any) -> list[Pair]:
         """Take in a command; return the (command, reference) pairs that are complete now, oldest first.
 
         A reference is a (stamp_ns, value), or None where there is none.
@@ -49,13 +55,13 @@ class ReferencePairing:
             return released
         return [*released, (command, self._find(stamp_ns))]
 
-    def _release(self) -> list:
+    def _release(self) -> list[Pair]:
         if self._held is None:
             return []
         (held_ns, command), self._held = self._held, None
         return [(command, self._find(held_ns))]
 
-    def _find(self, stamp_ns: int):
+    def _find(self, stamp_ns: int) -> Reference | None:
         if not self._references:
             return None
         for reference in reversed(self._references):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Sequence
 
 from inspection_tools.checks import check_number
 from inspection_tools.errors import ParameterError, PoseError
+from inspection_tools.geometry import Vector3
 
 FARTHEST_M = 1e6
 """A setpoint beyond this is a mistake, not a place to fly to."""
@@ -76,7 +78,7 @@ class PositionCommand:
         clock_jumped_back: Whether this pose was older than the last one, so that the velocity started anew.
     """
 
-    velocity_m_s: tuple
+    velocity_m_s: Vector3
     goal_reached: bool
     clock_jumped_back: bool
 
@@ -90,21 +92,22 @@ class PositionController:
 
     def __init__(self, parameters: PositionControllerParameters | None = None):
         self.parameters = parameters or PositionControllerParameters()
-        self._setpoint_m = None
+        self._setpoint_m: Vector3 | None = None
         self.reset()
 
     @property
-    def setpoint_m(self) -> tuple | None:
+    def setpoint_m(self) -> Vector3 | None:
         """The (x, y, z) to go to, in the poses' frame, or None."""
         return self._setpoint_m
 
-    def set_setpoint(self, position_m) -> None:
+    def set_setpoint(self, position_m: Sequence[float]) -> None:
         """Go to `position_m` (x, y, z) in the poses' frame.
 
         Raises:
             PoseError: a coordinate is not finite, or beyond all reason; the old setpoint stays.
         """
-        setpoint_m = tuple(float(coordinate) for coordinate in position_m)
+        x, y, z = map(float, position_m)
+        setpoint_m = (x, y, z)
         if not all(math.isfinite(coordinate) for coordinate in setpoint_m):
             raise PoseError("The position setpoint has a coordinate that is not finite; it is ignored.")
         if max(map(abs, setpoint_m)) > FARTHEST_M:
@@ -117,11 +120,11 @@ class PositionController:
 
     def reset(self) -> None:
         """Start anew from rest, as after a clock that jumped back; the setpoint stays."""
-        self._stamp_s = None
+        self._stamp_s: float | None = None
         self._velocity_m_s = (0.0, 0.0, 0.0)  # in the poses' frame
         self._goal_reached = False
 
-    def update(self, stamp_s: float, position_m, yaw_rad: float) -> PositionCommand:
+    def update(self, stamp_s: float, position_m: Sequence[float], yaw_rad: float) -> PositionCommand:
         """Return the command for a pose.
 
         Args:
@@ -142,12 +145,13 @@ class PositionController:
         if self._setpoint_m is None:
             self._velocity_m_s = (0.0, 0.0, 0.0)
         else:
-            error_m = tuple(goal - here for goal, here in zip(self._setpoint_m, position_m))
+            x, y, z = (goal - here for goal, here in zip(self._setpoint_m, position_m))
+            error_m = (x, y, z)
             self._velocity_m_s = self._step_towards(error_m, step_s)
             self._goal_reached = self._is_reached(error_m)
         return PositionCommand(_level(self._velocity_m_s, yaw_rad), self._goal_reached, jumped_back)
 
-    def _step_towards(self, error_m, step_s: float) -> tuple:
+    def _step_towards(self, error_m: Vector3, step_s: float) -> Vector3:
         """Velocity after this step: the approach's, as far as the acceleration limits let it change."""
         p = self.parameters
         distance_m = math.hypot(error_m[0], error_m[1])
@@ -170,7 +174,7 @@ class PositionController:
             self._velocity_m_s[2] + min(max(change_z, -allowed_z), allowed_z),
         )
 
-    def _is_reached(self, error_m) -> bool:
+    def _is_reached(self, error_m: Vector3) -> bool:
         distance_m = math.sqrt(sum(e * e for e in error_m))
         p = self.parameters
         margin_m = p.goal_hysteresis if self._goal_reached else 0.0
@@ -188,7 +192,7 @@ def approach_speed(distance_m: float, max_speed_m_s: float, deceleration_m_s2: f
     return min(math.sqrt(2.0 * deceleration_m_s2 * (distance_m - 0.5 * joint_m)), max_speed_m_s)
 
 
-def _level(velocity_m_s, yaw_rad: float) -> tuple:
+def _level(velocity_m_s: Vector3, yaw_rad: float) -> Vector3:
     """Turn a vector of the poses' frame into the levelled body frame."""
     cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
     x, y, z = velocity_m_s

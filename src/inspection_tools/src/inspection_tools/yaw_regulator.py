@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Sequence
 
 from inspection_tools.checks import check_number
 from inspection_tools.errors import ParameterError, VelocityError
@@ -64,7 +65,7 @@ class YawRegulator:
         self._looking = False
         self._sense = 0.0  # +1 turning left, -1 right, 0 not turning
 
-    def update(self, velocity_m_s, reference_m_s=NO_VELOCITY) -> float:
+    def update(self, velocity_m_s: Sequence[float], reference_m_s: Sequence[float] = NO_VELOCITY) -> float:
         """Return the yaw rate in rad/s, positive to the left.
 
         Args:
@@ -89,7 +90,7 @@ class YawRegulator:
     def _passes(self, speed_m_s: float, was_on: bool) -> bool:
         return speed_m_s > (self.parameters.speed_off if was_on else self.parameters.speed_on)
 
-    def _turn_towards(self, direction) -> float:
+    def _turn_towards(self, direction: Sequence[float]) -> float:
         p = self.parameters
         error_rad = math.atan2(direction[1], direction[0])
         if error_rad == -math.pi:  # atan2(-0.0, -1): the rear is one direction, and its tie goes left

@@ -15,6 +15,7 @@ from __future__ import annotations
 import contextlib
 import socket
 from collections import deque
+from typing import Any
 
 import rospy
 from rospy.exceptions import TransportTerminated
@@ -29,13 +30,13 @@ class DirectConnection:
         holds: nothing goes out before `flush`.
     """
 
-    def __init__(self, connection, queue_size: int, holds: bool = False) -> None:
+    def __init__(self, connection: Any, queue_size: int, holds: bool = False) -> None:
         self._connection = connection
         self._holds = holds
         self._rest = b""  # of a message that has been sent in part
         self._waiting: deque[bytes] = deque(maxlen=queue_size)
 
-    def __getattr__(self, name: str):
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self._connection, name)
@@ -86,7 +87,7 @@ class DirectPublisher(rospy.Publisher):
         holds: messages go out with the next `flush`.
     """
 
-    def __init__(self, name: str, data_class, queue_size: int, holds: bool = False) -> None:
+    def __init__(self, name: str, data_class: Any, queue_size: int, holds: bool = False) -> None:
         super().__init__(name, data_class, queue_size=queue_size, tcp_nodelay=True)
         add = self.impl.add_connection
         self.impl.queue_size = None  # or rospy would wrap the connection in its own queue

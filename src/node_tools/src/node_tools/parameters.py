@@ -7,7 +7,8 @@ from typing import Any, Callable, Mapping, TypeVar
 
 import rospy
 
-Parameters = TypeVar("Parameters")
+Parameters = TypeVar("Parameters", bound=Any)
+"""A dataclass that checks itself."""
 
 
 def read_values(defaults: Mapping[str, Any]) -> dict[str, Any]:
@@ -46,7 +47,7 @@ def serve_parameters(
         config_type,
         parameters,
         lambda config: parameter_class(**{name: config[name] for name in names}),
-        dataclasses.asdict,
+        lambda given: dataclasses.asdict(given),
         apply,
         errors,
     )
