@@ -18,7 +18,7 @@ import numpy as np
 from simulation_tools.px4.parameters import Px4Parameters
 
 _LAND_SPEED_SHARE = 0.9  # of MPC_LAND_SPEED: a velocity setpoint that asks to land
-_JUST_LANDED_S = 2.0  # so long motion is judged mildly, for rotors that spool up or down
+_JUST_LANDED_S = 2.0  # so long motion is judged mildly, for rotors that spool down
 _JUST_LANDED_SLACK = 2.5
 _MANUAL_THRUST_SLACK = 0.01
 
@@ -46,7 +46,7 @@ class LandDetector:
     def reset(self) -> None:
         """Stand on the ground."""
         self._contact, self._maybe, self._landed = _Stage(), _Stage(), _Stage()
-        self._maybe_for_s = 0.0
+        self._maybe_for_s = _JUST_LANDED_S  # it has stood there for long
         self._in_descent = self._hover_thrust_known = False
 
     @property
