@@ -124,8 +124,8 @@ def test_covariances_are_those_of_the_estimators_noise():
     flight.run(2.0)
     noise, m = flight.px4.estimator_noise, message(flight, "LOCAL_POSITION_NED_COV")
     diagonal = [m.covariance[i] for i in (0, 9, 17, 24, 30, 35, 39, 42, 44)]
-    assert diagonal[:3] == pytest.approx([noise.position_xy_m**2] * 2 + [noise.position_z_m**2])
-    assert diagonal[3:6] == pytest.approx([noise.velocity_xy_m_s**2] * 2 + [noise.velocity_z_m_s**2])
+    assert diagonal[:3] == pytest.approx([v**2 for v in noise.estimated_position_m])
+    assert diagonal[3:6] == pytest.approx([v**2 for v in noise.estimated_velocity_m_s])
     assert diagonal[6:] == pytest.approx([noise.acceleration_m_s2**2] * 3)
     assert sum(map(abs, m.covariance)) == pytest.approx(sum(diagonal))
     assert "LOCAL_POSITION_NED_COV" not in telemetry.OFFBOARD_RATES_HZ  # PX4 does not have it
