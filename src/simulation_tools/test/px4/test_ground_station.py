@@ -50,7 +50,7 @@ def take_off(setup, client, amsl_m):
     ]
     assert setup.ack(client, lambda: client.command(ARM, 1)) == [(ARM, 0)]
     assert fly(setup, client, 25.0, until=lambda: setup.flight.px4.status.mode is Mode.AUTO_LOITER)
-    fly(setup, client, 3.0)
+    fly(setup, client, 6.0)  # LOITER begins 0.8 m below (NAV_MC_ALT_RAD)
 
 
 def request(setup, client, number, name):

@@ -39,6 +39,11 @@ class FlightControl:
         self._hover = HoverThrustEstimator(parameters)
         self._press_down = np.zeros(1, SETPOINT_DTYPE)
         fill(self._press_down, Setpoint(acceleration=(0.0, 0.0, _PRESS_DOWN_M_S2)))
+        # When an automatic take-off has waited for the spool-up, PX4's ramp begins with a cycle that has no
+        # setpoint yet. It asks for hover thrust, too short to move; the land detector calls it a take-off.
+        self._nothing = np.zeros(1, SETPOINT_DTYPE)
+        fill(self._nothing, Setpoint())
+        self._ramped = np.zeros(1, SETPOINT_DTYPE)
         self.reset()
 
     def reset(self) -> None:
@@ -106,6 +111,7 @@ class FlightControl:
         control, p = self.position, self._parameters
         landed = self.land_detector.landed
         wanted = setpoint is not None and landed and _asks_to_climb(setpoint, estimate, commander.mode)
+        before = self.takeoff.state
         self.takeoff.update(commander.armed, landed, wanted, False, dt_s)
         flying = self.takeoff.state >= TakeoffState.FLIGHT
         if not flying:
@@ -114,14 +120,24 @@ class FlightControl:
         if setpoint is None or on_ground:
             setpoint = self._press_down
             control.reset_integral()
-        up = p["MPC_TKO_SPEED"] if commander.mode is Mode.AUTO_TAKEOFF else p["MPC_Z_VEL_MAX_UP"]
+        elif not flying:
+            setpoint = self._without_feed_forward(setpoint)
+            if before is TakeoffState.SPOOLUP and commander.mode.is_auto:
+                setpoint = self._nothing
+        up = p["MPC_Z_VEL_MAX_UP"]
         limits = control.limits[0]
         limits["tilt"] = math.radians(p["MPC_TILTMAX_AIR" if flying else "MPC_TILTMAX_LND"])
-        limits["speed_up"] = min(self.takeoff.speed_limit(up, dt_s), p["MPC_Z_VEL_MAX_UP"])
+        limits["speed_up"] = min(self.takeoff.speed_limit(up, dt_s), up)
         limits["speed_down"] = p["MPC_Z_VEL_MAX_DN"]
         limits["thrust_min"] = p["MPC_THR_MIN"] if flying else 0.0
         control.update(setpoint, estimate, dt_s)
         self._thrust = float(control.output["thrust"][0])
+
+    def _without_feed_forward(self, setpoint: np.ndarray) -> np.ndarray:
+        """Return a setpoint whose vertical acceleration does not go round the ramp of the take-off."""
+        self._ramped[:] = setpoint
+        self._ramped["acceleration"][0, 2] = math.nan
+        return self._ramped
 
     def _follow_attitude(self, setpoint: AttitudeSetpoint) -> None:
         """Hand an attitude or body rates setpoint on to the inner controllers."""
@@ -158,6 +174,8 @@ def _asks_to_climb(setpoint: np.ndarray, estimate: np.ndarray, mode: Mode) -> bo
     """Whether a setpoint record asks to leave the ground."""
     if mode in (Mode.AUTO_LOITER, Mode.AUTO_LAND):
         return False
+    if mode is Mode.AUTO_TAKEOFF:
+        return True
     asked = setpoint[0]
     return bool(
         asked["position"][2] < estimate["position"][0, 2]

@@ -21,6 +21,7 @@ from simulation_tools.px4.return_home import ReturnHome
 from simulation_tools.px4.trajectory import SmoothAxis, speed_that_stops_within
 
 _TAKEOFF_SLACK_M = 0.1  # so much below the least altitude nobody is told
+_STANDING_SPEED_M_S = 0.7  # downwards; a climb starts from it, so that it begins without a step
 
 
 class Navigator:
@@ -81,10 +82,14 @@ class Navigator:
         if not altitude_m >= lowest_m - _TAKEOFF_SLACK_M:
             severity = Severity.INFO if math.isnan(altitude_m) else Severity.CRITICAL
             self._say(severity, f"Using minimum takeoff altitude: {least_m:.2f} m")
-        for axis, start in zip(self._axes, position.tolist()):
-            axis.start(start)
         self._target = position.copy()
         self._target[2] = -(altitude_m if altitude_m > lowest_m else lowest_m)
+
+    def stand(self, position: np.ndarray) -> None:
+        """Begin a take-off's climb here, position (3,); call it until the vehicle may leave the ground."""
+        for axis, start in zip(self._axes, position.tolist()):
+            axis.start(start)
+        self._axes[2].velocity = _STANDING_SPEED_M_S
 
     def update(self, estimate: np.ndarray, home: np.ndarray, landed: bool, dt_s: float) -> np.ndarray | None:
         """Return the setpoint record, shape (1,), the same each time; None: stand on the ground."""
@@ -95,8 +100,7 @@ class Navigator:
             self._idle = self._idle or landed
         if self._idle:
             return None
-        climb = self._parameters["MPC_TKO_SPEED"] if self._mode is Mode.AUTO_TAKEOFF else None
-        self._advance(dt_s * self._stretch(position), climb)
+        self._advance(dt_s * self._stretch(position), *self._vertical_limits(float(home[2] - position[2])))
         yaw_rate = self._turn(dt_s)
         setpoint = self.setpoint[0]
         for name in ("position", "velocity", "acceleration"):
@@ -106,7 +110,10 @@ class Navigator:
             setpoint["position"][2] = setpoint["acceleration"][2] = math.nan
             setpoint["velocity"][2] = self._landing_speed(float(home[2] - position[2]))
         if self._mode is Mode.AUTO_TAKEOFF:
-            self.finished = abs(self._target[2] - position[2]) < 0.2
+            self.finished = abs(self._target[2] - position[2]) <= self._parameters["NAV_MC_ALT_RAD"]
+            # It climbs by velocity alone: its speed grows from zero, and no height is missing at first.
+            if home[2] - position[2] < self._parameters["MPC_LAND_ALT1"]:
+                self._axes[2].position = float(position[2])
         return self.setpoint
 
     def _follow_return(self, estimate: np.ndarray, landed: bool, dt_s: float) -> None:
@@ -157,7 +164,18 @@ class Navigator:
         self._yaw = math.remainder(self._yaw + turn, 2.0 * math.pi)
         return turn / dt_s
 
-    def _advance(self, dt_s: float, climb_speed_m_s: float | None) -> None:
+    def _vertical_limits(self, height_m: float) -> tuple[float, float]:
+        """Return the greatest speed and acceleration towards the target's height; height_m: over home."""
+        p = self._parameters
+        if self._target[2] >= self._axes[2].position:
+            return p["MPC_Z_VEL_MAX_DN"], p["MPC_ACC_DOWN_MAX"]
+        if self._mode is Mode.AUTO_TAKEOFF and height_m < p["MPC_LAND_ALT1"]:
+            speed = p["MPC_TKO_SPEED"]
+            # No faster than the ramp of thrust allows.
+            return speed, min(p["MPC_ACC_UP_MAX"], speed / max(p["MPC_TKO_RAMP_T"], 0.01))
+        return p["MPC_Z_VEL_MAX_UP"], p["MPC_ACC_UP_MAX"]
+
+    def _advance(self, dt_s: float, vertical_speed_m_s: float, vertical_acceleration_m_s2: float) -> None:
         """Move the reference point towards the target for dt_s."""
         p = self._parameters
         jerk, acceleration = p["MPC_JERK_AUTO"], p["MPC_ACC_HOR"]
@@ -169,9 +187,6 @@ class Navigator:
         self._axes[0].advance(share * north, acceleration, jerk, dt_s)
         self._axes[1].advance(share * east, acceleration, jerk, dt_s)
 
-        up = p["MPC_Z_VEL_MAX_UP"] if climb_speed_m_s is None else climb_speed_m_s
-        limit, acceleration = (
-            (up, p["MPC_ACC_UP_MAX"]) if down < 0.0 else (p["MPC_Z_VEL_MAX_DN"], p["MPC_ACC_DOWN_MAX"])
-        )
-        speed = min(limit, speed_that_stops_within(abs(down), acceleration, jerk))
-        self._axes[2].advance(math.copysign(speed, down), acceleration, jerk, dt_s)
+        limit = speed_that_stops_within(abs(down), vertical_acceleration_m_s2, jerk)
+        speed = math.copysign(min(vertical_speed_m_s, limit), down)
+        self._axes[2].advance(speed, vertical_acceleration_m_s2, jerk, dt_s)

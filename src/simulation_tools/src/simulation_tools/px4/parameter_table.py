@@ -129,6 +129,7 @@ PARAMETER_TABLE = (
         "s that RTL waits before it lands; negative: for ever",
     ),
     ("NAV_ACC_RAD", 2.0, 0.05, 200.0, "m, distance over ground at which a target counts as reached"),
+    ("NAV_MC_ALT_RAD", 0.8, 0.05, 200.0, "m, difference in height at which a target counts as reached"),
     ("NAV_MC_ALT_RAD", 0.8, 0.05, 200.0, "m, height error at which a target counts as reached"),
     ("GF_ACTION", 2, 0, 5, "not used: no geofence"),
     # Land detector

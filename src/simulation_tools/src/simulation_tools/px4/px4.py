@@ -274,6 +274,8 @@ class Px4:
         if not (commander.armed and commander.mode.is_auto):
             return None
         landed = self._control.land_detector.landed
+        if commander.mode is Mode.AUTO_TAKEOFF and self._control.takeoff.state < TakeoffState.RAMPUP:
+            self._navigator.stand(self._known["position"][0])
         asked = self._navigator.update(self._known, commander.home, landed, dt_s)
         if asked is None:
             return None
