@@ -85,7 +85,42 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case, capsys):
 @pytest.mark.parametrize("path", sorted(LAUNCH.glob("*.launch")), ids=lambda path: path.stem)
 def test_every_launch_file_can_be_flown_as_it_is(path, capsys):
     needed = [FOREST, "goal:=9 0 2"] if path.stem == "fly_to_goal" else []
-    assert request.main([str(path), *needed]) == 0, capsys.readouterr().err
+    assert request.main([str(path), *free_mavlink_ports(), *needed]) == 0, capsys.readouterr().err
+
+
+def free_mavlink_ports() -> list[str]:
+    """Arguments of ports that a flight beside this test does not use."""
+    return [f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2))]
+
+
+@pytest.mark.parametrize(
+    ("file", "steps"),
+    [
+        ("experiment_1", {"offboard_port": 0}),
+        ("teleop", {"offboard_port": 40}),
+        ("experiment_3", {"gcs_port": 4020}),
+    ],
+)
+def test_a_launch_whose_port_is_taken_is_refused(file, steps, capsys):
+    """MAVROS's port, and those of the flight controller beside 14540 and 14550."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        port = other.getsockname()[1]
+        words = free_mavlink_ports() + [f"{name}:={port - step}" for name, step in steps.items()]
+        assert request.main([str(LAUNCH / f"{file}.launch"), *words]) == 1
+    assert f"Cannot bind UDP 127.0.0.1:{port} for " in capsys.readouterr().err
+
+
+def test_the_simulator_alone_is_not_launched_either_when_a_port_is_taken(processes):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        port = other.getsockname()[1]
+        run = processes.run(
+            "roslaunch", "simulation_tools", "sitl.launch", f"offboard_port:={port}", timeout_s=60.0
+        )
+    assert run.returncode == 1
+    assert f"Cannot bind UDP 127.0.0.1:{port} for MAVROS: Address already in use;" in run.stdout
+    assert "process[" not in run.stdout
 
 
 def test_roslaunch_alone_refuses_before_it_starts_anything(processes):
@@ -134,4 +169,5 @@ def test_a_node_that_is_dead_but_registered_is_no_graph_that_runs(ros_master, mo
         rosgraph.Master("/gazebo", uri).handle.registerPublisher(
             "/gazebo", "/clock", "rosgraph_msgs/Clock", address
         )
-        assert request.main([str(LAUNCH / "experiment_1.launch")]) == 0, capsys.readouterr().err
+        words = [str(LAUNCH / "experiment_1.launch"), *free_mavlink_ports()]
+        assert request.main(words) == 0, capsys.readouterr().err

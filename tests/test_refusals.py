@@ -125,7 +125,8 @@ def wait_for(condition, otherwise: str) -> None:
 
 
 def test_a_node_that_cannot_start_ends_the_launch_with_its_sentence(processes, tmp_path):
-    """MAVROS's port is taken; it would be tried again for ever, and the UAV would never be ready."""
+    """MAVROS's port is taken since the check; it would be tried for ever, and the UAV never ready."""
+    processes.environment["LAUNCH_CHECKED"] = "1"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         port = other.getsockname()[1]

@@ -39,7 +39,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def check(launch: launch_check.Launch) -> None:
-    """Check the values of a launch's arguments, if it is of a file of this package.
+    """Check the values of a launch's arguments and its ports, if it is of a file of this package.
 
     Raises:
         MasterThesisError, SimulationToolsError: one sentence.
@@ -52,6 +52,7 @@ def check(launch: launch_check.Launch) -> None:
             reader(asked)
             if "results" in asked:
                 check_results(asked["results"])
+            simulator.check_ports(asked)
 
 
 def values_of(file: Path, given: Mapping[str, str]) -> dict[str, str]:

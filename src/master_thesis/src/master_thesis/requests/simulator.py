@@ -1,4 +1,4 @@
-"""What is asked of the simulator: the checks of its own node, before it starts."""
+"""What is asked of the simulator: the checks of its own node, before it starts, and of its ports."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from typing import Any, Mapping
 
 from master_thesis.worlds import scenario
 from simulation_tools import values
+from simulation_tools.launch_ports import check_ports_are_free
 from simulation_tools.uav import load_uav
+
+_PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
 
 
 def check(asked: Mapping[str, Any]) -> None:
@@ -27,3 +30,9 @@ def check(asked: Mapping[str, Any]) -> None:
     sensors, model = str(asked.get("sensors", "")).split(), str(asked.get("model", "iris"))
     if sensors or model != "iris":
         load_uav(model, sensors=sensors)
+
+
+def check_ports(asked: Mapping[str, Any]) -> None:
+    """Check that the ports of a launch are free, if it says which; raises SimulationToolsError."""
+    if all(name in asked for name in _PORTS):
+        check_ports_are_free(**{name: asked[name] for name in _PORTS})

@@ -1,0 +1,37 @@
+"""Whether the ports that a launch needs are free, told before anything starts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simulation_tools import values
+from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP, open_udp
+from simulation_tools.px4_sitl.simulator_link import SimulatorLink
+
+HOST = "127.0.0.1"
+
+
+def check_ports_are_free(
+    autopilot: str, mavros: str, offboard_port: Any, gcs_port: Any, simulator_port: Any
+) -> None:
+    """Check the ports of the simulator and of MAVROS, as `sitl.launch` would start them.
+
+    autopilot: standin or px4. mavros: sim, real or none. offboard_port, gcs_port, simulator_port: as in the
+    launch files; 0: any that is free.
+
+    Raises:
+        ParameterError: one is no port.
+        LinkError: one is taken.
+    """
+    offboard, ground = values.mavlink_ports(offboard_port, gcs_port)
+    if mavros in ("sim", "real"):
+        _check_udp(offboard, "MAVROS")
+    if autopilot == "px4":
+        SimulatorLink(values.port("simulator_port", simulator_port)).close()
+        return
+    _check_udp(offboard + OFFBOARD_PORT_STEP if offboard else 0, "the offboard API")
+    _check_udp(ground + GCS_PORT_STEP if ground else 0, "ground stations")
+
+
+def _check_udp(port: int, purpose: str) -> None:
+    open_udp(HOST, port, purpose).close()
