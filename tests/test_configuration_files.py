@@ -35,6 +35,7 @@ YAML = files("*/config/**/*.yaml", "*/launch/**/*.yaml", "*/rviz/*.rviz")
 RVIZ = files("*/rviz/*.rviz")
 MAPPING_RVIZ = ROOT / "src/master_thesis/rviz"
 CFG = files("*/cfg/*.cfg")
+LONGEST_LIST = 7  # parameters in one frame of rqt_reconfigure
 
 
 # For launch files that cannot be without: a value for each argument that has no default.
@@ -172,6 +173,23 @@ def test_dynamic_parameters_say_what_they_are_and_where_they_end(path):
             assert entry["min"] <= entry["default"] <= entry["max"], entry["name"]
             assert entry["max"] < 1e9, f"{entry['name']} has no maximum of its own"
             assert entry["min"] > -1e9, f"{entry['name']} has no minimum of its own"
+            assert entry["min"] != -1, (
+                f"{entry['name']}: no slider begins at -1"
+            )
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("path", CFG, ids=name)
+def test_dynamic_parameters_stand_in_groups_that_are_seen_at_a_glance(path):
+    """rqt_reconfigure draws a frame around each group; the names are what `dynparam` knows, group or not."""
+    module = generated(path)
+    description = module.config_description
+    for group in (description, *description["groups"]):
+        assert len(group["parameters"]) <= LONGEST_LIST, group["name"]
+    names = [entry["name"] for entry in parameters(description)]
+    assert sorted(names) == sorted(module.defaults)
+    groups = {group["name"].lower() for group in description["groups"]}
+    assert not groups & set(names), "a group and a parameter of one name do not compile in C++"
 
 
 def generated(cfg):

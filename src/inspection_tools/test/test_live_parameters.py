@@ -36,6 +36,13 @@ def live(config):
     return importlib.import_module(f"inspection_tools.cfg.{config}")
 
 
+def parameters(group):
+    """Yield the parameters of a group and of the groups in it."""
+    yield from group["parameters"]
+    for inner in group["groups"]:
+        yield from parameters(inner)
+
+
 @pytest.mark.ros
 @pytest.mark.parametrize("node", CONFIGS)
 def test_live_parameters_are_the_librarys(node):
@@ -43,8 +50,10 @@ def test_live_parameters_are_the_librarys(node):
     described = live(config)
     defaults = {field.name: field.default for field in dataclasses.fields(parameter_class)}
     assert described.defaults == defaults
-    for parameter in described.config_description["parameters"]:
-        assert parameter["description"].endswith("."), parameter["name"]
+    entries = list(parameters(described.config_description))
+    assert {entry["name"] for entry in entries} == defaults.keys()
+    for entry in entries:
+        assert entry["description"].endswith("."), entry["name"]
 
 
 @pytest.mark.ros

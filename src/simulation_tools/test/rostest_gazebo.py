@@ -24,6 +24,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 BOX = """<sdf version="1.6"><model name="crate"><static>true</static><link name="link">
 <collision name="c"><geometry><box><size>0.2 2 2</size></box></geometry></collision>
 <visual name="v"><geometry><box><size>0.2 2 2</size></box></geometry></visual></link></model></sdf>"""
+PARCEL = """<sdf version="1.6"><model name="parcel"><link name="link"><inertial><mass>1</mass><inertia>
+<ixx>0.007</ixx><iyy>0.007</iyy><izz>0.007</izz></inertia></inertial><collision name="c"><geometry>
+<box><size>0.2 0.2 0.2</size></box></geometry></collision></link></model></sdf>"""
 TOPICS = {
     "/clock": Clock,
     "/scan": LaserScan,
@@ -221,6 +224,10 @@ class TestGazebo(unittest.TestCase):
             self.assertAlmostEqual((clock[-1].clock - clock[0].clock).to_sec(), 0.25, delta=0.05)
             applied = client.update_configuration({"real_time_factor": 1.0, "time_step": 0.0021})
             self.assertAlmostEqual(applied["time_step"], 0.002)  # whole milliseconds
+            self.assertAlmostEqual(applied["max_update_rate"], 500.0)
+            applied = client.update_configuration({"max_update_rate": 250.0})
+            self.assertAlmostEqual(applied["real_time_factor"], 0.5)
+            client.update_configuration({"real_time_factor": 1.0})
             applied = client.update_configuration({"real_time_factor": -3.0})
             self.assertEqual(applied["real_time_factor"], 1.0)  # refused: 0 would be as fast as possible
             client.update_configuration({"pause": True})
@@ -236,6 +243,36 @@ class TestGazebo(unittest.TestCase):
         finally:
             client.update_configuration({"real_time_factor": 1.0, "time_step": 0.004, "pause": False})
             client.close()
+
+    def test_gravity_and_contacts_are_tuned_while_the_world_runs(self):
+        client = Client("gazebo", timeout=5.0)
+        usual = client.get_configuration(timeout=5.0)
+        self.assertAlmostEqual(usual["gravity_z"], -9.80665)  # the world file's
+        pose = Pose()
+        pose.position.x, pose.position.y, pose.position.z, pose.orientation.w = -5.0, -5.0, 40.0, 1.0
+        try:
+            client.update_configuration({"gravity_x": 1.0, "gravity_z": 0.0})
+            self.services["spawn_sdf_model"]("parcel", PARCEL, "", pose, "world")
+            before = self.services["get_model_state"]("parcel", "")
+            time.sleep(0.5)
+            after = self.services["get_model_state"]("parcel", "")
+            passed_s = (after.header.stamp - before.header.stamp).to_sec()
+            self.assertGreater(passed_s, 0.2)
+            gained = after.twist.linear.x - before.twist.linear.x
+            self.assertAlmostEqual(gained / passed_s, 1.0, delta=0.05)
+            self.assertAlmostEqual(after.pose.position.z, 40.0, delta=1e-6)
+            client.update_configuration({"gravity_x": 0.0, "gravity_z": -9.8, "contact_surface_layer": 0.02})
+            pose.position.z = 0.5
+            self.services["set_model_state"](ModelState(model_name="parcel", pose=pose))
+            time.sleep(2.0)
+            at_rest = self.services["get_model_state"]("parcel", "").pose.position.z
+            self.assertAlmostEqual(at_rest, 0.1 - 0.02, delta=2e-3)
+        finally:
+            self.services["delete_model"]("parcel")
+            client.update_configuration(
+                {name: usual[name] for name in ("gravity_x", "gravity_z", "contact_surface_layer")}
+            )
+            self.services["reset_world"]()  # the UAV has sunk as well
 
     # -- models
     # ------------------------------------------------------------------------------------------------

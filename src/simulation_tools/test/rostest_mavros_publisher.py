@@ -290,6 +290,19 @@ class TestMavrosPublisher(unittest.TestCase):
         self.assertTrue(self.eventually(lambda: self.ready[-1] and self.place[2] > 1.5, 40.0))
         self.assertLess(math.hypot(*self.place[:2]), 0.1)
 
+    def test_z_wind_tilts_the_hovering_uav_and_can_be_tuned(self):
+        client = Client("/gazebo", timeout=5.0)
+        client.update_configuration({"wind_x": 6.0})
+        self.addCleanup(client.update_configuration, {"wind_x": 0.0})
+        self.for_simulated(8.0, lambda: self.fly(forward=0.0))
+        q = self.truth.pose.pose.orientation
+        tilt = math.acos(1.0 - 2.0 * (q.x**2 + q.y**2))
+        # Four rotors' drag, 1.75e-4 N per m/s and rad/s, at the speed that carries 1.63 kg, over the weight.
+        weight_n = 1.63 * 9.8
+        drag_n = 4 * 1.75e-4 * 6.0 * math.sqrt(weight_n / 4 / 5.84e-6)
+        self.assertAlmostEqual(tilt, math.atan2(drag_n, weight_n), delta=math.radians(2.5))
+        self.assertLess(self.speed, 0.3)
+
 
 if __name__ == "__main__":
     rospy.init_node("rostest_mavros_publisher")

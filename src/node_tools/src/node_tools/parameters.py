@@ -71,7 +71,7 @@ def serve(
         apply: is called with each new set.
         errors: base class of what `read` raises.
     """
-    from dynamic_reconfigure.server import Server  # slow to import
+    from node_tools.tuning_server import TuningServer  # slow to import
 
     accepted = dict(write(parameters))
 
@@ -87,7 +87,7 @@ def serve(
         apply(changed)
         return config
 
-    return Server(config_type, on_change)
+    return TuningServer(config_type, on_change)
 
 
 def _like(default: Any, value: Any) -> Any:

@@ -137,7 +137,6 @@ class Simulation:
                 f'{parameters.world} already holds a model named "{self.uav_name}", as the UAV is called.'
             )
         self.warnings = (*world.warnings, *self.uav.model.warnings, *unsimulated(self.uav))
-        self._gravity = world.gravity_m_s2
         self.wind_m_s = world.wind_m_s
         self._step_us = step_us_from(parameters.time_step_s)
         further = [sensor.name for _, sensor in further_sensors(self.uav)]
@@ -179,7 +178,7 @@ class Simulation:
 
         The estimator in flight finds it too, but only after the UAV has sunk by a metre.
         """
-        gravity_m_s2 = math.hypot(*self._gravity)
+        gravity_m_s2 = math.hypot(*self.world.settings.gravity_m_s2)
         command = self.airframe.hover_command(self.world.mass_kg(self.uav_name), gravity_m_s2)
         return round(min(max(command, 0.1), 0.8), 2)
 
@@ -187,7 +186,8 @@ class Simulation:
         self.time_us = 0
         self._body = self.world.get_state(self.uav_name)
         q = self._body.pose.orientation_xyzw
-        self._specific_force = specific_force(ORIGIN, ORIGIN, 1.0, self._gravity, q)  # at rest
+        gravity = self.world.settings.gravity_m_s2
+        self._specific_force = specific_force(ORIGIN, ORIGIN, 1.0, gravity, q)  # at rest
         self._odometry_us = 0
         further = [sensor.schedule for sensor in self.payload]
         for schedule in (self._scan_schedule, self._pose_schedule, self._imu_schedule, *further):
@@ -204,7 +204,7 @@ class Simulation:
     def set_time_step(self, time_step_s: float) -> None:
         """Make every later step this long; whole milliseconds, 1 to 8."""
         self._step_us = step_us_from(time_step_s)
-        self.world.time_step_s = time_step_s
+        self.world.settings.time_step_s = time_step_s
 
     def step(self) -> StepOutput:
         """Advance by one time step: flight controller, rotors, physics, and what the sensors then see."""
@@ -299,9 +299,9 @@ class Simulation:
 
     def _felt_since(self, velocity_before: Vector3, dt_s: float) -> Vector3:
         """Specific force over the step that has just been made, body axes; SimulationError if not finite."""
-        body = self._body
+        body, gravity = self._body, self.world.settings.gravity_m_s2
         felt = specific_force(
-            velocity_before, body.linear_velocity_m_s, dt_s, self._gravity, body.pose.orientation_xyzw
+            velocity_before, body.linear_velocity_m_s, dt_s, gravity, body.pose.orientation_xyzw
         )
         if not math.isfinite(felt[0] + felt[1] + felt[2]):
             raise self._diverged(self.uav_name)

@@ -124,7 +124,7 @@ def test_a_bad_time_step_is_refused():
 def test_the_time_step_can_change_between_steps(build):
     world = build(solid_box(1, 1, 1, 1))
     world.step()
-    world.time_step_s = 0.001
+    world.settings.time_step_s = 0.001
     world.step()
     assert world.get_state("thing").linear_velocity_m_s[2] == pytest.approx(-9.8 * 0.005)
 

@@ -33,6 +33,7 @@ from simulation_tools.world.kinematics import (
 from simulation_tools.world.meshes import TriangleMesh, joined
 from simulation_tools.world.overlaps import Overlap, overlaps
 from simulation_tools.world.rays import RayScene
+from simulation_tools.world.settings import PhysicsSettings
 
 __all__ = ["BodyState", "Contact", "PhysicsWorld", "WorldError"]
 
@@ -62,7 +63,8 @@ class PhysicsWorld:
     """Bodies under gravity and contact, advanced by a fixed time step.
 
     Each world has its own PyBullet client, so several can live in one process. Not thread-safe. rays: the
-    scene of every collision shape, for lidars; it follows the models as they move, come and go.
+    scene of every collision shape, for lidars; it follows the models as they move, come and go. settings: of
+    the physics; may be changed between steps (dynamic_reconfigure does).
     """
 
     def __init__(
@@ -72,12 +74,7 @@ class PhysicsWorld:
 
         gui: show PyBullet's window. drawn: give bodies their looks without it too, for `draw`.
         """
-        if not 0.0 < time_step_s <= 0.1:
-            raise WorldError(f"The time step must be positive and at most 0.1 s, not {time_step_s:g} s.")
-        self.gravity_m_s2 = world.gravity_m_s2
-        self.wind_m_s = world.wind_m_s
         self.rays = RayScene()
-        self._time_step_s = time_step_s
         self._models: dict[str, _Spawned] = {}
         self._owner: dict[int, tuple[str, Body]] = {}
         self._states: dict[str, BodyState] = {}
@@ -89,6 +86,7 @@ class PhysicsWorld:
         self._factory = BodyFactory(self._client, draw=gui or drawn)
         self._clearances = Clearances(self._client, self._owner)
         try:
+            self.settings = PhysicsSettings(self._client, world.gravity_m_s2, time_step_s)
             self._configure()
             # The window draws a picture per body while a world is built, unless it is told not to.
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
@@ -99,18 +97,6 @@ class PhysicsWorld:
             self.close()
             raise
         self.rays.commit()
-
-    @property
-    def time_step_s(self) -> float:
-        """Length of a step; may be changed between steps (dynamic_reconfigure does)."""
-        return self._time_step_s
-
-    @time_step_s.setter
-    def time_step_s(self, value: float) -> None:
-        if not 0.0 < value <= 0.1:
-            raise WorldError(f"The time step must be positive and at most 0.1 s, not {value:g} s.")
-        self._time_step_s = value
-        pybullet.setTimeStep(value, physicsClientId=self._client)
 
     # -- models ----------------------------------------------------------------------------------------------
     def spawn(self, model: Model, name: str, pose: Pose, rigid_joints: frozenset[str] = frozenset()) -> None:
@@ -306,8 +292,7 @@ class PhysicsWorld:
 
     # -- inside ----------------------------------------------------------------------------------------------
     def _configure(self) -> None:
-        pybullet.setGravity(*self.gravity_m_s2, physicsClientId=self._client)
-        pybullet.setTimeStep(self._time_step_s, physicsClientId=self._client)
+        self.settings.apply()
         pybullet.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1, enableFileCaching=0, physicsClientId=self._client
         )
@@ -339,7 +324,7 @@ class PhysicsWorld:
 
     def _hold_up(self, body: Body, link: int, weightless: MassProperties) -> None:
         """Cancel the weight of what has none: PyBullet's gravity pulls everything alike."""
-        force = [-weightless.mass_kg * pull for pull in self.gravity_m_s2]
+        force = [-weightless.mass_kg * pull for pull in self.settings.gravity_m_s2]
         centre = part_pose(self._client, body, link) @ Pose(tuple(weightless.centre_m.tolist()))
         frame = pybullet.WORLD_FRAME
         pybullet.applyExternalForce(

@@ -1,0 +1,36 @@
+"""A dynamic_reconfigure server that refuses what is beyond a limit, and understands groups in groups."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping
+
+import rospy
+from dynamic_reconfigure.server import Server
+
+
+class TuningServer(Server):
+    """dynamic_reconfigure's server, but for two things.
+
+    A value beyond its limits is refused with a sentence, and the old one stays; the original moves it to the
+    limit without a word, where it may mean something else. A request that carries the state of nested groups
+    is understood; the original fails at it, and `dynparam load` sends them.
+    """
+
+    def update_configuration(self, changes: Mapping[str, Any]) -> Any:
+        """Apply those of the changes that are within their limits."""
+        return super().update_configuration({k: v for k, v in changes.items() if self._is_allowed(k, v)})
+
+    def _is_allowed(self, name: str, value: Any) -> bool:
+        least, most = self.type.min.get(name), self.type.max.get(name)
+        if not all(isinstance(number, (int, float)) for number in (least, most, value)):
+            return True  # texts, and what else has no limits
+        if least <= value <= most:
+            return True
+        rospy.logwarn(
+            f"{name} must be from {least:g} to {most:g}: {value:g} is refused, the old value stays."
+        )
+        return False
+
+    def _set_callback(self, request: Any) -> Any:
+        request.config.groups = []
+        return super()._set_callback(request)
