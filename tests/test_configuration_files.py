@@ -24,13 +24,13 @@ def files(*patterns: str) -> list[Path]:
 
 
 def name(path: Path) -> str:
-    return str(path.relative_to(ROOT / "src"))
+    return str(path.relative_to(ROOT / "src" if ROOT / "src" in path.parents else ROOT))
 
 
 LAUNCH = files("*/launch/**/*.launch")
 ROSTESTS = files("*/test/**/*.test")
 # A test's data may be broken on purpose.
-SDF = [path for path in files("**/*.sdf", "**/*.world") if "test" not in path.parts]
+SDF = [path for path in files("**/*.sdf", "**/*.world") if "test" not in path.parts] + [ROOT / "my.world"]
 YAML = files("*/config/**/*.yaml", "*/launch/**/*.yaml", "*/rviz/*.rviz")
 RVIZ = files("*/rviz/*.rviz")
 MAPPING_RVIZ = ROOT / "src/master_thesis/rviz"
