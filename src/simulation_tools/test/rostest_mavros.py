@@ -271,4 +271,4 @@ class TestMavros(MavrosTestCase):
 
 if __name__ == "__main__":
     rospy.init_node("rostest_mavros")
-    rostest.rosrun("simulation_tools", "mavros", TestMavros)
+    rostest.rosrun("simulation_tools", "mavros", "mavros_suite")

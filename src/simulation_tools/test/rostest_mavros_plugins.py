@@ -178,6 +178,11 @@ class TestMavrosPlugins(MavrosTestCase):
         cls.set_interval = cls.service("set_message_interval", MessageInterval)
         for name in ("home_position/home", "local_position/pose"):
             cls.eventually(lambda name=name: cls.last(name) is not None)
+        cls.eventually(lambda: cls.truth is not None)
+        cls.ask_for_mode(0, "AUTO.LOITER")  # after a landing it is AUTO.LAND
+        pose = cls.last("local_position/pose").pose.position
+        # PX4's local frame begins where the UAV stood at first: the middle of its body, above the ground.
+        cls.origin_up = cls.truth.position.z - pose.z
         cls.publishers = {
             name: rospy.Publisher(f"/mavros/{name}", message_class, queue_size=1)
             for name, message_class in (
@@ -232,7 +237,7 @@ class TestMavrosPlugins(MavrosTestCase):
         altitude = self.last("altitude")
         self.assertEqual(altitude.header.frame_id, "map")
         self.assertAlmostEqual(altitude.amsl, ALTITUDE_M + up, delta=0.05)
-        self.assertAlmostEqual(altitude.local, up, delta=0.05)
+        self.assertAlmostEqual(altitude.local, up - self.origin_up, delta=0.05)
         self.assertAlmostEqual(altitude.bottom_clearance, 0.1, places=5)  # as PX4 on the ground
         hud = self.last("vfr_hud")
         self.assertAlmostEqual(hud.altitude, ALTITUDE_M + up, delta=0.05)
@@ -344,7 +349,7 @@ class TestMavrosPlugins(MavrosTestCase):
         moved = self.eventually(lambda: abs(home().geo.latitude - LATITUDE - 1e-4) < 1e-5)
         self.assertTrue(moved, home().geo)
         self.assertAlmostEqual(home().position.y, 1e-4 * IN_METRES, delta=0.5)  # float32 on its way
-        self.assertAlmostEqual(home().position.z, 2.0, delta=0.01)
+        self.assertAlmostEqual(home().position.z, 2.0 - self.origin_up, delta=0.02)
         self.assertTrue(self.service("home_position/req_update", Trigger)().success)
         refused = set_home(False, 0.0, 99.0, LONGITUDE, 490.0)
         self.assertEqual((refused.success, refused.result), (False, 2))
@@ -409,7 +414,7 @@ class TestMavrosPlugins(MavrosTestCase):
         self.assertTrue(self.flies_to((0.0, 2.0, 3.0), take_off), self.where())
         target = self.last("setpoint_raw/target_local")
         self.assertAlmostEqual(target.position.y, 2.0, delta=0.02)
-        self.assertAlmostEqual(target.position.z, 3.0, delta=0.02)
+        self.assertAlmostEqual(target.position.z, 3.0 - self.origin_up, delta=0.02)
         self.assertAlmostEqual(target.yaw, 0.0, delta=0.01)
         self.assertEqual((target.coordinate_frame, target.type_mask), (1, 0))
 
@@ -422,7 +427,9 @@ class TestMavrosPlugins(MavrosTestCase):
         raw = GlobalPositionTarget(coordinate_frame=6, type_mask=0b1001_1111_1000)  # place and yaw
         raw.latitude, raw.longitude, raw.altitude = LATITUDE, LONGITUDE, 3.0
         hover = lambda: self.publish("setpoint_raw/global", raw)  # noqa: E731
-        self.assertTrue(self.flies_to((0.0, 0.0, 3.0 + home.z), hover), self.where())
+        self.assertTrue(self.flies_to((0.0, 0.0, 3.0 + home.z + self.origin_up), hover), self.where())
+
+        thrust = self.last("setpoint_raw/target_attitude").thrust  # that hovers
 
         # An acceleration, ENU: to the north
         began = self.where()[1]
@@ -438,20 +445,21 @@ class TestMavrosPlugins(MavrosTestCase):
             pose.pose.orientation.y = math.sin(math.radians(5.0))
             pose.pose.orientation.w = math.cos(math.radians(5.0))
             self.publish("setpoint_attitude/attitude", pose)
-            self.publish("setpoint_attitude/thrust", Thrust(thrust=0.6))
+            self.publish("setpoint_attitude/thrust", Thrust(thrust=thrust))
 
         pitch = lambda: 2.0 * math.asin(self.last("imu/data").orientation.y)  # noqa: E731
         leaning = self.eventually(lambda: abs(pitch() - math.radians(10.0)) < 0.03, 10.0, lean)
         self.assertTrue(leaning, pitch())
         target = self.last("setpoint_raw/target_attitude")
         self.assertAlmostEqual(target.orientation.y, math.sin(math.radians(5.0)), delta=0.005)
-        self.assertAlmostEqual(target.thrust, 0.6, places=3)
+        self.assertAlmostEqual(target.thrust, thrust, places=3)
         self.assertGreater(self.last("vfr_hud").throttle, 0.3)
         self.assertGreater(min(self.last("rc/out").channels[:4]), 1000)
 
         # In an automatic mode PX4 says where it flies to on earth.
         self.ask_for_mode(0, "AUTO.RTL")
-        self.assertTrue(self.eventually(lambda: self.last("setpoint_raw/target_global") is not None))
+        told = self.eventually(lambda: self.last("setpoint_raw/target_global") is not None)
+        self.assertTrue(told, (self.last("state"), self.where()))
         target = self.last("setpoint_raw/target_global")
         self.assertEqual(target.coordinate_frame, 5)
         self.assertAlmostEqual(target.latitude, LATITUDE, delta=1e-3)
