@@ -78,12 +78,12 @@ launch() {
     arguments+=(headless:=true)
   fi
   .venv/bin/python -m master_thesis_ros.launch_request "src/master_thesis/launch/$file" "${arguments[@]}" || exit 1
-  export LAUNCH_CHECKED=1
+  export LAUNCH_CHECKED=1 SUMMARY_FOLLOWS=1
   mkdir -p "$results"
   marker=$(mktemp)
   say "roslaunch master_thesis $file ${arguments[*]}"
   set -m # its own process group, and Ctrl-C as roslaunch expects it
-  roslaunch master_thesis "$file" "${arguments[@]}" &
+  roslaunch --no-summary master_thesis "$file" "${arguments[@]}" &
   child=$!
   set +m
   trap 'kill -INT "$child" 2>/dev/null' INT TERM

@@ -6,6 +6,10 @@ usage: summarise.py RESULT_JSON    (with the workspace's environment)
 
 from __future__ import annotations
 
+import signal
+
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C during the imports below: the end, without a traceback
+
 import json
 import sys
 from pathlib import Path

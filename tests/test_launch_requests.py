@@ -1,4 +1,4 @@
-"""What cannot be flown is refused before anything starts, in one sentence: by bringup.sh, and by roslaunch alone."""
+"""What cannot be flown is refused in one sentence, before bringup.sh or roslaunch starts anything."""
 
 from __future__ import annotations
 

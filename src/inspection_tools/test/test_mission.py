@@ -34,6 +34,14 @@ def test_flies_through_a_waypoint_and_holds_at_the_next():
     assert mission.done
 
 
+def test_goes_on_after_the_waypoints_that_are_done_already():
+    mission = Mission([A, B, A], reached=1)
+    first = mission.update(0.0, (0.0, 0.0, 2.0))
+    assert (first.target, first.target_changed, first.reached, first.of) == (B, True, 1, 3)
+    with pytest.raises(MissionError, match="Of 2 waypoints 2 cannot be done already"):
+        Mission([A, B], reached=2)
+
+
 def test_stays_done_wherever_the_uav_goes():
     mission = Mission([A])
     assert mission.update(0.0, A.position_m).done

@@ -1,4 +1,4 @@
-"""Places that are not free are refused before a flight, in a world drawn here: one column, radius 0.3 m, at (5, 0)."""
+"""Places that are not free are refused before a flight; drawn here: one column, radius 0.3 m, at (5, 0)."""
 
 from __future__ import annotations
 

@@ -76,6 +76,14 @@ def test_what_a_flight_waits_for_in_vain_is_said_by_name():
     assert experiment.outcome.failure == "Still waiting for SLAM after 30 s."
 
 
+def test_a_flight_that_ends_before_its_goal_says_how_far_away_it_was(experiment):
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    experiment.on_distance(12.34)
+    experiment.on_time(70.0)
+    assert experiment.outcome.failure == "Still flying to the goal after 60 s, 12.3 m from it."
+
+
 def test_a_uav_that_is_stuck_lands_and_ends(experiment):
     experiment.on_ready(True)
     experiment.on_time(10.0)

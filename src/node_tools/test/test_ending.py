@@ -115,3 +115,28 @@ def test_a_node_interrupted_while_it_starts_is_gone_at_once_without_a_traceback(
     for node, (_, output, seconds) in zip(nodes, ends):
         assert "Traceback" not in output, node
         assert seconds < PATIENCE_S, node
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("first", ["node_tools.ending", "simulation_tools.stop_signals"])
+def test_no_node_says_that_rosdep_was_never_initialised(first, tmp_path):
+    """Where rosdep is installed, rospkg tells everybody who imports dynamic_reconfigure."""
+    pytest.importorskip("dynamic_reconfigure", reason="needs ROS")
+    package = tmp_path / "rosdep2"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "rospack.py").write_text(
+        "def init_rospack_interface(): return object()\n"
+        "def is_view_empty(view): return True\n"
+        "is_ros_package = is_system_dependency = None\n"
+    )
+    folders = (tmp_path, PACKAGE / "src", PACKAGE.parent / "simulation_tools/src", *sys.path)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, folders))}
+
+    def said(code):
+        command = [sys.executable, "-c", code]
+        run = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return run.stderr
+
+    assert "rosdep view is empty" in said("import dynamic_reconfigure.server")
+    assert said(f"import {first}; import dynamic_reconfigure.server") == ""

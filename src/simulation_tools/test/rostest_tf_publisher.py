@@ -13,6 +13,7 @@ import rostest
 from gazebo_msgs.msg import ModelStates
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
@@ -141,6 +142,16 @@ class TestTfPublisher(unittest.TestCase):
         pose = Pose.from_xyz_rpy(3.0, 1.0, 0.0, yaw=math.pi / 2)
         joint = JointState(name=["door::hinge", "iris::other"], position=[math.pi / 2, 1.0])
         joint.header.stamp = rospy.Time.from_sec(5.0)
+        said = []
+        rospy.Subscriber("/rosout", Log, lambda log: said.append(log.msg))
+        none = pose_message(Pose())
+        none.orientation.w = 0.0
+        self.wait_for(
+            lambda: (
+                states.publish(ModelStates(["door"], [none], [Twist()])),
+                any("tf_publisher ignores a pose of door" in words for words in said),
+            )[1]
+        )
         poses = [pose_message(Pose()), pose_message(pose)]
         states.publish(ModelStates(["floor", "door"], poses, [Twist(), Twist()]))
         self.joint_states.publish(joint)

@@ -74,23 +74,26 @@ class MissionStatus:
 class Mission:
     """Flies one list of waypoints; driven by poses and their stamps, so that nothing waits on a clock."""
 
-    def __init__(self, waypoints: Sequence[Waypoint], patience_s: float = math.inf):
-        """Begin at the first waypoint.
+    def __init__(self, waypoints: Sequence[Waypoint], patience_s: float = math.inf, reached: int = 0):
+        """Begin at the first waypoint that is not reached yet.
 
         Args:
             waypoints: To fly to, in this order.
             patience_s: A waypoint that is not reached within this time has stalled the mission; the time that
                 it is held does not count.
+            reached: How many waypoints are done already, fewer than there are.
 
         Raises:
-            MissionError: there is no waypoint.
+            MissionError: there is no waypoint, or none that is not reached.
         """
         if not waypoints:
             raise MissionError("The mission has no waypoints; give at least one.")
+        if not 0 <= reached < len(waypoints):
+            raise MissionError(f"Of {len(waypoints)} waypoints {reached} cannot be done already.")
         self._waypoints = tuple(waypoints)
         self._patience_s = patience_s
         self._under_way_s = None  # since when the target is flown to
-        self._reached = 0
+        self._reached = reached
         self._told = -1
         self._arrived_s = None
         self._stamp_s = None

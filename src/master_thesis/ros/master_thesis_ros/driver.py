@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
 import signal
@@ -10,6 +11,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
+from pathlib import Path
 from typing import Callable, Protocol
 
 import rospy
@@ -23,6 +25,10 @@ from master_thesis.worlds import scenario
 from master_thesis_ros.flight_node import INTERRUPTED
 from master_thesis_ros.parameters import all_parameters, text
 from simulation_tools.errors import SimulationToolsError
+from simulation_tools_ros.launch_check import command_line
+
+INSISTS_S = 0.5
+LAUNCH_ENDS_S = 10.0
 
 
 def run(name: str, fly: Callable[[], int]) -> None:
@@ -31,10 +37,12 @@ def run(name: str, fly: Callable[[], int]) -> None:
     Call it in the main thread. Errors of the libraries are one sentence and exit code 1.
     """
     code = _guarded(name, fly)
-    _on_signals(signal.SIG_IGN)  # it ends anyway, and at once
+    _on_signals(lambda number, frame: os._exit(code))
+    sys.stdout.flush()
+    if code == 0:
+        end_launch()
     rospy.signal_shutdown("the run is over")
     logging.shutdown()
-    sys.stdout.flush()
     os._exit(code)  # rospy's threads may hang the interpreter's own end, and half a second is saved
 
 
@@ -48,6 +56,20 @@ def _guarded(name: str, fly: Callable[[], int]) -> int:
         return 1
     except KeyboardInterrupt:  # before there was anything to report
         return 130
+
+
+def end_launch() -> None:
+    """Have the roslaunch that started this node end as by Ctrl-C, which ends this node; else return.
+
+    When a required node ends by itself, roslaunch calls that a death, in red, however well the run went.
+    """
+    parent = os.getppid()
+    words = command_line(parent)
+    if not any(Path(word).name == "roslaunch" for word in words[:2]) or "-c" in words:
+        return
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(parent, signal.SIGINT)
+        time.sleep(LAUNCH_ENDS_S)
 
 
 class Described(Protocol):
@@ -123,6 +145,12 @@ class Run:
                 rospy.logerr(problem)
 
 
+def tell(folder: results.RunFolder, headline: str) -> None:
+    """Print where the results lie and the run's figures, unless whoever launched this does so at the end."""
+    if not os.environ.get("SUMMARY_FOLLOWS"):
+        print(f"\n{folder.path / 'result.json'}\n{headline}\n", flush=True)
+
+
 @contextmanager
 def interruptible(what_is_missing: str):
     """Let Ctrl-C leave out what takes a few seconds, with a warning."""
@@ -136,10 +164,15 @@ def interruptible(what_is_missing: str):
 
 
 def _on_signals(handler) -> None:
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handler)
 
 
 def _interrupt(number: int, frame) -> None:
-    _on_signals(signal.SIG_IGN)  # once is enough
+    """Raise KeyboardInterrupt, and again until it is noticed: code that catches everything may swallow it."""
+    for further in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(further, signal.SIG_IGN)  # once is enough
+    signal.signal(signal.SIGALRM, _interrupt)
+    signal.setitimer(signal.ITIMER_REAL, INSISTS_S)
     raise KeyboardInterrupt

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from simulation_tools.bounds import are_sane
+
 
 def stamp_s(message) -> float:
     """Return a message's stamp, s."""
@@ -11,9 +13,16 @@ def stamp_s(message) -> float:
 
 
 def pose_values(message) -> tuple:
-    """Return (x, y, z, qx, qy, qz, qw) of a geometry_msgs/Pose."""
+    """Return (x, y, z, qx, qy, qz, qw) of a geometry_msgs/Pose.
+
+    Raises:
+        ValueError: it lies beyond every world, or is made of no numbers.
+    """
     p, q = message.position, message.orientation
-    return (p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+    values = (p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+    if not are_sane(values):
+        raise ValueError(f"it lies at ({p.x:g}, {p.y:g}, {p.z:g})")
+    return values
 
 
 def planar_pose(pose) -> tuple:

@@ -12,8 +12,13 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from typing import Callable
+
+# dynamic_reconfigure asks rospkg for a manifest, and rospkg asks rosdep where that is installed: every node
+# would say that rosdep was never initialised. No node needs it.
+sys.modules.setdefault("rosdep2", None)  # type: ignore[arg-type]
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 CLOSING_S = 0.8

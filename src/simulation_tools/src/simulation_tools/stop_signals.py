@@ -16,6 +16,9 @@ import sys
 import threading
 from typing import Callable
 
+# As in node_tools.ending: rosdep, where it is installed and not initialised, would complain in every node.
+sys.modules.setdefault("rosdep2", None)  # type: ignore[arg-type]
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 PATIENCE_S = 1.0
 

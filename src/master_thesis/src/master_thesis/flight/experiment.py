@@ -100,6 +100,7 @@ class Experiment:
         self._ground: dict[str, None] = {GROUND: None}
         self._ready = False
         self._awaited = "the hover"
+        self._distance_m: float | None = None
 
     @property
     def phase(self) -> Phase:
@@ -125,6 +126,10 @@ class Experiment:
         awaited: what the flight waits for while it is not ready.
         """
         self._ready, self._awaited = ready, awaited
+
+    def on_distance(self, distance_m: float) -> None:
+        """Take note how far from its goal the UAV is, for the sentence of a flight that ends before it."""
+        self._distance_m = distance_m
 
     def on_time(self, t_s: float) -> list[Action]:
         """Let time pass; call at every true pose."""
@@ -185,7 +190,10 @@ class Experiment:
         if limit_s is None or in_phase_s < limit_s:
             return []
         doing = f"waiting for {self._awaited}" if self._phase is Phase.WAITING else self._phase.value
-        self._fail(f"Still {doing} after {limit_s:g} s.")
+        far = self._phase is Phase.FLYING and self._distance_m is not None
+        self._fail(
+            f"Still {doing} after {limit_s:g} s{f', {self._distance_m:.1f} m from it' if far else ''}."
+        )
         if self._phase is Phase.FLYING:
             return self._enter(Phase.LANDING, t_s, Action.LAND)
         return self._enter(Phase.DONE, t_s, Action.FINISH)

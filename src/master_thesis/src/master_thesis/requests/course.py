@@ -9,8 +9,8 @@ from master_thesis.worlds.scenario import Scenario
 from simulation_tools.geometry import Pose
 
 PENETRATION_M, LIFT_M = 0.02, 0.06
-"""Overlap that physics takes for a touch; height over its ground at which the UAV is looked at, for terrain has
-a margin of 4 cm around it."""
+"""Overlap that physics takes for a touch; how high over its ground the UAV is looked at, since physics puts a
+margin of 4 cm around terrain."""
 
 _PROBE_RADIUS_M = 0.001
 _PROBE = (

@@ -31,6 +31,7 @@ from simulation_tools.publisher.interface import (
 )
 
 OFFBOARD = "OFFBOARD"
+LANDING = "AUTO.LAND"
 _ON_GROUND = 1  # MAV_LANDED_STATE
 _NS = 1e-9
 _BEFORE_NS = 1_000_000
@@ -275,6 +276,9 @@ class SetpointPublisher:
 
     def _enter_yielded(self, state: FcuState) -> list[Action]:
         self.phase = Phase.YIELDED
+        if state.mode == LANDING and not state.failsafe:
+            text = f"{LANDING} was ordered: leaving the UAV to it until it is OFFBOARD."
+            return [AnnounceReady(False), Log(text, is_warning=False)]
         text = f"somebody else has set the mode {state.mode}: leaving the UAV to them until it is OFFBOARD."
         return [AnnounceReady(False), Log(text)]
 

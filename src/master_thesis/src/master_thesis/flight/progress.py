@@ -1,0 +1,35 @@
+"""Notices that a flight does not get on: it comes no nearer to its goal."""
+
+from __future__ import annotations
+
+import math
+from typing import Sequence
+
+PATIENCE_S = 15.0
+LEAST_M = 0.5
+
+
+class ProgressWatch:
+    """Follows the distance to a goal; tells when it has not shrunk by `LEAST_M` for `PATIENCE_S`."""
+
+    def __init__(self, goal_xyz_m: Sequence[float]) -> None:
+        """goal_xyz_m: in the frame of the positions."""
+        self._goal_xyz_m = tuple(goal_xyz_m)
+        self._nearest_m = math.inf
+        self._nearest_s = -math.inf
+        self._told_s = -math.inf
+        self.distance_m: float | None = None
+        """Of the newest position from the goal; None before the first."""
+
+    def update(self, t_s: float, position_xyz_m: Sequence[float]) -> str | None:
+        """Take a position in; return a sentence when there has been no progress for too long."""
+        self.distance_m = math.dist(position_xyz_m, self._goal_xyz_m)
+        if self.distance_m <= self._nearest_m - LEAST_M:
+            self._nearest_m, self._nearest_s = self.distance_m, t_s
+        if t_s - max(self._nearest_s, self._told_s) < PATIENCE_S:
+            return None
+        self._told_s = t_s
+        return (
+            f"The UAV is {self.distance_m:.1f} m from the goal, and has come no nearer for "
+            f"{t_s - self._nearest_s:.0f} s."
+        )

@@ -1,0 +1,26 @@
+"""What ROS messages become in a flight's log; messages that are no poses are refused, not recorded."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+messages = pytest.importorskip("master_thesis_ros.messages", reason="needs the workspace's environment")
+
+
+def pose(x=1.0, y=2.0, z=3.0, qw=1.0):
+    return SimpleNamespace(
+        position=SimpleNamespace(x=x, y=y, z=z), orientation=SimpleNamespace(x=0.0, y=0.0, z=0.0, w=qw)
+    )
+
+
+def test_a_pose_is_its_position_and_quaternion():
+    assert messages.pose_values(pose()) == (1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("bad", [{"x": 1e300}, {"y": -math.inf}, {"z": math.nan}, {"qw": math.nan}])
+def test_a_pose_beyond_every_world_is_refused(bad):
+    with pytest.raises(ValueError, match="it lies at"):
+        messages.pose_values(pose(**bad))

@@ -1,0 +1,71 @@
+"""Ctrl-C ends what a user has started, without a traceback; so does a master that is not there."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from launched_flight import free_ports
+
+pytest.importorskip("rosgraph", reason="needs ROS")
+
+ROOT = Path(__file__).resolve().parents[1]
+
+pytestmark = pytest.mark.ros
+
+SWALLOWS = """
+import os, signal, time
+from master_thesis_ros import driver
+driver._on_signals(driver._interrupt)
+try:
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(30.0)
+    except:  # as in rospy's wait_for_service
+        pass
+    print("swallowed", flush=True)
+    time.sleep(30.0)
+except KeyboardInterrupt:
+    driver._on_signals(signal.SIG_IGN)
+    time.sleep(1.0)
+    print("interrupted", flush=True)
+"""
+
+
+def test_an_interruption_that_is_swallowed_comes_again_until_it_is_noticed(processes):
+    run = processes.run(sys.executable, "-c", SWALLOWS, timeout_s=25.0)
+    assert run.stdout.split() == ["swallowed", "interrupted"]
+    assert run.returncode == 0
+
+
+@pytest.mark.parametrize("delay_s", [0.05, 0.3, 1.0])
+def test_the_summary_is_interrupted_without_a_traceback(processes, tmp_path, delay_s):
+    """At any moment of its imports; a pipe without end keeps it from its own."""
+    path = tmp_path / "result.json"
+    subprocess.run(["mkfifo", str(path)], check=True)
+    command = (sys.executable, str(ROOT / "scripts/summarise.py"), str(path))
+    child = processes.start(*command, stderr=subprocess.PIPE, text=True)
+    time.sleep(delay_s)
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=20.0)
+    assert child.returncode == -signal.SIGINT
+    assert delay_s < 0.3 or "Traceback" not in said
+
+
+def test_map_saver_without_a_master_says_so(processes):
+    processes.environment["ROS_MASTER_URI"] = uri = f"http://localhost:{free_ports(1)[0]}"
+    run = processes.run("rosrun", "gridslam", "map_saver", timeout_s=60.0)
+    assert run.returncode == 1
+    assert run.stdout == f"map_saver: no ROS master answers at {uri}; start one, or set ROS_MASTER_URI.\n"
+
+
+def test_map_saver_is_interrupted_without_a_traceback(ros_master):
+    child = ros_master.start("rosrun", "gridslam", "map_saver", stderr=subprocess.PIPE, text=True)
+    time.sleep(4.0)
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=20.0)
+    assert "Traceback" not in said
