@@ -92,6 +92,27 @@ def test_launch_file_loads_and_its_nodes_exist(path, change):
     assert not {node for node in nodes if not roslib.packages.find_node(*node)}
 
 
+FLYING = ("experiment_1", "experiment_2", "experiment_3", "experiment_4", "fly_to_goal", "teleop")
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(
+    "file", [f"master_thesis/launch/{one}" for one in FLYING] + ["simulation_tools/launch/sitl"]
+)
+def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
+    import roslaunch.config
+
+    path = ROOT / "src" / f"{file}.launch"
+    required = [arg.get("name") for arg in arguments(path) if arg.get("default") is None]
+    given = [f"{key}:={EXAMPLES[key]}" for key in required]
+    held = []
+    for value in ("false", "true"):
+        words = [*given, f"static_models:={value}"]
+        config = roslaunch.config.load_config_default([(str(path), words)], None, verbose=False)
+        held.append(config.params["/gazebo/static_models"].value)
+    assert held == [False, True]
+
+
 @pytest.mark.parametrize("path", LAUNCH + ROSTESTS, ids=name)
 def test_package_declares_what_its_launch_file_uses(path):
     package = ROOT / "src" / path.relative_to(ROOT / "src").parts[0]
@@ -173,9 +194,7 @@ def test_dynamic_parameters_say_what_they_are_and_where_they_end(path):
             assert entry["min"] <= entry["default"] <= entry["max"], entry["name"]
             assert entry["max"] < 1e9, f"{entry['name']} has no maximum of its own"
             assert entry["min"] > -1e9, f"{entry['name']} has no minimum of its own"
-            assert entry["min"] != -1, (
-                f"{entry['name']}: no slider begins at -1"
-            )
+            assert entry["min"] != -1, f"{entry['name']}: no slider begins at -1"
 
 
 @pytest.mark.ros

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from master_thesis.errors import FlightError, ResultsError
+from master_thesis.report import runner
 from master_thesis.report.__main__ import main
 from master_thesis.report.page import write_page
 from master_thesis.report.pdf import write_pdf
@@ -135,6 +136,16 @@ def test_a_piece_is_computed_once_for_the_same_inputs(tmp_path):
     compute([piece()], store, 1, said.append)
     assert sum(line.startswith("[") for line in said) == 1
     assert store.get(piece(inputs={"speed_m_s": 2.0})) is None  # other inputs, another piece
+
+
+def test_pieces_of_another_version_of_the_code_are_told_of(tmp_path, monkeypatch):
+    """Two states of edited sources are two versions, though git has one commit for both."""
+    said = []
+    for version in ("abc+changes.1", "abc+changes.2", "abc+changes.2"):
+        monkeypatch.setattr(runner, "commit", lambda _, version=version: version)
+        compute([piece(3)], Store(tmp_path), 1, said.append)
+    other = "1 of them were computed by another version of the code; give --out to compute all anew."
+    assert said.count(other) == 2
 
 
 def test_a_piece_that_fails_is_told_of_and_tried_again(tmp_path):
