@@ -84,6 +84,18 @@ def test_imu_data_is_flu_in_enu_with_mavros_covariances(uas):
     assert data.linear_acceleration_covariance[0:9:4] == pytest.approx([0.0003**2] * 3)
 
 
+def test_what_is_no_number_in_mavross_own_configuration_is_the_default(monkeypatch):
+    """Its px4_config.yaml has this text, which a real MAVROS passes over as well."""
+    uas = make_uas(monkeypatch, {"~imu/angular_velocity_stdev": "0.0003490659 // 0.02 degrees"})
+    warned = []
+    monkeypatch.setattr("rospy.logwarn", warned.append)
+    ImuPlugin(uas)
+    uas.client.hear(attitude())
+    covariance = uas.topics["imu/data"].last.angular_velocity_covariance
+    assert covariance[0:9:4] == pytest.approx([math.radians(0.02) ** 2] * 3)
+    assert ["angular_velocity_stdev" in text for text in warned] == [True]
+
+
 def test_imu_raw_mag_and_pressure(uas):
     ImuPlugin(uas)
     uas.client.hear(highres_imu())

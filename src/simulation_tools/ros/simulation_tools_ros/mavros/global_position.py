@@ -13,7 +13,15 @@ from sensor_msgs.msg import NavSatFix, NavSatStatus
 from std_msgs.msg import Float64, Header, UInt32
 
 from simulation_tools.mavros.earth import GeodeticPoint
-from simulation_tools_ros.mavros.uas import UNKNOWN, Heard, Uas, diagonal, stamp_from_ms, stamp_from_us
+from simulation_tools_ros.mavros.uas import (
+    UNKNOWN,
+    Heard,
+    Uas,
+    diagonal,
+    number,
+    stamp_from_ms,
+    stamp_from_us,
+)
 
 _UNKNOWN_U16 = 65535
 _FIX_2D = 2
@@ -33,8 +41,8 @@ class GlobalPositionPlugin:
         self._frame_id = _parameter("frame_id", "map")
         self._child_frame_id = _parameter("child_frame_id", "base_link")
         self._earth_frame_id = _parameter("tf/global_frame_id", "earth")
-        self._rotation_covariance = float(_parameter("rot_covariance", 99999.0))
-        self._range_error_m = float(_parameter("gps_uere", 1.0))
+        self._rotation_covariance = number("~global_position/rot_covariance", 99999.0)
+        self._range_error_m = number("~global_position/gps_uere", 1.0)
         self._uses_relative_altitude = bool(_parameter("use_relative_alt", True))
         self._heard: Heard | None = None  # to which the two below belong
         self._raw: NavSatFix | None = None

@@ -10,7 +10,15 @@ from sensor_msgs.msg import FluidPressure, Imu, MagneticField, Temperature
 from std_msgs.msg import Header
 
 from simulation_tools.px4.frames import flu_to_frd
-from simulation_tools_ros.mavros.uas import UNKNOWN, Heard, Uas, diagonal, stamp_from_ms, stamp_from_us
+from simulation_tools_ros.mavros.uas import (
+    UNKNOWN,
+    Heard,
+    Uas,
+    diagonal,
+    number,
+    stamp_from_ms,
+    stamp_from_us,
+)
 
 _TESLA_PER_GAUSS = 1e-4
 # The groups of HIGHRES_IMU's fields_updated
@@ -94,5 +102,5 @@ class ImuPlugin:
 
 def _covariance(parameter: str, default: float) -> list[float]:
     """Return the covariance matrix of a standard deviation; 0: unknown."""
-    deviation = float(rospy.get_param(f"~imu/{parameter}", default))
+    deviation = number(f"~imu/{parameter}", default)
     return diagonal(*[deviation * deviation] * 3) if deviation else UNKNOWN

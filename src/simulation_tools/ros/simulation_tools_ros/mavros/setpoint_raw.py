@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import rospy
 from geometry_msgs.msg import Point, Quaternion, Vector3
 from mavros_msgs.msg import AttitudeTarget, GlobalPositionTarget, PositionTarget
 from std_msgs.msg import Header
 
 from simulation_tools.mavros.conversions import attitude_target, global_target, position_target
 from simulation_tools.px4.frames import attitude_to_enu, enu_to_ned, flu_to_frd, yaw_to_ned
-from simulation_tools_ros.mavros.uas import Uas, stamp_from_ms
+from simulation_tools_ros.mavros.uas import Uas, number, stamp_from_ms
 
 
 class SetpointRawPlugin:
@@ -20,7 +19,7 @@ class SetpointRawPlugin:
 
     def __init__(self, uas: Uas) -> None:
         self._uas = uas
-        self._thrust_scaling = float(rospy.get_param("~setpoint_raw/thrust_scaling", 1.0))
+        self._thrust_scaling = number("~setpoint_raw/thrust_scaling", 1.0)
         uas.subscribe("setpoint_raw/local", PositionTarget, self._on_local)
         uas.subscribe("setpoint_raw/global", GlobalPositionTarget, self._on_global)
         uas.subscribe("setpoint_raw/attitude", AttitudeTarget, self._on_attitude)

@@ -58,6 +58,18 @@ class Timer:
     due_s: float = field(default=-math.inf)
 
 
+def number(name: str, default: float) -> float:
+    """Return a parameter of the node; what is no number is warned of, and the default taken, as by MAVROS.
+
+    MAVROS's own px4_config.yaml holds one: angular_velocity_stdev is "0.0003490659 // 0.02 degrees".
+    """
+    value = rospy.get_param(name, default)
+    if isinstance(value, (int, float)):
+        return float(value)
+    rospy.logwarn(f"The parameter {name} of mavros is {value!r}, which is no number; {default:g} is taken.")
+    return default
+
+
 class Uas:
     """The flight controller as the plugins see it.
 
@@ -68,7 +80,7 @@ class Uas:
     def __init__(self, client: FcuClient) -> None:
         """Read ~geoid_height: the geoid's over the ellipsoid where it flies, m."""
         self.client = client
-        self.geoid_height_m = float(rospy.get_param("~geoid_height", 0.0))
+        self.geoid_height_m = number("~geoid_height", 0.0)
         self.heard = Heard()
         self._timers: list[Timer] = []
         self._connection_jobs: list[Callable[[], None]] = []
