@@ -34,6 +34,8 @@ def test_numbers_of_numpy_are_numbers():
         ({"r_lb": 1.2}, "r_lb must be less than r_ub, but 1.2 >= 1.2."),
         ({"r_lb": 0.0}, "r_lb must be greater than 0, not 0.0."),
         ({"r_lb": float("nan")}, "r_lb must be a finite number, not nan."),
+        ({"r_ub": 10**400}, f"r_ub must be a finite number, not {10**400}."),
+        ({"speed_fractions": [10**400]}, f"speed_fractions must be numbers, not {[10**400]}."),
         ({"r_ub": "wide"}, "r_ub must be a finite number, not 'wide'."),
         ({"k_filter": -1.0}, "k_filter must be greater than 0, not -1.0."),
         ({"k3": -0.1}, "k3 must be at least 0, not -0.1."),

@@ -197,7 +197,9 @@ class TestBoth:
         decision = algorithm(parameters).steer(scan_of({0.0: 1.0}), (1.0, 0.0))
         assert decision.cost == 0.0
 
-    @pytest.mark.parametrize("bad", [(math.nan, 0.0), (1.0,), "ab", None, (1e160, 0.0), (0.0, -1.1e6)])
+    @pytest.mark.parametrize(
+        "bad", [(math.nan, 0.0), (1.0,), "ab", None, (1e160, 0.0), (0.0, -1.1e6), (10**400, 0)]
+    )
     def test_a_velocity_that_is_none_is_refused(self, algorithm, bad):
         with pytest.raises(VelocityError):
             algorithm().steer(empty_scan(), bad)

@@ -199,6 +199,7 @@ def test_a_lone_match_does_not_count():
         {"window_min_m": 9.0},
         {"rival_distance_m": 0.01},
         {"blur_m": math.nan},
+        {"blur_m": 10**400},
         {"places_max": True},
         {"search_agreed_m": 20.0},
     ],

@@ -131,6 +131,8 @@ def test_a_picture_for_people(tmp_path):
         ({"origin": [0.0, "a", 0.0]}, "must be a number"),
         ({"resolution": "fine"}, "resolution"),
         ({"resolution": -1.0}, "resolution"),
+        ({"resolution": 10**400}, "resolution"),
+        ({"origin": [10**400, 0.0, 0.0]}, "must be a number"),
         ({"image": "other.pgm"}, "other.pgm"),
         ({"mode": "rgb"}, "mode"),
         ({"free_thresh": 0.9}, "free_thresh"),
@@ -142,7 +144,9 @@ def test_what_makes_no_sense_is_one_sentence(tmp_path, facts, words):
         read_map(path)
 
 
-@pytest.mark.parametrize("text", ["", "5", "- 1", "image: map.pgm", "a: [", "image: {\n"])
+@pytest.mark.parametrize(
+    "text", ["", "5", "- 1", "image: map.pgm", "a: [", "image: {\n", "a: " + "1" * 5000, "[" * 5000]
+)
 def test_a_file_that_is_no_maps_is_said_by_name(tmp_path, text):
     (tmp_path / "map.yaml").write_text(text)
     with pytest.raises(MapError, match=r"map\.yaml"):

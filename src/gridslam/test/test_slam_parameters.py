@@ -51,6 +51,8 @@ def test_defaults_are_gmappings():
         ({"delta": 0.0}, "delta must be greater than 0"),
         ({"delta": math.nan}, "delta must be a finite number"),
         ({"sigma": "wide"}, "sigma must be a finite number"),
+        ({"sigma": 10**400}, "sigma must be a finite number"),
+        ({"particles": 1e9}, "particles must be at most 10000"),  # whose poses alone fill the memory
         ({"kernelSize": 11}, "kernelSize must be at most 10"),
         ({"xmin": 1.0, "xmax": 0.0, "ymin": 0.0, "ymax": 1.0}, "must span an area"),
         ({"xmin": -9000.0, "xmax": 9000.0}, "choose a smaller box"),

@@ -124,6 +124,13 @@ def test_a_full_circle_has_no_seam():
     assert filtered(lone, turn=WHOLE_TURN)[0] == 6.0
 
 
+def test_a_scan_that_goes_on_beyond_the_turn_is_no_circle():
+    """Its last beam, 90 degrees past the first one, has no vote there: the edge of an obstacle stays."""
+    scan = [2.0, 6.0, 6.0, *[6.0] * (WHOLE_TURN - 3), 2.0, 6.0, 6.0, 9.0]
+    assert filtered(scan, turn=WHOLE_TURN)[0] == 2.0
+    assert filtered([9.0, *scan[1:]], turn=WHOLE_TURN)[-1] == 6.0
+
+
 @settings(max_examples=50, deadline=None)
 @given(
     shift=st.integers(0, WHOLE_TURN - 1), scan=st.lists(readings, min_size=WHOLE_TURN, max_size=WHOLE_TURN)

@@ -136,6 +136,8 @@ def test_a_file_in_every_form(tmp_path):
         ([{"x": 1, "y": 2, "z": 3, "speed": 4}], "has a 'speed', which is unknown"),
         (["1 nan 3"], "Waypoint 1: y is nan"),
         ([[1, 2, 1e9]], "Waypoint 1: z is"),
+        ([[1, 2, 10**400]], "Waypoint 1 is"),  # beyond what a float holds
+        ([{"x": 10**400, "y": 2, "z": 3}], "Waypoint 1: x is"),
         ([{"x": 1, "y": 2, "z": True}], "Waypoint 1: z is True"),
         ([{"x": 1, "y": 2, "z": 3, "hold": -1}], "hold is -1; it must be a number from 0"),
         ([{"x": 1, "y": 2, "z": 3, "tolerance": 0}], "tolerance is 0"),
@@ -157,6 +159,10 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     path.write_text("- 1 2\n")
     with pytest.raises(MissionError, match=r"bad\.yaml: Waypoint 1 is"):
         read_mission(path)
+    for endless in ("- 1 2 " + "3" * 5000, "- [1, 2, " + "3" * 5000 + "]", "[" * 5000):
+        path.write_text(endless)
+        with pytest.raises(MissionError, match=r"bad\.yaml"):
+            read_mission(path)
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(MissionError, match="is no YAML"):
         read_mission(path)

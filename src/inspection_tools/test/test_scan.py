@@ -16,6 +16,8 @@ DEGREE = math.pi / 180.0
         (1440, 0.25, True),
         (1441, 0.25, True),  # the first beam repeated
         (1439, 0.25, False),  # one direction is missing
+        (1442, 0.25, False),  # it goes on beyond the turn: the last beam is no neighbour of the first
+        (1900, -0.25, False),
         (1081, 0.25, False),
         (1800, -0.2, True),
         (1, 0.25, False),

@@ -86,7 +86,7 @@ def velocity(value_xy, name: str) -> Vector2:
     """Return ``value_xy`` as two floats; raises VelocityError unless it is two sensible numbers."""
     try:
         x, y = (float(component) for component in value_xy)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise VelocityError(f"{name} must be two numbers, not {value_xy!r}.") from None
     if not (math.isfinite(x) and math.isfinite(y)):
         raise VelocityError(f"{name} must be finite, not ({x}, {y}).")

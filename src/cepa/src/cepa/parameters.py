@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import numbers
+import sys
 from dataclasses import dataclass, fields
 
 from cepa.errors import ParameterError
@@ -89,13 +89,14 @@ class CepaParameters:
                 if not isinstance(value, bool):
                     raise ParameterError(f"{field.name} must be true or false, not {value!r}.")
                 continue
-            if isinstance(value, bool) or not isinstance(value, numbers.Real) or not math.isfinite(value):
+            is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+            if not is_number or not abs(value) <= sys.float_info.max:  # NaN fails this test too
                 raise ParameterError(f"{field.name} must be a finite number, not {value!r}.")
             number = int(value) if isinstance(value, numbers.Integral) else float(value)
             object.__setattr__(self, field.name, number)
         try:
             fractions = tuple(float(fraction) for fraction in self.speed_fractions)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ParameterError(f"speed_fractions must be numbers, not {self.speed_fractions!r}.") from None
         object.__setattr__(self, "speed_fractions", tuple(sorted(set(fractions), reverse=True)))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import numbers
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +57,7 @@ class LaserScan2D:
         for name in ("angle_min", "angle_increment", "range_min", "range_max"):
             if not isinstance(getattr(self, name), numbers.Real):
                 raise ScanError(f"The scan's {name} must be a number, not {getattr(self, name)!r}.")
-        if not math.isfinite(self.angle_min):
+        if not abs(self.angle_min) <= sys.float_info.max:  # NaN fails this test too
             raise ScanError(f"The scan's angle_min must be finite, not {self.angle_min}.")
         if not FINEST_INCREMENT_RAD <= abs(self.angle_increment) <= math.pi:
             raise ScanError(
@@ -159,7 +160,7 @@ class Grid:
 def _vector(values, dtype, name: str) -> np.ndarray:
     try:
         vector = np.asarray(values, dtype=dtype, order="C")
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ScanError(f"The scan's {name} must be numbers.") from None
     if vector.ndim != 1:
         raise ScanError(f"The scan's {name} must be one row, not an array of shape {vector.shape}.")

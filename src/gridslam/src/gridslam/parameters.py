@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass, fields
 
 from gridslam.errors import ParameterError
@@ -10,6 +11,7 @@ from gridslam.kernels.tiles import SIDE
 from gridslam.occupancy_grid import CELLS_MAX
 
 KERNEL_SIZE_MAX = 10
+PARTICLES_MAX = 10_000
 OPTIONAL = ("maxUrange", "maxRange", "xmin", "ymin", "xmax", "ymax")
 WHOLE = ("kernelSize", "iterations", "lskip", "particles", "seed", "threads")
 POSITIVE = ("sigma", "lstep", "astep", "lsigma", "ogain", "delta", "maxUrange", "maxRange")
@@ -101,7 +103,8 @@ class SlamParameters:
         if value is None and name in OPTIONAL:
             return
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not is_number or math.isnan(value) or (math.isinf(value) and name != "maxRange"):
+        infinite = name == "maxRange" and value == math.inf
+        if not is_number or not (infinite or abs(value) <= sys.float_info.max):  # NaN fails this test too
             raise ParameterError(f"{name} must be a finite number, not {value!r}.")
         if name in WHOLE:
             if int(value) != value:
@@ -121,8 +124,9 @@ class SlamParameters:
         for name in ("particles", "kernelSize"):
             if getattr(self, name) < 1:
                 raise ParameterError(f"{name} must be at least 1, not {getattr(self, name)}.")
-        if self.kernelSize > KERNEL_SIZE_MAX:
-            raise ParameterError(f"kernelSize must be at most {KERNEL_SIZE_MAX}, not {self.kernelSize}.")
+        for name, most in (("kernelSize", KERNEL_SIZE_MAX), ("particles", PARTICLES_MAX)):
+            if getattr(self, name) > most:
+                raise ParameterError(f"{name} must be at most {most}, not {getattr(self, name):g}.")
         for name in ("resampleThreshold", "occ_thresh"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ParameterError(f"{name} must be between 0 and 1, not {getattr(self, name)}.")

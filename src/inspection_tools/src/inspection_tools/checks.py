@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from inspection_tools.errors import ParameterError
@@ -16,6 +15,6 @@ def check_whole(name: str, value: Any, low: int, high: int) -> None:
 
 def check_number(name: str, value: Any, low: float, high: float) -> None:
     """Raise ParameterError unless `value` is a finite number from `low` to `high`."""
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    if not is_number or not low <= value <= high:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not is_number or not low <= value <= high:  # NaN fails this test too
         raise ParameterError(f"{name} is {value!r}; it must be a number from {low:g} to {high:g}.")

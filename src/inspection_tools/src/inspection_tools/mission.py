@@ -173,7 +173,7 @@ def read_mission(path) -> tuple:
         content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise MissionError(f"The mission {path} cannot be read: {error.strerror}.") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # no text, endless digits, endless depth
         where = getattr(error, "problem_mark", None)
         line = f", line {where.line + 1}" if where else ""
         raise MissionError(f"The mission {path} is no YAML{line}.") from None
@@ -230,6 +230,6 @@ def _as_mapping(number: int, given) -> dict:
     if isinstance(words, list) and len(words) in (3, 4):
         try:
             return dict(zip(_KEYS, (float(word) for word in words)))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             pass
     raise MissionError(f"Waypoint {number} is {given!r}; give three or four numbers: x y z or x y z yaw.")

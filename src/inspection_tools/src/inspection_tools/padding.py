@@ -36,7 +36,7 @@ class PaddingParameters:
             return
         try:
             number = float(self.value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ParameterError(
                 f'value is {self.value!r}; it must be "range_max", "inf", "nan" or a range in metres.'
             ) from None

@@ -40,9 +40,12 @@ class ScanGeometry:
 
     @property
     def closes_circle(self) -> bool:
-        """Whether the last beam and the first are neighbours (or the same direction)."""
-        gap_rad = FULL_TURN_RAD - (self.beams - 1) * abs(self.angle_increment_rad)
-        return gap_rad < 1.5 * abs(self.angle_increment_rad)
+        """Whether the last beam and the first are neighbours (or the same direction).
+
+        They are not where a scan goes on beyond a turn: its last beam points elsewhere.
+        """
+        gap_beams = FULL_TURN_RAD / abs(self.angle_increment_rad) - (self.beams - 1)
+        return -0.5 < gap_beams < 1.5
 
     @property
     def beams_per_turn(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -114,7 +114,7 @@ def _facts_of(path: Path) -> dict:
         facts = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError) as error:
         raise MapError(f"The map's file {path} cannot be read: {error}.") from None
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
         where = f" in line {error.problem_mark.line + 1}" if getattr(error, "problem_mark", None) else ""
         raise MapError(f"{path} is no valid YAML{where}.") from None
     if not isinstance(facts, dict) or not {"image", "resolution", "origin"} <= facts.keys():
@@ -185,7 +185,8 @@ def _occupancy(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
 
 def _number(facts: dict, key: str, path: Path, default: float | None = None) -> float:
     value = facts.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not is_number or not abs(value) <= sys.float_info.max:  # NaN fails this test too
         raise MapError(f"{path}: {key} is {value!r}; it must be a number.")
     return float(value)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from dataclasses import dataclass, fields
 
 from gridslam.errors import ParameterError
@@ -93,7 +93,7 @@ class LoopClosureParameters:
         for field in fields(self):
             value = getattr(self, field.name)
             number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not number or not math.isfinite(value):
+            if not number or not abs(value) <= sys.float_info.max:  # NaN fails this test too
                 raise ParameterError(f"{field.name} must be a finite number, not {value!r}.")
             if field.name in NOT_NEGATIVE:
                 if value < 0.0:
