@@ -68,6 +68,13 @@ def test_a_uav_that_never_gets_ready_ends_the_run(experiment):
     assert not experiment.outcome.success
 
 
+def test_why_the_uav_does_not_hover_is_said_if_it_is_known(experiment):
+    experiment.on_waiting("no home position yet")
+    experiment.on_time(0.0)
+    assert experiment.on_time(30.0) == [Action.FINISH]
+    assert experiment.outcome.failure == "Still waiting for the hover after 30 s: no home position yet."
+
+
 def test_what_a_flight_waits_for_in_vain_is_said_by_name():
     experiment = Experiment(ExperimentParameters(ready_timeout_s=30.0), "iris")
     experiment.on_ready(False, awaited="SLAM")

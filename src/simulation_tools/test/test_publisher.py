@@ -37,15 +37,26 @@ class Bench:
         self.pose = Pose((1.0, 2.0, 0.12))
         self.state = FcuState(True, False, "AUTO.LOITER", 3)
         self.landed = GROUND
+        self.home = True
         self.actions = []
+        self.poses = True
+        self.clock_ahead = 0  # of ROS's clock, of the poses' stamps, ns
         self.commands = False  # whether velocity commands come, at 40 Hz
         self.velocity, self.yaw_rate = (1.0, 0.0, 0.0), 0.1
 
+    def tell_clock(self):
+        """As the node does before every message."""
+        self.actions += self.publisher.on_clock(self.now + self.clock_ahead)
+
     def tell_state(self):
+        self.tell_clock()
         self.actions += self.publisher.on_state(self.now, self.state)
         self.actions += self.publisher.on_landed_state(self.now, self.landed)
+        if self.home:
+            self.actions += self.publisher.on_home(self.now)
 
     def tell_pose(self):
+        self.tell_clock()
         self.actions += self.publisher.on_local_pose(self.now, self.pose)
 
     def run(self, seconds):
@@ -57,11 +68,13 @@ class Bench:
             tick = self.now // MS
             if tick % 100 == 0:
                 self.tell_state()
-            if tick % 33 == 0:
+            if tick % 33 == 0 and self.poses:
                 self.tell_pose()
             if self.commands and tick % 25 == 0:
                 velocity, yaw_rate = self.velocity, self.yaw_rate
-                self.actions += self.publisher.on_velocity(self.now, "base_frame", velocity, yaw_rate)
+                self.tell_clock()
+                stamp = self.now + self.clock_ahead
+                self.actions += self.publisher.on_velocity(stamp, "base_frame", velocity, yaw_rate)
         return self.actions
 
     def of(self, kind):
@@ -394,7 +407,8 @@ def test_it_says_nothing_of_missing_poses_on_the_ground_when_all_is_over(bench):
     bench.set("AUTO.LAND", landed=LANDING).run(1.0)
     bench.set("AUTO.LAND", status=3, armed=False, landed=GROUND).run(1.0)
     assert bench.publisher.phase is Phase.IDLE
-    assert bench.publisher.on_clock(bench.now + 60_000 * MS) == []
+    bench.actions = bench.publisher.on_clock(bench.now + 60_000 * MS)
+    assert bench.of(Log) == []
 
 
 def test_after_a_failsafe_landing_it_takes_off_again(bench):
@@ -431,10 +445,12 @@ def test_a_clock_that_jumps_back_starts_it_again(bench):
 def test_a_reset_is_noticed_before_the_first_pose_after_it(bench):
     bench.fly()
     bench.publisher.on_clock(12_000_000_000)
-    assert bench.publisher.on_clock(11_990_000_000) == []
+    bench.actions = bench.publisher.on_clock(11_990_000_000)
+    assert bench.of(AnnounceReady) == []
     assert AnnounceReady(False) in bench.publisher.on_clock(0)
     assert bench.publisher.phase is Phase.WAITING
-    assert bench.publisher.on_clock(4_000_000) == []
+    bench.actions = bench.publisher.on_clock(4_000_000)
+    assert bench.of(Log) == []
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
@@ -483,6 +499,8 @@ def fly_closed_loop(extra_kg, seconds, velocity=None):
             act(publisher.on_landed_state(now, int(status.landed_state)))
             state = FcuState(True, status.armed, status.mode.label, status.system_status)
             act(publisher.on_state(now, state))
+            if flight.px4.home is not None:
+                act(publisher.on_home(now))
         if tick % 8 == 0 and status.position_valid:
             act(publisher.on_local_pose(now, Pose(flight.body.position, flight.body.attitude)))
         if velocity is not None and tick % 6 == 0:

@@ -19,7 +19,7 @@ from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Bool, Header
+from std_msgs.msg import Bool, Header, String
 
 from master_thesis.flight.experiment import Action, Phase
 from master_thesis.flight.monitor import Monitor
@@ -37,9 +37,10 @@ UNSTAMPED_S = 0.02  # of wall time; so much later what bears no stamp (ready, go
 class FlightNode(ABC):
     """Drives one run by messages and their stamps; it stands beside the control chain, never in it.
 
-    Subscribes: ready (std_msgs/Bool); ground_truth, odometry (nav_msgs/Odometry); vel_raw,
-    vel_safe, vel_final (geometry_msgs/TwistStamped); scan (sensor_msgs/LaserScan); cepa_stats,
-    performance (diagnostic_msgs/DiagnosticArray); collision (gazebo_msgs/ContactsState);
+    Subscribes: ready (std_msgs/Bool), waiting_for (std_msgs/String); ground_truth, odometry
+    (nav_msgs/Odometry); vel_raw, vel_safe, vel_final (geometry_msgs/TwistStamped); scan
+    (sensor_msgs/LaserScan); cepa_stats, performance (diagnostic_msgs/DiagnosticArray); collision
+    (gazebo_msgs/ContactsState);
     mavros/state (mavros_msgs/State); /rosout (rosgraph_msgs/Log), for nodes that cannot start.
     Publishes: ~path (nav_msgs/Path, latched; for RViz); in lockstep ~processed (std_msgs/Header), the
     acknowledgement of a scan.
@@ -81,6 +82,9 @@ class FlightNode(ABC):
             self.subscribe(name, message_class, handler)
         if cepa:
             self.subscribe("cepa_stats", DiagnosticArray, self._on_stats)
+        # Not among the others: lockstep begins without it, too.
+        on_waiting = self._locked(lambda message: monitor.experiment.on_waiting(message.data))
+        self._reasons = rospy.Subscriber("waiting_for", String, on_waiting)
         self._on_scan_locked = self._locked(self._on_scan)
         self._scans = rospy.Subscriber("scan", LaserScan, self._take_scan, queue_size=100, tcp_nodelay=True)
 

@@ -9,7 +9,7 @@ from simulation_tools.px4.mavlink_link import MavlinkLink
 from simulation_tools.px4_sitl.hil_sensors import HilParameters
 from simulation_tools.px4_sitl.own_links import OwnLinks
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl
-from simulation_tools.px4_sitl.simulator_link import DEFAULT_PORT, SimulatorLink
+from simulation_tools.px4_sitl.simulator_link import DEFAULT_PORT, SimulatorLink, how_to_start
 from simulation_tools.run_loop import Link, PacingParameters
 from simulation_tools.simulation import Simulation, SimulationParameters
 from simulation_tools.values import AUTOPILOTS, ParameterError, choice, mavlink_ports
@@ -44,5 +44,5 @@ def _with_real_px4(parameters: SimulationParameters, pacing: PacingParameters) -
     link = SimulatorLink(port("simulator_port", DEFAULT_PORT))
     link.on_warning = rospy.logwarn
     hil = HilParameters(origin=parameters.origin)
-    rospy.loginfo(f"Waiting for PX4 on TCP port {link.port}; start it with: make px4_sitl none_iris")
+    rospy.loginfo(f"Waiting for PX4. {how_to_start(link.port)}")
     return Simulation(parameters, Px4Sitl(link, hil, np.random.default_rng([parameters.seed, DEFAULT_PORT])))

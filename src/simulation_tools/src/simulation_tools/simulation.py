@@ -208,16 +208,9 @@ class Simulation:
 
     def step(self) -> StepOutput:
         """Advance by one time step: flight controller, rotors, physics, and what the sensors then see."""
-        body, q = self._body, self._body.pose.orientation_xyzw
-        velocity = body.linear_velocity_m_s
-        state = VehicleState(
-            self.time_us,
-            body.pose,
-            velocity,
-            rotate_inverse(q, body.angular_velocity_rad_s),
-            self._specific_force,
-        )
-        commands = self.autopilot.step(state)
+        q = self._body.pose.orientation_xyzw
+        velocity = self._body.linear_velocity_m_s
+        commands = self.autopilot.step(self._state())
         dt_s = 1e-6 * self._step_us
         force, torque = self.airframe.step(
             commands, rotate_inverse(q, velocity), dt_s, rotate_inverse(q, self.wind_m_s)
@@ -227,12 +220,19 @@ class Simulation:
         self.time_us += self._step_us
         self._body = self.world.get_state(self.uav_name)
         self._specific_force = self._felt_since(velocity, dt_s)
+        self.autopilot.begin(self._state())  # a real PX4 thinks while sensors are read and published
         if self.time_us % WATCH_PERIOD_US < self._step_us:
             self._watch_bodies()
         if self.gimbal is not None and self.gimbal.is_active:
             self.gimbal.step(self._body.pose.orientation_xyzw, dt_s)
             self._aim_lidar()
         return self.sense()
+
+    def _state(self) -> VehicleState:
+        """Return what the flight controller's sensors feel now."""
+        body, q = self._body, self._body.pose.orientation_xyzw
+        turning = rotate_inverse(q, body.angular_velocity_rad_s)
+        return VehicleState(self.time_us, body.pose, body.linear_velocity_m_s, turning, self._specific_force)
 
     def set_level_lidar(self, level: bool) -> None:
         """Switch the levelling of the lidar on or off; SimulationError when it is not on a gimbal."""

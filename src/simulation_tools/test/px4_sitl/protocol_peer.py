@@ -160,6 +160,7 @@ class Peer:
         return {
             "violations": self.violations,
             "counts": self.counts,
+            "ended_us": self.time_us,
             "seconds": 1e-6 * (self.time_us - self.start_us),
             "gps_gaps_us": [min(gaps_us), max(gaps_us)] if gaps_us else [],
             "gps_late_s": self.gps_delay_s(),

@@ -19,7 +19,7 @@ from simulation_tools.mavlink import LinkError
 from simulation_tools.px4.autopilot import VehicleState
 from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl
-from simulation_tools.px4_sitl.simulator_link import SimulatorLink
+from simulation_tools.px4_sitl.simulator_link import SimulatorLink, how_to_start
 from simulation_tools.simulation import Simulation, SimulationParameters
 
 HERE = Path(__file__).resolve().parent
@@ -98,19 +98,70 @@ def test_when_px4_dies_the_rotors_stop_and_another_one_may_come(simulation, star
     assert run_until_ended(simulation, start_peer(1.2))["violations"] == []
 
 
-def test_time_never_goes_back_for_px4_when_the_simulation_is_reset(simulation, start_peer):
+def test_a_reset_parts_with_px4_and_the_next_one_flies_from_the_same_place(simulation, start_peer):
+    """Real PX4 cannot be reset, nor see its clock go back: it is started again, and the flight repeats."""
     said = []
     simulation.autopilot.on_warning = said.append
-    peer = start_peer(2.0)
+    peer = start_peer(9.0)
     while not simulation.autopilot.answers:
         simulation.step()
-    for _ in range(20):
+    while simulation.world.get_state("iris").pose.position_m[2] < 1.0:
         simulation.step()
+        assert simulation.time_us < 20e6, "the peer does not fly"
     simulation.reset()
-    assert "reset" in said[0]
-    assert not any(
-        "time went on" in violation for violation in run_until_ended(simulation, peer)["violations"]
-    )
+    assert "start it again" in said[0]
+    peer.wait(10.0)
+    assert simulation.world.get_state("iris").pose.position_m[2] < 0.3
+    report = run_until_ended(simulation, start_peer(9.0))
+    assert report["violations"] == []
+    assert report["place_m"] == pytest.approx([1.0, 0.0, 2.0], abs=0.3)  # north, east, up
+
+
+def test_px4s_clock_is_simulated_time_whenever_it_connects(simulation, start_peer):
+    for _ in range(500):
+        simulation.step()
+    peer = start_peer(1.2)
+    while not simulation.autopilot.answers:
+        simulation.step()
+    before_us = simulation.time_us
+    report = run_until_ended(simulation, peer)
+    assert report["violations"] == []
+    assert before_us <= report["ended_us"] <= simulation.time_us
+
+
+def test_px4_thinks_while_the_simulator_does_other_work(link):
+    """The measurement of an instant is on its way before `step` asks for the answer."""
+    autopilot = Px4Sitl(link, HilParameters(), np.random.default_rng(1))
+    with socket.create_connection(("127.0.0.1", link.port)) as px4:
+        px4.settimeout(2.0)
+        while not link.connected:
+            autopilot.begin(VehicleState(4000))
+        mav = common.MAVLink(None, srcSystem=1, srcComponent=1)
+        kinds = [message.get_type() for message in mav.parse_buffer(px4.recv(65536))]
+        assert "HIL_SENSOR" in kinds
+        answer = common.MAVLink_hil_actuator_controls_message(4000, [0.25] * 16, 129, 1)
+        px4.sendall(answer.pack(mav))
+        assert autopilot.step(VehicleState(4000)) == pytest.approx([0.25] * 4)
+        px4.settimeout(0.05)
+        with pytest.raises(socket.timeout):
+            px4.recv(65536)  # the same instant is not sent twice
+
+
+def test_a_px4_that_does_not_come_is_asked_for_by_its_start(link, monkeypatch):
+    said, now_s = [], [1000.0]
+    monkeypatch.setattr("simulation_tools.px4_sitl.px4_sitl.time.monotonic", lambda: now_s[0])
+    autopilot = Px4Sitl(link, HilParameters(), np.random.default_rng(1))
+    autopilot.on_warning = said.append
+    for step in range(70):
+        now_s[0] += 0.5
+        autopilot.step(VehicleState(4000 * step))
+    assert 3 <= len(said) <= 4  # every 10 s of 35
+    assert f"connects to TCP port {link.port}" in said[0]
+
+
+def test_the_sentence_on_how_to_start_px4_names_its_instance():
+    assert "make px4_sitl none_iris" in how_to_start(4560)
+    assert "px4 -i 7" in how_to_start(4567)
 
 
 def test_a_port_already_taken_is_one_sentence(link):
@@ -129,6 +180,30 @@ def test_garbage_on_the_link_is_counted_and_harmless(link):
         kinds = [message.get_type() for message in link.receive(1.0)]
     assert "HEARTBEAT" in kinds
     assert link.bad > 0
+
+
+def test_an_impact_is_felt_whole_but_never_beyond_what_px4_measures():
+    """At touch-down a rigid body stops in one step; PX4 takes 16 g for clipping, more for its opposite."""
+    sensors = HilSensors(HilParameters(accelerometer_noise_m_s2=1e-6), np.random.default_rng(0))
+    forces = [(0.0, 0.0, 9.81)] * 5 + [(30.0, -170.0, 9.81 + 0.9 / 0.004)] + [(0.0, 0.0, 9.81)] * 20
+    felt = []
+    for step, force in enumerate(forces):
+        m = sensors.sensor(VehicleState(4000 * step, specific_force_body_m_s2=force), 4000 * (step + 1))
+        felt.append((m.xacc, m.yacc, m.zacc))
+    felt = np.array(felt)
+    assert np.all(np.abs(felt) < 0.6 * 16 * 9.80665)
+    true = np.array(forces) * (1.0, -1.0, -1.0)  # FLU to FRD
+    assert felt.sum(axis=0) == pytest.approx(true.sum(axis=0), abs=1e-3)
+    assert felt[:5] == pytest.approx(true[:5], abs=1e-4)  # untouched before
+    assert felt[12:] == pytest.approx(true[12:], abs=1e-4)  # and soon after
+
+
+def test_the_limit_leaves_flight_as_it_is():
+    sensors = HilSensors(HilParameters(accelerometer_noise_m_s2=1e-6), np.random.default_rng(0))
+    for step in range(500):
+        force = (6.0 * math.sin(0.1 * step), 5.0, 9.81 + 8.0 * math.cos(0.3 * step))  # 0.8 g more or less
+        m = sensors.sensor(VehicleState(4000 * step, specific_force_body_m_s2=force), 4000 * (step + 1))
+        assert (m.xacc, -m.yacc, -m.zacc) == pytest.approx(force, abs=1e-4)
 
 
 @pytest.mark.parametrize("name", ["accelerometer_noise_m_s2", "pressure_noise_pa", "gps_rate_hz"])

@@ -82,6 +82,7 @@ class EmergencyTrial:
         self._began_s: float | None = None
         self._ready_s: float | None = None
         self._freezing = False
+        self._no_hover = ""
 
     @property
     def now_s(self) -> float:
@@ -94,6 +95,10 @@ class EmergencyTrial:
             self._ready_s = None
         elif self._ready_s is None:
             self._ready_s = self.now_s
+
+    def on_waiting(self, reason: str) -> None:
+        """Take note why the UAV does not hover yet, in words; empty: it does."""
+        self._no_hover = reason
 
     def on_truth(self, t_s: float, pose: Pose, decide: bool = True) -> list[TrialAction]:
         """Take the true pose in `world`: time has passed. Return what is to be done, unless decided later."""
@@ -118,7 +123,8 @@ class EmergencyTrial:
             self._freezing = True
             return [TrialAction.FREEZE]
         if t_s - self._began_s > self._parameters.ready_timeout_s + self._parameters.settle_s:
-            return self.abort(f"The UAV did not hover within {self._parameters.ready_timeout_s:g} s.")
+            why = f": {self._no_hover}" if self._no_hover else ""
+            return self.abort(f"The UAV did not hover within {self._parameters.ready_timeout_s:g} s{why}.")
         return []
 
     def _watch(self, released_for_s: float) -> list[TrialAction]:

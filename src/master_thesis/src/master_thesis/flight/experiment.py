@@ -101,6 +101,7 @@ class Experiment:
         self._ready = False
         self._awaited = "the hover"
         self._distance_m: float | None = None
+        self._no_hover = ""
 
     @property
     def phase(self) -> Phase:
@@ -130,6 +131,10 @@ class Experiment:
     def on_distance(self, distance_m: float) -> None:
         """Take note how far from its goal the UAV is, for the sentence of a flight that ends before it."""
         self._distance_m = distance_m
+
+    def on_waiting(self, reason: str) -> None:
+        """Take note why the UAV does not hover yet, in words; empty: it does."""
+        self._no_hover = reason
 
     def on_time(self, t_s: float) -> list[Action]:
         """Let time pass; call at every true pose."""
@@ -189,14 +194,20 @@ class Experiment:
         limit_s = limits.get(self._phase)
         if limit_s is None or in_phase_s < limit_s:
             return []
-        doing = f"waiting for {self._awaited}" if self._phase is Phase.WAITING else self._phase.value
-        far = self._phase is Phase.FLYING and self._distance_m is not None
-        self._fail(
-            f"Still {doing} after {limit_s:g} s{f', {self._distance_m:.1f} m from it' if far else ''}."
-        )
+        self._fail(f"Still {self._doing()} after {limit_s:g} s{self._why_late()}.")
         if self._phase is Phase.FLYING:
             return self._enter(Phase.LANDING, t_s, Action.LAND)
         return self._enter(Phase.DONE, t_s, Action.FINISH)
+
+    def _doing(self) -> str:
+        return f"waiting for {self._awaited}" if self._phase is Phase.WAITING else self._phase.value
+
+    def _why_late(self) -> str:
+        if self._phase is Phase.WAITING and not self._ready and self._no_hover:
+            return f": {self._no_hover}"
+        if self._phase is Phase.FLYING and self._distance_m is not None:
+            return f", {self._distance_m:.1f} m from it"
+        return ""
 
     def _enter(self, phase: Phase, t_s: float, *actions: Action) -> list[Action]:
         self._phase = phase

@@ -53,6 +53,7 @@ class PublisherLink:
         self.silent = False
         self.ready = False
         self._px4 = px4
+        self._home: object = None  # as it was last passed on
         self._publisher = SetpointPublisher(parameters)
         self._streams: tuple[tuple[Due, Callable[[int], list]], ...] = (
             (Due(STATE_PERIOD_US), self._tell_state),
@@ -61,7 +62,10 @@ class PublisherLink:
         )
 
     def on_time(self, time_us: int) -> None:
-        """Pass on what PX4 streams at this instant; call at every step."""
+        """Pass on what PX4 streams at this instant, and its home when it has one; call at every step."""
+        if self._px4.home is not self._home and not self.silent:
+            self._home = self._px4.home
+            self._carry_out(self._publisher.on_home(1000 * time_us))
         for due, tell in self._streams:
             if due(time_us) and not self.silent:
                 self._carry_out(tell(1000 * time_us))

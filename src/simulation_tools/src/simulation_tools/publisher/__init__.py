@@ -3,6 +3,7 @@
 from simulation_tools.publisher.interface import (
     Action,
     AnnounceReady,
+    AnnounceStatus,
     FcuState,
     Log,
     PublisherError,
@@ -17,6 +18,7 @@ from simulation_tools.publisher.machine import Phase, SetpointPublisher
 __all__ = [
     "Action",
     "AnnounceReady",
+    "AnnounceStatus",
     "FcuState",
     "Log",
     "Phase",

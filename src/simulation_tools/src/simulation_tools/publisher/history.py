@@ -18,10 +18,17 @@ class History:
 
     def at(self, stamp_ns: float) -> Any:
         """Return the newest value that is not newer than a stamp, or None."""
+        return self._item_at(stamp_ns)[1]
+
+    def stamp_at(self, stamp_ns: float) -> int | None:
+        """Return the stamp of what `at` returns."""
+        return self._item_at(stamp_ns)[0]
+
+    def _item_at(self, stamp_ns: float) -> tuple[int | None, Any]:
         for stamp, value in reversed(self._items):
             if stamp <= stamp_ns:
-                return value
-        return None
+                return stamp, value
+        return None, None
 
     def newest(self) -> Any:
         """Return the value that came last, or None."""

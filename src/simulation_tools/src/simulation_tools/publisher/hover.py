@@ -12,6 +12,22 @@ _NS = 1e-9
 _SPEED_WINDOW_S = 0.2  # poses this far apart tell the speed
 
 
+class _Lasting:
+    """For how long something has been so."""
+
+    def __init__(self) -> None:
+        self._since_ns: int | None = None
+
+    def lasts_s(self, now_ns: int, is_so: bool) -> float:
+        """Return for how long it has been so, as this call says it is or not; negative: it is not."""
+        if not is_so:
+            self._since_ns = None
+            return -1.0
+        if self._since_ns is None:
+            self._since_ns = now_ns
+        return (now_ns - self._since_ns) * _NS
+
+
 class Hover:
     """Holds a point and a heading, or nothing; judges by the poses that have surely arrived.
 
@@ -26,7 +42,7 @@ class Hover:
         """Hold nothing from now on."""
         self.point: tuple[Vector3, float] | None = None
         self._aims_above = False
-        self._reached_ns: int | None = None
+        self._close, self._settled = _Lasting(), _Lasting()
 
     def hold(self, pose: Pose) -> None:
         """Hold the position of a pose from now on."""
@@ -49,14 +65,17 @@ class Hover:
         return SendPosition(stamp_ns, (x, y, z), yaw)
 
     def reached(self, now_ns: int, p: PublisherParameters) -> bool:
-        """Tell whether the UAV has been at the point and slow for `ready_time_s`."""
+        """Tell whether the UAV hovers at the point: close to it for a moment, or not far off for a while."""
+        slow = self.speed_m_s(now_ns, p) <= p.ready_speed_m_s
+        distance_m = self.distance_m(now_ns, p)
+        close_s = self._close.lasts_s(now_ns, slow and distance_m <= p.ready_distance_m)
+        settled_s = self._settled.lasts_s(now_ns, slow and distance_m <= p.settled_distance_m)
+        return close_s >= p.ready_time_s or settled_s >= p.settled_time_s
+
+    def distance_m(self, now_ns: int, p: PublisherParameters) -> float:
+        """Return how far the UAV is from the point."""
         here = self._poses.at(now_ns - p.decision_delay_s / _NS)
-        near = math.dist(here.position_m, self.point[0]) <= p.ready_distance_m
-        if not (near and self.speed_m_s(now_ns, p) <= p.ready_speed_m_s):
-            self._reached_ns = None
-        elif self._reached_ns is None:
-            self._reached_ns = now_ns
-        return self._reached_ns is not None and (now_ns - self._reached_ns) * _NS >= p.ready_time_s
+        return math.dist(here.position_m, self.point[0])
 
     def speed_m_s(self, now_ns: int, p: PublisherParameters) -> float:
         """Return the UAV's mean speed of late; infinity when it is not known."""

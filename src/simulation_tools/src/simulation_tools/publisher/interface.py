@@ -9,6 +9,7 @@ from typing import Union
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Vector3
 
+OFFBOARD = "OFFBOARD"
 _CRITICAL = 5  # MAV_STATE of a failsafe
 
 
@@ -26,15 +27,22 @@ class PublisherParameters:
     none, in which velocities are taken.
 
     ready_distance_m, ready_speed_m_s, ready_time_s: to be this close to the hover point and this slow for
-    this long counts as hovering. climb_gain: how much further than the hover point a take-off aims, per
-    metre that is missing; PX4 starts with a guess of the hover thrust and would creep up the last half metre.
-    hold_speed_m_s: a command of zero brakes a UAV that is faster than this, and has a slower one hold its
-    position; by a velocity of zero alone it would sink with every error of the hover thrust.
+    this long counts as hovering. settled_distance_m, settled_time_s: so does to be this close and this slow
+    for this longer time, since an estimate that drifts may keep a UAV off its point for ever.
+    climb_gain: how much further than the hover point a take-off aims, per metre that is missing; PX4 starts
+    with a guess of the hover thrust and would creep up the last half metre. hold_speed_m_s: a command of zero
+    brakes a UAV that is faster than this, and has a slower one hold its position; by a velocity of zero alone
+    it would sink with every error of the hover thrust.
 
-    retry_period_s: between requests to the flight controller. min_stream_s: of streaming before OFFBOARD is
-    asked for. stream_gap_s: when no command has been answered for this long, each pose is, so that the
-    stream never breaks. pose_timeout_s: so long without a pose means that MAVROS is away. jump_back_s: a pose
-    this much older than the last means that the clock was reset.
+    retry_period_s: between requests to the flight controller. They are repeated only if a later state says
+    that they had no effect, or none came for state_patience_s: PX4 tells its state once a second.
+    min_stream_s: of streaming before OFFBOARD is asked for. stream_gap_s: when no command has been answered
+    for this long, each pose is, so that the stream never breaks. pose_timeout_s: so long without a pose means
+    that MAVROS is away. jump_back_s: a pose this much older than the last means that the clock was reset.
+    wait_report_s: of waiting for the same thing until it is said for what, and again.
+
+    needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as its
+    position can be trusted; who arms earlier starts in a failsafe. Without satellites there may never be one.
     """
 
     hover_height_m: float = 2.0
@@ -45,14 +53,19 @@ class PublisherParameters:
     ready_distance_m: float = 0.05
     ready_speed_m_s: float = 0.15
     ready_time_s: float = 0.5
+    settled_distance_m: float = 0.25
+    settled_time_s: float = 3.0
     hold_speed_m_s: float = 0.15
     retry_period_s: float = 0.5
+    state_patience_s: float = 2.0
     stream_gap_s: float = 0.15
     min_stream_s: float = 0.1
     climb_gain: float = 2.0
     decision_delay_s: float = 0.1
     pose_timeout_s: float = 0.5
     jump_back_s: float = 1.0
+    wait_report_s: float = 10.0
+    needs_home: bool = True
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -99,6 +112,13 @@ class AnnounceReady:
 
 
 @dataclass(frozen=True)
+class AnnounceStatus:
+    """Say what is waited for, in words; empty: for nothing."""
+
+    text: str
+
+
+@dataclass(frozen=True)
 class Log:
     """Say a sentence; repeated: it may come with every message, so throttle it."""
 
@@ -107,7 +127,7 @@ class Log:
     repeated: bool = False
 
 
-Action = Union[SendVelocity, SendPosition, RequestMode, RequestArm, AnnounceReady, Log]
+Action = Union[SendVelocity, SendPosition, RequestMode, RequestArm, AnnounceReady, AnnounceStatus, Log]
 
 
 @dataclass(frozen=True)
@@ -120,6 +140,14 @@ class FcuState:
     system_status: int
 
     @property
+    def in_offboard(self) -> bool:
+        """Whether it flies by setpoints."""
+        return self.armed and self.mode == OFFBOARD
+
+    @property
     def failsafe(self) -> bool:
-        """Whether the flight controller flies by itself because something is lost."""
-        return self.armed and self.system_status == _CRITICAL
+        """Whether the flight controller flies by itself because something is lost.
+
+        In OFFBOARD it obeys, whatever else its status says.
+        """
+        return self.armed and self.system_status == _CRITICAL and self.mode != OFFBOARD

@@ -16,10 +16,12 @@ import math
 from typing import Sequence
 
 from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.publisher.clock_watch import ClockWatch
 from simulation_tools.publisher.commands import Command, Commands
-from simulation_tools.publisher.history import History
+from simulation_tools.publisher.heard import Heard
 from simulation_tools.publisher.hover import Hover
 from simulation_tools.publisher.interface import (
+    OFFBOARD,
     Action,
     AnnounceReady,
     FcuState,
@@ -29,8 +31,8 @@ from simulation_tools.publisher.interface import (
     RequestMode,
     SendVelocity,
 )
+from simulation_tools.publisher.waiting import Waiting
 
-OFFBOARD = "OFFBOARD"
 LANDING = "AUTO.LAND"
 _ON_GROUND = 1  # MAV_LANDED_STATE
 _NS = 1e-9
@@ -54,28 +56,27 @@ class SetpointPublisher:
 
     def __init__(self, parameters: PublisherParameters) -> None:
         self.parameters = parameters
-        self._poses, self._states, self._landed = History(), History(), History()
-        self._hover = Hover(self._poses)
-        self._commands = Commands(self._hover, self._poses)
-        self._clock_ns = 0
+        self._heard = Heard()
+        self._hover = Hover(self._heard.poses)
+        self._commands = Commands(self._hover, self._heard.poses)
+        self._clock = ClockWatch()
+        self._waiting = Waiting()
         self.restart()
 
     def restart(self) -> None:
         """Begin again: take off if the UAV stands on the ground, take over if it flies."""
         self.phase = Phase.WAITING
-        for history in (self._poses, self._states, self._landed):
-            history.clear()
-        self._newest_ns = 0
+        self._heard.forget()
+        self._clock.restart()
         self._sent_ns: int | None = None
         self._stream_began_ns: int | None = None
         self._requested_ns: int | None = None
-        self._complain_at_s = 0.0
         self._hover.release()
         # The local frame begins where the UAV stood.
         self._hover_z_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
         self._commands.forget()
         self._seen_offboard = False
-        self._has_flown = False
+        self._has_flown = self._may_arm = False
         self._was_failsafe = False
         self._answers_poses = True
 
@@ -83,24 +84,32 @@ class SetpointPublisher:
 
     def on_clock(self, now_ns: int) -> list[Action]:
         """Take in ROS's time; it tells of a reset long before the first pose does, and of missing poses."""
-        jumped = (self._clock_ns - now_ns) * _NS > self.parameters.jump_back_s
-        self._clock_ns = now_ns
-        return self._start_again() if jumped else self._watch_poses()
+        if self._clock.on_clock(now_ns, self.parameters):
+            return self._start_again()
+        return [*self._watch_poses(), *self._report_waiting(now_ns)]
 
     def on_state(self, stamp_ns: int, state: FcuState) -> list[Action]:
         """Take in MAVROS's state."""
-        self._states.add(stamp_ns, state)
+        self._heard.states.add(stamp_ns, state)
         return []
 
     def on_landed_state(self, stamp_ns: int, landed_state: int) -> list[Action]:
         """Take in MAVROS's extended state."""
-        self._landed.add(stamp_ns, landed_state)
+        self._heard.landed.add(stamp_ns, landed_state)
+        return []
+
+    def on_home(self, stamp_ns: int) -> list[Action]:
+        """Take in that the flight controller knows its home position."""
+        self._heard.homes.add(stamp_ns, True)
         return []
 
     def on_local_pose(self, stamp_ns: int, pose: Pose) -> list[Action]:
         """Take in the pose in the local frame; it tells the time and keeps the stream going."""
-        actions = self._watch_clock(stamp_ns)
-        self._poses.add(stamp_ns, pose)
+        actions = []
+        if self._clock.on_pose(stamp_ns, self.parameters):
+            actions = self._start_again()
+            self._clock.on_pose(stamp_ns, self.parameters)
+        self._heard.poses.add(stamp_ns, pose)
         gap_s = math.inf if self._sent_ns is None else (stamp_ns - self._sent_ns) * _NS
         if self._answers_poses or gap_s >= self.parameters.stream_gap_s:
             # Not stamped as the pose: a scan may have the same stamp, and lockstep waits for its own answer.
@@ -111,7 +120,7 @@ class SetpointPublisher:
         self, stamp_ns: int, frame_id: str, linear: Sequence[float], yaw_rate: float
     ) -> list[Action]:
         """Take in a velocity command (FLU, levelled); it is always answered, whatever it holds."""
-        now_ns = self._now(stamp_ns)
+        now_ns = self._clock.answered_at_ns(stamp_ns, self.parameters)
         command = Command(stamp_ns, tuple(linear), yaw_rate)
         # Without poses nobody can tell what lies in the future, and more is wrong.
         unknown = self._poses_missing and now_ns < stamp_ns
@@ -126,42 +135,32 @@ class SetpointPublisher:
 
     # Decisions
 
-    def _now(self, stamp_ns: int) -> int:
-        """Return the time at which a command is answered: its stamp, unless it is far off the poses'."""
-        if not self._newest_ns:
-            return stamp_ns
-        slack_ns = round(self.parameters.command_timeout_s / _NS)
-        return min(max(stamp_ns, self._newest_ns - slack_ns), self._newest_ns + slack_ns)
-
-    def _watch_clock(self, stamp_ns: int) -> list[Action]:
-        """Start again when the clock has jumped back."""
-        if (self._newest_ns - stamp_ns) * _NS > self.parameters.jump_back_s:
-            actions = self._start_again()
-            self._newest_ns = stamp_ns
-            return actions
-        self._newest_ns = max(self._newest_ns, stamp_ns)
-        return []
-
-    @property
-    def _silence_s(self) -> float:
-        return (self._clock_ns - self._newest_ns) * _NS if self._newest_ns else 0.0
-
     @property
     def _poses_missing(self) -> bool:
-        return self._silence_s > self.parameters.pose_timeout_s
+        return self._clock.poses_missing(self.parameters)
 
     def _watch_poses(self) -> list[Action]:
         """Take no commands while MAVROS is away, and say so every second."""
-        if not self._poses_missing or self.phase in (Phase.WAITING, Phase.IDLE):
-            self._complain_at_s = 0.0
+        if self.phase in (Phase.WAITING, Phase.IDLE):
             return []
-        actions = []
-        if self._silence_s >= self._complain_at_s:
-            self._complain_at_s = self._silence_s + 1.0
-            actions.append(Log(f"MAVROS has sent no pose for {self._silence_s:.1f} s."))
-        if self.phase is Phase.FLYING:
-            actions += self._enter_returning(self._poses.newest())
+        actions = self._clock.complaints(self.parameters)
+        if self.phase is Phase.FLYING and self._poses_missing:
+            actions += self._enter_returning(self._heard.poses.newest())
         return actions
+
+    def _report_waiting(self, now_ns: int) -> list[Action]:
+        """Say what is waited for when that changes, and aloud when it lasts."""
+        period_s = math.inf if self.phase is Phase.YIELDED else self.parameters.wait_report_s
+        return self._waiting.report(now_ns, self.phase.value, self.waiting_for, period_s)
+
+    @property
+    def waiting_for(self) -> str:
+        """What must happen before commands are taken, in words; empty: they are taken, or all is over."""
+        if self.phase in (Phase.FLYING, Phase.IDLE):
+            return ""
+        if self._poses_missing:
+            return "MAVROS sends no poses any more"
+        return self._heard.lacking(self.parameters) or "the UAV is not at its hover point yet"
 
     def _start_again(self) -> list[Action]:
         self.restart()
@@ -171,17 +170,17 @@ class SetpointPublisher:
         """Return what is to be done now; the last action is a setpoint of the given stamp."""
         self._answers_poses = by_pose
         actions = self._advance(now_ns)
-        self._sent_ns = min(now_ns, self._newest_ns) if self._newest_ns else now_ns
+        self._sent_ns = min(now_ns, self._clock.newest_ns) if self._clock.newest_ns else now_ns
         if self._stream_began_ns is None:
             self._stream_began_ns = now_ns
         return [*actions, self._setpoint(now_ns, stamp_ns)]
 
     def _advance(self, now_ns: int) -> list[Action]:
         """Take the phase forward by what was known `decision_delay_s` ago."""
-        then_ns = now_ns - self.parameters.decision_delay_s / _NS
-        pose, state, landed = (h.at(then_ns) for h in (self._poses, self._states, self._landed))
+        pose, state, landed, home = self._heard.known(now_ns, self.parameters)
         if pose is None or state is None or landed is None or not state.connected:
             return []
+        self._may_arm = home or not self.parameters.needs_home
         flying = state.armed and landed != _ON_GROUND
         step = {
             Phase.WAITING: self._begin,
@@ -202,26 +201,32 @@ class SetpointPublisher:
                 return self._enter_returning(pose)
             return self._enter_flying(pose, "the UAV is in the air: taking over where it is.")
         self.phase = Phase.TAKING_OFF
-        rise_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
-        self._hover_z_m = pose.position_m[2] + rise_m
-        self._hover.climb_over(pose, self._hover_z_m)
+        self._aim_over(pose)
         self._seen_offboard = self._has_flown = False
         return []
 
+    def _aim_over(self, pose: Pose) -> None:
+        """Hover over where the UAV stands on the ground."""
+        rise_m = self.parameters.hover_height_m - self.parameters.ground_clearance_m
+        self._hover_z_m = pose.position_m[2] + rise_m
+        self._hover.climb_over(pose, self._hover_z_m)
+
     def _take_off(self, now_ns: int, pose: Pose, state: FcuState, flying: bool) -> list[Action]:
-        in_offboard = state.armed and state.mode == OFFBOARD
-        self._seen_offboard = self._seen_offboard or in_offboard
+        self._seen_offboard = self._seen_offboard or state.in_offboard
         self._has_flown = self._has_flown or flying
         if self._has_flown and not state.armed and not self._was_failsafe:
             return self._enter_idle()
-        if self._seen_offboard and flying and state.mode != OFFBOARD and not state.failsafe:
+        if self._seen_offboard and flying and not state.in_offboard and not state.failsafe:
             return self._enter_yielded(state)
-        if in_offboard:
+        if state.in_offboard:
             return (
                 self._enter_flying(None, "hovering, ready.")
                 if self._hover.reached(now_ns, self.parameters)
                 else []
             )
+        if not (state.armed or self._may_arm):
+            self._aim_over(pose)  # an estimate that has just begun still moves
+            return []
         if (now_ns - self._stream_began_ns) * _NS < self.parameters.min_stream_s:
             return []
         return self._request(now_ns, RequestMode(OFFBOARD), RequestArm())
@@ -288,10 +293,13 @@ class SetpointPublisher:
         return [AnnounceReady(False), Log(text, is_warning=False)]
 
     def _request(self, now_ns: int, *requests: Action) -> list[Action]:
-        """Return the requests, unless they were made just now."""
-        since_ns = None if self._requested_ns is None else now_ns - self._requested_ns
-        if since_ns is not None and since_ns * _NS < self.parameters.retry_period_s:
-            return []
+        """Return the requests, unless they were made just now, or nobody can tell yet what became of them."""
+        p = self.parameters
+        if self._requested_ns is not None:
+            since_s = (now_ns - self._requested_ns) * _NS
+            told = self._heard.state_newer_than(self._requested_ns, now_ns, p)
+            if since_s < (p.retry_period_s if told else p.state_patience_s):
+                return []
         self._requested_ns = now_ns
         return list(requests)
 
@@ -301,7 +309,7 @@ class SetpointPublisher:
         """Return what to send now."""
         stamp_ns = max(stamp_ns, 0)
         if self.phase is Phase.FLYING:
-            commanded = self._commands.setpoint(now_ns, self._newest_ns, stamp_ns, self.parameters)
+            commanded = self._commands.setpoint(now_ns, self._clock.newest_ns, stamp_ns, self.parameters)
             if commanded is not None:
                 return commanded
         if self.phase in (Phase.TAKING_OFF, Phase.RETURNING, Phase.FLYING):

@@ -34,6 +34,13 @@ class VehicleState:
 class Autopilot(Protocol):
     """A flight controller in lockstep with the physics."""
 
+    def begin(self, state: VehicleState) -> None:
+        """Start to think about a state; `step` asks for the answer after the simulator's other work.
+
+        May do nothing, and may not be called at all.
+        """
+        ...
+
     def step(self, state: VehicleState) -> np.ndarray:
         """Return the rotor commands, (n,) in 0..1, to hold from `state.time_us` to the next step."""
         ...

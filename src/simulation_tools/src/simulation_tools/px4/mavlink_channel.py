@@ -55,6 +55,7 @@ class Channel:
         self._streams = {name: Stream(round(1e6 / rate)) for name, rate in rates_hz.items()}
         self._next_due_us = 0
         self._heartbeat_content: tuple | None = None
+        self._home: object = None  # as it was last streamed
         self.codec = Codec(int(px4.parameters["MAV_SYS_ID"]), int(px4.parameters["MAV_COMP_ID"]))
         self.socket = open_udp(host, local_port, purpose)
 
@@ -104,6 +105,9 @@ class Channel:
         if status is not None and status.heartbeat_content != self._heartbeat_content:
             self._heartbeat_content = status.heartbeat_content
             self._streams["HEARTBEAT"].due_us = time_us  # clients need not wait for what has changed
+        if self._px4.home is not self._home:
+            self._home = self._px4.home
+            self._streams["HOME_POSITION"].due_us = time_us
         messages = []
         for name, stream in self._streams.items():
             if not stream.period_us or time_us < stream.due_us:

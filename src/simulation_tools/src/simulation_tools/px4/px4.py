@@ -223,6 +223,9 @@ class Px4:
 
     # The step
 
+    def begin(self, state: VehicleState) -> None:
+        """Nothing: it thinks in the simulator's own thread."""
+
     def step(self, state: VehicleState) -> np.ndarray:
         """Return the rotor commands (4,) from this instant on; the same array each time."""
         is_first = self._started_us is None

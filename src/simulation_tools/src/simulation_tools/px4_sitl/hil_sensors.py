@@ -31,12 +31,15 @@ class HilParameters:
     origin: where the world's origin lies on earth. magnetic_field_ned_gauss: of the earth there. *_noise:
     standard deviations of white noise; none may be zero, since PX4 takes a value that stays the same for 100
     samples for a dead sensor's. gps_rate_hz, gps_delay_s: PX4 expects a GPS to be late by EKF2_GPS_DELAY,
-    0.11 s.
+    0.11 s. accelerometer_limit_m_s2: no sample is beyond it on any axis. PX4's accelerometers measure up to
+    16 g (157 m/s2), count a greater sample as clipped, and the first of the three takes its sign for the
+    opposite one.
     """
 
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
     magnetic_field_ned_gauss: tuple[float, float, float] = (0.21523, 0.00771, 0.42741)
     accelerometer_noise_m_s2: float = 0.02
+    accelerometer_limit_m_s2: float = 80.0
     gyroscope_noise_rad_s: float = 0.001
     magnetometer_noise_gauss: float = 0.002
     pressure_noise_pa: float = 1.0
@@ -46,6 +49,7 @@ class HilParameters:
     def __post_init__(self) -> None:
         for name in (
             "accelerometer_noise_m_s2",
+            "accelerometer_limit_m_s2",
             "gyroscope_noise_rad_s",
             "magnetometer_noise_gauss",
             "pressure_noise_pa",
@@ -65,16 +69,20 @@ class HilSensors:
         self._rng = rng
         self._past: deque[tuple[int, VehicleState]] = deque()
         self._gps_schedule = Schedule(parameters.gps_rate_hz)
+        self._impact = np.zeros(3)
 
     def restart(self) -> None:
         """Forget what was measured: a PX4 that has just been started knows no past."""
         self._past.clear()
+        self._impact = np.zeros(3)
         self._gps_schedule.restart()
 
     def sensor(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_sensor_message:
         """Return HIL_SENSOR: m/s2 and rad/s (FRD), Gauss (FRD), hPa, m, degrees Celsius."""
         p = self._parameters
-        force = flu_to_frd(state.specific_force_body_m_s2) + self._noise(p.accelerometer_noise_m_s2)
+        force = self._felt(flu_to_frd(state.specific_force_body_m_s2)) + self._noise(
+            p.accelerometer_noise_m_s2
+        )
         rates = flu_to_frd(state.angular_velocity_body_rad_s) + self._noise(p.gyroscope_noise_rad_s)
         field_enu = enu_to_ned(p.magnetic_field_ned_gauss)
         magnetic = flu_to_frd(rotate_inverse(state.pose.orientation_xyzw, field_enu)) + self._noise(
@@ -93,6 +101,18 @@ class HilSensors:
             temperature=temperature_k(altitude_m) - _KELVIN,
             fields_updated=FIELDS_UPDATED,
         )
+
+    def _felt(self, force_m_s2: np.ndarray) -> np.ndarray:
+        """Return what the accelerometer feels of a specific force, FRD.
+
+        Rigid bodies stop within one step, at 18 g from 0.7 m/s; legs and mounts that bend take longer. What
+        is beyond the limit is felt in the next samples, so that their sum still tells the change of velocity.
+        """
+        wanted = force_m_s2 + self._impact
+        limit = self._parameters.accelerometer_limit_m_s2
+        felt = np.clip(wanted, -limit, limit)
+        self._impact = wanted - felt
+        return felt
 
     def gps(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_gps_message | None:
         """Return HIL_GPS when one is due, of where the vehicle was gps_delay_s ago; call it at every step."""

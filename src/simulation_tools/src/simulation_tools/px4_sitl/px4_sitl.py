@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Callable
 
 import numpy as np
@@ -9,28 +10,33 @@ from pymavlink.dialects.v20 import common
 
 from simulation_tools.px4.autopilot import VehicleState
 from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
-from simulation_tools.px4_sitl.simulator_link import SimulatorLink
+from simulation_tools.px4_sitl.simulator_link import SimulatorLink, how_to_start
 
 ROTORS = 4
 _REAL_PACE_S = 0.004  # before its first answer PX4 still starts, by the wall clock
 _PATIENCE_S = 0.5
+_REMINDER_S = 10.0  # wall time
 
 
 class Px4Sitl:
     """An `Autopilot` whose commands come from the PX4 at the other end of a link.
 
-    Each step sends HIL_SENSOR and waits for the HIL_ACTUATOR_CONTROLS made from it. Without PX4 the rotors
-    stand still and the world goes on. PX4's clock is driven by the messages' stamps and must never go back,
-    so it keeps counting when the simulation is reset. A PX4 that stops answering (a debugger's breakpoint)
+    Each instant is sent as HIL_SENSOR, as soon as it is known (`begin`), and `step` waits for the
+    HIL_ACTUATOR_CONTROLS made from it: meanwhile the simulator reads and publishes its other sensors. Without
+    PX4 the rotors stand still and the world goes on. A PX4 that stops answering (a debugger's breakpoint)
     nearly stops simulated time: the last commands hold, one step at each time-out.
+
+    PX4's clock is simulated time, driven by the messages' stamps. It must never go back, and PX4 cannot be
+    rebooted over this link: a reset of the simulation closes the link, and PX4 has to be started again.
     """
 
     def __init__(self, link: SimulatorLink, parameters: HilParameters, rng: np.random.Generator) -> None:
         self._link = link
         self._sensors = HilSensors(parameters, rng)
         self._commands = np.zeros(ROTORS)
-        self._clock_us = 0
-        self._last_us: int | None = None
+        self._clock_us = -1
+        self._awaits_answer = False
+        self._reminded_s = time.monotonic()
         self._forget_px4()
 
     @property
@@ -47,24 +53,35 @@ class Px4Sitl:
         """Whether PX4 runs in lockstep: it has answered the last measurement."""
         return self._in_lockstep
 
-    def step(self, state: VehicleState) -> np.ndarray:
-        """Let PX4 sense a state; returns the rotor commands (4,), 0..1, that it answers with.
-
-        Rotors: front right, rear left, front left, rear right.
-        """
-        self._advance_clock(state.time_us)
+    def begin(self, state: VehicleState) -> None:
+        """Let PX4 sense a state, and do not wait for what it makes of it."""
+        self._clock_us = state.time_us
+        self._awaits_answer = False
         if not self._link.connected:
             self._forget_px4()
             if not self._link.accept():
-                return self._commands
-        self._send(state)
-        self._hear()
+                self._remind()
+                return
+        if state.time_us > 0:  # 0 is no time to PX4
+            self._send(state)
+            self._awaits_answer = self._link.connected
+
+    def step(self, state: VehicleState) -> np.ndarray:
+        """Return the rotor commands (4,), 0..1, that PX4 answers a state with.
+
+        Rotors: front right, rear left, front left, rear right.
+        """
+        if self._clock_us != state.time_us:
+            self.begin(state)
+        if self._awaits_answer:
+            self._hear()
         return self._commands
 
-    def _advance_clock(self, time_us: int) -> None:
-        went_on = self._last_us is not None and time_us > self._last_us
-        self._clock_us += time_us - self._last_us if went_on else round(1e6 * _REAL_PACE_S)
-        self._last_us = time_us
+    def _remind(self) -> None:
+        """Say now and then that PX4 is missing."""
+        if time.monotonic() - self._reminded_s > _REMINDER_S:
+            self._reminded_s = time.monotonic()
+            self.on_warning(f"No PX4 is connected. {how_to_start(self._link.port)}")
 
     def _send(self, state: VehicleState) -> None:
         messages = [self._sensors.sensor(state, self._clock_us), self._sensors.gps(state, self._clock_us)]
@@ -114,12 +131,14 @@ class Px4Sitl:
         self._sensors.restart()
 
     def reset(self) -> None:
-        """Go on with the same PX4, which cannot be rebooted over this link: it sees the vehicle jump."""
-        self._last_us = None
+        """Part with this PX4, whose clock and estimate cannot go back; the next one starts afresh."""
+        self._clock_us = -1
+        self._forget_px4()
         if self._link.connected:
+            self._link.disconnect()
             self.on_warning(
-                "The simulation was reset, but a real PX4 cannot be: its estimate takes seconds to follow "
-                "the jump. Start PX4 again for a clean start."
+                "The simulation was reset, but a real PX4 cannot be: its connection is closed. Stop it, and "
+                f"start it again. {how_to_start(self._link.port)}"
             )
 
     def close(self) -> None:

@@ -93,9 +93,14 @@ class SimulatorLink:
         self.bad += len(messages) - len(good)
         return good
 
+    def disconnect(self) -> None:
+        """Close the connection, if there is one, and wait for another."""
+        if self._peer is not None:
+            self._peer.close()
+            self._peer = None
+
     def _lose(self) -> None:
-        self._peer.close()
-        self._peer = None
+        self.disconnect()
         self.on_warning(
             "PX4 has closed its connection to the simulator, and the rotors stop; start PX4 again, "
             f"the simulator waits for it on TCP port {self.port}."
@@ -103,10 +108,16 @@ class SimulatorLink:
 
     def close(self) -> None:
         """Close the connection and the port."""
-        if self._peer is not None:
-            self._peer.close()
-            self._peer = None
+        self.disconnect()
         self._server.close()
+
+
+def how_to_start(port: int) -> str:
+    """Return a sentence on how to start the PX4 that connects to this port."""
+    instance = port - DEFAULT_PORT
+    if instance == 0:
+        return f"Start it: `make px4_sitl none_iris`; it connects to TCP port {port}."
+    return f"Start PX4 SITL as instance {instance} (`px4 -i {instance}`); it connects to TCP port {port}."
 
 
 def _listen(host: str, port: int) -> socket.socket:

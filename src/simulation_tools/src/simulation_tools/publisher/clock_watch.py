@@ -1,0 +1,82 @@
+"""ROS's clock beside the stamps of the poses: jumps, silence, and clocks that do not agree."""
+
+from __future__ import annotations
+
+from simulation_tools.publisher.interface import Action, Log, PublisherParameters
+
+_NS = 1e-9
+_DISAGREEMENT_S = 2.0  # the two clocks arrive by different ways; for so long neither is just late
+
+
+class ClockWatch:
+    """Knows how late it is. `newest_ns`: greatest stamp of a pose, 0: none has come.
+
+    ROS's clock may be unknown (0), as in a closed loop without ROS; the poses alone tell the time then.
+    """
+
+    def __init__(self) -> None:
+        self._clock_ns = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the poses."""
+        self.newest_ns = 0
+        self._arrived_ns = 0
+        self._agreed_ns = 0
+        self._complain_at_s = 0.0
+
+    def on_clock(self, now_ns: int, p: PublisherParameters) -> bool:
+        """Take in ROS's time; True when it has jumped back."""
+        jumped = (self._clock_ns - now_ns) * _NS > p.jump_back_s
+        self._clock_ns = now_ns
+        return jumped
+
+    def on_pose(self, stamp_ns: int, p: PublisherParameters) -> bool:
+        """Take in a pose's stamp; True when it has jumped back, and then `restart` before the next one."""
+        if (self.newest_ns - stamp_ns) * _NS > p.jump_back_s:
+            return True
+        self.newest_ns = max(self.newest_ns, stamp_ns)
+        self._arrived_ns = self._clock_ns or stamp_ns
+        if not self._agreed_ns or abs(self._ahead_s) <= p.command_timeout_s:
+            self._agreed_ns = self._arrived_ns
+        return False
+
+    def answered_at_ns(self, stamp_ns: int, p: PublisherParameters) -> int:
+        """Return the time at which a command is answered: its stamp, unless it is far off the time."""
+        if not self.newest_ns:
+            return stamp_ns
+        time_ns = max(self.newest_ns, self._clock_ns)
+        slack_ns = round(p.command_timeout_s / _NS)
+        return min(max(stamp_ns, time_ns - slack_ns), time_ns + slack_ns)
+
+    def poses_missing(self, p: PublisherParameters) -> bool:
+        """Whether poses came, and come no more."""
+        return self._silence_s > p.pose_timeout_s
+
+    def complaints(self, p: PublisherParameters) -> list[Action]:
+        """Return what is to be said of poses that are missing or of another time; once a second at most."""
+        if self.poses_missing(p):
+            return self._at_most_every_second(f"MAVROS has sent no pose for {self._silence_s:.1f} s.")
+        self._complain_at_s = 0.0
+        if (self._arrived_ns - self._agreed_ns) * _NS < _DISAGREEMENT_S:
+            return []
+        text = (
+            f"MAVROS's poses are stamped {abs(self._ahead_s):.1f} s "
+            f"{'ahead of' if self._ahead_s > 0 else 'behind'} ROS's clock: commands may look too old. "
+            "Start the flight controller and MAVROS again, or synchronise their clocks."
+        )
+        return [Log(text, repeated=True)]
+
+    @property
+    def _ahead_s(self) -> float:
+        return (self.newest_ns - self._arrived_ns) * _NS
+
+    @property
+    def _silence_s(self) -> float:
+        return (self._clock_ns - self._arrived_ns) * _NS if self.newest_ns else 0.0
+
+    def _at_most_every_second(self, text: str) -> list[Action]:
+        if self._silence_s < self._complain_at_s:
+            return []
+        self._complain_at_s = self._silence_s + 1.0
+        return [Log(text)]

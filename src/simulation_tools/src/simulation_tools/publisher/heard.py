@@ -1,0 +1,59 @@
+"""What the publisher has heard of the flight controller, and what it still lacks."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from simulation_tools.geometry import Pose
+from simulation_tools.publisher.history import History
+from simulation_tools.publisher.interface import OFFBOARD, FcuState, PublisherParameters
+
+_NS = 1e-9
+
+
+class Known(NamedTuple):
+    """What was known at one time; None: nothing yet. landed: MAV_LANDED_STATE. home: True if there is one."""
+
+    pose: Pose | None
+    state: FcuState | None
+    landed: int | None
+    home: bool | None
+
+
+class Heard:
+    """The last messages of each kind."""
+
+    def __init__(self) -> None:
+        self.poses, self.states, self.landed, self.homes = History(), History(), History(), History()
+
+    def forget(self) -> None:
+        """Have heard nothing."""
+        for history in (self.poses, self.states, self.landed, self.homes):
+            history.clear()
+
+    def known(self, now_ns: int, p: PublisherParameters) -> Known:
+        """Return what had surely arrived by now."""
+        then_ns = now_ns - p.decision_delay_s / _NS
+        return Known(*(h.at(then_ns) for h in (self.poses, self.states, self.landed, self.homes)))
+
+    def state_newer_than(self, stamp_ns: int, now_ns: int, p: PublisherParameters) -> bool:
+        """Whether the state that had surely arrived by now was sent after a time."""
+        newest_ns = self.states.stamp_at(now_ns - p.decision_delay_s / _NS)
+        return newest_ns is not None and newest_ns > stamp_ns
+
+    def lacking(self, p: PublisherParameters) -> str:
+        """Return what stands between the UAV and its flight by setpoints, in words; empty: nothing."""
+        state = self.states.newest()
+        if state is None:
+            return "no `state` from MAVROS yet"
+        if not state.connected:
+            return "MAVROS hears no flight controller"
+        if self.landed.newest() is None:
+            return "no `extended_state` from MAVROS yet"
+        if self.poses.newest() is None:
+            return "no `local_position/pose` from MAVROS yet"
+        if p.needs_home and self.homes.newest() is None and not state.armed:
+            return "no home position (`home_position/home`) from MAVROS yet"
+        if state.mode != OFFBOARD:
+            return f"the mode is {state.mode}, not OFFBOARD"
+        return "" if state.armed else "the flight controller is not armed"

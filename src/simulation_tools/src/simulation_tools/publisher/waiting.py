@@ -1,0 +1,29 @@
+"""What somebody waits for, said when it changes, and aloud when it lasts."""
+
+from __future__ import annotations
+
+from simulation_tools.publisher.interface import Action, AnnounceStatus, Log
+
+_NS = 1e-9
+
+
+class Waiting:
+    """Remembers for what, and since when."""
+
+    def __init__(self) -> None:
+        self._reason: str | None = None
+        self._since_ns = self._said_ns = 0
+
+    def report(self, now_ns: int, doing: str, reason: str, period_s: float) -> list[Action]:
+        """Return what is to be said at a time of ROS's clock.
+
+        doing: what goes on meanwhile. reason: why it is not over; empty: nothing is waited for.
+        """
+        if reason != self._reason or now_ns < self._said_ns:
+            self._reason, self._since_ns, self._said_ns = reason, now_ns, now_ns
+            return [AnnounceStatus(reason)]
+        if not reason or (now_ns - self._said_ns) * _NS < period_s:
+            return []
+        self._said_ns = now_ns
+        waited_s = (now_ns - self._since_ns) * _NS
+        return [Log(f"still {doing} after {waited_s:.0f} s: {reason}.")]
