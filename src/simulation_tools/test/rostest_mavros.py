@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import socket
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -267,6 +268,20 @@ class TestMavros(MavrosTestCase):
         self.assertTrue(self.eventually(lambda: self.mode() == "OFFBOARD", 20.0, self.stream_pose))
         self.assertTrue(self.services["cmd/land"](0, 0, 0, 0, 0).success)
         self.assertTrue(self.eventually(lambda: not self.last("state").armed, 40.0))
+
+    def test_z_the_example_of_an_offboard_script_takes_off_and_lands(self):
+        """As a user starts it; afterwards the UAV stands where it stood."""
+        z = lambda: self.last("local_position/pose").pose.position.z  # noqa: E731
+        ground, heights = z(), []
+        command = ["rosrun", "simulation_tools", "offboard_example", "_height:=1.5", "_hold:=2.0"]
+        example = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.addCleanup(example.kill)
+        self.eventually(lambda: heights.append(z()) or example.poll() is not None, 90.0)
+        said = example.communicate(timeout=5.0)[0]
+        self.assertEqual(example.returncode, 0, said)
+        self.assertAlmostEqual(max(heights) - ground, 1.5, delta=0.15)
+        self.assertAlmostEqual(z(), ground, delta=0.05)
+        self.assertFalse(self.last("state").armed)
 
 
 if __name__ == "__main__":
