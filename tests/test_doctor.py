@@ -98,3 +98,54 @@ def write_bag(path: Path) -> None:
             scan.header.frame_id = "hokuyo"
             scan.header.stamp = rospy.Time.from_sec(100.0 + 0.1 * (tenth if tenth != 20 else 15))
             bag.write("/scan", scan, rospy.Time.from_sec(100.0 + 0.1 * tenth))
+
+
+# -- bags ---------------------------------------------------------------------------------------------------
+
+
+def written(path, turn_w=1.0):
+    """A bag of a few transforms and scans, whose rotations are as long as `turn_w`."""
+    import rosbag
+    import rospy
+    from geometry_msgs.msg import TransformStamped
+    from sensor_msgs.msg import LaserScan
+    from tf2_msgs.msg import TFMessage
+
+    with rosbag.Bag(str(path), "w") as bag:
+        for index in range(8):
+            stamp = rospy.Time(1.0 + 0.1 * index)
+            edge = TransformStamped()
+            edge.header.stamp, edge.header.frame_id, edge.child_frame_id = stamp, "odom", "base_frame"
+            edge.transform.rotation.w = turn_w
+            scan = LaserScan(angle_min=-1.0, angle_max=1.0, angle_increment=0.1, range_max=5.0)
+            scan.header.stamp, scan.header.frame_id, scan.ranges = stamp, "base_frame", [2.0] * 21
+            bag.write("/tf", TFMessage([edge]), stamp)
+            bag.write("/scan", scan, stamp)
+    return path.read_bytes()
+
+
+def test_no_damaged_byte_of_a_bag_ends_the_doctor(tmp_path):
+    import random
+
+    doctor_bag = pytest.importorskip("master_thesis_ros.doctor_bag")
+    whole, path, read = written(tmp_path / "whole.bag"), tmp_path / "damaged.bag", []
+    rng = random.Random(1)
+    for _ in range(150):
+        content = bytearray(whole)
+        where, length = rng.randrange(len(content)), rng.choice((1, 4, 40))
+        content[where : where + length] = bytes(rng.randrange(256) for _ in range(length))
+        path.write_bytes(content)
+        try:
+            read.append(doctor_bag.read(path))
+        except doctor_bag.BagError as error:
+            read.append(str(error))
+    sentences = [one for one in read if isinstance(one, str)]
+    assert 20 < len(sentences) < 150
+    assert all(sentence.endswith(".") or "rosbag reindex" in sentence for sentence in sentences)
+
+
+def test_a_rotation_beyond_all_numbers_is_broken_not_the_end(tmp_path):
+    doctor_bag = pytest.importorskip("master_thesis_ros.doctor_bag")
+    written(tmp_path / "far.bag", turn_w=1e300)
+    recording, _ = doctor_bag.read(tmp_path / "far.bag")
+    assert [transform.broken for transform in recording.transforms] == [True]

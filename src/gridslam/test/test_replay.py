@@ -226,6 +226,16 @@ def test_a_damaged_bag_is_one_sentence(bag, tmp_path, capsys):
     assert not (tmp_path / "damaged_slam").exists()
 
 
+@pytest.mark.parametrize("where", [4, 20, 120])  # its first line, its header, its first chunk
+def test_a_bag_that_begins_with_nonsense_is_one_sentence(bag, tmp_path, capsys, where):
+    content = bytearray(bag.read_bytes())
+    content[where : where + 8] = b"\x98\xff" * 4
+    (tmp_path / "odd.bag").write_bytes(content)
+    assert replay.main([str(tmp_path / "odd.bag"), *FEW]) in (0, 1)
+    said = capsys.readouterr().err
+    assert "Traceback" not in said
+
+
 @pytest.mark.parametrize("folder", ["/proc/none", "BAG/inside"])
 def test_where_nothing_can_be_written_is_told_before_the_run(bag, capsys, monkeypatch, folder):
     monkeypatch.setattr(replay, "warm_up", lambda: pytest.fail("it ran"))

@@ -25,7 +25,7 @@ DAMAGE = (
     OSError,
     EOFError,
     ValueError,
-    KeyError,
+    LookupError,
     struct.error,
 )
 """What rosbag and message classes raise over bytes that make no sense."""
@@ -60,7 +60,7 @@ def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
         raise BagError(
             f"The bag {path} has no index (its recording was cut off): rosbag reindex {path}"
         ) from None
-    except (OSError, rosbag.ROSBagException) as error:
+    except DAMAGE as error:
         raise BagError(f"The bag {path} cannot be opened: {error}.") from None
 
 
@@ -70,7 +70,10 @@ def scan_topic_of(bag: rosbag.Bag, topic: str) -> str:
     Raises:
         BagError: there are no scans on it; the sentence names the topics that have some.
     """
-    topics = bag.get_type_and_topic_info().topics
+    try:
+        topics = bag.get_type_and_topic_info().topics
+    except DAMAGE as error:
+        raise BagError(f"The bag {bag.filename} is damaged ({error}).") from None
     for name in (topic, "/" + topic.lstrip("/"), topic.lstrip("/")):
         if name in topics and topics[name].msg_type == LASER_SCAN:
             return name

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import struct
 from pathlib import Path
 
+import genpy
 import rosbag
 
 from master_thesis.doctor.snapshot import Parameter, Recording
@@ -18,6 +20,10 @@ DEAR = (
     "nav_msgs/OccupancyGrid",
 )
 """Types of which nothing is looked at; they would take most of the time."""
+
+DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, OSError, EOFError, ValueError, LookupError)
+DAMAGE += (struct.error,)
+"""What rosbag and message classes raise over bytes that make no sense."""
 
 
 class BagError(MasterThesisError):
@@ -44,7 +50,7 @@ def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
         raise BagError(f"{path} was not closed; mend it: rosbag reindex {path}") from None
     except FileNotFoundError:
         raise BagError(f"There is no bag {path}.") from None
-    except (rosbag.ROSBagException, OSError, ValueError) as error:
+    except DAMAGE as error:
         raise BagError(f"{path} cannot be read: {error}.") from None
     return recorder.recording(end_s), recorder.parameters()
 

@@ -66,7 +66,7 @@ class Recorder:
             edge.received_s.append(received_s)
             edge.stamps_s.append(transform.header.stamp.to_sec())
             shift, turn = transform.transform.translation, transform.transform.rotation
-            length = math.sqrt(turn.x**2 + turn.y**2 + turn.z**2 + turn.w**2)
+            length = math.hypot(turn.x, turn.y, turn.z, turn.w)
             if not math.isfinite(shift.x + shift.y + shift.z) or not abs(length - 1.0) < 1e-2:
                 self._broken.add(key)
 
