@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from flight import Flight
+from flight import NO_NOISE, Flight
 
 from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.px4.step_response import (
@@ -25,15 +26,14 @@ from simulation_tools.px4.step_response import (
 
 pytestmark = pytest.mark.flight
 
-REFERENCE = Path(__file__).parent / "data/px4_steps.csv.gz"
+DATA = Path(__file__).parent / "data"
 BY_NAME = {manoeuvre.name: manoeuvre for manoeuvre in MANOEUVRES}
-# Measured too, but its series is not in the file: rise, overshoot, peak tilt. Whether it began at rest is not
-# known: a residue like that of the other steps from the hover point is worth four points of 1 m.
-ONE_METRE = (1.27, 15.0, 8.0)
+TABLE = json.loads((DATA / "px4_figures.json").read_text())
+SEEDS = (1, 2, 3)
 
 
-def a_pilot(seed=1):
-    flight = Flight.of_reference_quad(seed=seed, yaw=math.pi / 2)
+def a_pilot(seed=1, noise=None):
+    flight = Flight.of_reference_quad(seed=seed, noise=noise, yaw=math.pi / 2)
 
     def step():
         flight.step()
@@ -44,35 +44,57 @@ def a_pilot(seed=1):
 
 @pytest.fixture(scope="module")
 def flown():
-    return fly_all(a_pilot())
+    """Each manoeuvre's rows, a flight for each seed."""
+    flights = [fly_all(a_pilot(seed)) for seed in SEEDS]
+    return {name: [flight[name] for flight in flights] for name in BY_NAME}
 
 
 @pytest.fixture(scope="module")
 def reference():
-    return read_reference(REFERENCE)
+    return read_reference(DATA / "px4_steps.csv.gz")
 
 
-# Over seeds 0 to 9 rise times spread by at most 0.03 s, peak tilts by 0.2 degrees, overshoots by 0.9 points,
-# those of 1 m and 1 m/s by 2.3; the farthest from PX4 are 0.06 s, 0.3 degrees and 1.9 points.
+def median(name, rows_of_flights):
+    found = [asdict(figures(BY_NAME[name], rows)) for rows in rows_of_flights]
+    return {figure: np.median([values[figure] for values in found]) for figure in found[0]}
+
+
+# Over eight seeds a single flight's rise time spreads by 0.02 s, its peak tilt by 0.1 degrees, its overshoot by
+# 0.3 points, that of 1 m by 1.4; a settling time by 0.2 s: the hover's wandering adds to the step.
+
+
+@pytest.mark.parametrize("row", TABLE["steps"], ids=lambda row: row["manoeuvres"][0])
+def test_every_figure_is_within_ten_per_cent_of_px4s(row, flown):
+    ours = [median(name, flown[name]) for name in row["manoeuvres"]]
+    for figure, theirs in row.items():
+        if figure != "manoeuvres":
+            value = np.mean([values[figure] for values in ours])
+            assert value == pytest.approx(theirs, rel=0.1, abs=1.0 if theirs == 0 else 0.0), figure
 
 
 @pytest.mark.parametrize("name", [name for name in BY_NAME if name != "position_x_+1"])
 def test_it_flies_like_px4(name, flown, reference):
     manoeuvre = BY_NAME[name]
-    ours, theirs = figures(manoeuvre, flown[name]), figures(manoeuvre, reference[name])
-    assert ours.rise_s == pytest.approx(theirs.rise_s, rel=0.1)
-    assert ours.overshoot_percent == pytest.approx(theirs.overshoot_percent, abs=2.0)
-    assert ours.peak_tilt_deg == pytest.approx(theirs.peak_tilt_deg, abs=1.0)
-    assert ours.settling_s == pytest.approx(theirs.settling_s, abs=1.0)
-    assert rms_percent(manoeuvre, flown[name], reference[name]) < 2.5
+    ours, theirs = median(name, flown[name]), figures(manoeuvre, reference[name])
+    assert ours["rise_s"] == pytest.approx(theirs.rise_s, rel=0.1)
+    assert ours["overshoot_percent"] == pytest.approx(theirs.overshoot_percent, abs=1.2)
+    assert ours["peak_tilt_deg"] == pytest.approx(theirs.peak_tilt_deg, abs=0.5)
+    assert ours["settling_s"] == pytest.approx(theirs.settling_s, rel=0.1)
+    assert np.median([rms_percent(manoeuvre, rows, reference[name]) for rows in flown[name]]) < 1.7
 
 
-def test_a_metre_is_flown_like_px4(flown):
-    rise_s, overshoot, tilt = ONE_METRE
-    ours = figures(BY_NAME["position_x_+1"], flown["position_x_+1"])
-    assert ours.rise_s == pytest.approx(rise_s, rel=0.1)
-    assert ours.overshoot_percent == pytest.approx(overshoot, abs=4.0)
-    assert ours.peak_tilt_deg == pytest.approx(tilt, abs=1.0)
+def test_velocity_steps_begin_and_peak_when_px4s_do():
+    """PX4: 10 % after 0.20 s, 50 % after 0.52 s, peak tilt at 0.32 s, greatest speed at about 2.8 s."""
+    found = []
+    for speed in (1.0, 2.0, 4.0):
+        pilot = a_pilot(noise=NO_NOISE)
+        pilot.take_off(3.0, 15.0)
+        rows = pilot.manoeuvre(BY_NAME[f"velocity_x_0_to_{speed:.0f}"])
+        t, v = rows[:, 0], rows[:, COLUMNS.index("v_north")]
+        tilt = rows[:, COLUMNS.index("tilt_deg")]
+        reached = [t[np.argmax(v > share * speed)] for share in (0.1, 0.5)]
+        found.append((*reached, t[np.argmax(tilt)], t[np.argmax(v)]))
+    assert np.mean(found, axis=0) == pytest.approx([0.20, 0.52, 0.32, 2.8], rel=0.1)
 
 
 def from_rest(setpoint, quantity, last, seconds=8.0):

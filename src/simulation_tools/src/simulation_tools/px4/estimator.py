@@ -55,7 +55,7 @@ class EstimatorNoise:
     position_*_m: of each measured position, white; `estimated_*` is what the filter makes of it.
     """
 
-    position_xy_m: float = 0.111
+    position_xy_m: float = 0.106
     position_z_m: float = 0.026
     attitude_rad: float = 0.0006
     attitude_time_s: float = 2.0

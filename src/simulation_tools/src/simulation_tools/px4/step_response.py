@@ -90,13 +90,18 @@ TAKEOFF = "takeoff_to_2m"
 
 @dataclass(frozen=True)
 class StepFigures:
-    """rise_s: from 10 to 90 %. delay_s: until 50 %. settling_s: until it stays within 5 % of the step."""
+    """What a step response is judged by.
+
+    rise_s: from 10 to 90 %. delay_s: until 50 %. settling_s: until it stays within 5 % of the step. peak_rate:
+    the quantity's greatest change in a second.
+    """
 
     rise_s: float
     delay_s: float
     overshoot_percent: float
     settling_s: float
     peak_tilt_deg: float
+    peak_rate: float
 
 
 class Pilot:
@@ -183,7 +188,8 @@ def figures(manoeuvre: Manoeuvre, rows: np.ndarray) -> StepFigures:
     """Return the figures of a step response from its rows."""
     kept = (rows[:, 0] >= 0.0) & (rows[:, 0] <= manoeuvre.compared_s)
     t, tilt = rows[kept, 0], rows[kept, COLUMNS.index("tilt_deg")]
-    share = (quantity_of(manoeuvre, rows)[kept] - manoeuvre.first) / (manoeuvre.last - manoeuvre.first)
+    quantity = quantity_of(manoeuvre, rows)[kept]
+    share = (quantity - manoeuvre.first) / (manoeuvre.last - manoeuvre.first)
     reached = {level: _first_at(t, share, level) for level in (0.1, 0.5, 0.9)}
     outside = np.flatnonzero(np.abs(share - 1.0) > 0.05)
     return StepFigures(
@@ -192,6 +198,7 @@ def figures(manoeuvre: Manoeuvre, rows: np.ndarray) -> StepFigures:
         overshoot_percent=100.0 * (share.max() - 1.0),
         settling_s=t[outside[-1]] if len(outside) else 0.0,
         peak_tilt_deg=tilt.max(),
+        peak_rate=np.abs(np.gradient(quantity, t)).max(),
     )
 
 
