@@ -200,3 +200,26 @@ def test_the_parameters_of_loop_closure_are_checked_by_name():
     assert closure_parameters({"score_min": 0.8}).score_min == 0.8
     with pytest.raises(ParameterError, match="no parameter radius"):
         closure_parameters({"radius": 1.0})
+
+
+def test_a_saved_session_with_damaged_parts_is_refused_by_its_own_name(log, tmp_path):
+    session = SlamSession(PARAMETERS)
+    run(session, log, last=5)
+    session.save(tmp_path / "whole")
+    with zipfile.ZipFile(tmp_path / "whole") as whole:
+        parts = {name: whole.read(name) for name in whole.namelist()}
+    nonsense = {
+        "filter": b"no arrays",
+        "odometry.json": b'{"last_s": "now", "last": [0, 0, 0], "odom": [0, 0, 0]}',
+    }
+    assert nonsense.keys() <= parts.keys()
+    short = ("odometry.json", b'{"last_s": 1.0, "last": [0, 0], "odom": [0, 0, 0]}')
+    for name, content in (*nonsense.items(), short):
+        path = tmp_path / "damaged"
+        with zipfile.ZipFile(path, "w") as damaged:
+            for part, kept in parts.items():
+                damaged.writestr(part, content if part == name else kept)
+        with pytest.raises(StateError) as told:
+            SlamSession.load(path)
+        assert str(told.value).startswith(f"{path} ")
+        assert str(told.value).count("/tmp") <= str(path).count("/tmp")

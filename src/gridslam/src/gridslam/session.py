@@ -220,7 +220,7 @@ class SlamSession:
         """
         try:
             with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as state:
-                slam = state_file.read(Path(state.extract(FILTER, folder)), threads)
+                slam = state_file.read(Path(state.extract(FILTER, folder)), threads, name=path)
                 if localisation_only and not slam.localisation_only:
                     return cls._localising_on(slam, starting_pose, say)
                 session = cls(slam.parameters, _closer_parameters_in(state), say=say)

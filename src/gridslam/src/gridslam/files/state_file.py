@@ -56,32 +56,33 @@ def write(state: FilterState, path: str | Path) -> None:
         part.unlink(missing_ok=True)
 
 
-def read(path: str | Path, threads: int | None = None) -> GridSlam:
+def read(path: str | Path, threads: int | None = None, name: str | Path | None = None) -> GridSlam:
     """Return the filter whose state a file holds.
 
     Args:
         path: of the file.
         threads: of the filter from now on; None: as many as when it was saved. The result is the same.
+        name: of the file in sentences; None: its path.
 
     Raises:
         StateError: the file cannot be read, or holds no complete state.
     """
-    path = Path(path)
+    told = path if name is None else name
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         header = json.loads(str(arrays["header"]))
         if header["format"] != FORMAT:
-            raise StateError(f"{path} is of another version ({header['format']}) of gridslam.")
+            raise StateError(f"{told} is of another version ({header['format']}) of gridslam.")
         if threads is not None:
             header["parameters"]["threads"] = threads
         return GridSlam.from_state(_state(header, arrays))
     except OSError as error:
-        raise StateError(f"The state cannot be read from {path}: {error.strerror or error}.") from None
+        raise StateError(f"The state cannot be read from {told}: {error.strerror or error}.") from None
     except StateError:
         raise
     except (*DAMAGE, SlamError) as error:
-        raise StateError(f"{path} holds no complete state of gridslam ({error}).") from None
+        raise StateError(f"{told} holds no complete state of gridslam ({error}).") from None
 
 
 def _header(state: FilterState) -> dict:

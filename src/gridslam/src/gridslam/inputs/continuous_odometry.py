@@ -60,7 +60,19 @@ class ContinuousOdometry:
         return {"last_s": self._last_s, "last": last, "odom": self.odom_in_continuous.tolist()}
 
     def restore(self, state: dict) -> None:
-        """Go on from a state."""
-        self._last_s = state["last_s"]
-        self._last = None if state["last"] is None else np.array(state["last"])
-        self.odom_in_continuous = np.array(state["odom"])
+        """Go on from a state.
+
+        Raises:
+            ValueError: it is none.
+        """
+        begun = state["last"] is not None
+        self._last_s = float(state["last_s"]) if begun else None
+        self._last = _pose(state["last"]) if begun else None
+        self.odom_in_continuous = _pose(state["odom"])
+
+
+def _pose(values) -> np.ndarray:
+    pose = np.array(values, dtype=float)
+    if pose.shape != (3,) or not np.isfinite(pose).all():
+        raise ValueError("the odometry's state is no pose")
+    return pose
