@@ -112,7 +112,7 @@ def medians(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
 def compare(
     manoeuvre: Manoeuvre, flown: Sequence[np.ndarray], reference: np.ndarray | None, published: dict
 ) -> dict:
-    """Return the figures of a manoeuvre, ours and PX4's: of its series, or as published where there is none."""
+    """Return the figures of a manoeuvre, ours and PX4's: of its series or, without one, as published."""
     found = {"ours": medians([asdict(figures(manoeuvre, rows)) for rows in flown])}
     if reference is None:
         row = next(row for row in published["steps"] if manoeuvre.name in row["manoeuvres"])

@@ -97,6 +97,31 @@ def test_what_is_not_measured_here_is_headed_so_and_has_a_source():
         assert "this machine" not in anchor.source
 
 
+def test_the_px4_benchmark_complains_of_what_is_more_than_ten_per_cent_off():
+    published = {
+        "steps": [{"manoeuvres": ["up", "down"], "rise_s": 1.0, "overshoot_percent": 0}],
+        "takeoff": {"peak_m_s": 1.2},
+        "hover_cm": {"x": 1.4},
+    }
+
+    def complaints(up_s, overshoot, peak_m_s, x_cm):
+        steps = {
+            "up": {"ours": {"rise_s": up_s, "overshoot_percent": overshoot}},
+            "down": {"ours": {"rise_s": 1.0, "overshoot_percent": 0.0}},
+        }
+        hover = {"ours": {"x": x_cm}, "px4": published["hover_cm"]}
+        return px4.out_of_bounds(steps, {"ours": {"peak_m_s": peak_m_s}}, hover, published)
+
+    assert complaints(1.19, 1.9, 1.31, 1.53) == []
+    assert complaints(1.21, 2.1, 1.33, 1.25) == [
+        "up and down: rise_s is 1.1, PX4's 1",
+        "up and down: overshoot_percent is 1.05, PX4's 0",
+        "take-off: peak_m_s is 1.33, PX4's 1.2",
+        "hover: x is 1.25, PX4's 1.4",
+    ]
+    assert complaints(float("nan"), 0.0, 1.2, 1.4) == ["up and down: rise_s is nan, PX4's 1"]
+
+
 def test_the_graphs_latency_is_that_of_a_flight_in_real_time_without_lockstep(monkeypatch):
     """DESIGN: wall time from scan to setpoint, at real-time factor 1 without lockstep."""
     flown = []

@@ -59,8 +59,8 @@ def median(name, rows_of_flights):
     return {figure: np.median([values[figure] for values in found]) for figure in found[0]}
 
 
-# Over eight seeds a single flight's rise time spreads by 0.02 s, its peak tilt by 0.1 degrees, its overshoot by
-# 0.3 points, that of 1 m by 1.4; a settling time by 0.2 s: the hover's wandering adds to the step.
+# Over eight seeds a single flight's rise time spreads by 0.02 s, its peak tilt by 0.1 degrees, its overshoot
+# by 0.3 points, that of 1 m by 1.4; a settling time by 0.2 s: the hover's wandering adds to the step.
 
 
 @pytest.mark.parametrize("row", TABLE["steps"], ids=lambda row: row["manoeuvres"][0])

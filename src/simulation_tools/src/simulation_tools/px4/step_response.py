@@ -92,8 +92,8 @@ TAKEOFF = "takeoff_to_2m"
 class StepFigures:
     """What a step response is judged by.
 
-    rise_s: from 10 to 90 %. delay_s: until 50 %. settling_s: until it stays within 5 % of the step. peak_rate:
-    the quantity's greatest change in a second.
+    rise_s: from 10 to 90 %. delay_s: until 50 %. settling_s: until it stays within 5 % of the step.
+    peak_rate: the quantity's greatest change in a second.
     """
 
     rise_s: float
