@@ -9,7 +9,7 @@ import contextlib
 import math
 
 import rospy
-from dynamic_reconfigure.msg import Config, ConfigDescription, DoubleParameter
+from dynamic_reconfigure.msg import Config, ConfigDescription, DoubleParameter, Group, ParamDescription
 from geometry_msgs.msg import TransformStamped, Twist
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
@@ -29,8 +29,12 @@ def main() -> None:
     rospy.Publisher("/cmd_vel", Twist, queue_size=10)
     described = rospy.Publisher("~parameter_descriptions", ConfigDescription, queue_size=1, latch=True)
     low, high = (Config(doubles=[DoubleParameter("gain", value)]) for value in (0.0, 1.0))
-    described.publish(ConfigDescription(min=low, max=high))
+    enum = str({"enum": [{"name": name, "value": name} for name in ("improved", "original")]})
+    algorithm = ParamDescription(name="algorithm", type="str", edit_method=enum)
+    group = Group(name="Default", parameters=[algorithm])
+    described.publish(ConfigDescription(groups=[group], min=low, max=high))
     rospy.set_param("~gain", 7.0)
+    rospy.set_param("~algorithm", "banana")
     rate = rospy.Rate(20)
     while not rospy.is_shutdown():
         edges = (("odom", "base_frame"), ("map", "base_frame"), ("base_frame", "hokuyo"))

@@ -20,6 +20,7 @@ EXPECTED = {
     "tf": "is in 2 pieces",
     "/scan": "NaN in every beam",
     "/cmd_vel": "both publish commands",
+    "/probe/algorithm": 'is "banana" on the parameter server, and must be improved or original',
     "/probe/gain": "is 7 on the parameter server, out of 0 to 1",
 }
 

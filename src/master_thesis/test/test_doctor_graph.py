@@ -76,11 +76,14 @@ HEALTHY = Recording(
     END_S,
 )
 NODES = tuple(map(Node, sorted({name for each in TOPICS for name in (*each.publishers, *each.subscribers)})))
+ALGORITHM = Parameter(
+    "/cepa", "algorithm", -math.inf, math.inf, text_on_server="original", choices=("improved", "original")
+)
 WELL = Graph(
     HEALTHY,
     NODES,
     tuple(Launched(node.name) for node in NODES),
-    (Parameter("/cepa", "r_ub", 0.1, 10.0, 1.2, 1.2),),
+    (Parameter("/cepa", "r_ub", 0.1, 10.0, 1.2, 1.2), ALGORITHM),
     True,
     5.0,
 )
@@ -261,6 +264,18 @@ BROKEN_GRAPHS = {
         ERROR,
         "/cepa/r_ub",
         "99 on the parameter server",
+    ),
+    "no number": (  # YAML takes 1e9 for a word; it wants 1.0e9
+        replace(WELL, parameters=(Parameter("/cepa", "r_ub", 0.1, 10.0, None, 1.2, "1e9"),)),
+        ERROR,
+        "/cepa/r_ub",
+        'is "1e9" on the parameter server, and must be a number from 0.1 to 10',
+    ),
+    "no choice": (
+        replace(WELL, parameters=(replace(ALGORITHM, text_on_server="banana"),)),
+        ERROR,
+        "/cepa/algorithm",
+        'is "banana" on the parameter server, and must be improved or original',
     ),
     "does not reach the node": (
         replace(WELL, parameters=(Parameter("/cepa", "r_ub", 0.1, 10.0, 2.0, 1.2),)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -35,6 +36,7 @@ class Recorder:
         self._scans_seen: dict[str, int] = defaultdict(int)
         self._autopilots: dict[str, Autopilot] = {}
         self._ranges: dict[tuple[str, str], list] = {}
+        self._choices: dict[tuple[str, str], tuple[str, ...]] = {}
         self._in_use: dict[tuple[str, str], float] = {}
         self._clock_s: list[float] = []
 
@@ -88,6 +90,10 @@ class Recorder:
         for low, high in ((low, high) for low in _numbers(message.min) for high in _numbers(message.max)):
             if low[0] == high[0]:
                 self._ranges[node, low[0]] = [low[1], high[1]]
+        for parameter in (one for group in message.groups for one in group.parameters):
+            choices = _choices(parameter.edit_method) if parameter.type == "str" else ()
+            if choices:
+                self._choices[node, parameter.name] = choices
 
     def _hear_configuration(self, node: str, message) -> None:
         for name, value in _numbers(message):
@@ -101,7 +107,13 @@ class Recorder:
             on_server = (
                 float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
             )
-            found.append(Parameter(node, name, minimum, maximum, on_server, self._in_use.get((node, name))))
+            text = str(value) if isinstance(value, (str, list, dict)) else None
+            in_use = self._in_use.get((node, name))
+            found.append(Parameter(node, name, minimum, maximum, on_server, in_use, text))
+        for (node, name), choices in sorted(self._choices.items()):
+            value = server(f"{node}/{name}") if server else None
+            text = None if value is None else str(value)
+            found.append(Parameter(node, name, -math.inf, math.inf, None, None, text, choices))
         return tuple(found)
 
     def recording(self, end_s, publishers=None, subscribers=None, types=None, listened=None) -> Recording:
@@ -133,6 +145,14 @@ class Recorder:
         return Recording(
             topics, transforms, scans, tuple(self._autopilots.values()), tuple(self._clock_s), end_s
         )
+
+
+def _choices(edit_method: str) -> tuple[str, ...]:
+    """Return what a parameter may be: dynamic_reconfigure writes an enum as Python writes a dictionary."""
+    try:
+        return tuple(str(choice["value"]) for choice in ast.literal_eval(edit_method)["enum"])
+    except (ValueError, SyntaxError, KeyError, TypeError):
+        return ()
 
 
 def _numbers(configuration) -> list[tuple[str, float]]:

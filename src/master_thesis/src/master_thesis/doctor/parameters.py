@@ -16,10 +16,15 @@ def check(parameters: Sequence[Parameter]) -> Iterator[Finding]:
 
 
 def one(parameter: Parameter) -> Iterator[Finding]:
-    """Judge a parameter: in its range, and on the server as in the node."""
+    """Judge a parameter: of its kind, in its range, and on the server as in the node."""
     where = f"{parameter.node}/{parameter.name}"
     span = f"{parameter.minimum:g} to {parameter.maximum:g}"
     remedy = f"rosrun dynamic_reconfigure dynparam set {parameter.node} {parameter.name} VALUE"
+    text = parameter.text_on_server
+    if text is not None and text not in parameter.choices:
+        takes = " or ".join(parameter.choices) or f"a number from {span}"
+        yield Finding(ERROR, where, f'is "{text}" on the parameter server, and must be {takes}', remedy)
+        return
     for place, value in (("on the parameter server", parameter.on_server), ("in the node", parameter.in_use)):
         if value is not None and not parameter.minimum <= value <= parameter.maximum:
             yield Finding(ERROR, where, f"is {value:g} {place}, out of {span}", remedy)

@@ -104,7 +104,9 @@ class Launched:
 class Parameter:
     """A parameter that dynamic_reconfigure describes.
 
-    on_server: its value on the parameter server, None if it is not there. in_use: what the node says it uses.
+    on_server: its value on the parameter server, None if it is not there or no number. in_use: what the node
+    says it uses. text_on_server: what is there in place of a number, or of one of the choices. choices: what
+    it may be, if it is no number.
     """
 
     node: str
@@ -113,6 +115,8 @@ class Parameter:
     maximum: float
     on_server: float | None = None
     in_use: float | None = None
+    text_on_server: str | None = None
+    choices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
