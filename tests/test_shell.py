@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
 from pathlib import Path
 
 import pytest
+from launched_flight import free_ports
 
 ROOT = Path(__file__).resolve().parents[1]
 SETUP_PATIENCE_S = 400.0
@@ -49,30 +49,42 @@ def test_a_python_that_knows_ros_stays_first(tmp_path):
     assert sourced("command -v python3", own).stdout.strip() == str(own / "python3")
 
 
-@pytest.mark.timeout(SETUP_PATIENCE_S + 120.0)
-def test_bringup_takes_paths_as_the_caller_means_them(processes, tmp_path):
-    """Relative ones, and ones with spaces; the world is malformed, so that the launch ends at once."""
+WORLD = """<?xml version="1.0"?>
+<sdf version="1.6"><world name="field"><include><uri>model://ground_plane</uri></include></world></sdf>"""
+
+
+@pytest.mark.timeout(SETUP_PATIENCE_S + 240.0)
+def test_bringup_flies_quietly_and_takes_paths_as_the_caller_means_them(processes, tmp_path):
+    """Relative ones, and ones with spaces; what cannot be flown is refused before anything starts."""
     folder = tmp_path / "a folder"
     folder.mkdir()
     (folder / "broken.world").write_text('<?xml version="1.0"?>\n<sdf version="1.6"><world')
-    sockets = [socket.socket() for _ in range(3)]
-    for one in sockets:
-        one.bind(("127.0.0.1", 0))
-    master, offboard, ground = (one.getsockname()[1] for one in sockets)
-    for one in sockets:
-        one.close()
+    (folder / "my field.world").write_text(WORLD)
+    master, offboard, ground = free_ports(3)
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{master}"
     bringup = str(ROOT / "bringup.sh")
     # Sources that changed since the last set-up are built, and their kernels compiled, before anything starts
     ready = processes.run(bringup, "setup", timeout_s=SETUP_PATIENCE_S)
     assert ready.returncode == 0, ready.stdout
-    ports = (f"offboard_port:={offboard}", f"gcs_port:={ground}")
-    words = ("fly_to_goal", "world:=broken.world", "goal:=3 0 2", "results:=my results", *ports)
-    call = 'cd "$1" && shift && exec "$@"'
-    run = processes.run("bash", "-c", call, "-", str(folder), bringup, *words, timeout_s=90.0)
-    assert run.returncode != 0
-    assert f"{folder}/broken.world:2: " in run.stdout
-    assert (folder / "my results").is_dir()
+
+    def call(*words):
+        ports = (f"offboard_port:={offboard}", f"gcs_port:={ground}", "goal:=3 0 2", "results:=my results")
+        caller = ("bash", "-c", 'cd "$1" && shift && exec "$@"', "-", str(folder))
+        return processes.run(*caller, bringup, "fly_to_goal", *words, *ports, timeout_s=200.0)
+
+    refused = call("world:=broken.world")
+    assert refused.returncode == 1
+    assert f"{folder}/broken.world:2: " in refused.stdout
+    assert "process[" not in refused.stdout
+    assert not (folder / "my results").exists()
+    flown = call("world:=my field.world", "lockstep:=true", "real_time_factor:=0")
+    assert flown.returncode == 0, flown.stdout
+    assert len(list((folder / "my results").glob("fly_to_goal/*/result.json"))) == 1
     assert not (ROOT / "my").exists()
+    # A flight that ends well says nothing in red, lists no parameters, and tells its figures once
+    assert flown.stdout.count("flight time") == 1
+    for words in ("REQUIRED", "[WARN]", "[ERROR]", "PARAMETERS", "rosdep", "escalating"):
+        assert words not in flown.stdout, flown.stdout
     # Nodes end silently, but an interpreter told to end before its first line says KeyboardInterrupt
-    assert run.stdout.count("Traceback") == run.stdout.count("\nKeyboardInterrupt"), run.stdout
+    said = refused.stdout + flown.stdout
+    assert said.count("Traceback") == said.count("\nKeyboardInterrupt"), said
