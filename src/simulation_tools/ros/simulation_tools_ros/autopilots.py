@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import rospy
 
@@ -13,7 +15,7 @@ from simulation_tools.px4_sitl.simulator_link import DEFAULT_PORT, SimulatorLink
 from simulation_tools.run_loop import Link, PacingParameters
 from simulation_tools.simulation import Simulation, SimulationParameters
 from simulation_tools.values import AUTOPILOTS, ParameterError, choice, mavlink_ports
-from simulation_tools_ros.gazebo_parameters import port
+from simulation_tools_ros.gazebo_parameters import number, port
 
 
 def simulation_with_autopilot(
@@ -45,4 +47,6 @@ def _with_real_px4(parameters: SimulationParameters, pacing: PacingParameters) -
     link.on_warning = rospy.logwarn
     hil = HilParameters(origin=parameters.origin)
     rospy.loginfo(f"Waiting for PX4. {how_to_start(link.port)}")
-    return Simulation(parameters, Px4Sitl(link, hil, np.random.default_rng([parameters.seed, DEFAULT_PORT])))
+    patience_s = number("px4_patience", 0.0, least=0.0) or math.inf
+    rng = np.random.default_rng([parameters.seed, DEFAULT_PORT])
+    return Simulation(parameters, Px4Sitl(link, hil, rng, patience_s))

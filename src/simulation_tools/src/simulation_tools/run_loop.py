@@ -196,6 +196,9 @@ class RunLoop:
         try:
             if self._restarted:
                 self._begin()
+            elif self._simulation.time_us == 0 and not self._simulation.autopilot.is_ready():
+                self._clock.sleep(IDLE_S)
+                self._set_anchor()
             else:
                 self._advance()
         except PhysicsDivergedError as error:

@@ -16,10 +16,12 @@ from pymavlink.dialects.v20 import common
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.mavlink import LinkError
-from simulation_tools.px4.autopilot import VehicleState
+from simulation_tools.px4.autopilot import Px4Error, VehicleState
 from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
+from simulation_tools.px4_sitl.own_links import OwnLinks
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl
 from simulation_tools.px4_sitl.simulator_link import SimulatorLink, how_to_start
+from simulation_tools.run_loop import PacingParameters, RunLoop
 from simulation_tools.simulation import Simulation, SimulationParameters
 
 HERE = Path(__file__).resolve().parent
@@ -157,6 +159,55 @@ def test_a_px4_that_does_not_come_is_asked_for_by_its_start(link, monkeypatch):
         autopilot.step(VehicleState(4000 * step))
     assert 3 <= len(said) <= 4  # every 10 s of 35
     assert f"connects to TCP port {link.port}" in said[0]
+
+
+def test_time_waits_for_px4_and_not_for_ever(link, monkeypatch):
+    """Real PX4's clock begins with its first measurement: so does simulated time."""
+    now_s = [1000.0]
+    monkeypatch.setattr("simulation_tools.px4_sitl.px4_sitl.time.monotonic", lambda: now_s[0])
+    autopilot = Px4Sitl(link, HilParameters(), np.random.default_rng(1), patience_s=60.0)
+    assert not autopilot.is_ready()
+    now_s[0] += 59.0
+    assert not autopilot.is_ready()
+    now_s[0] += 2.0
+    with pytest.raises(Px4Error, match=r"within 60 s.*connects to TCP port"):
+        autopilot.is_ready()
+    with socket.create_connection(("127.0.0.1", link.port)):
+        while not autopilot_comes(autopilot):
+            pass
+        now_s[0] += 1000.0
+        assert autopilot.is_ready()
+
+
+def autopilot_comes(autopilot):
+    """Whether it has connected; the connection may take a moment."""
+    try:
+        return autopilot.is_ready()
+    except Px4Error:
+        return False
+
+
+def test_the_loop_begins_with_px4(link, simulation):
+    class Output:
+        def publish(self, output):
+            times_us.append(output.time_us)
+
+        def report(self, figures, paused):
+            pass
+
+    times_us, asked = [], [0]
+    loop = RunLoop(simulation, OwnLinks(), Output(), PacingParameters(real_time_factor=0.0))
+
+    def enough():
+        asked[0] += 1
+        return asked[0] > 20 or len(times_us) > 10
+
+    loop.run(enough)
+    assert times_us == [0]  # the first instant is told; then time waits
+    asked[0] = 0
+    with socket.create_connection(("127.0.0.1", link.port)):
+        RunLoop(simulation, OwnLinks(), Output(), PacingParameters(real_time_factor=0.0)).run(enough)
+    assert times_us[-1] > 0
 
 
 def test_the_sentence_on_how_to_start_px4_names_its_instance():

@@ -23,6 +23,7 @@ class ClockWatch:
         self.newest_ns = 0
         self._arrived_ns = 0
         self._agreed_ns = 0
+        self._told_disagreement = False
         self._complain_at_s = 0.0
 
     def on_clock(self, now_ns: int, p: PublisherParameters) -> bool:
@@ -54,18 +55,22 @@ class ClockWatch:
         return self._silence_s > p.pose_timeout_s
 
     def complaints(self, p: PublisherParameters) -> list[Action]:
-        """Return what is to be said of poses that are missing or of another time; once a second at most."""
+        """Return what is to be said of poses that are missing, once a second, or of another time, once."""
         if self.poses_missing(p):
             return self._at_most_every_second(f"MAVROS has sent no pose for {self._silence_s:.1f} s.")
         self._complain_at_s = 0.0
         if (self._arrived_ns - self._agreed_ns) * _NS < _DISAGREEMENT_S:
+            self._told_disagreement = False
             return []
+        if self._told_disagreement:
+            return []
+        self._told_disagreement = True
         text = (
             f"MAVROS's poses are stamped {abs(self._ahead_s):.1f} s "
-            f"{'ahead of' if self._ahead_s > 0 else 'behind'} ROS's clock: commands may look too old. "
-            "Start the flight controller and MAVROS again, or synchronise their clocks."
+            f"{'ahead of' if self._ahead_s > 0 else 'behind'} ROS's clock. "
+            "Start simulator, flight controller and MAVROS again, or synchronise their clocks."
         )
-        return [Log(text, repeated=True)]
+        return [Log(text)]
 
     @property
     def _ahead_s(self) -> float:

@@ -34,6 +34,10 @@ class VehicleState:
 class Autopilot(Protocol):
     """A flight controller in lockstep with the physics."""
 
+    def is_ready(self) -> bool:
+        """Whether simulated time may begin; asked again and again at t = 0, where the world waits."""
+        ...
+
     def begin(self, state: VehicleState) -> None:
         """Start to think about a state; `step` asks for the answer after the simulator's other work.
 

@@ -223,6 +223,10 @@ class Px4:
 
     # The step
 
+    def is_ready(self) -> bool:
+        """Always: it needs nobody."""
+        return True
+
     def begin(self, state: VehicleState) -> None:
         """Nothing: it thinks in the simulator's own thread."""
 

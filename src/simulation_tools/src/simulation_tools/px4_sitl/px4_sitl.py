@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Callable
 
 import numpy as np
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.px4.autopilot import VehicleState
+from simulation_tools.px4.autopilot import Px4Error, VehicleState
 from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
 from simulation_tools.px4_sitl.simulator_link import SimulatorLink, how_to_start
 
@@ -26,12 +27,24 @@ class Px4Sitl:
     PX4 the rotors stand still and the world goes on. A PX4 that stops answering (a debugger's breakpoint)
     nearly stops simulated time: the last commands hold, one step at each time-out.
 
-    PX4's clock is simulated time, driven by the messages' stamps. It must never go back, and PX4 cannot be
-    rebooted over this link: a reset of the simulation closes the link, and PX4 has to be started again.
+    PX4's clock begins with the first measurement, and follows the messages' stamps. Simulated time therefore
+    waits at 0 for PX4, so that the two clocks are one; a PX4 that comes later, after another has ended, has a
+    clock that lags. It must never go back, and PX4 cannot be rebooted over this link: a reset of the
+    simulation closes the link, and PX4 has to be started again.
+
+    patience_s: how long, in wall time, time waits for PX4 before that is an error.
     """
 
-    def __init__(self, link: SimulatorLink, parameters: HilParameters, rng: np.random.Generator) -> None:
+    def __init__(
+        self,
+        link: SimulatorLink,
+        parameters: HilParameters,
+        rng: np.random.Generator,
+        patience_s: float = math.inf,
+    ) -> None:
         self._link = link
+        self._patience_s = patience_s
+        self._waits_since_s: float | None = None
         self._sensors = HilSensors(parameters, rng)
         self._commands = np.zeros(ROTORS)
         self._clock_us = -1
@@ -52,6 +65,20 @@ class Px4Sitl:
     def answers(self) -> bool:
         """Whether PX4 runs in lockstep: it has answered the last measurement."""
         return self._in_lockstep
+
+    def is_ready(self) -> bool:
+        """Whether PX4 is there. Raises Px4Error when it has not come for `patience_s`."""
+        if self._link.connected or self._link.accept():
+            self._waits_since_s = None
+            return True
+        now_s = time.monotonic()
+        self._waits_since_s = now_s if self._waits_since_s is None else self._waits_since_s
+        if now_s - self._waits_since_s > self._patience_s:
+            raise Px4Error(
+                f"No PX4 has connected within {self._patience_s:g} s. {how_to_start(self._link.port)}"
+            )
+        self._remind()
+        return False
 
     def begin(self, state: VehicleState) -> None:
         """Let PX4 sense a state, and do not wait for what it makes of it."""
