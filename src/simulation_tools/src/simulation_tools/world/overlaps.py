@@ -55,19 +55,22 @@ def warning_of(found: Sequence[Overlap]) -> str | None:
 def _near(client: int, owners: Mapping[int, tuple[str, Body]]) -> Iterator[tuple[int, int]]:
     """Yield the pairs of bodies (a moving one first) whose boxes overlap; each pair once."""
     uids = [uid for uid, (_, body) in owners.items() if any(shape >= 0 for shape in body.shapes)]
-    if not uids:
+    if not any(_moves(owners[uid][1]) for uid in uids):
         return
     lows, highs = (np.array(corners) for corners in zip(*(_box(client, owners[uid][1]) for uid in uids)))
     for index, uid in enumerate(uids):
         name, body = owners[uid]
-        if all(part.mass is None for part in body.parts):
+        if not _moves(body):
             continue
         near = np.flatnonzero(((lows <= highs[index]) & (highs >= lows[index])).all(axis=1))
         for other in near:
             other_name, other_body = owners[uids[other]]
-            moves_too = any(part.mass is not None for part in other_body.parts)
-            if other_name != name and not (moves_too and other < index):
+            if other_name != name and not (_moves(other_body) and other < index):
                 yield uid, uids[other]
+
+
+def _moves(body: Body) -> bool:
+    return any(part.mass is not None for part in body.parts)
 
 
 def _box(client: int, body: Body) -> tuple[np.ndarray, np.ndarray]:
