@@ -106,7 +106,6 @@ def test_a_snippet_that_is_wrong_is_noticed(text, place):
         check(Snippet("none", 0, text), place)
 
 
-@pytest.mark.timeout(300)  # a dozen launch files are loaded for one block
 @pytest.mark.parametrize("snippet", of_pages(shell_snippets))
 def test_a_shell_snippet_runs_as_pasted(snippet, place):
     check(snippet, place)
