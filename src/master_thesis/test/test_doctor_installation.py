@@ -20,7 +20,7 @@ from master_thesis.doctor.finding import (
     as_text,
     exit_code,
 )
-from master_thesis.doctor.machine import Machine, look_at, requirements
+from master_thesis.doctor.machine import Machine, geoid_path, look_at, requirements
 
 ROOT = Path(__file__).resolve().parents[3]
 ROS = {"ROS_MASTER_URI": "http://localhost:11311"}
@@ -53,6 +53,14 @@ CASES = {
     "not built": ({"built": False}, ERROR, "/ws", "is not built"),
     "not sourced": ({"sourced": False}, ERROR, "CMAKE_PREFIX_PATH", "does not know"),
     "message not built": ({"md5_found": {}}, ERROR, "message mavros_msgs/State", "is not built"),
+    "no rqt": ({"upstream": ("mavros",)}, NOTE, "rqt_reconfigure", "not in this environment"),
+    "no real MAVROS": ({"upstream": ("rqt_reconfigure",), "geoid_found": False}, NOTE, "mavros", "stand-in"),
+    "MAVROS without geoid": (
+        {"geoid": "/usr/share/GeographicLib/geoids/egm96-5.pgm", "geoid_found": False},
+        ERROR,
+        "/usr/share/GeographicLib/geoids/egm96-5.pgm",
+        "ends at once",
+    ),
     "message differs": (
         {"md5_found": {"mavros_msgs/State": "0000"}},
         ERROR,
@@ -144,3 +152,28 @@ def test_machines_read_the_same():
         "remedy": "rosrun it",
     }
     assert exit_code(FINDINGS[2:]) == FINE
+
+
+@pytest.mark.parametrize(
+    ("environment", "folder"),
+    [
+        ({}, "/usr/share/GeographicLib/geoids"),
+        ({"GEOGRAPHICLIB_DATA": "/data"}, "/data/geoids"),
+        ({"GEOGRAPHICLIB_DATA": "/data", "GEOGRAPHICLIB_GEOID_PATH": "/own"}, "/own"),
+    ],
+)
+def test_the_geoid_is_looked_for_where_geographiclib_looks(environment, folder):
+    assert str(geoid_path(environment)) == f"{folder}/egm96-5.pgm"
+
+
+def test_programs_of_an_underlay_are_found(monkeypatch, tmp_path):
+    program = tmp_path / "lib/mavros/mavros_node"
+    program.parent.mkdir(parents=True)
+    program.touch()
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", f"/nowhere:{tmp_path}")
+    monkeypatch.setenv("GEOGRAPHICLIB_GEOID_PATH", str(tmp_path))
+    seen = look_at(ROOT, {}, {})
+    assert seen.upstream == ("mavros",)
+    assert not seen.geoid_found
+    (tmp_path / "egm96-5.pgm").touch()
+    assert look_at(ROOT, {}, {}).geoid_found

@@ -17,7 +17,7 @@ DISK_FOR_A_RUN_MB, MEMORY_FOR_A_RUN_MB = 500, 800
 
 def check(machine: Machine) -> list[Finding]:
     """Return all findings about an installation."""
-    checks = (python_packages, debian_packages, build, messages, kernels, room, names, master)
+    checks = (python_packages, debian_packages, build, messages, kernels, room, names, master, upstream)
     return [finding for one in checks for finding in one(machine)]
 
 
@@ -134,3 +134,17 @@ def master(machine: Machine) -> Iterator[Finding]:
             f"the master is on {host}, and nodes here give {told} as their address: nobody there finds them"
         )
         yield Finding(ERROR, "ROS_IP", what, f"Set it to this machine's address as seen from {host}")
+
+
+def upstream(machine: Machine) -> Iterator[Finding]:
+    """Tell which of the programs that are built from source are there; nothing here needs them to fly."""
+    page = "See src/master_thesis/doc/from_source.md"
+    if "rqt_reconfigure" not in machine.upstream:
+        what = "is not in this environment: tune by `rosrun dynamic_reconfigure dynparam` instead"
+        yield Finding(NOTE, "rqt_reconfigure", what, page)
+    if "mavros" not in machine.upstream:
+        what = "the real MAVROS is not in this environment: only the stand-in flies (mavros:=sim)"
+        yield Finding(NOTE, "mavros", what, page)
+    elif not machine.geoid_found:
+        what = "is missing, and the real MAVROS ends at once without it"
+        yield Finding(ERROR, machine.geoid, what, "sudo geographiclib-get-geoids egm96-5")

@@ -11,6 +11,10 @@ import sys
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
+from typing import Mapping
+
+UPSTREAM = {"rqt_reconfigure": "rqt_reconfigure", "mavros": "mavros_node"}
+"""Packages that the distribution may lack, and a program of each."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,8 @@ class Machine:
     python_wanted: requirement lines of requirements.txt that count for this Python, as package to version.
     python_found: package to version, for those that are installed. debian_missing: of the platform's list.
     md5_wanted, md5_found: of the message types. kernels_missing: libraries without compiled kernels.
-    hosts: name to whether it resolves. ros: the ROS_* environment variables.
+    hosts: name to whether it resolves. ros: the ROS_* environment variables. upstream: programs of
+    `UPSTREAM` that are there, by the package's name. geoid: where MAVROS looks for its table of the geoid.
     """
 
     root: str
@@ -38,6 +43,9 @@ class Machine:
     free_memory_mb: int = 1_000_000
     hosts: dict[str, bool] = field(default_factory=dict)
     ros: dict[str, str] = field(default_factory=dict)
+    upstream: tuple[str, ...] = ("rqt_reconfigure", "mavros")
+    geoid: str = ""
+    geoid_found: bool = True
 
 
 def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -> Machine:
@@ -47,6 +55,7 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
     hosts = {"localhost", socket.gethostname()} | {
         os.environ[name] for name in ("ROS_HOSTNAME",) if name in os.environ
     }
+    geoid = geoid_path(os.environ)
     return Machine(
         root=str(root),
         python=sys.prefix,
@@ -63,7 +72,22 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
         free_memory_mb=_available_memory_mb(),
         hosts={name: _resolves(name) for name in sorted(hosts)},
         ros={name: value for name, value in os.environ.items() if name.startswith("ROS_")},
+        upstream=tuple(name for name in UPSTREAM if _has_program(name)),
+        geoid=str(geoid),
+        geoid_found=geoid.exists(),
     )
+
+
+def geoid_path(environment: Mapping[str, str]) -> Path:
+    """Return where MAVROS's GeographicLib looks for the table of the geoid, and nowhere else."""
+    folder = environment.get("GEOGRAPHICLIB_GEOID_PATH", "")
+    data = environment.get("GEOGRAPHICLIB_DATA") or "/usr/share/GeographicLib"
+    return Path(folder or f"{data}/geoids") / "egm96-5.pgm"
+
+
+def _has_program(package: str) -> bool:
+    prefixes = [*os.environ.get("CMAKE_PREFIX_PATH", "").split(":"), "/usr"]
+    return any(Path(prefix, "lib", package, UPSTREAM[package]).exists() for prefix in prefixes if prefix)
 
 
 def requirements(text: str, python: tuple[int, int]) -> dict[str, str]:
