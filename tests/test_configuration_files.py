@@ -160,12 +160,30 @@ def test_yaml_loads(path):
     assert yaml.safe_load(path.read_text(encoding="utf-8")), "the file is empty"
 
 
+def test_every_launch_file_starts_rviz_where_there_is_a_display_only():
+    nodes = [node for path in LAUNCH for node in ElementTree.parse(path).iter("node")]
+    started = [(node.get("pkg"), node.get("type")) for node in nodes if node.get("name") == "rviz"]
+    assert set(started) == {("node_tools", "rviz_if_display")}
+
+
 def test_rviz_shows_the_same_of_both_mapping_experiments():
-    """They differ in nothing but how much of the world the window holds."""
+    """They differ in how much of the world the window holds, and in lines and arrows twice as thick."""
     room, hold = (yaml.safe_load((MAPPING_RVIZ / f"experiment_{n}.rviz").read_text()) for n in (3, 4))
     scales = [config["Visualization Manager"]["Views"]["Current"].pop("Scale") for config in (room, hold)]
-    assert room == hold
     assert scales[0] > scales[1]
+    thin, thick = sizes(room), sizes(hold)
+    assert room == hold
+    assert thick == pytest.approx([2.0 * size for size in thin], rel=0.1)
+
+
+def sizes(config):
+    """Take the widths of lines and the sizes of arrows out of an RViz file, and return them."""
+    taken = []
+    for display in config["Visualization Manager"]["Displays"]:
+        for name in ("Line Width", "Shaft Length", "Shaft Radius", "Head Length", "Head Radius"):
+            if name in display:
+                taken.append(display.pop(name))
+    return taken
 
 
 @pytest.mark.ros

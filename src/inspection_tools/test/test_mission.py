@@ -14,6 +14,7 @@ from inspection_tools import (
     read_mission,
     way_m,
 )
+from inspection_tools.mission import headings_shown
 
 A, B = Waypoint((1.0, 0.0, 2.0)), Waypoint((1.0, 5.0, 2.0), hold_s=2.0)
 
@@ -173,3 +174,21 @@ def test_no_mission_is_no_mission():
         Mission([])
     with pytest.raises(ParameterError, match="yaw is inf"):
         Waypoint((0.0, 0.0, 0.0), yaw_rad=math.inf)
+
+
+def test_an_arrow_at_each_waypoint_points_on_to_the_next():
+    square = [Waypoint(place) for place in ((0, 0, 2), (4, 0, 2), (4, 3, 2), (0, 3, 2))]
+    assert headings_shown(square) == pytest.approx([0.0, math.pi / 2, math.pi, math.pi])
+
+
+def test_an_arrow_keeps_its_way_where_the_next_place_lies_above_and_its_yaw_where_it_has_one():
+    climb = [
+        Waypoint((0, 0, 1)),
+        Waypoint((0, -2, 1)),
+        Waypoint((0, -2, 3)),
+        Waypoint((0, -4, 3), yaw_rad=1.0),
+    ]
+    assert headings_shown(climb) == pytest.approx([-math.pi / 2] * 3 + [1.0])
+    assert headings_shown([Waypoint((1, 2, 3))]) == [0.0]
+    lift = [Waypoint((0, 0, 1)), Waypoint((0, 0, 2)), Waypoint((-1, 0, 2))]
+    assert headings_shown(lift) == pytest.approx([math.pi] * 3)

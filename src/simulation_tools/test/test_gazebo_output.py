@@ -196,8 +196,9 @@ SHAPES = """<sdf version="1.6"><model name="m"><static>true</static><link name="
 def test_markers_have_the_sizes_and_places_of_the_visuals():
     model = parse_model(SHAPES, "shapes", ())
     box, tube, ball, wall = model_markers(model, "world", Pose((0.0, 0.0, 10.0)), moves_with_frame=False)
-    assert (box.type, tube.type, ball.type) == (Marker.CUBE, Marker.CYLINDER, Marker.SPHERE)
+    assert (box.type, tube.type, ball.type) == (Marker.CUBE_LIST, Marker.CYLINDER, Marker.SPHERE)
     assert (box.scale.x, box.scale.y, box.scale.z) == (1.0, 2.0, 3.0)
+    assert [(p.x, p.y, p.z) for p in box.points] == [(0.0, 0.0, 0.0)]
     assert (tube.scale.x, tube.scale.y, tube.scale.z) == (1.0, 1.0, 4.0)
     assert (ball.scale.x, ball.scale.y, ball.scale.z) == (0.5, 0.5, 0.5)
     assert (box.pose.position.x, box.pose.position.y, box.pose.position.z) == (1.0, 2.0, 10.0)

@@ -46,6 +46,27 @@ class Waypoint:
         check_number("hold", self.hold_s, 0.0, LONGEST_HOLD_S)
 
 
+def headings_shown(waypoints: Sequence[Waypoint]) -> list[float]:
+    """Return where an arrow at each waypoint points, rad: its own yaw, or else the way on to the next place.
+
+    The last one points on along the way to it, as does one whose next place lies above or below it.
+    """
+    legs = zip(waypoints, [*waypoints[1:], waypoints[-1]])
+    ways = [_way(here.position_m, there.position_m) for here, there in legs]
+    way_rad = next((way for way in ways if way is not None), 0.0)
+    headings = []
+    for waypoint, way in zip(waypoints, ways):
+        way_rad = way_rad if way is None else way
+        headings.append(way_rad if waypoint.yaw_rad is None else waypoint.yaw_rad)
+    return headings
+
+
+def _way(here_m: tuple, there_m: tuple) -> float | None:
+    """Heading from one place to another, rad; None where they are one from above."""
+    ahead_m, left_m = there_m[0] - here_m[0], there_m[1] - here_m[1]
+    return math.atan2(left_m, ahead_m) if math.hypot(ahead_m, left_m) > 1e-3 else None
+
+
 @dataclass(frozen=True)
 class MissionStatus:
     """Answer to one pose.

@@ -54,7 +54,9 @@ def _shape(visual: Visual) -> Marker:
     marker = Marker(action=Marker.ADD, color=ColorRGBA(*visual.rgba))
     geometry = visual.geometry
     if isinstance(geometry, Box):
-        marker.type, marker.scale = Marker.CUBE, Vector3(*geometry.size_m)
+        # RViz lights a CUBE from one side, and leaves the others black; the boxes of a list it does not.
+        marker.type, marker.scale = Marker.CUBE_LIST, Vector3(*geometry.size_m)
+        marker.points = [Point(0.0, 0.0, 0.0)]
     elif isinstance(geometry, Cylinder):
         diameter = 2.0 * geometry.radius_m
         marker.type, marker.scale = Marker.CYLINDER, Vector3(diameter, diameter, geometry.length_m)
