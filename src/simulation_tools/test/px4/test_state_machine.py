@@ -132,6 +132,19 @@ def test_armed_is_active(ground):
     assert ground.px4.command(400, ARM) is Result.ACCEPTED
 
 
+def test_arming_sets_home_unless_somebody_has_chosen_a_place(ground):
+    px4 = ground.px4
+    latitude, longitude = px4.origin.to_global(5.0, -2.0)
+    chosen, here = (0, 0, 0, 0, latitude, longitude, px4.origin.altitude_m), (1, 0, 0, 0, 0, 0, 0)
+    assert px4.command(179, chosen) is Result.ACCEPTED
+    px4.command(400, ARM)
+    assert px4.home.tolist() == pytest.approx([5.0, -2.0, 0.0], abs=0.01)
+    px4.command(400, DISARM)
+    assert px4.command(179, here) is Result.ACCEPTED
+    px4.command(400, ARM)
+    assert px4.home.tolist() == pytest.approx([0.0, 0.0, 0.0], abs=0.01)
+
+
 def test_arming_in_the_air_is_denied():
     flight = hovering()
     assert flight.px4.command(400, ARM) is Result.DENIED

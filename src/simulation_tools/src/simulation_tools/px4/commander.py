@@ -43,6 +43,7 @@ class Commander:
         self.armed = False
         self.home: np.ndarray | None = None
         self.home_yaw_rad = 0.0
+        self._home_is_fixed = False
         self.takeoff_altitude_m = math.nan
         self.reposition_target: Reposition | None = None
         self.mode_entries = 0  # rises whenever the flying mode is entered anew
@@ -137,6 +138,7 @@ class Commander:
             self._set_home()
         else:
             self.home, self.home_yaw_rad = np.array(position_ned_m, float), 0.0
+            self._home_is_fixed = True  # arming elsewhere does not move it
         return Result.ACCEPTED
 
     def takeoff_finished(self) -> None:
@@ -156,7 +158,8 @@ class Commander:
             self._say(Severity.CRITICAL, "Arming denied: no local position")
             return Result.TEMPORARILY_REJECTED
         self.armed = True
-        self._set_home()
+        if not self._home_is_fixed:
+            self._set_home()
         self.armed_us = self._landed_us = self._now_us
         self._flown = False
         self.mode_entries += 1
@@ -179,11 +182,6 @@ class Commander:
             return False
         return self._now_us - self._setpoint_us <= 1e6 * self._parameters["COM_OF_LOSS_T"]
 
-    @property
-    def has_flown(self) -> bool:
-        """Whether it has left the ground since it was armed."""
-        return self._flown
-
     # Decisions
 
     def _refusal(self, mode: Mode) -> str:
@@ -197,6 +195,7 @@ class Commander:
 
     def _set_home(self) -> None:
         self.home, self.home_yaw_rad = self._position.copy(), self._yaw_rad
+        self._home_is_fixed = False
 
     def _choose_mode(self) -> None:
         """Let the failsafe choose what flies."""
