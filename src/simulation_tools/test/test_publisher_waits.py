@@ -139,6 +139,21 @@ def test_stamps_that_lag_behind_ros_are_no_missing_poses_and_are_told_of():
     assert "stamped 0.7 s behind ROS's clock" in said[0]
 
 
+def test_the_old_poses_of_a_mavros_that_hung_are_no_hover():
+    """All that came meanwhile arrives at once: the UAV has sunk, and old poses say that it hovers."""
+    px4 = Px4Like()
+    px4.run(20_000)
+    hung_ms = px4.now_ms
+    for _ in range(3000):  # MAVROS hangs; PX4 lands
+        px4.now_ms += 1
+        px4.tell(px4.publisher.on_clock(px4.now_ms * MS))
+    for old_ms in range(hung_ms + 20, px4.now_ms - 600, 20):
+        px4.tell(px4.publisher.on_clock(px4.now_ms * MS))
+        px4.tell(px4.publisher.on_local_pose(old_ms * MS, Pose((0.0, 0.0, px4.z))))
+    assert [action.ready for action in px4.said(AnnounceReady)] == [True, False]
+    assert px4.publisher.waiting_for == "MAVROS sends no poses any more"
+
+
 def publisher_told(state=None, landed=None, pose=None, home=False, seconds=31):
     """Return a publisher that heard this and no more for so long, and what it said."""
     publisher, actions = SetpointPublisher(PublisherParameters()), []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from simulation_tools.publisher.interface import Action, Log, PublisherParameters
 
 _NS = 1e-9
+_DRIFT = 0.01  # of one clock against the other, at most
 _DISAGREEMENT_S = 2.0  # the two clocks arrive by different ways; for so long neither is just late
 
 
@@ -12,6 +13,9 @@ class ClockWatch:
     """Knows how late it is. `newest_ns`: greatest stamp of a pose, 0: none has come.
 
     ROS's clock may be unknown (0), as in a closed loop without ROS; the poses alone tell the time then.
+    Stamps may lag behind it for good, where the flight controller's clock began later. So a pose is late by
+    what its lag exceeds the least lag so far: the poses of a MAVROS that hung and goes on are old, and come
+    all at once.
     """
 
     def __init__(self) -> None:
@@ -22,6 +26,7 @@ class ClockWatch:
         """Forget the poses."""
         self.newest_ns = 0
         self._arrived_ns = 0
+        self._lag_ns = 0.0
         self._agreed_ns = 0
         self._told_disagreement = False
         self._complain_at_s = 0.0
@@ -36,10 +41,14 @@ class ClockWatch:
         """Take in a pose's stamp; True when it has jumped back, and then `restart` before the next one."""
         if (self.newest_ns - stamp_ns) * _NS > p.jump_back_s:
             return True
+        now_ns = self._clock_ns or stamp_ns
+        lag_ns = now_ns - max(self.newest_ns, stamp_ns)
+        may_be_ns = self._lag_ns + _DRIFT * (now_ns - self._arrived_ns)
+        self._lag_ns = min(lag_ns, may_be_ns) if self.newest_ns else lag_ns
         self.newest_ns = max(self.newest_ns, stamp_ns)
-        self._arrived_ns = self._clock_ns or stamp_ns
-        if not self._agreed_ns or abs(self._ahead_s) <= p.command_timeout_s:
-            self._agreed_ns = self._arrived_ns
+        self._arrived_ns = now_ns
+        if not self._agreed_ns or abs(self._lag_ns) * _NS <= p.command_timeout_s:
+            self._agreed_ns = now_ns
         return False
 
     def answered_at_ns(self, stamp_ns: int, p: PublisherParameters) -> int:
@@ -66,19 +75,15 @@ class ClockWatch:
             return []
         self._told_disagreement = True
         text = (
-            f"MAVROS's poses are stamped {abs(self._ahead_s):.1f} s "
-            f"{'ahead of' if self._ahead_s > 0 else 'behind'} ROS's clock. "
+            f"MAVROS's poses are stamped {abs(self._lag_ns) * _NS:.1f} s "
+            f"{'behind' if self._lag_ns > 0 else 'ahead of'} ROS's clock. "
             "Start simulator, flight controller and MAVROS again, or synchronise their clocks."
         )
         return [Log(text)]
 
     @property
-    def _ahead_s(self) -> float:
-        return (self.newest_ns - self._arrived_ns) * _NS
-
-    @property
     def _silence_s(self) -> float:
-        return (self._clock_ns - self._arrived_ns) * _NS if self.newest_ns else 0.0
+        return (self._clock_ns - self.newest_ns - self._lag_ns) * _NS if self.newest_ns else 0.0
 
     def _at_most_every_second(self, text: str) -> list[Action]:
         if self._silence_s < self._complain_at_s:
