@@ -248,7 +248,9 @@ def parameters(group):
 
 @pytest.mark.parametrize("path", files("*/rqt/*.perspective"), ids=name)
 def test_the_perspective_publishes_what_the_launch_files_know(path):
-    manager = json.loads(path.read_text())["groups"]["pluginmanager"]
+    groups = json.loads(path.read_text())["groups"]
+    assert {"geometry", "state"} <= groups["mainwindow"]["keys"].keys(), "Qt would share out the room"
+    manager = groups["pluginmanager"]
     running = ast.literal_eval(manager["keys"]["running-plugins"]["repr"])
     publisher = manager["groups"]["plugin__rqt_publisher__Publisher__1"]["groups"]["plugin"]
     published = ast.literal_eval(ast.literal_eval(publisher["keys"]["publishers"]["repr"]))
