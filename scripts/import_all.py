@@ -19,6 +19,7 @@ def main(folders: list[str]) -> None:
         for module in pkgutil.walk_packages([str(folder)], f"{folder.name}."):
             if module.name.endswith("__main__"):
                 continue
+            print(f"compiling {module.name}", flush=True)
             try:
                 importlib.import_module(module.name)
             except ImportError as error:

@@ -9,7 +9,7 @@ readonly venv_package=python3-venv
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
 # Neither the archives (0.3 GB) nor an index of them (50 MB) stay
 readonly apt_tidy=(-o APT::Keep-Downloaded-Packages=false -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
-readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # measured: 1370, 1280 and pip's cache, 10
+readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # at the most, archives included; less than 2 GB stay
 
 set_up() {
   [[ $root != *[[:space:]]* ]] || fail "catkin cannot build in a folder with a space in its path: $root. Move the workspace."
@@ -154,7 +154,9 @@ slim_python() {
 # compile_imported: byte code of what our libraries import, so that no node has to; of all packages it is 0.15 GB more
 compile_imported() {
   local libraries=(src/*/src)
-  env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" .venv/bin/python scripts/import_all.py src/*/src/*/
+  # matplotlib keeps what fonts there are, and the distribution's are perhaps not installed yet: not in the user's folder
+  env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" MPLCONFIGDIR="$root/.venv/.matplotlib" \
+    .venv/bin/python scripts/import_all.py src/*/src/*/ && rm -rf .venv/.matplotlib
 }
 
 # kernel_inputs: a digest of the packages that have kernels
@@ -170,6 +172,7 @@ compile_kernels() {
   local module
   for module in src/*/src/*/warm_up.py; do
     module=$(basename "$(dirname "$module")")
+    echo "compiling the inner loops of $module"
     env PYTHONPATH="$root/src/$module/src" .venv/bin/python -m "$module.warm_up" || return
   done
   kernel_inputs >.venv/.bringup_kernels
