@@ -17,6 +17,7 @@ setup(
             "master_thesis.report",
             "master_thesis.report.pieces",
             "master_thesis.report.sections",
+            "master_thesis.requests",
             "master_thesis.results",
             "master_thesis.worlds",
             "master_thesis_ros",
