@@ -9,7 +9,7 @@ readonly venv_package=python3-venv
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
 # Neither the archives (0.3 GB) nor an index of them (50 MB) stay
 readonly apt_tidy=(-o APT::Keep-Downloaded-Packages=false -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
-readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # at the most, archives included; less than 2 GB stay
+readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # at the most, archives included; 2020 stay
 
 set_up() {
   [[ $root != *[[:space:]]* ]] || fail "catkin cannot build in a folder with a space in its path: $root. Move the workspace."
