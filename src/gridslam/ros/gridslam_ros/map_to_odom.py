@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import threading
 
-import rospy
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
+
+from node_tools.conversions import set_yaw, time_of
 
 APART_NS = 1000
 """Two transforms of one stamp would be refused by TF; a correction comes at least so much after the last."""
@@ -68,7 +68,7 @@ class MapToOdom:
         x, y, yaw = pose
         message = TransformStamped()
         message.header.frame_id, message.child_frame_id = self._frames
-        message.header.stamp = rospy.Time(*divmod(stamp_ns, 1_000_000_000))
+        message.header.stamp = time_of(stamp_ns)
         message.transform.translation.x, message.transform.translation.y = x, y
-        message.transform.rotation.z, message.transform.rotation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+        set_yaw(message.transform.rotation, yaw)
         return message

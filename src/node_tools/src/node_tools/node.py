@@ -33,7 +33,19 @@ class CallbackNode(Protocol):
     _lock: threading.Lock
 
 
-def run(name: str, make: Callable[[], RunNode], ending: Ending, errors: type[Exception]) -> None:
+def cannot_start(error: Exception) -> str:
+    """Return the sentence about a fault that the user mends in the node's parameters."""
+    name = rospy.get_name()
+    return f"{name} cannot start: {error} Change it in the launch file, or by rosparam set under {name}."
+
+
+def run(
+    name: str,
+    make: Callable[[], RunNode],
+    ending: Ending,
+    errors: type[Exception],
+    explain: Callable[[Exception], str] = cannot_start,
+) -> None:
     """Make a node, run it until it is told to end, and end the process.
 
     What is wrong at the start is one sentence and exit code 1. With the parameter ~keep_trying the sentence
@@ -44,13 +56,16 @@ def run(name: str, make: Callable[[], RunNode], ending: Ending, errors: type[Exc
         make: makes the node and returns what runs it; see `spinning`.
         ending: made before the imports of the executable.
         errors: base class of the errors that are sentences for the user.
+        explain: makes of an error at the start what the user reads; `str` for errors that say what to do.
     """
     ending.closes_by(_take_leave)
     try:
         rospy.init_node(name, disable_signals=True)
-        run_node = _make_at_last(make, errors) if rospy.get_param("~keep_trying", False) else make()
+        keep_trying = rospy.get_param("~keep_trying", False)
+        run_node = _make_at_last(make, errors, explain) if keep_trying else make()
     except errors as error:
-        _give_up(error)
+        rospy.rostime.wallsleep(HEARD_AFTER_S)
+        give_up(explain(error))
     except Exception:
         if not rospy.core.is_shutdown_requested():
             raise
@@ -101,7 +116,9 @@ def give_up(sentence: str) -> None:
     leave(1, _take_leave)
 
 
-def _make_at_last(make: Callable[[], RunNode], errors: type[Exception]) -> RunNode:
+def _make_at_last(
+    make: Callable[[], RunNode], errors: type[Exception], explain: Callable[[Exception], str]
+) -> RunNode:
     """Return what `make` returns, once nothing is wrong any more."""
     reminded_s = -math.inf
     while True:
@@ -113,17 +130,8 @@ def _make_at_last(make: Callable[[], RunNode], errors: type[Exception]) -> RunNo
                 raise rospy.ROSInterruptException("told to end") from None
             if time.monotonic() - reminded_s > REMINDER_S:
                 reminded_s = time.monotonic()
-                rospy.logfatal("%s", _cannot_start(error))
-
-
-def _give_up(error: Exception) -> None:
-    rospy.rostime.wallsleep(HEARD_AFTER_S)
-    give_up(_cannot_start(error))
-
-
-def _cannot_start(error: Exception) -> str:
-    name = rospy.get_name()
-    return f"{name} cannot start: {error} Change it in the launch file, or by rosparam set under {name}."
+                rospy.logfatal("%s", explain(error))
+                rospy.logwarn("It is tried again every second.")
 
 
 def _take_leave() -> None:
