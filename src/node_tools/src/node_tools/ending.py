@@ -57,7 +57,7 @@ class Ending:
         number = signal.sigwait(SIGNALS)
         self._received.set()
         if self._main_thread_closes:
-            _exit_later(0)
+            exit_later(0)
         elif self._close is not None:
             leave(0, self._close)
         else:
@@ -67,7 +67,7 @@ class Ending:
 def leave(code: int, close: Callable[[], None] = lambda: None) -> None:
     """End the process with this exit code after `close`, or after `CLOSING_S`. Does not return."""
     silence_threads()
-    _exit_later(code)
+    exit_later(code)
     try:
         close()
         _flush()
@@ -80,7 +80,8 @@ def silence_threads() -> None:
     threading.excepthook = lambda _: None
 
 
-def _exit_later(code: int) -> None:
+def exit_later(code: int) -> None:
+    """End the process after `CLOSING_S`, whatever its threads wait for by then."""
     timer = threading.Timer(CLOSING_S, os._exit, (code,))
     timer.daemon = True
     timer.start()

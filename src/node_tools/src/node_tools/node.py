@@ -9,7 +9,7 @@ from typing import Callable, Protocol
 
 import rospy
 
-from node_tools.ending import Ending, leave, silence_threads
+from node_tools.ending import Ending, exit_later, leave, silence_threads
 
 HEARD_AFTER_S = 0.3
 """Wall time until whoever listens to /rosout is connected to a new node."""
@@ -99,12 +99,17 @@ def spinning(
         period_s: wall time between two calls of `watch`.
         watch: is called by the main thread.
     """
-    # No callback may be under way when rospy closes the topics that it publishes on.
-    rospy.on_shutdown(lambda: node._lock.acquire(timeout=LAST_CALLBACK_S))
-    rospy.on_shutdown(silence_threads)
+
+    def close() -> None:
+        silence_threads()
+        exit_later(0)  # `watch` may wait for the lock
+        # No callback may be under way when rospy closes the topics that it publishes on.
+        node._lock.acquire(timeout=LAST_CALLBACK_S)
+
+    rospy.on_shutdown(close)
 
     def run_node(ending: Ending) -> None:
-        while not (rospy.is_shutdown() or ending.wait(period_s)):
+        while not (rospy.core.is_shutdown_requested() or ending.wait(period_s)):
             watch()
 
     return run_node
@@ -138,5 +143,8 @@ def _take_leave() -> None:
     """Tell the master. Whoever told the node to end (rosnode kill) waits for an answer, so give it."""
     told_by_ros = rospy.core.is_shutdown_requested()
     rospy.signal_shutdown("the node ends")
-    if told_by_ros:
+    if told_by_ros:  # by another thread, which is at it
+        end_s = time.monotonic() + LAST_CALLBACK_S
+        while not rospy.is_shutdown() and time.monotonic() < end_s:
+            rospy.rostime.wallsleep(0.01)
         rospy.rostime.wallsleep(LAST_ANSWER_S)
