@@ -29,7 +29,7 @@ TOKEN, RUN_TOKEN = "WORKSPACE_TEST", "WORKSPACE_TEST_RUN"
 RUN = pytest.StashKey[str]()
 
 # Libraries are tested where nothing is built, too; a built workspace comes first, it has messages as well.
-sys.path += sorted(str(path) for path in ROOT.glob("src/*/src"))
+sys.path += [*sorted(str(path) for path in ROOT.glob("src/*/src")), str(ROOT)]
 
 # On a busy machine any example of hypothesis may be slow, which is no fault of what is tested.
 # Every run tries the same ones.

@@ -21,9 +21,7 @@ from tqdm import tqdm
 from benchmarks._anchors import HEADING, Anchor, sources
 from benchmarks._px4_figure import png
 from benchmarks._report import ROOT, Report, options, table, write_atomically
-from simulation_tools.geometry import Pose, quaternion_from_rpy, rotate_inverse
-from simulation_tools.px4.autopilot import VehicleState
-from simulation_tools.px4.step_response import (
+from benchmarks._step_response import (
     COLUMNS,
     MANOEUVRES,
     TAKEOFF,
@@ -33,6 +31,8 @@ from simulation_tools.px4.step_response import (
     read_reference,
     rms_percent,
 )
+from simulation_tools.autopilot import VehicleState
+from simulation_tools.geometry import Pose, quaternion_from_rpy, rotate_inverse
 from simulation_tools.simulation import Simulation, SimulationParameters
 
 PACKAGE = ROOT / "src/simulation_tools"

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.append(str(ROOT))  # benchmarks is a package of the workspace's root
 
 from benchmarks import _campaign, _places, _report, _sim_graph, avoidance, px4, sim, slam  # noqa: E402
 from benchmarks._campaign import Flown, Trial  # noqa: E402

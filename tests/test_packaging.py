@@ -67,7 +67,7 @@ def test_every_import_is_declared(package):
     sources = [*package.glob("src/**/*.py"), *package.glob("ros/**/*.py"), *python_nodes(package)]
     tests = list(package.glob("test/**/*.py"))
     helpers = {path.stem for path in tests}
-    own = {package.name, f"{package.name}_ros", *helpers, *sys.stdlib_module_names}
+    own = {package.name, f"{package.name}_ros", "benchmarks", *helpers, *sys.stdlib_module_names}
     found = set().union(*(imports(path) for path in (*sources, *tests))) - own - BY_REQUIREMENTS
     others = {f"{path.name}_ros": path.name for path in PACKAGES}
     needed = {BY_ROSDEP.get(name) or others.get(name, name) for name in found}

@@ -13,6 +13,8 @@ setup(
             "simulation_tools.mavros",
             "simulation_tools.publisher",
             "simulation_tools.px4",
+            "simulation_tools.px4.control",
+            "simulation_tools.px4.mavlink",
             "simulation_tools.px4_sitl",
             "simulation_tools.sdf",
             "simulation_tools.sensors",

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from simulation_tools.px4.mavlink_link import MavlinkLink
+from simulation_tools.px4.mavlink.link import MavlinkLink
 from simulation_tools.run_loop import FORGIVEN_LAG_S, PacingParameters, RunLoop, RunLoopError, WallClock
 from simulation_tools.simulation import Simulation, SimulationParameters
 

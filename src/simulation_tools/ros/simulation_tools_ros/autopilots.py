@@ -7,7 +7,7 @@ import math
 import numpy as np
 import rospy
 
-from simulation_tools.px4.mavlink_link import MavlinkLink
+from simulation_tools.px4.mavlink.link import MavlinkLink
 from simulation_tools.px4_sitl.hil_sensors import HilParameters
 from simulation_tools.px4_sitl.own_links import OwnLinks
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl

@@ -8,8 +8,8 @@ import rospy
 
 from simulation_tools import values
 from simulation_tools.bounds import MAX_MAGNITUDE
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Pose
-from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.run_loop import PacingParameters
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters

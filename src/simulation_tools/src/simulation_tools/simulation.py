@@ -13,11 +13,11 @@ from typing import Mapping, NamedTuple, Sequence
 
 import numpy as np
 
+from simulation_tools.autopilot import Autopilot, VehicleState
 from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
 from simulation_tools.payload import PayloadSensor, further_sensors, has_camera, payload_sensors, unsimulated
-from simulation_tools.px4.autopilot import Autopilot, VehicleState
-from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.px4 import Px4

@@ -17,7 +17,7 @@ from lossy_proxy import LossyProxy
 
 from simulation_tools.mavlink import Codec
 from simulation_tools.mavros.client import FcuClient, custom_mode, mode_name
-from simulation_tools.px4.mavlink_link import MavlinkLink
+from simulation_tools.px4.mavlink.link import MavlinkLink
 
 
 class FlightController(threading.Thread):

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.mavros.earth import GeodeticPoint
-from simulation_tools.px4.geodesy import GeodeticOrigin
 
 
 def test_the_axes_and_the_poles_have_the_ellipsoids_radii():

@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from fake_uas import FakeClient
 
 from simulation_tools.mavros.mission import MissionClient, MissionError, MissionItem
-from simulation_tools.px4.mission_protocol import MISSION_MESSAGES, answer_mission
+from simulation_tools.px4.mavlink.mission_protocol import MISSION_MESSAGES, answer_mission
 
 ITEMS = [
     MissionItem(3, 22, True, True, (0.0, 0.0, 0.0, math.nan), 47.5, 8.5, 3.0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import (
     Pose,
     cross,
@@ -14,7 +15,6 @@ from simulation_tools.geometry import (
     rotate,
     rotate_inverse,
 )
-from simulation_tools.px4.autopilot import VehicleState
 from simulation_tools.vehicle.airframe import Airframe, Rotor
 
 GRAVITY = 9.8

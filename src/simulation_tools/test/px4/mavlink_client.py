@@ -8,7 +8,7 @@ from flight import NO_NOISE, Flight
 from pymavlink.dialects.v20 import common as mavlink
 
 from simulation_tools.mavlink import Codec, receive_all, send
-from simulation_tools.px4.mavlink_link import MavlinkLink
+from simulation_tools.px4.mavlink.link import MavlinkLink
 
 HOST = "127.0.0.1"
 VELOCITY_ONLY = 0b0000_0101_1100_0111  # and a yaw rate

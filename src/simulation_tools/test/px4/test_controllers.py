@@ -11,9 +11,20 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import linalg
 
+from simulation_tools.autopilot import Px4Error, VehicleState
 from simulation_tools.geometry import Pose, quaternion_from_rpy, quaternion_multiply, rotation_matrix
-from simulation_tools.px4.attitude_control import AttitudeControl, RateControl, low_pass
-from simulation_tools.px4.autopilot import Px4Error, VehicleState
+from simulation_tools.ned_frames import (
+    attitude_to_enu,
+    attitude_to_ned,
+    enu_to_ned,
+    flu_to_frd,
+    yaw_to_ned,
+)
+from simulation_tools.px4.control.attitude_control import AttitudeControl, RateControl, low_pass
+from simulation_tools.px4.control.hover_thrust import HoverThrustEstimator
+from simulation_tools.px4.control.mixer import QUAD_WIDE, Mixer, mixing_matrix
+from simulation_tools.px4.control.position_control import GRAVITY_M_S2, SETPOINT_DTYPE, PositionControl
+from simulation_tools.px4.control.takeoff import Takeoff, TakeoffState
 from simulation_tools.px4.estimator import (
     ESTIMATE_DTYPE,
     GAINS,
@@ -21,18 +32,7 @@ from simulation_tools.px4.estimator import (
     Estimator,
     EstimatorNoise,
 )
-from simulation_tools.px4.frames import (
-    attitude_to_enu,
-    attitude_to_ned,
-    enu_to_ned,
-    flu_to_frd,
-    yaw_to_ned,
-)
-from simulation_tools.px4.hover_thrust import HoverThrustEstimator
-from simulation_tools.px4.mixer import QUAD_WIDE, Mixer, mixing_matrix
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.position_control import GRAVITY_M_S2, SETPOINT_DTYPE, PositionControl
-from simulation_tools.px4.takeoff import Takeoff, TakeoffState
 
 NAN = math.nan
 DT = 0.008

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulation_tools.px4.autopilot import Px4Error
-from simulation_tools.px4.geodesy import EARTH_RADIUS_M, GeodeticOrigin
+from simulation_tools.autopilot import Px4Error
+from simulation_tools.geodesy import EARTH_RADIUS_M, GeodeticOrigin
 
 ZURICH = GeodeticOrigin()
 

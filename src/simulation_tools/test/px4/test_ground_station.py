@@ -8,7 +8,7 @@ import pytest
 from mavlink_client import GCS, Setup
 from pymavlink.dialects.v20 import common as mavlink
 
-from simulation_tools.px4.geodesy import GeodeticOrigin
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import LandedState, Mode
 
 NAN = math.nan

@@ -13,9 +13,9 @@ from mavlink_client import GCS, ONBOARD, Client
 from pymavlink.dialects.v20 import common as mavlink
 
 from simulation_tools.mavlink import LinkError
-from simulation_tools.px4.mavlink_link import MavlinkLink
+from simulation_tools.px4.mavlink.link import MavlinkLink
+from simulation_tools.px4.mavlink.telemetry import OFFBOARD_RATES_HZ
 from simulation_tools.px4.modes import Severity
-from simulation_tools.px4.telemetry import OFFBOARD_RATES_HZ
 
 AT_REST_HZ = {**OFFBOARD_RATES_HZ, "POSITION_TARGET_GLOBAL_INT": 0.0}  # while an automatic mode flies
 

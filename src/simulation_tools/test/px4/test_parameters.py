@@ -12,8 +12,8 @@ from flight import NO_NOISE, Flight
 from mavlink_client import Setup
 from pymavlink.dialects.v20 import common as mavlink
 
+from simulation_tools.autopilot import Px4Error
 from simulation_tools.mavlink import parameter_from_wire, parameter_to_wire
-from simulation_tools.px4.autopilot import Px4Error
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.setpoint import Setpoint

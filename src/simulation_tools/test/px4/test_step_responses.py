@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from flight import NO_NOISE, Flight
 
-from simulation_tools.px4.setpoint import Setpoint
-from simulation_tools.px4.step_response import (
+from benchmarks._step_response import (
     COLUMNS,
     MANOEUVRES,
     Manoeuvre,
@@ -23,6 +22,7 @@ from simulation_tools.px4.step_response import (
     read_reference,
     rms_percent,
 )
+from simulation_tools.px4.setpoint import Setpoint
 
 pytestmark = pytest.mark.flight
 

@@ -11,8 +11,8 @@ import pytest
 from flight import NO_NOISE, Flight
 from pymavlink.dialects.v20 import common as mavlink
 
-from simulation_tools.px4 import telemetry
-from simulation_tools.px4.mavlink_link import MavlinkLink
+from simulation_tools.px4.mavlink import telemetry
+from simulation_tools.px4.mavlink.link import MavlinkLink
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulation_tools.px4.trajectory import SmoothAxis, speed_that_stops_within
+from simulation_tools.px4.control.trajectory import SmoothAxis, speed_that_stops_within
 
 speeds = st.floats(-6.0, 6.0)
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.autopilot import Px4Error, VehicleState
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.mavlink import LinkError
-from simulation_tools.px4.autopilot import Px4Error, VehicleState
 from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
 from simulation_tools.px4_sitl.own_links import OwnLinks
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl

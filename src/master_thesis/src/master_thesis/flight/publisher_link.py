@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Callable
 
 from simulation_tools.geometry import Pose
+from simulation_tools.ned_frames import attitude_to_enu, enu_to_ned
 from simulation_tools.publisher import (
     AnnounceReady,
     FcuState,
@@ -16,7 +17,6 @@ from simulation_tools.publisher import (
     SendVelocity,
     SetpointPublisher,
 )
-from simulation_tools.px4.frames import attitude_to_enu, enu_to_ned
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint

@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from simulation_tools.geometry import quaternion_multiply
 from simulation_tools.mavros.conversions import require_finite
-from simulation_tools.px4.frames import enu_to_ned
+from simulation_tools.ned_frames import enu_to_ned
 from simulation_tools_ros.mavros.uas import Uas
 
 _GET_HOME_POSITION, _ACCEPTED = 410, 0

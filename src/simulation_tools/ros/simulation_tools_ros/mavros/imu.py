@@ -9,7 +9,7 @@ from geometry_msgs.msg import Quaternion, Vector3
 from sensor_msgs.msg import FluidPressure, Imu, MagneticField, Temperature
 from std_msgs.msg import Header
 
-from simulation_tools.px4.frames import flu_to_frd
+from simulation_tools.ned_frames import flu_to_frd
 from simulation_tools_ros.mavros.uas import (
     UNKNOWN,
     Heard,

@@ -19,7 +19,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
 from simulation_tools.geometry import rotate, rotate_inverse
-from simulation_tools.px4.frames import enu_to_ned
+from simulation_tools.ned_frames import enu_to_ned
 from simulation_tools_ros.mavros.uas import Heard, Uas, stamp_from_ms, stamp_from_us
 
 

@@ -8,7 +8,7 @@ from geometry_msgs.msg import PoseStamped
 
 from simulation_tools.mavros.conversions import global_pose_target, pose_target
 from simulation_tools.mavros.earth import GeodeticPoint
-from simulation_tools.px4.frames import enu_to_ned
+from simulation_tools.ned_frames import enu_to_ned
 from simulation_tools_ros.mavros.mav_frame import MavFrame
 from simulation_tools_ros.mavros.uas import Uas
 

@@ -7,7 +7,7 @@ from mavros_msgs.msg import AttitudeTarget, GlobalPositionTarget, PositionTarget
 from std_msgs.msg import Header
 
 from simulation_tools.mavros.conversions import attitude_target, global_target, position_target
-from simulation_tools.px4.frames import attitude_to_enu, enu_to_ned, flu_to_frd, yaw_to_ned
+from simulation_tools.ned_frames import attitude_to_enu, enu_to_ned, flu_to_frd, yaw_to_ned
 from simulation_tools_ros.mavros.uas import Uas, number, stamp_from_ms
 
 

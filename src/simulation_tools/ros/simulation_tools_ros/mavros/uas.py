@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from simulation_tools.geometry import Quaternion, Vector3
 from simulation_tools.mavros.client import FcuClient
-from simulation_tools.px4.frames import attitude_to_enu, flu_to_frd
+from simulation_tools.ned_frames import attitude_to_enu, flu_to_frd
 
 REFUSALS_EVERY_S = 1.0  # of one topic, wall time
 

@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import common
 
 from simulation_tools.bounds import fit_float32
 from simulation_tools.geometry import Quaternion, Vector3
-from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
+from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
 
 BODY_FRAMES = frozenset((common.MAV_FRAME_BODY_NED, common.MAV_FRAME_BODY_OFFSET_NED))
 LOCAL_FRAMES = frozenset((common.MAV_FRAME_LOCAL_NED, common.MAV_FRAME_LOCAL_OFFSET_NED))

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Callable, Sequence
 
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.px4.commander import FORCE_MAGIC, Commander, Reposition
 from simulation_tools.px4.failsafe import Say
-from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Mode, Result, Severity
 
 Parameters = Sequence[float]

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3
-from simulation_tools.px4.autopilot import VehicleState
 
 ESTIMATE_DTYPE = np.dtype(
     [

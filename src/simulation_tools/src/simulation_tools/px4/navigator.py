@@ -11,14 +11,14 @@ from typing import Callable
 
 import numpy as np
 
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.px4.commander import Commander
+from simulation_tools.px4.control.position_control import SETPOINT_DTYPE
+from simulation_tools.px4.control.trajectory import SmoothAxis, speed_that_stops_within
 from simulation_tools.px4.failsafe import Say
-from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Mode, Severity
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.position_control import SETPOINT_DTYPE
 from simulation_tools.px4.return_home import ReturnHome
-from simulation_tools.px4.trajectory import SmoothAxis, speed_that_stops_within
 
 _TAKEOFF_SLACK_M = 0.1  # so much below the least altitude nobody is told
 _STANDING_SPEED_M_S = 0.7  # downwards; a climb starts from it, so that it begins without a step

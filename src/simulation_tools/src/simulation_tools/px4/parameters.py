@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Iterator, Mapping
 
-from simulation_tools.px4.autopilot import Px4Error
+from simulation_tools.autopilot import Px4Error
 from simulation_tools.px4.parameter_table import PARAMETER_TABLE
 
 

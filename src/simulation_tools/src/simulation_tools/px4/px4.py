@@ -13,19 +13,19 @@ from typing import Callable, Sequence
 
 import numpy as np
 
-from simulation_tools.px4.autopilot import Px4Error, VehicleState
+from simulation_tools.autopilot import Px4Error, VehicleState
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.px4.commander import Commander
 from simulation_tools.px4.commands import Commands
+from simulation_tools.px4.control.flight_control import FlightControl
+from simulation_tools.px4.control.mixer import QUAD_WIDE
+from simulation_tools.px4.control.position_control import SETPOINT_DTYPE, fill
+from simulation_tools.px4.control.takeoff import TakeoffState
 from simulation_tools.px4.estimator import Estimator, EstimatorNoise
-from simulation_tools.px4.flight_control import FlightControl
-from simulation_tools.px4.geodesy import GeodeticOrigin
-from simulation_tools.px4.mixer import QUAD_WIDE
 from simulation_tools.px4.modes import ARMED_FLAG, STABILISED_FLAG, LandedState, Mode, Result, Severity
 from simulation_tools.px4.navigator import Navigator
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.position_control import SETPOINT_DTYPE, fill
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
-from simulation_tools.px4.takeoff import TakeoffState
 from simulation_tools.vehicle.airframe import Airframe
 
 POSITION_PERIOD_US = 8_000

@@ -12,8 +12,8 @@ from typing import Callable
 
 import numpy as np
 
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.px4.failsafe import Say
-from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.modes import Severity
 from simulation_tools.px4.parameters import Px4Parameters
 

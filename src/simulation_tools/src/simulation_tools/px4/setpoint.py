@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Sequence
 
 from simulation_tools.geometry import Quaternion, Vector3, rotate
-from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
+from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
 
 NAN = math.nan
 UNSET: Vector3 = (NAN, NAN, NAN)

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.autopilot import VehicleState
 from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import rotate_inverse
-from simulation_tools.px4.autopilot import VehicleState
-from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned, flu_to_frd
-from simulation_tools.px4.geodesy import GeodeticOrigin
+from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned, flu_to_frd
 from simulation_tools.schedule import Schedule
 from simulation_tools.sensors.atmosphere import pressure_pa, temperature_k
 

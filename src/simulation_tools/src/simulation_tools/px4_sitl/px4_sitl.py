@@ -9,7 +9,7 @@ from typing import Callable
 import numpy as np
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.px4.autopilot import Px4Error, VehicleState
+from simulation_tools.autopilot import Px4Error, VehicleState
 from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
 from simulation_tools.px4_sitl.simulator_link import SimulatorLink, how_to_start
 

@@ -10,16 +10,16 @@ import math
 
 import numpy as np
 
-from simulation_tools.px4.attitude_control import AttitudeControl, RateControl
 from simulation_tools.px4.commander import Commander
-from simulation_tools.px4.hover_thrust import HoverThrustEstimator
+from simulation_tools.px4.control.attitude_control import AttitudeControl, RateControl
+from simulation_tools.px4.control.hover_thrust import HoverThrustEstimator
+from simulation_tools.px4.control.mixer import Mixer
+from simulation_tools.px4.control.position_control import SETPOINT_DTYPE, PositionControl, fill
+from simulation_tools.px4.control.takeoff import Takeoff, TakeoffState
 from simulation_tools.px4.land_detector import LandDetector
-from simulation_tools.px4.mixer import Mixer
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.position_control import SETPOINT_DTYPE, PositionControl, fill
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
-from simulation_tools.px4.takeoff import Takeoff, TakeoffState
 
 _PRESS_DOWN_M_S2 = 100.0  # an acceleration setpoint that means: no thrust
 _HOVER_ESTIMATE_ABOVE_M = 1.0  # over home; lower, the ground's effect would be taken for thrust

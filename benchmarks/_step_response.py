@@ -14,9 +14,9 @@ from typing import Callable, Iterator, Mapping
 
 import numpy as np
 
+from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3
-from simulation_tools.px4.autopilot import VehicleState
-from simulation_tools.px4.frames import attitude_to_ned, enu_to_ned
+from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned
 from simulation_tools.px4.modes import Mode, Result
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint

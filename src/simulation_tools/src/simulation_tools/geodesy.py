@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from simulation_tools.autopilot import Px4Error
 from simulation_tools.geometry import Vector3
-from simulation_tools.px4.autopilot import Px4Error
 
 EARTH_RADIUS_M = 6371000.0
 _ALTITUDE_MAX_M = 1e4

@@ -7,10 +7,10 @@ from typing import Sequence
 
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.autopilot import Px4Error
 from simulation_tools.bounds import MAX_MAGNITUDE
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Vector3
-from simulation_tools.px4.autopilot import Px4Error
-from simulation_tools.px4.geodesy import GeodeticOrigin
 from simulation_tools.px4.setpoint import NAN, UNSET, AttitudeSetpoint, Setpoint
 
 _FORCE_SET, _YAW_IGNORE, _YAW_RATE_IGNORE = 512, 1024, 2048

@@ -7,8 +7,8 @@ from typing import Callable, Sequence, Tuple
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.px4 import telemetry
-from simulation_tools.px4.mavlink_channel import Channel
+from simulation_tools.px4.mavlink import telemetry
+from simulation_tools.px4.mavlink.channel import Channel
 from simulation_tools.px4.modes import Result
 from simulation_tools.px4.px4 import Px4
 

@@ -8,8 +8,8 @@ from typing import Callable, Iterator
 
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.autopilot import Px4Error
 from simulation_tools.mavlink import decode_text, parameter_from_wire, parameter_to_wire
-from simulation_tools.px4.autopilot import Px4Error
 from simulation_tools.px4.parameters import Px4Parameters
 
 HASH_NAME = "_HASH_CHECK"  # a name that PX4 answers with a checksum over all values, for caches

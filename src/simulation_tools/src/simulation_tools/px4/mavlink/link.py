@@ -14,21 +14,21 @@ from typing import Callable
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP, Address, wait_readable
-from simulation_tools.px4 import telemetry
-from simulation_tools.px4.file_transfer import refuse_file_transfer
-from simulation_tools.px4.mavlink_channel import Channel
-from simulation_tools.px4.message_commands import MessageCommands
-from simulation_tools.px4.mission_protocol import MISSION_MESSAGES, answer_mission
-from simulation_tools.px4.modes import Result, Severity
-from simulation_tools.px4.parameter_protocol import ParameterProtocol
-from simulation_tools.px4.px4 import Px4
-from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
-from simulation_tools.px4.setpoint_messages import (
+from simulation_tools.px4.mavlink import telemetry
+from simulation_tools.px4.mavlink.channel import Channel
+from simulation_tools.px4.mavlink.file_transfer import refuse_file_transfer
+from simulation_tools.px4.mavlink.message_commands import MessageCommands
+from simulation_tools.px4.mavlink.mission_protocol import MISSION_MESSAGES, answer_mission
+from simulation_tools.px4.mavlink.parameter_protocol import ParameterProtocol
+from simulation_tools.px4.mavlink.setpoint_messages import (
     SetpointError,
     from_attitude_target,
     from_global_target,
     from_local_target,
 )
+from simulation_tools.px4.modes import Result, Severity
+from simulation_tools.px4.px4 import Px4
+from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
 
 # The types of PX4's custom mode live in the upper bytes of custom_mode.
 _MAIN_SHIFT, _SUB_SHIFT = 16, 24

@@ -9,7 +9,7 @@ from typing import Callable, Iterator, Mapping
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavlink import Address, Codec, open_udp, receive_all, send
-from simulation_tools.px4 import telemetry
+from simulation_tools.px4.mavlink import telemetry
 from simulation_tools.px4.px4 import Px4
 
 _FORGET_PEER_AFTER_S = 10.0  # wall time

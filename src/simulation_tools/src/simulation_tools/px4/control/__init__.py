@@ -1,0 +1,1 @@
+"""The cascade from position setpoint to rotor command, and the take-off ramp that limits it."""
