@@ -170,6 +170,6 @@ def test_the_launch_file_sets_the_other_parameters():
     assert names <= set(defaults())
 
 
-def test_every_parameter_is_in_the_readme():
-    readme = (PACKAGE / "README.md").read_text()
-    assert [name for name in defaults() if f"`{name}`" not in readme] == []
+def test_every_parameter_is_in_the_reference():
+    reference = (PACKAGE / "doc/reference.md").read_text()
+    assert [name for name in defaults() if f"`{name}`" not in reference] == []

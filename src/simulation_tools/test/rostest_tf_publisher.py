@@ -185,11 +185,12 @@ class TestTfPublisher(unittest.TestCase):
     def test_without_odometry_the_world_edge_goes_on(self):
         self.fly_until_both()
         self.received.clear()
-        for _ in range(100):
+        end_s = time.monotonic() + 20.0  # a busy machine may lose some on the way
+        while len(self.received) < 99 and time.monotonic() < end_s:
             type(self).seconds += 0.01
             self.publish(self.ground_truth, self.seconds, IN_WORLD)
             time.sleep(0.002)
-        self.wait_for(lambda: len(self.received) >= 99)
+        self.assertGreaterEqual(len(self.received), 99)
         self.assertEqual({t.child_frame_id for m in self.received for t in m.transforms}, {"world"})
 
     def test_a_clock_that_jumps_back_is_followed(self):
