@@ -139,7 +139,8 @@ install_python_packages() {
   "${pip[@]}" "pip>=21" && "${pip[@]}" --no-compile -r requirements.txt && rm -rf .venv/.pip
 }
 
-# slim_python: takes 0.4 GB out of packages that nothing here uses: data of examples, what debuggers read, their own tests
+# slim_python: takes 0.5 GB out of packages that nothing here uses: data of examples, what debuggers read, their own
+# tests, and pymavlink's dialects of rare autopilots
 slim_python() {
   local packages package
   packages=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))') || return
@@ -147,6 +148,8 @@ slim_python() {
   for package in numba numpy pandas scipy matplotlib; do
     find "$packages/$package" -depth -type d -name tests -exec rm -rf {} +
   done
+  find "$packages/pymavlink/dialects" -type f -not -name '__init__.py' -not -name 'all.*' \
+    -not -name 'ardupilotmega.*' -not -name 'common.*' -not -name 'minimal.*' -not -name 'standard.*' -delete
   # A foreign packaging may refuse; its size is then as it was.
   strip --strip-unneeded "$packages"/{pybullet,eglRenderer}*.so "$packages"/llvmlite/binding/*.so 2>/dev/null || true
 }
