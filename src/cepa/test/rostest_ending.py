@@ -13,7 +13,7 @@ import rostest
 from roslib.packages import find_node
 
 PACKAGE, NODES = "cepa", ("cepa", "cepa_visualiser")
-AFTER_S = (0.0, 0.1, 0.25, 0.4, 0.6, 0.9, 1.3, 2.0)
+AFTER_S = (0.0, 0.25, 0.6, 1.3)
 LEFT_WITHIN_S = 1.5
 
 
