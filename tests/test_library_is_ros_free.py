@@ -6,11 +6,11 @@ A package's library is `src/<package>/`; what its nodes share stands in a packag
 
 from __future__ import annotations
 
-import ast
 import re
 from pathlib import Path
 
 import pytest
+from python_sources import imports, python_nodes
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -38,7 +38,7 @@ def test_library_imports_no_ros(path):
 @pytest.mark.parametrize("package", sorted(TOOLS & {path.name for path in ROOT.glob("src/*")}))
 def test_tool_packages_do_not_import_each_other(package):
     sources = [path for path in ROOT.glob(f"src/{package}/**/*.py") if "test" not in path.parts]
-    sources += python_nodes(package)
+    sources += python_nodes(ROOT / "src" / package)
     others = TOOLS - {package} | {"master_thesis"}
     found = {(path.name, name) for path in sources for name in imports(path) if name in others}
     assert not found
@@ -56,20 +56,6 @@ def test_the_edge_to_ros_knows_none_of_ours():
 def test_the_rule_finds_ros():
     """The tests above can fail: in each package there are nodes that import ROS."""
     for package in TOOLS:
-        assert any(ROS.match(name) for node in python_nodes(package) for name in imports(node)), package
-
-
-def imports(path):
-    """Return the top-level names of all that a file imports."""
-    names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            names.add(node.module)
-    return {name.split(".")[0] for name in names}
-
-
-def python_nodes(package):
-    files = (path for path in ROOT.glob(f"src/{package}/nodes/*") if path.is_file())
-    return [path for path in files if path.read_bytes().startswith(b"#!/usr/bin/env python3")]
+        assert any(
+            ROS.match(name) for node in python_nodes(ROOT / "src" / package) for name in imports(node)
+        ), package

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from python_sources import imports, python_nodes
 
 ROOT = Path(__file__).resolve().parents[1]
 SETUPS = sorted(ROOT.glob("src/*/setup.py"))
@@ -78,18 +79,3 @@ def test_what_rosdep_does_not_know_is_in_the_requirements():
     lines = (ROOT / "requirements.txt").read_text().lower().splitlines()
     listed = {re.split(r"[^a-z0-9_-]", line)[0] for line in lines if line and line[0].isalpha()}
     assert not {name for name in BY_REQUIREMENTS if name not in listed}
-
-
-def imports(path):
-    names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            names.add(node.module)
-    return {name.split(".")[0] for name in names}
-
-
-def python_nodes(package):
-    files = (path for path in package.glob("nodes/*") if path.is_file())
-    return [path for path in files if path.read_bytes().startswith(b"#!/usr/bin/env python3")]

@@ -1,0 +1,23 @@
+"""What the Python files of the workspace import, and which files of a package are nodes."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+
+def imports(path: Path) -> set[str]:
+    """Return the top-level names of all that a file imports."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names.add(node.module)
+    return {name.split(".")[0] for name in names}
+
+
+def python_nodes(package: Path) -> list[Path]:
+    """Return the executables in a package's ``nodes/`` that are Python."""
+    files = (path for path in package.glob("nodes/*") if path.is_file())
+    return [path for path in files if path.read_bytes().startswith(b"#!/usr/bin/env python3")]
