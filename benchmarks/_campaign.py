@@ -20,7 +20,7 @@ from master_thesis.campaign.axes import DRAWN_DISTANCE_M
 from master_thesis.campaign.flying import fly_to_goal
 from master_thesis.campaign.places import forest_sdf, plant
 from master_thesis.flight.closed_loop import CEPA, ClosedLoopParameters
-from master_thesis.flight.experiment import ExperimentParameters
+from master_thesis.flight.course import PhaseLimits
 from simulation_tools.simulation import SimulationParameters
 
 SEED = 20
@@ -107,7 +107,7 @@ def _parameters(trial: Trial, world: Path, cepa: CepaParameters) -> ClosedLoopPa
         algorithm=trial.algorithm,
         cepa=cepa,
         position_controller=PositionControllerParameters(max_speed=trial.speed_m_s),
-        limits=ExperimentParameters(flight_timeout_s=10.0 * GOAL_X_M / trial.speed_m_s),
+        limits=PhaseLimits(flight_timeout_s=10.0 * GOAL_X_M / trial.speed_m_s),
     )
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from cepa import Decision, Improved, LaserScan2D
 from cepa.algorithm import Algorithm
 from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
-from master_thesis.flight.experiment import Phase
+from master_thesis.flight.course import Phase
 
 
 class Question(NamedTuple):

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
-from master_thesis.flight.experiment import Action, ExperimentParameters, Phase
+from master_thesis.flight.course import Action, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
-from master_thesis.flight.scenario_flight import scenario_parameters
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import parse_model
 from simulation_tools.simulation import StepOutput
@@ -213,9 +213,9 @@ def summary(figures: dict) -> str:
     )
 
 
-def _endless() -> ExperimentParameters:
+def _endless() -> PhaseLimits:
     """Limits that no soak reaches."""
-    return ExperimentParameters(flight_timeout_s=999_999.0)
+    return PhaseLimits(flight_timeout_s=999_999.0)
 
 
 def _resident_mb() -> float:

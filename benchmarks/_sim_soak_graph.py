@@ -22,8 +22,8 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks._sim_soak import AREA_X_M, AREA_Y_M, GOAL_CLEARANCE_M
+from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.launched_graph import Graph, free_port
-from master_thesis.flight.scenario_flight import scenario_parameters
 from simulation_tools.geometry import Pose
 from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP
 from simulation_tools.simulation import Simulation

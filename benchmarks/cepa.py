@@ -27,8 +27,8 @@ from benchmarks._flights import Question, record
 from benchmarks._report import Report, options, table
 from cepa import ALGORITHMS, CepaParameters
 from cepa.algorithm import Algorithm
+from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.closed_loop import CEPA
-from master_thesis.flight.scenario_flight import scenario_parameters
 from master_thesis.report.thesis import TABLE_8_1_MS
 from master_thesis.worlds.scenario import SCENARIOS
 

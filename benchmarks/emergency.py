@@ -17,10 +17,15 @@ from typing import Sequence
 from tqdm import tqdm
 
 from benchmarks._report import Report, options, table, write_atomically
-from master_thesis.emergency.let_go import LetGoParameters
-from master_thesis.emergency.variations import Flown, figures, fly_variation, variation_parameters
-from master_thesis.emergency.variations_figure import Paths, paths_figure
-from master_thesis.results.figures import png
+from master_thesis.experiment_2.let_go import LetGoParameters
+from master_thesis.experiment_2.variations import (
+    Flown,
+    fly_variation,
+    variation_parameters,
+    variations_metrics,
+)
+from master_thesis.experiment_2.variations_pictures import Paths, paths_figure
+from master_thesis.results.picture_files import png
 from master_thesis.worlds.placements import SCENARIOS, placement
 from master_thesis.worlds.scenario import ALGORITHMS
 
@@ -41,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             for scenario in SCENARIOS
             for algorithm in ALGORITHMS
         }
-        all_figures = {names: figures(flights) for names, flights in sets.items()}
+        all_figures = {names: variations_metrics(flights) for names, flights in sets.items()}
         for names, values in all_figures.items():
             report.add("cepa.emergency." + ".".join(names), values)
         paths = {names: Paths.of(placement(names[0]), flights) for names, flights in sets.items()}

@@ -18,10 +18,10 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks._report import Report, options, table, write_atomically
-from master_thesis.flight.scenario_flight import fly_scenario, scenario_parameters
+from master_thesis.experiment_1.scenario_flight import fly_scenario, scenario_parameters
 from master_thesis.report.sections.experiment_1_figures import times_figure
 from master_thesis.report.thesis import TABLE_8_1_MS
-from master_thesis.results.figures import png
+from master_thesis.results.picture_files import png
 from master_thesis.worlds import scenario as scenarios
 
 COLUMNS = {

@@ -25,9 +25,9 @@ from tqdm import tqdm
 from benchmarks import _sim_graph, _sim_soak, _sim_soak_graph
 from benchmarks._anchors import HEADING, Anchor, sources
 from benchmarks._report import Report, options, table
+from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.experiment import Phase
-from master_thesis.flight.scenario_flight import scenario_parameters
+from master_thesis.flight.course import Phase
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Collision, Cylinder, Inertial, Link, Model, World
 from simulation_tools.simulation import Simulation

@@ -20,12 +20,12 @@ from tqdm import tqdm
 
 from benchmarks._report import Report, options, table, write_atomically
 from gridslam.warm_up import warm_up
-from master_thesis.mapping.map_variants import MappedFlight, medians
-from master_thesis.mapping.mapping_flight import SCENARIOS, parameters_of
-from master_thesis.mapping.slam_report import verdict
+from master_thesis.experiments_3_4.map_variants import MappedFlight, medians
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
+from master_thesis.experiments_3_4.slam_metrics import verdict
 from master_thesis.report.thesis import LIDARS as THESIS_LIDARS
 from master_thesis.report.thesis import MAPS
-from master_thesis.results.figures import png
+from master_thesis.results.picture_files import png
 from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
@@ -85,11 +85,11 @@ def fly_and_map(world: str, lidar: str, seed: int, pictures: Path | None = None)
     found = {}
     for closure in (False, True):
         run = flight.map(seed, loop_closure=closure)
-        found[closure] = flight.figures(run)
+        found[closure] = flight.metrics(run)
         if pictures:
             title = f"{flight.recording.name}, {'with' if closure else 'without'} loop closure"
             path = pictures / f"{world}_{lidar}{'_closed' if closure else ''}.png"
-            write_atomically(path, png(flight.figure(run, title)))
+            write_atomically(path, png(flight.picture(run, title)))
     return found
 
 

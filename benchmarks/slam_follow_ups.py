@@ -22,11 +22,11 @@ from tqdm import tqdm
 from benchmarks._report import Report, options, table, write_atomically
 from benchmarks.slam_experiments import SEEDS
 from gridslam.warm_up import warm_up
-from master_thesis.mapping.map_variants import medians
-from master_thesis.mapping.mapping_flight import SCENARIOS, fly_and_record, parameters_of
-from master_thesis.mapping.slam_report import judge
-from master_thesis.mapping.slam_run import SlamRun, replay, true_path, true_walls
-from master_thesis.mapping.slam_setup import read_setup
+from master_thesis.experiments_3_4.map_variants import medians
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, fly_and_record, parameters_of
+from master_thesis.experiments_3_4.slam_metrics import judge
+from master_thesis.experiments_3_4.slam_run import SlamRun, replay, true_path, true_walls
+from master_thesis.experiments_3_4.slam_setup import read_setup
 
 BRIEF_SEEDS = (1,)
 FIGURES = {

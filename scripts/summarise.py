@@ -14,19 +14,19 @@ import json
 import sys
 from pathlib import Path
 
-from master_thesis.emergency import report as emergency_report
-from master_thesis.results import run_report
+from master_thesis.experiment_2 import summary as trial_summary
+from master_thesis.results import run_summary
 
 
 def headline(result: dict) -> str:
     """Return a run's figures in a few lines."""
     if result["experiment"] == "experiment_2":
-        return emergency_report.headline(result)
+        return trial_summary.headline(result)
     if result["experiment"] in ("experiment_3", "experiment_4"):
-        from master_thesis.mapping import slam_report  # half a second, for these two only
+        from master_thesis.experiments_3_4 import slam_summary  # half a second, for these two only
 
-        return slam_report.headline(result)
-    return run_report.headline(result)
+        return slam_summary.headline(result)
+    return run_summary.headline(result)
 
 
 def main(path: Path) -> int:

@@ -25,7 +25,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.flight]
 def test_in_lockstep_a_flight_repeats_bit_for_bit_and_is_that_of_the_closed_loop(processes, tmp_path):
     """With everything from the take-off to the landing, as fast as the machine can; and without ROS."""
     from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
-    from master_thesis.flight.experiment import Phase
+    from master_thesis.flight.course import Phase
     from simulation_tools.simulation import SimulationParameters
 
     world = WORLDS / "forest.world"

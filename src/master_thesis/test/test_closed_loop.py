@@ -11,7 +11,7 @@ import yaml
 
 from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
-from master_thesis.flight.experiment import ExperimentParameters, Phase
+from master_thesis.flight.course import Phase, PhaseLimits
 from master_thesis.worlds.scenario import LIDARS, SCENARIOS
 from simulation_tools.geometry import Pose
 from simulation_tools.px4.modes import Mode
@@ -53,7 +53,7 @@ def test_the_improved_algorithm_flies_every_scenario_without_contact(parameters,
 
 def test_the_original_algorithm_flies_too(parameters):
     """Over a shorter way, because it takes 10 ms a scan; the goal lies clear of the walls."""
-    goal, limits = (10.0, 0.0, 2.0), ExperimentParameters(flight_timeout_s=30.0)
+    goal, limits = (10.0, 0.0, 2.0), PhaseLimits(flight_timeout_s=30.0)
     with ClosedLoop(parameters("hallway", algorithm="original", goal_xyz_m=goal, limits=limits)) as loop:
         outcome = loop.run()
     assert outcome.success, outcome.failure
@@ -69,7 +69,7 @@ def test_every_other_lidar_carries_the_uav_through_the_forest(parameters, lidar)
 
 def test_the_uav_hovers_within_5_cm_of_the_goal(parameters):
     """True distance over 10 s, 8 s after the goal was reached (PX4's own velocity steps settle in 6 s)."""
-    limits = ExperimentParameters(hover_s=18.0)
+    limits = PhaseLimits(hover_s=18.0)
     goal = (3.0, 1.0, 2.0)
     with ClosedLoop(parameters(goal_xyz_m=goal, limits=limits)) as loop:
         outcome = loop.run_to(Phase.LANDING)
@@ -174,7 +174,7 @@ def test_a_floor_of_another_name_is_ground_too(tmp_path, parameters):
 
 def test_the_limits_are_those_of_the_node_and_of_the_way(parameters, worlds_folder):
     written = yaml.safe_load((worlds_folder.parent / "config/experiment.yaml").read_text())
-    assert ExperimentParameters(**written) == ExperimentParameters()
+    assert PhaseLimits(**written) == PhaseLimits()
     assert parameters(goal_xyz_m=(300.0, 0.0, 2.0)).limits_of_way.flight_timeout_s == 450.0
 
 

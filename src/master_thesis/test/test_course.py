@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from master_thesis.errors import ScenarioError
-from master_thesis.requests.course import check_course
+from master_thesis.requests.free_places import check_course
 from master_thesis.worlds.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[3]

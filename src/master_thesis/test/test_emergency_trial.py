@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cepa import LaserScan2D
-from master_thesis.emergency.trial import EmergencyTrial, TrialAction, TrialParameters
 from master_thesis.errors import FlightError
+from master_thesis.experiment_2.trial import EmergencyTrial, TrialAction, TrialParameters
 from master_thesis.worlds.placements import placement
 from simulation_tools.geometry import Pose
 

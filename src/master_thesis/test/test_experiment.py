@@ -3,15 +3,15 @@
 import pytest
 
 from master_thesis.errors import FlightError
-from master_thesis.flight.experiment import Action, Experiment, ExperimentParameters, Phase
+from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
 
 TREE, GROUND, UAV = "tree_007::link::trunk", "ground_plane::link::floor", "iris::base_link::body"
 
 
 @pytest.fixture
 def experiment():
-    limits = ExperimentParameters(2.0, ready_timeout_s=30.0, flight_timeout_s=60.0, landing_timeout_s=20.0)
-    run = Experiment(limits, uav="iris")
+    limits = PhaseLimits(2.0, ready_timeout_s=30.0, flight_timeout_s=60.0, landing_timeout_s=20.0)
+    run = Course(limits, uav="iris")
     run.on_time(0.0)
     return run
 
@@ -76,7 +76,7 @@ def test_why_the_uav_does_not_hover_is_said_if_it_is_known(experiment):
 
 
 def test_what_a_flight_waits_for_in_vain_is_said_by_name():
-    experiment = Experiment(ExperimentParameters(ready_timeout_s=30.0), "iris")
+    experiment = Course(PhaseLimits(ready_timeout_s=30.0), "iris")
     experiment.on_ready(False, awaited="SLAM")
     experiment.on_time(0.0)
     assert experiment.on_time(30.0) == [Action.FINISH]
@@ -193,7 +193,7 @@ def test_an_interruption_ends_the_run_with_its_sentence(experiment):
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), "two", None, True, [2.0]])
 def test_absurd_limits_are_refused(value):
     with pytest.raises(FlightError, match=r"hover_s is .* it must be a positive number of seconds"):
-        ExperimentParameters(hover_s=value)
+        PhaseLimits(hover_s=value)
 
 
 @pytest.mark.parametrize(
@@ -201,5 +201,5 @@ def test_absurd_limits_are_refused(value):
     [(40.0, 2.0, 120.0), (300.0, 2.0, 450.0), (60.0, 0.5, 360.0), (10_000.0, 0.02, 999_999.0)],
 )
 def test_a_far_or_slow_flight_may_last_three_times_its_way(way_m, speed_m_s, expected_s):
-    limits = ExperimentParameters().for_way(way_m, speed_m_s)
-    assert limits == ExperimentParameters(flight_timeout_s=expected_s)
+    limits = PhaseLimits().for_way(way_m, speed_m_s)
+    assert limits == PhaseLimits(flight_timeout_s=expected_s)

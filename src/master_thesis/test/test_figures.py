@@ -7,7 +7,7 @@ import pytest
 from lxml import etree
 from matplotlib import image
 
-from master_thesis.results import figures
+from master_thesis.results import flight_pictures, picture_files
 from master_thesis.worlds import floor_plan
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf import elements
@@ -15,7 +15,7 @@ from simulation_tools.sdf import elements
 
 def pixels(figure) -> np.ndarray:
     """Red, green and blue from 0 to 1, (rows, columns, 3), of its PNG file."""
-    return image.imread(io.BytesIO(figures.png(figure)), format="png")[:, :, :3]
+    return image.imread(io.BytesIO(picture_files.png(figure)), format="png")[:, :, :3]
 
 
 def grey(picture: np.ndarray) -> np.ndarray:
@@ -42,19 +42,19 @@ def view(**changes):
         "hits_xy": np.empty((0, 2)),
         "emergencies_xy": np.empty((0, 2)),
     }
-    return figures.TopView(**{**shown, **changes})
+    return flight_pictures.TopView(**{**shown, **changes})
 
 
 def test_the_top_view_is_wide_enough_to_print_and_not_empty():
-    picture = pixels(figures.top_view_figure(view()))
+    picture = pixels(flight_pictures.top_view_figure(view()))
     assert picture.shape[1] > 1200
     assert 0.02 < (grey(picture) < 0.9).mean() < 0.5
 
 
 def test_scales_are_equal():
     """A square obstacle is as wide as it is high."""
-    empty = pixels(figures.top_view_figure(view()))
-    picture = pixels(figures.top_view_figure(view(outlines=[square(10.0, 2.0)])))
+    empty = pixels(flight_pictures.top_view_figure(view()))
+    picture = pixels(flight_pictures.top_view_figure(view(outlines=[square(10.0, 2.0)])))
     assert picture.shape[1] == empty.shape[1]
     solid = np.abs(picture - np.array([0x5B, 0x60, 0x66]) / 255).max(axis=2) < 0.02
     solid[int(0.7 * len(solid)) :] = False  # the legend shows one too
@@ -65,7 +65,7 @@ def test_scales_are_equal():
 
 def test_fast_and_slow_differ_in_grey():
     """The path from slow to fast gets lighter all along, also for who sees or prints no colour."""
-    picture = pixels(figures.top_view_figure(view()))
+    picture = pixels(flight_pictures.top_view_figure(view()))
     lightness = grey(picture)
     saturated = picture.max(axis=2) - picture.min(axis=2) > 0.15
     row = np.argmax(saturated[: int(0.75 * len(picture)), : int(0.8 * picture.shape[1])].sum(axis=1))
@@ -78,15 +78,17 @@ def test_fast_and_slow_differ_in_grey():
 
 def test_lidar_hits_and_emergencies_are_drawn():
     hits = np.column_stack((np.linspace(2, 18, 500), np.full(500, 2.5)))
-    plain = pixels(figures.top_view_figure(view(emergencies_xy=np.array([[10.0, 1.2]]), hits_xy=hits)))
+    plain = pixels(
+        flight_pictures.top_view_figure(view(emergencies_xy=np.array([[10.0, 1.2]]), hits_xy=hits))
+    )
     orange = (plain[:, :, 0] > 0.7) & (plain[:, :, 1] < 0.45) & (plain[:, :, 2] < 0.3)
     assert orange.sum() > 500
 
 
 def test_the_flight_over_time_has_a_panel_for_each_quantity():
     t = np.linspace(0, 10, 100)
-    panel = figures.TimeSeries("speed [m/s]", (("flown", np.column_stack((t, np.sin(t)))),))
-    one, three = (pixels(figures.time_series_figure("a flight", (panel,) * n)) for n in (1, 3))
+    panel = flight_pictures.TimeSeries("speed [m/s]", (("flown", np.column_stack((t, np.sin(t)))),))
+    one, three = (pixels(flight_pictures.time_series_figure("a flight", (panel,) * n)) for n in (1, 3))
     assert three.shape[0] > 1.8 * one.shape[0]
 
 
@@ -137,11 +139,11 @@ def test_the_ground_has_no_outline():
 
 def test_a_figure_is_there_to_look_at_to_print_and_to_edit():
     """The same figure gives the same files; text stays text in the PDF, and lines stay lines in the SVG."""
-    shown = figures.files("flight", figures.top_view_figure(view()))
+    shown = picture_files.files("flight", flight_pictures.top_view_figure(view()))
     assert list(shown) == ["flight.png", "flight.pdf", "flight.svg"]
     assert shown["flight.png"].startswith(b"\x89PNG")
     assert shown["flight.pdf"].startswith(b"%PDF")
     assert b"/FontFile2" in shown["flight.pdf"]  # TrueType, as publishers want it, no bitmaps of letters
     drawing = etree.fromstring(shown["flight.svg"])
     assert len(drawing.findall(".//{*}path")) > 200  # the path flown has 199 segments
-    assert figures.files("flight", figures.top_view_figure(view())) == shown
+    assert picture_files.files("flight", flight_pictures.top_view_figure(view())) == shown

@@ -14,9 +14,9 @@ import pytest
 from matplotlib import image
 from matplotlib.colors import to_rgb
 
-from master_thesis.emergency import report as emergency_report
-from master_thesis.emergency.description import TrialDescription
-from master_thesis.emergency.let_go import LetGoParameters, let_go
+from master_thesis.experiment_2 import metrics, summary, trial_files
+from master_thesis.experiment_2.description import TrialDescription
+from master_thesis.experiment_2.let_go import LetGoParameters, let_go
 from master_thesis.results import palette
 from master_thesis.results import run_folder as results
 from master_thesis.worlds.placements import SCENARIOS
@@ -47,31 +47,31 @@ def test_the_improved_algorithm_touches_nothing_and_gets_out(flown, scenario, va
     description, trial = flown(scenario, "improved", variation)
     assert trial.failure is None
     assert trial.touched == {}
-    clearance = emergency_report.clearances(description, trial)
-    merit = emergency_report.figures_of_merit(trial, clearance)
-    assert merit["min_clearance_m"] > 0.08
-    assert merit["left"]
+    clearance = metrics.clearances(description, trial)
+    found = metrics.trial_metrics(trial, clearance)
+    assert found["min_clearance_m"] > 0.08
+    assert found["left"]
 
 
 def test_the_original_flies_into_the_middle_column(flown):
     description, trial = flown("wall_three_columns", "original")
     assert next(iter(trial.touched)) == "column_middle::link::body"
-    clearance = emergency_report.clearances(description, trial)
+    clearance = metrics.clearances(description, trial)
     assert clearance[:, 1].min() < 0.005
-    content = emergency_report.result(description, trial, clearance)
+    content = summary.summary_of(description, trial, clearance)
     assert content["success"]  # it did what this experiment is to show
     assert content["collision"]
 
 
 def test_a_touch_of_the_improved_is_no_success(flown):
     description, trial = flown("wall_three_columns", "original")
-    content = emergency_report.result(replace(description, algorithm="improved"), trial, np.empty((0, 2)))
+    content = summary.summary_of(replace(description, algorithm="improved"), trial, np.empty((0, 2)))
     assert not content["success"]
     assert "column_middle" in content["failure"]
 
 
 def test_the_uav_hovers_still_until_the_first_scan(flown):
-    freeze = emergency_report.result(*flown("columns", "improved"), np.empty((0, 2)))["freeze"]
+    freeze = summary.summary_of(*flown("columns", "improved"), np.empty((0, 2)))["freeze"]
     assert freeze["uav_xyz_m"] == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
     assert 0.0 < freeze["first_scan_after_s"] <= 0.029  # a period of the lidar and a step of the simulator
     assert freeze["moved_until_first_scan_m"] < 0.002
@@ -80,13 +80,13 @@ def test_the_uav_hovers_still_until_the_first_scan(flown):
 @pytest.mark.parametrize("algorithm", ["improved", "original"])
 def test_what_flies_answers_what_is_reported_as_its_proposal(flown, algorithm):
     description, trial = flown("wall_three_columns", algorithm)
-    proposed = emergency_report.proposals_of(description, trial)[0]
+    proposed = metrics.proposals_of(description, trial)[0]
     wanted = proposed.improved_xy if algorithm == "improved" else proposed.original_xy
-    assert emergency_report.node_answer(trial) == pytest.approx(wanted, abs=1e-9)
+    assert metrics.node_answer(trial) == pytest.approx(wanted, abs=1e-9)
 
 
 def test_with_one_column_both_propose_the_same(flown):
-    proposed = emergency_report.proposals_of(*flown("wall_one_column", "improved"))[0]
+    proposed = metrics.proposals_of(*flown("wall_one_column", "improved"))[0]
     assert proposed.original_xy == proposed.improved_xy
 
 
@@ -102,7 +102,7 @@ def colours(png: bytes):
 def test_the_folder_holds_figures_series_and_pictures(flown, tmp_path):
     description, trial = flown("wall_three_columns", "improved")
     folder = results.RunFolder(tmp_path, "experiment_2", datetime.now())
-    returned = emergency_report.write_trial(folder, description, trial)
+    returned = trial_files.write_trial(folder, description, trial)
     content = json.loads((folder.path / "result.json").read_text())
     assert content["success"] is True
     assert content["min_clearance_m"] == pytest.approx(returned["min_clearance_m"])
@@ -117,18 +117,18 @@ def test_the_folder_holds_figures_series_and_pictures(flown, tmp_path):
         assert red > 1000, name
         assert green > 300, name
     assert image.imread(folder.path / "path.png").shape[0] > 600
-    said = emergency_report.headline(content)
+    said = summary.headline(content)
     assert "wall_three_columns, improved CEPA, K = 50 m/rad" in said
     assert "nothing" in said
 
 
 def test_a_run_that_never_hovered_is_reported_too(flown, tmp_path):
-    from master_thesis.emergency.trial import EmergencyTrial, TrialParameters
+    from master_thesis.experiment_2.trial import EmergencyTrial, TrialParameters
 
     description, _ = flown("columns", "improved")
     trial = EmergencyTrial(TrialParameters(), "iris")
     trial.abort("The run was interrupted before its end.")
     folder = results.RunFolder(tmp_path, "experiment_2", datetime.now())
-    content = emergency_report.write_trial(folder, description, trial)
+    content = trial_files.write_trial(folder, description, trial)
     assert not content["success"]
-    assert "interrupted" in emergency_report.headline(content)
+    assert "interrupted" in summary.headline(content)

@@ -7,10 +7,10 @@ import pytest
 
 from inspection_tools import Waypoint
 from master_thesis.errors import FlightError, ScenarioError
+from master_thesis.experiments_3_4.mapping_flight import fly_and_record, parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.experiment import Phase
+from master_thesis.flight.course import Phase
 from master_thesis.flight.flight_recording import FlightRecorder, FlightRecording
-from master_thesis.mapping.mapping_flight import fly_and_record, parameters_of
 from simulation_tools.geometry import Pose
 
 pytestmark = pytest.mark.flight

@@ -5,7 +5,7 @@ import pytest
 
 from inspection_tools import read_mission
 from master_thesis.errors import ScenarioError
-from master_thesis.mapping.mapping_flight import SCENARIOS
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.worlds import floor_plan, mapping_worlds, true_walls
 from simulation_tools.sdf.elements import Box
 from simulation_tools.sdf.parser import load_world

@@ -1,4 +1,4 @@
-"""Figures of merit against closed forms."""
+"""Metrics of a flight against closed forms."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from master_thesis.flight.flight_log import FlightLog, Series
-from master_thesis.results import metrics
+from master_thesis.results import clearance, metrics
 
 
 def poses_along(points_xyz, times=None):
@@ -28,16 +28,16 @@ def test_a_path_of_one_point_has_no_length():
     assert metrics.path_length_m(np.zeros((0, 3))) == 0.0
 
 
-def test_summary_of_known_values():
-    found = metrics.summary(np.arange(101.0))
+def test_statistics_of_known_values():
+    found = metrics.statistics_of(np.arange(101.0))
     assert found == {"mean": 50.0, "median": 50.0, "p99": 99.0, "max": 100.0, "count": 101}
-    assert metrics.summary([math.nan, 2.0])["count"] == 1
-    assert metrics.summary([]) is None
+    assert metrics.statistics_of([math.nan, 2.0])["count"] == 1
+    assert metrics.statistics_of([]) is None
 
 
 def test_thinning_keeps_the_ends_and_the_spacing():
     poses = poses_along(np.column_stack((np.linspace(0, 1, 1001), np.zeros(1001), np.zeros(1001))))
-    kept = metrics.thinned(poses, 0.0105)
+    kept = clearance.thinned(poses, 0.0105)
     assert (kept[0] == poses[0]).all()
     assert (kept[-1] == poses[-1]).all()
     steps = np.diff(kept[:, 1])
@@ -48,7 +48,7 @@ def test_thinning_keeps_the_ends_and_the_spacing():
 def test_clearance_is_asked_at_every_pose_in_order():
     poses = poses_along([(0, 0, 2), (1, 0, 2), (2, 0, 2)])
     told = []
-    distances = metrics.clearances_m(
+    distances = clearance.measured(
         lambda pose: 5.0 - pose.position_m[0], poses, lambda *done: told.append(done)
     )
     assert distances.tolist() == [5.0, 4.0, 3.0]

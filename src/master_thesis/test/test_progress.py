@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from master_thesis.flight.progress import LEAST_M, PATIENCE_S, ProgressWatch
+from master_thesis.experiment_1.progress import LEAST_M, PATIENCE_S, ProgressWatch
 
 
 def said_at(positions, goal=(40.0, 0.0, 2.0), step_s=0.1):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cepa import CepaParameters, LaserScan2D
-from master_thesis.emergency.proposals import K_SWEEP, propose, sweep
+from master_thesis.experiment_2.proposals import K_SWEEP, propose, sweep
 from master_thesis.worlds.placements import R_LB_M
 
 BEAMS = 1440

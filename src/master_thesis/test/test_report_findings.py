@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master_thesis.emergency.variations import Flown
+from master_thesis.experiment_2.variations import Flown
 from master_thesis.report import thesis
 from master_thesis.report.content import listed, number, spread
 from master_thesis.report.sections import (

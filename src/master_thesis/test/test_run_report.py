@@ -7,11 +7,12 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from master_thesis.flight.experiment import ExperimentParameters, Phase
+from master_thesis.flight.course import Phase, PhaseLimits
+from master_thesis.flight.description import RunDescription
 from master_thesis.flight.monitor import Monitor
-from master_thesis.results import run_files, run_report
+from master_thesis.results import run_files, run_summary
+from master_thesis.results.metrics import flight_metrics
 from master_thesis.results.run_folder import RunFolder
-from master_thesis.results.run_report import RunDescription
 from master_thesis.worlds.scenario import scenario
 
 KEYS_OF_THE_ISSUE = (
@@ -40,12 +41,12 @@ class WallClock:
 def fly_straight(until_s=60.0):
     """Wait 10 s, fly 20 s along x at 2 m/s, hover 2 s and land in 5 s; twice as long by the wall."""
     wall = WallClock()
-    monitor = Monitor(ExperimentParameters(), "iris", wall)
+    monitor = Monitor(PhaseLimits(), "iris", wall)
     asked = []
     for step in range(int(until_s * 100)):
         t_s = 0.01 * step
         wall.now_s = 100.0 + 2.0 * t_s
-        monitor.experiment.on_ready(t_s >= 10.0)
+        monitor.course.on_ready(t_s >= 10.0)
         x = 2.0 * min(max(t_s - 10.0, 0.0), 20.0)
         asked += monitor.on_truth(t_s, (x, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0))
         if 10.0 < t_s < 30.0 and step % 10 == 0:
@@ -66,38 +67,38 @@ def description(worlds_folder):
 def test_figures_of_merit_of_a_straight_flight(description):
     monitor, asked = fly_straight()
     assert [action.name for action in asked] == ["SEND_GOAL", "LAND", "FINISH"]
-    merit = run_report.figures_of_merit(monitor.log, monitor.experiment.outcome, (40.0, 0.0, 2.0))
-    assert merit["success"] is True
-    assert merit["flight_time_s"] == pytest.approx(20.0, abs=0.011)
-    assert merit["path_length_m"] == pytest.approx(40.0, abs=0.03)
-    assert merit["goal_error_m"] == pytest.approx(0.0, abs=1e-9)
-    assert merit["cepa_computation_ms"]["median"] == pytest.approx(2.0, abs=0.011)
-    assert merit["cepa_computation_ms"]["count"] == 199
-    assert merit["emergencies"] == 1
-    assert merit["times_s"]["landing"] == pytest.approx(32.0, abs=0.02)
+    metrics = flight_metrics(monitor.log, monitor.course.outcome, (40.0, 0.0, 2.0))
+    assert metrics["success"] is True
+    assert metrics["flight_time_s"] == pytest.approx(20.0, abs=0.011)
+    assert metrics["path_length_m"] == pytest.approx(40.0, abs=0.03)
+    assert metrics["goal_error_m"] == pytest.approx(0.0, abs=1e-9)
+    assert metrics["cepa_computation_ms"]["median"] == pytest.approx(2.0, abs=0.011)
+    assert metrics["cepa_computation_ms"]["count"] == 199
+    assert metrics["emergencies"] == 1
+    assert metrics["times_s"]["landing"] == pytest.approx(32.0, abs=0.02)
 
 
 def test_a_flight_cut_short_is_measured_to_its_end(description):
     monitor, _ = fly_straight(until_s=20.0)
     monitor.abort("The run was interrupted before its end.")
-    merit = run_report.figures_of_merit(monitor.log, monitor.experiment.outcome, (40.0, 0.0, 2.0))
-    assert merit["success"] is merit["reached_goal"] is False
-    assert merit["flight_time_s"] is None
-    assert merit["path_length_m"] == pytest.approx(20.0, abs=0.05)
-    assert merit["goal_error_m"] == pytest.approx(20.0, abs=0.05)
-    assert merit["failure"] == "The run was interrupted before its end."
+    metrics = flight_metrics(monitor.log, monitor.course.outcome, (40.0, 0.0, 2.0))
+    assert metrics["success"] is metrics["reached_goal"] is False
+    assert metrics["flight_time_s"] is None
+    assert metrics["path_length_m"] == pytest.approx(20.0, abs=0.05)
+    assert metrics["goal_error_m"] == pytest.approx(20.0, abs=0.05)
+    assert metrics["failure"] == "The run was interrupted before its end."
 
 
 def test_a_run_that_never_flew_has_a_report_too(tmp_path, description):
-    monitor = Monitor(ExperimentParameters(), "iris")
+    monitor = Monitor(PhaseLimits(), "iris")
     monitor.abort("The simulator ended.")
-    wall = monitor.wall_figures(0.0)
+    wall = monitor.wall_metrics(0.0)
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
-    content = run_files.write_numbers(folder, description, monitor.log, monitor.experiment.outcome, wall)
+    content = run_files.write_numbers(folder, description, monitor.log, monitor.course.outcome, wall)
     assert content["failure"] == "The simulator ended."
     assert content["reached_goal"] is False
     assert json.loads((folder.path / "result.json").read_text())["cepa_computation_ms"] is None
-    assert "failure" in run_report.headline(content)
+    assert "failure" in run_summary.headline(content)
 
 
 def test_wall_figures(description):
@@ -110,7 +111,7 @@ def test_wall_figures(description):
             "lockstep_misses": 0.0,
         }
     )
-    wall = monitor.wall_figures(started_s=90.0)
+    wall = monitor.wall_metrics(started_s=90.0)
     assert wall.real_time_factor == pytest.approx(0.5, abs=1e-3)
     assert wall.wall_time_to_ready_s == pytest.approx(30.0, abs=0.03)
     assert wall.latency_ms == {"median": 4.0, "p99": 9.0, "count": 800}
@@ -121,30 +122,30 @@ def test_wall_figures(description):
 def test_without_measured_latencies_there_are_none(description):
     monitor, _ = fly_straight()
     monitor.on_performance({"setpoint_latency_ms_median": math.nan, "setpoint_latency_count": 0.0})
-    assert monitor.wall_figures(90.0).latency_ms is None
+    assert monitor.wall_metrics(90.0).latency_ms is None
 
 
 def test_a_clock_that_jumps_back_ends_the_run():
     monitor, _ = fly_straight(until_s=20.0)
     (action,) = monitor.on_truth(1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     assert action.name == "FINISH"
-    assert monitor.experiment.outcome.failure == "The clock jumped back: the simulation was reset."
-    assert monitor.experiment.phase is Phase.DONE
+    assert monitor.course.outcome.failure == "The clock jumped back: the simulation was reset."
+    assert monitor.course.phase is Phase.DONE
 
 
 def test_all_files_of_a_run(tmp_path, description):
     monitor, _ = fly_straight()
     monitor.log.add_scan(15.0, np.full(11, 3.0), -0.5, 0.1)
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
-    wall = monitor.wall_figures(100.0)
-    flown = folder, description, monitor.log, monitor.experiment.outcome
+    wall = monitor.wall_metrics(100.0)
+    flown = folder, description, monitor.log, monitor.course.outcome
     content = run_files.complete_run(*flown, run_files.write_numbers(*flown, wall))
     written = json.loads((folder.path / "result.json").read_text())
     assert written["scenario"] == "empty"
     assert set(KEYS_OF_THE_ISSUE) <= set(written)
     assert written["seed"] == 3
     assert written["min_clearance_m"] is None  # the field is empty
-    assert "40.0 m" in run_report.headline(content)
+    assert "40.0 m" in run_summary.headline(content)
     names = {path.name for path in folder.path.iterdir()}
     drawn = {f"{n}.{e}" for n in ("path_speed", "path_computation", "flight") for e in ("png", "pdf", "svg")}
     assert drawn | {"truth.csv", "decisions.csv"} <= names
@@ -157,8 +158,8 @@ def test_all_files_of_a_run(tmp_path, description):
 def test_an_interrupt_leaves_the_numbers_and_no_half_file(tmp_path, description):
     monitor, _ = fly_straight()
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
-    flown = folder, description, monitor.log, monitor.experiment.outcome
-    content = run_files.write_numbers(*flown, monitor.wall_figures(100.0))
+    flown = folder, description, monitor.log, monitor.course.outcome
+    content = run_files.write_numbers(*flown, monitor.wall_metrics(100.0))
     before = sorted(path.name for path in folder.path.iterdir())
 
     def interrupt(done, of):
@@ -187,13 +188,13 @@ def test_clearance_along_a_path_past_a_tree(tmp_path, worlds_folder, description
     pytest.importorskip("pybullet")
     from dataclasses import replace
 
-    from master_thesis.results import analysis
+    from master_thesis.results.clearance import clearances_of_flight
     from simulation_tools.sdf.elements import Cylinder
     from simulation_tools.sdf.parser import load_world
 
     monitor, _ = fly_straight()
     in_forest = replace(description, scenario=scenario("forest", worlds_folder))
-    found = analysis.clearances(in_forest, monitor.log, monitor.experiment.outcome)
+    found = clearances_of_flight(in_forest, monitor.log, monitor.course.outcome)
     trunks = [
         (model.pose.position_m, model.links[0].collisions[0].geometry.radius_m)
         for model in load_world(str(worlds_folder / "forest.world"), ()).models

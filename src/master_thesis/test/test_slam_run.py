@@ -10,13 +10,13 @@ from gridslam import SlamParameters
 from gridslam.errors import ParameterError
 from inspection_tools import Waypoint
 from master_thesis.errors import ScenarioError
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
+from master_thesis.experiments_3_4.slam_metrics import judge
+from master_thesis.experiments_3_4.slam_run import SlamParticipant, replay, true_path, true_walls
+from master_thesis.experiments_3_4.slam_setup import read_setup, setup_of
 from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.experiment import Phase
+from master_thesis.flight.course import Phase
 from master_thesis.flight.flight_recording import FlightRecorder, LidarGeometry
-from master_thesis.mapping.mapping_flight import SCENARIOS, parameters_of
-from master_thesis.mapping.slam_report import judge
-from master_thesis.mapping.slam_run import SlamParticipant, replay, true_path, true_walls
-from master_thesis.mapping.slam_setup import read_setup, setup_of
 
 pytestmark = pytest.mark.flight
 

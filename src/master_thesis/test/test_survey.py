@@ -10,9 +10,10 @@ from gridslam import OccupancyGrid
 from gridslam.evaluation import Walls, read_tum
 from gridslam.files.map_file import read_map
 from gridslam.trajectory import Trajectory
-from master_thesis.mapping.slam_files import Surveyed, closure_pairs, write_survey
-from master_thesis.mapping.slam_report import headline, judge, verdict
-from master_thesis.mapping.slam_run import FoundAgain, SlamRun, true_path
+from master_thesis.experiments_3_4.slam_metrics import judge, verdict
+from master_thesis.experiments_3_4.slam_run import FoundAgain, SlamRun, true_path
+from master_thesis.experiments_3_4.slam_summary import headline
+from master_thesis.experiments_3_4.survey_files import Surveyed, closure_pairs, write_survey
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.worlds.floor_plan import Outline
 

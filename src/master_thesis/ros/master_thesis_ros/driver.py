@@ -18,9 +18,10 @@ import rospy
 
 from master_thesis.errors import MasterThesisError
 from master_thesis.flight.bag_recorder import BagRecorder
+from master_thesis.flight.description import RunDescription
 from master_thesis.flight.monitor import Monitor
+from master_thesis.flight.wall_metrics import WallMetrics
 from master_thesis.results import run_folder as results
-from master_thesis.results import run_report
 from master_thesis.worlds import scenario
 from master_thesis_ros.flight_node import INTERRUPTED
 from master_thesis_ros.parameters import all_parameters, text
@@ -130,9 +131,9 @@ class Run:
                 course.abort(INTERRUPTED)
         return node
 
-    def close(self, monitor: Monitor) -> tuple[run_report.RunDescription, run_report.WallFigures]:
+    def close(self, monitor: Monitor) -> tuple[RunDescription, WallMetrics]:
         """Complete the bag; return what was flown, with all parameters, and the figures of wall time."""
-        wall = monitor.wall_figures(self._started_s)
+        wall = monitor.wall_metrics(self._started_s)
         self.complete_bag()
         parameters = self._parameters if self.interrupted else all_parameters()
         return replace(self._description, parameters=parameters), wall

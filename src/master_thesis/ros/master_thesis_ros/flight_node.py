@@ -21,7 +21,7 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool, Header, String
 
-from master_thesis.flight.experiment import Action, Phase
+from master_thesis.flight.course import Action, Phase
 from master_thesis.flight.monitor import Monitor
 from master_thesis_ros.messages import decision_rows, pose_values, stamp_s, twist_row
 
@@ -83,7 +83,7 @@ class FlightNode(ABC):
         if cepa:
             self.subscribe("cepa_stats", DiagnosticArray, self._on_stats)
         # Not among the others: lockstep begins without it, too.
-        on_waiting = self._locked(lambda message: monitor.experiment.on_waiting(message.data))
+        on_waiting = self._locked(lambda message: monitor.course.on_waiting(message.data))
         self._reasons = rospy.Subscriber("waiting_for", String, on_waiting)
         self._on_scan_locked = self._locked(self._on_scan)
         self._scans = rospy.Subscriber("scan", LaserScan, self._take_scan, queue_size=100, tcp_nodelay=True)

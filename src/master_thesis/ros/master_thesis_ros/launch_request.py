@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 from roslaunch.substitution_args import SubstitutionException, resolve_args
 
 from master_thesis.errors import FlightError, MasterThesisError
-from master_thesis.requests import goal_flight, mission_flight, simulator, teleop
+from master_thesis.requests import experiment_1, experiments_3_4, simulator, teleop
 from master_thesis.requests.results_folder import check_results
 from master_thesis.worlds import scenario
 from simulation_tools.errors import SimulationToolsError
@@ -110,21 +110,21 @@ def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
 
 def _goal_flight(asked: Mapping[str, str]) -> None:
     check_avoidance(asked["avoidance"])
-    goal_flight.read(asked, cepa_keeps_m({}))
+    experiment_1.read(asked, cepa_keeps_m({}))
 
 
 def _mission_flight(asked: Mapping[str, str]) -> None:
-    from master_thesis.requests.emergency_trial import cepa_of
+    from master_thesis.requests.experiment_2 import cepa_of
 
     cepa_of(asked, {"r_ub": "r_ub"})
-    mission_flight.read(asked, cepa_keeps_m({}))
+    experiments_3_4.read(asked, cepa_keeps_m({}))
 
 
 def _trial(asked: Mapping[str, str]) -> None:
-    from master_thesis.requests import emergency_trial
+    from master_thesis.requests import experiment_2
 
-    cepa = emergency_trial.cepa_of(asked, {"k_filter": "K", "r_lb": "r_lb"})
-    emergency_trial.read({**asked, "look_s": asked["look"]}, cepa)
+    cepa = experiment_2.cepa_of(asked, {"k_filter": "K", "r_lb": "r_lb"})
+    experiment_2.read({**asked, "look_s": asked["look"]}, cepa)
 
 
 _READERS: dict[str, Callable[[Mapping[str, str]], None]] = {

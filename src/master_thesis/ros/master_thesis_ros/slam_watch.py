@@ -19,7 +19,7 @@ from visualization_msgs.msg import Marker
 from gridslam import OccupancyGrid, SlamError, se2
 from gridslam.evaluation import poses_at
 from gridslam.trajectory import Trajectory
-from master_thesis.mapping.slam_run import FoundAgain, SlamRun
+from master_thesis.experiments_3_4.slam_run import FoundAgain, SlamRun
 from master_thesis_ros.messages import planar_pose, stamp_s
 from master_thesis_ros.node_process import NodeProcess
 

@@ -10,7 +10,7 @@ from cepa import ALGORITHMS, CepaError, CepaParameters
 from gridslam import SlamError, SlamParameters
 from master_thesis.baselines import BASELINES
 from master_thesis.errors import CampaignError
-from master_thesis.mapping.mapping_flight import SCENARIOS
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.worlds.flight_worlds import GOAL_X_M
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, LIDARS
 from master_thesis.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS

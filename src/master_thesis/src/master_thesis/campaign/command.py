@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Sequence
 
 from master_thesis.errors import CampaignError, MasterThesisError
-from master_thesis.mapping.mapping_flight import PACKAGE
+from master_thesis.experiments_3_4.mapping_flight import PACKAGE
 
 RESULTS = PACKAGE.parents[1] / "results" / "campaigns"
 INTERRUPTED = 130

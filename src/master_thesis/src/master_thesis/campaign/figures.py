@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.statistics import figures
 from master_thesis.results import palette
-from master_thesis.results.figures import png
+from master_thesis.results.picture_files import png
 
 COLOURS = {
     **palette.ALGORITHMS,

@@ -10,9 +10,9 @@ import numpy as np
 from cepa.algorithm import Algorithm
 from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
-from master_thesis.flight.experiment import Phase
-from master_thesis.results import metrics
-from master_thesis.results.run_report import MAX_CLEARANCE_M
+from master_thesis.flight.course import Phase
+from master_thesis.results.clearance import FARTHEST_M, measured, thinned
+from master_thesis.results.metrics import path_length_m
 from simulation_tools.geometry import Pose
 
 STUCK_S = 12.0
@@ -25,7 +25,7 @@ class Flight:
     """What came of a flight, from the goal's sending on.
 
     end: "goal", "collision" or "stuck". time_s: until then. poses: true, (n, 8: t, position, quaternion).
-    clearance_m: least distance between the UAV's shape and anything but the ground, up to MAX_CLEARANCE_M.
+    clearance_m: least distance between the UAV's shape and anything but the ground, up to FARTHEST_M.
     emergencies: scans that the emergency avoidance answered. mass_kg: of the UAV with its lidar.
     """
 
@@ -39,7 +39,7 @@ class Flight:
     @property
     def path_length_m(self) -> float:
         """Length of the true path."""
-        return metrics.path_length_m(self.poses[:, 1:4])
+        return path_length_m(self.poses[:, 1:4])
 
 
 def fly_to_goal(parameters: ClosedLoopParameters, steering: Algorithm | None = None) -> Flight:
@@ -105,7 +105,7 @@ def _clearance_m(loop: ClosedLoop, poses: np.ndarray) -> float:
     world, uav = loop.simulation.world, loop.simulation.uav_name
 
     def clearance(pose: Pose) -> float:
-        return world.clearance(uav, pose, MAX_CLEARANCE_M, ignore=loop.outcome.ground)
+        return world.clearance(uav, pose, FARTHEST_M, ignore=loop.outcome.ground)
 
-    distances = metrics.clearances_m(clearance, metrics.thinned(poses, CLEARANCE_STEP_M))
-    return float(min(distances.min(initial=MAX_CLEARANCE_M), MAX_CLEARANCE_M))
+    distances = measured(clearance, thinned(poses, CLEARANCE_STEP_M))
+    return float(min(distances.min(initial=FARTHEST_M), FARTHEST_M))

@@ -20,7 +20,7 @@ from master_thesis.campaign.flying import Flight, fly_to_goal
 from master_thesis.campaign.mapping import Mapped, fly_and_map
 from master_thesis.campaign.places import place_of
 from master_thesis.flight.closed_loop import CEPA, ClosedLoopParameters
-from master_thesis.flight.experiment import ExperimentParameters
+from master_thesis.flight.course import PhaseLimits
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.uav import load_uav
 
@@ -94,7 +94,7 @@ def _flown(trial: Trial) -> FlightOutcome:
             _simulation(trial, place.world_file(Path(folder))),
             goal_xyz_m=(place.distance_m, 0.0, settings["height_m"]),
             position_controller=PositionControllerParameters(max_speed=speed_m_s),
-            limits=ExperimentParameters(flight_timeout_s=PATIENCE * straight_s),
+            limits=PhaseLimits(flight_timeout_s=PATIENCE * straight_s),
         )
         flight = fly_to_goal(parameters, steering(settings["algorithm"], cepa))
     return outcome_of(flight, straight_s)

@@ -32,7 +32,7 @@ from inspection_tools import (
     way_m,
 )
 from master_thesis.errors import FlightError
-from master_thesis.flight.experiment import Action, ExperimentParameters, Outcome, Phase
+from master_thesis.flight.course import Action, Outcome, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.publisher_link import PublisherLink
@@ -69,7 +69,7 @@ class ClosedLoopParameters:
     position_controller: PositionControllerParameters = field(default_factory=PositionControllerParameters)
     yaw_regulator: YawRegulatorParameters = field(default_factory=YawRegulatorParameters)
     publisher: PublisherParameters = field(default_factory=PublisherParameters)
-    limits: ExperimentParameters = field(default_factory=ExperimentParameters)
+    limits: PhaseLimits = field(default_factory=PhaseLimits)
 
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:
@@ -80,7 +80,7 @@ class ClosedLoopParameters:
             raise FlightError(f"There is no pose source '{self.pose_source}'; choose one of {choices}.")
 
     @property
-    def limits_of_way(self) -> ExperimentParameters:
+    def limits_of_way(self) -> PhaseLimits:
         """The limits, with time enough for the way to the goal or through the mission."""
         start = self.simulation.spawn_pose.position_m
         if self.mission:
@@ -151,7 +151,7 @@ class ClosedLoop:
     @property
     def outcome(self) -> Outcome:
         """How the run went so far."""
-        return self.monitor.experiment.outcome
+        return self.monitor.course.outcome
 
     def run(self, until: Callable[[ClosedLoop], bool] = lambda loop: False) -> Outcome:
         """Fly until the run is over, which its limits make sure of, or until `until(loop)` is true."""
@@ -248,7 +248,7 @@ class ClosedLoop:
         for contact in output.contacts:
             shapes = contact.collision_1, contact.collision_2
             self.monitor.on_contact(1e-6 * output.time_us, *shapes, upwards=contact.normal[2])
-        self.monitor.experiment.on_ready(self.publisher.ready)
+        self.monitor.course.on_ready(self.publisher.ready)
         self._carry_out(self.monitor.on_armed(self.simulation.px4.status.armed))
 
     def _carry_out(self, actions) -> None:

@@ -16,6 +16,8 @@ TWIST_COLUMNS = ("t_s", "vx_m_s", "vy_m_s", "vz_m_s", "yaw_rate_rad_s")
 DECISION_COLUMNS = ("t_s", "computation_ms", "directions_tested", "cost", "emergency", "reason")
 CONTACT_COLUMNS = ("t_s", "collision_1", "collision_2")
 HIT_COLUMNS = ("t_s", "x_m", "y_m", "z_m")
+HIT_THINNING = 4
+"""Every fourth beam of the kept scans is written and drawn."""
 
 
 class Series:

@@ -8,9 +8,9 @@ from __future__ import annotations
 import time
 from typing import Callable
 
-from master_thesis.flight.experiment import Action, Experiment, ExperimentParameters, Phase
+from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
-from master_thesis.results.run_report import WallFigures
+from master_thesis.flight.wall_metrics import WallMetrics
 
 CLOCK_TOLERANCE_S = 0.5
 _LATENCY_KEYS = {
@@ -24,11 +24,11 @@ class Monitor:
     """The log, the course and the wall time of one run. Not thread-safe."""
 
     def __init__(
-        self, limits: ExperimentParameters, uav: str, wall_clock: Callable[[], float] = time.perf_counter
+        self, limits: PhaseLimits, uav: str, wall_clock: Callable[[], float] = time.perf_counter
     ) -> None:
         """Watch the model named `uav`; wall_clock: seconds of wall time from any origin."""
         self.log = FlightLog()
-        self.experiment = Experiment(limits, uav)
+        self.course = Course(limits, uav)
         self._wall_clock = wall_clock
         self._wall_s: dict[Phase, float] = {}
         self._performance: dict[str, float] = {}
@@ -47,21 +47,21 @@ class Monitor:
 
     def decide(self) -> list[Action]:
         """Return what is to be done at the time of the newest true pose."""
-        return self._noted(self.experiment.on_time(self.now_s))
+        return self._noted(self.course.on_time(self.now_s))
 
     def on_goal_reached(self, reached: bool) -> None:
         """Take note that the position controller is at the goal."""
-        self.experiment.on_goal_reached(self.now_s, reached)
+        self.course.on_goal_reached(self.now_s, reached)
         self._noted([])
 
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Take note of a contact between two collision shapes; `upwards` as in `Experiment.on_contact`."""
+        """Take note of a contact between two collision shapes; `upwards` as in `Course.on_contact`."""
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
-        self.experiment.on_contact(t_s, collision_1, collision_2, upwards)
+        self.course.on_contact(t_s, collision_1, collision_2, upwards)
 
     def on_armed(self, armed: bool) -> list[Action]:
         """Take note whether the motors may turn; return what is to be done now."""
-        return self._noted(self.experiment.on_armed(self.now_s, armed))
+        return self._noted(self.course.on_armed(self.now_s, armed))
 
     def on_performance(self, figures: dict[str, float]) -> None:
         """Take the simulator's own figures; the newest count."""
@@ -69,9 +69,9 @@ class Monitor:
 
     def abort(self, why: str) -> list[Action]:
         """End the run at once, unless it is over; `why` is a sentence."""
-        return self._noted(self.experiment.abort(self.now_s, why))
+        return self._noted(self.course.abort(self.now_s, why))
 
-    def wall_figures(self, started_s: float) -> WallFigures:
+    def wall_metrics(self, started_s: float) -> WallMetrics:
         """Return what was measured in wall time; started_s: the wall clock at the run's beginning."""
         wall, figures = self._wall_s, self._performance
         latency = None
@@ -79,7 +79,7 @@ class Monitor:
             latency = {key: figures[name] for key, name in _LATENCY_KEYS.items()}
             latency["count"] = int(latency["count"])
         misses = figures.get("lockstep_misses")
-        return WallFigures(
+        return WallMetrics(
             real_time_factor=self._real_time_factor(),
             latency_ms=latency,
             lockstep_misses=None if misses is None else int(misses),
@@ -89,12 +89,12 @@ class Monitor:
 
     def _real_time_factor(self) -> float | None:
         """From sending the goal to reaching it, or to the end of a run that did not."""
-        times, wall = self.experiment.outcome.times_s, self._wall_s
+        times, wall = self.course.outcome.times_s, self._wall_s
         end = next((phase for phase in (Phase.HOVERING, Phase.LANDING, Phase.DONE) if phase in times), None)
         if Phase.FLYING not in times or end is None or wall[end] <= wall[Phase.FLYING]:
             return None
         return (times[end] - times[Phase.FLYING]) / (wall[end] - wall[Phase.FLYING])
 
     def _noted(self, actions: list[Action]) -> list[Action]:
-        self._wall_s.setdefault(self.experiment.phase, self._wall_clock())
+        self._wall_s.setdefault(self.course.phase, self._wall_clock())
         return actions

@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import Sequence
 
 from master_thesis.report.piece import Piece
-from master_thesis.report.pieces import experiment_1, experiment_2, mapping, measurements
+from master_thesis.report.pieces import experiment_1, experiment_2, experiments_3_4, measurements
 from master_thesis.report.size import Size
 
 
 def plan(size: Size) -> list[Piece]:
     """Return every piece of a report of this size; those that measure wall time come last."""
     return [
-        piece for kind in (experiment_1, experiment_2, mapping, measurements) for piece in kind.pieces(size)
+        piece
+        for kind in (experiment_1, experiment_2, experiments_3_4, measurements)
+        for piece in kind.pieces(size)
     ]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from master_thesis.flight.scenario_flight import GOAL_X_M
+from master_thesis.experiment_1.scenario_flight import GOAL_X_M
 from master_thesis.worlds import placements, scenario
 
 PLACEMENTS_A_PIECE = 5

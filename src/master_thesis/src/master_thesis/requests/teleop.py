@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Mapping
 
-from master_thesis.requests.course import check_course
+from master_thesis.requests.free_places import check_course
 from master_thesis.worlds import scenario
 
 DEVICES = ("keyboard", "joy")

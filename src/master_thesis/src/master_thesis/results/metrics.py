@@ -1,12 +1,48 @@
-"""Figures of merit of a flight, from its time series and the world it was flown in."""
+"""The metrics of a flight: what the numbers in result.json are computed by."""
 
 from __future__ import annotations
 
-from typing import Callable
-
 import numpy as np
 
-from simulation_tools.geometry import Pose
+from master_thesis.flight.course import Outcome, Phase
+from master_thesis.flight.flight_log import FlightLog
+
+
+def flight_metrics(log: FlightLog, outcome: Outcome, goal_xyz_m: tuple[float, float, float]) -> dict:
+    """Return what the log alone says of the flight, from sending the goal to reaching it.
+
+    A flight that did not reach it is measured up to its end.
+    """
+    start_s, end_s = flight_interval_s(log, outcome)
+    flown = log.between(start_s, end_s)
+    decisions = [row for row in log.decisions if start_s <= row[0] <= end_s]
+    final = log.between(end_s, outcome.times_s.get(Phase.LANDING, end_s))
+    goal_error = np.linalg.norm(final[-1, 1:4] - np.array(goal_xyz_m)) if len(final) else None
+    return {
+        "reached_goal": outcome.reached_goal,
+        "collision": outcome.collision,
+        "landed": outcome.landed,
+        "success": outcome.success,
+        "failure": outcome.failure,
+        "touched": outcome.touched,
+        "flight_time_s": end_s - start_s if outcome.reached_goal else None,
+        "path_length_m": path_length_m(flown[:, 1:4]),
+        "goal_error_m": goal_error,
+        "cepa_computation_ms": statistics_of([row[1] for row in decisions]),
+        "cepa_directions_tested": statistics_of([row[2] for row in decisions]),
+        "emergencies": sum(bool(row[4]) for row in decisions),
+        "times_s": {phase.name.lower(): t_s for phase, t_s in outcome.times_s.items()},
+    }
+
+
+def flight_interval_s(log: FlightLog, outcome: Outcome) -> tuple[float, float]:
+    """Return when the goal was sent and when it was reached (or the log's end), in seconds."""
+    times = outcome.times_s
+    last_s = log.truth.rows[-1][0] if len(log.truth) else 0.0
+    start_s = times.get(Phase.FLYING, last_s)
+    if outcome.reached_goal:
+        return start_s, times[Phase.HOVERING]
+    return start_s, times.get(Phase.LANDING, times.get(Phase.DONE, last_s))
 
 
 def path_length_m(positions_xyz: np.ndarray) -> float:
@@ -16,7 +52,7 @@ def path_length_m(positions_xyz: np.ndarray) -> float:
     return float(np.linalg.norm(np.diff(positions_xyz, axis=0), axis=1).sum())
 
 
-def summary(values: np.ndarray) -> dict | None:
+def statistics_of(values: np.ndarray | list) -> dict | None:
     """Return mean, median, 99th percentile, maximum and count of values (n,), or None without any."""
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
@@ -29,37 +65,3 @@ def summary(values: np.ndarray) -> dict | None:
         "max": float(values.max()),
         "count": len(values),
     }
-
-
-def thinned(poses: np.ndarray, spacing_m: float) -> np.ndarray:
-    """Thin out poses (n, 8: t, position, quaternion) to a spacing of `spacing_m`, both ends included.
-
-    Between two poses kept the UAV moves less than `spacing_m`, and so does any distance from it change.
-    """
-    if len(poses) < 2:
-        return poses
-    kept, last = [0], poses[0, 1:4]
-    for index in range(1, len(poses) - 1):
-        position = poses[index, 1:4]
-        if np.linalg.norm(position - last) >= spacing_m:
-            kept.append(index)
-            last = position
-    return poses[[*kept, len(poses) - 1]]
-
-
-def clearances_m(
-    clearance: Callable[[Pose], float],
-    poses: np.ndarray,
-    progress: Callable[[int, int], None] = lambda done, of: None,
-) -> np.ndarray:
-    """Return the distance to the nearest obstacle at each of the poses (n, 8), in metres.
-
-    clearance: distance from the UAV's collision shapes at a pose to the nearest other shape but the ground
-    (`PhysicsWorld.clearance`). progress: told now and then how many poses of how many are done.
-    """
-    distances = np.empty(len(poses))
-    for index, (_, x, y, z, *quaternion) in enumerate(poses.tolist()):
-        distances[index] = clearance(Pose((x, y, z), tuple(quaternion)))
-        if index % 200 == 0:
-            progress(index, len(poses))
-    return distances

@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Callable
+import numpy as np
 
-from master_thesis.flight.experiment import Outcome
-from master_thesis.flight.flight_log import FlightLog
-from master_thesis.results import run_report
+from master_thesis.flight.course import Outcome
+from master_thesis.flight.description import RunDescription
+from master_thesis.flight.flight_log import HIT_COLUMNS, HIT_THINNING, FlightLog
+from master_thesis.flight.wall_metrics import WallMetrics
+from master_thesis.results import clearance
+from master_thesis.results.metrics import flight_metrics
 from master_thesis.results.run_folder import RunFolder
-from master_thesis.results.run_report import RunDescription, WallFigures
+from master_thesis.results.run_summary import summary_of
+from master_thesis.worlds.floor_plan import outlines_of_file
 
 
 def write_numbers(
-    folder: RunFolder, description: RunDescription, log: FlightLog, outcome: Outcome, wall: WallFigures
+    folder: RunFolder, description: RunDescription, log: FlightLog, outcome: Outcome, wall: WallMetrics
 ) -> dict:
-    """Write result.json, still without the clearance, and the CSV series; returns what stands in result.json.
+    """Write result.json, still without the clearance, and the CSV series; return what stands in result.json.
+
+    hits.csv holds where lidar beams ended, in `world`.
 
     Raises:
         ResultsError: a file cannot be written.
     """
-    merit = run_report.figures_of_merit(log, outcome, description.scenario.goal_xyz_m)
-    content = run_report.result(description, merit, wall, min_clearance_m=None)
+    metrics = flight_metrics(log, outcome, description.scenario.goal_xyz_m)
+    content = summary_of(description, metrics, wall, min_clearance_m=None)
     folder.write_json("result.json", content)
-    run_report.write_series(folder, description, log)
+    for name, series in log.series().items():
+        folder.write_csv(f"{name}.csv", series.columns, series.rows)
+    hits = log.hits(description.lidar_in_body_xyz_m)[::HIT_THINNING]
+    folder.write_csv("hits.csv", HIT_COLUMNS, np.round(hits, 3).tolist())
     return content
 
 
@@ -32,7 +41,7 @@ def complete_run(
     log: FlightLog,
     outcome: Outcome,
     content: dict,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    progress: clearance.Progress = clearance.no_progress,
 ) -> dict:
     """Add the clearances and the pictures, which take some seconds, to what `write_numbers` wrote.
 
@@ -43,15 +52,14 @@ def complete_run(
         ResultsError: a file cannot be written.
         SimulationToolsError: the world or the UAV cannot be loaded again to measure the clearance.
     """
-    # Physics and matplotlib take a second to import: only here, when the flight is over
-    from master_thesis.results import analysis, run_pictures
+    from master_thesis.results import run_pictures  # matplotlib takes half a second to import
 
-    clearances = analysis.clearances(description, log, outcome, progress)
-    content = {**content, "min_clearance_m": run_report.least(clearances)}
+    clearances = clearance.clearances_of_flight(description, log, outcome, progress)
+    content = {**content, "min_clearance_m": clearance.least(clearances)}
     folder.write_json("result.json", content)
     folder.write_csv("clearance.csv", ("t_s", "clearance_m"), clearances.tolist())
-    outlines = analysis.floor_plan(description)
-    merit = run_report.figures_of_merit(log, outcome, description.scenario.goal_xyz_m)
-    run = run_pictures.Run(description, log, outcome, merit, clearances, outlines)
+    outlines = outlines_of_file(description.scenario.world_path)
+    metrics = flight_metrics(log, outcome, description.scenario.goal_xyz_m)
+    run = run_pictures.Run(description, log, outcome, metrics, clearances, outlines)
     run_pictures.write_pictures(folder, run)
     return content

@@ -6,17 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from master_thesis.flight.experiment import Outcome, Phase
-from master_thesis.flight.flight_log import FlightLog
-from master_thesis.results import figures
+from master_thesis.flight.course import Outcome, Phase
+from master_thesis.flight.description import RunDescription
+from master_thesis.flight.flight_log import HIT_THINNING, FlightLog
+from master_thesis.results import flight_pictures
+from master_thesis.results.clearance import least
+from master_thesis.results.metrics import flight_interval_s
+from master_thesis.results.picture_files import files
 from master_thesis.results.run_folder import RunFolder
-from master_thesis.results.run_report import (
-    HIT_THINNING,
-    RunDescription,
-    flight_interval_s,
-    least,
-    steering,
-)
+from master_thesis.results.run_summary import steering
 from master_thesis.worlds.floor_plan import Outline
 
 FLOOR_MARGIN_M = 1.0
@@ -24,12 +22,12 @@ FLOOR_MARGIN_M = 1.0
 
 @dataclass(frozen=True)
 class Run:
-    """A flown run: what, how it went, its figures of merit, clearances (n, 2) and its world's outlines."""
+    """A flown run: what, how it went, its metrics, its clearances (n, 2) and its world's outlines."""
 
     description: RunDescription
     log: FlightLog
     outcome: Outcome
-    merit: dict
+    metrics: dict
     clearances: np.ndarray
     outlines: list[Outline]
 
@@ -54,18 +52,18 @@ def write_pictures(folder: RunFolder, run: Run) -> None:
         return
     speeds = run.within(run.log.speeds())
     computation = run.within(run.log.decisions.array("t_s", "computation_ms"))
-    drawn = {"path_speed": figures.top_view_figure(top_view(run, speeds, "speed [m/s]"))}
+    drawn = {"path_speed": flight_pictures.top_view_figure(top_view(run, speeds, "speed [m/s]"))}
     if len(computation):
         # A few scans that the machine was busy at must not take the colours from all others
         usual_ms = float(np.percentile(computation[:, 1], 98))
         view = replace(top_view(run, computation, "computation time [ms]"), value_range=(0.0, usual_ms))
-        drawn["path_computation"] = figures.top_view_figure(view)
-    drawn["flight"] = figures.time_series_figure(title(run), _panels(run, speeds, computation))
+        drawn["path_computation"] = flight_pictures.top_view_figure(view)
+    drawn["flight"] = flight_pictures.time_series_figure(title(run), _panels(run, speeds, computation))
     for name, figure in drawn.items():
-        folder.write_files(figures.files(name, figure))
+        folder.write_files(files(name, figure))
 
 
-def top_view(run: Run, values: np.ndarray, label: str) -> figures.TopView:
+def top_view(run: Run, values: np.ndarray, label: str) -> flight_pictures.TopView:
     """Return the world from above with the path coloured by `values` (n, 2: time, value)."""
     poses = run.log.between(*run.interval_s)
     emergencies = run.within(run.log.decisions.array("t_s", "emergency"))
@@ -74,7 +72,7 @@ def top_view(run: Run, values: np.ndarray, label: str) -> figures.TopView:
     hits = run.within(run.log.hits(run.description.lidar_in_body_xyz_m))
     # Beams that the leaning UAV sends into the floor would look like walls
     hits = hits[np.abs(hits[:, 3] - scenario.goal_xyz_m[2]) < FLOOR_MARGIN_M]
-    return figures.TopView(
+    return flight_pictures.TopView(
         title=title(run),
         outlines=run.outlines,
         path=np.column_stack((poses[:, 1:3], np.interp(poses[:, 0], values[:, 0], values[:, 1]))),
@@ -87,25 +85,25 @@ def top_view(run: Run, values: np.ndarray, label: str) -> figures.TopView:
     )
 
 
-def _panels(run: Run, speeds: np.ndarray, computation: np.ndarray) -> tuple[figures.TimeSeries, ...]:
+def _panels(run: Run, speeds: np.ndarray, computation: np.ndarray) -> tuple[flight_pictures.TimeSeries, ...]:
     reference = run.within(run.log.v_ref.array("t_s", "vx_m_s", "vy_m_s"))
     wanted = np.column_stack((reference[:, 0], np.hypot(reference[:, 1], reference[:, 2])))
-    panels = [figures.TimeSeries("speed [m/s]", (("flown", speeds), ("reference", wanted)))]
+    panels = [flight_pictures.TimeSeries("speed [m/s]", (("flown", speeds), ("reference", wanted)))]
     if least(run.clearances) is not None:
-        panels.append(figures.TimeSeries("clearance [m]", (("nearest obstacle", run.clearances),)))
+        panels.append(flight_pictures.TimeSeries("clearance [m]", (("nearest obstacle", run.clearances),)))
     if len(computation):
-        panels.append(figures.TimeSeries("CEPA [ms]", (("computation time", computation),)))
+        panels.append(flight_pictures.TimeSeries("CEPA [ms]", (("computation time", computation),)))
     return tuple(panels)
 
 
 def title(run: Run) -> str:
-    """Return a run's figures in one line."""
+    """Return a run's metrics in one line."""
     what = run.description
     words = [f"{what.scenario.name}: {steering(what.algorithm)}, {what.lidar}, seed {what.seed}"]
-    if run.merit["flight_time_s"] is not None:
-        words.append(f"{run.merit['path_length_m']:.1f} m in {run.merit['flight_time_s']:.1f} s")
+    if run.metrics["flight_time_s"] is not None:
+        words.append(f"{run.metrics['path_length_m']:.1f} m in {run.metrics['flight_time_s']:.1f} s")
     if least(run.clearances) is not None:
         words.append(f"least clearance {least(run.clearances):.2f} m")
-    if run.merit["collision"]:
+    if run.metrics["collision"]:
         words.append("COLLISION")
     return " · ".join(words)

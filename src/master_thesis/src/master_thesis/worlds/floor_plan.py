@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Box, Cylinder, Mesh, Plane, Sphere, World
+from simulation_tools.sdf.parser import load_world
 
 _CIRCLE = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
 
@@ -24,6 +26,11 @@ class Outline:
     def blocks(self, height_m: float) -> bool:
         """Tell whether the shape stands in the way at this height."""
         return self.bottom_m <= height_m <= self.top_m
+
+
+def outlines_of_file(world_file: Path | str) -> list[Outline]:
+    """Return the outlines of the world in an SDF file; raises SimulationToolsError when it cannot be read."""
+    return outlines(load_world(str(world_file)))
 
 
 def outlines(world: World) -> list[Outline]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from master_thesis.flight.scenario_flight import GOAL_X_M, WORLDS, fly_scenario, scenario_parameters
+from master_thesis.experiment_1.scenario_flight import GOAL_X_M, WORLDS, fly_scenario, scenario_parameters
 from master_thesis.report.piece import Made, Piece, fingerprint
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TABLE_8_1_MS

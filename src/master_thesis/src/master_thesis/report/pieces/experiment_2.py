@@ -7,14 +7,14 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from cepa import view
-from master_thesis.emergency import figures as emergency_figures
-from master_thesis.emergency.let_go import let_go
-from master_thesis.emergency.proposals import propose, sweep
-from master_thesis.emergency.variations import WORLD, described, fly_variation, variation_parameters
 from master_thesis.errors import FlightError
+from master_thesis.experiment_2 import pictures
+from master_thesis.experiment_2.let_go import let_go
+from master_thesis.experiment_2.proposals import propose, sweep
+from master_thesis.experiment_2.variations import WORLD, described, fly_variation, variation_parameters
 from master_thesis.report.piece import Made, Piece, fingerprint
 from master_thesis.report.size import PLACEMENTS_A_PIECE, Size
-from master_thesis.results.figures import svg
+from master_thesis.results.picture_files import svg
 from master_thesis.worlds.scenario import ALGORITHMS
 from simulation_tools.uav import load_uav
 
@@ -79,8 +79,8 @@ def make_proposals(scenario: str) -> Made:
             ],
         },
         {
-            "proposals": svg(emergency_figures.proposals_figure(description, trial, uav)),
-            "sweep": svg(emergency_figures.sweep_figure(description, trial)),
+            "proposals": svg(pictures.proposals_figure(description, trial, uav)),
+            "sweep": svg(pictures.sweep_figure(description, trial)),
         },
     )
 
@@ -98,7 +98,7 @@ def make_flights(scenario: str, algorithm: str, first: int, count: int) -> Made:
         flights.append(
             {
                 "variation": variation,
-                "merit": flown.merit,
+                "metrics": flown.metrics,
                 "proposal_refused": flown.proposal_refused,
                 "path_xy": np.round(flown.path_xy[::PATH_STEP], 3),
                 "touch_xy": flown.touch_xy,

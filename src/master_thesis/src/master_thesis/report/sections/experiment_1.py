@@ -13,7 +13,7 @@ from master_thesis.report.sections.experiment_1_figures import times_figure, vie
 from master_thesis.report.sections.experiment_1_findings import Flights, findings, ratio, times_ms
 from master_thesis.report.size import Size
 from master_thesis.report.store import Store
-from master_thesis.results.figures import svg
+from master_thesis.results.picture_files import svg
 
 
 def section(size: Size, store: Store) -> Section:

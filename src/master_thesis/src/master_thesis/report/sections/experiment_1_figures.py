@@ -9,7 +9,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from master_thesis.flight.scenario_flight import WORLDS
+from master_thesis.experiment_1.scenario_flight import WORLDS
 from master_thesis.report import thesis
 from master_thesis.results import palette
 from master_thesis.results.from_above import SOLID

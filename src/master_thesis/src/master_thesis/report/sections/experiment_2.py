@@ -7,9 +7,9 @@ from typing import Callable, Mapping, Sequence
 
 import numpy as np
 
-from master_thesis.emergency.variations import Flown
-from master_thesis.emergency.variations import figures as summary
-from master_thesis.emergency.variations_figure import Paths, paths_figure
+from master_thesis.experiment_2.variations import Flown
+from master_thesis.experiment_2.variations import variations_metrics as summary
+from master_thesis.experiment_2.variations_pictures import Paths, paths_figure
 from master_thesis.report import thesis
 from master_thesis.report.content import (
     Block,
@@ -25,7 +25,7 @@ from master_thesis.report.content import (
 from master_thesis.report.pieces.experiment_2 import PATH_STEP, flights_piece, pieces, proposals_piece
 from master_thesis.report.size import Size
 from master_thesis.report.store import Store
-from master_thesis.results.figures import svg
+from master_thesis.results.picture_files import svg
 from master_thesis.worlds.placements import R_LB_M, placement
 from master_thesis.worlds.scenario import ALGORITHMS
 
@@ -84,7 +84,7 @@ def sets_of(size: Size, store: Store) -> dict[tuple, list[Flown]]:
             touch = flight["touch_xy"]
             flown = Flown(
                 *key,
-                flight["merit"],
+                flight["metrics"],
                 flight["proposal_refused"],
                 np.array(flight["path_xy"]),
                 None if touch is None else np.array(touch),
@@ -266,7 +266,7 @@ def _saved(flights: Sequence[Flown]) -> Finding:
     touched, values = _touched(flights), summary(flights)
     stuck = values["flights"] - values["left"]
     agrees = touched == 0 and stuck == 0
-    scenarios = sorted({f.scenario for f in flights if f.merit["collision"] or not f.merit["left"]})
+    scenarios = sorted({f.scenario for f in flights if f.metrics["collision"] or not f.metrics["left"]})
     return Finding(
         "The improved emergency avoidance “finds a safe escape”, and causes no collision anywhere.",
         "figure 8.7, 9.1.1",
@@ -278,7 +278,7 @@ def _saved(flights: Sequence[Flown]) -> Finding:
 
 
 def _touched(flights: Sequence[Flown]) -> int:
-    return sum(flight.merit["collision"] for flight in flights)
+    return sum(flight.metrics["collision"] for flight in flights)
 
 
 def angle_deg(first_xy: Sequence[float], second_xy: Sequence[float]) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from master_thesis.mapping.mapping_flight import SCENARIOS
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
 from master_thesis.report.content import Finding, Section, listed, resting_on, seeds_of
 from master_thesis.report.sections.maps import (

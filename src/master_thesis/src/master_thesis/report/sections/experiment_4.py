@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Sequence
 
-from master_thesis.mapping.map_variants import medians
-from master_thesis.mapping.mapping_flight import SCENARIOS
+from master_thesis.experiments_3_4.map_variants import medians
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
 from master_thesis.report.content import (
     Finding,
@@ -17,7 +17,7 @@ from master_thesis.report.content import (
     resting_on,
     seeds_of,
 )
-from master_thesis.report.pieces.mapping import OPEN, tim_of_the_text
+from master_thesis.report.pieces.experiments_3_4 import OPEN, tim_of_the_text
 from master_thesis.report.sections.maps import (
     Maps,
     map_picture,

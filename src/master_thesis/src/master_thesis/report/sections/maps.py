@@ -8,15 +8,15 @@ from typing import Mapping, Sequence
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from master_thesis.mapping.map_variants import medians
-from master_thesis.mapping.slam_report import verdict
+from master_thesis.experiments_3_4.map_variants import medians
+from master_thesis.experiments_3_4.slam_metrics import verdict
 from master_thesis.report import thesis
 from master_thesis.report.content import Picture, Table, number
-from master_thesis.report.pieces.mapping import CLOSED, OPEN, piece
+from master_thesis.report.pieces.experiments_3_4 import CLOSED, OPEN, piece
 from master_thesis.report.size import Size
 from master_thesis.report.store import Done, Store
 from master_thesis.results import palette
-from master_thesis.results.figures import svg
+from master_thesis.results.picture_files import svg
 
 ORDER = ("urg", "ust", "tim", "utm", "puck", "m8")
 """By range."""

@@ -15,10 +15,9 @@ from gridslam.inputs.scan_projection import project
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
 from master_thesis.flight.flight_recording import FlightRecording, LidarGeometry
-from master_thesis.worlds.floor_plan import outlines
+from master_thesis.worlds.floor_plan import outlines_of_file
 from master_thesis.worlds.true_walls import seen_faces
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.parser import load_world
 
 
 class FoundAgain(NamedTuple):
@@ -138,5 +137,5 @@ def true_walls(world_path: str, height_m: float, inside_xy: tuple[float, float])
         SimulationToolsError: the world cannot be read.
         ScenarioError: it has no such walls.
     """
-    faces = seen_faces(outlines(load_world(str(world_path))), height_m, inside_xy)
+    faces = seen_faces(outlines_of_file(world_path), height_m, inside_xy)
     return Walls(faces.reshape(-1, 4))

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gridslam.warm_up import warm_up
-from master_thesis.mapping.map_variants import MappedFlight
-from master_thesis.mapping.mapping_flight import PACKAGE, SCENARIOS, parameters_of
+from master_thesis.experiments_3_4.map_variants import MappedFlight
+from master_thesis.experiments_3_4.mapping_flight import PACKAGE, SCENARIOS, parameters_of
 from master_thesis.report.piece import Made, Piece, fingerprint
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TIM_RANGE_IN_TEXT_M
-from master_thesis.results.figures import svg
+from master_thesis.results.picture_files import svg
 
 EXPERIMENTS = {"room": "experiment_3", "hold": "experiment_4"}
 OPEN, CLOSED = "open", "closed"
@@ -75,10 +75,10 @@ def make(world: str, lidar: str, seed: int, duration_s: float, range_max_m: floa
     numbers, figures = {}, {}
     for name in (OPEN, CLOSED):
         run = flight.map(seed, loop_closure=name == CLOSED)
-        numbers[name] = flight.figures(run)
+        numbers[name] = flight.metrics(run)
         if seed == _DRAWN_SEED:
             words = "with" if name == CLOSED else "without"
-            figures[name] = svg(flight.figure(run, f"{flight.recording.name}, {words} loop closure"))
+            figures[name] = svg(flight.picture(run, f"{flight.recording.name}, {words} loop closure"))
     return Made(numbers, figures)
 
 

@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
-from master_thesis.flight.experiment import Phase
-from master_thesis.results import analysis, run_report
+from master_thesis.flight.course import Phase
+from master_thesis.flight.description import RunDescription
+from master_thesis.results.clearance import clearances_of_flight, least
+from master_thesis.results.metrics import flight_interval_s, flight_metrics
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, Scenario
 from simulation_tools.simulation import SimulationParameters
 
@@ -46,22 +48,22 @@ def fly_scenario(parameters: ClosedLoopParameters) -> ScenarioFlight:
     simulation, goal = parameters.simulation, parameters.goal_xyz_m
     world = Path(simulation.world)
     flown = Scenario(world.stem, world, goal_xyz_m=goal)
-    description = run_report.RunDescription(
+    description = RunDescription(
         "experiment_1", flown, parameters.algorithm, simulation.lidar, simulation.seed
     )
-    merit = run_report.figures_of_merit(log, outcome, goal)
+    metrics = flight_metrics(log, outcome, goal)
     figures = {
         "reached_goal": outcome.reached_goal,
         "collision": outcome.collision,
-        "computation_ms": merit["cepa_computation_ms"]["mean"],
-        "computation_p99_ms": merit["cepa_computation_ms"]["p99"],
-        "directions": merit["cepa_directions_tested"]["mean"],
-        "flight_time_s": merit["flight_time_s"],
-        "path_length_m": merit["path_length_m"],
-        "clearance_m": run_report.least(analysis.clearances(description, log, outcome)),
-        "emergencies": merit["emergencies"],
+        "computation_ms": metrics["cepa_computation_ms"]["mean"],
+        "computation_p99_ms": metrics["cepa_computation_ms"]["p99"],
+        "directions": metrics["cepa_directions_tested"]["mean"],
+        "flight_time_s": metrics["flight_time_s"],
+        "path_length_m": metrics["path_length_m"],
+        "clearance_m": least(clearances_of_flight(description, log, outcome)),
+        "emergencies": metrics["emergencies"],
     }
-    start_s, _ = run_report.flight_interval_s(log, outcome)
+    start_s, _ = flight_interval_s(log, outcome)
     path = log.between(start_s, outcome.times_s.get(Phase.LANDING, np.inf))[:, :4]
     times_s = [row[0] for row in log.decisions if row[4] and row[0] >= start_s]
     places = np.column_stack([np.interp(times_s, path[:, 0], path[:, axis]) for axis in (1, 2)])

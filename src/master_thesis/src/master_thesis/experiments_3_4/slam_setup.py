@@ -10,7 +10,7 @@ from gridslam import OccupancyGrid, SlamParameters
 from gridslam.loop_closure import LoopClosureParameters
 from gridslam.session import SlamSession, closure_parameters
 from master_thesis.errors import ScenarioError
-from master_thesis.mapping.mapping_flight import PACKAGE
+from master_thesis.experiments_3_4.mapping_flight import PACKAGE
 
 CLOSURE_PREFIX = "closure_"
 

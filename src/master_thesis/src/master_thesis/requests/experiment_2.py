@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any, Mapping
 
 from cepa import CepaError, CepaParameters
-from master_thesis.emergency.description import TrialDescription
-from master_thesis.emergency.trial import TrialParameters
 from master_thesis.errors import FlightError
+from master_thesis.experiment_2.description import TrialDescription
+from master_thesis.experiment_2.trial import TrialParameters
 from master_thesis.requests.limits import limits_of
 from master_thesis.worlds import placements, scenario
 

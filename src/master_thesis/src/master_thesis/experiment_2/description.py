@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from cepa import CepaParameters
-from master_thesis.emergency.trial import EmergencyTrial
+from master_thesis.experiment_2.trial import EmergencyTrial
 from master_thesis.worlds.placements import freeze_frame
 
 

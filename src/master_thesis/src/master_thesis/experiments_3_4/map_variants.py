@@ -9,15 +9,14 @@ import numpy as np
 
 from gridslam.evaluation import Walls, map_error, poses_at, trajectory_error
 from gridslam.trajectory import Trajectory
+from master_thesis.experiments_3_4 import slam_pictures, survey_files
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, MappingScenario, fly_and_record
+from master_thesis.experiments_3_4.slam_metrics import judge
+from master_thesis.experiments_3_4.slam_run import SlamRun, replay, true_path, true_walls
+from master_thesis.experiments_3_4.slam_setup import SlamSetup, read_setup
 from master_thesis.flight.closed_loop import ClosedLoopParameters
 from master_thesis.flight.flight_recording import FlightRecording
-from master_thesis.mapping import slam_figures, slam_files
-from master_thesis.mapping.mapping_flight import SCENARIOS, MappingScenario, fly_and_record
-from master_thesis.mapping.slam_report import judge
-from master_thesis.mapping.slam_run import SlamRun, replay, true_path, true_walls
-from master_thesis.mapping.slam_setup import SlamSetup, read_setup
-from master_thesis.worlds import floor_plan
-from simulation_tools.sdf.parser import load_world
+from master_thesis.worlds.floor_plan import outlines_of_file
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ class MappedFlight:
         """Run SLAM on the recording."""
         return replay(self.recording, self.setup.session(seed, loop_closure=loop_closure))
 
-    def figures(self, run: SlamRun) -> dict:
-        """Return the figures of merit of a map; of the one at half time, and of odometry alone, besides."""
+    def metrics(self, run: SlamRun) -> dict:
+        """Return the metrics of the map, of the map at half time, and of odometry alone."""
         found, _, _ = judge(run, self.truth, self.walls)
         cpu_ms = found.pop("cpu_ms_per_scan")
         half = map_error(run.half_way, self.walls)
@@ -65,21 +64,21 @@ class MappedFlight:
         odometry = true_path(self.recording.times_s, self.recording.odometry)
         return trajectory_error(Trajectory(stamps, poses_at(odometry, stamps)), self.truth).ate_rmse_m
 
-    def figure(self, run: SlamRun, title: str):
+    def picture(self, run: SlamRun, title: str):
         """Return the picture of world and maps, at half time and at the end."""
-        return slam_figures.world_and_maps(
+        return slam_pictures.world_and_maps(
             title,
-            floor_plan.outlines(load_world(str(self.scenario.world_path))),
+            outlines_of_file(self.scenario.world_path),
             self.scenario.flight_height_m,
             self.truth.poses_in_map[:, :2],
-            slam_files.map_views(run),
+            survey_files.map_views(run),
         )
 
 
 def medians(several: Sequence[dict]) -> dict:
-    """Return each figure's median over the seeds, and the greatest ATE."""
-    middle = {key: _median([figures[key] for figures in several]) for key in several[0]}
-    return {**middle, "ate_rmse_worst_m": max(f["ate_rmse_m"] for f in several), "seeds": len(several)}
+    """Return each metric's median over the seeds, and the greatest ATE."""
+    middle = {key: _median([metrics[key] for metrics in several]) for key in several[0]}
+    return {**middle, "ate_rmse_worst_m": max(m["ate_rmse_m"] for m in several), "seeds": len(several)}
 
 
 def _median(values: Sequence) -> float | None:

@@ -18,10 +18,11 @@ from gridslam.evaluation import (
 )
 from gridslam.files.map_file import write_map
 from gridslam.trajectory import Trajectory
-from master_thesis.mapping import slam_figures
-from master_thesis.mapping.slam_report import judge
-from master_thesis.mapping.slam_run import SlamRun
-from master_thesis.results.figures import TimeSeries, files
+from master_thesis.experiments_3_4 import slam_pictures
+from master_thesis.experiments_3_4.slam_metrics import judge
+from master_thesis.experiments_3_4.slam_run import SlamRun
+from master_thesis.results.flight_pictures import TimeSeries
+from master_thesis.results.picture_files import files
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.worlds.floor_plan import Outline
 
@@ -44,7 +45,7 @@ class Surveyed:
 
 
 def write_survey(folder: RunFolder, survey: Surveyed) -> dict:
-    """Write trajectories, maps and pictures of a flight; return its figures of merit.
+    """Write trajectories, maps and pictures of a flight; return its metrics.
 
     truth.tum, odometry.tum, slam_online.tum, slam_final.tum; map.{pgm, yaml}, map_half_way.{pgm, yaml};
     walls.csv; map.png, map_error.png, error.png.
@@ -63,25 +64,25 @@ def write_survey(folder: RunFolder, survey: Surveyed) -> dict:
     write_map(path / "map", run.grid)
     write_map(path / "map_half_way", run.half_way)
     folder.write_csv("walls.csv", ("x1_m", "y1_m", "x2_m", "y2_m"), survey.walls.ends_m.tolist())
-    figures, errors, accuracy = judge(run, survey.truth, survey.walls)
+    metrics, errors, accuracy = judge(run, survey.truth, survey.walls)
     drift = _odometry_error(survey)
-    figures["odometry_ate_rmse_m"] = drift.ate_rmse_m
-    _write_pictures(folder, survey, figures, (errors, drift), accuracy)
-    return figures
+    metrics["odometry_ate_rmse_m"] = drift.ate_rmse_m
+    _write_pictures(folder, survey, metrics, (errors, drift), accuracy)
+    return metrics
 
 
 def _write_pictures(
     folder: RunFolder,
     survey: Surveyed,
-    figures: dict,
+    metrics: dict,
     errors: tuple[TrajectoryError, TrajectoryError],
     accuracy: MapAccuracy,
 ) -> None:
     run = survey.run
     title = "{}: ATE {:.3f} m, map error {:.3f} m (95 %: {:.3f} m)".format(
-        survey.title, figures["ate_rmse_m"], figures["map_error_mean_m"], figures["map_error_p95_m"]
+        survey.title, metrics["ate_rmse_m"], metrics["map_error_mean_m"], metrics["map_error_p95_m"]
     )
-    shown = slam_figures.world_and_maps(
+    shown = slam_pictures.world_and_maps(
         title, survey.outlines, survey.height_m, survey.truth.poses_in_map[:, :2], map_views(run)
     )
     folder.write_files(files("map", shown))
@@ -94,19 +95,19 @@ def _write_pictures(
         ),
         TimeSeries("odometry [m]", (("odometry alone", _curve(errors[1])),)),
     )
-    folder.write_files(files("error", slam_figures.error_figure(title, panels, closure_times(run))))
+    folder.write_files(files("error", slam_pictures.error_figure(title, panels, closure_times(run))))
     compared = map_error_figure(run.grid, survey.walls, accuracy, estimate=run.final, truth=survey.truth)
     folder.write_files(files("map_error", compared))
 
 
-def map_views(run: SlamRun) -> tuple[slam_figures.MapView, ...]:
+def map_views(run: SlamRun) -> tuple[slam_pictures.MapView, ...]:
     """Return the map at half time and at the end, as they are drawn."""
     half_s = (run.final.stamps_s[0] + run.final.stamps_s[-1]) / 2
     until_half = run.online.poses_in_map[run.online.stamps_s <= half_s, :2]
     none = np.empty((0, 2, 2))
     return (
-        slam_figures.MapView("map at half time", run.half_way, until_half, none),
-        slam_figures.MapView("map at the end", run.grid, run.final.poses_in_map[:, :2], closure_pairs(run)),
+        slam_pictures.MapView("map at half time", run.half_way, until_half, none),
+        slam_pictures.MapView("map at the end", run.grid, run.final.poses_in_map[:, :2], closure_pairs(run)),
     )
 
 

@@ -1,4 +1,4 @@
-"""From a flight's log and what SLAM made of it to the files and figures of its results."""
+"""From a flight's log and what SLAM made of it to the files and metrics of its results."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import Callable
 import numpy as np
 
 from gridslam.trajectory import Trajectory
-from master_thesis.flight.experiment import Outcome
+from master_thesis.experiments_3_4.slam_run import SlamRun, true_path, true_walls
+from master_thesis.experiments_3_4.survey_files import Surveyed, write_survey
+from master_thesis.flight.course import Outcome
+from master_thesis.flight.description import RunDescription
 from master_thesis.flight.flight_log import POSE_COLUMNS, FlightLog, Series
-from master_thesis.mapping.slam_files import Surveyed, write_survey
-from master_thesis.mapping.slam_run import SlamRun, true_path, true_walls
-from master_thesis.results import analysis
+from master_thesis.results.metrics import flight_interval_s
 from master_thesis.results.run_folder import RunFolder
-from master_thesis.results.run_report import RunDescription, flight_interval_s
+from master_thesis.worlds.floor_plan import outlines_of_file
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
 
 
@@ -24,7 +25,7 @@ def survey(
     outcome: Outcome,
     slam: Callable[[Trajectory, float], SlamRun],
 ) -> dict:
-    """Write maps, trajectories and pictures of a flight; return its figures.
+    """Write maps, trajectories and pictures of a flight; return its metrics.
 
     slam: what SLAM made of the flight, given the odometry of all of it and when half of its time was over.
 
@@ -45,7 +46,7 @@ def survey(
             truth=planar(log.truth),
             odometry=odometry,
             walls=true_walls(scenario.world_path, height_m, scenario.start_xyz_yaw[:2]),
-            outlines=analysis.floor_plan(description),
+            outlines=outlines_of_file(scenario.world_path),
             height_m=height_m,
         ),
     )

@@ -9,10 +9,10 @@ from typing import Any, Mapping
 
 from inspection_tools import InspectionToolsError, read_mission, way_m
 from master_thesis.errors import ScenarioError
-from master_thesis.flight.experiment import ExperimentParameters
-from master_thesis.requests.course import check_course
+from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.description import RunDescription
+from master_thesis.requests.free_places import check_course
 from master_thesis.requests.limits import limits_of
-from master_thesis.results.run_report import RunDescription
 from master_thesis.worlds import scenario
 
 LONGEST_S = 86_400.0
@@ -23,7 +23,7 @@ class MissionFlight:
     """What is to be flown. limits: of its phases. duration_s: when the mission ends, wherever the UAV is."""
 
     description: RunDescription
-    limits: ExperimentParameters
+    limits: PhaseLimits
     duration_s: float
 
 
@@ -54,7 +54,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
         model=model,
     )
     speed_m_s = scenario.number("speed", asked.get("speed", 1.0), *scenario.SPEEDS_M_S)
-    limits = limits_of(asked, ExperimentParameters)
+    limits = limits_of(asked, PhaseLimits)
     limits = limits.for_way(way_m(_waypoints(mission), start[:3]), speed_m_s)
     duration_s = scenario.number("duration", asked.get("duration", 0.0), 0.0, LONGEST_S)
     check_course(flown, model, lidar, sorted(set(places)), keep_m)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from gridslam import OccupancyGrid
-from master_thesis.results.figures import TimeSeries, time_series_figure
+from master_thesis.results.flight_pictures import TimeSeries, time_series_figure
 from master_thesis.results.palette import BELIEF, TRUTH
 from master_thesis.worlds.floor_plan import Outline
 

@@ -5,12 +5,9 @@ Made to be printed: legible in grey, equal scales, units on every axis. Needs ma
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -20,7 +17,6 @@ from matplotlib.transforms import ScaledTranslation
 from master_thesis.worlds.floor_plan import Outline
 
 _WIDTH_IN = 7.2  # a paper's two columns
-_DPI = 200
 _SOLID, _LOW, _HIT = "#5b6066", "#d9d9d6", "#c2410c"
 _STYLE = {"fontsize": 8}
 
@@ -166,41 +162,3 @@ def time_series_figure(title: str, panels: tuple[TimeSeries, ...]) -> Figure:
     all_axes[-1].set_xlabel("time [s]", **_STYLE)
     figure.align_ylabels(all_axes)
     return figure
-
-
-def files(name: str, figure: Figure) -> dict[str, bytes]:
-    """Return a figure as files: NAME.png to look at, NAME.pdf and NAME.svg to print and to edit."""
-    return {f"{name}.{ending}": draw(figure) for ending, draw in (("png", png), ("pdf", pdf), ("svg", svg))}
-
-
-def png(figure: Figure) -> bytes:
-    """Return a figure as the bytes of a PNG file fit for print."""
-    FigureCanvasAgg(figure)
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=_DPI, bbox_inches="tight", pad_inches=0.05)
-    return stream.getvalue()
-
-
-def pdf(figure: Figure) -> bytes:
-    """Return a figure as the bytes of a PDF file, the same for the same figure; its text can be searched."""
-    stream = io.BytesIO()
-    with rc_context({"pdf.fonttype": 42}):
-        figure.savefig(
-            stream,
-            format="pdf",
-            dpi=_DPI,
-            bbox_inches="tight",
-            pad_inches=0.05,
-            metadata={"CreationDate": None},
-        )
-    return stream.getvalue()
-
-
-def svg(figure: Figure) -> bytes:
-    """Return a figure as the bytes of an SVG file, the same for the same figure."""
-    stream = io.BytesIO()
-    with rc_context({"svg.fonttype": "path", "svg.hashsalt": "master_thesis"}):
-        figure.savefig(
-            stream, format="svg", dpi=_DPI, bbox_inches="tight", pad_inches=0.05, metadata={"Date": None}
-        )
-    return stream.getvalue()

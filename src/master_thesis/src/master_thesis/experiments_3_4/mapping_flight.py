@@ -9,7 +9,7 @@ from pathlib import Path
 from inspection_tools import PositionControllerParameters, read_mission
 from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
-from master_thesis.flight.experiment import Phase
+from master_thesis.flight.course import Phase
 from master_thesis.flight.flight_recording import FlightRecorder, FlightRecording
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, choose
 from simulation_tools.geometry import Pose

@@ -37,7 +37,7 @@ class Action(Enum):
 
 
 @dataclass(frozen=True)
-class ExperimentParameters:
+class PhaseLimits:
     """How long each phase may last.
 
     hover_s: hover at the goal before landing. ready_timeout_s: from the first moment to the hover over the
@@ -55,7 +55,7 @@ class ExperimentParameters:
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e6:
                 raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
 
-    def for_way(self, way_m: float, speed_m_s: float) -> ExperimentParameters:
+    def for_way(self, way_m: float, speed_m_s: float) -> PhaseLimits:
         """Return the same with time enough for a way of this length at this reference speed, above 0."""
         needed_s = min(PATIENCE * way_m / speed_m_s, 999_999.0)
         return replace(self, flight_timeout_s=max(self.flight_timeout_s, needed_s))
@@ -84,10 +84,10 @@ class Outcome:
         return self.reached_goal and self.landed and not self.collision and self.failure is None
 
 
-class Experiment:
+class Course:
     """State machine of a run; every `on_...` returns the actions that it calls for."""
 
-    def __init__(self, parameters: ExperimentParameters, uav: str) -> None:
+    def __init__(self, parameters: PhaseLimits, uav: str) -> None:
         """Start a run of the model named `uav`."""
         self._parameters = parameters
         self._uav = uav

@@ -16,12 +16,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Patch
 
 from cepa import CepaParameters, LaserScan2D, view
-from master_thesis.emergency.description import TrialDescription, flown, in_freeze_frame
-from master_thesis.emergency.proposals import Proposals, propose, sweep
-from master_thesis.emergency.trial import EmergencyTrial
+from master_thesis.experiment_2.description import TrialDescription, flown, in_freeze_frame
+from master_thesis.experiment_2.proposals import Proposals, propose, sweep
+from master_thesis.experiment_2.trial import EmergencyTrial
 from master_thesis.results import palette
-from master_thesis.results.figures import files
 from master_thesis.results.from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
+from master_thesis.results.picture_files import files
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.uav import load_uav

@@ -9,10 +9,10 @@ from typing import Sequence
 import numpy as np
 
 from cepa import CepaParameters
-from master_thesis.emergency import report
-from master_thesis.emergency.description import TrialDescription, flown, in_freeze_frame
-from master_thesis.emergency.let_go import LetGoParameters, let_go
 from master_thesis.errors import FlightError
+from master_thesis.experiment_2.description import TrialDescription, flown, in_freeze_frame
+from master_thesis.experiment_2.let_go import LetGoParameters, let_go
+from master_thesis.experiment_2.metrics import clearances, proposals_of, trial_metrics
 from master_thesis.worlds.placements import R_LB_M
 
 WORLD = Path(__file__).resolve().parents[3] / "worlds" / "empty.world"
@@ -30,7 +30,7 @@ class Flown:
 
     scenario: str
     algorithm: str
-    merit: dict
+    metrics: dict
     proposal_refused: bool
     path_xy: np.ndarray
     touch_xy: np.ndarray | None
@@ -45,7 +45,7 @@ def variation_parameters(
 
 
 def described(parameters: LetGoParameters) -> TrialDescription:
-    """Return what the pictures and reports of a trial want to know of it."""
+    """Return what the pictures and the summary of a trial want to know of it."""
     return TrialDescription(
         parameters.scenario,
         parameters.algorithm,
@@ -66,31 +66,31 @@ def fly_variation(parameters: LetGoParameters) -> Flown:
     if trial.failure is not None:
         raise FlightError(f"{parameters.scenario}, variation {parameters.variation}: {trial.failure}")
     description = described(parameters)
-    merit = report.figures_of_merit(trial, report.clearances(description, trial))
+    metrics = trial_metrics(trial, clearances(description, trial))
     poses = flown(trial)
     path_xy = in_freeze_frame(trial, poses[:, 1:4])[:, :2]
     touch = np.searchsorted(poses[:, 0], min(trial.touched.values())) if trial.touched else None
-    proposed = report.proposals_of(description, trial)[0]
+    proposed = proposals_of(description, trial)[0]
     return Flown(
         parameters.scenario,
         parameters.algorithm,
-        merit,
+        metrics,
         proposed.reason == REFUSED,
         path_xy,
         None if touch is None else path_xy[min(touch, len(path_xy) - 1)],
     )
 
 
-def figures(flights: Sequence[Flown]) -> dict:
+def variations_metrics(flights: Sequence[Flown]) -> dict:
     """Return what the flights of one scenario and algorithm come to."""
-    clearances = [flight.merit["min_clearance_m"] for flight in flights]
-    left_s = [flight.merit["left_after_s"] for flight in flights if flight.merit["left"]]
+    clearances_m = [flight.metrics["min_clearance_m"] for flight in flights]
+    left_s = [flight.metrics["left_after_s"] for flight in flights if flight.metrics["left"]]
     return {
         "flights": len(flights),
-        "touched": sum(flight.merit["collision"] for flight in flights),
+        "touched": sum(flight.metrics["collision"] for flight in flights),
         "left": len(left_s),
         "left_after_s": float(np.median(left_s)) if left_s else None,
-        "min_clearance_m": min(clearances),
-        "median_clearance_m": float(np.median(clearances)),
+        "min_clearance_m": min(clearances_m),
+        "median_clearance_m": float(np.median(clearances_m)),
         "original_proposal_refused": sum(flight.proposal_refused for flight in flights),
     }

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any, Mapping
 
-from master_thesis.flight.experiment import ExperimentParameters
-from master_thesis.requests.course import check_course
+from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.description import RunDescription
+from master_thesis.requests.free_places import check_course
 from master_thesis.requests.limits import limits_of
-from master_thesis.results.run_report import RunDescription
 from master_thesis.worlds import scenario
 
 
@@ -18,7 +18,7 @@ class GoalFlight:
     """What is to be flown, and how long each of its phases may last."""
 
     description: RunDescription
-    limits: ExperimentParameters
+    limits: PhaseLimits
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
@@ -51,7 +51,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
         model=model,
     )
     speed_m_s = scenario.number("speed", asked.get("speed", 2.0), *scenario.SPEEDS_M_S)
-    limits = limits_of(asked, ExperimentParameters)
+    limits = limits_of(asked, PhaseLimits)
     limits = limits.for_way(math.dist(start[:2], goal[:2]), speed_m_s)
     if not name:  # the places of Experiment 1 are known to be free
         check_course(flown, model, lidar, [goal], keep_m if avoidance == scenario.CEPA else 0.0)

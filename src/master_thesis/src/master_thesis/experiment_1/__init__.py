@@ -1,0 +1,1 @@
+"""Experiment 1: flights to a goal among obstacles."""

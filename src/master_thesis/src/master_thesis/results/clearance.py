@@ -1,0 +1,116 @@
+"""Where the clearance comes from: the distance from the UAV to the nearest obstacle, measured after a flight.
+
+The world is built again from its file, and physics measures at the poses that were flown.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Callable, Sequence
+
+import numpy as np
+
+from master_thesis.flight.course import Outcome, Phase
+from master_thesis.flight.description import RunDescription
+from master_thesis.flight.flight_log import FlightLog
+from master_thesis.results.metrics import flight_interval_s
+from master_thesis.worlds.placements import Obstacle
+from simulation_tools.geometry import Pose
+
+FARTHEST_M = 5.0
+"""An obstacle that is farther away is not looked for."""
+SPACING_M = 0.02
+Progress = Callable[[int, int], None]
+
+
+def no_progress(done: int, of: int) -> None:
+    """Tell nobody how many of the poses are done."""
+
+
+def clearances_of_flight(
+    description: RunDescription, log: FlightLog, outcome: Outcome, progress: Progress = no_progress
+) -> np.ndarray:
+    """Return (n, 2): time, and distance in m from the UAV to the nearest shape but the ground.
+
+    Along the true path, from sending the goal to landing, in the world as its file says.
+
+    Raises:
+        SimulationToolsError: the world or the UAV cannot be loaded.
+    """
+    start_s, end_s = flight_interval_s(log, outcome)
+    poses = thinned(log.between(start_s, outcome.times_s.get(Phase.LANDING, end_s)), SPACING_M)
+    world, uav = description.scenario.world_path, (description.model, description.lidar)
+    return clearances_along(poses, world, uav, ignore=outcome.ground, progress=progress)
+
+
+def clearances_along(
+    poses: np.ndarray,
+    world_file: Path | str,
+    uav: tuple[str, str],
+    ignore: Sequence[str] = (),
+    placed: Sequence[tuple[Obstacle, Pose]] = (),
+    progress: Progress = no_progress,
+) -> np.ndarray:
+    """Return (n, 2): time, and distance in m from the UAV to the nearest shape, at poses (n, 8).
+
+    uav: its model and its lidar. ignore: models that do not count. placed: obstacles that the world's file
+    does not hold, and where they stand in `world`.
+
+    Raises:
+        SimulationToolsError: the world or the UAV cannot be loaded.
+    """
+    # Physics takes a third of a second to import: only here, when the flight is over
+    from simulation_tools.sdf.parser import load_world
+    from simulation_tools.uav import load_uav
+    from simulation_tools.world.world import PhysicsWorld
+
+    world = PhysicsWorld(load_world(str(world_file)))
+    try:
+        for obstacle, pose in placed:
+            world.spawn(obstacle.model(), obstacle.name, pose)
+        model = load_uav(*uav).model
+        name = f"{model.name}_measured"
+        world.spawn(model, name, Pose.identity())
+        distances = measured(lambda pose: world.clearance(name, pose, FARTHEST_M, ignore), poses, progress)
+    finally:
+        world.close()
+    return np.column_stack((poses[:, 0], distances))
+
+
+def measured(
+    clearance: Callable[[Pose], float], poses: np.ndarray, progress: Progress = no_progress
+) -> np.ndarray:
+    """Return the distance in m to the nearest obstacle at each of the poses (n, 8).
+
+    clearance: distance at a pose from the UAV's collision shapes to the nearest other shape
+    (`PhysicsWorld.clearance`). progress: is told now and then how many poses of how many are done.
+    """
+    distances = np.empty(len(poses))
+    for index, (_, x, y, z, *quaternion) in enumerate(poses.tolist()):
+        distances[index] = clearance(Pose((x, y, z), tuple(quaternion)))
+        if index % 200 == 0:
+            progress(index, len(poses))
+    return distances
+
+
+def thinned(poses: np.ndarray, spacing_m: float) -> np.ndarray:
+    """Thin out poses (n, 8: t, position, quaternion) to a spacing of `spacing_m`, both ends included.
+
+    Between two poses that are kept the UAV moves less than `spacing_m`. So its distance from anything changes
+    by less than that.
+    """
+    if len(poses) < 2:
+        return poses
+    kept, last = [0], poses[0, 1:4]
+    for index in range(1, len(poses) - 1):
+        position = poses[index, 1:4]
+        if np.linalg.norm(position - last) >= spacing_m:
+            kept.append(index)
+            last = position
+    return poses[[*kept, len(poses) - 1]]
+
+
+def least(clearances: np.ndarray) -> float | None:
+    """Return the least of the clearances (n, 2), or None when no obstacle came within `FARTHEST_M`."""
+    finite = clearances[np.isfinite(clearances[:, 1]), 1] if len(clearances) else []
+    return float(np.min(finite)) if len(finite) else None

@@ -1,0 +1,49 @@
+"""A picture as files: PNG to look at, PDF and SVG to print and to edit."""
+
+from __future__ import annotations
+
+import io
+
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+_DPI = 200
+
+
+def files(name: str, figure: Figure) -> dict[str, bytes]:
+    """Return a figure as files: NAME.png to look at, NAME.pdf and NAME.svg to print and to edit."""
+    return {f"{name}.{ending}": draw(figure) for ending, draw in (("png", png), ("pdf", pdf), ("svg", svg))}
+
+
+def png(figure: Figure) -> bytes:
+    """Return a figure as the bytes of a PNG file fit for print."""
+    FigureCanvasAgg(figure)
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=_DPI, bbox_inches="tight", pad_inches=0.05)
+    return stream.getvalue()
+
+
+def pdf(figure: Figure) -> bytes:
+    """Return a figure as the bytes of a PDF file, the same for the same figure; its text can be searched."""
+    stream = io.BytesIO()
+    with rc_context({"pdf.fonttype": 42}):
+        figure.savefig(
+            stream,
+            format="pdf",
+            dpi=_DPI,
+            bbox_inches="tight",
+            pad_inches=0.05,
+            metadata={"CreationDate": None},
+        )
+    return stream.getvalue()
+
+
+def svg(figure: Figure) -> bytes:
+    """Return a figure as the bytes of an SVG file, the same for the same figure."""
+    stream = io.BytesIO()
+    with rc_context({"svg.fonttype": "path", "svg.hashsalt": "master_thesis"}):
+        figure.savefig(
+            stream, format="svg", dpi=_DPI, bbox_inches="tight", pad_inches=0.05, metadata={"Date": None}
+        )
+    return stream.getvalue()
