@@ -12,7 +12,7 @@ import numpy as np
 from gridslam.errors import MapError
 from gridslam.filter.beams import Beams
 from gridslam.filter.tile_pool import TilePool, require_indices
-from gridslam.kernels.insertion import insert_scan
+from gridslam.kernels.insertion import BeamEnds, insert_scan
 from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
 from gridslam.occupancy_grid import CELLS_MAX
 
@@ -104,11 +104,10 @@ class TileMaps:
         these are at something.
         """
         self._reserve_board(points)
-        placed = np.empty_like(points)
-        scan = (self.tables, cells, points, hits, placed, self.stamp + 1, self._board)
+        scan = BeamEnds(points, hits, np.empty_like(points), self._board)
         particle = 0
         while particle < len(self.tables):
-            particle = insert_scan(particle, *scan, *self.pool.tiles)
+            particle = insert_scan(particle, self.tables, cells, scan, self.stamp + 1, self.pool.tiles)
             if particle < len(self.tables):
                 self.pool.reserve(self.tables[0].size + RESERVE)
         self.stamp += len(self.tables)

@@ -7,6 +7,8 @@ then added to the tiles: so a tile is looked up once for all beams that cross it
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -33,6 +35,19 @@ from gridslam.kernels.tiles import (
 )
 
 
+class BeamEnds(NamedTuple):
+    """A scan's beams, in cells, and what it needs to enter them."""
+
+    points: np.ndarray
+    """(n + 1, 2) the lidar and the beams' ends, in the base frame."""
+    are_hits: np.ndarray
+    """(n,) which beams end at something."""
+    placed: np.ndarray
+    """(n + 1, 2) scratch."""
+    board: np.ndarray
+    """(cells,) uint8, scratch: 0 before, and 0 again afterwards."""
+
+
 @njit(cache=True, nogil=True)
 def place(pose, points, placed):
     """Write points (n, 2), given in the frame of a pose (3,), where the pose puts them."""
@@ -43,24 +58,25 @@ def place(pose, points, placed):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _count(tile, cell, more_visits, more_hits, visits, occupied, entry, hits):
+def _count(tile, cell, more_visits, more_hits, entry, tiles):
     """Add to a cell's counts, halving them if they would overflow; keep its bit; return its hits."""
-    met = np.int64(visits[tile, cell]) + more_visits
-    ended = np.int64(hits[entry, cell]) + more_hits
+    met = np.int64(tiles.visits[tile, cell]) + more_visits
+    ended = np.int64(tiles.hits[entry, cell]) + more_hits
     while met > COUNT_MAX:
         met, ended = met >> 1, (ended + 1) >> 1
-    visits[tile, cell] = met
+    tiles.visits[tile, cell] = met
     if entry != EMPTY:
-        hits[entry, cell] = ended
+        tiles.hits[entry, cell] = ended
     row, bit = cell >> SIDE_BITS, np.int64(1) << (cell & MASK)
-    others = np.int64(occupied[tile, row]) & ~bit
-    occupied[tile, row] = others | bit if ended > FULLNESS * met else others
+    others = np.int64(tiles.occupied[tile, row]) & ~bit
+    tiles.occupied[tile, row] = others | bit if ended > FULLNESS * met else others
     return ended
 
 
 @njit(cache=True, nogil=True)
-def _clear_bits(tile, words, stride, visits, occupied, entry, hits):
+def _clear_bits(tile, words, stride, entry, tiles):
     """Clear the bits of cells that were counted and that too few of their beams have hit."""
+    visits, occupied, hits = tiles.visits, tiles.occupied, tiles.hits
     for row in range(SIDE):
         if occupied[tile, row] == 0:
             continue
@@ -74,13 +90,13 @@ def _clear_bits(tile, words, stride, visits, occupied, entry, hits):
 
 
 @njit(cache=True, nogil=True)
-def _add_one_by_one(tile, board, at, stride, visits, occupied, entry, hits):
+def _add_one_by_one(tile, board, at, stride, tiles):
     """Add to a tile what was counted on its part of the board, where some count would overflow."""
     for row in range(SIDE):
         for column in range(SIDE):
             more = np.int64(board[at + row * stride + column])
             if more > 0:
-                _count(tile, row * SIDE + column, more, 0, visits, occupied, entry, hits)
+                _count(tile, row * SIDE + column, more, 0, tiles.ends[tile], tiles)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -91,89 +107,66 @@ def _moved(mean, value, number):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _hit(tile, x, y, end, visits, occupied, entry, hits, means):
+def _hit(tile, end, entry, tiles):
     """Count a beam's end in its cell, and move the mean of the cell's hits."""
+    x, y = int(end[0]), int(end[1])
     cell = (y & MASK) * SIDE + (x & MASK)
-    number = _count(tile, cell, 1, 1, visits, occupied, entry, hits)
+    number = _count(tile, cell, 1, 1, entry, tiles)
+    means = tiles.means
     means[entry, cell, 0] = _moved(means[entry, cell, 0], end[0] - x, number)
     means[entry, cell, 1] = _moved(means[entry, cell, 1], end[1] - y, number)
 
 
 @njit(cache=True, nogil=True)
-def _add_board(
-    table,
-    stamp,
-    box,
-    stride,
-    board,
-    words,
-    references,
-    stamps,
-    visits,
-    occupied,
-    ends,
-    end_references,
-    hits,
-    means,
-    free_tiles,
-    free_ends,
-    free,
-):
+def _add_board(table, stamp, box, stride, board, tiles):
     """Add what was counted on the board to the tiles of a box, and clear it."""
+    words, row_words = board.view(np.uint64), stride >> WORD_BITS
     left, low, right, high = box
-    row_words = stride >> WORD_BITS
     for y in range(low, high + 1):
         for x in range(left, right + 1):
             at = (y - low) * SIDE * stride + (x - left) * SIDE
             part = words[at >> WORD_BITS :]
             if not is_crossed(part, row_words):
                 continue
-            tile = own_tile(
-                table,
-                y,
-                x,
-                stamp,
-                references,
-                stamps,
-                visits,
-                occupied,
-                ends,
-                end_references,
-                free_tiles,
-                free,
-            )
-            if not add(part, row_words, visits[tile].view(np.uint64)):
-                if ends[tile] != EMPTY:  # hits are about to be halved
-                    own_ends(tile, ends, end_references, hits, means, free_ends, free)
-                _add_one_by_one(tile, board, at, stride, visits, occupied, ends[tile], hits)
-            if ends[tile] != EMPTY:
-                _clear_bits(tile, part, row_words, visits, occupied, ends[tile], hits)
+            tile = own_tile(table, y, x, stamp, tiles)
+            if not add(part, row_words, tiles.visits[tile].view(np.uint64)):
+                if tiles.ends[tile] != EMPTY:  # hits are about to be halved
+                    own_ends(tile, tiles)
+                _add_one_by_one(tile, board, at, stride, tiles)
+            if tiles.ends[tile] != EMPTY:
+                _clear_bits(tile, part, row_words, tiles.ends[tile], tiles)
             clear(part, row_words)
 
 
 @njit(cache=True, nogil=True)
-def _insert_beams(
-    table,
-    stamp,
-    box,
-    lidar,
-    points,
-    are_hits,
-    board,
-    words,
-    references,
-    stamps,
-    visits,
-    occupied,
-    ends,
-    end_references,
-    hits,
-    means,
-    free_tiles,
-    free_ends,
-    free,
-):
-    """Enter beams, which end at points (n, 2), into one particle's map."""
+def _add_at_home(table, stamp, lidar, count, tiles):
+    """Add to the lidar's own cell so many beams that begin there."""
+    x, y = int(lidar[0]), int(lidar[1])
+    tile = own_tile(table, y >> SIDE_BITS, x >> SIDE_BITS, stamp, tiles)
+    if tiles.ends[tile] != EMPTY:  # hits may be halved
+        own_ends(tile, tiles)
+    _count(tile, (y & MASK) * SIDE + (x & MASK), count, 0, tiles.ends[tile], tiles)
+
+
+@njit(cache=True, nogil=True)
+def _add_hits(table, stamp, points, are_hits, tiles):
+    """Count the beams' ends (n, 2) that are hits."""
+    for i in range(points.shape[0]):
+        if are_hits[i]:
+            row, column = int(points[i, 1]) >> SIDE_BITS, int(points[i, 0]) >> SIDE_BITS
+            tile = table[row, column]
+            if tiles.stamps[tile] != stamp:
+                tile = own_tile(table, row, column, stamp, tiles)
+            entry = tiles.ends[tile]
+            if entry == EMPTY or tiles.end_references[entry] > 1:
+                entry = own_ends(tile, tiles)
+            _hit(tile, points[i], entry, tiles)
+
+
+@njit(cache=True, nogil=True)
+def _insert_beams(table, stamp, box, scan, tiles):
+    """Enter placed beams into one particle's map."""
+    lidar, points = scan.placed[0], scan.placed[1:]
     left, low, right, _ = box
     stride = (right - left + 1) * SIDE
     origin = low * SIDE * stride + left * SIDE
@@ -181,126 +174,27 @@ def _insert_beams(
     at_home, parts = 0, parts_of(lidar, points)
     for part in range(parts):
         for i in range(part, points.shape[0], parts):
-            at_home += count_beam(lidar, points[i], board, stride, origin, home)
-        _add_board(
-            table,
-            stamp,
-            box,
-            stride,
-            board,
-            words,
-            references,
-            stamps,
-            visits,
-            occupied,
-            ends,
-            end_references,
-            hits,
-            means,
-            free_tiles,
-            free_ends,
-            free,
-        )
+            at_home += count_beam(lidar, points[i], scan.board, stride, origin, home)
+        _add_board(table, stamp, box, stride, scan.board, tiles)
     if at_home:
-        x, y = int(lidar[0]), int(lidar[1])
-        tile = own_tile(
-            table,
-            y >> SIDE_BITS,
-            x >> SIDE_BITS,
-            stamp,
-            references,
-            stamps,
-            visits,
-            occupied,
-            ends,
-            end_references,
-            free_tiles,
-            free,
-        )
-        if ends[tile] != EMPTY:  # hits may be halved
-            own_ends(tile, ends, end_references, hits, means, free_ends, free)
-        _count(tile, (y & MASK) * SIDE + (x & MASK), at_home, 0, visits, occupied, ends[tile], hits)
-    for i in range(points.shape[0]):
-        if are_hits[i]:
-            x, y = int(points[i, 0]), int(points[i, 1])
-            tile = table[y >> SIDE_BITS, x >> SIDE_BITS]
-            if stamps[tile] != stamp:
-                tile = own_tile(
-                    table,
-                    y >> SIDE_BITS,
-                    x >> SIDE_BITS,
-                    stamp,
-                    references,
-                    stamps,
-                    visits,
-                    occupied,
-                    ends,
-                    end_references,
-                    free_tiles,
-                    free,
-                )
-            entry = ends[tile]
-            if entry == EMPTY or end_references[entry] > 1:
-                entry = own_ends(tile, ends, end_references, hits, means, free_ends, free)
-            _hit(tile, x, y, points[i], visits, occupied, entry, hits, means)
+        _add_at_home(table, stamp, lidar, at_home, tiles)
+    _add_hits(table, stamp, points, scan.are_hits, tiles)
 
 
 @njit(cache=True, nogil=True)
-def insert_scan(
-    particle,
-    tables,
-    poses,
-    points,
-    are_hits,
-    placed,
-    stamp,
-    board,
-    references,
-    stamps,
-    visits,
-    occupied,
-    ends,
-    end_references,
-    hits,
-    means,
-    free_tiles,
-    free_ends,
-    free,
-):
+def insert_scan(particle, tables, poses, scan, stamp, tiles):
     """Enter a scan into the maps of all particles from ``particle`` on.
 
-    Cells crossed are visited, the end's cell is also hit. ``points`` (n + 1, 2) are the lidar and the beams'
-    ends in the base frame, in cells; are_hits (n,) says which beams end at something; ``placed`` (n + 1, 2)
-    is scratch, and so is ``board``, which must be 0 and will be. ``stamp`` + p marks what particle p has
-    written. The rest are the arrays of `Tiles`.
+    Cells crossed are visited, the end's cell is also hit. ``tables`` (particles, h, w) and ``poses``
+    (particles, 3) are the particles' maps and places; ``scan`` is a `BeamEnds`, ``tiles`` a `Tiles`.
+    ``stamp`` + p marks what particle p has written.
 
     Returns the particle with which to go on where free tiles or ends may not suffice, or their number.
     """
-    words = board.view(np.uint64)
     for p in range(particle, tables.shape[0]):
-        place(poses[p], points, placed)
-        box = tiles_around(placed[0], placed[1:])
-        if free.min() < (box[2] - box[0] + 1) * (box[3] - box[1] + 1):
+        place(poses[p], scan.points, scan.placed)
+        box = tiles_around(scan.placed[0], scan.placed[1:])
+        if tiles.free.min() < (box[2] - box[0] + 1) * (box[3] - box[1] + 1):
             return p
-        _insert_beams(
-            tables[p],
-            stamp + p,
-            box,
-            placed[0],
-            placed[1:],
-            are_hits,
-            board,
-            words,
-            references,
-            stamps,
-            visits,
-            occupied,
-            ends,
-            end_references,
-            hits,
-            means,
-            free_tiles,
-            free_ends,
-            free,
-        )
+        _insert_beams(tables[p], stamp + p, box, scan, tiles)
     return tables.shape[0]

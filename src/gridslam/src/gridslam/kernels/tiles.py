@@ -28,10 +28,7 @@ TILES, ENDS = 0, 1
 
 
 class Tiles(NamedTuple):
-    """The arrays of a pool of tiles; the first axis of all but the stacks is the tile (or the entry of ends).
-
-    Kernels take them one by one, in this order: arrays in a tuple would be counted as used at each access.
-    """
+    """The arrays of a pool of tiles; the first axis of all but the stacks is the tile (or the entry of ends)."""
 
     references: np.ndarray
     """(tiles,) in how many tables a tile is."""
@@ -58,40 +55,38 @@ class Tiles(NamedTuple):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def own_tile(
-    table, row, column, stamp, references, stamps, visits, occupied, ends, end_references, free_tiles, free
-):
+def own_tile(table, row, column, stamp, tiles):
     """Return a tile that a table has for its own at a place, a copy if others have it too; stamp it."""
     tile = table[row, column]
-    if tile == EMPTY or references[tile] > 1:
-        free[TILES] -= 1
-        own = free_tiles[free[TILES]]
-        visits[own] = visits[tile]
-        occupied[own] = occupied[tile]
-        ends[own] = ends[tile]
-        references[own] = 1
-        if ends[own] != EMPTY:
-            end_references[ends[own]] += 1
+    if tile == EMPTY or tiles.references[tile] > 1:
+        tiles.free[TILES] -= 1
+        own = tiles.free_tiles[tiles.free[TILES]]
+        tiles.visits[own] = tiles.visits[tile]
+        tiles.occupied[own] = tiles.occupied[tile]
+        tiles.ends[own] = tiles.ends[tile]
+        tiles.references[own] = 1
+        if tiles.ends[own] != EMPTY:
+            tiles.end_references[tiles.ends[own]] += 1
         if tile != EMPTY:
-            references[tile] -= 1
+            tiles.references[tile] -= 1
         table[row, column] = own
         tile = own
-    stamps[tile] = stamp
+    tiles.stamps[tile] = stamp
     return tile
 
 
 @njit(cache=True, nogil=True, inline="always")
-def own_ends(tile, ends, end_references, hits, means, free_ends, free):
+def own_ends(tile, tiles):
     """Return the entry of ends that a tile has for its own, copied if others have it too."""
-    entry = ends[tile]
-    if entry == EMPTY or end_references[entry] > 1:
-        free[ENDS] -= 1
-        own = free_ends[free[ENDS]]
-        hits[own] = hits[entry]
-        means[own] = means[entry]
-        end_references[own] = 1
+    entry = tiles.ends[tile]
+    if entry == EMPTY or tiles.end_references[entry] > 1:
+        tiles.free[ENDS] -= 1
+        own = tiles.free_ends[tiles.free[ENDS]]
+        tiles.hits[own] = tiles.hits[entry]
+        tiles.means[own] = tiles.means[entry]
+        tiles.end_references[own] = 1
         if entry != EMPTY:
-            end_references[entry] -= 1
-        ends[tile] = own
+            tiles.end_references[entry] -= 1
+        tiles.ends[tile] = own
         entry = own
     return entry
