@@ -17,9 +17,9 @@ from python_qt_binding.QtWidgets import QApplication
 from rviz import bindings as rviz
 from tf2_ros import StaticTransformBroadcaster
 
-from simulation_tools.joint_frames import JointFrames
 from simulation_tools.sdf.urdf import urdf_of
-from simulation_tools.uav import load_uav
+from simulation_tools.transforms.joint_frames import JointFrames
+from simulation_tools.vehicle.uav import load_uav
 
 FRAMES = [("map", "odom"), ("odom", "base_frame"), ("base_frame", "world")]
 PATIENCE_S = 4.0

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from simulation_tools.sdf.parser import load_world
-from simulation_tools.uav import load_uav
+from simulation_tools.vehicle.uav import load_uav
 
 PAGE = Path(__file__).parents[1] / "doc/tutorial.md"
 FILES = dict(re.findall(r"^`(\S+)`\n\n```\w+\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S))

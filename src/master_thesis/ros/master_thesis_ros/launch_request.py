@@ -19,7 +19,7 @@ from master_thesis.requests import experiment_1, experiments_3_4, simulator, tel
 from master_thesis.requests.results_folder import check_results
 from master_thesis.worlds import scenario
 from simulation_tools.errors import SimulationToolsError
-from simulation_tools.launch_files import LaunchError, arguments_of
+from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
 from simulation_tools_ros import launch_check
 
 FOLDER = Path(__file__).resolve().parents[2] / "launch"

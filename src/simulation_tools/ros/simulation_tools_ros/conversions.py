@@ -19,11 +19,11 @@ from std_msgs.msg import Header
 
 from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
 from simulation_tools.geometry import Pose
-from simulation_tools.performance import PerformanceFigures
+from simulation_tools.running.performance import PerformanceFigures
 from simulation_tools.sensors.imu import ImuSample
 from simulation_tools.sensors.lidar import Lidar
 from simulation_tools.sensors.odometry import OdometrySample
-from simulation_tools.transforms import Edge
+from simulation_tools.transforms.edge_pairing import Edge
 from simulation_tools.world.world import BodyState, Contact
 
 

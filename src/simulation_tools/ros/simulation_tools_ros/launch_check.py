@@ -17,7 +17,7 @@ import rosgraph
 import rospkg
 
 from simulation_tools.errors import SimulationToolsError
-from simulation_tools.launch_files import LaunchError, check_arguments, nodes_of
+from simulation_tools.launch_check.launch_files import LaunchError, check_arguments, nodes_of
 
 PATIENCE_S = 3.0
 _UNREACHABLE = (OSError, Fault, ProtocolError, rosgraph.MasterException)

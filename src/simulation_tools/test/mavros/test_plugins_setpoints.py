@@ -27,11 +27,11 @@ from mavros_msgs.msg import (  # noqa: E402
     Thrust,
 )
 
-from simulation_tools_ros.mavros.command import CommandPlugin  # noqa: E402
-from simulation_tools_ros.mavros.setpoint_accel import SetpointAccelPlugin  # noqa: E402
-from simulation_tools_ros.mavros.setpoint_attitude import SetpointAttitudePlugin  # noqa: E402
-from simulation_tools_ros.mavros.setpoint_position import SetpointPositionPlugin  # noqa: E402
-from simulation_tools_ros.mavros.setpoint_raw import SetpointRawPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.command import CommandPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_accel import SetpointAccelPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_attitude import SetpointAttitudePlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_position import SetpointPositionPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_raw import SetpointRawPlugin  # noqa: E402
 
 HALF_ROOT = math.sqrt(0.5)
 

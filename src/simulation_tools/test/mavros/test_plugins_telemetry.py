@@ -24,16 +24,16 @@ from mavros_msgs.msg import (  # noqa: E402
     OverrideRCIn,
 )
 
-from simulation_tools_ros.mavros.altitude import AltitudePlugin  # noqa: E402
-from simulation_tools_ros.mavros.global_position import GlobalPositionPlugin  # noqa: E402
-from simulation_tools_ros.mavros.home_position import HomePositionPlugin  # noqa: E402
-from simulation_tools_ros.mavros.imu import ImuPlugin  # noqa: E402
-from simulation_tools_ros.mavros.local_position import LocalPositionPlugin  # noqa: E402
-from simulation_tools_ros.mavros.rc_io import RcIoPlugin  # noqa: E402
-from simulation_tools_ros.mavros.sys_status import SysStatusPlugin  # noqa: E402
-from simulation_tools_ros.mavros.sys_time import SysTimePlugin  # noqa: E402
-from simulation_tools_ros.mavros.vehicle_info import VehicleInfoPlugin  # noqa: E402
-from simulation_tools_ros.mavros.vfr_hud import VfrHudPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.altitude import AltitudePlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.home_position import HomePositionPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.imu import ImuPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.local_position import LocalPositionPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.rc_io import RcIoPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.sys_status import SysStatusPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.sys_time import SysTimePlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.vehicle_info import VehicleInfoPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.vfr_hud import VfrHudPlugin  # noqa: E402
 
 HALF_ROOT = math.sqrt(0.5)
 

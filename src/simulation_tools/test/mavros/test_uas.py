@@ -15,8 +15,8 @@ pytestmark = pytest.mark.ros
 for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
     pytest.importorskip(module, reason="needs ROS's message packages")
 
-from simulation_tools_ros.mavros.global_position import GlobalPositionPlugin  # noqa: E402
-from simulation_tools_ros.mavros.imu import ImuPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.imu import ImuPlugin  # noqa: E402
 from simulation_tools_ros.mavros.uas import Topic, diagonal  # noqa: E402
 
 

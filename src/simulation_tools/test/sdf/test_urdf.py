@@ -12,10 +12,10 @@ import pytest
 from lxml import etree
 
 from simulation_tools.geometry import Pose
-from simulation_tools.joint_frames import JointFrames
 from simulation_tools.sdf.parser import load_model, parse_model
 from simulation_tools.sdf.urdf import urdf_of
-from simulation_tools.uav import load_uav
+from simulation_tools.transforms.joint_frames import JointFrames
+from simulation_tools.vehicle.uav import load_uav
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 BALL = "<geometry><sphere><radius>.1</radius></sphere></geometry>"

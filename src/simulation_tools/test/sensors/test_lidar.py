@@ -12,8 +12,8 @@ from simulation_tools.sdf.elements import Box, Cylinder, Noise, Plane, RaySensor
 from simulation_tools.sdf.frames import attach
 from simulation_tools.sdf.parser import load_model, parse_model
 from simulation_tools.sensors.lidar import Lidar
-from simulation_tools.world.meshes import SAGITTA_M, mesh_of
 from simulation_tools.world.rays import RayScene
+from simulation_tools.world.shapes.meshes import SAGITTA_M, mesh_of
 from simulation_tools.world.world import PhysicsWorld
 
 HALF = math.radians(135.0)

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from simulation_tools.sdf.elements import Box, Cylinder, Mesh, Plane, Sphere
-from simulation_tools.world.meshes import SAGITTA_M, MeshError, mesh_of
+from simulation_tools.world.shapes.meshes import SAGITTA_M, MeshError, mesh_of
 
 
 def as_trimesh(mesh):

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from simulation_tools.geometry import Pose, quaternion_normalised
 from simulation_tools.sdf.elements import Box, Cylinder, Plane, Sphere
-from simulation_tools.world.meshes import SAGITTA_M, mesh_of
 from simulation_tools.world.rays import RayScene
+from simulation_tools.world.shapes.meshes import SAGITTA_M, mesh_of
 
 FLOAT32_M = 2e-5  # single precision at some tens of metres
 

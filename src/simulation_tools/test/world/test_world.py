@@ -14,7 +14,7 @@ from simulation_tools.geometry import Pose, quaternion_normalised
 from simulation_tools.sdf.elements import World
 from simulation_tools.sdf.frames import attach
 from simulation_tools.sdf.parser import load_model, parse_model
-from simulation_tools.world.meshes import MeshError
+from simulation_tools.world.shapes.meshes import MeshError
 from simulation_tools.world.world import BodyState, PhysicsWorld, WorldError
 
 from .conftest import box, mass, model, shape, solid_box, still_box

@@ -22,7 +22,7 @@ from master_thesis.campaign.places import place_of
 from master_thesis.flight.closed_loop import CEPA, ClosedLoopParameters
 from master_thesis.flight.course import PhaseLimits
 from simulation_tools.simulation import SimulationParameters
-from simulation_tools.uav import load_uav
+from simulation_tools.vehicle.uav import load_uav
 
 PATIENCE = 10.0
 """A flight is given up after this many times what its straight way takes at full speed."""

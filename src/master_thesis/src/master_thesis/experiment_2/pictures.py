@@ -24,7 +24,7 @@ from master_thesis.results.from_above import LABEL, SOLID, draw_obstacles, draw_
 from master_thesis.results.picture_files import files
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
-from simulation_tools.uav import load_uav
+from simulation_tools.vehicle.uav import load_uav
 
 _ORIGINAL, _IMPROVED, _INTRUSION = *palette.ALGORITHMS.values(), "#f0a3a3"
 _PATH = "viridis"

@@ -33,8 +33,8 @@ def check_course(
     """
     # Physics takes a third of a second to import
     from simulation_tools.sdf.parser import load_world, parse_model
-    from simulation_tools.simulation import standing_height_m
-    from simulation_tools.uav import load_uav
+    from simulation_tools.vehicle.uav import load_uav
+    from simulation_tools.world.shapes.meshes import standing_height_m
     from simulation_tools.world.world import PhysicsWorld
 
     world = PhysicsWorld(load_world(str(scenario.world_path)))

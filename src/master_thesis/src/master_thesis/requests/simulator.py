@@ -6,8 +6,8 @@ from typing import Any, Mapping
 
 from master_thesis.worlds import scenario
 from simulation_tools import values
-from simulation_tools.launch_ports import check_ports_are_free
-from simulation_tools.uav import load_uav
+from simulation_tools.launch_check.launch_ports import check_ports_are_free
+from simulation_tools.vehicle.uav import load_uav
 
 _PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
 

@@ -61,7 +61,7 @@ def clearances_along(
     """
     # Physics takes a third of a second to import: only here, when the flight is over
     from simulation_tools.sdf.parser import load_world
-    from simulation_tools.uav import load_uav
+    from simulation_tools.vehicle.uav import load_uav
     from simulation_tools.world.world import PhysicsWorld
 
     world = PhysicsWorld(load_world(str(world_file)))

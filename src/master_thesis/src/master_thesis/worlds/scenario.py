@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Sequence
 
 from master_thesis.errors import ScenarioError
-from simulation_tools.uav import is_lidar
+from simulation_tools.vehicle.uav import is_lidar
 
 ALGORITHMS = ("improved", "original")
 CEPA = "cepa"

@@ -1,1 +1,1 @@
-"""The node `mavros`, a module for each of MAVROS's plugins, by its name."""
+"""The node `mavros`: what its plugins share, and the plugins."""

@@ -14,8 +14,8 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import rotate_inverse
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned, flu_to_frd
-from simulation_tools.schedule import Schedule
 from simulation_tools.sensors.atmosphere import pressure_pa, temperature_k
+from simulation_tools.sensors.schedule import Schedule
 
 # Accelerometer, gyroscope, magnetometer, pressure, pressure altitude and temperature; no airspeed.
 FIELDS_UPDATED = 7167

@@ -12,7 +12,7 @@ from simulation_tools.world.assembly import PlacedCollision
 from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import pybullet
 from simulation_tools.world.kinematics import part_pose
-from simulation_tools.world.meshes import mesh_of
+from simulation_tools.world.shapes.meshes import mesh_of
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,10 @@ from simulation_tools.world.kinematics import (
     place,
     state_of,
 )
-from simulation_tools.world.meshes import TriangleMesh, joined
 from simulation_tools.world.overlaps import Overlap, overlaps
 from simulation_tools.world.rays import RayScene
 from simulation_tools.world.settings import PhysicsSettings
+from simulation_tools.world.shapes.meshes import TriangleMesh, joined
 
 __all__ = ["BodyState", "Contact", "PhysicsWorld", "WorldError"]
 

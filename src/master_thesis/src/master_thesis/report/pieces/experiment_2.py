@@ -16,7 +16,7 @@ from master_thesis.report.piece import Made, Piece, fingerprint
 from master_thesis.report.size import PLACEMENTS_A_PIECE, Size
 from master_thesis.results.picture_files import svg
 from master_thesis.worlds.scenario import ALGORITHMS
-from simulation_tools.uav import load_uav
+from simulation_tools.vehicle.uav import load_uav
 
 PATH_STEP = 10
 

@@ -1,0 +1,1 @@
+"""The node `gazebo`: its parameters, and what it publishes and when."""

@@ -1,0 +1,1 @@
+"""Checks that a launch makes before anything starts: its files and its ports."""

@@ -1,0 +1,65 @@
+"""What is simulated: the parameters of a `Simulation`, checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Mapping
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geodesy import GeodeticOrigin
+from simulation_tools.geometry import Pose
+from simulation_tools.sensors.odometry import OdometryParameters
+
+
+class SimulationError(SimulationToolsError):
+    """The simulation cannot be built or cannot go on."""
+
+
+class PhysicsDivergedError(SimulationError):
+    """Something in the world is no longer anywhere: only a reset helps."""
+
+
+@dataclass(frozen=True)
+class SimulationParameters:
+    """What is simulated.
+
+    world: SDF file. model: the UAV (model://name, bare name, folder or file). lidar: urg, ust, utm, puck,
+    tim, m8 or None for the model as it is. model_path: folders that model:// is looked up in; None:
+    GAZEBO_MODEL_PATH. spawn_pose: where the UAV stands in the world; its lowest point, not its model frame,
+    is at this height. seed: of every random stream.
+    lidar_range_max_m: replaces the lidar's own greatest range when positive. px4_parameters: those that
+    differ from PX4's defaults, by name. time_step_s: of physics and flight controller, whole milliseconds.
+    level_lidar: start with the lidar's gimbal levelling. static_models: nothing of the world file moves,
+    whatever it says; models that are spawned later do. sensors: models of further sensors on the UAV.
+    origin: where the world's origin lies on earth.
+    """
+
+    world: str
+    model: str = "iris"
+    lidar: str | None = "ust"
+    model_path: tuple[str, ...] | None = None
+    spawn_pose: Pose = field(default_factory=Pose.identity)
+    seed: int = 1
+    lidar_range_max_m: float = 0.0
+    odometry: OdometryParameters = field(default_factory=OdometryParameters)
+    px4_parameters: Mapping[str, float] = field(default_factory=dict)
+    time_step_s: float = 0.004
+    gui: bool = False
+    level_lidar: bool = False
+    static_models: bool = False
+    sensors: tuple[str, ...] = ()
+    origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
+
+    def __post_init__(self):
+        step_us_from(self.time_step_s)
+        if self.seed < 0:
+            raise SimulationError(f"seed must not be negative, but is {self.seed}.")
+
+
+def step_us_from(time_step_s: float) -> int:
+    """Return a time step in microseconds; SimulationError unless it is 1 to 8 ms in whole milliseconds."""
+    step_ms = 1000.0 * time_step_s
+    if not (0.999 <= step_ms <= 8.001 and math.isclose(step_ms, round(step_ms))):
+        raise SimulationError(f"The time step must be 1 to 8 ms in whole milliseconds, not {step_ms:g} ms.")
+    return 1000 * round(step_ms)

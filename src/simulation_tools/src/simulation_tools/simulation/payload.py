@@ -1,0 +1,118 @@
+"""The further sensors of a UAV: range finders, cameras, barometers, three-dimensional lidars.
+
+They are opt-in: each says when it is due, and works only when somebody reads it then. Each has a random
+stream of its own, so that reading one or not changes nothing else.
+"""
+
+from __future__ import annotations
+
+from typing import Callable, Union
+
+import numpy as np
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import AirPressureSensor, CameraSensor, Link, Model, RaySensor, Sensor
+from simulation_tools.sensors.barometer import Barometer
+from simulation_tools.sensors.camera import Camera
+from simulation_tools.sensors.cloud import Cloud, CloudLidar
+from simulation_tools.sensors.range_finder import RangeFinder
+from simulation_tools.sensors.schedule import Schedule
+from simulation_tools.vehicle.uav import RANGE_PLUGIN, MountedSensor, Uav, mounted
+from simulation_tools.world.world import PhysicsWorld
+
+Reading = Union[float, Cloud, np.ndarray]
+Device = Union[RangeFinder, CloudLidar, Camera, Barometer]
+
+
+class PayloadError(SimulationToolsError):
+    """The further sensors of a UAV cannot be together."""
+
+
+class PayloadSensor:
+    """One sensor at its place. device: what measures; its class tells the kind of the readings.
+
+    name: of the sensor in the SDF. mount: where it is, and its frame.
+    """
+
+    def __init__(
+        self, mount: MountedSensor, device: Device, look: Callable[[MountedSensor], Reading]
+    ) -> None:
+        self.name = mount.sensor.name
+        self.mount = mount
+        self.device = device
+        self.schedule = Schedule(mount.sensor.update_rate_hz)
+        self._look = look
+
+    def read(self) -> Reading:
+        """Return what the sensor measures now."""
+        return self._look(self.mount)
+
+
+def payload_sensors(
+    uav: Uav,
+    world: PhysicsWorld,
+    place: Callable[[MountedSensor], Pose],
+    rng: Callable[[str], np.random.Generator],
+) -> tuple[PayloadSensor, ...]:
+    """Return the further sensors of a UAV.
+
+    place: tells where a sensor is in the world now. rng: gives each sensor, by its name, its random stream.
+    """
+
+    def look(device: Device) -> Callable[[MountedSensor], Reading]:
+        if isinstance(device, Camera):
+            return lambda mount: device.read(world, place(mount))
+        if isinstance(device, Barometer):
+            return lambda mount: device.read(place(mount))
+        return lambda mount: device.read(world.rays, place(mount), uav.model.name)
+
+    found = []
+    for link, sensor in further_sensors(uav):
+        device = _DEVICES[kind_of(sensor)](sensor, rng(sensor.name))
+        found.append(PayloadSensor(mounted(link, sensor), device, look(device)))
+    return tuple(found)
+
+
+def further_sensors(uav: Uav) -> list[tuple[Link, Sensor]]:
+    """Return (link, sensor) of what is simulated on demand; PayloadError when two are called alike."""
+    found = [pair for pair in _sensors(uav.model) if kind_of(pair[1])]
+    names = [sensor.name for _, sensor in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise PayloadError(
+                f'{uav.model.source}: Two sensors are called "{name}", as their topics are; rename one.'
+            )
+    return found
+
+
+def unsimulated(uav: Uav) -> tuple[str, ...]:
+    """Return a sentence for each flat lidar besides the first: the simulator has one scan."""
+    return tuple(
+        f'{uav.model.source}: The lidar "{sensor.name}" is not simulated: a UAV has one scan.'
+        for _, sensor in _sensors(uav.model)
+        if isinstance(sensor, RaySensor) and not kind_of(sensor) and sensor is not uav.lidar.sensor
+    )
+
+
+def kind_of(sensor: Sensor) -> str:
+    """Return range, cloud, camera or pressure; empty for what is no further sensor."""
+    if isinstance(sensor, RaySensor):
+        if any(plugin.filename == RANGE_PLUGIN for plugin in sensor.plugins):
+            return "range"
+        return "cloud" if sensor.vertical.samples > 1 else ""
+    if isinstance(sensor, CameraSensor):
+        return "camera"
+    return "pressure" if isinstance(sensor, AirPressureSensor) else ""
+
+
+def has_camera(model: Model) -> bool:
+    """Whether a model carries a camera, which wants the world to be drawn."""
+    return bool(model.sensors(CameraSensor))
+
+
+def _sensors(model: Model) -> list[tuple[Link, Sensor]]:
+    return [(link, sensor) for link in model.links for sensor in link.sensors]
+
+
+_DEVICES = {"range": RangeFinder, "cloud": CloudLidar, "camera": Camera, "pressure": Barometer}

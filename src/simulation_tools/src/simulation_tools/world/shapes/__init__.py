@@ -1,0 +1,1 @@
+"""The shapes of bodies: triangle meshes, heightmaps, and collision shapes in PyBullet."""

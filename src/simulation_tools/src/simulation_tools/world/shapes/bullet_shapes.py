@@ -1,0 +1,174 @@
+"""Geometry as PyBullet's collision and visual shapes."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import Callable, Hashable, Sequence
+
+import numpy as np
+
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Plane, Rgba, Sphere
+from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
+from simulation_tools.world.engine import WorldError, pybullet
+from simulation_tools.world.shapes.meshes import (
+    DRAWN_SAGITTA_M,
+    PLANE_HALF_SIZE_M,
+    TriangleMesh,
+    joined,
+    mesh_of,
+)
+
+MAX_SHAPES_PER_PART = 16  # MAX_COMPOUND_COLLISION_SHAPES of PyBullet's command buffer
+
+
+class ShapeFactory:
+    """Creates shapes in one PyBullet client; every method returns PyBullet's number for the shape."""
+
+    def __init__(self, client: int) -> None:
+        self._client = client
+        self._mesh_folder: tempfile.TemporaryDirectory | None = None
+        # PyBullet never gives a used collision shape back, so equal ones are shared.
+        self._shapes: dict[Hashable, int] = {}
+
+    def close(self) -> None:
+        """Remove what was written for PyBullet to read."""
+        if self._mesh_folder is not None:
+            self._mesh_folder.cleanup()
+            self._mesh_folder = None
+
+    def forget(self) -> None:
+        """Note that PyBullet has been emptied, collision shapes included."""
+        self._shapes.clear()
+
+    def standing(self, geometry: Geometry) -> int:
+        """Return the collision shape of something fixed; a mesh counts by its surface."""
+        return self._shared(geometry, partial(self._standing, geometry))
+
+    def moving(self, placed: Sequence[PlacedCollision]) -> int:
+        """Return the collision shape of a part that moves, -1 for none; a mesh counts by its convex hull."""
+        key = tuple((item.collision.geometry, item.pose) for item in placed)
+        return self._shared(key, partial(self._compound, placed))
+
+    def unseen(self) -> int:
+        """Return the visual shape of what has none: PyBullet would draw its collision shape in white."""
+        return self._shared("unseen", self._unseen)
+
+    def visual(self, placed: Sequence[PlacedVisual]) -> int:
+        """Return one visual shape for several, a mesh for each colour: few pieces draw faster than many."""
+        if not placed:
+            return -1
+        by_colour: dict[Rgba, list[TriangleMesh]] = {}
+        for item in placed:
+            colour = item.visual.rgba
+            if colour not in by_colour and len(by_colour) == MAX_SHAPES_PER_PART:
+                colour = next(iter(by_colour))
+            by_colour.setdefault(colour, []).append(_drawn(item.visual.geometry).transformed(item.pose))
+        count = len(by_colour)
+        return pybullet.createVisualShapeArray(
+            shapeTypes=[pybullet.GEOM_MESH] * count,
+            fileNames=[self._write_obj(joined(meshes)) for meshes in by_colour.values()],
+            meshScales=[(1.0, 1.0, 1.0)] * count,
+            rgbaColors=list(by_colour),
+            visualFramePositions=[(0.0, 0.0, 0.0)] * count,
+            visualFrameOrientations=[(0.0, 0.0, 0.0, 1.0)] * count,
+            physicsClientId=self._client,
+        )
+
+    def _unseen(self) -> int:
+        corners = 1e-6 * np.eye(3)
+        return pybullet.createVisualShape(
+            pybullet.GEOM_MESH,
+            fileName=self._write_obj(TriangleMesh(corners, np.array(((0, 1, 2),)))),
+            physicsClientId=self._client,
+        )
+
+    def _shared(self, key: Hashable, create: Callable[[], int]) -> int:
+        if key not in self._shapes:
+            self._shapes[key] = create()
+        return self._shapes[key]
+
+    def _standing(self, geometry: Geometry) -> int:
+        if isinstance(geometry, (Mesh, Heightmap)):
+            return pybullet.createCollisionShape(
+                pybullet.GEOM_MESH,
+                fileName=self._mesh_file(geometry),
+                flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
+                physicsClientId=self._client,
+            )
+        return pybullet.createCollisionShape(**_primitive(geometry), physicsClientId=self._client)
+
+    def _compound(self, placed: Sequence[PlacedCollision]) -> int:
+        if not placed:
+            return -1
+        if len(placed) > MAX_SHAPES_PER_PART:
+            raise WorldError(
+                f"A moving body can have {MAX_SHAPES_PER_PART} collision shapes, not {len(placed)}; "
+                f"join some of those of the link {placed[0].link}."
+            )
+        for item in placed:
+            if isinstance(item.collision.geometry, (Plane, Heightmap)):
+                raise WorldError(
+                    f"The ground {item.link}::{item.collision.name} must belong to a static model."
+                )
+        shapes = [self._compound_entry(item.collision.geometry) for item in placed]
+        keys = ("shapeType", "radius", "halfExtents", "length", "fileName")
+        columns = {key: [shape[key] for shape in shapes] for key in keys}
+        return pybullet.createCollisionShapeArray(
+            shapeTypes=columns["shapeType"],
+            radii=columns["radius"],
+            halfExtents=columns["halfExtents"],
+            lengths=columns["length"],
+            fileNames=columns["fileName"],
+            meshScales=[(1.0, 1.0, 1.0)] * len(shapes),
+            collisionFramePositions=[item.pose.position_m for item in placed],
+            collisionFrameOrientations=[item.pose.orientation_xyzw for item in placed],
+            physicsClientId=self._client,
+        )
+
+    def _compound_entry(self, geometry: Geometry) -> dict:
+        entry = {"radius": 0.0, "halfExtents": (0.0, 0.0, 0.0), "length": 0.0, "fileName": ""}
+        if isinstance(
+            geometry, Mesh
+        ):  # without the concave flag PyBullet takes the convex hull, as moving needs
+            return {**entry, "shapeType": pybullet.GEOM_MESH, "fileName": self._mesh_file(geometry)}
+        primitive = _primitive(geometry)
+        if "height" in primitive:
+            primitive["length"] = primitive.pop("height")
+        return {**entry, **primitive}
+
+    def _mesh_file(self, geometry: Geometry) -> str:
+        # Always by way of an OBJ of our own: PyBullet's readers know fewer formats than trimesh.
+        return self._write_obj(mesh_of(geometry))
+
+    def _write_obj(self, mesh: TriangleMesh) -> str:
+        if self._mesh_folder is None:
+            self._mesh_folder = tempfile.TemporaryDirectory(prefix="simulation_tools_meshes_")
+        folder = Path(self._mesh_folder.name)
+        path = folder / f"{len(list(folder.iterdir()))}.obj"
+        with path.open("w") as file:
+            file.writelines(f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in mesh.vertices.tolist())
+            file.writelines(f"f {a} {b} {c}\n" for a, b, c in (mesh.triangles + 1).tolist())
+        return str(path)
+
+
+def _drawn(geometry: Geometry) -> TriangleMesh:
+    mesh = mesh_of(geometry, DRAWN_SAGITTA_M)
+    if isinstance(geometry, Plane):  # infinite to the touch, but drawn in its size
+        return TriangleMesh(mesh.vertices * (0.5 * max(geometry.size_m) / PLANE_HALF_SIZE_M), mesh.triangles)
+    return mesh
+
+
+def _primitive(geometry: Geometry) -> dict:
+    if isinstance(geometry, Box):
+        return {"shapeType": pybullet.GEOM_BOX, "halfExtents": [0.5 * edge for edge in geometry.size_m]}
+    if isinstance(geometry, Cylinder):
+        return {
+            "shapeType": pybullet.GEOM_CYLINDER,
+            "radius": geometry.radius_m,
+            "height": geometry.length_m,
+        }
+    if isinstance(geometry, Sphere):
+        return {"shapeType": pybullet.GEOM_SPHERE, "radius": geometry.radius_m}
+    return {"shapeType": pybullet.GEOM_PLANE, "planeNormal": geometry.normal}

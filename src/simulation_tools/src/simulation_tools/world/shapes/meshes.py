@@ -1,0 +1,203 @@
+"""Triangle meshes of SDF geometry, for rays and for the collision shapes of mesh files.
+
+Curved primitives are approximated by facets whose corners lie on the true surface, so the mesh is never
+outside it and at most `SAGITTA_M` inside.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from simulation_tools.bounds import MAX_MAGNITUDE
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Model, Plane, Sphere
+from simulation_tools.world.shapes.terrain import MeshError, heights_of
+
+DRAWN_SAGITTA_M = 0.01  # the same for pictures, whose time goes with the number of triangles
+SAGITTA_M = 0.001  # how deep a facet's middle may lie under the true surface: well below any lidar's noise
+PLANE_HALF_SIZE_M = 2000.0  # a plane is infinite; no lidar here sees a tenth as far
+MAX_TRIANGLES = 2_000_000
+
+
+@dataclass(frozen=True)
+class TriangleMesh:
+    """vertices: float64 (n, 3), metres; triangles: int32 (m, 3), indices of vertices."""
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+
+    def transformed(self, pose: Pose) -> TriangleMesh:
+        """Return the mesh in the parent frame of a pose."""
+        return TriangleMesh(pose.transform(self.vertices), self.triangles)
+
+    @property
+    def radius_m(self) -> float:
+        """Radius of the smallest sphere about the centre of the bounding box that holds every vertex."""
+        return float(np.linalg.norm(self.vertices - self.centre_m, axis=1).max())
+
+    @property
+    def centre_m(self) -> np.ndarray:
+        """Centre of the bounding box, (3,)."""
+        return 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
+
+
+def joined(meshes: list[TriangleMesh]) -> TriangleMesh:
+    """Put meshes of one frame into one."""
+    counts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    return TriangleMesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.triangles + start for mesh, start in zip(meshes, counts)]).astype(np.int32),
+    )
+
+
+def mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
+    """Return the mesh of a shape in its own frame, round ones as exactly as sagitta_m says.
+
+    Raises MeshError for a file that holds no triangles.
+    """
+    if isinstance(geometry, Box):
+        return _box(geometry)
+    if isinstance(geometry, Cylinder):
+        return _cylinder(geometry, sagitta_m)
+    if isinstance(geometry, Sphere):
+        return _sphere(geometry, sagitta_m)
+    if isinstance(geometry, Plane):
+        return _plane(geometry)
+    if isinstance(geometry, Heightmap):
+        return _terrain(geometry)
+    return _file(geometry)
+
+
+def standing_height_m(model: Model) -> float:
+    """Return the height of the model frame over the lowest point of the model's collision shapes."""
+    heights = [
+        mesh_of(collision.geometry).transformed(link.pose @ collision.pose).vertices[:, 2].min()
+        for link in model.links
+        for collision in link.collisions
+    ]
+    return -float(min(heights, default=0.0))
+
+
+def facets(radius_m: float, sagitta_m: float = SAGITTA_M) -> int:
+    """Return how many sides keep a polygon within sagitta_m of the circle around it; at least 12 or 24."""
+    least = 24 if sagitta_m <= SAGITTA_M else 12
+    if radius_m <= sagitta_m:
+        return least
+    return min(max(least, math.ceil(math.pi / math.acos(1.0 - sagitta_m / radius_m))), 1024)
+
+
+def _box(box: Box) -> TriangleMesh:
+    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    # Corner k has x from bit 2, y from bit 1, z from bit 0; faces counter-clockwise seen from outside.
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    return TriangleMesh(corners * np.array(box.size_m), _split(quads))
+
+
+def _cylinder(cylinder: Cylinder, sagitta_m: float) -> TriangleMesh:
+    count = facets(cylinder.radius_m, sagitta_m)
+    angles = 2.0 * np.pi * np.arange(count) / count
+    ring = cylinder.radius_m * np.column_stack((np.cos(angles), np.sin(angles)))
+    half = 0.5 * cylinder.length_m
+    bottom = np.column_stack((ring, np.full(count, -half)))
+    top = np.column_stack((ring, np.full(count, half)))
+    vertices = np.concatenate((bottom, top, ((0.0, 0.0, -half), (0.0, 0.0, half))))
+    k = np.arange(count)
+    after = (k + 1) % count
+    side = _split(np.column_stack((k, after, after + count, k + count)))
+    caps = (
+        np.column_stack((np.full(count, 2 * count), after, k)),
+        np.column_stack((np.full(count, 2 * count + 1), k + count, after + count)),
+    )
+    return TriangleMesh(vertices, np.concatenate((side, *caps)).astype(np.int32))
+
+
+def _sphere(sphere: Sphere, sagitta_m: float) -> TriangleMesh:
+    # On a facet of a latitude-longitude grid both sagittas add up: give each half of the tolerance.
+    around = facets(2.0 * sphere.radius_m, sagitta_m)
+    rows = max(2, around // 2)
+    polar = np.pi * np.arange(1, rows) / rows
+    azimuth = 2.0 * np.pi * np.arange(around) / around
+    grid = np.stack(
+        (
+            np.outer(np.sin(polar), np.cos(azimuth)),
+            np.outer(np.sin(polar), np.sin(azimuth)),
+            np.outer(np.cos(polar), np.ones(around)),
+        ),
+        axis=-1,
+    ).reshape(-1, 3)
+    north, south = len(grid), len(grid) + 1
+    k = np.arange(around)
+    after = (k + 1) % around
+    upper = (np.arange(rows - 2) * around)[:, None]
+    quads = np.stack(
+        np.broadcast_arrays(upper + k, upper + around + k, upper + around + after, upper + after), -1
+    )
+    last = (rows - 2) * around
+    triangles = np.concatenate(
+        (
+            _split(quads.reshape(-1, 4)),
+            np.column_stack((np.full(around, north), k, after)),
+            np.column_stack((np.full(around, south), last + after, last + k)),
+        )
+    )
+    vertices = sphere.radius_m * np.concatenate((grid, ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0))))
+    return TriangleMesh(vertices, triangles.astype(np.int32))
+
+
+def _plane(plane: Plane) -> TriangleMesh:
+    normal = np.array(plane.normal)
+    aside = np.cross(normal, np.eye(3)[np.argmin(abs(normal))])
+    aside /= np.linalg.norm(aside)
+    along = np.cross(normal, aside)
+    corners = [u * aside + v * along for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    return TriangleMesh(PLANE_HALF_SIZE_M * np.array(corners), _split(((0, 1, 2, 3),)))
+
+
+def _terrain(terrain: Heightmap) -> TriangleMesh:
+    heights = heights_of(terrain)
+    side = len(heights)
+    length, width, _ = terrain.size_m
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, side) * length, np.linspace(0.5, -0.5, side) * width)
+    vertices = np.column_stack((x.ravel(), y.ravel(), heights.ravel())) + np.array(terrain.position_m)
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    # The row below in the picture has the smaller y: counter-clockwise from above.
+    quads = np.column_stack((corner, corner + side, corner + side + 1, corner + 1))
+    return TriangleMesh(vertices, _split(quads))
+
+
+def _file(mesh: Mesh) -> TriangleMesh:
+    loaded = _load(mesh.path)
+    vertices = loaded.vertices * np.array(mesh.scale)
+    if np.abs(vertices).max() > MAX_MAGNITUDE:
+        raise MeshError(f"{mesh.path}: The mesh is larger than {MAX_MAGNITUDE:g} m.")
+    return TriangleMesh(vertices, loaded.triangles)
+
+
+@lru_cache(maxsize=64)
+def _load(path: str) -> TriangleMesh:
+    import trimesh  # half a second to import, and most worlds hold no mesh file
+
+    try:
+        loaded = trimesh.load(path, force="mesh", process=False)
+        vertices, triangles = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int32)
+        if loaded.units:  # of COLLADA only; its <up_axis> is ignored, as Gazebo and RViz do
+            vertices = vertices * trimesh.units.unit_conversion(loaded.units, "meters")
+    except Exception as error:  # trimesh's readers raise whatever their input makes them stumble over
+        raise MeshError(f"{path}: The mesh cannot be read: {str(error) or type(error).__name__}.") from None
+    if not len(triangles) or len(triangles) > MAX_TRIANGLES:
+        raise MeshError(
+            f"{path}: The mesh holds {len(triangles)} triangles; 1 to {MAX_TRIANGLES} are allowed."
+        )
+    if not np.isfinite(vertices).all() or triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise MeshError(f"{path}: The mesh holds vertices that are not finite or do not exist.")
+    return TriangleMesh(vertices, triangles)
+
+
+def _split(quads) -> np.ndarray:
+    """Cut quadrilaterals (n, 4) into triangles (2 n, 3)."""
+    quads = np.asarray(quads)
+    return np.concatenate((quads[:, (0, 1, 2)], quads[:, (0, 2, 3)])).astype(np.int32)
