@@ -28,7 +28,7 @@ TILES, ENDS = 0, 1
 
 
 class Tiles(NamedTuple):
-    """The arrays of a pool of tiles; the first axis of all but the stacks is the tile (or the entry of ends)."""
+    """Arrays of a pool of tiles; the first axis is the tile, the entry of ends, or the place in a stack."""
 
     references: np.ndarray
     """(tiles,) in how many tables a tile is."""
