@@ -26,6 +26,7 @@ CALLED = (
     "rosservice",
     "rosnode",
     "rqt",
+    "rviz",
     "ign",
 )
 """What bash does not run, but writes down."""

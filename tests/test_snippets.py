@@ -38,7 +38,7 @@ FILE_ARGUMENTS = {"world", "bag", "mission"}
 SUBCOMMANDS = {"test", "bench", "report", "setup"}
 UPSTREAM = {"rqt_reconfigure", "mavros"}
 """Packages that a reader builds from source."""
-UNRUN = {"rqt", "rosservice", "rosnode"}
+UNRUN = {"rqt", "rviz", "rosservice", "rosnode"}
 SERVERS = {"/cepa": ("cepa", "Cepa"), "/position_controller": ("inspection_tools", "PositionController")}
 """Packages and .cfg files of the nodes that pages tune."""
 HELPFUL = {
@@ -79,7 +79,6 @@ def of_pages(found) -> list:
 def test_there_are_snippets_on_the_pages():
     """Empty lists would make the tests below pass without looking at anything."""
     assert {"README.md", "src/cepa/README.md", "src/master_thesis/doc/tutorial.md"} <= set(PAGES)
-    assert len(shell_snippets("README.md")) >= 4
     assert sum(len(shell_snippets(page)) for page in PAGES) > 20
 
 
@@ -263,7 +262,7 @@ def topic(call: Call) -> None:
     verb, *words = call.words[1:]
     assert verb in ("pub", "echo", "hz", "list"), call
     if verb == "pub":
-        _, kind, text = [word for word in words if not word.startswith("-")]
+        kind, text = words[-2:]
         message = roslib.message.get_message_class(kind)
         assert message, f"there is no message {kind}"
         try:

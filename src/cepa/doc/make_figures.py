@@ -1,4 +1,4 @@
-"""Draws the figures of README.md with the library itself, beside this file."""
+"""Draws the pictures of the pages with the library itself, beside this file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draws median_and_padding.png of README.md; run it in the sourced workspace with .venv/bin/python."""
+"""Draws median_and_padding.png of the pages; run it in the sourced workspace with .venv/bin/python."""
 
 from __future__ import annotations
 

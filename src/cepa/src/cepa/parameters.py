@@ -17,7 +17,7 @@ class CepaParameters:
     """The parameters of both algorithms; a thesis symbol stands beside each name.
 
     Raises ParameterError, in one sentence, for values that make no sense alone or together.
-    How the weights were tuned is told in the README.
+    How the weights were tuned is told in doc/how_it_works.md.
     """
 
     r_lb: float = 0.5

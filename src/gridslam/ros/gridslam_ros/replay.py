@@ -116,7 +116,9 @@ class Replay:
     def __init__(self, bag: str, topic: str, given: dict):
         settings, parameters, _, unknown = sort_parameters(given)
         if unknown:
-            raise ParameterError(f"There is no parameter {', '.join(unknown)}; README.md lists them all.")
+            raise ParameterError(
+                f"There is no parameter {', '.join(unknown)}; doc/reference.md has the list."
+            )
         self._remarks = Remarks(lambda sentence: tqdm.write(f"gridslam_replay: {sentence}", file=sys.stderr))
         for sentence in filter(None, (clamped(parameters), without_effect(given))):
             self._remarks.say(sentence)

@@ -44,7 +44,7 @@ class SlamParameters:
     lsigma: float = 0.075
     """m2: a beam d from the map has the log-likelihood -d^2 / lsigma."""
     ogain: float = 3.0
-    """Smooths the weights: log-likelihoods are divided by this, and by a constant (see the README)."""
+    """Smooths the weights: log-likelihoods are divided by 15 times this (see doc/how_it_works.md)."""
     lskip: int = 0
     """Beams skipped after each one that scan matching uses."""
     minimumScore: float = 0.0
@@ -80,7 +80,7 @@ class SlamParameters:
     occ_thresh: float = 0.25
     """A cell is occupied when a greater share of the beams that met it ended there."""
     llsamplerange: float = 0.01
-    """m. Accepted for gmapping's sake, as the next three, and without effect there, too; see the README."""
+    """m. Accepted as the next three are, and without effect, as in gmapping; see doc/how_it_works.md."""
     llsamplestep: float = 0.01
     """m"""
     lasamplerange: float = 0.005

@@ -1,1 +1,1 @@
-"""See README.md."""
+"""The experiments of the thesis: worlds, flights, results, campaigns. See README.md."""

@@ -1,7 +1,7 @@
 """Runs a simulation in time: pacing, pausing, lockstep, and the requests of other threads between its steps.
 
 One thread owns the simulation and calls `RunLoop.run`; everybody else goes through `RunLoop.call`. Nothing
-here knows ROS. The protocol of stamps and lockstep is told in README.md.
+here knows ROS. The protocol of stamps and lockstep is told in doc/how_it_works.md.
 """
 
 from __future__ import annotations

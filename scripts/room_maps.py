@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""Write the map of each package's rooms into its pages, from the first lines of the docstrings.
+
+usage: room_maps.py
+
+A room is a folder of Python modules. The map lists the rooms of a library and of its edge to ROS, and the
+modules that stand in the library's own folder.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = {path.parent.name: path / "how_it_works.md" for path in sorted(ROOT.glob("src/*/doc"))}
+PAGES["node_tools"] = ROOT / "src/node_tools/README.md"
+"""The page of each package that holds its map."""
+BEGIN, END = "<!-- rooms: scripts/room_maps.py writes from here -->\n", "<!-- to here -->"
+BLOCK = re.compile(f"(?<={BEGIN}).*?(?={END})", re.S)
+
+
+def summary(module: Path) -> str:
+    """Return the first line of a module's docstring."""
+    text = ast.get_docstring(ast.parse(module.read_text(encoding="utf-8"))) or ""
+    return text.partition("\n")[0].replace("|", "\\|")
+
+
+def room_map(package: str) -> str:
+    """Return the table of a package's rooms, in Markdown."""
+    top = ROOT / "src" / package
+    library, edge = top / "src" / package, top / "ros" / f"{package}_ros"
+    modules = [path for path in sorted(library.glob("*.py")) if path.stem != "__init__"]
+    found = sorted(path for folder in (library, edge) for path in folder.rglob("__init__.py"))
+    rooms = [path for path in found if path.parent != library]
+    rows = [(f"{path.parent.relative_to(top)}/", path) for path in rooms]
+    rows += [(str(path.relative_to(top)), path) for path in modules]
+    lines = [f"| [`{name}`]({name_from(package)}{name}) | {summary(path)} |" for name, path in rows]
+    return "\n".join(["", f"| where in `src/{package}/` | what is in it |", "|---|---|", *lines, "", ""])
+
+
+def name_from(package: str) -> str:
+    """Return the way from a package's page to its folder."""
+    return "../" if PAGES[package].parent.name == "doc" else ""
+
+
+def main() -> None:
+    """Write all maps."""
+    for package, page in PAGES.items():
+        text = page.read_text(encoding="utf-8")
+        page.write_text(BLOCK.sub(lambda _, package=package: room_map(package), text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

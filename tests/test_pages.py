@@ -1,0 +1,51 @@
+"""Pages are short, and the maps of their rooms show what exists."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+READMES = [ROOT / "README.md", ROOT / "benchmarks/README.md", *sorted((ROOT / "src").rglob("README.md"))]
+OTHERS = [ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("doc/*.md")), *sorted(ROOT.glob("src/*/doc/*.md"))]
+WORDS_MAX = {**dict.fromkeys(READMES, 700), **dict.fromkeys(OTHERS, 2500)}
+
+FILES = ["/px4.launch", "/apm.launch"]  # of MAVROS
+FILES += [str(path) for folder in ("src", "tests", "benchmarks") for path in (ROOT / folder).rglob("*.*")]
+
+_spec = importlib.util.spec_from_file_location("room_maps", ROOT / "scripts/room_maps.py")
+room_maps = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(room_maps)
+
+
+def _name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", WORDS_MAX, ids=_name)
+def test_a_page_is_short(page):
+    words = len(page.read_text(encoding="utf-8").split())
+    assert words <= WORDS_MAX[page], f"{_name(page)} has {words} words: move a part to a page of its own"
+
+
+@pytest.mark.parametrize("package", room_maps.PAGES)
+def test_a_map_shows_the_rooms_that_exist(package):
+    page = room_maps.PAGES[package]
+    (written,) = room_maps.BLOCK.findall(page.read_text(encoding="utf-8"))
+    made = room_maps.room_map(package)
+    wrong = set(written.splitlines()) ^ set(made.splitlines())
+    assert written == made, f"{_name(page)}: run scripts/room_maps.py. Lines that differ: {sorted(wrong)}"
+
+
+def test_every_package_has_a_map():
+    packages = {path.parent.name for path in ROOT.glob("src/*/package.xml")}
+    assert room_maps.PAGES.keys() == packages
+
+
+@pytest.mark.parametrize("page", WORDS_MAX, ids=_name)
+def test_a_file_that_a_page_names_exists(page):
+    named = re.findall(r"`([a-z0-9_./]+\.(?:py|launch|test|cfg|world))`", page.read_text(encoding="utf-8"))
+    assert [name for name in named if not any(file.endswith(f"/{name}") for file in FILES)] == []
