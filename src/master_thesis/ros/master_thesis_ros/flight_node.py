@@ -197,7 +197,7 @@ class FlightNode(ABC):
         return bool(actions)
 
     def _on_ready(self, message: Bool) -> None:
-        self._monitor.experiment.on_ready(message.data)
+        self._monitor.course.on_ready(message.data)
 
     def _on_ground_truth(self, message: Odometry) -> None:
         pose = pose_values(message.pose.pose)
@@ -233,7 +233,7 @@ class FlightNode(ABC):
 
     def _on_log(self, message: Log) -> None:
         """End a run before its flight when a node cannot start: roslaunch would start it again for ever."""
-        if message.level == Log.FATAL and self._monitor.experiment.phase is Phase.WAITING:
+        if message.level == Log.FATAL and self._monitor.course.phase is Phase.WAITING:
             self._enqueue(self._monitor.abort(message.msg))
 
     def _draw_path(self, message: Odometry) -> None:
