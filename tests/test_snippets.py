@@ -334,7 +334,7 @@ PYTHON = {
 }
 """By page: what its reader has before the page's python; pages run in their own folder."""
 SKELETONS = {
-    "src/gridslam/doc/how_it_works.md": "lines of a caller's loop; test_loop_closure.py runs the same calls",
+    "src/gridslam/doc/loop_closure.md": "lines of a caller's loop; test_loop_closure.py runs the same calls",
     "src/node_tools/README.md": "the frame of a node, with dots where its imports stand",
     "src/master_thesis/doc/tutorial.md": "a node; test_tutorial.py runs it against a scan",
 }

@@ -1,4 +1,4 @@
-"""Loop closure: the optional back end that corrects the whole path. See doc/how_it_works.md."""
+"""Loop closure: the optional back end that corrects the whole path. See doc/loop_closure.md."""
 
 from gridslam.loop_closure.closer import LoopCloser
 from gridslam.loop_closure.match import Closure
