@@ -13,8 +13,9 @@ READMES = [ROOT / "README.md", ROOT / "benchmarks/README.md", *sorted((ROOT / "s
 OTHERS = [ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("doc/*.md")), *sorted(ROOT.glob("src/*/doc/*.md"))]
 WORDS_MAX = {**dict.fromkeys(READMES, 700), **dict.fromkeys(OTHERS, 2500)}
 
+FOLDERS = ("src", "tests", "benchmarks", "scripts")
 FILES = ["/px4.launch", "/apm.launch"]  # of MAVROS
-FILES += [str(path) for folder in ("src", "tests", "benchmarks") for path in (ROOT / folder).rglob("*.*")]
+FILES += [str(path) for folder in FOLDERS for path in (ROOT / folder).rglob("*.*")]
 
 _spec = importlib.util.spec_from_file_location("room_maps", ROOT / "scripts/room_maps.py")
 room_maps = importlib.util.module_from_spec(_spec)
