@@ -114,9 +114,9 @@ run_tests() {
   rm -rf logs/test
   export ROS_HOME=$root/logs/test ROS_LOG_DIR=$root/logs/test/log PATH="$root/.venv/bin:$PATH"
   mkdir -p "$ROS_LOG_DIR"
-  # Three at a time, as conftest.py shares them out: half of a test's time is waiting for processes and clocks.
-  # Whoever wants it otherwise says so: -n 0 for --pdb, ...
-  exec .venv/bin/python -m pytest -n 3 "$@"
+  # Three at a time on two cores: half of a test's time is waiting for processes and clocks.
+  # The order of the files is conftest.py's. The caller's arguments win: -n 0 for --pdb, ...
+  exec .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder "$@"
 }
 
 # run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py; without a name every one that is no helper (_*.py), brief

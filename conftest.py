@@ -1,7 +1,8 @@
 """What all tests share: the libraries on the path, the markers, a ROS master of one's own.
 
-Tests may run in several processes (pytest-xdist, `-n 3`): most of them beside each other, those that measure
-wall time (marker `realtime`) with the machine to themselves.
+Tests may run in several processes (pytest-xdist): most of them beside each other, those that measure wall
+time (marker `realtime`) with the machine to themselves. A file's tests stay in one process, where they share
+what is dear to make.
 """
 
 from __future__ import annotations
@@ -75,44 +76,25 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 # -- several tests at a time --------------------------------------------------------------------------------
 
-# Files whose tests are dear and share nothing: each test may run in another process than its neighbours.
-ONE_BY_ONE = ("tests/test_rostests.py", "tests/test_flights.py", "tests/test_configuration_files.py")
-
-
-# Needs the machine to itself for its first test only: early, so that others run beside what follows.
-FIRST = "tests/test_experiment_1.py"
+# The dearest files come first, so that no process still runs one when the others are done.
+FIRST = ("tests/test_experiment_1.py", "tests/test_rostests.py", "tests/test_flights.py")
 
 
 def turn(item: pytest.Item) -> int:
-    """Return when a test's turn comes: dear ones first; last those that nobody else may run beside."""
-    if item.nodeid.startswith(FIRST):
-        return 0
-    if item.get_closest_marker("realtime"):
-        return 3
-    return 1 if item.nodeid.startswith("tests/") else 2
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log):
-    """Hand out whole files, whose tests may share what is dear to make, and the tests of some one by one."""
-    from xdist.scheduler import LoadScopeScheduling
-
-    class ByFile(LoadScopeScheduling):
-        def _split_scope(self, nodeid: str) -> str:
-            file = nodeid.split("::")[0]
-            return nodeid if file in ONE_BY_ONE else file
-
-    config.option.loadscopereorder = False  # the order is ours
-    return ByFile(config, log)
+    """Return when a test's turn comes: the dear ones of `tests/` are before those of the packages."""
+    file = item.nodeid.split("::")[0]
+    if file in FIRST:
+        return FIRST.index(file)
+    return len(FIRST) + (not file.startswith("tests/"))
 
 
 @contextlib.contextmanager
 def machine(alone: bool) -> Iterator[None]:
     """Hold the machine: alone, or together with all others who need not be alone.
 
-    Whoever waits for it stands in the door meanwhile, so that those who come later cannot overtake for ever.
-    The two files are only what all processes can lock; nothing is written into them, although NFS locks only
-    files that are open for that.
+    A test that waits for the room holds the door, so that tests that come later cannot overtake it for ever.
+    The two files are only what all processes can lock. Nothing is written into them; they are open for
+    writing because NFS locks no other files.
     """
     with (ROOT / "conftest.py").open("a") as door, (ROOT / "pyproject.toml").open("a") as room:
         fcntl.flock(door, fcntl.LOCK_EX)
@@ -126,19 +108,12 @@ def machine(alone: bool) -> Iterator[None]:
 
 @pytest.hookimpl(hookwrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item):
-    """Run a test when its turn comes: its fixtures belong to it, the wait does not count as its time."""
+    """Run a test, with its fixtures, when it may have the machine; the wait does not count as its time."""
     with machine(alone=item.get_closest_marker("realtime") is not None):
         yield
 
 
 # -- what tests start ---------------------------------------------------------------------------------------
-
-
-def free_port() -> int:
-    """Return a TCP port that nobody uses at this moment."""
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        return sock.getsockname()[1]
 
 
 def heed_interrupts() -> None:
@@ -239,7 +214,9 @@ def master_of_module(processes_of_module):
 
 def start_master(processes: Processes) -> Processes:
     """Start a ROS master on a free port, lead `processes` to it, and wait until it answers."""
-    port = free_port()
+    from master_thesis.flight.free_ports import free_ports
+
+    (port,) = free_ports(1)
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
     master = processes.start("rosmaster", "--core", "-p", str(port), stdout=subprocess.DEVNULL)
     end = time.monotonic() + 20.0

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Iterator
 
-from master_thesis.flight.launched_graph import Graph, GraphError, free_port
+from master_thesis.flight.free_ports import free_ports
+from master_thesis.flight.launched_graph import Graph, GraphError
 
 HOVER_PATIENCE_S = 90.0
 END_PATIENCE_S = 240.0
@@ -78,7 +79,7 @@ def _result(graph: Graph, results: Path) -> dict:
 def _experiment(*arguments: str) -> Iterator[tuple[Graph, Path]]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        ports = (f"offboard_port:={free_port(udp=True)}", f"gcs_port:={free_port(udp=True)}")
+        ports = (f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2)))
         graph = Graph(
             folder,
             *("master_thesis", "experiment_1.launch", "scenario:=forest", "headless:=true"),

@@ -23,7 +23,8 @@ from tqdm import tqdm
 
 from benchmarks._sim_soak import AREA_X_M, AREA_Y_M, GOAL_CLEARANCE_M
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.launched_graph import Graph, free_port
+from master_thesis.flight.free_ports import free_ports
+from master_thesis.flight.launched_graph import Graph
 from simulation_tools.geometry import Pose
 from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP
 from simulation_tools.simulation import Simulation
@@ -90,7 +91,7 @@ def soak(minutes: float, seed: int) -> dict:
     """Fly for that long in simulated time; return the figures. Needs ROS and the workspace's environment."""
     rng = np.random.default_rng(seed)
     parameters = scenario_parameters("forest", seed=seed).simulation
-    ports = {"offboard_port": free_port(udp=True), "gcs_port": free_port(udp=True)}
+    ports = dict(zip(("offboard_port", "gcs_port"), free_ports(2)))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         launch = folder / "soak.launch"

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import signal
-import socket
 import time
 from pathlib import Path
 
 import numpy as np
+
+from master_thesis.flight.free_ports import free_ports
 
 READY_PATIENCE_S = 150.0  # quiet machines need 12 s
 OWN_MACHINE = 0.2  # share of the processors that somebody else may use on a machine of one's own
@@ -81,11 +81,3 @@ class Flight:
         return np.genfromtxt(
             self.results / f"{name}.csv", delimiter=",", names=True, dtype=None, encoding=None
         )
-
-
-def free_ports(count: int) -> list[int]:
-    with contextlib.ExitStack() as stack:
-        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
-        for one in sockets:
-            one.bind(("127.0.0.1", 0))
-        return [one.getsockname()[1] for one in sockets]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Load an RViz file as RViz does, wait, and exit with 1 and a list if a display is unknown or shows an error.
+"""Load RViz files as RViz does, and exit with 1 if a display of theirs is unknown or shows an error.
 
-usage: rviz_displays.py FILE.rviz    (needs a ROS master and a display; prints one line per display)
+usage: rviz_displays.py FILE.rviz ...    (needs a ROS master and a display; prints the problems of each file)
 
 The frames of a flight are published, all on one spot, so that what RViz complains of is the file's fault.
 """
@@ -22,7 +22,8 @@ from simulation_tools.transforms.joint_frames import JointFrames
 from simulation_tools.vehicle.uav import load_uav
 
 FRAMES = [("map", "odom"), ("odom", "base_frame"), ("base_frame", "world")]
-PATIENCE_S = 4.0
+LEAST_S = 1.0  # in which a display finds what it complains of
+PATIENCE_S = 10.0  # for the frames and the model to arrive
 
 
 def publish_frames() -> StaticTransformBroadcaster:
@@ -42,11 +43,10 @@ def publish_frames() -> StaticTransformBroadcaster:
 
 
 def problems_of(display, path: str) -> list[str]:
-    """Return what a display and those inside it complain of, one sentence each; prints their states."""
+    """Return what a display and those inside it complain of, one sentence each."""
     here = f"{path}/{display.getName()}"
     children = [display.childAt(index) for index in range(display.numChildren())]
     status = [child for child in children if "Status:" in child.getName()]
-    print(here, "-", *(child.getName() for child in status))
     found = [
         f"{here}: {child.childAt(index).getName()}: {child.childAt(index).getValue()}"
         for child in status
@@ -61,30 +61,38 @@ def problems_of(display, path: str) -> list[str]:
     return found
 
 
-def main(path: str) -> int:
-    """Return 0 if every display of the file works."""
+def problems_in(path: str, frame: rviz.VisualizationFrame, application: QApplication) -> list[str]:
+    """Load one file, as File > Open does; return what its displays complain of to the end."""
     config, reader = rviz.Config(), rviz.YamlConfigReader()
     reader.readFile(config, path)
     if reader.error():
-        print(f"{path}: {reader.errorMessage()}")
-        return 1
+        return [reader.errorMessage()]
+    frame.load(config)
+    began = time.monotonic()
+    while True:
+        application.processEvents()
+        time.sleep(0.02)
+        waited_s = time.monotonic() - began
+        found = problems_of(frame.getManager().getRootDisplayGroup(), "")
+        if waited_s > PATIENCE_S or (waited_s > LEAST_S and not found):
+            return found
+
+
+def main(paths: list[str]) -> int:
+    """Return 0 if every display of the files works."""
     rospy.init_node("rviz_displays", disable_signals=True)
     broadcaster = publish_frames()  # held until the end
     application = QApplication(sys.argv[:1])
     frame = rviz.VisualizationFrame()
     frame.setSplashPath("")
     frame.initialize()
-    frame.load(config)
     frame.getManager().startUpdate()
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        application.processEvents()
-        time.sleep(0.02)
-    found = problems_of(frame.getManager().getRootDisplayGroup(), "")
-    print("\n".join(found))
+    problems = {path: problems_in(path, frame, application) for path in paths}
+    for path, found in problems.items():
+        print(f"\n{path}: {len(found)} problems", *found, sep="\n  ")
     del broadcaster
-    return 1 if found else 0
+    return 1 if any(problems.values()) else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(sys.argv[1:]))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import socket
 
 import numpy as np
 import pytest
+from launched_flight import Flight
 
 pytestmark = [pytest.mark.ros, pytest.mark.flight]
 
@@ -16,18 +16,9 @@ def launch(processes, tmp_path):
     """Run experiment_2.launch to its end; returns what was said and the results folder, if there is one."""
 
     def run(**args):
-        sockets = [socket.socket() for _ in range(3)]
-        for one in sockets:
-            one.bind(("127.0.0.1", 0))
-        master, offboard, ground = (one.getsockname()[1] for one in sockets)
-        for one in sockets:
-            one.close()
-        processes.environment["ROS_MASTER_URI"] = f"http://localhost:{master}"
-        given = {"offboard_port": offboard, "gcs_port": ground, "results": tmp_path / "results", **args}
-        words = [f"{name}:={value}" for name, value in given.items()]
-        command = ("roslaunch", "-p", str(master), "master_thesis", "experiment_2.launch", *words)
-        done = processes.run(*command, timeout_s=100.0)
-        return done.stdout, next((tmp_path / "results").glob("experiment_2/*"), None)
+        flight = Flight(processes, tmp_path, "experiment_2.launch", headless="true", **args)
+        flight.wait(100.0)
+        return flight.said, next((tmp_path / "results").glob("experiment_2/*"), None)
 
     return run
 
@@ -38,7 +29,6 @@ def test_obstacles_appear_while_time_stands_still_and_the_original_flies_into_on
         scenario="wall_three_columns",
         algorithm="original",
         K="20",
-        headless="true",
         lockstep="true",
         lockstep_timeout=30,
         real_time_factor="0",
@@ -77,7 +67,7 @@ def test_obstacles_appear_while_time_stands_still_and_the_original_flies_into_on
     ],
 )
 def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(launch, argument, sentence):
-    said, folder = launch(headless="true", **argument)
+    said, folder = launch(**argument)
     assert sentence in said
     assert "Traceback" not in said
     assert folder is None

@@ -1,19 +1,24 @@
-"""Whole flights through the whole graph: lockstep, tuning, and nodes that die."""
+"""Whole flights through the whole graph: lockstep, a full disk, tuning, and nodes that die."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
+import subprocess
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from launched_flight import READY_PATIENCE_S, Flight, free_ports
+from launched_flight import READY_PATIENCE_S, Flight
+
+from master_thesis.flight.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[1]
 WORLDS = ROOT / "src/master_thesis/worlds"
+FOREST = WORLDS / "forest.world"
 LOCKSTEP = {"lockstep": "true", "lockstep_timeout": 30, "real_time_factor": 0}
 
 pytestmark = [pytest.mark.ros, pytest.mark.flight]
@@ -21,36 +26,82 @@ pytestmark = [pytest.mark.ros, pytest.mark.flight]
 
 # -- lockstep ------------------------------------------------------------------------------------------------
 
+SMALL_DISK = "230M"  # rosbag does not begin with less than 200 MB
 
-def test_in_lockstep_a_flight_repeats_bit_for_bit_and_is_that_of_the_closed_loop(processes, tmp_path):
-    """With everything from the take-off to the landing, as fast as the machine can; and without ROS."""
-    from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
-    from master_thesis.flight.course import Phase
-    from simulation_tools.simulation import SimulationParameters
 
-    world = WORLDS / "forest.world"
-    args = {"world": world, "goal": "9 0 2", "seed": 3, **LOCKSTEP}
-    flights = []
-    for name, record in (("first", "false"), ("second", "true")):
-        (tmp_path / name).mkdir()
-        flights.append(Flight(processes, tmp_path / name, "fly_to_goal.launch", record=record, **args))
-        flights[-1].wait(200.0)
-        assert flights[-1].result["success"], flights[-1].result["failure"]
-        assert flights[-1].result["lockstep_misses"] == 0
-        assert "Traceback" not in flights[-1].said
+@pytest.fixture(scope="module")
+def small_disk(tmp_path_factory):
+    """A folder on a disk of its own, or None where nobody may mount one."""
+    folder = tmp_path_factory.mktemp("flight") / "results"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={SMALL_DISK}", "tmpfs", str(folder)]
+    mounted = subprocess.run(mount, capture_output=True, check=False).returncode == 0
+    yield folder if mounted else None
+    if mounted:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+@pytest.fixture(scope="module")
+def twins(processes_of_module, tmp_path_factory, small_disk):
+    """The same flight, from the take-off to the landing, flown twice; the second time its disk fills up."""
+
+    def start(folder: Path) -> Flight:
+        args = {"world": FOREST, "goal": "9 0 2", "seed": 3, "record": "true", **LOCKSTEP}
+        flight = Flight(processes_of_module, folder, "fly_to_goal.launch", **args)
+        flight.wait_until_said("is sent to the goal", READY_PATIENCE_S)
+        return flight
+
+    first = start(tmp_path_factory.mktemp("flight"))
+    first.wait(200.0)
+    second = start(small_disk.parent if small_disk else tmp_path_factory.mktemp("flight"))
+    if small_disk:
+        filler = small_disk / "filler"
+        fill(filler)
+        second.wait_until_said("told to land", 200.0)
+        filler.unlink()  # there is room for the results again
+    second.wait(200.0)
+    return first, second
+
+
+def fill(filler: Path) -> None:
+    """Make a file as large as its disk allows."""
+    with contextlib.suppress(OSError), filler.open("wb") as file:
+        while True:
+            file.write(bytes(1 << 20))
+
+
+def test_in_lockstep_a_flight_repeats_bit_for_bit(twins):
+    for flight in twins:
+        assert flight.result["success"], flight.result["failure"]
+        assert flight.result["lockstep_misses"] == 0
+        assert "Traceback" not in flight.said
     for series in ("truth", "odometry", "v_safe", "v_final"):
-        first, second = ((flight.results / f"{series}.csv").read_bytes() for flight in flights)
+        first, second = ((flight.results / f"{series}.csv").read_bytes() for flight in twins)
         assert first.count(b"\n") > 500
         assert first == second, f"{series}.csv differs"
 
-    parameters = ClosedLoopParameters(SimulationParameters(str(world), seed=3), goal_xyz_m=(9.0, 0.0, 2.0))
+
+def test_a_disk_that_fills_up_ends_the_recording_only(twins, small_disk):
+    if small_disk is None:
+        pytest.skip("needs to mount a small disk")
+    flight = twins[1]
+    assert flight.result["success"], flight.result["failure"]
+    assert "flight.bag" in flight.said.split("told to land")[1]
+
+
+def test_in_lockstep_a_flight_is_that_of_the_closed_loop(twins):
+    """The same algorithms without ROS, compared from the moment each UAV is sent to the goal."""
+    from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+    from master_thesis.flight.experiment import Phase
+    from simulation_tools.simulation import SimulationParameters
+
+    parameters = ClosedLoopParameters(SimulationParameters(str(FOREST), seed=3), goal_xyz_m=(9.0, 0.0, 2.0))
     with ClosedLoop(parameters) as loop:
         outcome = loop.run()
-    # Compared from the moment each was sent to the goal
     ours = np.array(loop.log.truth.rows)[:, :4]
-    theirs = np.array(flights[0].series("truth").tolist())[:, :4]
+    theirs = np.array(twins[0].series("truth").tolist())[:, :4]
     ours[:, 0] -= outcome.times_s[Phase.FLYING]
-    theirs[:, 0] -= flights[0].result["times_s"]["flying"]
+    theirs[:, 0] -= twins[0].result["times_s"]["flying"]
     times = np.arange(0.0, 5.0, 0.1)
     apart = [
         np.interp(times, ours[:, 0], ours[:, axis]) - np.interp(times, theirs[:, 0], theirs[:, axis])
@@ -58,15 +109,13 @@ def test_in_lockstep_a_flight_repeats_bit_for_bit_and_is_that_of_the_closed_loop
     ]
     assert np.linalg.norm(apart, axis=0).max() < 0.05
 
-    answers_again(processes, flights[1].results / "flight.bag")
 
-
-def answers_again(processes, bag: Path) -> None:
-    """`rosbag play` of what CEPA heard, into CEPA alone: every answer is the recorded one."""
-    port = free_ports(1)[0]
+def test_a_bag_played_into_cepa_alone_gives_every_recorded_answer(twins, processes):
+    (port,) = free_ports(1)
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
     processes.start("roslaunch", "-p", str(port), "cepa", "cepa.launch", "visualiser:=false", "replay:=true")
-    run = processes.run(sys.executable, str(ROOT / "tests/playback_probe.py"), str(bag), timeout_s=200.0)
+    bag = str(twins[0].results / "flight.bag")
+    run = processes.run(sys.executable, str(ROOT / "tests/playback_probe.py"), bag, timeout_s=200.0)
     assert run.returncode == 0, run.stdout
     figures = json.loads(run.stdout.splitlines()[-1])
     assert figures["recorded"] > 500
@@ -91,19 +140,19 @@ COLUMN = """<model name="column_{x}"><static>true</static><pose>{x} 1.2 0 0 0 0<
 def test_dynparam_changes_the_flight_while_flying(processes, tmp_path):
     """Two columns 1 m beside the way: no detour with r_UB = 1.2 m, but with the 1.5 m set between them."""
     world = tmp_path / "two_columns.world"
-    world.write_text(TWO_COLUMNS.format(columns="".join(COLUMN.format(x=x) for x in (7, 18))))
-    args = {"world": world, "goal": "23 0 2", **LOCKSTEP}
+    world.write_text(TWO_COLUMNS.format(columns="".join(COLUMN.format(x=x) for x in (6, 14))))
+    args = {"world": world, "goal": "17 0 2", **LOCKSTEP}
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
     flight.wait_until_said("process[experiment", READY_PATIENCE_S)
     dynparam = ("rosrun", "dynamic_reconfigure", "dynparam", "set", "/cepa", "r_ub", "1.5")
     probe = str(ROOT / "tests/tuning_probe.py")
-    run = processes.run(sys.executable, probe, "9", *dynparam, timeout_s=270.0)
+    run = processes.run(sys.executable, probe, "8", *dynparam, timeout_s=270.0)
     assert run.returncode == 0, run.stdout
     flight.wait(120.0)
     assert flight.result["success"], flight.result["failure"]
     assert flight.result["parameters"]["cepa"]["r_ub"] == 1.5
     truth = flight.series("truth")
-    aside = [np.abs(truth["y_m"][np.abs(truth["x_m"] - x) < 2.0]).max() for x in (7.0, 18.0)]
+    aside = [np.abs(truth["y_m"][np.abs(truth["x_m"] - x) < 2.0]).max() for x in (6.0, 14.0)]
     assert aside[0] < 0.06
     assert aside[1] > aside[0] + 0.05
 

@@ -9,7 +9,8 @@ import time
 from pathlib import Path
 
 import pytest
-from launched_flight import free_ports
+
+from master_thesis.flight.free_ports import free_ports
 
 pytest.importorskip("rosgraph", reason="needs ROS")
 

@@ -8,7 +8,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from launched_flight import free_ports
+
+from master_thesis.flight.free_ports import free_ports
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 request = pytest.importorskip("master_thesis_ros.launch_request", reason="needs the workspace's environment")

@@ -8,7 +8,9 @@ from pathlib import Path
 from subprocess import PIPE, STDOUT
 
 import pytest
-from launched_flight import Flight, free_ports
+from launched_flight import Flight
+
+from master_thesis.flight.free_ports import free_ports
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 

@@ -23,13 +23,12 @@ def note(name, act):
     with open("times", "a") as file:
         file.write(f"{name} {began} {time.monotonic()}\\n")
 
-@pytest.mark.parametrize("n", range(4))
+@pytest.mark.parametrize("n", range(2))
 def test_among_others(n):
     note("shared", lambda: time.sleep(0.4))
 
 @pytest.mark.realtime
-@pytest.mark.parametrize("n", range(2))
-def test_alone(n):
+def test_alone():
     note("alone", lambda: time.sleep(0.2))
 """
 ONE_THAT_WAITS = """
@@ -52,12 +51,15 @@ def start(tmp_path, processes):
         for name in ("conftest.py", "pyproject.toml"):
             shutil.copy(ROOT / name, tmp_path)
         (tmp_path / "tests").mkdir()
-        (tmp_path / "tests/test_flights.py").write_text(tests)  # one of those that are handed out one by one
+        # One file a process, as `loadfile` shares them out
+        for number in range(2):
+            (tmp_path / f"tests/test_{number}.py").write_text(tests)
         for name in [
             name for name in processes.environment if name.startswith(("PYTEST_", "WORKSPACE_TEST_RUN"))
         ]:
             del processes.environment[name]
-        command = (sys.executable, "-m", "pytest", "-n", "2", "-p", "no:cacheprovider", "tests")
+        options = ("-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:cacheprovider")
+        command = (sys.executable, "-m", "pytest", *options, "tests")
         return processes.start(*command, cwd=tmp_path, stdout=subprocess.DEVNULL)
 
     return run

@@ -7,7 +7,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from launched_flight import free_ports
+
+from master_thesis.flight.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[1]
 SETUP_PATIENCE_S = 400.0

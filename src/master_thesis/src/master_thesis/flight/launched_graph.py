@@ -7,7 +7,6 @@ import os
 import queue
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Sequence
 
 from master_thesis.errors import GraphError
+from master_thesis.flight.free_ports import free_ports
 
 TOKEN = "LAUNCHED_GRAPH"
 """Environment variable by which everything that belongs to a graph is found."""
@@ -52,7 +52,7 @@ class Graph:
         if not shutil.which("roslaunch"):
             raise GraphError("There is no roslaunch; call ./bringup.sh, which loads ROS's environment.")
         self._token = uuid.uuid4().hex
-        port = free_port()
+        (port,) = free_ports(1)
         self.master_uri = f"http://localhost:{port}"
         environment = {
             **os.environ,
@@ -177,10 +177,3 @@ class Graph:
     def _read_events(self) -> None:
         for line in self._probe.stdout:
             self._events.put(json.loads(line))
-
-
-def free_port(udp: bool = False) -> int:
-    """Return a port of this machine that nobody uses at the moment."""
-    with socket.socket(type=socket.SOCK_DGRAM if udp else socket.SOCK_STREAM) as sock:
-        sock.bind(("127.0.0.1", 0))
-        return sock.getsockname()[1]

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Iterator
 
 from master_thesis.errors import GraphError
-from master_thesis.flight.launched_graph import Graph, free_port
+from master_thesis.flight.free_ports import free_ports
+from master_thesis.flight.launched_graph import Graph
 from master_thesis.report.piece import Made, Piece
 from master_thesis.report.size import Size
 
@@ -183,7 +184,7 @@ def _launch(what: str) -> tuple[float, float]:
 
 
 def _arguments(what: str, folder: Path) -> list[str]:
-    ports = [f"offboard_port:={free_port(udp=True)}", f"gcs_port:={free_port(udp=True)}"]
+    ports = [f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2))]
     if what == "Experiment 1":
         return ["master_thesis", "experiment_1.launch", "headless:=true", f"results:={folder}", *ports]
     if what == "Gazebo with PX4":

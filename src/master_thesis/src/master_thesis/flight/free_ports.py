@@ -1,0 +1,37 @@
+"""Ports for a graph that runs beside others on one machine."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import socket
+
+# Linux gives ports from 32768 on to every connection. One of those may be taken again before the program
+# that it is meant for has started.
+CANDIDATES = range(15000, 32768)
+
+
+def free_ports(count: int) -> list[int]:
+    """Return ports of 127.0.0.1 that nobody uses at this moment, neither by TCP nor by UDP.
+
+    Raises:
+        OSError: there are not so many.
+    """
+    with contextlib.ExitStack() as held:
+        found = []
+        for port in random.SystemRandom().sample(CANDIDATES, len(CANDIDATES)):
+            if len(found) == count:
+                return found
+            if _take(port, held):
+                found.append(port)
+    raise OSError(f"Fewer than {count} ports from {CANDIDATES[0]} to {CANDIDATES[-1]} are free.")
+
+
+def _take(port: int, held: contextlib.ExitStack) -> bool:
+    for kind in (socket.SOCK_STREAM, socket.SOCK_DGRAM):
+        sock = held.enter_context(socket.socket(type=kind))
+        try:
+            sock.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True
