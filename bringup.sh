@@ -16,14 +16,14 @@ source scripts/setup.sh
 
 usage() {
   cat <<'TEXT'
-./bringup.sh                                     flies Experiment 1 in the forest and says where the results lie
-./bringup.sh <launch file> [arg:=value ...]      a launch file of master_thesis, with its arguments
-./bringup.sh test [pytest arguments]             every test, three at a time; arguments go to pytest (-n 0: one at a time)
-./bringup.sh bench [name [arguments]]            the benchmarks, or the one of that name (--help tells its arguments)
-./bringup.sh report [--quick] [--only NAME ...]  every experiment of the thesis beside its own figures, as one HTML page
-./bringup.sh setup                               set-up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
+./bringup.sh                                     fly Experiment 1 in the forest; print where the results are
+./bringup.sh <launch file> [arg:=value ...]      start a launch file of master_thesis with its arguments
+./bringup.sh test [pytest arguments]             run every test, three at a time; arguments go to pytest (-n 0: one at a time)
+./bringup.sh bench [name [arguments]]            run all benchmarks, or one (NAME --help prints its arguments)
+./bringup.sh report [--quick] [--only NAME ...]  fly every experiment of the thesis; write our results beside the thesis's as HTML
+./bringup.sh setup                               set up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
 
-Each first does what is missing of the set-up: distribution packages, .venv, build. Details go to logs/bringup.log.
+Each call first sets up what is missing: distribution packages, .venv, build. Details go to logs/bringup.log.
 TEXT
   echo
   echo "Launch files:"

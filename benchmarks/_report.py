@@ -138,5 +138,5 @@ def options(description: str) -> argparse.ArgumentParser:
     """Return a parser with the options that every benchmark has."""
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
     parser.add_argument("--results", type=Path, default=RESULTS, help="folder to write into")
-    parser.add_argument("--brief", action="store_true", help="measure less, and sooner")
+    parser.add_argument("--brief", action="store_true", help="measure less, in a shorter time")
     return parser

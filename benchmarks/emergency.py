@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
     parser = options(__doc__)
     parser.add_argument(
-        "--variations", type=int, default=20, metavar="N", help="of each scenario's placement"
+        "--variations", type=int, default=20, metavar="N", help="variations of each scenario's placement"
     )
     parser.add_argument("--K", type=float, default=50.0, help="K of the emergency avoidance's filter, m/rad")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes that fly")

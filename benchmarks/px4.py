@@ -47,8 +47,8 @@ NORTH_RAD = 0.5 * np.pi
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly, print and write; 1 when a figure is out of bounds."""
     parser = options(__doc__)
-    parser.add_argument("--seed", type=int, default=1, help="of the first flight's noise")
-    parser.add_argument("--flights", type=int, default=5, help="how many are flown")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the first flight's noise")
+    parser.add_argument("--flights", type=int, default=5, help="number of flights")
     given = parser.parse_args(arguments)
     reference = read_reference(DATA / "px4_steps.csv.gz")
     published = json.loads((DATA / "px4_figures.json").read_text(encoding="utf-8"))

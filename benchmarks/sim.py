@@ -68,13 +68,13 @@ ANCHORS = {
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print and write."""
     parser = options(__doc__)
-    parser.add_argument("--parts", nargs="+", default=PARTS, choices=PARTS, help="measure these only")
+    parser.add_argument("--parts", nargs="+", default=PARTS, choices=PARTS, help="measure only these parts")
     parser.add_argument("--soak", action="store_true", help="fly an hour of random goals and faults instead")
-    parser.add_argument("--soak-graph", action="store_true", help="as --soak, through the whole ROS graph")
+    parser.add_argument("--soak-graph", action="store_true", help="as --soak, with the whole ROS graph")
     parser.add_argument(
-        "--minutes", type=float, help="of simulated time in the soak: 60, through the graph 10"
+        "--minutes", type=float, help="simulated minutes of --soak (default: 60) or --soak-graph (10)"
     )
-    parser.add_argument("--seed", type=int, default=1, help="of the soak's goals and faults")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the soak's goals and faults")
     given = parser.parse_args(arguments)
     if given.soak or given.soak_graph:
         _soak("soak_graph" if given.soak_graph else "soak", given)

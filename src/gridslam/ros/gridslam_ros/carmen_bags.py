@@ -41,14 +41,14 @@ def carmen_to_bag(argv: list[str] | None = None) -> int:
     parser = _parser("carmen_to_bag", "Turns a CARMEN log into a bag of scans, odometry and TF.")
     parser.add_argument("log", help="CARMEN log, plain or .gz")
     parser.add_argument("bag", nargs="?", help="bag to write (default: the log's name with .bag)")
-    parser.add_argument("--range-max", type=float, metavar="M", help="m; longer readings are no return")
+    parser.add_argument("--range-max", type=float, metavar="M", help="longer readings count as no return, m")
     parser.add_argument("--lidar-frame", default="laser", help="(default: %(default)s)")
     parser.add_argument(
         "--lidar-pose",
         type=float,
         nargs=3,
         metavar=("X", "Y", "YAW"),
-        help="of the lidar on the robot, m and rad (default: as the log has it)",
+        help="pose of the lidar on the robot, m and rad (default: that of the log)",
     )
     parser.add_argument("--odometry", default="/odom", help="topic of ODOM lines (default: %(default)s)")
     arguments = parser.parse_args(argv)
@@ -72,7 +72,7 @@ def bag_to_carmen(argv: list[str] | None = None) -> int:
 def _parser(name: str, description: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument(
-        "--scan", default="/scan", metavar="TOPIC", help="of the scans (default: %(default)s)"
+        "--scan", default="/scan", metavar="TOPIC", help="topic of the scans (default: %(default)s)"
     )
     parser.add_argument("--odom-frame", default="odom", help="(default: %(default)s)")
     parser.add_argument("--base-frame", default="base_link", help="(default: %(default)s)")

@@ -48,9 +48,9 @@ def main(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("bag", metavar="BAG", help="bag with scans and TF odom -> base -> lidar")
     parser.add_argument(
-        "--scan", default="/scan", metavar="TOPIC", help="of the scans (default: %(default)s)"
+        "--scan", default="/scan", metavar="TOPIC", help="topic of the scans (default: %(default)s)"
     )
-    parser.add_argument("--output", metavar="FOLDER", help="where results go (default: BAG's name + _slam)")
+    parser.add_argument("--output", metavar="FOLDER", help="folder to write (default: BAG's name + _slam)")
     arguments = parser.parse_args(rest)
     output = Path(arguments.output or str(Path(arguments.bag).with_suffix("")) + "_slam")
     try:

@@ -60,14 +60,14 @@ def _parser() -> argparse.ArgumentParser:
     ate.add_argument("trajectory", type=Path, help="trajectory to judge, TUM form")
     ate.add_argument("truth", type=Path, help="ground truth, TUM form")
     ate.add_argument(
-        "--align", choices=ALIGNMENTS, default="none", help="before comparing (default: %(default)s)"
+        "--align", choices=ALIGNMENTS, default="none", help="align before comparing (default: none)"
     )
     ate.add_argument(
         "--rpe-distance",
         type=_positive,
         default=1.0,
         metavar="M",
-        help="RPE over so much path (default: 1 m)",
+        help="length of path for the RPE, m (default: 1)",
     )
     ate.set_defaults(judge=_ate)
 
@@ -90,7 +90,7 @@ def _parser() -> argparse.ArgumentParser:
     maps.set_defaults(judge=_map)
 
     for command in (relations, ate, maps):
-        command.add_argument("--json", type=Path, help="write the figures to this file, too")
+        command.add_argument("--json", type=Path, help="also write the numbers to this file")
     return parser
 
 

@@ -40,14 +40,18 @@ def _parser(tuning: bool) -> argparse.ArgumentParser:
         else "Flies a campaign: trials.csv, summary.csv, pictures. `campaign tune` searches parameters."
     )
     parser = argparse.ArgumentParser(prog=command, description=what)
-    parser.add_argument("file", type=Path, help="YAML file, or the bare name of a shipped campaign")
-    parser.add_argument("--workers", type=_positive, metavar="N", help="local processes; as many as cores")
+    parser.add_argument("file", type=Path, help="YAML file, or the name of a shipped campaign")
+    parser.add_argument("--workers", type=_positive, metavar="N", help="processes (default: one a core)")
+    parser.add_argument("--scheduler", metavar="WHERE", help="Dask scheduler: tcp://host:port, or its file")
     parser.add_argument(
-        "--scheduler", metavar="WHERE", help="of a Dask cluster: tcp://host:port, or its file"
+        "--out", type=Path, metavar="FOLDER", help=f"folder for the results (default: {RESULTS}/NAME)"
     )
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help=f"by default {RESULTS}/NAME")
-    parser.add_argument("--seeds", type=_positive, metavar="N", help="in place of the file's number of seeds")
-    parser.add_argument("--smallest", action="store_true", help="as the file's `smallest:` has it: seconds")
+    parser.add_argument(
+        "--seeds", type=_positive, metavar="N", help="number of seeds, in place of the file's"
+    )
+    parser.add_argument(
+        "--smallest", action="store_true", help="fly what the file says under `smallest:` (takes seconds)"
+    )
     return parser
 
 

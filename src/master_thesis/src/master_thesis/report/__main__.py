@@ -53,7 +53,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="./bringup.sh report", description="Reproduce the thesis's chapter 8."
     )
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--quick", action="store_true", help="one seed of everything, under 10 minutes")
+    size.add_argument("--quick", action="store_true", help="one seed of each experiment, under 10 minutes")
     size.add_argument(
         "--smallest", action="store_true", help="seconds of flight, for tests of the report itself"
     )
@@ -66,13 +66,13 @@ def _parser() -> argparse.ArgumentParser:
         default=(),
         choices=LIDARS,
         metavar="L",
-        help="of experiments 3 and 4: " + ", ".join(LIDARS),
+        help="lidars of experiments 3 and 4: " + ", ".join(LIDARS),
     )
     parser.add_argument(
-        "--out", type=Path, default=Path("results/report"), metavar="FOLDER", help="where the report goes"
+        "--out", type=Path, default=Path("results/report"), metavar="FOLDER", help="folder for the report"
     )
     parser.add_argument(
-        "--workers", type=_workers, default=WORKERS, metavar="N", help="processes, 2 unless said otherwise"
+        "--workers", type=_workers, default=WORKERS, metavar="N", help="number of processes (default: 2)"
     )
     parser.add_argument("--no-pdf", action="store_true", help="write the page only")
     return parser
