@@ -1,6 +1,6 @@
-"""Figures to compare with that no benchmark measures: each with where it comes from.
+"""Numbers to compare with that no benchmark measures, each with its source.
 
-An anchor is a constant. The machine, its load and the day were others than those of the figures beside it, so
+An anchor is a constant. The machine, its load and the day were others than those of the numbers beside it, so
 that a ratio of the two is an order of magnitude, not a result.
 """
 

@@ -54,7 +54,7 @@ CLOCK_HAND = (
 
 @dataclass
 class Soak:
-    """Figures of a soak. contacts: but for the ground. Memory: resident, after a tenth and at the end."""
+    """Metrics of a soak. contacts: but for the ground. Memory: resident, after a tenth and at the end."""
 
     simulated_s: float = 0.0
     wall_s: float = 0.0
@@ -104,7 +104,7 @@ class FaultyLoop(ClosedLoop):
 
 
 def soak(minutes: float, seed: int) -> dict:
-    """Fly for that long in simulated time; return the figures."""
+    """Fly for that long in simulated time; return the metrics."""
     rng = np.random.default_rng(seed)
     parameters = replace(scenario_parameters("forest", seed=seed), goal_xyz_m=None, limits=_endless())
     with FaultyLoop(parameters, rng) as loop:
@@ -118,7 +118,7 @@ class _Flight:
 
     def __init__(self, loop: FaultyLoop, length_s: float) -> None:
         self._loop, self._rng, self._length_s = loop, loop.rng, length_s
-        self._figures = Soak()
+        self._metrics = Soak()
         self._start_s = loop.time_s
         self._goal = (0.0, 0.0, 2.0)
         self._goal_ends_s = self._fault_changes_s = loop.time_s
@@ -130,8 +130,8 @@ class _Flight:
         world.set_state("clock_hand", hand)
 
     def fly(self) -> Soak:
-        """Fly to the end; return the figures."""
-        began_s, figures, loop = time.perf_counter(), self._figures, self._loop
+        """Fly to the end; return the metrics."""
+        began_s, metrics, loop = time.perf_counter(), self._metrics, self._loop
         with tqdm(total=round(self._length_s), unit=" s", desc="simulated") as bar:
             for _ in range(round(self._length_s)):
                 end_us = loop.simulation.time_us + 1_000_000
@@ -139,21 +139,21 @@ class _Flight:
                     self._watch(loop.step())
                 self._each_second()
                 bar.update()
-        figures.simulated_s = loop.time_s - self._start_s
-        figures.wall_s = time.perf_counter() - began_s
-        figures.memory_end_mb = _resident_mb()
+        metrics.simulated_s = loop.time_s - self._start_s
+        metrics.wall_s = time.perf_counter() - began_s
+        metrics.memory_end_mb = _resident_mb()
         hand_m = loop.simulation.world.get_state("clock_hand").pose.position_m[0]
-        figures.clock_drift_ms = 1e3 * (hand_m / CLOCK_M_S - figures.simulated_s)
-        return figures
+        metrics.clock_drift_ms = 1e3 * (hand_m / CLOCK_M_S - metrics.simulated_s)
+        return metrics
 
     def _watch(self, output: StepOutput) -> None:
-        figures, loop = self._figures, self._loop
+        metrics, loop = self._metrics, self._loop
         for contact in output.contacts:
             if not contact.collision_2.startswith("ground_plane::"):
-                figures.contacts += 1
-                figures.touched = sorted({*figures.touched, contact.collision_2})
+                metrics.contacts += 1
+                metrics.touched = sorted({*metrics.touched, contact.collision_2})
         failsafe = loop.simulation.px4.status.failsafe
-        figures.failsafes += failsafe and not self._was_failsafe
+        metrics.failsafes += failsafe and not self._was_failsafe
         self._was_failsafe = failsafe
         if loop.time_s >= self._fault_changes_s:
             self._change_fault()
@@ -169,25 +169,25 @@ class _Flight:
         waits = fault == "setpoints stop" and math.dist(self._place, self._goal) < 0.3
         length = LANDING_S if waits else FAULTS[fault]
         loop.begin(fault)
-        self._figures.faults[fault] = self._figures.faults.get(fault, 0) + 1
+        self._metrics.faults[fault] = self._metrics.faults.get(fault, 0) + 1
         self._fault_changes_s = loop.time_s + rng.uniform(*length)
 
     def _each_second(self) -> None:
-        loop, figures = self._loop, self._figures
+        loop, metrics = self._loop, self._metrics
         place = loop.simulation.world.get_state(loop.simulation.uav_name).pose.position_m
-        figures.way_m += math.dist(place, self._place)
+        metrics.way_m += math.dist(place, self._place)
         self._place = place
         loop.monitor.log = FlightLog()  # an hour of it is a gigabyte
         if math.dist(place[:2], self._goal[:2]) < 0.3 and self._goal_ends_s > loop.time_s + 5.0:
-            figures.goals_reached += 1
+            metrics.goals_reached += 1
             self._goal_ends_s = loop.time_s + 4.0
         if loop.time_s >= self._goal_ends_s:
             self._goal = self._new_goal()
             self._goal_ends_s = loop.time_s + self._rng.uniform(*GOAL_PATIENCE_S)
-            figures.goals += 1
+            metrics.goals += 1
             loop.go(self._goal)
-        if not figures.memory_early_mb and loop.time_s - self._start_s >= 0.1 * self._length_s:
-            figures.memory_early_mb = _resident_mb()
+        if not metrics.memory_early_mb and loop.time_s - self._start_s >= 0.1 * self._length_s:
+            metrics.memory_early_mb = _resident_mb()
 
     def _new_goal(self) -> tuple[float, float, float]:
         """Draw a place with nothing near it."""
@@ -198,18 +198,18 @@ class _Flight:
                 return float(x), float(y), 2.0
 
 
-def summary(figures: dict) -> str:
-    """Return the figures as text."""
-    faults = ", ".join(f"{name} {count}" for name, count in sorted(figures["faults"].items()))
-    growth_mb = figures["memory_end_mb"] - figures["memory_early_mb"]
-    touched = f" ({', '.join(figures['touched'])})" if figures["touched"] else ""
+def summary(metrics: dict) -> str:
+    """Return the metrics as text."""
+    faults = ", ".join(f"{name} {count}" for name, count in sorted(metrics["faults"].items()))
+    growth_mb = metrics["memory_end_mb"] - metrics["memory_early_mb"]
+    touched = f" ({', '.join(metrics['touched'])})" if metrics["touched"] else ""
     return (
-        f"{figures['simulated_s'] / 60.0:.1f} simulated minutes in {figures['wall_s']:.0f} s, "
-        f"{figures['way_m'] / 1e3:.2f} km, {figures['goals_reached']} of {figures['goals']} goals reached\n"
-        f"faults: {faults}; failsafes: {figures['failsafes']}\n"
-        f"contacts: {figures['contacts']}{touched}\n"
-        f"memory: {figures['memory_end_mb']:.0f} MB at the end, {growth_mb:+.1f} MB since a tenth of it\n"
-        f"drift between clock and physics: {figures['clock_drift_ms']:.3g} ms"
+        f"{metrics['simulated_s'] / 60.0:.1f} simulated minutes in {metrics['wall_s']:.0f} s, "
+        f"{metrics['way_m'] / 1e3:.2f} km, {metrics['goals_reached']} of {metrics['goals']} goals reached\n"
+        f"faults: {faults}; failsafes: {metrics['failsafes']}\n"
+        f"contacts: {metrics['contacts']}{touched}\n"
+        f"memory: {metrics['memory_end_mb']:.0f} MB at the end, {growth_mb:+.1f} MB since a tenth of it\n"
+        f"drift between clock and physics: {metrics['clock_drift_ms']:.3g} ms"
     )
 
 

@@ -68,7 +68,7 @@ SILENCE_S = 20.0
 
 @dataclass
 class GraphSoak:
-    """Figures of a soak. recovery_s: from a kill until setpoints come again and the UAV is ready for them."""
+    """Metrics of a soak. recovery_s: from a kill until setpoints come again and the UAV is ready for them."""
 
     simulated_s: float = 0.0
     way_m: float = 0.0
@@ -88,7 +88,7 @@ class GraphSoak:
 
 
 def soak(minutes: float, seed: int) -> dict:
-    """Fly for that long in simulated time; return the figures. Needs ROS and the workspace's environment."""
+    """Fly for that long in simulated time; return the metrics. Needs ROS and the workspace's environment."""
     rng = np.random.default_rng(seed)
     parameters = scenario_parameters("forest", seed=seed).simulation
     ports = dict(zip(("offboard_port", "gcs_port"), free_ports(2)))
@@ -101,11 +101,11 @@ def soak(minutes: float, seed: int) -> dict:
             graph.wait_for("hovering", START_S)
             os.environ["ROS_MASTER_URI"] = graph.master_uri
             simulation = Simulation(parameters)  # tells where there is room for a goal
-            figures = _Soak(graph, simulation, rng, [*ports.values()]).fly(60.0 * minutes)
-            figures.memory_end_gb = graph.memory_gb()
-            figures.shutdown_s = graph.interrupt()
-            figures.tracebacks = _ends_of_tracebacks((folder / "roslaunch.txt").read_text(errors="replace"))
-            return asdict(figures)
+            metrics = _Soak(graph, simulation, rng, [*ports.values()]).fly(60.0 * minutes)
+            metrics.memory_end_gb = graph.memory_gb()
+            metrics.shutdown_s = graph.interrupt()
+            metrics.tracebacks = _ends_of_tracebacks((folder / "roslaunch.txt").read_text(errors="replace"))
+            return asdict(metrics)
         finally:
             graph.close()
 
@@ -118,7 +118,7 @@ class _Soak:
         from benchmarks._sim_soak_talk import Talk
 
         self._graph, self._simulation, self._rng = graph, simulation, rng
-        self._figures = GraphSoak()
+        self._metrics = GraphSoak()
         self._talk = Talk(rng)
         fcu_ports = (ports[0] + OFFBOARD_PORT_STEP, ports[1] + GCS_PORT_STEP, ports[0])
         self._nonsense: dict[str, Callable[[], None]] = {
@@ -131,30 +131,30 @@ class _Soak:
         self._goal_ends_s = 0.0
 
     def fly(self, length_s: float) -> GraphSoak:
-        """Fly to the end; return the figures."""
-        talk, figures, rng = self._talk, self._figures, self._rng
+        """Fly to the end; return the metrics."""
+        talk, metrics, rng = self._talk, self._metrics, self._rng
         start_s = talk.wait_for_pose(SILENCE_S)[0]
         fault_due_s, place = start_s + 10.0, None
         with tqdm(total=round(length_s), unit=" s", desc="simulated") as bar:
             while talk.now_s - start_s < length_s:
                 now_s, here = talk.wait_for_pose(SILENCE_S)
                 way_m = math.dist(here, place or here)
-                figures.way_m += way_m
+                metrics.way_m += way_m
                 place = here
                 self._lead(now_s, here)
                 if now_s >= fault_due_s:
                     self._fault(is_slow=way_m < SLOW_M)
                     fault_due_s = talk.now_s + rng.uniform(*FAULT_PAUSE_S)
-                if not figures.memory_early_gb and now_s - start_s > 0.1 * length_s:
-                    figures.memory_early_gb = self._graph.memory_gb()
+                if not metrics.memory_early_gb and now_s - start_s > 0.1 * length_s:
+                    metrics.memory_early_gb = self._graph.memory_gb()
                 bar.update(round(now_s - start_s) - bar.n)
                 time.sleep(0.1)
-        figures.simulated_s = talk.now_s - start_s
-        figures.touched = [self._with_its_fault(what, when_s) for what, when_s in talk.touched.items()]
-        figures.contacts = talk.contacts
-        figures.recovery_s_mean = float(np.mean(self._recoveries_s or [0.0]))
-        figures.recovery_s_max = max(self._recoveries_s, default=0.0)
-        return figures
+        metrics.simulated_s = talk.now_s - start_s
+        metrics.touched = [self._with_its_fault(what, when_s) for what, when_s in talk.touched.items()]
+        metrics.contacts = talk.contacts
+        metrics.recovery_s_mean = float(np.mean(self._recoveries_s or [0.0]))
+        metrics.recovery_s_max = max(self._recoveries_s, default=0.0)
+        return metrics
 
     def _with_its_fault(self, what: str, when_s: float) -> str:
         """Return a contact beside the last fault before it."""
@@ -165,12 +165,12 @@ class _Soak:
     def _lead(self, now_s: float, here: tuple[float, float, float]) -> None:
         """Send the next goal when the last one is reached, or takes too long."""
         if math.dist(here[:2], self._goal_m[:2]) < 0.3 and self._goal_ends_s > now_s + 5.0:
-            self._figures.goals_reached += 1
+            self._metrics.goals_reached += 1
             self._goal_ends_s = now_s + 4.0
         if now_s >= self._goal_ends_s:
             self._goal_m = self._new_goal()
             self._goal_ends_s = now_s + self._rng.uniform(*GOAL_PATIENCE_S)
-            self._figures.goals += 1
+            self._metrics.goals += 1
             self._talk.go(self._goal_m)
 
     def _new_goal(self) -> tuple[float, float, float]:
@@ -188,13 +188,13 @@ class _Soak:
         else:
             what = str(self._rng.choice(list(self._nonsense)))
             self._faults.append((self._talk.now_s, what))
-            self._figures.nonsense[what] = self._figures.nonsense.get(what, 0) + 1
+            self._metrics.nonsense[what] = self._metrics.nonsense.get(what, 0) + 1
             self._nonsense[what]()
 
     def _kill(self, node: str) -> None:
         """Kill a node; go on when it is back and the UAV takes setpoints again."""
-        figures, talk = self._figures, self._talk
-        figures.kills[node] = figures.kills.get(node, 0) + 1
+        metrics, talk = self._metrics, self._talk
+        metrics.kills[node] = metrics.kills.get(node, 0) + 1
         pid, killed_s = talk.pid_of(node), talk.now_s
         self._faults.append((killed_s, f"{node} was killed"))
         os.kill(pid, signal.SIGKILL)
@@ -204,7 +204,7 @@ class _Soak:
                 self._recoveries_s.append(talk.now_s - killed_s)
                 return
             time.sleep(0.1)
-        figures.never_recovered.append(f"{node} at {killed_s:.0f} s")
+        metrics.never_recovered.append(f"{node} at {killed_s:.0f} s")
 
 
 def _ends_of_tracebacks(said: str) -> list[str]:
@@ -223,21 +223,21 @@ def _send_garbage(rng: np.random.Generator, ports: tuple[int, ...]) -> None:
                 sender.sendto(magic + rng.bytes(int(rng.integers(0, 400))), ("127.0.0.1", port))
 
 
-def summary(figures: dict) -> str:
-    """Return the figures as text."""
+def summary(metrics: dict) -> str:
+    """Return the metrics as text."""
     counts = {
-        name: ", ".join(f"{what} {count}" for what, count in sorted(figures[name].items()))
+        name: ", ".join(f"{what} {count}" for what, count in sorted(metrics[name].items()))
         for name in ("kills", "nonsense")
     }
-    touched = f" ({', '.join(figures['touched'])})" if figures["touched"] else ""
-    never, tracebacks = (", ".join(figures[name]) or "none" for name in ("never_recovered", "tracebacks"))
+    touched = f" ({', '.join(metrics['touched'])})" if metrics["touched"] else ""
+    never, tracebacks = (", ".join(metrics[name]) or "none" for name in ("never_recovered", "tracebacks"))
     return (
-        f"{figures['simulated_s'] / 60.0:.1f} simulated minutes, {figures['way_m'] / 1e3:.2f} km, "
-        f"{figures['goals_reached']} of {figures['goals']} goals reached\n"
-        f"killed: {counts['kills']}; in the air again after {figures['recovery_s_mean']:.1f} s, "
-        f"{figures['recovery_s_max']:.1f} s at most; never: {never}\n"
+        f"{metrics['simulated_s'] / 60.0:.1f} simulated minutes, {metrics['way_m'] / 1e3:.2f} km, "
+        f"{metrics['goals_reached']} of {metrics['goals']} goals reached\n"
+        f"killed: {counts['kills']}; in the air again after {metrics['recovery_s_mean']:.1f} s, "
+        f"{metrics['recovery_s_max']:.1f} s at most; never: {never}\n"
         f"nonsense: {counts['nonsense']}\n"
-        f"contacts: {figures['contacts']}{touched}; tracebacks: {tracebacks}\n"
-        f"memory: {figures['memory_end_gb']:.2f} GB at the end, {figures['memory_early_gb']:.2f} GB after a "
-        f"tenth of it; Ctrl-C took {figures['shutdown_s']:.1f} s"
+        f"contacts: {metrics['contacts']}{touched}; tracebacks: {tracebacks}\n"
+        f"memory: {metrics['memory_end_gb']:.2f} GB at the end, {metrics['memory_early_gb']:.2f} GB after a "
+        f"tenth of it; Ctrl-C took {metrics['shutdown_s']:.1f} s"
     )

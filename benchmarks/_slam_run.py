@@ -3,7 +3,7 @@
     python -m benchmarks._slam_run intel 1 DATA      the Intel Research Lab, seed 1
     python -m benchmarks._slam_run beams360 1        a simulated hold, seen with 360 beams
 
-prints figures as JSON.
+prints metrics as JSON.
 """
 
 from __future__ import annotations
@@ -78,13 +78,13 @@ def intel(seed: int, data: Path) -> dict:
     scans, odometry = _scans(entries)
     outcome = run(scans, odometry, SlamParameters(maxUrange=40.0, seed=seed, threads=1))
     relations = read_relations(data / "intel.relations.gz")
-    figures = dict(outcome.cost)
+    metrics = dict(outcome.cost)
     for which, chosen in (("exact", relations.exact(outcome.stamps_s)), ("all", relations)):
         for when in ("final", "online"):
             errors = relation_errors(Trajectory(outcome.stamps_s, getattr(outcome, when)), chosen)
-            figures[f"{which}_{when}_m"] = errors.translation_mean_m
-            figures[f"{which}_{when}_deg"] = errors.rotation_mean_deg
-    return figures
+            metrics[f"{which}_{when}_m"] = errors.translation_mean_m
+            metrics[f"{which}_{when}_deg"] = errors.rotation_mean_deg
+    return metrics
 
 
 def _scans(entries) -> tuple[list[PlanarScan], np.ndarray]:

@@ -1,4 +1,4 @@
-"""The manoeuvres that were flown on real PX4, flown here, and the figures of a step response.
+"""The manoeuvres that were flown on real PX4, flown here, and the metrics of a step response.
 
 The reference (`test/px4/data/px4_steps.csv.gz`) is PX4 SITL of July 2021 on the body `reference_quad`: every
 step in the order of `MANOEUVRES`, the setpoints streamed at 50 Hz in OFFBOARD, the truth recorded at 25 Hz.
@@ -89,7 +89,7 @@ TAKEOFF = "takeoff_to_2m"
 
 
 @dataclass(frozen=True)
-class StepFigures:
+class StepMetrics:
     """What a step response is judged by.
 
     rise_s: from 10 to 90 %. delay_s: until 50 %. settling_s: until it stays within 5 % of the step.
@@ -184,15 +184,15 @@ def quantity_of(manoeuvre: Manoeuvre, rows: np.ndarray) -> np.ndarray:
     return rows[:, COLUMNS.index(manoeuvre.quantity)]
 
 
-def figures(manoeuvre: Manoeuvre, rows: np.ndarray) -> StepFigures:
-    """Return the figures of a step response from its rows."""
+def metrics(manoeuvre: Manoeuvre, rows: np.ndarray) -> StepMetrics:
+    """Return the metrics of a step response from its rows."""
     kept = (rows[:, 0] >= 0.0) & (rows[:, 0] <= manoeuvre.compared_s)
     t, tilt = rows[kept, 0], rows[kept, COLUMNS.index("tilt_deg")]
     quantity = quantity_of(manoeuvre, rows)[kept]
     share = (quantity - manoeuvre.first) / (manoeuvre.last - manoeuvre.first)
     reached = {level: _first_at(t, share, level) for level in (0.1, 0.5, 0.9)}
     outside = np.flatnonzero(np.abs(share - 1.0) > 0.05)
-    return StepFigures(
+    return StepMetrics(
         rise_s=reached[0.9] - reached[0.1],
         delay_s=reached[0.5],
         overshoot_percent=100.0 * (share.max() - 1.0),

@@ -1,99 +1,119 @@
-"""A campaign of flights through random forests: does CEPA collide, arrive, or get stuck?
+"""The campaign `avoidance`, flights through random forests: does CEPA collide, arrive, or get stuck?
 
-Each forest (_campaign.py) is flown by both algorithms in the ROS-free closed loop: the same simulator, flight
-controller, lidar and filters as in the graph. The speed goes through 1, 2, 3 and 4 m/s from forest to forest.
-The improved algorithm then flies every forest at 2 m/s, where it must never collide, and the mixed speeds
-again with each extension that is off by default (velocity-aware emergency, levelling).
+It is `config/campaigns/avoidance.yaml` of master_thesis. The improved algorithm must never collide at 2 m/s.
+--resume goes on from an interrupted run.
 
-Every flight is written to results/avoidance_flights.jsonl as soon as it is over; --resume goes on from there.
-
-Figures: cepa.campaign.{original, improved, improved_VARIANT}.{all, 1_m_s, ...} and
-cepa.campaign.improved_at_2_m_s, each with collisions per km and their exact 95 % interval, share stuck and
-time to goal; and results/avoidance.png.
+Keys: cepa.campaign.{original, improved, improved_velocity_aware, improved_levelling}.{all, 1_m_s, ...}, where
+each speed counts the same forests, and cepa.campaign.improved_at_2_m_s, in four times as many. Each has
+collisions per km with their exact 95 % interval, share stuck and time to goal. The campaign's own files are
+in results/avoidance.
 """
 
 from __future__ import annotations
 
-import argparse
-import os
-from itertools import chain
-from typing import Iterable, Sequence
+from pathlib import Path
+from typing import Sequence
 
-from benchmarks import _campaign, _campaign_figure
-from benchmarks._campaign import SPEEDS_M_S, VARIANTS, Flown, Trial
-from benchmarks._flown_file import FlownFile, fly_all
-from benchmarks._report import ROOT, Report, options, table, write_atomically
-from master_thesis.results.sources import commit
+import numpy as np
+import pandas as pd
+from scipy.stats import chi2
 
+from benchmarks._results import Results, table
+from benchmarks._trials import AGAIN, interrupted, trial_options
+from master_thesis.campaign.campaign import Campaign
+from master_thesis.campaign.folder import CampaignFolder
+from master_thesis.campaign.reading import read_campaign
+from master_thesis.campaign.summary import write_summary
+from master_thesis.trials.workers import open_workers
+
+BRIEF_SEEDS = 4
 SAFE_SPEED_M_S = 2.0
 SAFE = f"improved_at_{SAFE_SPEED_M_S:g}_m_s"
-BRIEF = {"original": 16, "variants": 40}
-"""Flights of what is slow, and of what is flown besides, in a brief run."""
+EXTENSIONS = {
+    "velocity_aware": "cepa.velocity_aware_emergency",
+    "levelling": "cepa.levelling",
+}
+"""The improved algorithm's extensions that are off by default."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
-    given = _options().parse_args(arguments)
-    with Report("avoidance", given.results, vars(given)) as report:
-        number = numbers(given)
-        file = FlownFile(given.results / "avoidance_flights.jsonl", commit(ROOT), given.resume)
-        sets = plan(number)
-        fly_all(list(dict.fromkeys(chain.from_iterable(sets.values()))), given.workers, file)
-        flown = {name: [file.flown[trial] for trial in trials] for name, trials in sets.items()}
-        safe = flown.pop(SAFE)
-        parts = {f"{name}.{part}": s for name in flown for part, s in by_speed(flown[name]).items()}
-        figures = {name: _campaign.figures(flights) for name, flights in {SAFE: safe, **parts}.items()}
-        for name, values in figures.items():
-            report.add(f"cepa.campaign.{name}", values)
-        write_atomically(given.results / "avoidance.png", _campaign_figure.png(flown))
-        print(f"\n{campaign_table(figures)}\n{failures(file.flown.values())}")
-        if given.brief:
-            print(f"Brief: {number['original']} of {given.flights} forests with the original algorithm.")
+    parser = trial_options(__doc__ or "")
+    parser.add_argument("--seeds", type=int, metavar="N", help="forests, 50 unless said otherwise")
+    parser.add_argument("--smallest", action="store_true", help="seconds of flight, as the file has it")
+    given = parser.parse_args(arguments)
+    seeds = given.seeds or (BRIEF_SEEDS if given.brief else None)
+    campaign = read_campaign(Path("avoidance"), given.smallest, seeds)
+    with Results("avoidance", given.results, vars(given)) as results:
+        path = given.results / "avoidance"
+        try:
+            with CampaignFolder(path, campaign, not given.resume) as folder:
+                with open_workers(given.workers) as workers:
+                    flown = folder.fly(workers)
+                print(f"{write_summary(campaign, folder, flown)}\n\n{path}")
+        except KeyboardInterrupt:
+            interrupted()
+        if flown.failed:
+            raise SystemExit(f"{len(flown.failed)} of {len(campaign)} trials failed; {AGAIN}")
+        found = {name: metrics(flights) for name, flights in sets(campaign, flown.trials).items()}
+        for name, values in found.items():
+            results.add(f"cepa.campaign.{name}", values)
+        print(f"\n{as_table(found)}\n{failures(flown.trials)}")
 
 
-def _options() -> argparse.ArgumentParser:
-    parser = options(__doc__)
-    parser.add_argument("--flights", type=int, default=200, metavar="N", help="forests for each algorithm")
-    parser.add_argument("--original", type=int, metavar="N", help="fewer for the original, which is slow")
-    parser.add_argument("--variants", type=int, metavar="N", help="fewer with each extension")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes that fly")
-    parser.add_argument("--resume", action="store_true", help="go on from an interrupted run of this commit")
-    return parser
+def names(trials: pd.DataFrame) -> pd.Series:
+    """Return what flew in each trial: the algorithm, with its extension if it had one."""
+    found = trials["algorithm"].astype(str)
+    for name, column in EXTENSIONS.items():
+        found = found.where(~trials[column].astype(bool), found + f"_{name}")
+    return found
 
 
-def numbers(given: argparse.Namespace) -> dict[str, int]:
-    """Return how many flights in mixed speeds each algorithm and each variant is to fly."""
-    brief = BRIEF if given.brief else {}
-
-    def fewer(what: str) -> int:
-        asked = getattr(given, what)
-        return min(given.flights, brief.get(what, given.flights) if asked is None else asked)
-
-    variants = {Trial(0, "improved", 1.0, variant).name: fewer("variants") for variant in VARIANTS if variant}
-    return {"improved": given.flights, **variants, "original": fewer("original")}
-
-
-def plan(number: dict[str, int]) -> dict[str, list[Trial]]:
-    """Return the flights of each set: improved at 2 m/s, then each name's in mixed speeds."""
-    sets = {SAFE: [Trial(n, "improved", SAFE_SPEED_M_S) for n in range(number["improved"])]}
-    for name, count in number.items():
-        algorithm, _, variant = name.partition("_")
-        sets[name] = [Trial(n, algorithm, SPEEDS_M_S[n % len(SPEEDS_M_S)], variant) for n in range(count)]
-    return sets
+def sets(campaign: Campaign, trials: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Return the flights by key: improved at 2 m/s in all forests, others where all speeds flew."""
+    of = names(trials)
+    found = {SAFE: trials[(of == "improved") & (trials["speed_m_s"] == SAFE_SPEED_M_S)]}
+    shared = trials["replicate"] < campaign.seeds
+    for name in dict.fromkeys(of):
+        mine = trials[(of == name) & shared]
+        found[f"{name}.all"] = mine
+        found.update({f"{name}.{speed:g}_m_s": flights for speed, flights in mine.groupby("speed_m_s")})
+    return found
 
 
-def by_speed(flown: Sequence[Flown]) -> dict[str, list[Flown]]:
-    """Return the flights by name of set: all, and each speed that was flown."""
-    sets = {"all": list(flown)}
-    for speed in sorted(SPEEDS_M_S):
-        at_speed = [flight for flight in flown if flight.trial.speed_m_s == speed]
-        if at_speed:
-            sets[f"{speed:g}_m_s"] = at_speed
-    return sets
+def metrics(flights: pd.DataFrame) -> dict:
+    """Return what a set of flights amounts to."""
+    kilometres = 1e-3 * flights["path_length_m"].sum()
+    collisions = int(flights["collision"].sum())
+    arrived = flights[flights["reached"].astype(bool)]
+    times, straight = arrived["flight_time_s"], arrived["time_over_straight"]
+    return {
+        "flights": len(flights),
+        "distance_km": kilometres,
+        "collisions": collisions,
+        "collisions_per_km": collisions / kilometres,
+        "collisions_per_km_95": rate_interval(collisions, kilometres),
+        "stuck": flights["stuck"].mean(),
+        "reached": flights["reached"].mean(),
+        "time_to_goal_s": {"mean": times.mean(), "std": np.std(times)} if len(arrived) else None,
+        "time_over_straight": straight.median() if len(arrived) else None,
+        "clearance_m": {
+            "least": flights["min_clearance_m"].min(),
+            "median": flights["min_clearance_m"].median(),
+        },
+        "flights_with_emergency": (flights["emergencies"] > 0).mean(),
+    }
 
 
-def campaign_table(figures: dict[str, dict]) -> str:
-    """Return the campaign as a table; time: over that of a straight flight at full speed, median."""
+def rate_interval(events: int, exposure: float, confidence: float = 0.95) -> tuple[float, float]:
+    """Return the exact (Garwood 1936) confidence interval of a Poisson rate: events per unit of exposure."""
+    tail = (1.0 - confidence) / 2.0
+    low = chi2.ppf(tail, 2 * events) / 2.0 if events else 0.0
+    return float(low / exposure), float(chi2.ppf(1.0 - tail, 2 * events + 2) / 2.0 / exposure)
+
+
+def as_table(found: dict[str, dict]) -> str:
+    """Return the metrics as a table; time: over that of a straight flight at full speed, median."""
     header = (
         "flights",
         "number",
@@ -105,7 +125,7 @@ def campaign_table(figures: dict[str, dict]) -> str:
         "time/straight",
         "clearance [m]",
     )
-    return table(header, [(name.replace(".", ", "), *_row(values)) for name, values in figures.items()])
+    return table(header, [(name.replace(".", ", "), *_row(values)) for name, values in found.items()])
 
 
 def _row(values: dict) -> tuple[str, ...]:
@@ -123,15 +143,14 @@ def _row(values: dict) -> tuple[str, ...]:
     )
 
 
-def failures(flown: Iterable[Flown]) -> str:
+def failures(trials: pd.DataFrame) -> str:
     """Return a line for each flight that did not arrive."""
-    lines = [
-        f"forest {f.trial.number:3d}, {f.trial.name}, {f.trial.speed_m_s:g} m/s: {f.end} at "
-        f"({f.path_xy[-1][0]:.1f}, {f.path_xy[-1][1]:.1f}) m after {f.time_s:.1f} s"
-        for f in flown
-        if f.end != "goal"
-    ]
-    return "\n".join(sorted(lines))
+    lost = trials.assign(flown_by=names(trials))[~trials["reached"].astype(bool)]
+    return "\n".join(
+        f"forest {f['replicate']:3d}, {f['flown_by']}, {f['speed_m_s']:g} m/s: "
+        f"{'collision' if f['collision'] else 'stuck'} after {f['flight_time_s']:.1f} s"
+        for f in lost.to_dict("records")
+    )
 
 
 if __name__ == "__main__":

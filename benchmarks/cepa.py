@@ -5,7 +5,7 @@ then goes through both algorithms in this one process, with the reference and ow
 Times are the thread's in `steer`, Python and all, the lesser of two replays for each scan: what the scan
 costs, not what else the machine did.
 
-Figures: cepa.SCENARIO.ALGORITHM.{median_us, p99_us, mean_us, directions}, cepa.SCENARIO.speedup (ratio of
+Keys: cepa.SCENARIO.ALGORITHM.{median_us, p99_us, mean_us, directions}, cepa.SCENARIO.speedup (ratio of
 means), cepa.worst_{hallway, thicket}.{median_us, p99_us, max_us}, cepa.first_call_s.
 """
 
@@ -24,7 +24,7 @@ from tqdm import tqdm
 
 from benchmarks import _places
 from benchmarks._flights import Question, record
-from benchmarks._report import Report, options, table
+from benchmarks._results import Results, options, table
 from cepa import ALGORITHMS, CepaParameters
 from cepa.algorithm import Algorithm
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
@@ -61,30 +61,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--scenarios", nargs="+", default=SCENARIOS, choices=SCENARIOS)
     parser.add_argument("--goal", type=float, default=40.0, metavar="M", help="distance to fly in m")
     given = parser.parse_args(arguments)
-    with Report("cepa", given.results, vars(given)) as report:
-        figures = {name: measure_scenario(name, given.goal) for name in tqdm(given.scenarios, "scenarios")}
+    with Results("cepa", given.results, vars(given)) as results:
+        metrics = {name: measure_scenario(name, given.goal) for name in tqdm(given.scenarios, "scenarios")}
         worst = {name: measure_worst(name, given.places) for name in tqdm(WORST, "worst places")}
         first_call_s = measure_first_call()
-        for name, values in figures.items():
-            report.add(f"cepa.{name}", values)
+        for name, values in metrics.items():
+            results.add(f"cepa.{name}", values)
         for name, values in worst.items():
-            report.add(f"cepa.worst_{name}", values)
-        report.add("cepa.first_call_s", first_call_s)
-        print(f"\n{times_table(figures, worst)}\n\n{thesis_table(figures)}")
+            results.add(f"cepa.worst_{name}", values)
+        results.add("cepa.first_call_s", first_call_s)
+        print(f"\n{times_table(metrics, worst)}\n\n{thesis_table(metrics)}")
         print(f"\nFirst call in a fresh process: {first_call_s:.3f} s")
 
 
 def measure_scenario(name: str, goal_x_m: float = 40.0) -> dict:
-    """Fly a scenario, replay it; return the figures of both algorithms."""
+    """Fly a scenario, replay it; return the metrics of both algorithms."""
     questions = record(scenario_parameters(name, goal_x_m=goal_x_m))
-    figures = {algorithm: replay(make(CEPA), questions, REPLAYS) for algorithm, make in ALGORITHMS.items()}
-    figures["speedup"] = figures["original"]["mean_us"] / figures["improved"]["mean_us"]
-    figures["scans"] = len(questions)
-    return figures
+    metrics = {algorithm: replay(make(CEPA), questions, REPLAYS) for algorithm, make in ALGORITHMS.items()}
+    metrics["speedup"] = metrics["original"]["mean_us"] / metrics["improved"]["mean_us"]
+    metrics["scans"] = len(questions)
+    return metrics
 
 
 def measure_worst(name: str, places: int) -> dict:
-    """Ask at many places of one of the worst worlds; return the improved algorithm's figures."""
+    """Ask at many places of one of the worst worlds; return the improved algorithm's metrics."""
     parameters, half_xy_m = WORST[name]
     rng = np.random.default_rng(1)
     text = _places.hallway(HALLWAY_WIDTH_M) if name == "hallway" else _places.thicket(rng, THICKET_SPACING_M)
@@ -96,7 +96,7 @@ def measure_worst(name: str, places: int) -> dict:
 
 
 def replay(algorithm: Algorithm, questions: Sequence[Question], times: int) -> dict:
-    """Put every question to an algorithm; return the figures of its least times, in microseconds."""
+    """Put every question to an algorithm; return the metrics of its least times, in microseconds."""
     for question in questions[:3]:  # what is compiled or loaded on first use
         algorithm.steer(*question)
     least_ns = np.full(len(questions), np.inf)
@@ -124,11 +124,11 @@ def measure_first_call(processes: int = 3) -> float:
     return statistics.median(float(run.stdout) for run in runs)
 
 
-def times_table(figures: dict, worst: dict) -> str:
+def times_table(metrics: dict, worst: dict) -> str:
     """Return the computation times as a table."""
     header = ("computation time [us]", "median", "p99", "mean", "max", "directions", "speed-up")
     rows = []
-    for name, values in figures.items():
+    for name, values in metrics.items():
         for algorithm in ALGORITHMS:
             speedup = f"{values['speedup']:.0f}" if algorithm == "improved" else ""
             rows.append((f"{name}, {algorithm}", *_row(values[algorithm]), speedup))
@@ -141,11 +141,11 @@ def _row(values: dict) -> tuple[str, ...]:
     return (*times, f"{values['directions']:.0f}")
 
 
-def thesis_table(figures: dict) -> str:
+def thesis_table(metrics: dict) -> str:
     """Return the thesis's table 8.1 beside ours: means in milliseconds, and improved over original."""
-    names = list(figures)
+    names = list(metrics)
     theirs = {algorithm: [times[name] for name in names] for algorithm, times in TABLE_8_1_MS.items()}
-    ours = {algorithm: [1e-3 * figures[name][algorithm]["mean_us"] for name in names] for algorithm in theirs}
+    ours = {algorithm: [1e-3 * metrics[name][algorithm]["mean_us"] for name in names] for algorithm in theirs}
     rows = []
     for whose, times_ms, digits in (("thesis", theirs, 1), ("ours", ours, 3)):
         for algorithm in TABLE_8_1_MS:

@@ -4,20 +4,16 @@ Each scenario of figures 8.3 to 8.7 is flown in 20 small variations of the place
 up to 5 cm along x and y) by both algorithms, in the ROS-free closed loop: the same simulator, flight
 controller, lidar and filters as in the graph. The improved algorithm must never touch.
 
-Figures: cepa.emergency.SCENARIO.ALGORITHM.{flights, touched, left, min_clearance_m, ...}, and
+Keys: cepa.emergency.SCENARIO.ALGORITHM.{flights, touched, left, min_clearance_m, ...}, and
 results/emergency.png.
 """
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ProcessPoolExecutor
 from typing import Sequence
 
-from tqdm import tqdm
-
-from benchmarks._report import Report, options, table, write_atomically
-from master_thesis.experiment_2.let_go import LetGoParameters
+from benchmarks._results import Results, table
+from benchmarks._trials import run_all, trial_options
 from master_thesis.experiment_2.variations import (
     Flown,
     fly_variation,
@@ -25,53 +21,51 @@ from master_thesis.experiment_2.variations import (
     variations_metrics,
 )
 from master_thesis.experiment_2.variations_pictures import Paths, paths_figure
+from master_thesis.files import replace_file
 from master_thesis.results.picture_files import png
+from master_thesis.trials.trial import Trial
 from master_thesis.worlds.placements import SCENARIOS, placement
 from master_thesis.worlds.scenario import ALGORITHMS
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
-    parser = options(__doc__)
+    parser = trial_options(__doc__ or "")
     parser.add_argument(
         "--variations", type=int, default=20, metavar="N", help="variations of each scenario's placement"
     )
     parser.add_argument("--K", type=float, default=50.0, help="K of the emergency avoidance's filter, m/rad")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes that fly")
     given = parser.parse_args(arguments)
-    with Report("emergency", given.results, vars(given)) as report:
-        flown = fly_all(trials(given.variations, given.K), given.workers)
+    with Results("emergency", given.results, vars(given)) as results:
+        flown = [Flown.of(found) for found in run_all("emergency", trials(given.variations, given.K), given)]
         sets = {
             (scenario, algorithm): [f for f in flown if (f.scenario, f.algorithm) == (scenario, algorithm)]
             for scenario in SCENARIOS
             for algorithm in ALGORITHMS
         }
-        all_figures = {names: variations_metrics(flights) for names, flights in sets.items()}
-        for names, values in all_figures.items():
-            report.add("cepa.emergency." + ".".join(names), values)
+        all_metrics = {names: variations_metrics(flights) for names, flights in sets.items()}
+        for names, values in all_metrics.items():
+            results.add("cepa.emergency." + ".".join(names), values)
         paths = {names: Paths.of(placement(names[0]), flights) for names, flights in sets.items()}
-        write_atomically(given.results / "emergency.png", png(paths_figure(paths)))
-        print(f"\n{emergency_table(all_figures)}")
+        replace_file(given.results / "emergency.png", png(paths_figure(paths)))
+        print(f"\n{emergency_table(all_metrics)}")
 
 
-def trials(variations: int, k_filter: float) -> list[LetGoParameters]:
+def trials(variations: int, k_filter: float) -> list[Trial]:
     """Return every flight; both algorithms meet the same placements and the same noise."""
     return [
-        variation_parameters(scenario, algorithm, variation, k_filter)
+        Trial(
+            f"{scenario} {algorithm} {variation}",
+            fly_variation,
+            {"parameters": variation_parameters(scenario, algorithm, variation, k_filter)},
+        )
         for scenario in SCENARIOS
         for algorithm in ALGORITHMS
         for variation in range(1, variations + 1)
     ]
 
 
-def fly_all(all_trials: Sequence[LetGoParameters], workers: int) -> list[Flown]:
-    """Fly the trials in some processes; the results come in the trials' order."""
-    with ProcessPoolExecutor(workers) as pool:
-        flights = pool.map(fly_variation, all_trials)
-        return list(tqdm(flights, "flights", len(all_trials), unit=" flights"))
-
-
-def emergency_table(all_figures: dict[tuple[str, str], dict]) -> str:
+def emergency_table(all_metrics: dict[tuple[str, str], dict]) -> str:
     """Return the campaign as a table."""
     header = (
         "scenario, algorithm",
@@ -92,7 +86,7 @@ def emergency_table(all_figures: dict[tuple[str, str], dict]) -> str:
             f"{max(values['min_clearance_m'], 0.0):.3f}",
             f"{max(values['median_clearance_m'], 0.0):.3f}",
         )
-        for names, values in all_figures.items()
+        for names, values in all_metrics.items()
     ]
     return table(header, rows)
 

@@ -1,27 +1,28 @@
 """Experiment 1 as a table: both algorithms in all four scenarios, over several seeds (thesis, table 8.1).
 
-Flown in the ROS-free closed loop, one flight on each core; CEPA's computation time is measured inside it,
-from the goal's sending to its being reached. Figures are means over the seeds with standard deviations.
+Flown in the ROS-free closed loop, one flight on each core. CEPA's computation time is measured inside it,
+from the goal's sending to its being reached. The table has means over the seeds with standard deviations.
 
-Figures: experiment_1.SCENARIO.ALGORITHM; and results/experiment_1.{md, json, png}.
+Keys: experiment_1.SCENARIO.ALGORITHM; and results/experiment_1.{md, json, png}.
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import json
-import os
-from concurrent.futures import ProcessPoolExecutor
 from typing import Sequence
 
 import numpy as np
-from tqdm import tqdm
 
-from benchmarks._report import Report, options, table, write_atomically
+from benchmarks._results import Results, table
+from benchmarks._trials import run_all, trial_options
 from master_thesis.experiment_1.scenario_flight import fly_scenario, scenario_parameters
-from master_thesis.report.sections.experiment_1_figures import times_figure
+from master_thesis.files import replace_file
+from master_thesis.report.sections.experiment_1_pictures import times_figure
 from master_thesis.report.thesis import TABLE_8_1_MS
 from master_thesis.results.picture_files import png
+from master_thesis.trials.trial import Trial
 from master_thesis.worlds import scenario as scenarios
 
 COLUMNS = {
@@ -33,79 +34,81 @@ COLUMNS = {
     "clearance_m": ("least clearance [m]", 2),
     "emergencies": ("emergency scans", 1),
 }
-"""The figures of a flight: heading and decimals."""
+"""The metrics of a flight: heading and decimals."""
 SEEDS = (1, 2, 3, 4, 5)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
-    parser = options(__doc__)
+    parser = trial_options(__doc__ or "")
     parser.add_argument("--seeds", nargs="+", type=int, default=SEEDS)
     parser.add_argument("--scenarios", nargs="+", default=scenarios.SCENARIOS, choices=scenarios.SCENARIOS)
     parser.add_argument("--goal", type=float, default=40.0, metavar="M", help="distance to fly in m")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes that fly")
     given = parser.parse_args(arguments)
-    with Report("experiment_1", given.results, vars(given)) as report:
-        flown = fly_all(given.scenarios, given.seeds, given.goal, given.workers)
-        figures = {
+    with Results("experiment_1", given.results, vars(given)) as results:
+        flown = fly_all(given)
+        metrics = {
             name: {algorithm: summary(flown[name, algorithm]) for algorithm in TABLE_8_1_MS}
             for name in given.scenarios
         }
-        report.add("experiment_1", figures)
-        text = as_markdown(figures, len(given.seeds))
-        write_atomically(given.results / "experiment_1.md", text)
-        write_atomically(given.results / "experiment_1.json", json.dumps(figures, indent=2) + "\n")
-        write_atomically(given.results / "experiment_1.png", png(times_figure(computation_times(figures))))
+        results.add("experiment_1", metrics)
+        text = as_markdown(metrics, len(given.seeds))
+        replace_file(given.results / "experiment_1.md", text)
+        replace_file(given.results / "experiment_1.json", json.dumps(metrics, indent=2) + "\n")
+        replace_file(given.results / "experiment_1.png", png(times_figure(computation_times(metrics))))
         print(f"\n{text}")
 
 
-def fly_all(names: Sequence[str], seeds: Sequence[int], goal_x_m: float, workers: int) -> dict:
+def fly_all(given: argparse.Namespace) -> dict:
     """Fly every scenario with both algorithms and all seeds; return the flights by (scenario, algorithm)."""
-    flights = list(itertools.product(names, TABLE_8_1_MS, seeds, [goal_x_m]))
-    with ProcessPoolExecutor(workers) as pool:
-        flown = list(tqdm(pool.map(fly, *zip(*flights)), "flights", len(flights), unit=" flights"))
+    flights = list(itertools.product(given.scenarios, TABLE_8_1_MS, given.seeds))
+    keys = ("name", "algorithm", "seed")
+    trials = [
+        Trial(" ".join(map(str, flight)), fly, {**dict(zip(keys, flight)), "goal_x_m": given.goal})
+        for flight in flights
+    ]
     found: dict = {}
-    for (name, algorithm, *_), figures in zip(flights, flown):
-        found.setdefault((name, algorithm), []).append(figures)
+    for (name, algorithm, _), flown in zip(flights, run_all("experiment_1", trials, given)):
+        found.setdefault((name, algorithm), []).append(flown)
     return found
 
 
 def fly(name: str, algorithm: str, seed: int, goal_x_m: float = 40.0) -> dict:
-    """Fly one scenario once; return the figures of the flight."""
+    """Fly one scenario once; return the metrics of the flight."""
     return fly_scenario(scenario_parameters(name, algorithm, seed, goal_x_m)).figures
 
 
 def summary(flown: Sequence[dict]) -> dict:
     """Return mean and standard deviation of every figure over the flights, and how many arrived untouched."""
-    figures = {
+    metrics = {
         "flights": len(flown),
         "reached_goal": sum(flight["reached_goal"] for flight in flown),
         "collisions": sum(flight["collision"] for flight in flown),
     }
     for key in COLUMNS:
         values = [flight[key] for flight in flown if flight[key] is not None]
-        figures[key] = {"mean": float(np.mean(values)), "std": float(np.std(values))} if values else None
-    return figures
+        metrics[key] = {"mean": float(np.mean(values)), "std": float(np.std(values))} if values else None
+    return metrics
 
 
-def computation_times(figures: dict) -> dict:
+def computation_times(metrics: dict) -> dict:
     """Return mean and spread of the computation time by (scenario, algorithm)."""
     return {
         (name, algorithm): (values["computation_ms"]["mean"], values["computation_ms"]["std"])
-        for name, by_algorithm in figures.items()
+        for name, by_algorithm in metrics.items()
         for algorithm, values in by_algorithm.items()
     }
 
 
-def as_markdown(figures: dict, seeds: int) -> str:
-    """Return table 8.1, theirs and ours, and the flights' other figures."""
-    names = list(figures)
+def as_markdown(metrics: dict, seeds: int) -> str:
+    """Return table 8.1, theirs and ours, and the flights' other metrics."""
+    names = list(metrics)
     rows = [
         (f"thesis, {algorithm}", *(TABLE_8_1_MS[algorithm][name] or "~ 0" for name in names))
         for algorithm in TABLE_8_1_MS
     ]
     rows += [
-        (f"ours, {algorithm}", *(_spread(figures[name][algorithm]["computation_ms"], 3) for name in names))
+        (f"ours, {algorithm}", *(_spread(metrics[name][algorithm]["computation_ms"], 3) for name in names))
         for algorithm in TABLE_8_1_MS
     ]
     others = [
@@ -115,7 +118,7 @@ def as_markdown(figures: dict, seeds: int) -> str:
             values["collisions"],
             *(_spread(values[key], digits) for key, (_, digits) in COLUMNS.items()),
         )
-        for name, by_algorithm in figures.items()
+        for name, by_algorithm in metrics.items()
         for algorithm, values in by_algorithm.items()
     ]
     header = ("flights", "reached goal", "collisions", *(heading for heading, _ in COLUMNS.values()))

@@ -4,7 +4,7 @@ Flown by `Simulation` (PyBullet, the model `reference_quad`, an empty world, noi
 estimates), through the flight controller's setpoints; the reference was recorded on PX4 SITL. Several flights
 with noise of their own, and the median of each figure. It fails when a figure is more than 10 % off PX4's.
 
-Figures: px4.MANOEUVRE.{ours, px4}.{rise_s, delay_s, overshoot_percent, settling_s, peak_tilt_deg, peak_rate},
+Keys: px4.MANOEUVRE.{ours, px4}.{rise_s, delay_s, overshoot_percent, settling_s, peak_tilt_deg, peak_rate},
 px4.MANOEUVRE.rms_percent, px4.takeoff.{ours, px4}, px4.hover.{ours, px4}; and results/px4.png.
 """
 
@@ -19,18 +19,19 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks._anchors import HEADING, Anchor, sources
-from benchmarks._px4_figure import png
-from benchmarks._report import ROOT, Report, options, table, write_atomically
+from benchmarks._px4_picture import png
+from benchmarks._results import ROOT, Results, options, table
 from benchmarks._step_response import (
     COLUMNS,
     MANOEUVRES,
     TAKEOFF,
     Manoeuvre,
     Pilot,
-    figures,
+    metrics,
     read_reference,
     rms_percent,
 )
+from master_thesis.files import replace_file
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Pose, quaternion_from_rpy, rotate_inverse
 from simulation_tools.simulation import Simulation, SimulationParameters
@@ -52,21 +53,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     reference = read_reference(DATA / "px4_steps.csv.gz")
     published = json.loads((DATA / "px4_figures.json").read_text(encoding="utf-8"))
-    with Report("px4", given.results, vars(given)) as report:
+    with Results("px4", given.results, vars(given)) as results:
         seeds = range(given.seed, given.seed + max(given.flights, 1))
         flights = [fly(seed) for seed in tqdm(seeds, "flights", unit="")]
         steps = {
             m.name: compare(m, [flown[m.name] for flown in flights], reference.get(m.name), published)
             for m in MANOEUVRES
         }
-        takeoffs = [takeoff_figures(flown[TAKEOFF]) for flown in flights]
-        takeoff = {"ours": medians(takeoffs), "px4": takeoff_figures(reference[TAKEOFF])}
-        hovering = {"ours": hover_figures([flown[HOVER] for flown in flights]), "px4": published["hover_cm"]}
+        takeoffs = [takeoff_metrics(flown[TAKEOFF]) for flown in flights]
+        takeoff = {"ours": medians(takeoffs), "px4": takeoff_metrics(reference[TAKEOFF])}
+        hovering = {"ours": hover_metrics([flown[HOVER] for flown in flights]), "px4": published["hover_cm"]}
         for name, values in steps.items():
-            report.add(f"px4.{name}", values)
-        report.add("px4.takeoff", takeoff)
-        report.add("px4.hover", hovering)
-        write_atomically(given.results / "px4.png", png(flights[0], reference))
+            results.add(f"px4.{name}", values)
+        results.add("px4.takeoff", takeoff)
+        results.add("px4.hover", hovering)
+        replace_file(given.results / "px4.png", png(flights[0], reference))
         print(f"\n{steps_table(steps)}\n\n{others_table(takeoff, hovering)}\n\n{sources([RECORDED])}")
         complaints = out_of_bounds(steps, takeoff, hovering, published)
         for complaint in complaints:
@@ -112,13 +113,13 @@ def medians(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
 def compare(
     manoeuvre: Manoeuvre, flown: Sequence[np.ndarray], reference: np.ndarray | None, published: dict
 ) -> dict:
-    """Return the figures of a manoeuvre, ours and PX4's: of its series or, without one, as published."""
-    found = {"ours": medians([asdict(figures(manoeuvre, rows)) for rows in flown])}
+    """Return the metrics of a manoeuvre, ours and PX4's: of its series or, without one, as published."""
+    found = {"ours": medians([asdict(metrics(manoeuvre, rows)) for rows in flown])}
     if reference is None:
         row = next(row for row in published["steps"] if manoeuvre.name in row["manoeuvres"])
         return {**found, "px4": {name: row[name] for name in found["ours"] if name in row}}
     rms = float(np.median([rms_percent(manoeuvre, rows, reference) for rows in flown]))
-    return {**found, "px4": asdict(figures(manoeuvre, reference)), "rms_percent": rms}
+    return {**found, "px4": asdict(metrics(manoeuvre, reference)), "rms_percent": rms}
 
 
 def out_of_bounds(steps: dict, takeoff: dict, hover: dict, published: dict) -> list[str]:
@@ -148,7 +149,7 @@ def out_of_bounds(steps: dict, takeoff: dict, hover: dict, published: dict) -> l
     ]
 
 
-def takeoff_figures(rows: np.ndarray) -> dict:
+def takeoff_metrics(rows: np.ndarray) -> dict:
     """Return what the reference says of a take-off; heights from where it stood."""
     t, height = rows[:, 0], rows[0, COLUMNS.index("down_m")] - rows[:, COLUMNS.index("down_m")]
     return {
@@ -159,7 +160,7 @@ def takeoff_figures(rows: np.ndarray) -> dict:
     }
 
 
-def hover_figures(flights: Sequence[np.ndarray]) -> dict:
+def hover_metrics(flights: Sequence[np.ndarray]) -> dict:
     """Return the standard deviations in hover, cm: over all flights, each about its own mean."""
     names = {"x": "north_m", "y": "east_m", "z": "down_m"}
     return {

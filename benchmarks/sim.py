@@ -7,7 +7,7 @@ size: the time of such a scan among 100 and among 10,000 trees of one density. G
 its user starts it, in real time, and then in lockstep as fast as possible; wall times, for an idle machine.
 The latency from scan to setpoint is that of the flight in real time, without lockstep.
 
-Figures: sim.inprocess.{rtf, rtf_wall}, sim.raycast.{mrays_s, embree_mrays_s}, sim.world_size.{scan_us_100,
+Keys: sim.inprocess.{rtf, rtf_wall}, sim.raycast.{mrays_s, embree_mrays_s}, sim.world_size.{scan_us_100,
 scan_us_10000, ratio}, sim.graph.{rtf, cpu_s_per_s, lockstep_misses, latency_ms, latency_p99_ms},
 sim.{launch_s, launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak, with
 --soak-graph sim.soak_graph: the same through the ROS graph, with nodes killed and nonsense sent.
@@ -24,7 +24,7 @@ from tqdm import tqdm
 
 from benchmarks import _sim_graph, _sim_soak, _sim_soak_graph
 from benchmarks._anchors import HEADING, Anchor, sources
-from benchmarks._report import Report, options, table
+from benchmarks._results import Results, options, table
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
@@ -79,22 +79,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if given.soak or given.soak_graph:
         _soak("soak_graph" if given.soak_graph else "soak", given)
         return
-    with Report("sim", given.results, vars(given)) as report:
-        figures = {}
+    with Results("sim", given.results, vars(given)) as results:
+        metrics = {}
         for part in tqdm(given.parts, "parts"):
-            figures.update(MEASURES[part]())
-        for name, value in figures.items():
-            report.add(f"sim.{name}", value)
-        print(f"\n{figures_table(figures)}")
+            metrics.update(MEASURES[part]())
+        for name, value in metrics.items():
+            results.add(f"sim.{name}", value)
+        print(f"\n{metrics_table(metrics)}")
 
 
 def _soak(kind: str, given) -> None:
     """Fly one of the soaks, print and write."""
     minutes, soak = SOAKS[kind]
-    with Report(f"sim_{kind}", given.results, vars(given)) as report:
-        figures = soak.soak(given.minutes or minutes, given.seed)
-        report.add(f"sim.{kind}", figures)
-        print(soak.summary(figures))
+    with Results(f"sim_{kind}", given.results, vars(given)) as results:
+        metrics = soak.soak(given.minutes or minutes, given.seed)
+        results.add(f"sim.{kind}", metrics)
+        print(soak.summary(metrics))
 
 
 def measure_inprocess(flights: int = 3) -> dict:
@@ -187,14 +187,14 @@ MEASURES = {
 }
 
 
-def figures_table(figures: dict) -> str:
-    """Return the figures beside what is asked of them and what others reached elsewhere."""
+def metrics_table(metrics: dict) -> str:
+    """Return the metrics beside what is asked of them and what others reached elsewhere."""
     rows = []
-    for name, value in figures.items():
+    for name, value in metrics.items():
         sign, limit = LIMITS.get(name, ("", None))
         asked = "" if limit is None else f"{sign} {limit:g}"
         rows.append((f"sim.{name}", f"{value:.3g}", asked, ANCHORS[name].text if name in ANCHORS else ""))
-    shown = [ANCHORS[name] for name in figures if name in ANCHORS]
+    shown = [ANCHORS[name] for name in metrics if name in ANCHORS]
     return "\n\n".join(
         [table(("figure", "ours", "asked", HEADING), rows), *([sources(shown)] if shown else [])]
     )

@@ -7,7 +7,7 @@ too, whose stamps the log has only interpolated. Each run is a process of its ow
 kernels compiled; times are CPU times, user and system, memory is the process's peak, Python and numba too.
 Where the log is absent, that part is left out, saying so.
 
-Figures: slam.intel.{exact_final_m, exact_online_m, all_final_m, all_online_m, cpu_ms_per_scan, cost_growth,
+Keys: slam.intel.{exact_final_m, exact_online_m, all_final_m, all_online_m, cpu_ms_per_scan, cost_growth,
 render_ms, peak_mb}, means over the seeds, the last one the greatest, and slam.beams360.{cpu_ms_per_scan,
 peak_mb, ...}. cost_growth is the mean cost of the last quarter of the processed scans by that of the first.
 """
@@ -24,7 +24,7 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks._anchors import HEADING, Anchor, sources
-from benchmarks._report import ROOT, Report, options, table
+from benchmarks._results import ROOT, Results, options, table
 
 DATA = ROOT.parent / "shared/data"
 GMAPPING = {
@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "--data", type=Path, default=DATA, help="folder with intel_dense.log.gz and its relations"
     )
     given = parser.parse_args(arguments)
-    with Report("slam", given.results, vars(given)) as report:
+    with Results("slam", given.results, vars(given)) as results:
         runs = {"beams360": [measure("beams360", seed) for seed in tqdm(given.seeds, "360 beams")]}
         missing = [
             name for name in ("intel_dense.log.gz", "intel.relations.gz") if not (given.data / name).exists()
@@ -60,8 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             print(f"slam.intel is left out: {given.data} has no {' and no '.join(missing)}.")
         else:
             runs["intel"] = [measure("intel", seed, given.data) for seed in tqdm(given.seeds, "Intel log")]
-        for name, figures in runs.items():
-            report.add(f"slam.{name}", summary(figures))
+        for name, metrics in runs.items():
+            results.add(f"slam.{name}", summary(metrics))
         print()
         for name, peer in (("intel", GMAPPING), ("beams360", GMAPPING_360)):
             if name in runs:
@@ -70,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def measure(name: str, seed: int, *data: Path) -> dict:
-    """Return the figures of one run, in a process of its own."""
+    """Return the metrics of one run, in a process of its own."""
     command = [sys.executable, "-m", "benchmarks._slam_run", name, str(seed), *map(str, data)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
     return json.loads(done.stdout)
@@ -85,7 +85,7 @@ def summary(runs: list[dict]) -> dict:
 
 
 def comparison(name: str, seeds: Sequence[int], runs: list[dict], peer: dict) -> str:
-    """Return a table of the seeds' figures, their summary, and gmapping's from elsewhere."""
+    """Return a table of the seeds' metrics, their summary, and gmapping's from elsewhere."""
     header = (name, *(f"seed {seed}" for seed in seeds), "summary", f"{ANCHOR.text} ({HEADING})")
     whole = summary(runs)
     rows = [

@@ -2,36 +2,36 @@
 
 Each flight is flown once in the ROS-free closed loop and recorded; SLAM then runs on the recording, on one
 thread, without and with loop closure. The odometry drifts as by default, and a flight's seed is that of every
-random stream, SLAM's particles included. Figures are medians over the seeds.
+random stream, SLAM's particles included. The table has medians over the seeds.
 
-Figures: slam.room.LIDAR and slam.hold.LIDAR; and results/slam_experiments.md, slam_experiments/*.png of the
+Keys: slam.room.LIDAR and slam.hold.LIDAR; and results/slam_experiments.md, slam_experiments/*.png of the
 first seed.
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
-import os
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Sequence
 
-from tqdm import tqdm
-
-from benchmarks._report import Report, options, table, write_atomically
+from benchmarks._results import Results, table
+from benchmarks._trials import run_all, trial_options
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight, medians
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
 from master_thesis.experiments_3_4.slam_metrics import verdict
+from master_thesis.files import replace_file
 from master_thesis.report.thesis import LIDARS as THESIS_LIDARS
 from master_thesis.report.thesis import MAPS
 from master_thesis.results.picture_files import png
+from master_thesis.trials.trial import Trial
 from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
 SEEDS = (1, 2, 3, 4, 5)
 BRIEF_SEEDS = (1,)
-FIGURES = {
+METRICS = {
     "ate_rmse_m": ("ATE [m]", 3),
     "ate_online_rmse_m": ("online [m]", 3),
     "map_error_mean_m": ("map error [m]", 3),
@@ -40,56 +40,62 @@ FIGURES = {
     "closures": ("loops", 0),
     "cpu_ms": ("CPU/scan [ms]", 1),
 }
-"""The figures of a map: heading and decimals."""
+"""The metrics of a map: heading and decimals."""
+_NAMES = {False: "without", True: "with"}
+"""Loop closure."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, map, print and write."""
-    parser = options(__doc__)
+    parser = trial_options(__doc__ or "")
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     parser.add_argument("--worlds", nargs="+", default=WORLDS, choices=tuple(SCENARIOS))
     parser.add_argument("--lidars", nargs="+", default=LIDARS, choices=LIDARS)
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes")
     given = parser.parse_args(arguments)
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
     pictures = given.results / "slam_experiments"
     pictures.mkdir(parents=True, exist_ok=True)
-    with Report("slam_experiments", given.results, vars(given)) as report:
-        maps = map_all(given.worlds, given.lidars, seeds, pictures, given.workers)
+    with Results("slam_experiments", given.results, vars(given)) as results:
+        maps = map_all(seeds, pictures, given)
         text = "\n".join(as_markdown(world, given.lidars, maps, len(seeds)) for world in given.worlds)
         for world, lidar in itertools.product(given.worlds, given.lidars):
             closing, open_ended = (maps[world, lidar, closure] for closure in (True, False))
-            report.add(f"slam.{world}.{lidar}", {**closing, "without_loop_closure": open_ended})
-        write_atomically(given.results / "slam_experiments.md", text)
+            results.add(f"slam.{world}.{lidar}", {**closing, "without_loop_closure": open_ended})
+        replace_file(given.results / "slam_experiments.md", text)
         print(f"\n{text}")
 
 
-def map_all(
-    worlds: Sequence[str], lidars: Sequence[str], seeds: Sequence[int], pictures: Path, workers: int
-) -> dict:
-    """Return the figures' medians by (world, lidar, loop closure)."""
-    flights = list(itertools.product(worlds, lidars, seeds))
-    drawn = [pictures if seed == seeds[0] else None for _, _, seed in flights]
-    with ProcessPoolExecutor(workers, initializer=warm_up) as pool:
-        found = tqdm(pool.map(fly_and_map, *zip(*flights), drawn), "flights", len(flights), unit=" flights")
-        by_case: dict = {}
-        for (world, lidar, _), cases in zip(flights, found):
-            for closure, figures in cases.items():
-                by_case.setdefault((world, lidar, closure), []).append(figures)
+def map_all(seeds: Sequence[int], pictures: Path, given: argparse.Namespace) -> dict:
+    """Return the metrics' medians by (world, lidar, loop closure)."""
+    flights = list(itertools.product(given.worlds, given.lidars, seeds))
+    keys = ("world", "lidar", "seed")
+    trials = [
+        Trial(
+            " ".join(map(str, flight)),
+            fly_and_map,
+            {**dict(zip(keys, flight)), "pictures": pictures if flight[2] == seeds[0] else None},
+        )
+        for flight in flights
+    ]
+    by_case: dict = {}
+    for (world, lidar, _), maps in zip(flights, run_all("slam_experiments", trials, given)):
+        for closure in (False, True):
+            by_case.setdefault((world, lidar, closure), []).append(maps[_NAMES[closure]])
     return {case: medians(several) for case, several in by_case.items()}
 
 
-def fly_and_map(world: str, lidar: str, seed: int, pictures: Path | None = None) -> dict[bool, dict]:
-    """Fly once; return the map's figures without and with loop closure. pictures: folder to draw into."""
+def fly_and_map(world: str, lidar: str, seed: int, pictures: Path | None = None) -> dict[str, dict]:
+    """Fly once; return the map's metrics without and with loop closure. pictures: folder to draw into."""
+    warm_up()
     flight = MappedFlight.fly(world, lidar, seed, parameters_of(world, lidar, seed))
     found = {}
-    for closure in (False, True):
+    for closure, name in _NAMES.items():
         run = flight.map(seed, loop_closure=closure)
-        found[closure] = flight.metrics(run)
+        found[name] = flight.metrics(run)
         if pictures:
-            title = f"{flight.recording.name}, {'with' if closure else 'without'} loop closure"
+            title = f"{flight.recording.name}, {name} loop closure"
             path = pictures / f"{world}_{lidar}{'_closed' if closure else ''}.png"
-            write_atomically(path, png(flight.picture(run, title)))
+            replace_file(path, png(flight.picture(run, title)))
     return found
 
 
@@ -99,20 +105,20 @@ def as_markdown(world: str, lidars: Sequence[str], maps: dict, seeds: int) -> st
         "lidar",
         "range [m]",
         "loops closed",
-        *(heading for heading, _ in FIGURES.values()),
+        *(heading for heading, _ in METRICS.values()),
         "ours",
         "thesis",
     )
     rows = []
     for lidar, closure in itertools.product(lidars, (False, True)):
-        figures = maps[world, lidar, closure]
+        metrics = maps[world, lidar, closure]
         rows.append(
             (
                 lidar,
                 THESIS_LIDARS[lidar].range_m,
                 "yes" if closure else "no",
-                *(_number(figures[key], digits) for key, (_, digits) in FIGURES.items()),
-                verdict(figures),
+                *(_number(metrics[key], digits) for key, (_, digits) in METRICS.items()),
+                verdict(metrics),
                 MAPS[world][lidar].words if world in MAPS else "-",
             )
         )

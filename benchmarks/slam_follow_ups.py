@@ -5,21 +5,18 @@
 - The UST with one of every so many scans: does the frequency matter?
 - The M8, which sees the floor when the UAV leans, with and without levelling of its scans.
 
-Without loop closure, which would hide the differences; otherwise as `slam_experiments`. Figures:
+Without loop closure, which would hide the differences; otherwise as `slam_experiments`. Keys:
 slam.follow_ups.CASE; and results/slam_follow_ups.md.
 """
 
 from __future__ import annotations
 
 import itertools
-import os
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Sequence
 
-from tqdm import tqdm
-
-from benchmarks._report import Report, options, table, write_atomically
+from benchmarks._results import Results, table
+from benchmarks._trials import run_all, trial_options
 from benchmarks.slam_experiments import SEEDS
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import medians
@@ -27,9 +24,11 @@ from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, fly_and_reco
 from master_thesis.experiments_3_4.slam_metrics import judge
 from master_thesis.experiments_3_4.slam_run import SlamRun, replay, true_path, true_walls
 from master_thesis.experiments_3_4.slam_setup import read_setup
+from master_thesis.files import replace_file
+from master_thesis.trials.trial import Trial
 
 BRIEF_SEEDS = (1,)
-FIGURES = {
+METRICS = {
     "ate_rmse_m": ("ATE [m]", 3),
     "map_error_mean_m": ("map error [m]", 3),
     "map_error_p95_m": ("95 % [m]", 3),
@@ -64,34 +63,36 @@ CASES = (
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, map, print and write."""
-    parser = options(__doc__)
+    parser = trial_options(__doc__ or "")
     names = tuple(case.name for case in CASES)
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     parser.add_argument("--cases", nargs="+", default=names, choices=names)
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes")
     given = parser.parse_args(arguments)
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
     runs = list(itertools.product((case for case in CASES if case.name in given.cases), seeds))
-    with Report("slam_follow_ups", given.results, vars(given)) as report:
-        with ProcessPoolExecutor(given.workers, initializer=warm_up) as pool:
-            found = list(tqdm(pool.map(fly_and_map, *zip(*runs)), "flights", len(runs), unit=" flights"))
+    with Results("slam_follow_ups", given.results, vars(given)) as results:
+        trials = [
+            Trial(f"{case.name} {seed}", fly_and_map, {"case": case, "seed": seed}) for case, seed in runs
+        ]
+        found = run_all("slam_follow_ups", trials, given)
         by_case: dict = {}
-        for (case, _), figures in zip(runs, found):
-            by_case.setdefault(case.name, []).append(figures)
+        for (case, _), metrics in zip(runs, found):
+            by_case.setdefault(case.name, []).append(metrics)
         middle = {name: medians(several) for name, several in by_case.items()}
-        for name, figures in middle.items():
-            report.add(f"slam.follow_ups.{name}", figures)
+        for name, metrics in middle.items():
+            results.add(f"slam.follow_ups.{name}", metrics)
         text = as_markdown(middle, len(seeds))
-        write_atomically(given.results / "slam_follow_ups.md", text)
+        replace_file(given.results / "slam_follow_ups.md", text)
         print(f"\n{text}")
 
 
 def fly_and_map(case: Case, seed: int) -> dict:
-    """Fly a case once; return its map's figures."""
+    """Fly a case once; return its map's metrics."""
+    warm_up()
     run, truth, walls = _mapped(case, seed)
-    figures, _, _ = judge(run, truth, walls)
-    cpu_ms = figures.pop("cpu_ms_per_scan")
-    return {**figures, "cpu_ms": cpu_ms["mean"] if cpu_ms else None}
+    metrics, _, _ = judge(run, truth, walls)
+    cpu_ms = metrics.pop("cpu_ms_per_scan")
+    return {**metrics, "cpu_ms": cpu_ms["mean"] if cpu_ms else None}
 
 
 def _mapped(case: Case, seed: int) -> tuple[SlamRun, object, object]:
@@ -110,10 +111,10 @@ def _mapped(case: Case, seed: int) -> tuple[SlamRun, object, object]:
 
 def as_markdown(middle: dict, seeds: int) -> str:
     """Return the table of the cases."""
-    header = ("case", *(heading for heading, _ in FIGURES.values()))
+    header = ("case", *(heading for heading, _ in METRICS.values()))
     rows = [
-        (name, *(f"{figures[key]:.{digits}f}" for key, (_, digits) in FIGURES.items()))
-        for name, figures in middle.items()
+        (name, *(f"{metrics[key]:.{digits}f}" for key, (_, digits) in METRICS.items()))
+        for name, metrics in middle.items()
     ]
     return f"Medians over {seeds} seeds, without loop closure.\n\n{table(header, rows)}\n"
 

@@ -1,4 +1,4 @@
-"""The benchmarks: where their figures go, how the campaign judges, and a smallest run of each."""
+"""The benchmarks: where their numbers go, how the campaign judges, and a smallest run of each."""
 
 from __future__ import annotations
 
@@ -8,43 +8,35 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-from benchmarks import _campaign, _places, _report, _sim_graph, avoidance, px4, sim, slam  # noqa: E402
-from benchmarks._campaign import Flown, Trial  # noqa: E402
+from benchmarks import _places, _results, _sim_graph, avoidance, px4, sim, slam  # noqa: E402
 from benchmarks._flights import Question  # noqa: E402
-from benchmarks._flown_file import FlownFile  # noqa: E402
 from benchmarks.cepa import replay  # noqa: E402
 from cepa import CepaParameters, Improved, LaserScan2D  # noqa: E402
-from master_thesis.campaign import places  # noqa: E402
+from master_thesis.campaign.reading import read_campaign  # noqa: E402
 
 
 def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):
     path = tmp_path / "benchmarks.json"
-    _report.merge(path, {"sim.graph.rtf": 5.0, "cepa.empty": {"speedup": 900.0, "old": 1}})
-    _report.merge(path, {"cepa.empty": {"speedup": 950.0}, "cepa.first_call_s": np.float64(0.2)})
+    _results.merge(path, {"sim.graph.rtf": 5.0, "cepa.empty": {"speedup": 900.0, "old": 1}})
+    _results.merge(path, {"cepa.empty": {"speedup": 950.0}, "cepa.first_call_s": np.float64(0.2)})
     assert json.loads(path.read_text()) == {
         "sim": {"graph": {"rtf": 5.0}},
         "cepa": {"empty": {"speedup": 950.0}, "first_call_s": 0.2},
     }
 
 
-def test_what_json_does_not_know_becomes_null(tmp_path):
-    path = tmp_path / "benchmarks.json"
-    _report.merge(path, {"a": {"b": (math.inf, np.nan, np.int64(3))}})
-    assert json.loads(path.read_text()) == {"a": {"b": [None, None, 3]}}
-
-
 def test_benchmarks_that_end_at_once_lose_nothing(tmp_path):
     path = tmp_path / "benchmarks.json"
     with ThreadPoolExecutor(8) as pool:
-        list(pool.map(lambda n: _report.merge(path, {f"many.k{n}": n}), range(40)))
+        list(pool.map(lambda n: _results.merge(path, {f"many.k{n}": n}), range(40)))
     assert json.loads(path.read_text()) == {"many": {f"k{n}": n for n in range(40)}}
 
 
@@ -52,22 +44,22 @@ def test_a_damaged_file_is_refused_and_left_as_it_is(tmp_path):
     path = tmp_path / "benchmarks.json"
     path.write_text("[1]")
     with pytest.raises(ValueError, match="holds no JSON object"):
-        _report.merge(path, {"a": 1})
+        _results.merge(path, {"a": 1})
     assert path.read_text() == "[1]"
     assert not list(tmp_path.glob(".benchmarks.json.*"))
 
 
 def test_a_run_that_fails_writes_nothing(tmp_path):
-    report = _report.Report("cepa", tmp_path)
-    report.add("cepa.first_call_s", 0.2)
-    with pytest.raises(ZeroDivisionError), report:
+    results = _results.Results("cepa", tmp_path)
+    results.add("cepa.first_call_s", 0.2)
+    with pytest.raises(ZeroDivisionError), results:
         _ = 1 / 0
     assert not (tmp_path / "benchmarks.json").exists()
 
 
 def test_a_run_is_recorded_with_machine_and_load(tmp_path):
-    with _report.Report("cepa", tmp_path, {"places": 3}) as report:
-        report.add("cepa.first_call_s", 0.2)
+    with _results.Results("cepa", tmp_path, {"places": 3}) as results:
+        results.add("cepa.first_call_s", 0.2)
     written = json.loads((tmp_path / "benchmarks.json").read_text())
     run = written["runs"]["cepa"]
     assert written["cepa"] == {"first_call_s": 0.2}
@@ -77,13 +69,13 @@ def test_a_run_is_recorded_with_machine_and_load(tmp_path):
 
 
 def test_tables_are_markdown():
-    lines = _report.table(("", "ms"), [("a", 1.5), ("longer", 22)]).splitlines()
+    lines = _results.table(("", "ms"), [("a", 1.5), ("longer", 22)]).splitlines()
     assert lines == ["|        |  ms |", "| ------ | --: |", "| a      | 1.5 |", "| longer |  22 |"]
 
 
 def test_what_is_not_measured_here_is_headed_so_and_has_a_source():
     figures = {"inprocess.rtf": 30.0, "world_size.ratio": 1.3, "graph.rtf": 6.0}
-    told = sim.figures_table(figures)
+    told = sim.metrics_table(figures)
     assert "| anchor, measured elsewhere |" in told.splitlines()[0]
     for name in figures.keys() & sim.ANCHORS.keys():
         assert f"- {sim.ANCHORS[name].text}: {sim.ANCHORS[name].source}" in told
@@ -162,60 +154,64 @@ def test_the_graphs_latency_is_that_of_a_flight_in_real_time_without_lockstep(mo
 # Garwood's limits for 0, 1 and 10 events at 95 % as every table of them has it
 @pytest.mark.parametrize(("events", "low", "high"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.39)])
 def test_the_confidence_interval_is_garwoods(events, low, high):
-    assert _campaign.rate_interval(events, 1.0) == pytest.approx((low, high), abs=5e-3)
-    assert _campaign.rate_interval(events, 4.0)[1] == pytest.approx(high / 4.0, abs=2e-3)
+    assert avoidance.rate_interval(events, 1.0) == pytest.approx((low, high), abs=5e-3)
+    assert avoidance.rate_interval(events, 4.0)[1] == pytest.approx(high / 4.0, abs=2e-3)
 
 
-def flown(end, distance_m, time_s=13.0, clearance_m=0.5):
-    return Flown(Trial(0, "improved", 2.0), end, distance_m, time_s, clearance_m, 0, np.zeros((1, 2)))
+def flight(end, path_length_m, flight_time_s=13.0, **more):
+    """A flight of 26 m at 2 m/s, as a row of the campaign's table."""
+    return {
+        "replicate": 0,
+        "algorithm": "improved",
+        "speed_m_s": 2.0,
+        "cepa.velocity_aware_emergency": False,
+        "cepa.levelling": False,
+        "reached": end == "goal",
+        "collision": end == "collision",
+        "stuck": end == "stuck",
+        "path_length_m": path_length_m,
+        "flight_time_s": flight_time_s,
+        "time_over_straight": flight_time_s / 13.0,
+        "min_clearance_m": 0.5,
+        "emergencies": 0,
+        **more,
+    }
 
 
-def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path):
-    path, (first, second) = tmp_path / "flights.jsonl", (flown("goal", 26.0), flown("collision", 4.0))
-    second = replace(second, trial=Trial(1, "improved", 2.0, "levelling"))
-    begun = FlownFile(path, "abc")
-    begun.add(first)
-    begun.add(second)
-    with open(path, "a", encoding="utf-8") as stream:
-        stream.write('{"trial": {"number": 2, "algo')  # the power went off
-    resumed = FlownFile(path, "abc", resume=True)
-    assert list(resumed.flown) == [first.trial, second.trial]
-    assert resumed.flown[second.trial].distance_m == 4.0
-    assert np.array_equal(resumed.flown[first.trial].path_xy, first.path_xy)
-    with pytest.raises(ValueError, match="another commit, abc"):
-        FlownFile(path, "def", resume=True)
-    assert FlownFile(path, "def").flown == {}
-
-
-def test_a_brief_run_cuts_what_is_slow_and_names_all_the_same():
-    brief = avoidance.numbers(avoidance._options().parse_args(["--brief"]))
-    whole = avoidance.numbers(avoidance._options().parse_args([]))
-    assert set(whole.values()) == {200}
-    assert brief["improved"] == 200
-    assert brief["original"] < 50
-    assert set(brief) == set(whole)
-    trials = {trial for trials in avoidance.plan(whole).values() for trial in trials}
-    assert len(trials) == 4 * 200 + 150  # at 2 m/s the improved algorithm shares 50 with the mixed speeds
+def test_flights_are_counted_by_what_flew_where_every_speed_did():
+    campaign = read_campaign(Path("avoidance"), seeds=1)
+    rows = [
+        flight("goal", 26.0),
+        flight("goal", 26.0, replicate=3),
+        flight("goal", 26.0, speed_m_s=4.0),
+        flight("stuck", 9.0, **{"cepa.levelling": True}),
+        flight("collision", 4.0, algorithm="original"),
+    ]
+    sets = avoidance.sets(campaign, pd.DataFrame(rows))
+    assert {name: len(flights) for name, flights in sets.items()} == {
+        "improved_at_2_m_s": 2,
+        "improved.all": 2,
+        "improved.2_m_s": 1,
+        "improved.4_m_s": 1,
+        "improved_levelling.all": 1,
+        "improved_levelling.2_m_s": 1,
+        "original.all": 1,
+        "original.2_m_s": 1,
+    }
+    assert avoidance.failures(pd.DataFrame(rows)).splitlines() == [
+        "forest   0, improved_levelling, 2 m/s: stuck after 13.0 s",
+        "forest   0, original, 2 m/s: collision after 13.0 s",
+    ]
 
 
 def test_collisions_count_by_what_was_flown():
-    figures = _campaign.figures([flown("goal", 30.0), flown("goal", 26.0, 26.0), flown("collision", 4.0)])
-    assert figures["collisions_per_km"] == pytest.approx(1 / 0.06)
-    assert figures["reached"] == pytest.approx(2 / 3)
-    assert figures["stuck"] == 0.0
-    assert figures["time_to_goal_s"]["mean"] == pytest.approx(19.5)
-    assert figures["time_over_straight"] == pytest.approx(1.5)  # of 1 and 2: 26 m at 2 m/s take 13 s
-
-
-@pytest.mark.parametrize("number", range(8))
-def test_forests_keep_their_spacing_and_repeat_themselves(number):
-    trunks = Trial(number, "improved", 2.0).forest
-    assert np.array_equal(trunks, Trial(number, "original", 4.0).forest)
-    gaps = np.hypot(*(trunks[:, None, :2] - trunks[None, :, :2]).transpose(2, 0, 1))
-    assert np.min(gaps[~np.eye(len(trunks), dtype=bool)]) >= _campaign.SPACINGS_M[0]
-    for end_x in (0.0, _campaign.GOAL_X_M):
-        assert np.min(np.hypot(trunks[:, 0] - end_x, trunks[:, 1])) >= places.CLEAR_M
-    assert len(trunks) > 15
+    rows = [flight("goal", 30.0), flight("goal", 26.0, 26.0), flight("collision", 4.0)]
+    metrics = avoidance.metrics(pd.DataFrame(rows))
+    assert metrics["collisions_per_km"] == pytest.approx(1 / 0.06)
+    assert metrics["reached"] == pytest.approx(2 / 3)
+    assert metrics["stuck"] == 0.0
+    assert metrics["time_to_goal_s"]["mean"] == pytest.approx(19.5)
+    assert metrics["time_over_straight"] == pytest.approx(1.5)  # of 1 and 2: 26 m at 2 m/s take 13 s
 
 
 def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):
@@ -263,14 +259,14 @@ def test_cepa_is_benchmarked(tmp_path):
 
 @pytest.mark.flight
 def test_the_campaign_is_flown(tmp_path):
-    written, said = run("avoidance", tmp_path, "--flights", "1", "--workers", "1")
+    written, said = run("avoidance", tmp_path, "--smallest", "--workers", "1")
     campaign = written["cepa"]["campaign"]
     for name in ("improved", "original", "improved_velocity_aware", "improved_levelling"):
-        assert campaign[name]["all"]["flights"] == 1
-    assert len((tmp_path / "avoidance_flights.jsonl").read_text().splitlines()) == 1 + 4
+        assert campaign[name]["all"]["flights"] == 2
+        assert campaign[name]["4_m_s"]["flights"] == 1
     assert campaign["improved_at_2_m_s"]["collisions"] == 0
-    assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (_campaign.GOAL_X_M - 0.2)
-    assert (tmp_path / "avoidance.png").read_bytes().startswith(b"\x89PNG")
+    assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (8.0 - 0.2)
+    assert (tmp_path / "avoidance/flights.png").read_bytes().startswith(b"\x89PNG")
     assert "improved, all" in said
 
 

@@ -20,6 +20,7 @@ setup(
             "master_thesis.report.sections",
             "master_thesis.requests",
             "master_thesis.results",
+            "master_thesis.trials",
             "master_thesis.worlds",
             "master_thesis_ros",
         ],

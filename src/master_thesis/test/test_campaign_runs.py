@@ -16,13 +16,15 @@ import pytest
 import yaml
 
 from cepa import CepaParameters
-from master_thesis.campaign.command import INTERRUPTED, main
+from master_thesis.campaign.command import main
+from master_thesis.campaign.folder import CampaignFolder
 from master_thesis.campaign.reading import SHIPPED, campaign_of, read_campaign
-from master_thesis.campaign.run import run_campaign
-from master_thesis.campaign.store import CampaignFolder
+from master_thesis.campaign.statistics import summary
 from master_thesis.campaign.tuning import HISTORY, TUNED, tune
-from master_thesis.campaign.workers import Workers
-from master_thesis.errors import CampaignError
+from master_thesis.errors import CampaignError, TrialsError
+from master_thesis.trials import run
+from master_thesis.trials.dask_workers import DaskWorkers
+from master_thesis.trials.workers import INTERRUPTED, ThisProcess
 
 pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
 
@@ -39,27 +41,26 @@ TUNING = {
 }
 
 
-class Inline:
-    """Runs trials in this process as workers would. stop_after: trials until Ctrl-C comes."""
+class Interrupted(ThisProcess):
+    """Runs trials until Ctrl-C comes. after: so many trials. backwards: the last one first."""
 
-    def __init__(self, stop_after=None, backwards=False):
-        self.stop_after, self.backwards, self.killed = stop_after, backwards, False
+    def __init__(self, after, backwards=False):
+        self.after, self.backwards, self.killed = after, backwards, False
 
-    def batches(self, run, tasks):
-        for task in reversed(tasks) if self.backwards else tasks:
-            if self.stop_after == 0:
+    def results(self, run, tasks):
+        for task in tasks[::-1] if self.backwards else tasks:
+            if self.after == 0:
                 raise KeyboardInterrupt
-            yield [(task, run(task))]
-            self.stop_after = self.stop_after and self.stop_after - 1
+            yield task, run(task)
+            self.after -= 1
 
     def kill(self):
         self.killed = True
 
 
 def fly(content, path, workers):
-    campaign = campaign_of(content, "short")
-    with CampaignFolder(path, campaign) as folder:
-        return run_campaign(campaign, folder, workers, quiet=True)
+    with CampaignFolder(path, campaign_of(content, "short")) as folder:
+        return folder.fly(workers, quiet=True)
 
 
 def wait_for(what, seconds=120.0):
@@ -70,6 +71,12 @@ def wait_for(what, seconds=120.0):
         time.sleep(0.05)
 
 
+def finished_lines(folder) -> int:
+    """Return how many trials are on the disk."""
+    path = folder / "trials.jsonl"
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
 def rows_of(folder) -> list[dict]:
     """Return the trials of a campaign's folder as pandas finds them; None where nothing stands."""
     table = pd.read_csv(folder / "trials.csv").astype(object)
@@ -78,9 +85,9 @@ def rows_of(folder) -> list[dict]:
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):
-    """The short campaign's folder, flown to its end in one go by one process, without Dask."""
+    """The short campaign's folder, flown to its end by this process, without Dask."""
     path = tmp_path_factory.mktemp("flown")
-    fly(SHORT, path, Inline())
+    fly(SHORT, path, ThisProcess())
     return path
 
 
@@ -93,7 +100,7 @@ def table(flown):
 @pytest.fixture(scope="module")
 def workers():
     """Two of them, on this machine."""
-    with Workers(2) as workers:
+    with DaskWorkers(2) as workers:
         yield workers
 
 
@@ -117,22 +124,62 @@ def test_the_table_tells_what_was_flown(flown):
 
 def test_an_interrupted_campaign_goes_on_and_its_order_changes_nothing(table, tmp_path):
     """Not even that a flight came after another's contact in its process."""
-    interrupted = Inline(stop_after=3, backwards=True)
+    interrupted = Interrupted(3, backwards=True)
     with pytest.raises(KeyboardInterrupt):
         fly(SHORT, tmp_path, interrupted)
     assert interrupted.killed
     assert len(rows_of(tmp_path)) == 3
     with CampaignFolder(tmp_path, campaign_of(SHORT, "short")) as folder:
         assert folder.missing == [0]
-    fly(SHORT, tmp_path, Inline())
+    fly(SHORT, tmp_path, ThisProcess())
     assert (tmp_path / "trials.csv").read_bytes() == table
-    assert not list((tmp_path / "parts").iterdir())
+
+
+UNFLYABLE = {"kind": "mapping", "trials": {"world": "room", "cepa.r_lb": 1.0}}  # r_ub is 0.9 m indoors
+
+
+def test_a_campaign_with_failures_says_how_many_ends_with_1_and_tries_them_again(tmp_path, capsys):
+    file, out = tmp_path / "bad.yaml", tmp_path / "out"
+    file.write_text(yaml.safe_dump({**UNFLYABLE, "seeds": 2}))
+    for _ in range(2):
+        assert main([str(file), "--workers", "1", "--out", str(out)]) == 1
+        assert "campaign: 2 of 2 trials failed, see the column error of trials.csv" in capsys.readouterr().err
+        assert [row["error"][:28] for row in rows_of(out)] == ["r_lb must be less than r_ub,"] * 2
+        assert finished_lines(out) == 0
+    assert pd.read_csv(out / "summary.csv")["errors"].tolist() == [2]
+
+
+def test_a_table_that_mixes_versions_of_the_code_says_so(tmp_path, monkeypatch):
+    with pytest.raises(KeyboardInterrupt):
+        fly(SHORT, tmp_path, Interrupted(3))
+    monkeypatch.setattr(run, "version", lambda: "abc+changes.1")
+    flown = fly(SHORT, tmp_path, ThisProcess())
+    here = flown.trials["commit"][0]
+    assert flown.trials["commit"].tolist() == [here] * 3 + ["abc+changes.1"]
+    assert flown.mixture == (
+        f"Different versions of the code computed these 4 trials: 3 by {here}, 1 by abc+changes.1."
+    )
+    found = summary(campaign_of(SHORT, "short"), flown.trials)
+    assert found["commits"].tolist() == [here, f"{here} abc+changes.1"]
+
+
+def test_a_damaged_folder_is_refused_with_a_sentence(tmp_path):
+    campaign = campaign_of({"trials": FOREST}, "x")
+    with CampaignFolder(tmp_path, campaign):
+        (tmp_path / "trials.jsonl").write_bytes(b"half\n")
+    with pytest.raises(TrialsError, match=r"trials\.jsonl is damaged in line 1; move it away"):
+        CampaignFolder(tmp_path, campaign)
+    (tmp_path / "campaign.json").write_text("{}")
+    with pytest.raises(CampaignError, match=r"campaign\.json is damaged"):
+        CampaignFolder(tmp_path, campaign)
+    with pytest.raises(TrialsError, match="cannot be used: Not a directory"):
+        CampaignFolder(tmp_path / "trials.jsonl/folder", campaign)
 
 
 def test_a_folder_knows_whose_trials_it_holds(flown):
     with CampaignFolder(flown, campaign_of({**SHORT, "seeds": 3}, "longer")) as folder:
         assert folder.missing == [4, 5]
-        with pytest.raises(CampaignError, match="Another campaign is at work in"):
+        with pytest.raises(TrialsError, match="Another process writes trials into"):
             CampaignFolder(flown, campaign_of(SHORT, "short"))
     changed = {**SHORT, "trials": {**SHORT["trials"], "speed_m_s": 3}}
     with pytest.raises(CampaignError, match="holds trials of another campaign, or of this file before"):
@@ -141,10 +188,10 @@ def test_a_folder_knows_whose_trials_it_holds(flown):
 
 def test_an_interrupted_search_repeats_itself_and_its_parameters_are_those_of_cepa(tmp_path):
     campaign = campaign_of(TUNING, "tuning")
-    tune(campaign, tmp_path / "whole", Inline(), quiet=True)
+    tune(campaign, tmp_path / "whole", ThisProcess(), quiet=True)
     with pytest.raises(KeyboardInterrupt):
-        tune(campaign, tmp_path / "parts", Inline(stop_after=1), quiet=True)
-    tune(campaign, tmp_path / "parts", Inline(stop_after=1), quiet=True)
+        tune(campaign, tmp_path / "parts", Interrupted(1), quiet=True)
+    tune(campaign, tmp_path / "parts", Interrupted(1), quiet=True)
     for name in (HISTORY, TUNED):
         assert (tmp_path / "parts" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
     shipped, tried = (tmp_path / "whole" / HISTORY).read_text().splitlines()[1:]
@@ -160,7 +207,7 @@ def tuning_of(**ranges):
 
 def test_shipped_parameters_that_do_not_go_together_within_the_ranges_are_said_and_not_flown(tmp_path):
     # r_lb 0.5 m becomes 0.34 m, body_radius stays 0.35 m: an emergency would start after the collision
-    told = tune(tuning_of(r_lb=(0.3, 0.34), body_radius=(0.15, 0.36)), tmp_path, Inline(), quiet=True)
+    told = tune(tuning_of(r_lb=(0.3, 0.34), body_radius=(0.15, 0.36)), tmp_path, ThisProcess(), quiet=True)
     shipped, best, _ = told.splitlines()
     assert shipped.startswith("shipped: not flown. ")
     assert "body_radius must be less than r_lb" in shipped
@@ -171,7 +218,7 @@ def test_shipped_parameters_that_do_not_go_together_within_the_ranges_are_said_a
 
 def test_ranges_in_which_no_parameters_go_together_are_one_sentence(tmp_path):
     with pytest.raises(CampaignError, match=r"None of the 3 sets could be flown: .*body_radius"):
-        tune(tuning_of(r_lb=(0.2, 0.3)), tmp_path, Inline(), quiet=True)
+        tune(tuning_of(r_lb=(0.2, 0.3)), tmp_path, ThisProcess(), quiet=True)
     assert not (tmp_path / TUNED).exists()
     assert len((tmp_path / HISTORY).read_text().splitlines()) == 4
 
@@ -224,21 +271,18 @@ def test_the_smallest_of_each_shipped_campaign(path, workers, tmp_path):
 
 
 def test_a_killed_worker_costs_its_trial_only_and_changes_nothing(workers, table, tmp_path):
-    campaign = campaign_of(SHORT, "short")
-
     def kill_one():
-        wait_for(lambda: list((tmp_path / "parts").glob("*.csv")))
+        wait_for(lambda: finished_lines(tmp_path))
         killed.append(workers.pids[0])
         os.kill(killed[0], signal.SIGKILL)
 
     killed: list[int] = []
-    with CampaignFolder(tmp_path, campaign) as folder:
-        killer = threading.Thread(target=kill_one)
-        killer.start()
-        finished = run_campaign(campaign, folder, workers, quiet=True)
-        killer.join()
+    killer = threading.Thread(target=kill_one)
+    killer.start()
+    flown = fly(SHORT, tmp_path, workers)
+    killer.join()
     assert killed
-    assert finished.missing == 0
+    assert not flown.failed
     assert (tmp_path / "trials.csv").read_bytes() == table
 
 
@@ -249,13 +293,13 @@ def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(workers, 
     command = [sys.executable, str(ROOT / "src/master_thesis/nodes/campaign"), str(file)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(p) for p in ROOT.glob("src/*/src"))}
     process = subprocess.Popen(
-        [*command, "--workers", "1", "--seeds", "500", "--out", str(out)],
+        [*command, "--workers", "2", "--seeds", "500", "--out", str(out)],
         env=environment,
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
-    wait_for(lambda: list((out / "parts").glob("*.csv")) or process.poll() is not None)
+    wait_for(lambda: finished_lines(out) or process.poll() is not None)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=120)
     assert process.returncode == INTERRUPTED, said
@@ -268,5 +312,5 @@ def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(workers, 
 
 
 def test_a_scheduler_that_is_not_there_is_told_in_a_sentence(tmp_path):
-    with pytest.raises(CampaignError, match=r"There is no scheduler file .*none\.json; give tcp://host:port"):
-        Workers(scheduler=str(tmp_path / "none.json"))
+    with pytest.raises(TrialsError, match=r"There is no scheduler file .*none\.json; give tcp://host:port"):
+        DaskWorkers(scheduler=str(tmp_path / "none.json"))

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from master_thesis.campaign.axes import STEERING
-from master_thesis.campaign.figures import COLOURS, MARKERS, pictures
+from master_thesis.campaign.pictures import COLOURS, MARKERS, pictures
 from master_thesis.campaign.reading import campaign_of
 from master_thesis.campaign.statistics import bootstrap, summary, wilson
 
@@ -52,6 +52,7 @@ def flights():
             "min_clearance_m": 0.5,
             "emergencies": 0,
             "error": "It failed." if end == "error" else None,
+            "commit": "abc",
         }
         for index, (end, time_s) in enumerate(zip(ends, (10.0, 3.0, 14.0, 60.0, 12.0, np.nan)))
     ]
@@ -99,7 +100,7 @@ def test_the_pictures_are_those_that_the_axes_call_for(axes, names):
     rows = []
     for index in range(len(campaign)):
         row = some.iloc[index % 5].to_dict()
-        rows.append({**row, **campaign.trial(index).settings, "index": index})
+        rows.append({**row, **campaign.case(index).settings, "index": index})
     drawn = pictures(campaign, pd.DataFrame(rows))
     assert set(drawn) == names
     assert all(content.startswith(b"\x89PNG") for content in drawn.values())

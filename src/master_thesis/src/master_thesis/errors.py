@@ -21,5 +21,9 @@ class GraphError(MasterThesisError):
     """A graph of nodes that did not do what was to be measured, or could not be started."""
 
 
+class TrialsError(MasterThesisError):
+    """A file of trials, or a scheduler, that cannot be used as it is; or trials that failed."""
+
+
 class CampaignError(MasterThesisError):
-    """A campaign's file, folder or scheduler that cannot be used as it is."""
+    """A campaign's file or folder that cannot be used as it is."""

@@ -16,8 +16,8 @@ from benchmarks._step_response import (
     MANOEUVRES,
     Manoeuvre,
     Pilot,
-    figures,
     fly_all,
+    metrics,
     quantity_of,
     read_reference,
     rms_percent,
@@ -55,7 +55,7 @@ def reference():
 
 
 def median(name, rows_of_flights):
-    found = [asdict(figures(BY_NAME[name], rows)) for rows in rows_of_flights]
+    found = [asdict(metrics(BY_NAME[name], rows)) for rows in rows_of_flights]
     return {figure: np.median([values[figure] for values in found]) for figure in found[0]}
 
 
@@ -75,7 +75,7 @@ def test_every_figure_is_within_ten_per_cent_of_px4s(row, flown):
 @pytest.mark.parametrize("name", [name for name in BY_NAME if name != "position_x_+1"])
 def test_it_flies_like_px4(name, flown, reference):
     manoeuvre = BY_NAME[name]
-    ours, theirs = median(name, flown[name]), figures(manoeuvre, reference[name])
+    ours, theirs = median(name, flown[name]), metrics(manoeuvre, reference[name])
     assert ours["rise_s"] == pytest.approx(theirs.rise_s, rel=0.1)
     assert ours["overshoot_percent"] == pytest.approx(theirs.overshoot_percent, abs=1.2)
     assert ours["peak_tilt_deg"] == pytest.approx(theirs.peak_tilt_deg, abs=0.5)
@@ -103,7 +103,7 @@ def from_rest(setpoint, quantity, last, seconds=8.0):
     pilot.take_off(3.0, 18.0)
     manoeuvre = Manoeuvre("step", quantity, 0.0, last, setpoint, seconds)
     rows = pilot.manoeuvre(manoeuvre)
-    return figures(manoeuvre, rows), rows
+    return metrics(manoeuvre, rows), rows
 
 
 def fly(north=0.0, east=0.0, yaw=0.0):
@@ -141,7 +141,7 @@ def test_turning_in_flight_hardly_disturbs_the_velocity():
     pilot.fly(10.0)
     turn = Manoeuvre("turn", "yaw_deg", 0.0, 90.0, fly(north=2.0, yaw=math.pi / 2), 5.0)
     rows = pilot.manoeuvre(turn)
-    ours = figures(turn, rows)
+    ours = metrics(turn, rows)
     # On the spot the reference rises in 0.54 s and overshoots by 11 %.
     assert ours.rise_s == pytest.approx(0.54, rel=0.1)
     assert ours.overshoot_percent == pytest.approx(11.0, abs=2.0)
@@ -157,7 +157,7 @@ def test_the_tilt_is_limited_and_the_speed_does_not_wind_up():
     pilot.fly(10.0)
     turn = Manoeuvre("reversal", "v_north", -8.0, 8.0, fly(north=8.0), 10.0)
     rows = pilot.manoeuvre(turn)
-    ours = figures(turn, rows)
+    ours = metrics(turn, rows)
     assert ours.peak_tilt_deg < 45.0 + 5.0
     assert ours.overshoot_percent < 8.0
     # Held at 45 degrees it would gain 9.8 m/s2: 16 m/s take at least 1.6 s, 10 to 90 % of it 1.3 s.
@@ -181,7 +181,7 @@ def test_figures_of_a_second_order_step_are_the_closed_form():
     rows[:, COLUMNS.index("v_north")] = 1.0 + 2.0 * np.where(t > 0.0, second_order(0.5, 2.0, t), 0.0)
     rows[100, COLUMNS.index("tilt_deg")] = 12.0
     step = Manoeuvre("step", "v_north", 1.0, 3.0, Setpoint(), 12.0)
-    found = figures(step, rows)
+    found = metrics(step, rows)
     assert found.overshoot_percent == pytest.approx(
         100.0 * math.exp(-math.pi * 0.5 / math.sqrt(0.75)), abs=0.01
     )

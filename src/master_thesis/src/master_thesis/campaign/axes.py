@@ -18,8 +18,8 @@ from master_thesis.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS
 Value = Union[bool, int, float, str]
 
 KINDS = ("flight", "mapping")
-FOREST, HALLWAY, HOLD = "random_forest", "random_hallway", "beamed_hold"
-FLIGHT_WORLDS = (FOREST, HALLWAY, *EXPERIMENT_WORLDS)
+FOREST, MIXED_FOREST, HALLWAY, HOLD = "random_forest", "mixed_forest", "random_hallway", "beamed_hold"
+FLIGHT_WORLDS = (FOREST, MIXED_FOREST, HALLWAY, *EXPERIMENT_WORLDS)
 MAPPING_WORLDS = (HOLD, "room", "hold", "hold_middle")
 DRAWN_DISTANCE_M = 26.0
 """From start to goal in a world drawn at random; in the experiments' own as there."""
@@ -123,7 +123,7 @@ def with_defaults(kind: str, given: Mapping[str, Value]) -> dict[str, Value | No
     }
     settings = {**defaults, **{n: v for n, v in given.items() if n in defaults}, **settings}
     if kind == "flight" and settings["distance_m"] is None:
-        settings["distance_m"] = DRAWN_DISTANCE_M if world in (FOREST, HALLWAY) else GOAL_X_M
+        settings["distance_m"] = DRAWN_DISTANCE_M if world in (FOREST, MIXED_FOREST, HALLWAY) else GOAL_X_M
     if kind == "mapping" and settings["speed_m_s"] is None:
         settings["speed_m_s"] = SCENARIOS[scenario_name(world)].speed_m_s
     _check_parameters(settings)

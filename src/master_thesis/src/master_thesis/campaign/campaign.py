@@ -1,10 +1,8 @@
-"""A campaign: what varies, how often; and each trial of it, fixed by campaign seed and trial index."""
+"""A campaign: what varies and how often. Its seed and a case's index fix each case."""
 
 from __future__ import annotations
 
-import hashlib
 import itertools
-import json
 import math
 from dataclasses import dataclass, field
 from typing import Mapping
@@ -13,14 +11,20 @@ import numpy as np
 
 from master_thesis.campaign.axes import Value, with_defaults
 from master_thesis.errors import CampaignError
+from master_thesis.trials.trial import digest
 
 SEEDS_MAX = 100_000
 COMBINATIONS_MAX = 100_000
+FORMAT = 2
+"""Of a campaign's folder. A folder of another format is refused."""
+
+Settings = Mapping[str, "Value | None"]
+"""What a case is flown with, by name, defaults included."""
 
 
 @dataclass(frozen=True)
-class Trial:
-    """One trial. index: in the campaign. replicate: which of the seeds. settings: by name, defaults included.
+class Case:
+    """One trial of a campaign. replicate: which of the seeds.
 
     place_seed, noise_seed: of a world drawn at random, and of every random stream of the flight. All
     combinations of a replicate share them, so that they are compared in the same places.
@@ -29,17 +33,28 @@ class Trial:
     kind: str
     index: int
     replicate: int
-    settings: Mapping[str, Value | None]
+    settings: Settings
     place_seed: int
     noise_seed: int
+
+
+@dataclass(frozen=True)
+class Block:
+    """Axes, (name, values) as the file has them, whose product is flown. times: so many times the seeds."""
+
+    axes: tuple[tuple[str, tuple[Value, ...]], ...]
+    times: int = 1
+
+    def __len__(self) -> int:
+        return math.prod(len(values) for _, values in self.axes)
 
 
 @dataclass(frozen=True)
 class Tuning:
     """What `campaign tune` searches. parameters: (name, low, high, whether on a logarithmic scale) of CEPA's.
 
-    trials: sets of parameters that are tried. collision_cost, stuck_cost: what such a flight counts, where
-    one that arrives counts its time over that of the straight way at full speed.
+    trials: sets of parameters that are tried. collision_cost, stuck_cost: what such a flight counts. A flight
+    that arrives counts its time divided by that of the straight way at full speed.
     """
 
     parameters: tuple[tuple[str, float, float, bool], ...]
@@ -50,51 +65,79 @@ class Tuning:
 
 @dataclass(frozen=True)
 class Campaign:
-    """What varies: axes holds (name, values) as the file has them; the trials are the product of all values.
+    """What varies. The combinations are those of all blocks; one that several blocks name is flown once.
 
-    Trial `index` is combination `index % combinations` of replicate `index // combinations`, so that more
-    seeds add trials at the end and change none. Raises CampaignError when settings do not go together.
+    Case `index` is combination `index % combinations` of replicate `index // combinations`. So more seeds
+    change no case that there was. repeats: of each combination, how many times the seeds.
+    Raises CampaignError when settings do not go together.
     """
 
     name: str
     kind: str
     seed: int
     seeds: int
-    axes: tuple[tuple[str, tuple[Value, ...]], ...]
+    blocks: tuple[Block, ...]
     tuning: Tuning | None = None
-    combinations: tuple[Mapping[str, Value | None], ...] = field(init=False, compare=False, repr=False)
+    combinations: tuple[Settings, ...] = field(init=False, compare=False, repr=False)
+    repeats: tuple[int, ...] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if not 1 <= self.seeds <= SEEDS_MAX:
             raise CampaignError(f"seeds must be from 1 to {SEEDS_MAX}, not {self.seeds}.")
         if self.seed < 0:
             raise CampaignError(f"seed must not be negative, but is {self.seed}.")
-        number = math.prod(len(values) for _, values in self.axes)
+        number = sum(map(len, self.blocks))
         if number > COMBINATIONS_MAX:
             raise CampaignError(f"trials has {number} combinations; at most {COMBINATIONS_MAX} can be flown.")
-        names = [name for name, _ in self.axes]
-        products = itertools.product(*(values for _, values in self.axes))
-        combinations = tuple(with_defaults(self.kind, dict(zip(names, values))) for values in products)
-        object.__setattr__(self, "combinations", combinations)
+        combinations: dict[frozenset[tuple[str, Value | None]], Settings] = {}
+        repeats: dict[frozenset[tuple[str, Value | None]], int] = {}
+        for block in self.blocks:
+            names = [name for name, _ in block.axes]
+            for values in itertools.product(*(values for _, values in block.axes)):
+                settings = with_defaults(self.kind, dict(zip(names, values)))
+                key = frozenset(settings.items())
+                combinations.setdefault(key, settings)
+                repeats[key] = max(block.times, repeats.get(key, 1))
+        object.__setattr__(self, "combinations", tuple(combinations.values()))
+        object.__setattr__(self, "repeats", tuple(repeats.values()))
 
     def __len__(self) -> int:
-        return self.seeds * len(self.combinations)
+        return self.seeds * sum(self.repeats)
+
+    @property
+    def cases(self) -> list[Case]:
+        """All cases, in the order of their indices."""
+        of = range(self.seeds * max(self.repeats))
+        return [
+            self.case(replicate * len(self.combinations) + number)
+            for replicate in of
+            for number, times in enumerate(self.repeats)
+            if replicate < self.seeds * times
+        ]
+
+    def case(self, index: int) -> Case:
+        """Return a case by its index."""
+        replicate, combination = divmod(index, len(self.combinations))
+        entropy = np.random.SeedSequence((self.seed, replicate)).generate_state(2)
+        place_seed, noise_seed = (int(word) for word in entropy)
+        return Case(self.kind, index, replicate, self.combinations[combination], place_seed, noise_seed)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the axes, in the order of the file."""
+        return tuple(dict.fromkeys(name for block in self.blocks for name, _ in block.axes))
 
     @property
     def varied(self) -> tuple[str, ...]:
         """Names of the axes that have more than one value."""
-        return tuple(name for name, values in self.axes if len(values) > 1)
+        return tuple(n for n in self.names if len({settings.get(n) for settings in self.combinations}) > 1)
+
+    def values(self, name: str) -> tuple[Value, ...]:
+        """Return the values of an axis, in the order of the file."""
+        found = (settings.get(name) for settings in self.combinations)
+        return tuple(dict.fromkeys(value for value in found if value is not None))
 
     @property
     def digest(self) -> str:
-        """What tells this campaign's trials from another's; the number of seeds and the name do not count."""
-        content = json.dumps((self.kind, self.seed, self.axes))
-        return hashlib.sha256(content.encode()).hexdigest()[:16]
-
-    def trial(self, index: int) -> Trial:
-        """Return a trial by its index."""
-        replicate, combination = divmod(index, len(self.combinations))
-        entropy = np.random.SeedSequence((self.seed, replicate)).generate_state(2)
-        place_seed, noise_seed = (int(word) for word in entropy)
-        settings = self.combinations[combination]
-        return Trial(self.kind, index, replicate, settings, place_seed, noise_seed)
+        """What tells this campaign's cases from another's; the number of seeds and the name do not count."""
+        return digest({"format": FORMAT, "kind": self.kind, "seed": self.seed, "blocks": self.blocks})[:16]

@@ -8,11 +8,12 @@ import sys
 from pathlib import Path
 from typing import Sequence
 
-from master_thesis.errors import CampaignError, MasterThesisError
+from master_thesis.campaign.campaign import Campaign
+from master_thesis.errors import MasterThesisError, TrialsError
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE
+from master_thesis.trials.workers import INTERRUPTED, open_workers
 
 RESULTS = PACKAGE.parents[1] / "results" / "campaigns"
-INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,7 +62,7 @@ def _positive(text: str) -> int:
     return int(text)
 
 
-def _read(given: argparse.Namespace, name: str = ""):
+def _read(given: argparse.Namespace, name: str = "") -> tuple[Campaign, Path]:
     from master_thesis.campaign.reading import read_campaign
 
     campaign = read_campaign(given.file, given.smallest, given.seeds)
@@ -71,22 +72,18 @@ def _read(given: argparse.Namespace, name: str = ""):
 
 def _run(given: argparse.Namespace) -> int:
     campaign, path = _read(given)
-    # What flies and what draws takes seconds to import: a file's mistakes are told before
-    from master_thesis.campaign.report import write_report
-    from master_thesis.campaign.run import run_campaign
-    from master_thesis.campaign.store import CampaignFolder
-    from master_thesis.campaign.workers import Workers
+    # These take seconds to import. An error in the file comes before
+    from master_thesis.campaign.folder import CampaignFolder
+    from master_thesis.campaign.summary import write_summary
 
     with CampaignFolder(path, campaign) as folder:
-        if folder.warning:
-            print(f"campaign: {folder.warning}", file=sys.stderr)
-        with Workers(given.workers, given.scheduler) as workers:
-            finished = run_campaign(campaign, folder, workers)
-        print(write_report(campaign, folder, finished.table))
+        with open_workers(given.workers, given.scheduler) as workers:
+            flown = folder.fly(workers)
+        print(write_summary(campaign, folder, flown))
     print(f"\n{path}")
-    if finished.missing:
-        raise CampaignError(
-            f"{finished.missing} trials ended their workers again and again (is there memory enough?); "
+    if flown.failed:
+        raise TrialsError(
+            f"{len(flown.failed)} of {len(campaign)} trials failed, see the column error of trials.csv; "
             "call again to try them once more."
         )
     return 0
@@ -95,8 +92,7 @@ def _run(given: argparse.Namespace) -> int:
 def _tune(given: argparse.Namespace) -> int:
     campaign, path = _read(given, "_tuning")
     from master_thesis.campaign.tuning import tune
-    from master_thesis.campaign.workers import Workers
 
-    with Workers(given.workers, given.scheduler) as workers:
+    with open_workers(given.workers, given.scheduler) as workers:
         print(tune(campaign, path, workers))
     return 0

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from gridslam.evaluation import poses_at, trajectory_error
 from gridslam.trajectory import Trajectory
 from master_thesis.campaign.axes import CEPA_PREFIX, SLAM_PREFIX, parameters_in, scenario_name
-from master_thesis.campaign.campaign import Trial
+from master_thesis.campaign.campaign import Case
 from master_thesis.campaign.flying import Flight, begin, flight_of, is_over
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
 from master_thesis.experiments_3_4.slam_metrics import judge
@@ -20,7 +20,7 @@ from simulation_tools.simulation import SimulationParameters
 
 
 @dataclass(frozen=True)
-class MapFigures:
+class MapMetrics:
     """How true a map is; see `gridslam.evaluation`."""
 
     ate_rmse_m: float
@@ -38,7 +38,7 @@ class MapFigures:
 
 @dataclass(frozen=True)
 class Mapped:
-    """The outcome of a mapping flight as columns of the table; no map figures when it was not flown out."""
+    """The outcome of a mapping flight as columns of the table; no map metrics when it was not flown out."""
 
     mapped: bool
     collision: bool
@@ -48,45 +48,45 @@ class Mapped:
     min_clearance_m: float
     emergencies: int
     mass_kg: float
-    figures: MapFigures | None
+    metrics: MapMetrics | None
 
     def columns(self) -> dict:
-        """Return all figures by column."""
+        """Return all values by column."""
         row = asdict(self)
-        figures = row.pop("figures")
-        return {**row, **(figures or {})}
+        metrics = row.pop("metrics")
+        return {**row, **(metrics or {})}
 
 
-def fly_and_map(trial: Trial, simulation: SimulationParameters) -> Mapped:
+def fly_and_map(case: Case, simulation: SimulationParameters) -> Mapped:
     """Fly a trial's mission with SLAM beside it.
 
     Raises:
         FlightError: the UAV never hovered over the start.
         SlamError, ScenarioError: there is nothing to judge.
     """
-    scenario = SCENARIOS[scenario_name(trial.settings["world"])]
-    options = parameters_in(trial.settings, SLAM_PREFIX)
+    scenario = SCENARIOS[scenario_name(case.settings["world"])]
+    options = parameters_in(case.settings, SLAM_PREFIX)
     closing, levelling = options.pop("loop_closure", True), options.pop("levelling", True)
     setup = read_setup(scenario.world)
     setup = SlamSetup(replace(setup.parameters, **options), setup.loop_closure)
-    with ClosedLoop(_parameters(trial, simulation)) as loop:
-        session = setup.session(trial.noise_seed, closing)
+    with ClosedLoop(_parameters(case, simulation)) as loop:
+        session = setup.session(case.noise_seed, closing)
         slam = SlamParticipant(session, LidarGeometry.of(loop.simulation.lidar), levelling=levelling)
         loop.listeners.append(slam)
         begin(loop)
         loop.run(until=is_over)
         flight = flight_of(loop)
         truth, odometry = planar(loop.log.truth), planar(loop.log.odometry)
-    figures = None
+    metrics = None
     if flight.end == "goal":
         walls = true_walls(simulation.world, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
-        figures = _judged(slam.run(), truth, odometry, walls)
-    return _mapped(flight, figures)
+        metrics = _judged(slam.run(), truth, odometry, walls)
+    return _mapped(flight, metrics)
 
 
-def _parameters(trial: Trial, simulation: SimulationParameters) -> ClosedLoopParameters:
-    settings = trial.settings
-    base = parameters_of(scenario_name(settings["world"]), settings["lidar"], trial.noise_seed)
+def _parameters(case: Case, simulation: SimulationParameters) -> ClosedLoopParameters:
+    settings = case.settings
+    base = parameters_of(scenario_name(settings["world"]), settings["lidar"], case.noise_seed)
     return replace(
         base,
         simulation=replace(simulation, spawn_pose=base.simulation.spawn_pose),
@@ -96,15 +96,15 @@ def _parameters(trial: Trial, simulation: SimulationParameters) -> ClosedLoopPar
     )
 
 
-def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls) -> MapFigures:
-    figures, _, _ = judge(run, truth, walls)
+def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls) -> MapMetrics:
+    judged, _, _ = judge(run, truth, walls)
     stamps = run.final.stamps_s
     drift = trajectory_error(Trajectory(stamps, poses_at(odometry, stamps)), truth)
-    figures["odometry_ate_rmse_m"] = drift.ate_rmse_m
-    return MapFigures(**{name: figures[name] for name in MapFigures.__dataclass_fields__})
+    judged["odometry_ate_rmse_m"] = drift.ate_rmse_m
+    return MapMetrics(**{name: judged[name] for name in MapMetrics.__dataclass_fields__})
 
 
-def _mapped(flight: Flight, figures: MapFigures | None) -> Mapped:
+def _mapped(flight: Flight, metrics: MapMetrics | None) -> Mapped:
     return Mapped(
         mapped=flight.end == "goal",
         collision=flight.end == "collision",
@@ -114,5 +114,5 @@ def _mapped(flight: Flight, figures: MapFigures | None) -> Mapped:
         min_clearance_m=flight.clearance_m,
         emergencies=flight.emergencies,
         mass_kg=flight.mass_kg,
-        figures=figures,
+        metrics=metrics,
     )

@@ -9,7 +9,7 @@ from typing import Mapping
 
 import numpy as np
 
-from master_thesis.campaign.axes import DRAWN_DISTANCE_M, FOREST, HALLWAY, HOLD, Value
+from master_thesis.campaign.axes import DRAWN_DISTANCE_M, FOREST, HALLWAY, HOLD, MIXED_FOREST, Value
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS as MAPPING_SCENARIOS
 from master_thesis.worlds.mapping_worlds import hold_with_beams
@@ -20,6 +20,8 @@ CLEAR_M = 3.0
 """No obstacle's middle is nearer to start or goal."""
 SPACING_M = 2.0
 """Least distance between trunks' middles in a forest of a given density."""
+MIXED_SPACINGS_M = (2.0, 4.0)
+"""Bounds of the least distance that is drawn for each mixed forest: 0.16 to 0.04 trees per m2."""
 RADII_M = (0.12, 0.30)
 DARTS = 3000
 _BARK = Colour(0.55, 0.40, 0.27)
@@ -56,6 +58,9 @@ def place_of(settings: Mapping[str, Value | None], seed: int) -> Place:
         area_m2 = (distance_m - 2 * CLEAR_M) * 2 * HALF_WIDTH_M
         trees = round(settings["density_per_m2"] * area_m2)
         return Place(forest_sdf(plant(rng, SPACING_M, trees, distance_m)), None, distance_m)
+    if world == MIXED_FOREST:
+        spacing_m = rng.uniform(*MIXED_SPACINGS_M)
+        return Place(forest_sdf(plant(rng, spacing_m, distance_m=distance_m)), None, distance_m)
     if world == HALLWAY:
         return Place(hallway_sdf(rng, settings["width_m"], distance_m), None, distance_m)
     if world == HOLD:

@@ -1,4 +1,4 @@
-"""Reads a campaign's YAML file; every mistake in it is told in one sentence."""
+"""Reads a campaign's YAML file; an error says in one sentence what is wrong with it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any, Iterable, Mapping
 import numpy as np
 
 from cepa import CepaParameters
-from master_thesis.campaign.axes import CEPA_PREFIX, KINDS, Axis, Value, axes_of
-from master_thesis.campaign.campaign import SEEDS_MAX, Campaign, Tuning
+from master_thesis.campaign.axes import CEPA_PREFIX, KINDS, SLAM_PREFIX, Axis, Value, axes_of
+from master_thesis.campaign.campaign import SEEDS_MAX, Block, Campaign, Tuning
 from master_thesis.errors import CampaignError
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config" / "campaigns"
@@ -77,27 +77,43 @@ def campaign_of(content: Any, name: str, smallest: bool = False) -> Campaign:
         _whole(key, content.get(key, default), *bounds)
         for key, default, bounds in (("seed", 1, (0, 2**63)), ("seeds", 10, (1, SEEDS_MAX)))
     )
-    axes = _axes(content.get("trials"), axes_of(kind))
+    blocks = _blocks(content.get("trials"), axes_of(kind))
     tuning = _tuning(content["tune"]) if content.get("tune") is not None else None
     if tuning and kind != "flight":
         raise CampaignError("tune needs a campaign of the kind flight.")
-    return Campaign(name, kind, seed, seeds, axes, tuning)
+    return Campaign(name, kind, seed, seeds, blocks, tuning)
 
 
 def _merged(content: dict, smaller: Mapping) -> dict:
-    """Let what stands in `smallest` replace seeds, single entries of trials, and of tune."""
+    """Let what stands in `smallest` replace seeds, single entries of each block of trials, and of tune."""
     merged = dict(content)
     for key, value in smaller.items():
-        deeper = isinstance(value, Mapping) and isinstance(content.get(key), Mapping)
-        merged[key] = {**content[key], **value} if deeper else value
+        whole = content.get(key)
+        if isinstance(whole, list) and isinstance(value, Mapping):
+            merged[key] = [{**block, **value} if isinstance(block, Mapping) else block for block in whole]
+        else:
+            deeper = isinstance(whole, Mapping) and isinstance(value, Mapping)
+            merged[key] = {**whole, **value} if deeper else value
     return merged
 
 
-def _axes(given: Any, known: Mapping[str, Axis]) -> tuple[tuple[str, tuple[Value, ...]], ...]:
-    _mapping(given, "trials", tuple(known))
+def _blocks(given: Any, known: Mapping[str, Axis]) -> tuple[Block, ...]:
+    """Return the blocks of `trials:`: a mapping is one block, a list holds several."""
+    if given == []:
+        raise CampaignError("trials is an empty list.")
+    blocks = tuple(_block(block, known) for block in (given if isinstance(given, list) else [given]))
+    named = [{name for name, _ in b.axes if name.startswith((CEPA_PREFIX, SLAM_PREFIX))} for b in blocks]
+    for name in set.union(*named) - set.intersection(*named):
+        raise CampaignError(f"Only some blocks of trials name {name}; give it a value in each.")
+    return blocks
+
+
+def _block(given: Any, known: Mapping[str, Axis]) -> Block:
+    _mapping(given, "trials", (*known, "times"))
     if "world" not in given:
         raise CampaignError("trials needs a world.")
-    return tuple((name, _values(known[name], value)) for name, value in given.items())
+    axes = tuple((name, _values(known[name], value)) for name, value in given.items() if name != "times")
+    return Block(axes, _whole("times", given.get("times", 1), 1, SEEDS_MAX))
 
 
 def _values(axis: Axis, given: Any) -> tuple[Value, ...]:
@@ -164,4 +180,4 @@ def _mapping(given: Any, what: str, known: Iterable[str]) -> None:
 
 
 def _whole(what: str, given: Any, least: int, greatest: int) -> int:
-    return Axis(what, int, bounds=(least, greatest)).checked(given)
+    return int(Axis(what, int, bounds=(least, greatest)).checked(given))

@@ -54,18 +54,19 @@ def bootstrap(values: np.ndarray, rng: np.random.Generator) -> tuple[float, floa
 def summary(campaign: Campaign, trials: pd.DataFrame) -> pd.DataFrame:
     """Return one row for each combination that varies: rates and means, each with `_low` and `_high`.
 
-    Trials that failed are counted in `errors` and nowhere else.
+    Trials that failed are counted in `errors` and nowhere else. commits: of the code that computed the row.
     """
     names = list(campaign.varied)
     groups = trials.groupby(names, sort=False, dropna=False) if names else [((), trials)]
     rows = []
     for number, (values, group) in enumerate(groups):
         values = values if isinstance(values, tuple) else (values,)
-        rows.append({**dict(zip(names, values)), **figures(campaign, group, number)})
+        commits = " ".join(dict.fromkeys(group["commit"]))
+        rows.append({**dict(zip(names, values)), **metrics(campaign, group, number), "commits": commits})
     return pd.DataFrame(rows)
 
 
-def figures(campaign: Campaign, group: pd.DataFrame, number: int = 0) -> dict[str, float]:
+def metrics(campaign: Campaign, group: pd.DataFrame, number: int = 0) -> dict[str, float]:
     """Return rates and means of some trials. number: gives the bootstrap a random stream of its own."""
     flown = group[group["error"].isna()]
     found: dict[str, float] = {"trials": len(group), "errors": len(group) - len(flown)}

@@ -1,10 +1,9 @@
-"""Runs one trial and returns its row of the table: what was flown, and what came of it."""
+"""Flies one case of a campaign, and returns what came of it."""
 
 from __future__ import annotations
 
 import math
 import tempfile
-import time
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -15,7 +14,7 @@ from cepa.algorithm import Algorithm
 from inspection_tools import PositionControllerParameters
 from master_thesis.baselines import BASELINES
 from master_thesis.campaign.axes import CEPA_PREFIX, Value, parameters_in
-from master_thesis.campaign.campaign import Trial
+from master_thesis.campaign.campaign import Case
 from master_thesis.campaign.flying import Flight, fly_to_goal
 from master_thesis.campaign.mapping import Mapped, fly_and_map
 from master_thesis.campaign.places import place_of
@@ -28,11 +27,10 @@ PATIENCE = 10.0
 """A flight is given up after this many times what its straight way takes at full speed."""
 LIDAR_POWER_W = {"urg": 2.5, "ust": 3.6, "utm": 8.0, "puck": 8.0, "tim": 4.0, "m8": 15.0}
 """Thesis, table D.1; range, rate and weight stand in the lidars' SDF files."""
-SENTENCE_MAX = 300
 
 
 @dataclass(frozen=True)
-class LidarFigures:
+class LidarData:
     """What a lidar's data sheet says."""
 
     lidar_range_m: float
@@ -43,7 +41,7 @@ class LidarFigures:
 
 @dataclass(frozen=True)
 class FlightOutcome:
-    """The figures of a flight to a goal, as columns of the table."""
+    """What came of a flight to a goal, as columns of the table."""
 
     reached: bool
     collision: bool
@@ -56,42 +54,29 @@ class FlightOutcome:
     mass_kg: float
 
     def columns(self) -> dict:
-        """Return all figures by column."""
+        """Return all values by column."""
         return asdict(self)
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What a trial took of the machine that ran it, which differs from run to run."""
+def run_case(case: Case) -> dict[str, Any]:
+    """Fly a case; return the columns of its row that the settings do not hold.
 
-    index: int
-    wall_s: float
-    cpu_s: float
-
-
-def run_trial(trial: Trial) -> tuple[dict[str, Any], Cost]:
-    """Return a trial's row and its cost; a trial that fails is a row too, with the sentence in `error`."""
-    wall, cpu = time.perf_counter(), time.process_time()
-    row: dict[str, Any] = {"index": trial.index, "replicate": trial.replicate, **trial.settings}
-    try:
-        row.update(asdict(lidar_figures(trial.settings["lidar"], trial.settings["lidar_range_m"])))
-        row.update((_flown(trial) if trial.kind == "flight" else _mapped(trial)).columns())
-    except Exception as error:
-        said = " ".join(str(error).split())[:SENTENCE_MAX]
-        row["error"] = said if said.endswith(".") else f"{type(error).__name__}: {said}"
-    cost = Cost(trial.index, time.perf_counter() - wall, time.process_time() - cpu)
-    return row, cost
+    Raises:
+        MasterThesisError, CepaError, SlamError, SimulationToolsError: it cannot be flown or judged.
+    """
+    data = lidar_data(str(case.settings["lidar"]), case.settings["lidar_range_m"])
+    return {**asdict(data), **(_flown(case) if case.kind == "flight" else _mapped(case)).columns()}
 
 
-def _flown(trial: Trial) -> FlightOutcome:
-    settings = trial.settings
-    place = place_of(settings, trial.place_seed)
+def _flown(case: Case) -> FlightOutcome:
+    settings = case.settings
+    place = place_of(settings, case.place_seed)
     cepa = replace(CEPA, **parameters_in(settings, CEPA_PREFIX))
     speed_m_s = settings["speed_m_s"]
     straight_s = place.distance_m / speed_m_s
     with tempfile.TemporaryDirectory() as folder:
         parameters = ClosedLoopParameters(
-            _simulation(trial, place.world_file(Path(folder))),
+            _simulation(case, place.world_file(Path(folder))),
             goal_xyz_m=(place.distance_m, 0.0, settings["height_m"]),
             position_controller=PositionControllerParameters(max_speed=speed_m_s),
             limits=PhaseLimits(flight_timeout_s=PATIENCE * straight_s),
@@ -100,19 +85,19 @@ def _flown(trial: Trial) -> FlightOutcome:
     return outcome_of(flight, straight_s)
 
 
-def _mapped(trial: Trial) -> Mapped:
-    place = place_of(trial.settings, trial.place_seed)
+def _mapped(case: Case) -> Mapped:
+    place = place_of(case.settings, case.place_seed)
     with tempfile.TemporaryDirectory() as folder:
-        return fly_and_map(trial, _simulation(trial, place.world_file(Path(folder))))
+        return fly_and_map(case, _simulation(case, place.world_file(Path(folder))))
 
 
-def _simulation(trial: Trial, world: Path) -> SimulationParameters:
-    settings = trial.settings
+def _simulation(case: Case, world: Path) -> SimulationParameters:
+    settings = case.settings
     return SimulationParameters(
         world=str(world),
         lidar=settings["lidar"],
         lidar_range_max_m=settings["lidar_range_m"] or 0.0,
-        seed=trial.noise_seed,
+        seed=case.noise_seed,
     )
 
 
@@ -122,7 +107,7 @@ def steering(name: str, cepa: CepaParameters) -> Algorithm:
 
 
 def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
-    """Return a flight's figures; straight_s: the time that its straight way takes at full speed."""
+    """Return what came of a flight; straight_s: the time that its straight way takes at full speed."""
     return FlightOutcome(
         reached=flight.end == "goal",
         collision=flight.end == "collision",
@@ -136,19 +121,19 @@ def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
     )
 
 
-def lidar_figures(lidar: str, range_m: Value | None = None) -> LidarFigures:
+def lidar_data(lidar: str, range_m: Value | None = None) -> LidarData:
     """Return what the lidar's SDF and data sheet say; range_m: in place of its own."""
-    figures = _lidar_figures(lidar)
-    return figures if range_m is None else replace(figures, lidar_range_m=float(range_m))
+    data = _lidar_data(lidar)
+    return data if range_m is None else replace(data, lidar_range_m=float(range_m))
 
 
 @lru_cache(maxsize=None)
-def _lidar_figures(lidar: str) -> LidarFigures:
+def _lidar_data(lidar: str) -> LidarData:
     carried, bare = (load_uav("iris", name) for name in (lidar, None))
     sensor = carried.lidar.sensor
     weight_kg = _mass_kg(carried.model) - _mass_kg(bare.model)
-    figures = sensor.range_max_m, sensor.update_rate_hz, round(weight_kg, 6), LIDAR_POWER_W[lidar]
-    return LidarFigures(*map(float, figures))
+    data = sensor.range_max_m, sensor.update_rate_hz, round(weight_kg, 6), LIDAR_POWER_W[lidar]
+    return LidarData(*map(float, data))
 
 
 def _mass_kg(model) -> float:

@@ -1,8 +1,8 @@
 """Searches CEPA's parameters for the best trade-off of safety and speed, over a campaign's flights.
 
 Every set of parameters is a campaign of its own in a folder of its own, and what is tried next follows from
-the campaign's seed and the values so far. So a search that was interrupted repeats itself from what is on
-disk, and goes on as if nothing had been.
+the campaign's seed and the values so far. So an interrupted search repeats itself from what is on disk, and
+then goes on.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from tqdm import tqdm
 from cepa import CepaError, CepaParameters
 from master_thesis.campaign.axes import CEPA_PREFIX, parameters_in
 from master_thesis.campaign.campaign import Campaign, Tuning
-from master_thesis.campaign.run import run_campaign
-from master_thesis.campaign.store import CampaignFolder
-from master_thesis.campaign.workers import Workers
+from master_thesis.campaign.folder import CampaignFolder
 from master_thesis.errors import CampaignError
+from master_thesis.files import replace_file
 from master_thesis.flight.closed_loop import CEPA
+from master_thesis.trials.workers import Workers
 
 TUNED, HISTORY = "cepa_tuned.yaml", "tuning.csv"
 DIGITS = 4
@@ -61,12 +61,14 @@ def _tuning_of(campaign: Campaign) -> Tuning:
     if campaign.tuning is None:
         raise CampaignError(f"The campaign {campaign.name} has no `tune:` that says what to search.")
     names = {name for name, *_ in campaign.tuning.parameters}
-    for name, values in campaign.axes:
-        if name == "algorithm" and not set(values) <= {"improved", "original"}:
-            raise CampaignError("Only improved and original have CEPA's parameters; tune with one of them.")
-        if name.startswith(CEPA_PREFIX) and (len(values) > 1 or name[len(CEPA_PREFIX) :] in names):
+    algorithms = campaign.values("algorithm")
+    if not set(algorithms) <= {"improved", "original"}:
+        raise CampaignError("Only improved and original have CEPA's parameters; tune with one of them.")
+    for name in campaign.names:
+        searched = name[len(CEPA_PREFIX) :] in names
+        if name.startswith(CEPA_PREFIX) and (name in campaign.varied or searched):
             raise CampaignError(f"{name} is searched or varied already; give it one value, or leave it out.")
-    if len(dict(campaign.axes).get("algorithm", ("improved",))) > 1:
+    if len(algorithms) > 1:
         raise CampaignError("One algorithm can be tuned at a time; give one.")
     return campaign.tuning
 
@@ -99,13 +101,13 @@ def _evaluate(campaign: Campaign, parameters: Mapping[str, float], path: Path, w
         rates = dict.fromkeys(("collision_rate", "stuck_rate", "time_over_straight"))
         return {"objective": worst, **rates, "refused": str(error)}
     with CampaignFolder(path, flown) as folder:
-        finished = run_campaign(flown, folder, workers, quiet=True)
-    if finished.missing:
-        raise CampaignError(f"{finished.missing} flights ended their workers; call again to go on.")
-    trials = finished.table.to_pandas()
-    failed = trials["error"].dropna()
-    if len(failed):
-        raise CampaignError(f"A flight failed, so that nothing can be tuned by it: {failed.iloc[0]}")
+        finished = folder.fly(workers, quiet=True)
+    if finished.failed:
+        why = finished.failed[0].why
+        raise CampaignError(
+            f"A flight failed, and a search needs all flights: {why} Call again to try it anew."
+        )
+    trials = finished.trials
     return {
         "objective": objective(trials, tuning),
         "collision_rate": float(trials["collision"].mean()),
@@ -123,7 +125,8 @@ def _best(tried: list[dict]) -> dict | None:
 
 def _with(campaign: Campaign, parameters: Mapping[str, float]) -> Campaign:
     added = tuple((CEPA_PREFIX + name, (value,)) for name, value in parameters.items())
-    return dataclasses.replace(campaign, axes=(*campaign.axes, *added))
+    blocks = (dataclasses.replace(block, axes=(*block.axes, *added)) for block in campaign.blocks)
+    return dataclasses.replace(campaign, blocks=tuple(blocks))
 
 
 def objective(trials: pd.DataFrame, tuning: Tuning) -> float:
@@ -145,16 +148,14 @@ def dynamic_parameters(campaign: Campaign, parameters: Mapping[str, float]) -> d
 
 
 def _write(path: Path, campaign: Campaign, tried: list[dict]) -> None:
-    """Write every set's figures, and the best set's parameters where one could be flown."""
+    """Write what came of every set, and the best set's parameters where one could be flown."""
     path.mkdir(parents=True, exist_ok=True)
     files = {HISTORY: pd.DataFrame(tried).to_csv(index=False)}
     best = _best(tried)
     if best is not None:
         files[TUNED] = _tuned(campaign, tried, best)
     for name, content in files.items():
-        temporary = path / f".{name}"
-        temporary.write_text(content, encoding="utf-8")
-        temporary.replace(path / name)
+        replace_file(path / name, content)
 
 
 def _tuned(campaign: Campaign, tried: list[dict], best: Mapping) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Sequence
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 
@@ -34,6 +34,13 @@ class Flown:
     proposal_refused: bool
     path_xy: np.ndarray
     touch_xy: np.ndarray | None
+
+    @classmethod
+    def of(cls, plain: Mapping[str, Any]) -> Flown:
+        """Return a flight from its fields as JSON holds them."""
+        path_xy, touch_xy = np.array(plain["path_xy"]).reshape(-1, 2), plain["touch_xy"]
+        touched = None if touch_xy is None else np.array(touch_xy)
+        return cls(**{**plain, "path_xy": path_xy, "touch_xy": touched})
 
 
 def variation_parameters(

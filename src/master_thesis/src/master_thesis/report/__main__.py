@@ -12,10 +12,12 @@ from typing import Sequence
 from master_thesis.errors import MasterThesisError
 from master_thesis.report.page import write_page
 from master_thesis.report.pdf import write_pdf
+from master_thesis.report.piece import TRIALS
 from master_thesis.report.plan import chosen, plan
-from master_thesis.report.runner import compute
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
-from master_thesis.report.store import Store
+from master_thesis.trials.run import run_trials
+from master_thesis.trials.store import Store
+from master_thesis.trials.workers import INTERRUPTED, end, open_workers
 from master_thesis.worlds.scenario import LIDARS
 
 WORKERS = 2
@@ -28,18 +30,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     size = SMALLEST if given.smallest else QUICK if given.quick else FULL
     began_s = time.monotonic()
     try:
-        store = Store(given.out / "pieces")
         pieces = chosen(plan(size), given.only, given.lidar)
         if not pieces:
             return _end("Nothing of that name is in a report of this size.", 2)
-        with store.alone():
-            failed = compute(pieces, store, given.workers, _say)
         page = given.out.resolve() / "index.html"
-        write_page(page, size, store, failed)
+        with Store(page.with_name(TRIALS)) as store:
+            with open_workers(given.workers) as workers:
+                failed = run_trials(pieces, store, workers, "report")
+            write_page(page, size, store, failed)
         _say(f"\nThe report: {page}")
         _say("No PDF was asked for." if given.no_pdf else write_pdf(page, page.with_name("report.pdf")))
     except KeyboardInterrupt:
-        return _end("Interrupted; every finished piece is kept, and the next call goes on from here.", 130)
+        return _end(
+            "Interrupted; all finished pieces are kept; the next call goes on from here.", INTERRUPTED
+        )
     except MasterThesisError as error:
         return _end(str(error), 1)
     _say(f"It took {(time.monotonic() - began_s) / 60.0:.1f} min.")
@@ -94,4 +98,4 @@ def _end(words: str, code: int) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end(main())

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import os
-import tempfile
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from pathlib import Path
@@ -13,15 +11,16 @@ from typing import Sequence
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from master_thesis.errors import ResultsError
+from master_thesis.files import replace_file
 from master_thesis.report import thesis
 from master_thesis.report.content import Section
 from master_thesis.report.plan import plan
-from master_thesis.report.runner import Failed
 from master_thesis.report.sections import experiment_1, experiment_2, experiment_3, experiment_4, measurements
 from master_thesis.report.size import Size
-from master_thesis.report.store import Done, Store
 from master_thesis.results.run_folder import machine, versions
-from master_thesis.results.sources import commit
+from master_thesis.trials.run import version
+from master_thesis.trials.store import Store
+from master_thesis.trials.trial import Failed, several_versions
 
 HERE = Path(__file__).resolve().parent
 _SECTIONS = (
@@ -40,6 +39,7 @@ class Origin:
 
     date: str
     commits: Sequence[str]
+    mixture: str | None
     machine: dict
     versions: dict
     size: str
@@ -61,11 +61,7 @@ def write_page(path: Path, size: Size, store: Store, failed: Sequence[Failed] = 
     text = render(sections(size, store, failed), origin(size, store))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
+        replace_file(path, text)
     except OSError as error:
         raise ResultsError(f"Cannot write {path}: {error.strerror}.") from None
     return text
@@ -73,7 +69,7 @@ def write_page(path: Path, size: Size, store: Store, failed: Sequence[Failed] = 
 
 def sections(size: Size, store: Store, failed: Sequence[Failed] = ()) -> list[Section]:
     """Return the sections, each with what it lacks."""
-    why = {each.piece.name: each.why for each in failed}
+    why = {each.trial.name: each.why for each in failed}
     lacking: dict[str, list[str]] = {}
     planned = set()
     for piece in plan(size):
@@ -94,22 +90,23 @@ def sections(size: Size, store: Store, failed: Sequence[Failed] = ()) -> list[Se
 def origin(size: Size, store: Store) -> Origin:
     """Return where the numbers come from."""
     pieces = plan(size)
-    facts = [done.facts for done in map(store.get, pieces) if isinstance(done, Done)]
+    rows = [row for row in map(store.get, pieces) if row is not None]
     here = machine()
-    dates = sorted(fact["date"] for fact in facts)
+    dates = sorted(row.date for row in rows)
     return Origin(
         date=datetime.now(timezone.utc).strftime("%d %B %Y, %H:%M UTC"),
-        commits=list(dict.fromkeys(fact["commit"] or "unknown" for fact in facts)) or [commit(HERE)],
+        commits=list(dict.fromkeys(row.commit for row in rows)) or [version()],
+        mixture=several_versions(rows),
         machine={**here, "memory": _gigabytes(here["memory"])},
         versions={name: value for name, value in versions().items() if value},
         size=size.name,
-        pieces=len(facts),
+        pieces=len(rows),
         of=len(pieces),
-        computed_min=sum(fact["took_s"] for fact in facts) / 60.0,
-        cpu_min=sum(fact["cpu_s"] for fact in facts) / 60.0,
+        computed_min=sum(row.wall_s for row in rows) / 60.0,
+        cpu_min=sum(row.cpu_s for row in rows) / 60.0,
         first=dates[0].replace("T", " ")[:16] if dates else "-",
         last=dates[-1].replace("T", " ")[:16] if dates else "-",
-        greatest_load=max((fact["load"] for fact in facts), default=0.0),
+        greatest_load=max((row.load for row in rows), default=0.0),
     )
 
 

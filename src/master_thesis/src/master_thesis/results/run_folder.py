@@ -8,16 +8,15 @@ from __future__ import annotations
 import csv
 import io
 import json
-import math
 import os
 import platform
-import tempfile
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
 from typing import Iterable, Mapping, Sequence
 
 from master_thesis.errors import ResultsError
+from master_thesis.files import plain, replace_file
 
 _PACKAGES = ("numpy", "numba", "pybullet", "embreex", "trimesh", "pymavlink", "matplotlib", "scipy")
 
@@ -63,20 +62,10 @@ class RunFolder:
 
     def _write(self, name: str, content: bytes) -> Path:
         target = self.path / name
-        temporary = None
         try:
-            handle, temporary = tempfile.mkstemp(dir=self.path, prefix=f".{name}.")
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, target)
+            replace_file(target, content)
         except OSError as error:
             raise ResultsError(_sentence(f"write {target}", error)) from error
-        finally:  # after Ctrl-C, too
-            if temporary and os.path.exists(temporary):
-                os.unlink(temporary)
         return target
 
 
@@ -93,21 +82,6 @@ def _make_unused(parent: Path, stamp: str) -> Path:
 
 def _sentence(what: str, error: OSError) -> str:
     return f"Cannot {what}: {error.strerror}; free some space or choose another folder with results:=FOLDER."
-
-
-def plain(value):
-    """Turn tuples, numpy scalars and paths into what JSON holds; NaN and infinities into None."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    if isinstance(value, Path):
-        return str(value)
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def machine() -> dict:

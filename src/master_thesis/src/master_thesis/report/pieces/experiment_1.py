@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from master_thesis.experiment_1.scenario_flight import GOAL_X_M, WORLDS, fly_scenario, scenario_parameters
-from master_thesis.report.piece import Made, Piece, fingerprint
+from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TABLE_8_1_MS
 
@@ -30,21 +30,19 @@ def piece(size: Size, name: str, algorithm: str, seed: int) -> Piece:
         name=f"experiment_1_{name}_{algorithm}_{seed}{shorter}",
         experiment="experiment_1",
         title=f"Experiment 1: {name}, {algorithm}, seed {seed}",
-        make=make,
+        run=make,
         given=given,
         inputs=fingerprint(scenario_parameters(**given), world=WORLDS / f"{name}.world"),
         cost_s=_COST_S[algorithm],
     )
 
 
-def make(name: str, algorithm: str, seed: int, goal_x_m: float) -> Made:
+def make(name: str, algorithm: str, seed: int, goal_x_m: float) -> dict:
     """Fly."""
     flight = fly_scenario(scenario_parameters(name, algorithm, seed, goal_x_m))
     every = max(1, round(len(flight.path) / (PATH_POSES_PER_S * (flight.path[-1, 0] - flight.path[0, 0]))))
-    return Made(
-        {
-            **flight.figures,
-            "path_xy": flight.path[::every, 1:3].round(3),
-            "emergencies_xy": flight.emergencies_xy.round(3),
-        }
-    )
+    return {
+        **flight.figures,
+        "path_xy": flight.path[::every, 1:3].round(3),
+        "emergencies_xy": flight.emergencies_xy.round(3),
+    }

@@ -12,7 +12,7 @@ from master_thesis.experiment_2 import pictures
 from master_thesis.experiment_2.let_go import let_go
 from master_thesis.experiment_2.proposals import propose, sweep
 from master_thesis.experiment_2.variations import WORLD, described, fly_variation, variation_parameters
-from master_thesis.report.piece import Made, Piece, fingerprint
+from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import PLACEMENTS_A_PIECE, Size
 from master_thesis.results.picture_files import svg
 from master_thesis.worlds.scenario import ALGORITHMS
@@ -39,7 +39,7 @@ def proposals_piece(scenario: str) -> Piece:
         name=f"experiment_2_{scenario}_proposals",
         experiment="experiment_2",
         title=f"Experiment 2: {_words(scenario)}, proposals and K",
-        make=make_proposals,
+        run=make_proposals,
         given={"scenario": scenario},
         inputs=_inputs(scenario, "improved", 0),
         cost_s=7.0,
@@ -53,14 +53,14 @@ def flights_piece(scenario: str, algorithm: str, first: int, count: int) -> Piec
         name=f"experiment_2_{scenario}_{algorithm}_{first:02d}_to_{last:02d}",
         experiment="experiment_2",
         title=f"Experiment 2: {_words(scenario)}, {algorithm}, placements {first} to {last}",
-        make=make_flights,
+        run=make_flights,
         given={"scenario": scenario, "algorithm": algorithm, "first": first, "count": count},
         inputs=_inputs(scenario, algorithm, first),
         cost_s=2.5 * count,
     )
 
 
-def make_proposals(scenario: str) -> Made:
+def make_proposals(scenario: str) -> dict:
     """Let the UAV go once, and ask both algorithms what they make of the first scan after that."""
     parameters = variation_parameters(scenario, "improved", 0)
     trial = let_go(parameters)
@@ -70,19 +70,17 @@ def make_proposals(scenario: str) -> Made:
     uav = load_uav(description.model, description.lidar).model
     beams = scan.full_turn(parameters.cepa.dropout_beams)
     swept = sweep(scan, parameters.cepa)
-    return Made(
-        {
-            "proposals": asdict(propose(scan, parameters.cepa)),
-            "sweep": [
-                {**asdict(each), "intruding_share": _intruding_share(beams, parameters.cepa, each.k_filter)}
-                for each in swept
-            ],
-        },
-        {
+    return {
+        "proposals": propose(scan, parameters.cepa),
+        "sweep": [
+            {**asdict(each), "intruding_share": _intruding_share(beams, parameters.cepa, each.k_filter)}
+            for each in swept
+        ],
+        "pictures": {
             "proposals": svg(pictures.proposals_figure(description, trial, uav)),
             "sweep": svg(pictures.sweep_figure(description, trial)),
         },
-    )
+    }
 
 
 def _intruding_share(beams, cepa, k_filter: float) -> float:
@@ -90,21 +88,13 @@ def _intruding_share(beams, cepa, k_filter: float) -> float:
     return len(view.intrusions(beams, replace(cepa, k_filter=k_filter))) / len(beams.ranges)
 
 
-def make_flights(scenario: str, algorithm: str, first: int, count: int) -> Made:
+def make_flights(scenario: str, algorithm: str, first: int, count: int) -> dict:
     """Let the UAV go in each of the variations."""
-    flights = []
-    for variation in range(first, first + count):
-        flown = fly_variation(variation_parameters(scenario, algorithm, variation))
-        flights.append(
-            {
-                "variation": variation,
-                "metrics": flown.metrics,
-                "proposal_refused": flown.proposal_refused,
-                "path_xy": np.round(flown.path_xy[::PATH_STEP], 3),
-                "touch_xy": flown.touch_xy,
-            }
-        )
-    return Made({"flights": flights})
+    flown = (
+        fly_variation(variation_parameters(scenario, algorithm, variation))
+        for variation in range(first, first + count)
+    )
+    return {"flights": [replace(f, path_xy=np.round(f.path_xy[::PATH_STEP], 3)) for f in flown]}
 
 
 def _inputs(scenario: str, algorithm: str, variation: int) -> dict:

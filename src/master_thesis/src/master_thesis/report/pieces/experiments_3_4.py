@@ -7,7 +7,7 @@ from dataclasses import replace
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE, SCENARIOS, parameters_of
-from master_thesis.report.piece import Made, Piece, fingerprint
+from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TIM_RANGE_IN_TEXT_M
 from master_thesis.results.picture_files import svg
@@ -56,7 +56,7 @@ def piece(size: Size, world: str, lidar: str, seed: int, range_max_m: float = 0.
         name=f"{experiment}_{seen}_{seed}{shorter}",
         experiment=experiment,
         title=f"Experiment {experiment[-1]}: {world}, {seen.replace('_', ' ')}, seed {seed}",
-        make=make,
+        run=make,
         given=given,
         inputs=fingerprint(
             _parameters(**given),
@@ -68,18 +68,19 @@ def piece(size: Size, world: str, lidar: str, seed: int, range_max_m: float = 0.
     )
 
 
-def make(world: str, lidar: str, seed: int, duration_s: float, range_max_m: float) -> Made:
+def make(world: str, lidar: str, seed: int, duration_s: float, range_max_m: float) -> dict:
     """Fly, and map without and with loop closure."""
     warm_up()
     flight = MappedFlight.fly(world, lidar, seed, _parameters(world, lidar, seed, duration_s, range_max_m))
-    numbers, figures = {}, {}
+    numbers: dict = {}
+    pictures: dict[str, bytes] = {}
     for name in (OPEN, CLOSED):
         run = flight.map(seed, loop_closure=name == CLOSED)
         numbers[name] = flight.metrics(run)
         if seed == _DRAWN_SEED:
             words = "with" if name == CLOSED else "without"
-            figures[name] = svg(flight.picture(run, f"{flight.recording.name}, {words} loop closure"))
-    return Made(numbers, figures)
+            pictures[name] = svg(flight.picture(run, f"{flight.recording.name}, {words} loop closure"))
+    return {**numbers, "pictures": pictures}
 
 
 def _parameters(world: str, lidar: str, seed: int, duration_s: float, range_max_m: float):

@@ -17,7 +17,7 @@ from typing import Iterator
 from master_thesis.errors import GraphError
 from master_thesis.flight.free_ports import free_ports
 from master_thesis.flight.launched_graph import Graph
-from master_thesis.report.piece import Made, Piece
+from master_thesis.report.piece import Piece
 from master_thesis.report.size import Size
 
 ROOT = Path(__file__).resolve().parents[6]
@@ -38,7 +38,7 @@ def pieces(size: Size) -> list[Piece]:
             name=f"measurement_1_{size.builds}_times",
             experiment="measurement_1",
             title="Measurement 1: builds",
-            make=make_builds,
+            run=make_builds,
             given={"repeats": size.builds},
             cost_s=_BUILD_COST_S * size.builds,
             alone=True,
@@ -49,7 +49,7 @@ def pieces(size: Size) -> list[Piece]:
             name=f"measurement_2_{what.lower().replace(' ', '_')}_{size.launches}_times",
             experiment="measurement_2",
             title=f"Measurement 2: {what}, start and end",
-            make=make_launches,
+            run=make_launches,
             given={"what": what, "repeats": size.launches},
             cost_s=_LAUNCH_COST_S * size.launches,
             alone=True,
@@ -62,14 +62,14 @@ def pieces(size: Size) -> list[Piece]:
 # -- measurement 1 ------------------------------------------------------------------------------------------
 
 
-def make_builds(repeats: int) -> Made:
+def make_builds(repeats: int) -> dict:
     """Build a copy of the workspace, from nothing and after files were altered; medians in seconds."""
     rounds = []
     for _ in range(repeats):
         with tempfile.TemporaryDirectory(prefix="report_build_") as folder:
             rounds.append(_build_round(Path(folder)))
     medians = {name: statistics.median(found[name] for found in rounds) for name in rounds[0]}
-    return Made({"seconds": medians, "repeats": repeats})
+    return {"seconds": medians, "repeats": repeats}
 
 
 def _build_round(folder: Path) -> dict[str, float]:
@@ -150,17 +150,15 @@ def _outside_the_workspace() -> dict[str, str]:
 # -- measurement 2 ------------------------------------------------------------------------------------------
 
 
-def make_launches(what: str, repeats: int) -> Made:
+def make_launches(what: str, repeats: int) -> dict:
     """Launch until ready, then press Ctrl-C; medians in seconds."""
     rounds = [_launch(what) for _ in range(repeats)]
-    return Made(
-        {
-            "what": what,
-            "startup_s": statistics.median(startup_s for startup_s, _ in rounds),
-            "shutdown_s": statistics.median(shutdown_s for _, shutdown_s in rounds),
-            "repeats": repeats,
-        }
-    )
+    return {
+        "what": what,
+        "startup_s": statistics.median(startup_s for startup_s, _ in rounds),
+        "shutdown_s": statistics.median(shutdown_s for _, shutdown_s in rounds),
+        "repeats": repeats,
+    }
 
 
 _READY = {

@@ -9,11 +9,11 @@ import numpy as np
 from master_thesis.report import thesis
 from master_thesis.report.content import Block, Picture, Section, Table, counted, number, seeds_of, spread
 from master_thesis.report.pieces.experiment_1 import ALGORITHMS, piece
-from master_thesis.report.sections.experiment_1_figures import times_figure, view_figure
 from master_thesis.report.sections.experiment_1_findings import Flights, findings, ratio, times_ms
+from master_thesis.report.sections.experiment_1_pictures import times_figure, view_figure
 from master_thesis.report.size import Size
-from master_thesis.report.store import Store
 from master_thesis.results.picture_files import svg
+from master_thesis.trials.store import Store
 
 
 def section(size: Size, store: Store) -> Section:
@@ -43,7 +43,7 @@ def flights_of(size: Size, store: Store) -> Flights:
     for name in size.scenarios:
         for algorithm in ALGORITHMS:
             done = (store.get(piece(size, name, algorithm, seed)) for seed in size.seeds)
-            found[name, algorithm] = [flight.numbers for flight in done if flight is not None]
+            found[name, algorithm] = [flight.result for flight in done if flight is not None]
     return found
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Callable, Mapping, Sequence
 
-import numpy as np
-
 from master_thesis.experiment_2.variations import Flown
 from master_thesis.experiment_2.variations import variations_metrics as summary
 from master_thesis.experiment_2.variations_pictures import Paths, paths_figure
@@ -24,8 +22,8 @@ from master_thesis.report.content import (
 )
 from master_thesis.report.pieces.experiment_2 import PATH_STEP, flights_piece, pieces, proposals_piece
 from master_thesis.report.size import Size
-from master_thesis.report.store import Store
 from master_thesis.results.picture_files import svg
+from master_thesis.trials.store import Store
 from master_thesis.worlds.placements import R_LB_M, placement
 from master_thesis.worlds.scenario import ALGORITHMS
 
@@ -48,7 +46,7 @@ def section(size: Size, store: Store) -> Section:
         if done is not None
     }
     sets = sets_of(size, store)
-    numbers = {scenario: done.numbers for scenario, done in proposals.items()}
+    numbers = {scenario: done.result for scenario, done in proposals.items()}
     blocks: list[Block] = []
     for scenario, done in proposals.items():
         blocks += _pictures(scenario, done)
@@ -79,17 +77,9 @@ def sets_of(size: Size, store: Store) -> dict[tuple, list[Flown]]:
         if "algorithm" not in piece.given:
             continue
         done = store.get(flights_piece(**piece.given))
-        for flight in done.numbers["flights"] if done else ():
-            key = piece.given["scenario"], piece.given["algorithm"]
-            touch = flight["touch_xy"]
-            flown = Flown(
-                *key,
-                flight["metrics"],
-                flight["proposal_refused"],
-                np.array(flight["path_xy"]),
-                None if touch is None else np.array(touch),
-            )
-            found.setdefault(key, []).append(flown)
+        for flight in done.result["flights"] if done else ():
+            flown = Flown.of(flight)
+            found.setdefault((flown.scenario, flown.algorithm), []).append(flown)
     return found
 
 
@@ -97,7 +87,7 @@ def _pictures(scenario: str, done) -> list[Picture]:
     figure = FIGURES[scenario]
     pictures = [
         Picture(
-            done.figure("proposals"),
+            done.result["pictures"]["proposals"].encode(),
             f"{_words(scenario)}: (a) what stands around the UAV, (b) what the algorithms propose.",
             "The obstacles from above, and the velocities that both algorithms propose as arrows",
             f"Figure {figure}",
@@ -108,7 +98,7 @@ def _pictures(scenario: str, done) -> list[Picture]:
     if scenario == "columns":
         pictures.append(
             Picture(
-                done.figure("sweep"),
+                done.result["pictures"]["sweep"].encode(),
                 "The same scan through the filter with eight K.",
                 "Eight panels: the lower K, the more directions the intrusions fill",
                 "Figures 8.4 and 8.5",

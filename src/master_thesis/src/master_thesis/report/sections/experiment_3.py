@@ -14,7 +14,7 @@ from master_thesis.report.sections.maps import (
     short_name,
 )
 from master_thesis.report.size import Size
-from master_thesis.report.store import Store
+from master_thesis.trials.store import Store
 
 DRIFTED_M = 0.25
 """Farther than this from every true wall, at half time, a wall is visibly in the wrong place."""

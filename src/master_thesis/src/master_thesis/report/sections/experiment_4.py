@@ -28,7 +28,8 @@ from master_thesis.report.sections.maps import (
     short_name,
 )
 from master_thesis.report.size import Size
-from master_thesis.report.store import Done, Store
+from master_thesis.trials.store import Store
+from master_thesis.trials.trial import Row
 
 HOLD_LENGTH_M = 30.0
 ALIKE_M = 0.02
@@ -57,7 +58,7 @@ def section(size: Size, store: Store) -> Section:
             OPEN,
         )
         for done in text
-        if (done.folder / f"{OPEN}.svg").exists()
+        if OPEN in done.result["pictures"]
     ]
     return Section(
         key="experiment_4",
@@ -70,12 +71,12 @@ def section(size: Size, store: Store) -> Section:
             "and with it."
         ),
         blocks=blocks,
-        findings=findings(maps, [done.numbers[OPEN] for done in text]),
+        findings=findings(maps, [done.result[OPEN] for done in text]),
         parameters=f"{seeds_of(size.map_seeds)}; one round trip at {speed_m_s:g} m/s",
     )
 
 
-def _tim_of_the_text(size: Size, store: Store) -> list[Done]:
+def _tim_of_the_text(size: Size, store: Store) -> list[Row]:
     """Return what is there of the TiM with the range that the thesis's text gives it."""
     if "hold" not in size.worlds or "tim" not in size.lidars:
         return []

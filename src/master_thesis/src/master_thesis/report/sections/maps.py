@@ -14,9 +14,10 @@ from master_thesis.report import thesis
 from master_thesis.report.content import Picture, Table, number
 from master_thesis.report.pieces.experiments_3_4 import CLOSED, OPEN, piece
 from master_thesis.report.size import Size
-from master_thesis.report.store import Done, Store
 from master_thesis.results import palette
 from master_thesis.results.picture_files import svg
+from master_thesis.trials.store import Store
+from master_thesis.trials.trial import Row
 
 ORDER = ("urg", "ust", "tim", "utm", "puck", "m8")
 """By range."""
@@ -76,18 +77,18 @@ def short_name(lidar: str) -> str:
     return thesis.LIDARS[lidar].short
 
 
-def maps_of(world: str, size: Size, store: Store) -> tuple[Maps, dict[str, Done]]:
+def maps_of(world: str, size: Size, store: Store) -> tuple[Maps, dict[str, Row]]:
     """Return a world's maps, and the piece of each lidar whose pictures are shown."""
     numbers: dict = {OPEN: {}, CLOSED: {}}
-    shown: dict[str, Done] = {}
+    shown: dict[str, Row] = {}
     for lidar in size.lidars:
         for seed in size.map_seeds:
             done = store.get(piece(size, world, lidar, seed))
             if done is None:
                 continue
             for name, found in numbers.items():
-                found.setdefault(lidar, []).append({**done.numbers[name], "seed": seed})
-            if (done.folder / f"{OPEN}.svg").exists():
+                found.setdefault(lidar, []).append({**done.result[name], "seed": seed})
+            if OPEN in done.result["pictures"]:
                 shown.setdefault(lidar, done)
     return Maps(world, numbers[OPEN], numbers[CLOSED]), shown
 
@@ -175,7 +176,7 @@ def range_chart(maps: Maps) -> Picture:
     )
 
 
-def map_pictures(maps: Maps, shown: Mapping[str, Done]) -> list[Picture]:
+def map_pictures(maps: Maps, shown: Mapping[str, Row]) -> list[Picture]:
     """Return each lidar's world and maps in the thesis's order; with loop closure too where that matters."""
     pictures = []
     for lidar, words in sorted(thesis.MAPS[maps.world].items(), key=lambda item: _place(item[1].figure)):
@@ -186,11 +187,11 @@ def map_pictures(maps: Maps, shown: Mapping[str, Done]) -> list[Picture]:
     return pictures
 
 
-def map_picture(what: str, words: thesis.MapWords, done: Done, name: str) -> Picture:
+def map_picture(what: str, words: thesis.MapWords, done: Row, name: str) -> Picture:
     """Return the world and the maps of one flight. words: the thesis's; name: OPEN or CLOSED."""
-    figures = done.numbers[name]
+    figures = done.result[name]
     return Picture(
-        done.figure(name),
+        done.result["pictures"][name].encode(),
         f"{what}, {'with' if name == CLOSED else 'without'} loop closure: {verdict(figures)}; trajectory "
         f"error {figures['ate_rmse_m']:.3f} m, 95 % of the map within {figures['map_error_p95_m']:.3f} m "
         "of a wall.",

@@ -8,7 +8,8 @@ from master_thesis.report import thesis
 from master_thesis.report.content import Finding, Section, Table, counted, number, resting_on
 from master_thesis.report.pieces import measurements
 from master_thesis.report.size import Size
-from master_thesis.report.store import Done, Store
+from master_thesis.trials.store import Store
+from master_thesis.trials.trial import Row
 
 ALIKE = 2.0
 """Times are alike within this factor: the thesis rounds, and wants its own taken "with a grain of salt"."""
@@ -28,13 +29,13 @@ def build_section(size: Size, store: Store) -> Section:
             "wall time from the command to its end, the median of some rounds."
         ),
         blocks=blocks,
-        findings=resting_on(build_findings(done.numbers["seconds"]), size.builds, "round") if done else [],
+        findings=resting_on(build_findings(done.result["seconds"]), size.builds, "round") if done else [],
         parameters=counted(size.builds, "round"),
     )
 
 
-def _build_table(done: Done) -> Table:
-    ours = done.numbers["seconds"]
+def _build_table(done: Row) -> Table:
+    ours = done.result["seconds"]
     theirs = thesis.TABLE_8_3_S
     rows = [
         (
@@ -58,7 +59,7 @@ def _build_table(done: Done) -> Table:
         emphasis=(1,),
         theirs=(0,),
         note=f"Many files: all {ours['files altered']:.0f} from which code is generated. Load average at "
-        f"the start: {done.facts['load']:.1f}. A node, a library or a launch file that is altered needs "
+        f"the start: {done.load:.1f}. A node, a library or a launch file that is altered needs "
         "no build at all: Python is used where it lies.",
     )
 
@@ -91,8 +92,8 @@ def build_findings(ours: Mapping[str, float]) -> list[Finding]:
 def launch_section(size: Size, store: Store) -> Section:
     """Return the section of table 8.4, from what is there."""
     done = _done(size, store)
-    launches = {d.numbers["what"]: d for name, d in done.items() if name.startswith("measurement_2")}
-    numbers = {what: each.numbers for what, each in launches.items()}
+    launches = {d.result["what"]: d for name, d in done.items() if name.startswith("measurement_2")}
+    numbers = {what: each.result for what, each in launches.items()}
     return Section(
         key="measurement_2",
         title="Measurement 2: launch and shutdown time",
@@ -108,14 +109,14 @@ def launch_section(size: Size, store: Store) -> Section:
     )
 
 
-def _launch_table(launches: Mapping[str, Done]) -> Table:
+def _launch_table(launches: Mapping[str, Row]) -> Table:
     columns = [what for what in measurements.LAUNCHES if what in launches]
     rows = []
     for label, key in (("startup", "startup_s"), ("shutdown", "shutdown_s")):
         theirs = (thesis.TABLE_8_4.get(what) for what in columns)
         rows.append((f"thesis: {label}", *(number(t and getattr(t, key), 0) for t in theirs)))
-        rows.append((f"ours: {label}", *(number(launches[what].numbers[key], 1) for what in columns)))
-    load = max(each.facts["load"] for each in launches.values())
+        rows.append((f"ours: {label}", *(number(launches[what].result[key], 1) for what in columns)))
+    load = max(each.load for each in launches.values())
     return Table(
         "Table 8.4: time to launch and to shut down, s",
         ("", *columns),
@@ -195,6 +196,6 @@ def _how_they_differ(ours: Mapping[str, float], theirs: Mapping[str, float], why
     return f"{why}: {', '.join(words)}." if words else ""
 
 
-def _done(size: Size, store: Store) -> dict[str, Done]:
+def _done(size: Size, store: Store) -> dict[str, Row]:
     found = {piece.name: store.get(piece) for piece in measurements.pieces(size)}
     return {name: done for name, done in found.items() if done is not None}

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from master_thesis.campaign.campaign import Campaign
-from master_thesis.campaign.statistics import figures
+from master_thesis.campaign.statistics import metrics
 from master_thesis.results import palette
 from master_thesis.results.picture_files import png
 
@@ -52,7 +52,9 @@ _SMALL = {"fontsize": 8}
 _PANEL_IN = (2.5, 2.1)
 _FLIGHT_MEASURES = ("collision_rate", "reached_rate", "time_over_straight_mean")
 _MAP_MEASURES = ("ate_rmse_m_mean", "map_error_p95_m_mean")
-_LIDAR_FIGURES = ("lidar_range_m", "lidar_rate_hz", "lidar_weight_kg", "lidar_power_w")
+_LIDAR_DATA = ("lidar_range_m", "lidar_rate_hz", "lidar_weight_kg", "lidar_power_w")
+_LABEL_MAX = 24
+"""Letters of a label in a legend of more than two columns."""
 _SPREAD = 0.03
 """Part of the axis by which curves stand beside each other, so that their intervals can be told apart."""
 _GREYS = ("#1b1f24", "#5b6066", "#9aa0a6", "#c2410c", "#1f3b73", "#35a860")
@@ -72,11 +74,11 @@ def pictures(campaign: Campaign, trials: pd.DataFrame) -> dict[str, bytes]:
         if plain:
             drawn["flights.png"] = _over_axes(campaign, flown, plain, _FLIGHT_MEASURES)
         tuned = [name for name in campaign.varied if name.startswith("cepa.")]
-        if tuned:
+        if tuned and len(campaign.blocks) == 1:  # over all that varies besides, which blocks do not share
             drawn["trade_off.png"] = _trade_off(campaign, flown, tuned)
     else:
         drawn["slam_range.png"] = _over_lidars(campaign, flown, ("lidar_range_m",))
-        drawn["slam_lidars.png"] = _over_lidars(campaign, flown, _LIDAR_FIGURES)
+        drawn["slam_lidars.png"] = _over_lidars(campaign, flown, _LIDAR_DATA)
     return drawn
 
 
@@ -86,11 +88,11 @@ def _is_number(trials: pd.DataFrame, name: str) -> bool:
 
 def curve_names(campaign: Campaign) -> list[str]:
     """Return the axes whose values are told apart by curves: the algorithm, and what is no number."""
-    found = [name for name in campaign.varied if isinstance(dict(campaign.axes)[name][0], (str, bool))]
+    found = [name for name in campaign.varied if isinstance(campaign.values(name)[0], (str, bool))]
     two = [
         name
-        for name, values in campaign.axes
-        if name.startswith("cepa.") and len(values) == 2 and name not in found
+        for name in campaign.names
+        if name.startswith("cepa.") and len(campaign.values(name)) == 2 and name not in found
     ]
     return found + two or ["algorithm"]
 
@@ -119,7 +121,7 @@ def _draw_curve(axes, campaign, group, name, measure, style, number, of) -> None
     span = float(np.ptp(values)) or 1.0
     points = []
     for value in values:
-        found = figures(campaign, group[group[name] == value])
+        found = metrics(campaign, group[group[name] == value])
         points.append((value + span * _SPREAD * (number - (of - 1) / 2), *_measured(found, measure)))
     _errorbar(axes, points, style)
 
@@ -157,7 +159,7 @@ def _trade_off(campaign: Campaign, trials: pd.DataFrame, names: Sequence[str]) -
 
 
 def _draw_trade_off(axes: Axes, campaign: Campaign, group: pd.DataFrame, name: str, style: dict) -> None:
-    found = [(value, figures(campaign, part)) for value, part in group.groupby(name)]
+    found = [(value, metrics(campaign, part)) for value, part in group.groupby(name)]
     x, y = (
         np.array([_measured(f, key) for _, f in found])
         for key in ("time_over_straight_mean", "collision_rate")
@@ -172,7 +174,7 @@ def _draw_trade_off(axes: Axes, campaign: Campaign, group: pd.DataFrame, name: s
 
 
 def _over_lidars(campaign: Campaign, trials: pd.DataFrame, names: Sequence[str]) -> bytes:
-    """Draw the errors of maps over figures of the lidars, in each world."""
+    """Draw the errors of maps over data of the lidars, in each world."""
     switches = [name for name in curve_names(campaign) if name.startswith("slam.")]
     told = {"world", "lidar", "lidar_range_m", *switches}
     place_names = ["world", *(name for name in campaign.varied if name not in told)]
@@ -192,7 +194,7 @@ def _draw_lidars(axes, campaign, trials, name, measure, switches) -> None:
         of_lidar = trials[trials["lidar"] == lidar]
         for number, (values, group) in enumerate(_split(of_lidar, switches)):
             x = float(group[name].iloc[0])
-            found = figures(campaign, group)
+            found = metrics(campaign, group)
             style = {"color": palette.LIDARS[lidar], "marker": palette.MARKERS[lidar], "linestyle": ""}
             style["label"] = ", ".join([lidar, *(_told(n, v) for n, v in zip(switches, values))])
             style["markerfacecolor"] = palette.LIDARS[lidar] if number == 0 else "white"
@@ -222,7 +224,8 @@ def _split(trials: pd.DataFrame, names: Sequence[str]):
 def _style(curves: Sequence[str], values, number: int) -> dict:
     """Return how a curve is drawn: an algorithm's own colour, or one of six greys and colours."""
     values = values if isinstance(values, tuple) else (values,)
-    label = ", ".join(_told(name, value) for name, value in zip(curves, values))
+    told = [(value, _told(name, value)) for name, value in zip(curves, values)]
+    label = ", ".join([text for value, text in told if value not in (False, None)] or [t for _, t in told])
     algorithm = dict(zip(curves, values)).get("algorithm")
     lidar = dict(zip(curves, values)).get("lidar")
     if len(curves) == 1 and algorithm:
@@ -271,7 +274,7 @@ def _legend(figure: Figure, axes: Axes) -> None:
         handles,
         labels,
         loc="outside upper center",
-        ncol=min(len(labels), 6 if len(labels) % 5 == 1 else 5),
+        ncol=2 if max(map(len, labels)) > _LABEL_MAX else min(len(labels), 6 if len(labels) % 5 == 1 else 5),
         fontsize=7,
         frameon=False,
     )

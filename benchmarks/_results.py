@@ -1,4 +1,4 @@
-"""Where the benchmarks' figures go: results/benchmarks.json, and tables on the terminal.
+"""Where the benchmarks' numbers go: results/benchmarks.json, and tables on the terminal.
 
 A dotted key is a nested object: `cepa.empty.speedup` is `{"cepa": {"empty": {"speedup": ...}}}`.
 """
@@ -8,14 +8,13 @@ from __future__ import annotations
 import argparse
 import fcntl
 import json
-import math
 import os
-import tempfile
 import time
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Iterable, Sequence
 
+from master_thesis.files import plain, replace_file
 from master_thesis.results.run_folder import machine, versions
 from master_thesis.results.sources import commit
 
@@ -23,24 +22,24 @@ ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 
 
-class Report:
-    """The figures of one run of one benchmark, merged into FOLDER/benchmarks.json when the `with` ends well.
+class Results:
+    """The numbers of one run of one benchmark, merged into FOLDER/benchmarks.json when the `with` ends well.
 
-    Beside the figures stands `runs.NAME`: date, commit, machine, versions, duration, options and the load
-    averages before and after, by which a reader judges what the times are worth.
+    Beside the numbers stands `runs.NAME`: date, commit, machine, versions, duration, options and the load
+    averages before and after, so that a reader can judge the times.
     """
 
     def __init__(self, name: str, folder: Path = RESULTS, options: dict | None = None) -> None:
         """Begin. options: what the run was asked to do, to be recorded with it."""
         self.name, self.folder = name, Path(folder)
         self._options = dict(options or {})
-        self._figures: dict[str, Any] = {}
+        self._numbers: dict[str, Any] = {}
 
     def add(self, key: str, value: Any) -> None:
         """Set what stands under a dotted key; a mapping replaces all that a former run left there."""
-        self._figures[key] = value
+        self._numbers[key] = value
 
-    def __enter__(self) -> Report:
+    def __enter__(self) -> Results:
         self.folder.mkdir(parents=True, exist_ok=True)
         self._started = time.perf_counter()
         self._load = os.getloadavg()
@@ -60,11 +59,11 @@ class Report:
             "versions": versions(),
         }
         path = self.folder / "benchmarks.json"
-        merge(path, {**self._figures, f"runs.{self.name}": run})
-        print(f"\nFigures in {path}, load average {self._load[0]:.1f}.")
+        merge(path, {**self._numbers, f"runs.{self.name}": run})
+        print(f"\nNumbers in {path}, load average {self._load[0]:.1f}.")
 
 
-def merge(path: Path, figures: dict[str, Any]) -> None:
+def merge(path: Path, numbers: dict[str, Any]) -> None:
     """Set dotted keys in a JSON file, all or none; two processes at once lose nothing.
 
     Raises:
@@ -76,9 +75,9 @@ def merge(path: Path, figures: dict[str, Any]) -> None:
         content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
         if not isinstance(content, dict):
             raise ValueError(f"{path} holds no JSON object; move it away.")
-        for key, value in figures.items():
+        for key, value in numbers.items():
             _put(content, key.split("."), value)
-        write_atomically(path, json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
+        replace_file(path, json.dumps(plain(content), indent=2, allow_nan=False) + "\n")
 
 
 def _put(content: dict, names: Sequence[str], value: Any) -> None:
@@ -88,36 +87,6 @@ def _put(content: dict, names: Sequence[str], value: Any) -> None:
             content[name] = {}
         content = content[name]
     content[last] = value
-
-
-def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write a file so that nobody ever sees half of it."""
-    path = Path(path)
-    data = content.encode("utf-8") if isinstance(content, str) else content
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
-
-
-def _plain(value: Any) -> Any:
-    """Turn numpy scalars and tuples into what JSON holds; NaN and infinities into null."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:

@@ -1,4 +1,4 @@
-"""The processes that run the trials: Dask's, on this machine or wherever its scheduler is."""
+"""Processes of Dask that run trials, on this machine or wherever a scheduler is."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import os
 import signal
 import uuid
 from pathlib import Path
-from typing import Any, Callable, Iterator, Sequence, TypeVar
+from typing import Any, Callable, Iterator, Sequence
 
 import dask
 from distributed import Client, LocalCluster, as_completed
 
-from master_thesis.errors import CampaignError
+from master_thesis.errors import TrialsError
+from master_thesis.trials.workers import Result, Task
 
 ALLOWED_FAILURES = 10
 """How many workers may die over one trial before it is given up."""
@@ -28,21 +29,20 @@ _SETTINGS = {
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
 }
-_Task, _Result = TypeVar("_Task"), TypeVar("_Result")
 
 
-class Workers:
+class DaskWorkers:
     """Processes of a local cluster, or those of a scheduler; use it as a context manager."""
 
     def __init__(self, number: int | None = None, scheduler: str | None = None) -> None:
         """number: of local processes, by default as many as cores. scheduler: tcp://host:port, or its file.
 
         Raises:
-            CampaignError: the scheduler cannot be reached.
+            TrialsError: the scheduler cannot be reached.
         """
         self._cluster: LocalCluster | None = None
         self._settings = dask.config.set(_SETTINGS)
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # workers that die are our own affair
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # `run_trials` tells of workers that die
         if scheduler is not None:
             self._client = _connected(scheduler)
             return
@@ -54,7 +54,7 @@ class Workers:
             dashboard_address="127.0.0.1:0",
             memory_limit=0,
             silence_logs=logging.CRITICAL,
-            preload=["master_thesis.campaign.worker_setup"],
+            preload=[__name__],
         )
         self._client = Client(self._cluster)
 
@@ -69,55 +69,58 @@ class Workers:
         nannies = self._cluster.workers.values() if self._cluster else ()
         return [nanny.pid for nanny in nannies if nanny.pid is not None]
 
-    def batches(
-        self, run: Callable[[_Task], _Result], tasks: Sequence[_Task]
-    ) -> Iterator[list[tuple[_Task, _Result | Exception]]]:
-        """Run tasks, and yield them with their results as they finish, all that have at a time.
+    def results(
+        self, run: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Iterator[tuple[Task, Result | Exception]]:
+        """Run tasks and yield them with their results, as they finish.
 
-        A task that its worker died over is run again by another one; after many, its result is the exception.
+        If a worker dies, another one runs its task again. After many deaths the result is the exception.
 
         Raises:
-            CampaignError: the scheduler is gone.
+            TrialsError: the scheduler is gone.
         """
         run_id = uuid.uuid4().hex
         tasks_by_key = {f"trial-{run_id}-{number}": task for number, task in enumerate(tasks)}
         futures = [self._client.submit(run, task, key=key) for key, task in tasks_by_key.items()]
         finished = as_completed(futures, with_results=True, raise_errors=False)
-        del futures  # what is finished need not be kept
-        for batch in finished.batches():
-            if any(future.status in ("cancelled", "lost") for future, _ in batch):
-                raise CampaignError("The scheduler is gone; call again to go on with what is missing.")
-            yield [(tasks_by_key[future.key], _result(future, result)) for future, result in batch]
+        del futures  # Dask may forget what is finished
+        for future, result in finished:
+            if future.status in ("cancelled", "lost"):
+                raise TrialsError("The scheduler is gone; call again to go on with what is missing.")
+            yield tasks_by_key[future.key], result[1] if future.status == "error" else result
 
     def kill(self) -> None:
-        """End local processes at once, whatever they are doing; those of a cluster are only sent home."""
+        """End local processes at once. Those of a cluster only stop to work for this one."""
         if self._cluster is None:
             return
         for nanny in self._cluster.workers.values():
             nanny.auto_restart = False
         for pid in self.pids:
-            with contextlib.suppress(ProcessLookupError):  # it is gone already
+            with contextlib.suppress(ProcessLookupError):  # it has ended already
                 os.kill(pid, signal.SIGKILL)
 
     def close(self) -> None:
-        """Let go of the scheduler; end the local cluster, whose workers have nothing to lose any more."""
+        """Leave the scheduler; end the local cluster."""
         self.kill()
         for one in (self._client, self._cluster):
             if one is not None:
-                with contextlib.suppress(
-                    asyncio.TimeoutError, TimeoutError
-                ):  # they are one since Python 3.11
+                with contextlib.suppress(asyncio.TimeoutError, TimeoutError):  # one class since Python 3.11
                     one.close(timeout=CLOSE_TIMEOUT_S)
         self._settings.__exit__(None, None, None)
 
-    def __enter__(self) -> Workers:
+    def __enter__(self) -> DaskWorkers:
         return self
 
-    def __exit__(self, kind, *exception) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *exception: object) -> None:
         if kind is KeyboardInterrupt:
-            self.kill()  # and no time for farewells: whoever is interrupted ends
+            self.kill()  # closing would take seconds
         else:
             self.close()
+
+
+def dask_setup(worker: Any) -> None:
+    """Leave Ctrl-C to the process that gave the work. Dask calls this in each worker (`preload`)."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _connected(scheduler: str) -> Client:
@@ -126,15 +129,10 @@ def _connected(scheduler: str) -> Client:
         if "://" in scheduler:
             return Client(scheduler, timeout=CONNECT_TIMEOUT_S)
         if not file.is_file():
-            raise CampaignError(
+            raise TrialsError(
                 f"There is no scheduler file {file}; give tcp://host:port, or the file of `dask scheduler "
                 "--scheduler-file FILE`."
             )
         return Client(scheduler_file=str(file), timeout=CONNECT_TIMEOUT_S)
     except (OSError, ValueError) as error:
-        raise CampaignError(f"The scheduler {scheduler} cannot be reached: {error}.") from None
-
-
-def _result(future, result: Any) -> Any:
-    """Return a task's result, or the exception that Dask ended it with."""
-    return result[1] if future.status == "error" else result
+        raise TrialsError(f"The scheduler {scheduler} cannot be reached: {error}.") from None

@@ -1,0 +1,48 @@
+"""The trials of a benchmark, run by some processes and kept, so that an interrupted benchmark can go on."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import Any, Sequence
+
+from benchmarks._results import options
+from master_thesis.trials.run import run_trials
+from master_thesis.trials.store import Store
+from master_thesis.trials.trial import Trial, several_versions
+from master_thesis.trials.workers import INTERRUPTED, end, open_workers
+
+AGAIN = "call again with --resume to go on."
+
+
+def trial_options(description: str) -> argparse.ArgumentParser:
+    """Return a parser with the options of every benchmark that runs trials."""
+    parser = options(description)
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes")
+    parser.add_argument("--resume", action="store_true", help="go on from an interrupted or failed run")
+    return parser
+
+
+def run_all(name: str, trials: Sequence[Trial], given: argparse.Namespace) -> list[Any]:
+    """Run trials, and return their results in order. given: the options; NAME_trials.jsonl keeps the trials.
+
+    If some trials fail, or after Ctrl-C, it ends the process with a sentence.
+    """
+    try:
+        path = given.results / f"{name}_trials.jsonl"
+        with Store(path, fresh=not given.resume) as store, open_workers(given.workers) as workers:
+            failed = run_trials(trials, store, workers, name)
+            rows = [row for row in map(store.get, trials) if row is not None]
+    except KeyboardInterrupt:
+        interrupted()
+    if failed:
+        raise SystemExit(f"{len(failed)} of {len(trials)} trials failed; {AGAIN}")
+    print(several_versions(rows) or "")
+    return [row.result for row in rows]
+
+
+def interrupted() -> None:
+    """End the process after Ctrl-C."""
+    print(f"\nInterrupted; {AGAIN}", file=sys.stderr)
+    end(INTERRUPTED)

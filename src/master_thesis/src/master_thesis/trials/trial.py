@@ -1,0 +1,93 @@
+"""A trial: something to compute; and its row, which says what came of it, when and by which code."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Callable, Iterable, Mapping
+
+from master_thesis.files import plain
+
+FORMAT = 1
+"""Of the rows. Another number makes every trial be computed again."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Something to compute. Its outcome depends on `given`, on `inputs` and on the code, on nothing else.
+
+    name: unique among the trials that share a file. run: a function of a module, so that another process can
+    call it with `given` as its keyword arguments; it returns what `files.plain` turns into JSON.
+    inputs: all that the outcome depends on besides: parameters, worlds. title: for the progress bar.
+    cost_s: about how long it takes. alone: it measures wall time, so nothing else may run beside it.
+    """
+
+    name: str
+    run: Callable[..., Any]
+    given: Mapping[str, Any]
+    inputs: Any = None
+    title: str = ""
+    cost_s: float = 1.0
+    alone: bool = False
+
+    @property
+    def digest(self) -> str:
+        """A number of all that the trial depends on but the code."""
+        return digest({"format": FORMAT, "given": self.given, "inputs": self.inputs})
+
+
+@dataclass(frozen=True)
+class Row:
+    """A finished trial. commit: of the code, see `results.sources`. load: the average when it began."""
+
+    name: str
+    digest: str
+    commit: str
+    date: str
+    wall_s: float
+    cpu_s: float
+    load: float
+    result: Any
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A trial that raised, and the sentence that says why."""
+
+    trial: Trial
+    why: str
+
+
+def digest(value: Any) -> str:
+    """Return a SHA-256 of dataclasses, mappings, sequences and numbers.
+
+    Of an absolute path only the name counts, because folders differ from machine to machine.
+    """
+    text = json.dumps(_without_folders(plain(value)), sort_keys=True)
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+
+def _without_folders(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_folders(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_without_folders(item) for item in value]
+    return Path(value).name if isinstance(value, str) and value.startswith("/") else value
+
+
+def file_digest(path: Path) -> str:
+    """Return a SHA-256 of a file's content."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def several_versions(rows: Iterable[Row]) -> str | None:
+    """Return a sentence when rows were not all computed by the same version of the code, else None."""
+    found: dict[str, int] = {}
+    for row in rows:
+        found[row.commit] = found.get(row.commit, 0) + 1
+    if len(found) < 2:
+        return None
+    counts = ", ".join(f"{count} by {commit}" for commit, count in found.items())
+    return f"Different versions of the code computed these {sum(found.values())} trials: {counts}."

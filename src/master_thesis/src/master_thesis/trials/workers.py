@@ -1,0 +1,66 @@
+"""Who runs the trials: this very process, or the processes of Dask."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from typing import Callable, ContextManager, Iterator, NoReturn, Protocol, Sequence, TypeVar
+
+Task, Result = TypeVar("Task"), TypeVar("Result")
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells have it."""
+
+
+class Workers(Protocol):
+    """What runs tasks."""
+
+    def results(
+        self, run: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Iterator[tuple[Task, Result | Exception]]:
+        """Run tasks and yield them with their results, as they finish.
+
+        The result is an exception where the process that ran the task died again and again.
+        """
+
+    def kill(self) -> None:
+        """End at once what runs."""
+
+
+class ThisProcess:
+    """Runs one task after the other in this process."""
+
+    def results(
+        self, run: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Iterator[tuple[Task, Result | Exception]]:
+        """Run tasks and yield them with their results."""
+        for task in tasks:
+            yield task, run(task)
+
+    def kill(self) -> None:
+        """Do nothing: whoever asks is what runs."""
+
+
+def open_workers(number: int | None = None, scheduler: str | None = None) -> ContextManager[Workers]:
+    """Return this process for one worker, else processes of Dask. Use it as a context manager.
+
+    number: of local processes, by default as many as cores. scheduler: of a cluster, see `DaskWorkers`.
+
+    Raises:
+        TrialsError: the scheduler cannot be reached.
+    """
+    if scheduler is None and (number or os.cpu_count()) == 1:
+        return contextlib.nullcontext(ThisProcess())
+    from master_thesis.trials.dask_workers import DaskWorkers  # takes half a second to import
+
+    return DaskWorkers(number, scheduler)
+
+
+def end(code: int) -> NoReturn:
+    """End this process with an exit code; after Ctrl-C at once, because Dask takes seconds to shut down."""
+    if code != INTERRUPTED:
+        sys.exit(code)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
