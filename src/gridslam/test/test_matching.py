@@ -15,6 +15,7 @@ from plain_maps import SIZE, WINDOW, plain_of
 from gridslam.filter.beams import Beams
 from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels import least_squares, matching, nearest
+from gridslam.kernels.nearest import NearestPoints, ParticleMap
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
@@ -39,6 +40,11 @@ def room_scan(count: int = 36) -> PlanarScan:
 BEAMS = Beams.from_scan(room_scan(), SlamParameters(delta=DELTA)).matching
 
 
+SEARCH = matching.Search(
+    1, SIGMA, SIGMA, SIGMA, missed=-1.0, step=1.0, turn=0.05, halvings=3, looks=8, least_score=0.0
+)
+
+
 class Fixed(reference.PlainMap):
     """A map that does not change, so that what is occupied need not be found out again and again."""
 
@@ -58,24 +64,24 @@ def room():
         pose = HOME + shift
         lidar, *ends = reference.turned(pose[2], np.vstack((beams.lidar, beams.ends))) + pose[:2]
         maps.insert_at(np.zeros((1, 3)), np.vstack((lidar, ends)), beams.hits)
-    return (maps.tables[0], *maps.pool.surfaces), Fixed(plain_of(maps, 0))
+    return ParticleMap(maps.tables[0], *maps.pool.surfaces), Fixed(plain_of(maps, 0))
 
 
-def points_near(tiles, pose, kernel: int = 1) -> tuple[np.ndarray, np.ndarray, int]:
-    """The map's points nearest to the beams' ends, their beams, and how many they are."""
-    points, which = np.empty((len(BEAMS), 2)), np.empty(len(BEAMS), int)
-    return points, which, nearest.find_points(*pose, BEAMS, *tiles, kernel, points, which)
+def points_near(grid, pose, kernel: int = 1) -> tuple[NearestPoints, int]:
+    """The map's points nearest to the beams' ends, and how many they are."""
+    nearby = NearestPoints(np.empty((len(BEAMS), 2)), np.empty(len(BEAMS), int))
+    return nearby, nearest.find_points(*pose, BEAMS, grid, kernel, nearby)
 
 
 @settings(max_examples=25, deadline=None)
 @given(pose_near, st.integers(1, 3))
 def test_score_and_likelihood_equal_the_reference(room, shift, kernel):
-    tiles, plain = room
+    grid, plain = room
     pose = HOME + shift
-    ours = nearest.score(*pose, BEAMS, 1, *tiles, kernel, SIGMA, -1.0)
+    ours = nearest.score(*pose, BEAMS, 1, grid, kernel, SIGMA, -1.0)
     assert ours == pytest.approx(reference.score(plain, pose, BEAMS, kernel, SIGMA), rel=1e-6)
     again, likelihood = nearest.measure(
-        *pose, BEAMS, *points_near(tiles, pose, kernel), SIGMA, 2.0 * SIGMA, -7.0
+        *pose, BEAMS, *points_near(grid, pose, kernel), SIGMA, 2.0 * SIGMA, -7.0
     )
     assert again == pytest.approx(ours)
     expected = reference.log_likelihood(plain, pose, BEAMS, kernel, 2.0 * SIGMA, -7.0)
@@ -85,25 +91,25 @@ def test_score_and_likelihood_equal_the_reference(room, shift, kernel):
 @settings(max_examples=15, deadline=None)
 @given(st.floats(-100.0, 200.0), st.floats(-100.0, 200.0), st.floats(-4.0, 4.0))
 def test_beams_that_leave_the_map_count_for_nothing(room, x, y, yaw):
-    tiles, plain = room
-    ours = nearest.score(x, y, yaw, BEAMS, 1, *tiles, 1, SIGMA, -1.0)
+    grid, plain = room
+    ours = nearest.score(x, y, yaw, BEAMS, 1, grid, 1, SIGMA, -1.0)
     assert ours == pytest.approx(reference.score(plain, (x, y, yaw), BEAMS, 1, SIGMA), rel=1e-6)
 
 
 def test_a_score_that_cannot_be_beaten_is_not_completed(room):
-    tiles, _ = room
-    whole = nearest.score(*HOME, BEAMS, 1, *tiles, 1, SIGMA, -1.0)
-    assert nearest.score(*HOME, BEAMS, 1, *tiles, 1, SIGMA, 0.99 * whole) == whole
-    assert nearest.score(*HOME, BEAMS, 1, *tiles, 1, SIGMA, len(BEAMS) - 1e-9) < whole
+    grid, _ = room
+    whole = nearest.score(*HOME, BEAMS, 1, grid, 1, SIGMA, -1.0)
+    assert nearest.score(*HOME, BEAMS, 1, grid, 1, SIGMA, 0.99 * whole) == whole
+    assert nearest.score(*HOME, BEAMS, 1, grid, 1, SIGMA, len(BEAMS) - 1e-9) < whole
 
 
 @settings(max_examples=15, deadline=None)
 @given(pose_near)
 def test_normal_equations_equal_the_reference(room, shift):
-    tiles, plain = room
+    grid, plain = room
     information, gradient = np.zeros((3, 3)), np.zeros(3)
     pose = HOME + shift
-    least_squares.linearise(*pose, BEAMS, *points_near(tiles, pose), SIGMA, information, gradient)
+    least_squares.linearise(*pose, BEAMS, *points_near(grid, pose), SIGMA, information, gradient)
     expected, slope = reference.linearise(plain, HOME + shift, BEAMS, 1, SIGMA)
     np.testing.assert_allclose(np.tril(information), np.tril(expected), rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(gradient, slope, rtol=1e-5, atol=1e-5)
@@ -131,12 +137,12 @@ def test_the_gradient_is_that_of_the_squared_offsets(room):
 
 @pytest.mark.parametrize("shift", [(0.4, -0.6, 0.01), (1.0, 0.5, -0.02)])
 def test_gauss_newton_equals_the_reference_and_finds_the_pose(room, shift):
-    tiles, plain = room
+    grid, plain = room
     start, prior, factor = HOME + shift, np.diag((0.1, 0.1, 10.0)), np.zeros((3, 3))
     pose = start.copy()
-    points, which, _ = points_near(tiles, pose)
-    found = matching.refine(pose, start, prior, BEAMS, *tiles, 1, SIGMA, 8, points, which, factor)
-    value, _ = nearest.measure(*pose, BEAMS, points, which, found, SIGMA, SIGMA, -1.0)
+    nearby, _ = points_near(grid, pose)
+    found = matching.refine(pose, start, prior, BEAMS, grid, SEARCH, 8, nearby, factor)
+    value, _ = nearest.measure(*pose, BEAMS, nearby, found, SIGMA, SIGMA, -1.0)
     expected = reference.refine(plain, start, start, prior, BEAMS, 1, SIGMA, 8)
     np.testing.assert_allclose(pose, expected, atol=0.06)  # it may stop within this
     assert value == pytest.approx(reference.score(plain, pose, BEAMS, 1, SIGMA), rel=0.01)
@@ -155,19 +161,17 @@ def test_the_prior_holds_what_the_scan_leaves_open():
     maps.cover((-3.0, -3.0), (3.0, 3.0))
     start = maps.to_cells(np.zeros(3))
     pose, prior = start + np.array((1.0, -2.0, 0.1)), np.diag((4.0, 4.0, 100.0))
-    tiles = (maps.tables[0], *maps.pool.surfaces)
-    points, which, _ = points_near(tiles, pose)
-    assert (
-        matching.refine(pose, start, prior, BEAMS, *tiles, 1, SIGMA, 8, points, which, np.zeros((3, 3))) == 0
-    )
+    grid = ParticleMap(maps.tables[0], *maps.pool.surfaces)
+    nearby, _ = points_near(grid, pose)
+    assert matching.refine(pose, start, prior, BEAMS, grid, SEARCH, 8, nearby, np.zeros((3, 3))) == 0
     np.testing.assert_allclose(pose, start, atol=1e-9)
 
 
 @pytest.mark.parametrize("shift", [(2.0, -1.5, 0.08), (-1.0, 2.0, -0.05)])
 def test_climbing_equals_the_reference_and_improves(room, shift):
-    tiles, plain = room
+    grid, plain = room
     start = HOME + shift
-    *pose, value = matching.climb(*start, BEAMS, 1, *tiles, 1, SIGMA, 1.0, 0.05, 3)
+    *pose, value = matching.climb(start, BEAMS, 1, grid, SEARCH, 3)
     expected, best = reference.climb(plain, start, BEAMS, 1, SIGMA, 1.0, 0.05, 3)
     np.testing.assert_allclose(pose, expected, atol=1e-9)
     assert value == pytest.approx(best, rel=1e-6)
@@ -184,10 +188,10 @@ def test_a_wall_is_not_matched_from_behind():
             lidar = np.array([10.5, end[1]])
             maps.insert_at(np.zeros((1, 3)), np.vstack((lidar, end)), np.ones(1, bool))
     beam = np.array([[20.0, 0.0, math.sqrt(2.0), 0.0, 1.0, 0.0, 0.1]])
-    tiles = (maps.tables[0], *maps.pool.surfaces)
+    grid = ParticleMap(maps.tables[0], *maps.pool.surfaces)
     # then a beam from the left finds it, and one from the right, that ends on its left face, does not
-    assert nearest.score(40.5, 40.5, 0.0, beam, 1, *tiles, 1, SIGMA, -1.0) == pytest.approx(1.0)
-    assert nearest.score(80.5, 40.5, math.pi, beam, 1, *tiles, 0, SIGMA, -1.0) == 0.0
+    assert nearest.score(40.5, 40.5, 0.0, beam, 1, grid, 1, SIGMA, -1.0) == pytest.approx(1.0)
+    assert nearest.score(80.5, 40.5, math.pi, beam, 1, grid, 0, SIGMA, -1.0) == 0.0
 
 
 def test_scattered_poses_have_the_covariance_of_the_information():

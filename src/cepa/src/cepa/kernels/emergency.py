@@ -1,5 +1,7 @@
 """Kernels of the emergency avoidance."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -10,7 +12,7 @@ ALONGSIDE_M = 1e-9
 
 
 @njit(cache=True)
-def k_filter(ranges, slope, increment):
+def k_filter(ranges: np.ndarray, slope: float, increment: float) -> np.ndarray:
     """Return LS' (N,): min over j of (LS_j + slope * angle(i, j)), circular, in two passes (thesis 6.1.2)."""
     count = ranges.size
     filtered = ranges.copy()
@@ -28,7 +30,15 @@ def k_filter(ranges, slope, increment):
 
 
 @njit(cache=True)
-def emergency_edges(cos, sin, towards_x, towards_y, stopping, r_lb, body_radius):
+def emergency_edges(
+    cos: np.ndarray,
+    sin: np.ndarray,
+    towards_x: float,
+    towards_y: float,
+    stopping: float,
+    r_lb: float,
+    body_radius: float,
+) -> np.ndarray:
     """Return (N,) m: ``cushion.emergency_edge`` of every beam; ``towards``: the own velocity's direction."""
     edges = np.full(cos.size, r_lb)
     farthest = r_lb + stopping
@@ -41,7 +51,9 @@ def emergency_edges(cos, sin, towards_x, towards_y, stopping, r_lb, body_radius)
 
 
 @njit(cache=True)
-def sum_of_intrusions(filtered, cos, sin, edges, increment):
+def sum_of_intrusions(
+    filtered: np.ndarray, cos: np.ndarray, sin: np.ndarray, edges: np.ndarray, increment: float
+) -> tuple[float, float, float]:
     """Return (x, y, total) in m rad: the intrusions summed as vectors off the obstacles, and as lengths."""
     x = 0.0
     y = 0.0
@@ -56,7 +68,7 @@ def sum_of_intrusions(filtered, cos, sin, edges, increment):
 
 
 @njit(cache=True)
-def _blocks(ahead, aside, reading, radius, lookahead):
+def _blocks(ahead: float, aside: float, reading: float, radius: float, lookahead: float) -> bool:
     if ahead <= ALONGSIDE_M:
         return False
     beyond = ahead - lookahead
@@ -66,7 +78,15 @@ def _blocks(ahead, aside, reading, radius, lookahead):
 
 
 @njit(cache=True)
-def direction_is_safe(ranges, cos, sin, towards_x, towards_y, radius, lookahead):
+def direction_is_safe(
+    ranges: np.ndarray,
+    cos: np.ndarray,
+    sin: np.ndarray,
+    towards_x: float,
+    towards_y: float,
+    radius: float,
+    lookahead: float,
+) -> bool:
     """Tell whether nothing seen lies within ``radius`` of the first ``lookahead`` metres of a direction."""
     for j in range(ranges.size):
         if ranges[j] <= lookahead + radius:
@@ -78,7 +98,14 @@ def direction_is_safe(ranges, cos, sin, towards_x, towards_y, radius, lookahead)
 
 
 @njit(cache=True)
-def safe_directions(ranges, eligible, cos, sin, radius, lookahead):
+def safe_directions(
+    ranges: np.ndarray,
+    eligible: np.ndarray,
+    cos: np.ndarray,
+    sin: np.ndarray,
+    radius: float,
+    lookahead: float,
+) -> np.ndarray:
     """Return (N,) bool: ``direction_is_safe`` of every eligible beam's direction."""
     count = ranges.size
     safe = eligible.copy()
@@ -98,7 +125,14 @@ def safe_directions(ranges, eligible, cos, sin, radius, lookahead):
 
 
 @njit(cache=True)
-def safe_directions_one_by_one(ranges, eligible, cos, sin, radius, lookahead):
+def safe_directions_one_by_one(
+    ranges: np.ndarray,
+    eligible: np.ndarray,
+    cos: np.ndarray,
+    sin: np.ndarray,
+    radius: float,
+    lookahead: float,
+) -> np.ndarray:
     """Return the same as ``safe_directions`` for beams that are not evenly spaced around the turn."""
     safe = eligible.copy()
     for i in range(ranges.size):

@@ -3,6 +3,8 @@
 ``reach`` is Grid.reach: the cushion of equation 6.7 is min(d, r * reach).
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numba import njit
 
@@ -20,7 +22,17 @@ ROUNDING = 1e-7
 
 
 @njit(cache=True)
-def intrusion(ranges, cos, sin, towards_x, towards_y, r_lb, d_lb, r_ub, d_ub):
+def intrusion(
+    ranges: np.ndarray,
+    cos: np.ndarray,
+    sin: np.ndarray,
+    towards_x: float,
+    towards_y: float,
+    r_lb: float,
+    d_lb: float,
+    r_ub: float,
+    d_ub: float,
+) -> float:
     """Return Omega (6.3, 6.4, 6.7; m2, unweighted) of any direction; inf when an obstacle forbids it."""
     total = 0.0
     for j in range(ranges.size):
@@ -41,7 +53,9 @@ def intrusion(ranges, cos, sin, towards_x, towards_y, r_lb, d_lb, r_ub, d_ub):
 
 
 @njit(cache=True)
-def valid_directions(ranges, eligible, reach, is_even, r_lb, d_lb):
+def valid_directions(
+    ranges: np.ndarray, eligible: np.ndarray, reach: np.ndarray, is_even: bool, r_lb: float, d_lb: np.ndarray
+) -> np.ndarray:
     """Return (S, N) bool: the beams' directions in which no obstacle is in the inner cushion.
 
     ``is_even`` is Grid.is_even. ``d_lb`` (S,), descending, is the inner cushion's length at each speed. An
@@ -71,7 +85,9 @@ def valid_directions(ranges, eligible, reach, is_even, r_lb, d_lb):
 
 
 @njit(cache=True)
-def _across_the_seam(j, first, last, reading, reach, r_lb):
+def _across_the_seam(
+    j: int, first: int, last: int, reading: float, reach: np.ndarray, r_lb: float
+) -> tuple[int, int]:
     """Return (first, last) of the beams that an obstacle at beam ``j`` forbids, where the turn closes.
 
     The last and the first beam are nearer to each other or farther apart than other neighbours. So what lies
@@ -90,7 +106,7 @@ def _across_the_seam(j, first, last, reading, reach, r_lb):
 
 
 @njit(cache=True)
-def _count_interval(opened, first, last, count):
+def _count_interval(opened: np.ndarray, first: int, last: int, count: int) -> None:
     if first < 0:
         opened[0] += 1
         opened[last + 1] -= 1
@@ -105,7 +121,7 @@ def _count_interval(opened, first, last, count):
 
 
 @njit(cache=True)
-def _unite(opened, eligible):
+def _unite(opened: np.ndarray, eligible: np.ndarray) -> np.ndarray:
     speeds = opened.shape[0]
     count = eligible.size
     valid = np.empty((speeds, count), np.bool_)
@@ -120,22 +136,22 @@ def _unite(opened, eligible):
 
 @njit(cache=True)
 def best_velocity(
-    ranges,
-    cos,
-    sin,
-    reach,
-    valid,
-    towards_x,
-    towards_y,
-    first,
-    speeds,
-    r_ub,
-    d_ub,
-    k1,
-    k2,
-    k3,
-    best_cost,
-):
+    ranges: np.ndarray,
+    cos: np.ndarray,
+    sin: np.ndarray,
+    reach: np.ndarray,
+    valid: np.ndarray,
+    towards_x: float,
+    towards_y: float,
+    first: int,
+    speeds: np.ndarray,
+    r_ub: float,
+    d_ub: np.ndarray,
+    k1: float,
+    k2: float,
+    k3: float,
+    best_cost: float,
+) -> tuple[int, int, float, int]:
     """Search the valid directions best-first; return (beam, or -1, speed index, cost, directions tested).
 
     ``speeds`` (S,) m/s, descending; ``towards`` is v_ref's unit vector, ``first`` the beam nearest to it,
@@ -189,7 +205,19 @@ def best_velocity(
 
 
 @njit(cache=True)
-def _search_on(ranges, run_first, run_end, reach, valid, travels, floor, r_ub, d_ub, k3, best):
+def _search_on(
+    ranges: np.ndarray,
+    run_first: np.ndarray,
+    run_end: np.ndarray,
+    reach: np.ndarray,
+    valid: np.ndarray,
+    travels: np.ndarray,
+    floor: float,
+    r_ub: float,
+    d_ub: np.ndarray,
+    k3: float,
+    best: tuple[int, int, float, int],
+) -> tuple[int, int, float, int]:
     """Search what is left of ``valid`` by a second bound, nearer to the truth.
 
     Arguments as in ``best_velocity``; ``travels`` (S, N): the cost without Omega. The bound is computed of
@@ -218,7 +246,7 @@ def _search_on(ranges, run_first, run_end, reach, valid, travels, floor, r_ub, d
 
 
 @njit(cache=True)
-def _runs(ranges, distance):
+def _runs(ranges: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return (first, end) of the runs of beams in which something is nearer than ``distance``."""
     first = np.empty(ranges.size, np.int64)
     end = np.empty(ranges.size, np.int64)
@@ -235,7 +263,15 @@ def _runs(ranges, distance):
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
-def _omega(ranges, first, end, reach, offset, r_ub, d_ub):
+def _omega(
+    ranges: np.ndarray,
+    first: np.ndarray,
+    end: np.ndarray,
+    reach: np.ndarray,
+    offset: int,
+    r_ub: float,
+    d_ub: float,
+) -> float:
     """Return Omega (m2, unweighted) of a direction that nothing forbids, over the runs of ``_runs``.
 
     The terms may be added in any order, so that the compiler can compute several at once.
@@ -249,7 +285,9 @@ def _omega(ranges, first, end, reach, offset, r_ub, d_ub):
 
 
 @njit(cache=True)
-def _staircase(ranges, reach, r_ub, d_ub):
+def _staircase(
+    ranges: np.ndarray, reach: np.ndarray, r_ub: float, d_ub: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (windows (STEPS,), sums (N + 1, STEPS + 1)) of the staircase under the cushion's edge.
 
     The edge is at least d_ub - k (d_ub - r_ub) / STEPS within ``windows[k]`` beams of the direction, and r_ub
@@ -277,7 +315,7 @@ def _staircase(ranges, reach, r_ub, d_ub):
 
 
 @njit(cache=True)
-def _omega_of_staircase(i, windows, sums):
+def _omega_of_staircase(i: int, windows: np.ndarray, sums: np.ndarray) -> float:
     """Return a lower bound of Omega (m2) in beam ``i``'s direction: the intrusions into the staircase."""
     count = sums.shape[0] - 1
     total = sums[count, STEPS]

@@ -1,11 +1,13 @@
 """Kernel of the original steering algorithm (thesis algorithm 1), compiled as it stands."""
 
+from __future__ import annotations
+
 import numpy as np
 from numba import njit
 
 
 @njit(cache=True)
-def weight(ranges, cushion_lb, cushion_ub, offset):
+def weight(ranges: np.ndarray, cushion_lb: np.ndarray, cushion_ub: np.ndarray, offset: int) -> float:
     """Return Omega (6.3, 6.4; m2, unweighted) for cushions with their edge at ``cushion[j + offset]``."""
     total = 0.0
     for j in range(ranges.size):
@@ -17,7 +19,17 @@ def weight(ranges, cushion_lb, cushion_ub, offset):
 
 
 @njit(cache=True)
-def best_of_all(ranges, eligible, alignment, speeds, cushions_lb, cushions_ub, k1, k2, k3):
+def best_of_all(
+    ranges: np.ndarray,
+    eligible: np.ndarray,
+    alignment: np.ndarray,
+    speeds: np.ndarray,
+    cushions_lb: np.ndarray,
+    cushions_ub: np.ndarray,
+    k1: float,
+    k2: float,
+    k3: float,
+) -> tuple[int, int, float, int]:
     """Try every eligible beam at every speed; return (beam, or -1, speed index, cost, directions tested).
 
     ``alignment`` (N,): cosine between each beam and v_ref; ``speeds`` (S,) m/s; ``cushions`` (S, 2N-1) m: the

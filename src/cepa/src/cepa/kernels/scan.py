@@ -1,5 +1,7 @@
 """Kernel of the scan's normalisation."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -9,7 +11,17 @@ DROPOUT = -1.0
 
 
 @njit(cache=True)
-def normalise(raw, seen_raw, reverse, range_min, range_max, too_close, dropout_beams, ranges, seen):
+def normalise(
+    raw: np.ndarray,
+    seen_raw: np.ndarray,
+    reverse: bool,
+    range_min: float,
+    range_max: float,
+    too_close: float,
+    dropout_beams: int,
+    ranges: np.ndarray,
+    seen: np.ndarray,
+) -> None:
     """Put ``raw`` (n,), read by REP-117, onto a full turn: ``ranges`` (N,), +inf: nothing; ``seen`` (N,).
 
     What is nearer than ``range_min`` is put at ``too_close``.
@@ -19,7 +31,16 @@ def normalise(raw, seen_raw, reverse, range_min, range_max, too_close, dropout_b
 
 
 @njit(cache=True)
-def _place(raw, seen_raw, reverse, range_min, range_max, too_close, ranges, seen):
+def _place(
+    raw: np.ndarray,
+    seen_raw: np.ndarray,
+    reverse: bool,
+    range_min: float,
+    range_max: float,
+    too_close: float,
+    ranges: np.ndarray,
+    seen: np.ndarray,
+) -> None:
     n = raw.size
     count = ranges.size
     ranges[:] = np.inf
@@ -45,7 +66,7 @@ def _place(raw, seen_raw, reverse, range_min, range_max, too_close, ranges, seen
 
 
 @njit(cache=True)
-def _fill_dropouts(dropout_beams, ranges, seen):
+def _fill_dropouts(dropout_beams: int, ranges: np.ndarray, seen: np.ndarray) -> None:
     count = ranges.size
     start = 0
     while start < count and ranges[start] == DROPOUT:

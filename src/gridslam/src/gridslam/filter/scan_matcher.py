@@ -9,8 +9,6 @@ from a motion of its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from gridslam import se2
@@ -18,7 +16,8 @@ from gridslam.filter.beams import Beams
 from gridslam.filter.motion_model import Prediction
 from gridslam.filter.tile_map import TileMaps
 from gridslam.filter.workers import Workers
-from gridslam.kernels.matching import Search, find_mode, match
+from gridslam.kernels.matching import Matches, Motions, Search, find_mode, match
+from gridslam.kernels.nearest import ParticleMap
 from gridslam.parameters import SlamParameters
 
 REFINE_SIGMA_M2 = 0.02
@@ -42,20 +41,6 @@ AMBIGUOUS_SHARE = 0.6
 """A scan of which less than this share fits the map may fit in several ways."""
 NULL_LIKELIHOOD_M2 = 0.5
 """m2: a beam without a point of the map near it counts as if it were the root of this away (gmapping's)."""
-
-
-@dataclass(frozen=True, eq=False)
-class Matches:
-    """What a scan says about every particle's pose."""
-
-    poses: np.ndarray
-    """(particles, 3) cells and rad: the most likely pose, or the drawn one where the scan does not match."""
-    scores: np.ndarray
-    """(particles,) how well the scan fits at best; it matches above minimumScore."""
-    log_likelihoods: np.ndarray
-    """(particles,) of the scan at the poses."""
-    factors: np.ndarray
-    """(particles, 3, 3) Cholesky factor of the poses' information, in units of one beam's per cell."""
 
 
 class ScanMatcher:
@@ -83,45 +68,43 @@ class ScanMatcher:
         """Match one scan against every particle's map; ``best`` is the particle to begin with."""
         predicted, drawn = maps.to_cells(prediction.predicted), maps.to_cells(prediction.drawn)
         drawn[:, 2] = predicted[:, 2] + se2.wrap(drawn[:, 2] - predicted[:, 2])
-        priors = self._priors(prediction.information)
-        starts, score = self._common_correction(maps, predicted, drawn, priors, best, beams)
+        motions = Motions(predicted, drawn, self._priors(prediction.information))
+        starts, score = self._common_correction(maps, motions, best, beams)
         count = len(predicted)
         matches = Matches(np.empty((count, 3)), np.empty(count), np.empty(count), np.zeros((count, 3, 3)))
         workers.share(
             count,
             match,
             starts,
-            drawn,
-            predicted,
-            priors,
+            motions,
             EXPECTED_SHARE * score,
             score < AMBIGUOUS_SHARE * len(beams.matching),
             beams.matching,
             self._search,
             maps.tables,
-            *maps.pool.surfaces,
-            matches.poses,
-            matches.scores,
-            matches.log_likelihoods,
-            matches.factors,
+            maps.pool.surfaces,
+            matches,
         )
         return matches
 
-    def _common_correction(self, maps, predicted, drawn, priors, best, beams):
+    def _common_correction(
+        self, maps: TileMaps, motions: Motions, best: int, beams: Beams
+    ) -> tuple[np.ndarray, float]:
         """Return what the best particle's correction makes of every prediction, and its score."""
-        motions = se2.between(predicted[: CANDIDATES - 1], drawn[: CANDIDATES - 1])
-        candidates = np.vstack((predicted[best], se2.compose(predicted[best], motions)))
-        mode = np.empty(3)
+        predicted, drawn, priors = motions
+        steps = se2.between(predicted[: CANDIDATES - 1], drawn[: CANDIDATES - 1])
+        candidates = np.vstack((predicted[best], se2.compose(predicted[best], steps)))
+        every = max(1, min(CANDIDATES_EVERY, len(beams.matching) // CANDIDATES_BEAMS))
+        grid, mode = ParticleMap(maps.tables[best], *maps.pool.surfaces), np.empty(3)
         score = find_mode(
             candidates,
             predicted[best],
             priors[best],
             beams.matching,
-            max(1, min(CANDIDATES_EVERY, len(beams.matching) // CANDIDATES_BEAMS)),
+            every,
+            grid,
             self._search,
             COMMON_LOOKS,
-            maps.tables[best],
-            *maps.pool.surfaces,
             mode,
         )
         starts = se2.compose(predicted, se2.between(predicted[best], mode))

@@ -23,7 +23,7 @@ GATHER = np.uint64(0x0102040810204080)
 
 
 @njit(cache=True, nogil=True)
-def tiles_around(lidar, ends):
+def tiles_around(lidar: np.ndarray, ends: np.ndarray) -> tuple[int, int, int, int]:
     """Return the tiles (first x, first y, last x, last y) that hold beams, with a cell to spare."""
     low_x, low_y, high_x, high_y = lidar[0], lidar[1], lidar[0], lidar[1]
     for i in range(ends.shape[0]):
@@ -34,7 +34,7 @@ def tiles_around(lidar, ends):
 
 
 @njit(cache=True, nogil=True)
-def _most_in_neighbours(lidar, ends, parts):
+def _most_in_neighbours(lidar: np.ndarray, ends: np.ndarray, parts: int) -> int:
     """Return how many beams two neighbouring sectors hold at most, of every ``parts``-th beam."""
     most = 0
     for part in range(parts):
@@ -50,7 +50,7 @@ def _most_in_neighbours(lidar, ends, parts):
 
 
 @njit(cache=True, nogil=True)
-def parts_of(lidar, ends):
+def parts_of(lidar: np.ndarray, ends: np.ndarray) -> int:
     """Return in how many parts beams must be counted, every n-th beam at a time, so that no count overflows.
 
     Sectors are the four directions along an axis, up to the diagonals. A cell, the lidar's own apart, is only
@@ -64,7 +64,9 @@ def parts_of(lidar, ends):
 
 
 @njit(cache=True, nogil=True)
-def count_beam(lidar, end, board, stride, origin, home):
+def count_beam(
+    lidar: np.ndarray, end: np.ndarray, board: np.ndarray, stride: int, origin: int, home: int
+) -> bool:
     """Count a beam in the cells from the lidar's on to the one before its end's.
 
     ``board`` (cells,) uint8 has cell x, y at y * stride + x - origin. Nearly every beam begins in ``home``,
@@ -101,7 +103,7 @@ def count_beam(lidar, end, board, stride, origin, home):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def is_crossed(words, stride):
+def is_crossed(words: np.ndarray, stride: int) -> bool:
     """Tell whether any of a tile's cells on the board was counted."""
     for row in range(SIDE):
         counted = np.uint64(0)
@@ -113,7 +115,7 @@ def is_crossed(words, stride):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def counted(words, first):
+def counted(words: np.ndarray, first: int) -> np.uint64:
     """Return which of a row's cells have been counted, as bits."""
     bits = np.uint64(0)
     for word in range(ROW_WORDS):
@@ -125,7 +127,7 @@ def counted(words, first):
 
 
 @njit(cache=True, nogil=True)
-def add(words, stride, cells):
+def add(words: np.ndarray, stride: int, cells: np.ndarray) -> bool:
     """Add eight cells at once to those of a tile; where one would overflow, add nothing and return False."""
     carried = np.uint64(0)
     for row in range(SIDE):
@@ -143,7 +145,7 @@ def add(words, stride, cells):
 
 
 @njit(cache=True, nogil=True)
-def clear(words, stride):
+def clear(words: np.ndarray, stride: int) -> None:
     """Clear a tile's part of the board."""
     for row in range(SIDE):
         for word in range(ROW_WORDS):

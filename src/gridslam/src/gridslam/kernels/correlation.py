@@ -17,7 +17,7 @@ BLOCK, PAIR = 8, 2
 
 
 @njit(cache=True, nogil=True)
-def mark_free(lidar_xy, ends_xy, hits, free):
+def mark_free(lidar_xy: np.ndarray, ends_xy: np.ndarray, hits: np.ndarray, free: np.ndarray) -> None:
     """Mark in ``free`` (h, w) the cells that beams cross; all in cells from the table's corner.
 
     A beam that hit something (``hits``) is taken as free up to two cells before its end only.
@@ -35,7 +35,7 @@ def mark_free(lidar_xy, ends_xy, hits, free):
 
 
 @njit(cache=True, nogil=True)
-def stamp_fits(cells, profile, fits):
+def stamp_fits(cells: np.ndarray, profile: np.ndarray, fits: np.ndarray) -> None:
     """Let the cells (h, w) about each point's cell (n, 2: x, y) fit as well as a square ``profile`` says."""
     height, width = fits.shape
     reach = profile.shape[0] // 2
@@ -47,7 +47,7 @@ def stamp_fits(cells, profile, fits):
 
 
 @njit(cache=True, nogil=True)
-def _sums(table, cells, dx, dy):
+def _sums(table: np.ndarray, cells: np.ndarray, dx: int, dy: int) -> tuple[float, float]:
     """Sum both values at every point (n, 2) of integer cells, moved by dx, dy; outside nothing is known."""
     height, width = table.shape[:2]
     fits = clashes = 0
@@ -60,7 +60,9 @@ def _sums(table, cells, dx, dy):
 
 
 @njit(cache=True, nogil=True)
-def _clashes_back(table, points_xy, x, y, cos, sin):
+def _clashes_back(
+    table: np.ndarray, points_xy: np.ndarray, x: float, y: float, cos: float, sin: float
+) -> float:
     """Clashes of the reference's points (n, 2) with the query's table, when the query stands at x, y, angle.
 
     Everything in cells; the query's table has its corner where its cell [0, 0] lies in the query's frame.
@@ -77,7 +79,7 @@ def _clashes_back(table, points_xy, x, y, cos, sin):
 
 
 @njit(cache=True, nogil=True)
-def block_bounds(pooled, cells, half, least):
+def block_bounds(pooled: np.ndarray, cells: np.ndarray, half: int, least: float) -> np.ndarray:
     """Bound the score of each block of BLOCK x BLOCK shifts from above: (angles, n, n) float32.
 
     ``pooled`` holds, per cell, the greatest FITS and the least CLASHES of the BLOCK x BLOCK cells from it on,
@@ -96,8 +98,20 @@ def block_bounds(pooled, cells, half, least):
 
 @njit(cache=True, nogil=True)
 def best_shift(
-    order, bounds, half, table, pairs, cells, least, query_table, back_xy, corners_xy, angles, circle, floor
-):
+    order: np.ndarray,
+    bounds: np.ndarray,
+    half: int,
+    table: np.ndarray,
+    pairs: np.ndarray,
+    cells: np.ndarray,
+    least: float,
+    query_table: np.ndarray,
+    back_xy: np.ndarray,
+    corners_xy: np.ndarray,
+    angles: np.ndarray,
+    circle: np.ndarray,
+    floor: float,
+) -> tuple[float, int, int, int]:
     """Search blocks by falling bound; return score, angle's index, dx and dy (cells) of the best shift.
 
     order: flat indices of ``bounds``, best first. pairs: as ``pooled`` of `block_bounds`, of PAIR x PAIR

@@ -30,6 +30,7 @@ from gridslam.kernels.tiles import (
     PARTS,
     SIDE,
     SIDE_BITS,
+    Tiles,
     own_ends,
     own_tile,
 )
@@ -49,7 +50,7 @@ class BeamEnds(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def place(pose, points, placed):
+def place(pose: np.ndarray, points: np.ndarray, placed: np.ndarray) -> None:
     """Write points (n, 2), given in the frame of a pose (3,), where the pose puts them."""
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     for i in range(points.shape[0]):
@@ -58,7 +59,7 @@ def place(pose, points, placed):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _count(tile, cell, more_visits, more_hits, entry, tiles):
+def _count(tile: int, cell: int, more_visits: int, more_hits: int, entry: int, tiles: Tiles) -> int:
     """Add to a cell's counts, halving them if they would overflow; keep its bit; return its hits."""
     met = np.int64(tiles.visits[tile, cell]) + more_visits
     ended = np.int64(tiles.hits[entry, cell]) + more_hits
@@ -74,7 +75,7 @@ def _count(tile, cell, more_visits, more_hits, entry, tiles):
 
 
 @njit(cache=True, nogil=True)
-def _clear_bits(tile, words, stride, entry, tiles):
+def _clear_bits(tile: int, words: np.ndarray, stride: int, entry: int, tiles: Tiles) -> None:
     """Clear the bits of cells that were counted and that too few of their beams have hit."""
     visits, occupied, hits = tiles.visits, tiles.occupied, tiles.hits
     for row in range(SIDE):
@@ -90,7 +91,7 @@ def _clear_bits(tile, words, stride, entry, tiles):
 
 
 @njit(cache=True, nogil=True)
-def _add_one_by_one(tile, board, at, stride, tiles):
+def _add_one_by_one(tile: int, board: np.ndarray, at: int, stride: int, tiles: Tiles) -> None:
     """Add to a tile what was counted on its part of the board, where some count would overflow."""
     for row in range(SIDE):
         for column in range(SIDE):
@@ -100,14 +101,14 @@ def _add_one_by_one(tile, board, at, stride, tiles):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _moved(mean, value, number):
+def _moved(mean: float, value: float, number: int) -> np.uint16:
     """Return a mean of ``number`` values, in parts of a cell, of which the last is new."""
     old = np.float64(mean)
     return np.uint16(min(old + (value * PARTS - old) / number + 0.5, PARTS - 1.0))
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _hit(tile, end, entry, tiles):
+def _hit(tile: int, end: np.ndarray, entry: int, tiles: Tiles) -> None:
     """Count a beam's end in its cell, and move the mean of the cell's hits."""
     x, y = int(end[0]), int(end[1])
     cell = (y & MASK) * SIDE + (x & MASK)
@@ -118,7 +119,14 @@ def _hit(tile, end, entry, tiles):
 
 
 @njit(cache=True, nogil=True)
-def _add_board(table, stamp, box, stride, board, tiles):
+def _add_board(
+    table: np.ndarray,
+    stamp: int,
+    box: tuple[int, int, int, int],
+    stride: int,
+    board: np.ndarray,
+    tiles: Tiles,
+) -> None:
     """Add what was counted on the board to the tiles of a box, and clear it."""
     words, row_words = board.view(np.uint64), stride >> WORD_BITS
     left, low, right, high = box
@@ -139,7 +147,7 @@ def _add_board(table, stamp, box, stride, board, tiles):
 
 
 @njit(cache=True, nogil=True)
-def _add_at_home(table, stamp, lidar, count, tiles):
+def _add_at_home(table: np.ndarray, stamp: int, lidar: np.ndarray, count: int, tiles: Tiles) -> None:
     """Add to the lidar's own cell so many beams that begin there."""
     x, y = int(lidar[0]), int(lidar[1])
     tile = own_tile(table, y >> SIDE_BITS, x >> SIDE_BITS, stamp, tiles)
@@ -149,7 +157,7 @@ def _add_at_home(table, stamp, lidar, count, tiles):
 
 
 @njit(cache=True, nogil=True)
-def _add_hits(table, stamp, points, are_hits, tiles):
+def _add_hits(table: np.ndarray, stamp: int, points: np.ndarray, are_hits: np.ndarray, tiles: Tiles) -> None:
     """Count the beams' ends (n, 2) that are hits."""
     for i in range(points.shape[0]):
         if are_hits[i]:
@@ -164,7 +172,9 @@ def _add_hits(table, stamp, points, are_hits, tiles):
 
 
 @njit(cache=True, nogil=True)
-def _insert_beams(table, stamp, box, scan, tiles):
+def _insert_beams(
+    table: np.ndarray, stamp: int, box: tuple[int, int, int, int], scan: BeamEnds, tiles: Tiles
+) -> None:
     """Enter placed beams into one particle's map."""
     lidar, points = scan.placed[0], scan.placed[1:]
     left, low, right, _ = box
@@ -182,7 +192,9 @@ def _insert_beams(table, stamp, box, scan, tiles):
 
 
 @njit(cache=True, nogil=True)
-def insert_scan(particle, tables, poses, scan, stamp, tiles):
+def insert_scan(
+    particle: int, tables: np.ndarray, poses: np.ndarray, scan: BeamEnds, stamp: int, tiles: Tiles
+) -> int:
     """Enter a scan into the maps of all particles from ``particle`` on.
 
     Cells crossed are visited, the end's cell is also hit. ``tables`` (particles, h, w) and ``poses``

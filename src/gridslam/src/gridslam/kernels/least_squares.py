@@ -4,21 +4,33 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
-from gridslam.kernels.nearest import offset
+from gridslam.kernels.nearest import NearestPoints, offset
 
 PIVOT_MIN = 1e-9
 
 
 @njit(cache=True, nogil=True)
-def linearise(x, y, yaw, beams, points, which, found, sigma, information, gradient):
+def linearise(
+    x: float,
+    y: float,
+    yaw: float,
+    beams: np.ndarray,
+    nearby: NearestPoints,
+    found: int,
+    sigma: float,
+    information: np.ndarray,
+    gradient: np.ndarray,
+) -> None:
     """Add every beam's part of the normal equations, weighted by exp(-d2 / sigma).
 
-    ``points`` (n, 2) are those of the map to which the first ``found`` of the beams ``which`` (n,) belong.
+    The first ``found`` of the ``nearby`` points count.
     Only the lower triangle of ``information`` (3, 3) is written; ``gradient`` (3,) points uphill.
     """
     cos, sin = math.cos(yaw), math.sin(yaw)
+    points, which = nearby
     xx, yx, yy, tx, ty, tt, gx, gy, gt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(found):
         i = which[k]
@@ -51,7 +63,9 @@ def linearise(x, y, yaw, beams, points, which, found, sigma, information, gradie
 
 
 @njit(cache=True, nogil=True)
-def add_prior(pose, prior_pose, prior, information, gradient):
+def add_prior(
+    pose: np.ndarray, prior_pose: np.ndarray, prior: np.ndarray, information: np.ndarray, gradient: np.ndarray
+) -> None:
     """Add a prior's part of the normal equations; ``prior`` (3, 3) is the information of its pose (3,)."""
     for i in range(3):
         for j in range(3):
@@ -60,7 +74,7 @@ def add_prior(pose, prior_pose, prior, information, gradient):
 
 
 @njit(cache=True, nogil=True)
-def factor(a, lower):
+def factor(a: np.ndarray, lower: np.ndarray) -> None:
     """Write the Cholesky factor of a symmetric 3 x 3 matrix, of which the lower triangle is read."""
     for i in range(3):
         for j in range(i + 1):
@@ -71,7 +85,7 @@ def factor(a, lower):
 
 
 @njit(cache=True, nogil=True)
-def solve_upper(lower, b):
+def solve_upper(lower: np.ndarray, b: np.ndarray) -> None:
     """Overwrite b (3,) with the solution of lower' x = b."""
     for i in range(2, -1, -1):
         for k in range(i + 1, 3):
@@ -80,7 +94,7 @@ def solve_upper(lower, b):
 
 
 @njit(cache=True, nogil=True)
-def solve(lower, b):
+def solve(lower: np.ndarray, b: np.ndarray) -> None:
     """Overwrite b (3,) with the solution of lower lower' x = b."""
     for i in range(3):
         for k in range(i):
@@ -90,7 +104,7 @@ def solve(lower, b):
 
 
 @njit(cache=True, nogil=True)
-def scatter(factors, noise, poses):
+def scatter(factors: np.ndarray, noise: np.ndarray, poses: np.ndarray) -> None:
     """Move poses (P, 3) by noise (P, 3) that has the covariance of the factors' information."""
     for p in range(poses.shape[0]):
         shift = noise[p].copy()

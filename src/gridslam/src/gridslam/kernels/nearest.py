@@ -4,13 +4,12 @@ Everything is in cells from the corner of the particle's table and radians. ``be
 frame: the beam's end x, y; a step of sqrt(2) cells along the beam, x, y; the normal of the surface it hit, x,
 y; and how much an offset along that surface counts (1: as much as across, where the surface is not known).
 
-A map (table, occupied, ends, means) is the particle's table of tiles, every tile's occupied cells as one bit
-each, and where the means of its cells' hits are.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -23,13 +22,43 @@ MARGIN = 3
 """Cells, beyond kernelSize, that a search may look away from a beam's end."""
 
 
+class ParticleMap(NamedTuple):
+    """One particle's map, as far as scan matching looks at it; see `Tiles`."""
+
+    table: np.ndarray
+    """(h, w) the particle's tiles."""
+    occupied: np.ndarray
+    ends: np.ndarray
+    means: np.ndarray
+
+
+class NearestPoints(NamedTuple):
+    """Room for the points of a map that are nearest to beams' ends."""
+
+    points: np.ndarray
+    """(n, 2)"""
+    which: np.ndarray
+    """(n,) the beam of each point."""
+
+
 @njit(cache=True, nogil=True, inline="always")
-def nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, ends, means, kernel):
+def nearest(
+    px: float,
+    py: float,
+    step_x: float,
+    step_y: float,
+    nx: float,
+    ny: float,
+    along: float,
+    grid: ParticleMap,
+    kernel: int,
+) -> tuple[float, float, float]:
     """Return (d2, rx, ry): the offset of a beam's end from the nearest point of the map, d2 < 0 if none.
 
     Points are means of occupied cells within ``kernel`` cells whose neighbour towards the lidar is not
     occupied.
     """
+    table, occupied, ends, means = grid
     ix, iy = int(px), int(py)
     back_x, back_y = int(px - step_x) - ix, int(py - step_y) - iy
     best, rx, ry = -1.0, 0.0, 0.0
@@ -67,23 +96,35 @@ def nearest(px, py, step_x, step_y, nx, ny, along, table, occupied, ends, means,
 
 
 @njit(cache=True, nogil=True, inline="always")
-def look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel):
+def look(
+    beams: np.ndarray, i: int, x: float, y: float, cos: float, sin: float, grid: ParticleMap, kernel: int
+) -> tuple[float, float, float, float, float]:
     """Return (d2, rx, ry, px, py) of a beam: its end's offset from the map, and where its end is."""
     px = x + cos * beams[i, 0] - sin * beams[i, 1]
     py = y + sin * beams[i, 0] + cos * beams[i, 1]
     least = kernel + MARGIN
-    most_x = (table.shape[1] << SIDE_BITS) - least
-    most_y = (table.shape[0] << SIDE_BITS) - least
+    most_x = (grid.table.shape[1] << SIDE_BITS) - least
+    most_y = (grid.table.shape[0] << SIDE_BITS) - least
     if not (least <= px < most_x and least <= py < most_y):
         return -1.0, 0.0, 0.0, px, py
     step_x, step_y = cos * beams[i, 2] - sin * beams[i, 3], sin * beams[i, 2] + cos * beams[i, 3]
     nx, ny = cos * beams[i, 4] - sin * beams[i, 5], sin * beams[i, 4] + cos * beams[i, 5]
-    d2, rx, ry = nearest(px, py, step_x, step_y, nx, ny, beams[i, 6], table, occupied, ends, means, kernel)
+    d2, rx, ry = nearest(px, py, step_x, step_y, nx, ny, beams[i, 6], grid, kernel)
     return d2, rx, ry, px, py
 
 
 @njit(cache=True, nogil=True)
-def score(x, y, yaw, beams, every, table, occupied, ends, means, kernel, sigma, least):
+def score(
+    x: float,
+    y: float,
+    yaw: float,
+    beams: np.ndarray,
+    every: int,
+    grid: ParticleMap,
+    kernel: int,
+    sigma: float,
+    least: float,
+) -> float:
     """Sum of exp(-d2 / sigma) over every ``every``-th beam that has a point of the map near.
 
     A sum that cannot exceed ``least`` any more is not completed.
@@ -94,22 +135,25 @@ def score(x, y, yaw, beams, every, table, occupied, ends, means, kernel, sigma, 
         if total + left <= least:
             break
         left -= 1
-        d2, _, _, _, _ = look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel)
+        d2, _, _, _, _ = look(beams, i, x, y, cos, sin, grid, kernel)
         if d2 >= 0.0:
             total += math.exp(-d2 / sigma)
     return total
 
 
 @njit(cache=True, nogil=True)
-def find_points(x, y, yaw, beams, table, occupied, ends, means, kernel, points, which):
+def find_points(
+    x: float, y: float, yaw: float, beams: np.ndarray, grid: ParticleMap, kernel: int, nearby: NearestPoints
+) -> int:
     """Write the point of the map nearest to each beam's end, of those that have one; return their number.
 
-    ``points`` (n, 2) takes the points and ``which`` (n,) their beams.
+    ``nearby`` takes the points and their beams.
     """
+    points, which = nearby
     cos, sin = math.cos(yaw), math.sin(yaw)
     found = 0
     for i in range(beams.shape[0]):
-        d2, rx, ry, px, py = look(beams, i, x, y, cos, sin, table, occupied, ends, means, kernel)
+        d2, rx, ry, px, py = look(beams, i, x, y, cos, sin, grid, kernel)
         if d2 >= 0.0:
             points[found, 0], points[found, 1], which[found] = px - rx, py - ry, i
             found += 1
@@ -117,7 +161,9 @@ def find_points(x, y, yaw, beams, table, occupied, ends, means, kernel, points, 
 
 
 @njit(cache=True, nogil=True, inline="always")
-def offset(x, y, cos, sin, beams, i, point_x, point_y):
+def offset(
+    x: float, y: float, cos: float, sin: float, beams: np.ndarray, i: int, point_x: float, point_y: float
+) -> tuple[float, float, float, float, float, float, float]:
     """Return (rx, ry, qx, qy, nx, ny, d2): offset from a point, end from the base, normal, square."""
     qx, qy = cos * beams[i, 0] - sin * beams[i, 1], sin * beams[i, 0] + cos * beams[i, 1]
     nx, ny = cos * beams[i, 4] - sin * beams[i, 5], sin * beams[i, 4] + cos * beams[i, 5]
@@ -127,11 +173,22 @@ def offset(x, y, cos, sin, beams, i, point_x, point_y):
 
 
 @njit(cache=True, nogil=True)
-def measure(x, y, yaw, beams, points, which, found, score_sigma, likelihood_sigma, missed):
+def measure(
+    x: float,
+    y: float,
+    yaw: float,
+    beams: np.ndarray,
+    nearby: NearestPoints,
+    found: int,
+    score_sigma: float,
+    likelihood_sigma: float,
+    missed: float,
+) -> tuple[float, float]:
     """Return the score and the log-likelihood of a pose, by points that `find_points` has found near it.
 
     The latter is the sum of -d2 / likelihood_sigma, or of ``missed`` where the map has no point near.
     """
+    points, which = nearby
     cos, sin = math.cos(yaw), math.sin(yaw)
     total, likelihood = 0.0, missed * (beams.shape[0] - found)
     for k in range(found):

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
-from gridslam.kernels.tiles import SIDE
+from gridslam.kernels.tiles import SIDE, Tiles
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 
 
 @njit(cache=True, nogil=True)
-def render_changed(table, tiles, threshold, shown, shown_stamps, canvas):
+def render_changed(
+    table: np.ndarray,
+    tiles: Tiles,
+    threshold: float,
+    shown: np.ndarray,
+    shown_stamps: np.ndarray,
+    canvas: np.ndarray,
+) -> int:
     """Draw the tiles that are not in the canvas (h * SIDE, w * SIDE) int8 yet; return their number.
 
     ``shown`` (h, w) and ``shown_stamps`` (h, w) say which tile is drawn where, and its content's stamp.

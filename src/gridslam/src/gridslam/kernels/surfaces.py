@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 STEP_MAX = 3.0
@@ -25,7 +26,14 @@ FLATNESS_MAX = 0.03
 
 
 @njit(cache=True, nogil=True)
-def thin_out(bearings, ranges, spacing, depth, out_bearings, out_ranges):
+def thin_out(
+    bearings: np.ndarray,
+    ranges: np.ndarray,
+    spacing: float,
+    depth: float,
+    out_bearings: np.ndarray,
+    out_ranges: np.ndarray,
+) -> int:
     """Average neighbouring beams whose ends lie within ``spacing`` and ``depth``; return the number.
 
     Bearings (n,) ascend; spacing and depth are in the ranges' unit. The out arrays (n,) take the means.
@@ -49,7 +57,7 @@ def thin_out(bearings, ranges, spacing, depth, out_bearings, out_ranges):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _are_neighbours(points, i, j):
+def _are_neighbours(points: np.ndarray, i: int, j: int) -> bool:
     """Whether two points that follow each other may lie on one surface."""
     xi, yi, xj, yj = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
     distance = math.hypot(xi - xj, yi - yj)
@@ -59,7 +67,7 @@ def _are_neighbours(points, i, j):
 
 
 @njit(cache=True, nogil=True)
-def surface_normals(points, along, normals, flat):
+def surface_normals(points: np.ndarray, along: np.ndarray, normals: np.ndarray, flat: np.ndarray) -> None:
     """Fit a line to every point and its neighbours; write its normal (n, 2), and whether it is flat (n,).
 
     ``along`` (n,) bool is scratch: whether a point is on one surface with the one before it.
@@ -83,12 +91,12 @@ def surface_normals(points, along, normals, flat):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _distance(points, i, j):
+def _distance(points: np.ndarray, i: int, j: int) -> float:
     return math.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1])
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _fit(points, low, high, normal):
+def _fit(points: np.ndarray, low: int, high: int, normal: np.ndarray) -> bool:
     """Write the normal of the line through points low to high; return whether they are flat."""
     x, y, number = 0.0, 0.0, high - low + 1
     for k in range(low, high + 1):

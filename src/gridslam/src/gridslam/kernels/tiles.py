@@ -55,7 +55,7 @@ class Tiles(NamedTuple):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def own_tile(table, row, column, stamp, tiles):
+def own_tile(table: np.ndarray, row: int, column: int, stamp: int, tiles: Tiles) -> int:
     """Return a tile that a table has for its own at a place, a copy if others have it too; stamp it."""
     tile = table[row, column]
     if tile == EMPTY or tiles.references[tile] > 1:
@@ -76,7 +76,7 @@ def own_tile(table, row, column, stamp, tiles):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def own_ends(tile, tiles):
+def own_ends(tile: int, tiles: Tiles) -> int:
     """Return the entry of ends that a tile has for its own, copied if others have it too."""
     entry = tiles.ends[tile]
     if entry == EMPTY or tiles.end_references[entry] > 1:
