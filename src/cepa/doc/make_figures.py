@@ -15,9 +15,10 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "src"), str(HERE.parent / "test")]
 
+import plain_cepa as reference  # noqa: E402
 from planar_flight import Scene  # noqa: E402
 
-from cepa import SLOW_DETOURS, CepaParameters, Improved, LaserScan2D, LidarAttitude, levelled, reference, view  # noqa: E402
+from cepa import SLOW_DETOURS, CepaParameters, Improved, LaserScan2D, LidarAttitude, levelled, view  # noqa: E402
 from cepa.emergency import open_sections  # noqa: E402
 from cepa.kernels.emergency import safe_directions  # noqa: E402
 from cepa.levelling import needed_sight  # noqa: E402

@@ -3,13 +3,14 @@
 import math
 
 import numpy as np
+import plain_cepa as reference
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from planar_flight import Scene, turn
 from random_scans import full_turn, recipes, velocities
 
-from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, reference
+from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason
 from cepa.emergency import Section, open_sections
 from cepa.kernels.emergency import k_filter, safe_directions
 from cepa.scan import Grid

@@ -4,13 +4,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import plain_cepa as reference
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from planar_flight import turn
 from random_scans import full_turn, parameter_sets, recipes, velocities
 
-from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, VelocityError, reference
+from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
 from cepa.cushion import improved_cushion, original_cushion
 from cepa.kernels.improved import valid_directions

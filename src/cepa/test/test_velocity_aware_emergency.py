@@ -4,13 +4,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import plain_cepa as reference
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from planar_flight import Scene, turn
 from random_scans import full_turn, recipes, velocities
 
-from cepa import CepaParameters, Improved, LaserScan2D, Original, ParameterError, Reason, reference, view
+from cepa import CepaParameters, Improved, LaserScan2D, Original, ParameterError, Reason, view
 from cepa.algorithm import GREATEST_SPEED_M_S, normal_form
 from cepa.cushion import emergency_edge, stopping_distance
 from cepa.emergency import edges

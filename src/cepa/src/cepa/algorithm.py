@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 
@@ -40,10 +41,12 @@ class Algorithm(ABC):
 
     def __init__(self, parameters: CepaParameters | None = None):
         self.parameters = parameters or CepaParameters()
-        self._grid: Grid | None = None
+        self._grid = Grid(1, 2.0 * math.pi)  # until the first scan comes
 
     @abstractmethod
-    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+    def steer(
+        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+    ) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame.
 
         Raises:
@@ -53,7 +56,7 @@ class Algorithm(ABC):
     def beams(self, scan: LaserScan2D) -> Beams:
         """Return the scan's normal form, and keep the grid that belongs to it."""
         beams = normal_form(scan, self.parameters)
-        if self._grid is None or not self._grid.matches(beams):
+        if not self._grid.matches(beams):
             self._grid = Grid(beams.ranges.size, beams.increment)
         return beams
 
@@ -82,7 +85,7 @@ def normal_form(scan: LaserScan2D, parameters: CepaParameters) -> Beams:
     return scan.full_turn(parameters.dropout_beams, parameters.body_radius)
 
 
-def velocity(value_xy, name: str) -> Vector2:
+def velocity(value_xy: Sequence[float], name: str) -> Vector2:
     """Return ``value_xy`` as two floats; raises VelocityError unless it is two sensible numbers."""
     try:
         x, y = (float(component) for component in value_xy)

@@ -79,7 +79,9 @@ def original_flight(beams: Beams, grid: Grid, parameters: CepaParameters, v_uav:
     return Flight(math.atan2(y, x), speed, length / total)
 
 
-def improved_flight(flight: Flight, beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2):
+def improved_flight(
+    flight: Flight, beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2
+) -> tuple[Flight | None, Reason]:
     """Return (flight, reason): ``flight`` if it is safe, else along the middle of an open section, else None.
 
     ``v_uav``: the UAV's own velocity in the scan's frame, m/s. It decides between sections that are about as
@@ -156,7 +158,12 @@ def _is_safe(
 
 
 def _choose(
-    sections: list[Section], proposal: float | None, grid, parameters, v_uav: Vector2, angle_0
+    sections: list[Section],
+    proposal: float | None,
+    grid: Grid,
+    parameters: CepaParameters,
+    v_uav: Vector2,
+    angle_0: float,
 ) -> Section:
     """Return the section with the edge nearest to ``proposal``, without one the widest; ties: along v_uav."""
 

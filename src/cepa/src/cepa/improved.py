@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Sequence, Tuple
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from cepa.emergency import improved_flight, is_emergency, original_flight
 from cepa.kernels.improved import best_velocity, intrusion, valid_directions
 from cepa.scan import Beams, LaserScan2D
 
+Weights = Tuple[float, float, float]
+"""The factors of |v| cos(psi), |v| and Omega in equation 6.5."""
+
 
 class Improved(Algorithm):
     """CEPA with cushions that end in arcs, k1 rising with the own speed, and a sane emergency avoidance.
@@ -20,7 +24,9 @@ class Improved(Algorithm):
     direction times every speed fraction: exactly what trying them all would find.
     """
 
-    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+    def steer(
+        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+    ) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
 
         The numbers are the lines of algorithm 2.
@@ -45,16 +51,15 @@ class Improved(Algorithm):
         improved = flight.velocity(beams.angle_0) if flight else (0.0, 0.0)
         return Decision(improved, True, math.nan, 0, reason, original, improved)
 
-    def _weights(self, reference: Reference, v_uav: Vector2) -> tuple[float, float, float]:
-        """Return the factors of |v| cos(psi), |v| and Omega in equation 6.5."""
+    def _weights(self, reference: Reference, v_uav: Vector2) -> Weights:
         k1 = math.hypot(*v_uav) * self.parameters.k4 + self.parameters.k5
         return k1 * reference.speed, self.parameters.k2 / reference.speed, self._omega_weight()
 
-    def _cost_of_reference(self, reference: Reference, weights, beams: Beams) -> tuple[float, bool]:
+    def _cost_of_reference(self, reference: Reference, weights: Weights, beams: Beams) -> tuple[float, bool]:
         """Return v_ref's cost (inf when forbidden or unseen), and whether its outer cushion is clear."""
         if not self._eligible(beams)[reference.beam]:
             return math.inf, False
-        p, k1, k2, k3 = self.parameters, *weights
+        p, (k1, k2, k3) = self.parameters, weights
         ahead = reference.speed * p.time_horizon
         inner, outer = (float(p.r_lb), p.r_lb + ahead), (float(p.r_ub), p.r_ub + ahead)
         grid = self._grid
@@ -64,7 +69,7 @@ class Improved(Algorithm):
         return k3 * omega - reference.speed * (k1 + k2), omega == 0.0
 
     def _best_of_valid(
-        self, reference: Reference, v_ref: Vector2, cost: float, weights, beams: Beams
+        self, reference: Reference, v_ref: Vector2, cost: float, weights: Weights, beams: Beams
     ) -> Decision:
         p, grid = self.parameters, self._grid
         speeds = reference.speed * np.array(p.speed_fractions)
@@ -73,11 +78,20 @@ class Improved(Algorithm):
         valid = valid_directions(
             beams.ranges, eligible, grid.reach, grid.is_even, float(p.r_lb), ahead + p.r_lb
         )  # 11
-        towards = reference.x, reference.y, reference.beam
-        cushion = float(p.r_ub), ahead + p.r_ub
-        tables = beams.ranges, grid.cos, grid.sin, grid.reach, valid
         beam, index, best_cost, tested = best_velocity(
-            *tables, *towards, speeds, *cushion, *weights, cost
+            beams.ranges,
+            grid.cos,
+            grid.sin,
+            grid.reach,
+            valid,
+            reference.x,
+            reference.y,
+            reference.beam,
+            speeds,
+            float(p.r_ub),
+            ahead + p.r_ub,
+            *weights,
+            cost,
         )  # 12-20
         tested += 1
         if beam >= 0:

@@ -59,8 +59,8 @@ class LidarAttitude:
         up_in_body = _third_row(body_xyzw)
         height_m = body_z_m + sum(up * offset for up, offset in zip(up_in_body, mount_xyz_m))
         columns = zip(*_rotation(mount_xyzw))
-        up = tuple(sum(a * b for a, b in zip(column, up_in_body)) for column in columns)
-        return cls(up, height_m)
+        x, y, z = (sum(a * b for a, b in zip(column, up_in_body)) for column in columns)
+        return cls((x, y, z), height_m)
 
 
 def levelled(
@@ -94,7 +94,9 @@ def needed_sight(parameters: CepaParameters, own_speed: float) -> float:
     return max(stopping + p.r_lb, p.emergency_lookahead + p.body_radius)
 
 
-def _ends_on_floor_or_ceiling(ranges, climb, height_m: float, parameters: CepaParameters) -> np.ndarray:
+def _ends_on_floor_or_ceiling(
+    ranges: np.ndarray, climb: np.ndarray, height_m: float, parameters: CepaParameters
+) -> np.ndarray:
     """Return (n,) bool; a lidar that is within the margin of a surface cannot tell what belongs to it."""
     lowest = parameters.floor_height + parameters.floor_margin
     highest = parameters.ceiling_height - parameters.floor_margin

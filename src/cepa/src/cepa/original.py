@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Sequence
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from cepa.scan import Beams, LaserScan2D
 class Original(Algorithm):
     """CEPA as proposed: every beam's direction is tried at every speed, with the cushion of equation 6.2."""
 
-    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+    def steer(
+        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+    ) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
 
         The numbers are the lines of algorithm 1. ``v_uav_xy`` matters with ``velocity_aware_emergency`` only.
@@ -46,16 +49,15 @@ class Original(Algorithm):
         self, reference: Reference, speeds: np.ndarray, beams: Beams
     ) -> tuple[int, int, float, int]:
         p, grid = self.parameters, self._grid
-        cushions = [
+        inner, outer = (
             np.array(
                 [original_cushion(grid.offset_angles, speed, radius, p.time_horizon) for speed in speeds]
             )
             for radius in (p.r_lb, p.r_ub)
-        ]
-        alignment = grid.cos * reference.x + grid.sin * reference.y
-        return best_of_all(
-            beams.ranges, self._eligible(beams), alignment, speeds, *cushions, *self._weights(reference)
         )
+        alignment = grid.cos * reference.x + grid.sin * reference.y
+        weights = self._weights(reference)
+        return best_of_all(beams.ranges, self._eligible(beams), alignment, speeds, inner, outer, *weights)
 
     def _cost_of_reference(self, reference: Reference, beams: Beams) -> float:
         """Return v_ref's own cost; its direction lies between two beams."""
@@ -65,11 +67,10 @@ class Original(Algorithm):
         psi = np.arctan2(
             grid.sin * reference.x - grid.cos * reference.y, grid.cos * reference.x + grid.sin * reference.y
         )
-        cushions = [
-            original_cushion(psi, reference.speed, radius, p.time_horizon) for radius in (p.r_lb, p.r_ub)
-        ]
+        inner = original_cushion(psi, reference.speed, p.r_lb, p.time_horizon)
+        outer = original_cushion(psi, reference.speed, p.r_ub, p.time_horizon)
         k1, k2, k3 = self._weights(reference)
-        omega = weight(beams.ranges, *cushions, 0)
+        omega = weight(beams.ranges, inner, outer, 0)
         return k3 * omega - reference.speed * (k1 + k2) if math.isfinite(omega) else math.inf
 
     def _weights(self, reference: Reference) -> tuple[float, float, float]:

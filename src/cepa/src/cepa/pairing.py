@@ -29,7 +29,7 @@ class PairedScan:
     scan: Stamped
     values: dict[str, Stamped | None]
 
-    def fresh(self, source: str, max_age_ns: int, default):
+    def fresh(self, source: str, max_age_ns: int, default: Any) -> Any:
         """Return the source's value, or ``default`` where there is none within ``max_age_ns`` of the scan."""
         found = self.values[source]
         if found is None or abs(self.scan.stamp_ns - found.stamp_ns) > max_age_ns:
@@ -74,7 +74,7 @@ class ScanPairing:
         self.clear()
         self._messages.update(of_new_clock)
 
-    def offer_scan(self, stamp_ns: int, scan) -> list[PairedScan]:
+    def offer_scan(self, stamp_ns: int, scan: Any) -> list[PairedScan]:
         """Take in a scan; return the scans that are ready now, oldest first."""
         ready = [self._release()] if len(self._held) == (PATIENT_SCANS if self._patient else 1) else []
         self._jumped_back.clear()
@@ -82,7 +82,7 @@ class ScanPairing:
         self._held.append(Stamped(stamp_ns, scan))
         return ready + self._ready()
 
-    def offer(self, source: str, stamp_ns: int, value) -> list[PairedScan]:
+    def offer(self, source: str, stamp_ns: int, value: Any) -> list[PairedScan]:
         """Take in another message; return the scans that are ready now, oldest first."""
         messages = self._messages[source]
         if messages and stamp_ns < messages[-1].stamp_ns:

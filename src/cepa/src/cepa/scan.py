@@ -6,6 +6,7 @@ import math
 import numbers
 import sys
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -157,7 +158,7 @@ class Grid:
         )
 
 
-def _vector(values, dtype, name: str) -> np.ndarray:
+def _vector(values: Any, dtype: type, name: str) -> np.ndarray:
     try:
         vector = np.asarray(values, dtype=dtype, order="C")
     except (TypeError, ValueError, OverflowError):

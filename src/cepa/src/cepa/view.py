@@ -61,5 +61,5 @@ def emergency_outline(parameters: CepaParameters, v_uav: Vector2) -> np.ndarray:
     return _polar(psi + math.atan2(v_uav[1], v_uav[0]), edge)
 
 
-def _polar(angle: np.ndarray, radius) -> np.ndarray:
+def _polar(angle: np.ndarray, radius: float | np.ndarray) -> np.ndarray:
     return np.stack([np.cos(angle) * radius, np.sin(angle) * radius], axis=-1)

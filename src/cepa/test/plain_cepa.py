@@ -1,4 +1,4 @@
-"""Slow and literal versions of what the compiled code does, for tests and benchmarks."""
+"""Slow and literal versions of what the compiled code does."""
 
 from __future__ import annotations
 
