@@ -22,7 +22,7 @@ from visualization_msgs.msg import MarkerArray
 from cepa import CepaParameters, Improved, LaserScan2D, Original
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from probe import (
+from cepa_probe import (
     BEAMS,
     Input,
     Mounts,

@@ -15,7 +15,7 @@ from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import Marker, MarkerArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from probe import Input, Output, Stamps, Warned, column, scan_of, velocity_of, wait_until
+from cepa_probe import Input, Output, Stamps, Warned, column, scan_of, velocity_of, wait_until
 
 R_LB, R_UB = 0.5, 1.2
 

@@ -13,7 +13,7 @@ from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import MarkerArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from probe import wait_until
+from cepa_probe import wait_until
 
 
 class HokuyoOnlyTest(unittest.TestCase):

@@ -17,7 +17,7 @@ from sensor_msgs.msg import LaserScan
 from cepa import CepaParameters
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from probe import Input, Output, Stamps, Warned, odometry_of, scan_of, velocity_of
+from cepa_probe import Input, Output, Stamps, Warned, odometry_of, scan_of, velocity_of
 from tuning_cases import CASES, UNSEEN_INTENSITY
 
 NODE = "/cepa"

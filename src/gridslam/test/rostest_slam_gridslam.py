@@ -26,7 +26,7 @@ from tf2_msgs.msg import TFMessage
 from gridslam.files.map_file import read_map
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from probe import ROOM_XY, Input, Output, Warned, room_scan, transform, wait_until
+from slam_probe import ROOM_XY, Input, Output, Warned, room_scan, transform, wait_until
 
 NODE = "/gridslam"
 PARTICLES = 5

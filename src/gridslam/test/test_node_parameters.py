@@ -63,7 +63,7 @@ NODE_IN_YAML = {
 
 def defaults():
     node, slam, _, _ = parameters.sort_parameters({})
-    return {**dataclasses.asdict(slam), **dataclasses.asdict(node)}
+    return {**dataclasses.asdict(slam), **dataclasses.asdict(node), "tf_delay": node.ahead_s}
 
 
 def test_names_and_defaults_are_slam_gmappings():
@@ -82,7 +82,7 @@ def test_a_launch_file_for_slam_gmapping_sets_what_it_means():
     }
     node, slam, closure, unknown = parameters.sort_parameters({**given, "transform_publish_period": 0.02})
     assert (slam.maxUrange, slam.particles, slam.xmin, slam.delta) == (16.0, 80, -50.0, 0.1)
-    assert node.tf_delay == node.transform_publish_period == 0.02
+    assert node.ahead_s == node.transform_publish_period == 0.02
     assert (closure, unknown) == ({}, [])
 
 

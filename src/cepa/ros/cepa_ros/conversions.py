@@ -6,10 +6,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import LaserScan as LaserScanMessage
 
 from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
+from node_tools.conversions import xyz
 
 UNSEEN_INTENSITY = -1.0
 """An intensity that marks a beam as unseen, as lidar_padding does."""
@@ -23,7 +27,7 @@ class OwnState(NamedTuple):
     orientation_xyzw: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
 
-def scan_of(message) -> LaserScan2D:
+def scan_of(message: LaserScanMessage) -> LaserScan2D:
     """Return a sensor_msgs/LaserScan as the library's type.
 
     Raises:
@@ -44,7 +48,7 @@ def scan_of(message) -> LaserScan2D:
     return scan
 
 
-def _check_length(message, scan: LaserScan2D) -> None:
+def _check_length(message: LaserScanMessage, scan: LaserScan2D) -> None:
     """A full turn may leave out the beam at angle_max, which is that at angle_min (as Velodyne's driver
     does).
     """
@@ -57,14 +61,13 @@ def _check_length(message, scan: LaserScan2D) -> None:
         )
 
 
-def velocity_of(twist, what: str) -> tuple[float, float, float]:
+def velocity_of(twist: Twist, what: str) -> tuple[float, float, float]:
     """Return the linear velocity (x, y, z) of a geometry_msgs/Twist.
 
     Raises:
         VelocityError: not finite, or faster than anything flies.
     """
-    linear = twist.linear
-    velocity = linear.x, linear.y, linear.z
+    velocity = xyz(twist.linear)
     if not all(math.isfinite(component) for component in velocity):
         raise VelocityError(f"The {what} is not finite: {velocity}.")
     if math.hypot(*velocity) > GREATEST_SPEED_M_S:
@@ -74,7 +77,9 @@ def velocity_of(twist, what: str) -> tuple[float, float, float]:
     return velocity
 
 
-def stats_of(stamp, name: str, algorithm: str, decision: Decision, computation_ms: float) -> DiagnosticArray:
+def stats_of(
+    stamp: rospy.Time, name: str, algorithm: str, decision: Decision, computation_ms: float
+) -> DiagnosticArray:
     """Return the figures of one decision."""
     values = {
         "computation_time_ms": f"{computation_ms:.4f}",

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Mapping
+
 import rospy
 from geometry_msgs.msg import Point
-from std_msgs.msg import ColorRGBA
+from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
+
+from cepa.decision import Vector2
 
 REFERENCE, OUTPUT, OWN = "v_ref", "v_out", "v_uav"
 ORIGINAL, IMPROVED = "emergency original", "emergency improved"
@@ -22,7 +26,7 @@ LIFETIME_S = 0.5
 SHAFT_M, HEAD_M = 0.05, 0.12
 
 
-def write(header, velocities: dict) -> MarkerArray:
+def write(header: Header, velocities: Mapping[str, Vector2]) -> MarkerArray:
     """Return the message for velocities {name: (x, y)}, m/s in the frame of ``header``, the scan's.
 
     An arrow's length in m is the speed in m/s.
@@ -30,7 +34,7 @@ def write(header, velocities: dict) -> MarkerArray:
     return MarkerArray(markers=[arrow(header, name, velocity) for name, velocity in velocities.items()])
 
 
-def read(message: MarkerArray) -> dict:
+def read(message: MarkerArray) -> dict[str, Vector2]:
     """Return the velocities {name: (x, y)} of a message, m/s."""
     return {
         marker.ns: (marker.points[1].x - marker.points[0].x, marker.points[1].y - marker.points[0].y)
@@ -39,7 +43,7 @@ def read(message: MarkerArray) -> dict:
     }
 
 
-def arrow(header, name: str, velocity, height_m: float = 0.0) -> Marker:
+def arrow(header: Header, name: str, velocity: Vector2, height_m: float = 0.0) -> Marker:
     """Return the arrow of one velocity from the origin of the frame of ``header``."""
     marker = Marker(ns=name, id=0, type=Marker.ARROW, action=Marker.ADD)
     marker.header.stamp, marker.header.frame_id = header.stamp, header.frame_id

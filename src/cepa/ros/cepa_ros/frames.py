@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from node_tools.conversions import yaw_of_xyzw
 from node_tools.newest_transforms import FrameError, NewestTransforms
 
 LEVEL_COSINE = math.cos(math.radians(20.0))
@@ -76,7 +77,6 @@ class Frames:
 
     def _look_up(self, frame: str) -> Mount:
         found = self._transforms.look_up(self._base_frame, frame or self._base_frame)
-        x, y, z, w = found.rotation_xyzw
-        yaw_rad = math.atan2(2.0 * (x * y + z * w), 1.0 - 2.0 * (y * y + z * z))
-        turn = PlaneTurn(yaw_rad, flipped=x * x + y * y > 0.5)
+        x, y, _, _ = found.rotation_xyzw
+        turn = PlaneTurn(yaw_of_xyzw(found.rotation_xyzw), flipped=x * x + y * y > 0.5)
         return Mount(turn, found.translation_m, found.rotation_xyzw)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import Mapping, Tuple
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point
-from std_msgs.msg import ColorRGBA
+from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from cepa import CepaParameters, view
+from cepa.decision import Vector2
 from cepa.scan import Beams
 from cepa_ros import decision_message
+
+Rgb = Tuple[float, float, float]
+Rgba = Tuple[float, float, float, float]
 
 WHITE, GREY, RED = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5), (0.9, 0.1, 0.1)
 INNER, OUTER = (1.0, 0.45, 0.1), (0.3, 0.75, 1.0)
@@ -24,31 +29,31 @@ ARROW_HEIGHT_M = 0.04  # over the flat markers and over each other, so that RViz
 class Canvas:
     """Collects the markers of one instant, one per namespace; without points it shows nothing."""
 
-    def __init__(self, header):
+    def __init__(self, header: Header) -> None:
         self._header = header
         self.markers = MarkerArray()
 
-    def lines(self, name: str, points: np.ndarray, colour, width_m: float, alpha: float = 1.0) -> None:
+    def lines(self, name: str, points: np.ndarray, colour: Rgb, width_m: float, alpha: float = 1.0) -> None:
         """Draw a closed or open line through ``points`` (n, 2)."""
         self._add(name, Marker.LINE_STRIP, points, [(*colour, alpha)], width_m)
 
-    def segments(self, name: str, ends: np.ndarray, colours, width_m: float) -> None:
+    def segments(self, name: str, ends: np.ndarray, colours: list[Rgba], width_m: float) -> None:
         """Draw lines between ``ends`` (n, 2, 2); ``colours`` holds one (r, g, b, a), or one per line."""
         colours = [colour for colour in colours for _ in range(2)] if len(colours) > 1 else colours
         self._add(name, Marker.LINE_LIST, ends.reshape(-1, 2), colours, width_m)
 
-    def area(self, name: str, outline: np.ndarray, colour, alpha: float) -> None:
+    def area(self, name: str, outline: np.ndarray, colour: Rgb, alpha: float) -> None:
         """Fill the star-shaped outline (n, 2) about the origin."""
         corners = np.stack([np.zeros_like(outline[1:]), outline[:-1], outline[1:]], axis=1)
         self._add(name, Marker.TRIANGLE_LIST, corners.reshape(-1, 2), [(*colour, alpha)], 1.0)
 
-    def arrow(self, name: str, velocity) -> None:
+    def arrow(self, name: str, velocity: Vector2 | None) -> None:
         """Draw one of the decision's velocities; None takes its arrow away."""
         height_m = ARROW_HEIGHT_M * (1 + list(decision_message.COLOURS).index(name))
         marker = decision_message.arrow(self._header, name, velocity or (0.0, 0.0), height_m)
         self._append(marker, visible=velocity is not None)
 
-    def _add(self, name: str, kind: int, points: np.ndarray, colours: list, width_m: float) -> None:
+    def _add(self, name: str, kind: int, points: np.ndarray, colours: list[Rgba], width_m: float) -> None:
         marker = Marker(ns=name, id=0, type=kind)
         marker.header.stamp, marker.header.frame_id = self._header.stamp, self._header.frame_id
         marker.pose.orientation.w = 1.0
@@ -65,7 +70,13 @@ class Canvas:
         self.markers.markers.append(marker)
 
 
-def draw(header, beams: Beams, velocities: dict, algorithm: str, parameters: CepaParameters):
+def draw(
+    header: Header,
+    beams: Beams,
+    velocities: Mapping[str, Vector2],
+    algorithm: str,
+    parameters: CepaParameters,
+) -> MarkerArray:
     """Return the markers of one scan and the decision that answers it.
 
     Everything is in the frame of ``header``, the scan's. velocities: {name: (x, y)}, m/s, as in
@@ -87,7 +98,7 @@ def draw(header, beams: Beams, velocities: dict, algorithm: str, parameters: Cep
     return canvas.markers
 
 
-def _draw_cushions(canvas: Canvas, v_out, algorithm: str, parameters: CepaParameters) -> None:
+def _draw_cushions(canvas: Canvas, v_out: Vector2, algorithm: str, parameters: CepaParameters) -> None:
     for name, radius, colour in (
         ("cushion_ub", parameters.r_ub, OUTER),
         ("cushion_lb", parameters.r_lb, INNER),
@@ -99,7 +110,9 @@ def _draw_cushions(canvas: Canvas, v_out, algorithm: str, parameters: CepaParame
         canvas.area(f"{name}_area", outline, colour, 0.12)
 
 
-def _draw_rejected(canvas: Canvas, beams: Beams, parameters, speed: float, emergency: bool) -> None:
+def _draw_rejected(
+    canvas: Canvas, beams: Beams, parameters: CepaParameters, speed: float, emergency: bool
+) -> None:
     """Draw a ring outside r_ub: red where every speed is rejected, amber where some are, grey: unseen."""
     rejected = view.rejected_directions(beams, parameters, speed)
     shown = ~(rejected == 0.0) & (speed > 0.0) & (not emergency)
@@ -112,11 +125,11 @@ def _draw_rejected(canvas: Canvas, beams: Beams, parameters, speed: float, emerg
     canvas.segments("rejected", ends, colours, width)
 
 
-def _tick_colour(share: float) -> tuple:
+def _tick_colour(share: float) -> Rgba:
     if math.isnan(share):
         return (*GREY, 0.35)
     return (*(WHOLLY if share >= 1.0 else PARTLY), 0.8)
 
 
-def _moving(velocity):
+def _moving(velocity: Vector2 | None) -> Vector2 | None:
     return velocity if velocity is not None and math.hypot(*velocity) > 1e-3 else None

@@ -1,5 +1,8 @@
 """Cushioned Extended-Periphery Avoidance (CEPA), after chapter 6 of the thesis. See README.md."""
 
+from __future__ import annotations
+
+from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason
 from cepa.errors import AttitudeError, CepaError, ParameterError, ScanError, VelocityError
 from cepa.improved import Improved
@@ -8,7 +11,7 @@ from cepa.original import Original
 from cepa.parameters import SLOW_DETOURS, CepaParameters
 from cepa.scan import LaserScan2D
 
-ALGORITHMS = {"improved": Improved, "original": Original}
+ALGORITHMS: dict[str, type[Algorithm]] = {"improved": Improved, "original": Original}
 """The algorithms by the names that launch files use."""
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The safety cushions SC_r(psi: float | np.ndarray, v), as the thesis writes them, and the edge of what is an emergency.
+"""The safety cushions SC_r(psi, v), as the thesis writes them, and the edge of what is an emergency.
 
 psi is an angle relative to the direction of travel, wrapped to (-pi, pi]; the edge is its distance from the
 UAV. The compiled code has faster forms of the same; the tests compare.
@@ -15,7 +15,7 @@ def original_cushion(psi: float | np.ndarray, speed: float, radius: float, time_
     """Return the edge of the original cushion in m (equation 6.2: a round end) for angles ``psi`` in rad."""
     distance = speed * time_horizon
     gamma = math.atan2(radius, distance)
-    angle = np.abs(np.asarray(psi: float | np.ndarray, dtype=float))
+    angle = np.abs(np.asarray(psi, dtype=float))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         side = radius / np.sin(angle)
         end = distance * np.cos(angle) + np.sqrt(radius**2 - distance**2 * np.sin(angle) ** 2)
@@ -26,7 +26,7 @@ def improved_cushion(psi: float | np.ndarray, speed: float, radius: float, time_
     """Return the edge of the improved cushion in m (equation 6.7: an arc as its end) for ``psi`` in rad."""
     distance = speed * time_horizon + radius
     gamma = math.asin(radius / distance)
-    angle = np.abs(np.asarray(psi: float | np.ndarray, dtype=float))
+    angle = np.abs(np.asarray(psi, dtype=float))
     with np.errstate(divide="ignore", over="ignore"):
         side = radius / np.sin(angle)
     return np.where(angle <= gamma, distance, np.where(angle < math.pi / 2, side, radius))
@@ -43,7 +43,7 @@ def emergency_edge(psi: float | np.ndarray, stopping_m: float, r_lb: float, body
     It is r_lb all around. While the UAV flies on for ``stopping_m``, its body sweeps a corridor of
     ``body_radius`` to each side: in it the edge is so much farther, an arc about the UAV as in equation 6.7.
     """
-    angle = np.abs(np.asarray(psi: float | np.ndarray, dtype=float))
+    angle = np.abs(np.asarray(psi, dtype=float))
     with np.errstate(divide="ignore", over="ignore"):
         side = np.where(angle < math.pi / 2, body_radius / np.sin(angle), 0.0)
     return np.maximum(r_lb, np.minimum(r_lb + stopping_m, side))

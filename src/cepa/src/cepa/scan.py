@@ -92,6 +92,7 @@ class LaserScan2D:
             float(self.range_max),
             float(min(self.range_min, too_close_m)),
         )
+        assert self.seen is not None  # since __post_init__
         normalise(self.ranges, self.seen, descending, *limits, int(dropout_beams), ranges, seen)
         return Beams(ranges, seen, float(first), abs(float(self.angle_increment)))
 
@@ -160,7 +161,7 @@ class Grid:
 
 def _vector(values: Any, dtype: type, name: str) -> np.ndarray:
     try:
-        vector = np.asarray(values, dtype=dtype, order="C")
+        vector: np.ndarray = np.asarray(values, dtype=dtype, order="C")
     except (TypeError, ValueError, OverflowError):
         raise ScanError(f"The scan's {name} must be numbers.") from None
     if vector.ndim != 1:

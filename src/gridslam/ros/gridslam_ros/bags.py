@@ -146,7 +146,7 @@ class BagScans:
                 return
             yield scan
 
-    def _skip(self, _scan) -> None:
+    def _skip(self, _scan: LaserScan) -> None:
         self._count.skipped += 1
 
     def _start_anew(self, seconds: float) -> None:

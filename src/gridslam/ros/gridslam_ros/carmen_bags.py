@@ -8,8 +8,10 @@ import math
 import os
 import sys
 from pathlib import Path
+from typing import Callable, Sequence
 
 import numpy as np
+import rosbag
 import rospy
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
@@ -28,8 +30,9 @@ from gridslam.logs.carmen import (
 )
 from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, scan_topic_of
 from gridslam_ros.conversions import pose_message
-from gridslam_ros.odometry_frames import FrameError, OdometryFrames
+from gridslam_ros.odometry_frames import FrameError, OdometryFrames, Pose
 from gridslam_ros.remarks import Remarks
+from node_tools.conversions import set_yaw, xyz, xyzw
 
 RANGE_MIN_M = 0.02
 SAME = 0.01
@@ -79,7 +82,7 @@ def _parser(name: str, description: str) -> argparse.ArgumentParser:
     return parser
 
 
-def _run(name: str, convert, target: str) -> int:
+def _run(name: str, convert: Callable[[], str], target: str) -> int:
     """Convert to a file beside the target first, so that a fault leaves no half of it behind."""
     try:
         print(f"{name}: {convert()} in {target}")
@@ -95,14 +98,16 @@ def _part(target: str) -> str:
     return os.path.join(folder, f".part-{name}")
 
 
-def _write_bag(arguments, target: str) -> str:
+def _write_bag(arguments: argparse.Namespace, target: str) -> str:
     counts = {CarmenScan: 0, CarmenOdometry: 0}
     arguments.lidar_pose = arguments.lidar_pose or _lidar_pose(arguments.log)
     with open_bag(_part(target), "w") as bag:
         for record in read_log(arguments.log, arguments.range_max):
             stamp = max(rospy.Time.from_sec(record.stamp_s), rospy.Time(0, 1))
-            write = _write_scan if isinstance(record, CarmenScan) else _write_odometry
-            write(bag, record, stamp, arguments)
+            if isinstance(record, CarmenScan):
+                _write_scan(bag, record, stamp, arguments)
+            else:
+                _write_odometry(bag, record, stamp, arguments)
             counts[type(record)] += 1
     if not counts[CarmenScan]:
         raise CarmenError(f"{arguments.log} holds no FLASER or ROBOTLASER1 line; nothing is written.")
@@ -128,7 +133,9 @@ def _lidar_pose(log: str) -> np.ndarray:
     return np.zeros(3)
 
 
-def _write_scan(bag, record: CarmenScan, stamp, arguments) -> None:
+def _write_scan(
+    bag: rosbag.Bag, record: CarmenScan, stamp: rospy.Time, arguments: argparse.Namespace
+) -> None:
     edges = [
         _transform(arguments.odom_frame, arguments.base_frame, record.robot_in_odom, stamp),
         _transform(arguments.base_frame, arguments.lidar_frame, arguments.lidar_pose, stamp),
@@ -141,7 +148,9 @@ def _write_scan(bag, record: CarmenScan, stamp, arguments) -> None:
     bag.write(arguments.scan, message, stamp)
 
 
-def _write_odometry(bag, record: CarmenOdometry, stamp, arguments) -> None:
+def _write_odometry(
+    bag: rosbag.Bag, record: CarmenOdometry, stamp: rospy.Time, arguments: argparse.Namespace
+) -> None:
     message = Odometry(child_frame_id=arguments.base_frame)
     message.header.stamp, message.header.frame_id = stamp, arguments.odom_frame
     message.pose.pose = pose_message(*record.robot_in_odom)
@@ -149,16 +158,16 @@ def _write_odometry(bag, record: CarmenOdometry, stamp, arguments) -> None:
     bag.write(arguments.odometry, message, stamp)
 
 
-def _transform(parent: str, child: str, pose, stamp) -> TransformStamped:
+def _transform(parent: str, child: str, pose: Sequence[float], stamp: rospy.Time) -> TransformStamped:
     x, y, yaw = (float(value) for value in pose)
     transform = TransformStamped(child_frame_id=child)
     transform.header.stamp, transform.header.frame_id = stamp, parent
     transform.transform.translation.x, transform.transform.translation.y = x, y
-    transform.transform.rotation.z, transform.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    set_yaw(transform.transform.rotation, yaw)
     return transform
 
 
-def _write_log(arguments, target: str) -> str:
+def _write_log(arguments: argparse.Namespace, target: str) -> str:
     remarks = Remarks(lambda sentence: print(f"bag_to_carmen: {sentence}", file=sys.stderr))
     frames, count = OdometryFrames(arguments.odom_frame, arguments.base_frame, remarks.say), BagCount()
     lines: list[tuple[float, str]] = []
@@ -213,14 +222,13 @@ def _carmen_scan(message: LaserScan, frames: OdometryFrames) -> CarmenScan:
     )
 
 
-def _planar(pose) -> tuple[float, float, float]:
+def _planar(pose: Pose) -> tuple[float, float, float]:
     (x, y, _), orientation = pose
     return x, y, roll_pitch_yaw_of(matrix_of_quaternion(orientation))[2]
 
 
 def _odometry_line(message: Odometry) -> tuple[float, str]:
-    p, q = message.pose.pose.position, message.pose.pose.orientation
-    pose = _planar(((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)))
+    pose = _planar((xyz(message.pose.pose.position), xyzw(message.pose.pose.orientation)))
     twist = message.twist.twist
     stamp_s = message.header.stamp.to_sec()
     return stamp_s, format_odometry(CarmenOdometry(stamp_s, pose, twist.linear.x, twist.angular.z))

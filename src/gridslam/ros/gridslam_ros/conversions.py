@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from typing import TYPE_CHECKING, Sequence
 
 import numpy as np
 import rospy
@@ -15,6 +15,10 @@ from visualization_msgs.msg import Marker
 
 from gridslam import MapError, OccupancyGrid
 from gridslam.trajectory import Trajectory
+from node_tools.conversions import set_yaw
+
+if TYPE_CHECKING:
+    from gridslam.loop_closure import Closure  # slow to import
 
 CLOSURE_WIDTH_M, CLOSURE_COLOUR = 0.2, (0.08, 0.6, 0.24, 1.0)
 NumpyGridMessage = numpy_msg(GridMessage)
@@ -26,7 +30,7 @@ def header_of(stamp_s: float, frame: str) -> Header:
     return Header(stamp=rospy.Time.from_sec(stamp_s), frame_id=frame)
 
 
-def grid_message(grid: OccupancyGrid, header: Header) -> NumpyGridMessage:
+def grid_message(grid: OccupancyGrid, header: Header) -> GridMessage:
     """Return the map as a message."""
     message = NumpyGridMessage(header=header, data=grid.cells.ravel())
     message.info.map_load_time = header.stamp
@@ -67,7 +71,7 @@ def path_message(trajectory: Trajectory, header: Header) -> Path:
     return path
 
 
-def closures_message(closures, trajectory: Trajectory, header: Header) -> Marker:
+def closures_message(closures: Sequence[Closure], trajectory: Trajectory, header: Header) -> Marker:
     """Return the closed loops as lines between the places on the path that were found to belong together."""
     marker = Marker(header=header, ns="closures", type=Marker.LINE_LIST)
     if not closures:
@@ -87,5 +91,5 @@ def pose_message(x: float, y: float, yaw: float) -> Pose:
     """Return a pose in the plane as a message."""
     pose = Pose()
     pose.position.x, pose.position.y = x, y
-    pose.orientation.z, pose.orientation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+    set_yaw(pose.orientation, yaw)
     return pose

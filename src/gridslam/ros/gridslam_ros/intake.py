@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Callable
+from typing import Callable, Sequence
+
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import LaserScan
 
 from gridslam_ros.odometry_frames import BACK_NS, OdometryFrames
 
@@ -43,14 +46,14 @@ class Intake:
         self._newest_ns = self._before_ns = -1  # a simulation begins at 0
         self._tf_resets = self._frames.resets
 
-    def add_transforms(self, transforms) -> int | None:
+    def add_transforms(self, transforms: Sequence[TransformStamped]) -> int | None:
         """Take in what /tf says; returns the stamp (ns) of an odometry's edge in it."""
         stamp_ns = self._frames.add(transforms)
         if self._held is not None and self._tf_is_back_at(_stamp_ns(self._held)):
             self._go_back()
         return stamp_ns
 
-    def add_scan(self, scan) -> None:
+    def add_scan(self, scan: LaserScan) -> None:
         """Take in a scan."""
         self._heard += 1
         if self._heard % self._throttle:
@@ -73,7 +76,7 @@ class Intake:
             self._say(f"A scan is {seconds:.3f} s older than the one before it; it is left out.")
             self._leave_out(stray)
 
-    def _doubt(self, scan) -> None:
+    def _doubt(self, scan: LaserScan) -> None:
         if self._held is None:
             self._held = scan
             if self._tf_is_back_at(_stamp_ns(scan)):
@@ -114,7 +117,7 @@ class Intake:
         self._start_anew(seconds)
         self._let_in(scan)
 
-    def _let_in(self, scan) -> None:
+    def _let_in(self, scan: LaserScan) -> None:
         stamp_ns = _stamp_ns(scan)
         if stamp_ns > self._newest_ns:
             self._before_ns, self._newest_ns = self._newest_ns, stamp_ns
@@ -126,5 +129,5 @@ class Intake:
         self._leave_out(scan)
 
 
-def _stamp_ns(scan) -> int:
+def _stamp_ns(scan: LaserScan) -> int:
     return scan.header.stamp.to_nsec()

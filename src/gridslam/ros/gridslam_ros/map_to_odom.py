@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import threading
+from typing import Tuple
 
+import rospy
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from node_tools.conversions import set_yaw, time_of
+
+PlanarPose = Tuple[float, float, float]
+"""x, y in m and yaw in rad."""
 
 APART_NS = 1000
 """Two transforms of one stamp would be refused by TF; a correction comes at least so much after the last."""
@@ -25,46 +30,51 @@ class MapToOdom:
         delay_s: how far ahead of the message that led to it a transform is stamped.
     """
 
-    def __init__(self, publisher, frames: tuple[str, str], period_s: float, delay_s: float):
+    def __init__(self, publisher: rospy.Publisher, frames: tuple[str, str], period_s: float, delay_s: float):
         self._publisher, self._frames = publisher, frames
         self._period_ns, self._delay_ns = int(period_s * 1e9), int(delay_s * 1e9)
         self._lock = threading.Lock()
+        self._pose: PlanarPose | None = None
+        self._last_ns: int | None = None
         self.restart(None)
 
-    def restart(self, pose: tuple[float, float, float] | None) -> None:
+    def restart(self, pose: PlanarPose | None) -> None:
         """Begin anew with this odom in map (x, y, yaw), or with none until ``correct`` tells of one."""
         with self._lock:
             self._pose, self._last_ns = pose, None
 
-    def correct(self, pose: tuple[float, float, float], stamp_ns: int) -> None:
+    def correct(self, pose: PlanarPose, stamp_ns: int) -> None:
         """Publish a new odom in map, known since a message of this stamp."""
         with self._lock:
             before, self._pose = self._pose, pose
-            self._publish(stamp_ns, corrected=before if before != pose else None, at_once=before != pose)
+            self._publish(
+                pose, stamp_ns, corrected=before if before != pose else None, at_once=before != pose
+            )
 
     def keep_up(self, stamp_ns: int) -> None:
         """Publish the last one again if its time has come at this stamp."""
         with self._lock:
             if self._pose is not None:
-                self._publish(stamp_ns)
+                self._publish(self._pose, stamp_ns)
 
-    def _publish(self, stamp_ns: int, at_once: bool = False, corrected: tuple | None = None) -> None:
+    def _publish(
+        self, pose: PlanarPose, stamp_ns: int, at_once: bool = False, corrected: PlanarPose | None = None
+    ) -> None:
         if not self._period_ns:
             return
         ahead_ns = stamp_ns + self._delay_ns
-        edges = []
+        edges: list[TransformStamped] = []
         if self._last_ns is not None:
             if not at_once and ahead_ns < self._last_ns + self._period_ns:
                 return
             ahead_ns = max(ahead_ns, self._last_ns + APART_NS)
             if corrected is not None and ahead_ns > self._last_ns + APART_NS:
-                edges.append(
-                    self._edge(corrected, ahead_ns - APART_NS)
-                )  # TF would glide from one to the other
+                # Without it TF would glide from one to the other.
+                edges.append(self._edge(corrected, ahead_ns - APART_NS))
         self._last_ns = ahead_ns
-        self._publisher.publish(TFMessage([*edges, self._edge(self._pose, ahead_ns)]))
+        self._publisher.publish(TFMessage([*edges, self._edge(pose, ahead_ns)]))
 
-    def _edge(self, pose: tuple[float, float, float], stamp_ns: int) -> TransformStamped:
+    def _edge(self, pose: PlanarPose, stamp_ns: int) -> TransformStamped:
         x, y, yaw = pose
         message = TransformStamped()
         message.header.frame_id, message.child_frame_id = self._frames

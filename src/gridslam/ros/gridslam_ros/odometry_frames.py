@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Callable
+from typing import Callable, Sequence, Tuple
 
 import rospy
 import tf2_py
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import LaserScan
 
 from gridslam import SlamError
+from node_tools.conversions import xyz, xyzw
+
+Pose = Tuple[Tuple[float, float, float], Tuple[float, float, float, float]]
+"""Translation (x, y, z) in m and unit quaternion (x, y, z, w)."""
 
 CACHE_S = 120.0
 BACK_NS = 1_000_000_000
@@ -53,7 +59,7 @@ class OdometryFrames:
         self.doubtful_ns: int | None = None
         """The stamp of odometry that is held."""
 
-    def add(self, transforms, static: bool = False) -> int | None:
+    def add(self, transforms: Sequence[TransformStamped], static: bool = False) -> int | None:
         """Take in what /tf or /tf_static says; returns the stamp (ns) of an odometry's edge in it."""
         # The map's edge, ours or another's, is not odometry
         edges = [edge for edge in transforms if _names(edge)[1] != self.odom_frame and self._is_sound(edge)]
@@ -95,7 +101,7 @@ class OdometryFrames:
         self.newest_ns = stamp_ns if self.newest_ns is None else max(self.newest_ns, stamp_ns)
         return stamp_ns
 
-    def _insert(self, edge) -> None:
+    def _insert(self, edge: TransformStamped) -> None:
         child, stamp_ns = _names(edge)[1], _stamp_ns(edge)
         if stamp_ns > self._last_ns.get(child, -1):
             self._last_ns[child] = stamp_ns
@@ -103,15 +109,14 @@ class OdometryFrames:
         else:
             self._say(f"{_arrow(edge)} came again, or late: its stamp is not newer; it is left out.")
 
-    def _is_far_back(self, edge) -> bool:
+    def _is_far_back(self, edge: TransformStamped) -> bool:
         return _stamp_ns(edge) < self._last_ns.get(_names(edge)[1], -1) - BACK_NS
 
-    def _is_sound(self, edge) -> bool:
+    def _is_sound(self, edge: TransformStamped) -> bool:
         parent, child = _names(edge)
-        t, q = edge.transform.translation, edge.transform.rotation
-        norm = math.hypot(q.x, q.y, q.z, q.w)
+        norm = math.hypot(*xyzw(edge.transform.rotation))
         is_sound = parent and child and parent != child and abs(norm - 1.0) < UNIT_TOLERANCE
-        if is_sound and math.isfinite(t.x + t.y + t.z):
+        if is_sound and math.isfinite(sum(xyz(edge.transform.translation))):
             return True
         self._say(
             f"{_arrow(edge)} is no transform: it must have finite numbers, a unit quaternion and two frames; "
@@ -119,7 +124,7 @@ class OdometryFrames:
         )
         return False
 
-    def know(self, scan) -> bool:
+    def know(self, scan: LaserScan) -> bool:
         """Whether TF has come as far as the scan's stamp, so that a look-up now is as good as later."""
         try:
             newest = self._buffer.get_latest_common_time(self.odom_frame, scan.header.frame_id.lstrip("/"))
@@ -129,7 +134,7 @@ class OdometryFrames:
         # Zero: nothing but static transforms, which are as old and new as one likes
         return all(time.is_zero() or time >= scan.header.stamp for time in (newest, base))
 
-    def look_up(self, scan) -> tuple:
+    def look_up(self, scan: LaserScan) -> tuple[Pose, Pose]:
         """Return (base in odom, lidar in base) at the scan's stamp, each as (xyz, quaternion xyzw).
 
         Raises:
@@ -139,24 +144,23 @@ class OdometryFrames:
         base_in_odom = self._pose(self.odom_frame, self.base_frame, stamp)
         return base_in_odom, self._pose(self.base_frame, lidar_frame, stamp)
 
-    def _pose(self, target: str, source: str, stamp) -> tuple:
+    def _pose(self, target: str, source: str, stamp: rospy.Time) -> Pose:
         try:
             found = self._buffer.lookup_transform_core(target, source, stamp).transform
         except tf2_py.TransformException:
             raise FrameError(
                 f'TF knows no transform from "{source}" to "{target}" at {stamp.to_sec():.3f} s.'
             ) from None
-        t, q = found.translation, found.rotation
-        return (t.x, t.y, t.z), (q.x, q.y, q.z, q.w)
+        return xyz(found.translation), xyzw(found.rotation)
 
 
-def _names(edge) -> tuple[str, str]:
+def _names(edge: TransformStamped) -> tuple[str, str]:
     return edge.header.frame_id.lstrip("/"), edge.child_frame_id.lstrip("/")
 
 
-def _stamp_ns(edge) -> int:
+def _stamp_ns(edge: TransformStamped) -> int:
     return edge.header.stamp.to_nsec()
 
 
-def _arrow(edge) -> str:
+def _arrow(edge: TransformStamped) -> str:
     return 'TF "{}" -> "{}"'.format(*_names(edge))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from gridslam import ParameterError, SlamParameters
 
@@ -54,13 +55,12 @@ class NodeParameters:
     continue_from_state: bool = False
     """Begin with the state in state_file."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._check_types()
-        if self.tf_delay is None:
-            object.__setattr__(self, "tf_delay", self.transform_publish_period)
         for name in NOT_NEGATIVE:
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise ParameterError(f"{name} must be at least 0, not {getattr(self, name)}.")
+            value = getattr(self, name)
+            if value is not None and not 0.0 <= value < math.inf:
+                raise ParameterError(f"{name} must be at least 0, not {value}.")
         if not 1 <= self.throttle_scans < math.inf or self.throttle_scans % 1:
             raise ParameterError(
                 f"throttle_scans must be a whole number and at least 1, not {self.throttle_scans}."
@@ -76,7 +76,7 @@ class NodeParameters:
             raise ParameterError("continue_from_state needs state_file.")
         object.__setattr__(self, "starting_pose", _pose(self.starting_pose))
 
-    def _check_types(self):
+    def _check_types(self) -> None:
         for name in NAMES:
             value = getattr(self, name)
             if not isinstance(value, str) or not value.strip("/"):
@@ -92,6 +92,11 @@ class NodeParameters:
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)):
                 raise ParameterError(f"{name} must be a number, not {value!r}.")
+
+    @property
+    def ahead_s(self) -> float:
+        """How far ahead of the message that led to it map -> odom is stamped."""
+        return self.transform_publish_period if self.tf_delay is None else self.tf_delay
 
     @property
     def floor_z_m(self) -> float | None:
@@ -134,7 +139,7 @@ def clamped(slam: SlamParameters) -> str:
     return f"maxUrange {slam.maxUrange:g} is more than maxRange; it is taken as {slam.maxRange:g}."
 
 
-def _pose(value) -> tuple:
+def _pose(value: Any) -> tuple:
     """Read (x, y, yaw) from "x y yaw", a list, or nothing."""
     if isinstance(value, str):
         value = value.replace(",", " ").split()

@@ -8,7 +8,7 @@ from typing import Callable
 _PARTICULARS = re.compile(r'"[^"]*"|\d+')
 
 
-def kind_of(sentence) -> str:
+def kind_of(sentence: object) -> str:
     """Return what sentences about the same fault have in common."""
     return _PARTICULARS.sub("", str(sentence))
 
@@ -24,7 +24,7 @@ class Remarks:
         self._write = write
         self._times: dict[str, list] = {}
 
-    def say(self, sentence) -> None:
+    def say(self, sentence: object) -> None:
         """Say the sentence unless its like has been said."""
         first = self._times.setdefault(kind_of(sentence), [sentence, 0])
         first[1] += 1

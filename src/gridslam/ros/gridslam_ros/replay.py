@@ -13,9 +13,11 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any, Iterator
 
 import numpy as np
 import yaml
+from sensor_msgs.msg import LaserScan
 from tqdm import tqdm
 
 from gridslam import ParameterError, SlamError, se2
@@ -78,7 +80,7 @@ def split_parameters(argv: list[str]) -> tuple[dict, list[str]]:
     return given, rest
 
 
-def _value(word: str, value: str):
+def _value(word: str, value: str) -> Any:
     try:
         return yaml.safe_load(value)
     except yaml.YAMLError:
@@ -86,7 +88,7 @@ def _value(word: str, value: str):
 
 
 @contextlib.contextmanager
-def writable(folder: Path):
+def writable(folder: Path) -> Iterator[None]:
     """Make sure that files can be written into a folder; a new one that stays empty is removed again.
 
     Raises:
@@ -172,7 +174,7 @@ class Replay:
         self._remarks.say(f"The clock jumped back by {seconds:.3f} s; {again}.")
         self._begin()
 
-    def _process(self, scan) -> None:
+    def _process(self, scan: LaserScan) -> None:
         begun_s = time.process_time()
         try:
             planar, base_in_odom = self._source.planar(scan)
@@ -188,7 +190,9 @@ class Replay:
             self._cpu_s.append(time.process_time() - begun_s)
         self._stamps_s.append(planar.stamp_s)
         self._odometry.append(se2.compose(self._session.odom_in_continuous, base_in_odom))
-        self._online.append(se2.compose(self._session.map_to_odom, base_in_odom))
+        map_to_odom = self._session.map_to_odom
+        assert map_to_odom is not None  # since the first scan
+        self._online.append(se2.compose(map_to_odom, base_in_odom))
 
     def _why_nothing(self) -> str:
         if self._count.without_tf:

@@ -45,7 +45,7 @@ class ScanQueue:
         """The oldest and the newest scan; only of a queue that is not empty."""
         return self._scans[0], self._scans[-1]
 
-    def offer(self, scan) -> list:
+    def offer(self, scan: object) -> list:
         """Append a scan; returns those that had to go for it."""
         self._scans.append(scan)
         if self._waiting_max is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Callable
 
 import numpy as np
+from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
 from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
@@ -32,9 +33,9 @@ class ScanSource:
         self._frames = frames
         self._say = say
         self._levelling, self._floor_z_m = levelling, floor_z_m
-        self._lidar = None
+        self._lidar: tuple[str, int] | None = None  # its frame, and how many beams
 
-    def planar(self, scan) -> tuple[PlanarScan, tuple[float, float, float]]:
+    def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
         """Return (levelled scan, base in odom as x, y, yaw) of a message whose frames are known.
 
         Raises:
@@ -63,9 +64,9 @@ class ScanSource:
         self._watch_lidar(scan)
         return planar, (x, y, yaw_rad)
 
-    def _watch_lidar(self, scan) -> None:
+    def _watch_lidar(self, scan: LaserScan) -> None:
         lidar = (scan.header.frame_id, len(scan.ranges))
-        if self._lidar not in (None, lidar):
+        if self._lidar is not None and self._lidar != lidar:
             self._say(
                 f'The scans changed from {self._lidar[1]} beams in "{self._lidar[0]}" to {lidar[1]} beams in '
                 f'"{lidar[0]}"; mapping goes on with them.'

@@ -44,7 +44,7 @@ class Worker:
 
     def ask(self, question: Callable) -> Future:
         """Return the future answer of ``question()``, which the thread asks itself before the next scan."""
-        answer = Future()
+        answer: Future = Future()
         with self._wakened:
             self._asked.append((question, answer))
             self._wakened.notify_all()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins  # for `str`, which is one of gmapping's names here
 import math
 import sys
 from dataclasses import dataclass, fields
@@ -98,7 +99,7 @@ class SlamParameters:
         self._check_signs()
         self._check_combinations()
 
-    def _check_number(self, name):
+    def _check_number(self, name: builtins.str) -> None:
         value = getattr(self, name)
         if value is None and name in OPTIONAL:
             return
@@ -137,10 +138,10 @@ class SlamParameters:
         for side, default_m in BOX.items():
             if getattr(self, side) is None:
                 object.__setattr__(self, side, default_m)
-        if not (self.xmin < self.xmax and self.ymin < self.ymax):
-            box = tuple(getattr(self, side) for side in BOX)
-            raise ParameterError(f"{', '.join(BOX)} must span an area, not {box}.")
-        width, height = self.xmax - self.xmin, self.ymax - self.ymin
+        box = {side: float(getattr(self, side)) for side in BOX}
+        width, height = box["xmax"] - box["xmin"], box["ymax"] - box["ymin"]
+        if not (width > 0.0 and height > 0.0):
+            raise ParameterError(f"{', '.join(BOX)} must span an area, not {tuple(box.values())}.")
         edges = 2 * SIDE  # maps are made of whole tiles
         cells = (width / self.delta + edges) * (height / self.delta + edges)
         if cells > CELLS_MAX:
@@ -148,6 +149,13 @@ class SlamParameters:
                 f"{', '.join(BOX)} span {cells:.2g} cells of {self.delta} m, of which a map may have "
                 f"{CELLS_MAX:.2g}; choose a smaller box, or a larger delta."
             )
+
+    @property
+    def box(self) -> tuple[float, float, float, float] | None:
+        """(xmin, ymin, xmax, ymax), m, which the map spans at least; None: whatever was seen."""
+        if self.xmin is None or self.ymin is None or self.xmax is None or self.ymax is None:
+            return None
+        return self.xmin, self.ymin, self.xmax, self.ymax
 
     def ranges_for(self, range_max_m: float) -> tuple[float, float]:
         """Return (usable, greatest) range in metres for a lidar that sees ``range_max_m`` far."""

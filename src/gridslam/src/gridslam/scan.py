@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gridslam.errors import ScanError
 
@@ -49,14 +51,14 @@ class PlanarScan:
         object.__setattr__(self, "ranges_m", ranges)
 
 
-def _pose(values) -> tuple[float, float, float]:
+def _pose(values: Iterable[float]) -> tuple[float, float, float]:
     pose = tuple(float(value) for value in values)
     if len(pose) != 3 or not all(math.isfinite(value) for value in pose):
         raise ScanError(f"The scan's lidar_in_base must be finite x, y, yaw, not {pose}.")
-    return pose
+    return pose[0], pose[1], pose[2]
 
 
-def _vector(values, name: str) -> np.ndarray:
+def _vector(values: ArrayLike, name: str) -> np.ndarray:
     try:
         vector = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError):

@@ -6,17 +6,20 @@ one pose (3,) or many (..., 3) and broadcasts.
 
 from __future__ import annotations
 
+from typing import Any, Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 TURN = 2.0 * np.pi
 
 
-def wrap(angle_rad):
+def wrap(angle_rad: Any) -> Any:
     """Return an angle, or an array of them, in [-pi, pi)."""
     return (angle_rad + np.pi) % TURN - np.pi
 
 
-def compose(frame, pose) -> np.ndarray:
+def compose(frame: ArrayLike, pose: ArrayLike) -> np.ndarray:
     """Return ``pose``, given in ``frame``, in the frame that ``frame`` is given in."""
     frame, pose = np.asarray(frame, float), np.asarray(pose, float)
     x, y, yaw = frame[..., 0], frame[..., 1], frame[..., 2]
@@ -31,7 +34,7 @@ def compose(frame, pose) -> np.ndarray:
     )
 
 
-def inverse(pose) -> np.ndarray:
+def inverse(pose: ArrayLike) -> np.ndarray:
     """Return the pose of the outer frame in ``pose``'s own frame."""
     pose = np.asarray(pose, float)
     cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
@@ -39,12 +42,12 @@ def inverse(pose) -> np.ndarray:
     return np.stack((-cos * x - sin * y, sin * x - cos * y, wrap(-pose[..., 2])), axis=-1)
 
 
-def between(first, second) -> np.ndarray:
+def between(first: ArrayLike, second: ArrayLike) -> np.ndarray:
     """Return ``second`` as seen from ``first``, both given in one frame."""
     return compose(inverse(first), second)
 
 
-def transform(pose, points_xy) -> np.ndarray:
+def transform(pose: Sequence[float] | np.ndarray, points_xy: ArrayLike) -> np.ndarray:
     """Return points (n, 2), given in one pose's frame, in the frame that the pose is given in."""
     x, y, yaw = (float(value) for value in pose)
     cos, sin = np.cos(yaw), np.sin(yaw)

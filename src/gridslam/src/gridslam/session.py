@@ -13,7 +13,7 @@ import tempfile
 import warnings
 import zipfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Callable
+from typing import TYPE_CHECKING, Callable, Sequence
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from gridslam.loop_closure import Closure, LoopClosureParameters
+    from gridslam.loop_closure import Closure, LoopCloser, LoopClosureParameters
 
 FILTER, ODOMETRY, CLOSER, CLOSER_PARAMETERS = "filter", "odometry.json", "closer.npz", "closer.json"
 """The parts of a saved session."""
@@ -62,15 +62,14 @@ class SlamSession:
         if starting_map is not None:
             check(starting_map, parameters.delta)
         self._parameters = parameters
-        self._starting = {"starting_map": starting_map, "localisation_only": localisation_only}
+        self._starting_map, self._localisation_only = starting_map, localisation_only
         self._starting_pose = starting_pose
         self._odometry = ContinuousOdometry(say)
-        self._loop_closure = loop_closure
         self._closer = None if loop_closure is None else _closer(loop_closure)
         self._slam: GridSlam | None = None
         self._mapped: GridSlam | None = None  # whose map is taken over at the first scan
 
-    def process(self, scan: PlanarScan, base_in_odom) -> ScanUpdate | None:
+    def process(self, scan: PlanarScan, base_in_odom: Sequence[float]) -> ScanUpdate | None:
         """Take in one scan; returns None while the vehicle has not moved enough since the last.
 
         Raises:
@@ -92,9 +91,10 @@ class SlamSession:
     def _begin(self, base: np.ndarray) -> GridSlam:
         slam = GridSlam(
             self._parameters,
-            starting_pose=tuple(base.tolist()) if self._starting_pose is None else self._starting_pose,
+            self._starting_map,
+            base.tolist() if self._starting_pose is None else self._starting_pose,
+            self._localisation_only,
             keep_scans=self._closer is not None,
-            **self._starting,
         )
         if self._mapped is not None:
             slam.take_over_map(self._mapped)
@@ -111,12 +111,12 @@ class SlamSession:
     @property
     def loop_closure(self) -> LoopClosureParameters | None:
         """Parameters of the loop closer; None: there is none."""
-        return self._loop_closure
+        return None if self._closer is None else self._closer.parameters
 
     @property
     def localisation_only(self) -> bool:
         """Whether the map stays as it is."""
-        return self._starting["localisation_only"]
+        return self._localisation_only
 
     @property
     def odom_in_continuous(self) -> np.ndarray:
@@ -186,15 +186,10 @@ class SlamSession:
                     state.write(Path(folder, FILTER), FILTER)
                     state.writestr(ODOMETRY, json.dumps(self._odometry.state()))
                     if self._closer is not None:
-                        self._save_closer(state)
+                        _save_closer(state, self._closer)
                 os.replace(part, path)
         except OSError as error:
             raise StateError(f"The state cannot be written to {path}: {error.strerror}.") from None
-
-    def _save_closer(self, state: zipfile.ZipFile) -> None:
-        state.writestr(CLOSER_PARAMETERS, json.dumps(dataclasses.asdict(self._loop_closure)))
-        with state.open(CLOSER, "w") as file:
-            np.savez(file, **self._closer.to_arrays())
 
     @classmethod
     def load(
@@ -225,7 +220,7 @@ class SlamSession:
                     return cls._localising_on(slam, starting_pose, say)
                 session = cls(slam.parameters, _closer_parameters_in(state), say=say)
                 session._slam = slam
-                session._starting["localisation_only"] = slam.localisation_only
+                session._localisation_only = slam.localisation_only
                 session._odometry.restore(json.loads(state.read(ODOMETRY)))
                 if session._closer is not None:
                     session._closer.from_arrays(
@@ -236,7 +231,9 @@ class SlamSession:
         return session
 
     @classmethod
-    def _localising_on(cls, mapped: GridSlam, starting_pose, say) -> SlamSession:
+    def _localising_on(
+        cls, mapped: GridSlam, starting_pose: tuple[float, float, float] | None, say: Callable[[str], None]
+    ) -> SlamSession:
         pose = mapped.base_in_map if starting_pose is None else starting_pose
         session = cls(mapped.parameters, None, mapped.grid(), pose, localisation_only=True, say=say)
         session._mapped = mapped
@@ -257,13 +254,19 @@ def closure_parameters(given: dict) -> LoopClosureParameters:
     return LoopClosureParameters(**given)
 
 
+def _save_closer(state: zipfile.ZipFile, closer: LoopCloser) -> None:
+    state.writestr(CLOSER_PARAMETERS, json.dumps(dataclasses.asdict(closer.parameters)))
+    with state.open(CLOSER, "w") as file:
+        np.savez(file, **closer.to_arrays())
+
+
 def _closer_parameters_in(state: zipfile.ZipFile) -> LoopClosureParameters | None:
     if CLOSER_PARAMETERS not in state.namelist():
         return None
     return closure_parameters(json.loads(state.read(CLOSER_PARAMETERS)))
 
 
-def _closer(parameters: LoopClosureParameters):
+def _closer(parameters: LoopClosureParameters) -> LoopCloser:
     from gridslam.loop_closure import LoopCloser  # only where it is asked for: it slows the start
 
     return LoopCloser(parameters)

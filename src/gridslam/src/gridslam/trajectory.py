@@ -113,7 +113,9 @@ class TrajectoryTree:
         }
 
     @classmethod
-    def from_arrays(cls, node_poses, node_parents, leaves, stamps_s) -> TrajectoryTree:
+    def from_arrays(
+        cls, node_poses: np.ndarray, node_parents: np.ndarray, leaves: np.ndarray, stamps_s: np.ndarray
+    ) -> TrajectoryTree:
         """Return the tree that `to_arrays` has described.
 
         Raises:

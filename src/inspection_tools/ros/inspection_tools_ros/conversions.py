@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 
+from geometry_msgs.msg import Pose, TwistStamped
+from sensor_msgs.msg import LaserScan
+
 from inspection_tools.errors import PoseError, ScanError, VelocityError
-from inspection_tools.geometry import normalised
+from inspection_tools.geometry import Quaternion, Vector3, normalised
 from inspection_tools.position_controller import FARTHEST_M
 from inspection_tools.scan import ScanGeometry
+from node_tools.conversions import xyz, xyzw
 
 GREATEST_SPEED_M_S = 1e6
 
 
-def scan_geometry(scan) -> ScanGeometry:
+def scan_geometry(scan: LaserScan) -> ScanGeometry:
     """Return the geometry of a sensor_msgs/LaserScan whose array lengths agree with its angles.
 
     A full turn may leave out the beam at angle_max, which is that at angle_min (as Velodyne's driver does).
@@ -36,22 +40,21 @@ def scan_geometry(scan) -> ScanGeometry:
     return geometry
 
 
-def pose_of(pose) -> tuple:
+def pose_of(pose: Pose) -> tuple[Vector3, Quaternion]:
     """Return position (x, y, z) and unit quaternion (x, y, z, w) of a geometry_msgs/Pose.
 
     Raises:
         PoseError: not finite, farther away than anything flies, or without an orientation.
     """
-    p, q = pose.position, pose.orientation
-    position_m = (p.x, p.y, p.z)
+    position_m = xyz(pose.position)
     if not all(math.isfinite(coordinate) for coordinate in position_m):
         raise PoseError("The pose has a position that is not finite.")
     if max(map(abs, position_m)) > FARTHEST_M:
         raise PoseError(f"The pose has a position beyond {FARTHEST_M:g} m; check its source.")
-    return position_m, normalised((q.x, q.y, q.z, q.w))
+    return position_m, normalised(xyzw(pose.orientation))
 
 
-def body_velocity_of(command, base_frame: str) -> tuple:
+def body_velocity_of(command: TwistStamped, base_frame: str) -> Vector3:
     """Return the linear velocity (x, y, z) of a geometry_msgs/TwistStamped in the body frame.
 
     Raises:
@@ -63,17 +66,17 @@ def body_velocity_of(command, base_frame: str) -> tuple:
     return velocity_of(command)
 
 
-def velocity_of(command) -> tuple:
+def velocity_of(command: TwistStamped) -> Vector3:
     """Return the linear velocity (x, y, z) of a geometry_msgs/TwistStamped, in its own frame.
 
     Raises:
         VelocityError: not finite, or faster than anything flies.
     """
-    v = command.twist.linear
-    if not all(math.isfinite(component) for component in (v.x, v.y, v.z)):
+    velocity = xyz(command.twist.linear)
+    if not all(math.isfinite(component) for component in velocity):
         raise VelocityError("The velocity has a component that is not finite.")
-    if max(abs(v.x), abs(v.y), abs(v.z)) > GREATEST_SPEED_M_S:
+    if max(map(abs, velocity)) > GREATEST_SPEED_M_S:
         raise VelocityError(
             f"The velocity has a component beyond {GREATEST_SPEED_M_S:.0e} m/s; check its source."
         )
-    return (v.x, v.y, v.z)
+    return velocity

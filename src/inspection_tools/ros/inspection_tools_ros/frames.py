@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Tuple
 
-from inspection_tools.geometry import normalised, yaw_of
+from inspection_tools.geometry import Quaternion, Vector3, normalised, yaw_of
 from node_tools.newest_transforms import NewestTransforms
+
+Vector2 = Tuple[float, float]
 
 
 class Frames:
@@ -14,30 +17,30 @@ class Frames:
     def __init__(self) -> None:
         self._transforms: NewestTransforms | None = None
 
-    def listen(self) -> None:
+    def listen(self) -> NewestTransforms:
         """Begin to listen, so that the first question can be answered already."""
-        self._transforms = NewestTransforms(listen_to_moving=True)
+        if self._transforms is None:
+            self._transforms = NewestTransforms(listen_to_moving=True)
+        return self._transforms
 
-    def look_up(self, target: str, source: str) -> tuple:
+    def look_up(self, target: str, source: str) -> tuple[Vector3, Quaternion]:
         """Return translation (x, y, z) and unit quaternion (x, y, z, w) that take ``source`` to ``target``.
 
         Raises:
             FrameError: TF does not know it (yet).
             PoseError: it is no rotation.
         """
-        if self._transforms is None:
-            self.listen()
-        found = self._transforms.look_up(target, source)
+        found = self.listen().look_up(target, source)
         return found.translation_m, normalised(found.rotation_xyzw)
 
-    def turn(self, vector_xy, target: str, source: str) -> tuple:
+    def turn(self, vector_xy: Vector2, target: str, source: str) -> Vector2:
         """Return a levelled vector (x, y) of ``source`` as it reads in ``target``: turned by yaw only.
 
         Raises:
             FrameError, PoseError: as ``look_up``.
         """
         if source in ("", target):
-            return tuple(vector_xy)
+            return vector_xy
         yaw_rad = yaw_of(self.look_up(target, source)[1])
         x, y = vector_xy
         return (

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import rospy
+from nav_msgs.msg import Odometry
 
 from inspection_tools.errors import ParameterError, PoseError
-from inspection_tools.geometry import multiply, rotate, yaw_of
+from inspection_tools.geometry import Quaternion, Vector3, multiply, rotate, yaw_of
 from inspection_tools_ros import conversions
 from inspection_tools_ros.frames import Frames
 from node_tools.newest_transforms import FrameError
@@ -24,7 +25,7 @@ class PoseSource:
         ParameterError: there is no such source.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._source = rospy.get_param("~pose_source", "odometry")
         if self._source not in POSE_SOURCES:
             raise ParameterError(
@@ -41,7 +42,7 @@ class PoseSource:
         if self._source == "slam":
             self._frames.listen()
 
-    def pose(self, odometry) -> tuple:
+    def pose(self, odometry: Odometry) -> tuple[Vector3, float]:
         """Return position (x, y, z) and yaw of a nav_msgs/Odometry in `goal_frame`, without waiting for TF.
 
         Raises:
@@ -57,10 +58,10 @@ class PoseSource:
         if self._source != "slam":
             return position_m, yaw_of(orientation)
         shift_m, turn = self._map_to_odom()
-        moved_m = rotate(turn, position_m)
-        return tuple(a + b for a, b in zip(shift_m, moved_m)), yaw_of(multiply(turn, orientation))
+        x, y, z = (a + b for a, b in zip(shift_m, rotate(turn, position_m)))
+        return (x, y, z), yaw_of(multiply(turn, orientation))
 
-    def _map_to_odom(self) -> tuple:
+    def _map_to_odom(self) -> tuple[Vector3, Quaternion]:
         """The newest correction by SLAM; no waiting, the next pose asks again."""
         try:
             return self._frames.look_up(self._map_frame, self._odom_frame)

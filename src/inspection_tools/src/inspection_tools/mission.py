@@ -113,13 +113,13 @@ class Mission:
             raise MissionError(f"Of {len(waypoints)} waypoints {reached} cannot be done already.")
         self._waypoints = tuple(waypoints)
         self._patience_s = patience_s
-        self._under_way_s = None  # since when the target is flown to
+        self._under_way_s: float | None = None  # since when the target is flown to
         self._reached = reached
         self._told = -1
-        self._arrived_s = None
-        self._stamp_s = None
+        self._arrived_s: float | None = None
+        self._stamp_s: float | None = None
 
-    def update(self, stamp_s: float, position_m) -> MissionStatus:
+    def update(self, stamp_s: float, position_m: Sequence[float]) -> MissionStatus:
         """Take a pose in; at most one waypoint gets done by it.
 
         A pose older than the last one (a clock that jumped back) starts hold and patience anew, nothing else.
@@ -176,13 +176,13 @@ class Mission:
         return stamp_s - self._arrived_s
 
 
-def way_m(waypoints: Sequence[Waypoint], start_m) -> float:
+def way_m(waypoints: Sequence[Waypoint], start_m: Sequence[float]) -> float:
     """Return the length of the straight legs from `start_m` (x, y, z) through all waypoints, m."""
     places = [tuple(start_m), *(waypoint.position_m for waypoint in waypoints)]
     return sum(math.dist(a, b) for a, b in zip(places, places[1:]))
 
 
-def read_mission(path) -> tuple:
+def read_mission(path: str | Path) -> tuple[Waypoint, ...]:
     """Return the waypoints of a YAML file: see `parse_mission` for its form.
 
     Raises:
@@ -204,7 +204,7 @@ def read_mission(path) -> tuple:
         raise MissionError(f"{path}: {error}") from None
 
 
-def parse_mission(content) -> tuple:
+def parse_mission(content: object) -> tuple[Waypoint, ...]:
     """Return the waypoints (a tuple) of what a YAML file holds.
 
     A mapping with `waypoints`, a list of "x y z" or "x y z yaw" (as text, as a list, or as a mapping with
@@ -229,7 +229,7 @@ def parse_mission(content) -> tuple:
     return laps * tuple(_waypoint(number, given, common) for number, given in enumerate(listed, start=1))
 
 
-def _waypoint(number: int, given, common: Mapping) -> Waypoint:
+def _waypoint(number: int, given: object, common: Mapping) -> Waypoint:
     values = {**common, **_as_mapping(number, given)}
     unknown = sorted(set(values) - set(_KEYS), key=str)
     missing = [key for key in "xyz" if key not in values]
@@ -244,7 +244,7 @@ def _waypoint(number: int, given, common: Mapping) -> Waypoint:
         raise MissionError(f"Waypoint {number}: {error}") from None
 
 
-def _as_mapping(number: int, given) -> dict:
+def _as_mapping(number: int, given: object) -> dict:
     if isinstance(given, Mapping):
         return dict(given)
     words = given.replace(",", " ").split() if isinstance(given, str) else given

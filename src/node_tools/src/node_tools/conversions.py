@@ -20,7 +20,12 @@ def xyzw(quaternion: Any) -> tuple[float, float, float, float]:
 
 def yaw_of(quaternion: Any) -> float:
     """Return the heading of a geometry_msgs/Quaternion of unit length, in (-pi, pi]."""
-    x, y, z, w = xyzw(quaternion)
+    return yaw_of_xyzw(xyzw(quaternion))
+
+
+def yaw_of_xyzw(rotation_xyzw: tuple[float, float, float, float]) -> float:
+    """Return the heading of a unit quaternion, in (-pi, pi]."""
+    x, y, z, w = rotation_xyzw
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from typing import Callable, Protocol
 
@@ -23,14 +22,19 @@ RunNode = Callable[[Ending], None]
 """Runs a node in the main thread, and returns when the signals say so or ROS shuts down."""
 
 
+class Lock(Protocol):
+    """A lock of any kind."""
+
+    def acquire(self, blocking: bool = ..., timeout: float = ...) -> bool:
+        """Take it; False if that took too long."""
+
+
 class CallbackNode(Protocol):
-    """A node that works in its callbacks.
+    """A node that works in its callbacks."""
 
-    Attributes:
-        _lock: is held while a callback publishes.
-    """
-
-    _lock: threading.Lock
+    @property
+    def _lock(self) -> Lock:
+        """Is held while a callback publishes."""
 
 
 def cannot_start(error: Exception) -> str:

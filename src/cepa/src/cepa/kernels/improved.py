@@ -175,7 +175,7 @@ def best_velocity(
 
     best_beam, best_speed, tested = -1, -1, 0
     while tested < BEST_FIRST:
-        s = np.argmin(bound)
+        s = int(np.argmin(bound))
         if bound[s] >= best_cost:
             return best_beam, best_speed, best_cost, tested
         i = order[position[s]]
@@ -232,7 +232,7 @@ def _search_on(
             windows, sums = _staircase(ranges, reach, r_ub, d_ub[s])
             for i in promising:
                 bounds[s * count + i] = travels[s, i] + k3 * _omega_of_staircase(i, windows, sums) - ROUNDING
-    start = np.argmin(bounds)
+    start = int(np.argmin(bounds))
     for k in range(bounds.size):
         candidate = (start + k) % bounds.size
         if bounds[candidate] < best_cost:

@@ -9,6 +9,7 @@ import os
 import sys
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from gridslam.errors import EvaluationError, SlamError
 from gridslam.evaluation.map_error import map_error
@@ -123,7 +124,7 @@ def _refuse_unwritable(path: Path | None) -> None:
     raise EvaluationError(f"{path}: cannot be written ({reason}).")
 
 
-def _relations(options) -> dict:
+def _relations(options: argparse.Namespace) -> dict:
     trajectory = read_tum(options.trajectory)
     relations = read_relations(options.relations)
     scan_stamps = read_tum(options.scans).stamps_s if options.scans else trajectory.stamps_s
@@ -135,14 +136,14 @@ def _relations(options) -> dict:
     }
 
 
-def _ate(options) -> dict:
+def _ate(options: argparse.Namespace) -> dict:
     estimate = read_tum(options.trajectory)
     error = trajectory_error(estimate, read_tum(options.truth), options.align, options.rpe_distance)
     judged = len(error.stamps_s)
     return {"poses": judged, "poses_outside": len(estimate.stamps_s) - judged, **error.as_dict()}
 
 
-def _map(options) -> dict:
+def _map(options: argparse.Namespace) -> dict:
     from gridslam.files.map_file import read_map
 
     if (options.estimate or options.truth) and not options.picture:
@@ -161,7 +162,7 @@ def _write_json(path: Path, figures: dict) -> None:
     path.write_text(json.dumps(_no_nan(figures), indent=2) + "\n")
 
 
-def _no_nan(value):
+def _no_nan(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _no_nan(each) for key, each in value.items()}
     return None if isinstance(value, float) and math.isnan(value) else value

@@ -81,6 +81,9 @@ def map_error(
     distance, nearest = walls.distances(points)
     samples, lengths = walls.samples(grid.resolution_m)
     seen = cKDTree(points).query(samples, distance_upper_bound=seen_within_m)[0] <= seen_within_m
+    fits: list[WallFit] = []
+    if isinstance(walls, Walls):  # points do not tell which of them make a wall
+        fits = wall_fits(walls, points, distance, nearest, wall_length_min_m, wall_gate_m)
     return MapAccuracy(
         occupied_cells=len(points),
         mean_m=float(distance.mean()),
@@ -88,5 +91,5 @@ def map_error(
         max_m=float(distance.max()),
         seen_share=float(lengths[seen].sum() / lengths.sum()),
         seen_within_m=seen_within_m,
-        walls=tuple(wall_fits(walls, points, distance, nearest, wall_length_min_m, wall_gate_m)),
+        walls=tuple(fits),
     )

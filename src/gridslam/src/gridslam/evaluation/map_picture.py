@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:  # matplotlib takes half a second to import
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 GREY_UNKNOWN, GREY_FREE, GREY_OCCUPIED = 0.80, 1.0, 0.0
@@ -61,7 +62,9 @@ def map_error_figure(
     return figure
 
 
-def _draw_plan(ax, grid: OccupancyGrid, walls: Walls | WallPoints, map_in_world) -> None:
+def _draw_plan(
+    ax: Axes, grid: OccupancyGrid, walls: Walls | WallPoints, map_in_world: Sequence[float]
+) -> None:
     from matplotlib.transforms import Affine2D
 
     lines = walls.ends_m.reshape(-1, 2, 2) if isinstance(walls, Walls) else walls.points_xy_m
@@ -112,7 +115,13 @@ def shades(grid: OccupancyGrid, pixel_m: float) -> tuple[np.ndarray, float]:
     return blocks.min(axis=(1, 3)), side * grid.resolution_m
 
 
-def _draw_spread(ax, grid, walls, accuracy: MapAccuracy, map_in_world) -> None:
+def _draw_spread(
+    ax: Axes,
+    grid: OccupancyGrid,
+    walls: Walls | WallPoints,
+    accuracy: MapAccuracy,
+    map_in_world: Sequence[float],
+) -> None:
     distance = np.sort(walls.distances(se2.transform(map_in_world, grid.occupied_xy()))[0])
     ax.plot(distance, np.arange(1, len(distance) + 1) / len(distance) * 100.0, color="k", lw=1.5)
     for value, label, style in ((accuracy.mean_m, "mean", ":"), (accuracy.p95_m, "95 %", "--")):

@@ -26,7 +26,7 @@ def read_rows(path: Path, form: str, columns: Sequence[int]) -> np.ndarray:
     Raises:
         EvaluationError: the file cannot be read, or holds something else; the sentence names the line.
     """
-    rows = []
+    rows: list[list[float]] = []
     for number, line in enumerate(_text_of(path).splitlines(), start=1):
         line = line.partition("#")[0]
         words = line.replace(",", " ").split()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -102,7 +103,7 @@ def _evo() -> _Evo:
         raise EvaluationError(f"ATE and RPE need evo: pip install -r requirements.txt ({error}).") from None
 
 
-def _evo_path(evo: _Evo, poses: np.ndarray, stamps_s: np.ndarray):
+def _evo_path(evo: _Evo, poses: np.ndarray, stamps_s: np.ndarray) -> Any:
     zero = np.zeros(len(poses))
     return evo.trajectory.PoseTrajectory3D(
         positions_xyz=np.column_stack([poses[:, :2], zero]),
@@ -113,13 +114,13 @@ def _evo_path(evo: _Evo, poses: np.ndarray, stamps_s: np.ndarray):
     )
 
 
-def _ape(evo: _Evo, relation, reference, estimated):
+def _ape(evo: _Evo, relation: Any, reference: Any, estimated: Any) -> Any:
     metric = evo.metrics.APE(relation)
     metric.process_data((reference, estimated))
     return metric
 
 
-def _rpe(evo: _Evo, relation, reference, estimated, distance_m: float) -> float:
+def _rpe(evo: _Evo, relation: Any, reference: Any, estimated: Any, distance_m: float) -> float:
     metric = evo.metrics.RPE(relation, distance_m, evo.metrics.Unit.meters, rel_delta_tol=0.2, all_pairs=True)
     try:
         metric.process_data((reference, estimated))
@@ -128,5 +129,5 @@ def _rpe(evo: _Evo, relation, reference, estimated, distance_m: float) -> float:
     return _statistic(metric, "rmse")
 
 
-def _statistic(metric, name: str) -> float:
+def _statistic(metric: Any, name: str) -> float:
     return float(metric.get_all_statistics()[name])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from gridslam.evaluation.walls import WallPoints, Walls
+from gridslam.evaluation.walls import Walls
 
 FIT_CELLS_MIN = 8  # a line through fewer cells says nothing about a wall
 FIT_SHARE_MIN = 0.75  # nor do cells along less than this share of the shortest wall that is judged
@@ -34,7 +34,7 @@ class WallFit:
 
 
 def wall_fits(
-    walls: Walls | WallPoints,
+    walls: Walls,
     points: np.ndarray,
     distance: np.ndarray,
     nearest: np.ndarray,

@@ -129,10 +129,6 @@ class WallPoints:
         del spacing_m
         return self.points_xy_m, np.full(len(self.points_xy_m), self.spacing_m)
 
-    def straight_walls(self) -> list[np.ndarray]:
-        """Points do not tell which of them make a wall: none."""
-        return []
-
 
 def read_walls(path: Path) -> Walls | WallPoints:
     """Read walls from a text file: four numbers a line are a segment, two a point on a wall.

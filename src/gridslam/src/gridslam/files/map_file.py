@@ -6,11 +6,15 @@ import sys
 import threading
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gridslam.errors import MapError
 from gridslam.occupancy_grid import CELLS_MAX, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as PillowImage
 
 FREE_AT_MOST, OCCUPIED_AT_LEAST = 25, 65
 """Occupancies, as map_saver divides them."""
@@ -115,7 +119,8 @@ def _facts_of(path: Path) -> dict:
     except (OSError, UnicodeDecodeError) as error:
         raise MapError(f"The map's file {path} cannot be read: {error}.") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
-        where = f" in line {error.problem_mark.line + 1}" if getattr(error, "problem_mark", None) else ""
+        mark = getattr(error, "problem_mark", None)
+        where = f" in line {mark.line + 1}" if mark else ""
         raise MapError(f"{path} is no valid YAML{where}.") from None
     if not isinstance(facts, dict) or not {"image", "resolution", "origin"} <= facts.keys():
         raise MapError(f"{path} is no map's YAML file: it lacks image, resolution or origin.")
@@ -143,7 +148,7 @@ def _greys_in(path: Path) -> np.ndarray:
     return bands.mean(axis=2)
 
 
-def _opened(path: Path):
+def _opened(path: Path) -> PillowImage:
     """Return Pillow's image, not decoded yet, without Pillow's limit of its size.
 
     Maps are larger than pictures. But Pillow has one limit for the whole process, on which others rely.
@@ -183,10 +188,10 @@ def _occupancy(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
     return np.where(share > occupied, OCCUPIED, np.where(share < free, FREE, between)).astype(np.int8)
 
 
-def _number(facts: dict, key: str, path: Path, default: float | None = None) -> float:
-    value = facts.get(key, default)
+def _number(facts: dict[str, Any], key: str, path: Path, default: float | None = None) -> float:
+    value: Any = facts.get(key, default)
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not is_number or not abs(value) <= sys.float_info.max:  # NaN fails this test too
+    if not (is_number and abs(value) <= sys.float_info.max):  # NaN fails this test too
         raise MapError(f"{path}: {key} is {value!r}; it must be a number.")
     return float(value)
 
@@ -194,6 +199,6 @@ def _number(facts: dict, key: str, path: Path, default: float | None = None) -> 
 def _origin(facts: dict, path: Path) -> tuple[float, float, float]:
     origin = facts["origin"]
     if isinstance(origin, list) and len(origin) in (2, 3):
-        numbers = {str(index): value for index, value in enumerate([*origin, 0.0][:3])}
-        return tuple(_number(numbers, str(index), path) for index in range(3))
+        numbers = dict(zip(("x", "y", "yaw"), [*origin, 0.0]))
+        return _number(numbers, "x", path), _number(numbers, "y", path), _number(numbers, "yaw", path)
     raise MapError(f"{path}: origin is {origin!r}; it must be [x, y, yaw].")

@@ -22,8 +22,16 @@ from gridslam.scan import PlanarScan
 FORMAT = 3
 TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
 
-DAMAGE = (ArithmeticError, EOFError, LookupError, MemoryError, TypeError, ValueError)
-DAMAGE += (zipfile.BadZipFile, zlib.error)
+DAMAGE = (
+    ArithmeticError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    TypeError,
+    ValueError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 """What reading a damaged or foreign file may raise."""
 
 
@@ -120,14 +128,14 @@ def _require_particles(count: int, arrays: dict) -> None:
             raise ValueError(f"{name} are none of {count} particles")
 
 
-def _motion_arrays(motion) -> dict:
+def _motion_arrays(motion: Motion | None) -> dict:
     if motion is None:
         return {}
     numbers = [motion.stamp_s, motion.distance_m, motion.turned_rad]
     return {"motion": np.concatenate((motion.start, motion.now, motion.deviations, numbers))}
 
 
-def _motion(arrays: dict):
+def _motion(arrays: dict) -> Motion | None:
     if "motion" not in arrays:
         return None
     values = arrays["motion"]
@@ -139,7 +147,7 @@ def _motion(arrays: dict):
     return motion
 
 
-def _scan_arrays(scans) -> dict:
+def _scan_arrays(scans: list[PlanarScan] | None) -> dict:
     if not scans:
         return {}
     return {

@@ -55,7 +55,7 @@ def _points(bearings: np.ndarray, ranges: np.ndarray) -> np.ndarray:
     return np.stack((ranges * np.cos(bearings), ranges * np.sin(bearings)), axis=1)
 
 
-def _matching_beams(bearings, ranges, lidar, every: int) -> np.ndarray:
+def _matching_beams(bearings: np.ndarray, ranges: np.ndarray, lidar: np.ndarray, every: int) -> np.ndarray:
     """Return (m, 7): ends, steps, normals, and the weight along the surface."""
     thin_bearings, thin_ranges = np.empty_like(bearings), np.empty_like(ranges)
     count = thin_out(bearings, ranges, THIN_SPACING, THIN_DEPTH, thin_bearings, thin_ranges)

@@ -37,7 +37,7 @@ class Motion:
         step = np.abs(se2.between(self.now, base_in_odom))
         self.distance_m += math.hypot(step[0], step[1])
         self.turned_rad += step[2]
-        self.deviations += _deviations(*step, parameters)
+        self.deviations += _deviations(step[0], step[1], step[2], parameters)
         self.now = np.array(base_in_odom, float)
 
     @property

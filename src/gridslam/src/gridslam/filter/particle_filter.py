@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 
@@ -64,7 +65,7 @@ class GridSlam:
         self,
         parameters: SlamParameters,
         starting_map: OccupancyGrid | None = None,
-        starting_pose=(0.0, 0.0, 0.0),
+        starting_pose: Sequence[float] = (0.0, 0.0, 0.0),
         localisation_only: bool = False,
         keep_scans: bool = False,
     ):
@@ -93,7 +94,7 @@ class GridSlam:
 
     # The filter
 
-    def process(self, scan: PlanarScan, base_in_odom) -> ScanUpdate | None:
+    def process(self, scan: PlanarScan, base_in_odom: Sequence[float] | np.ndarray) -> ScanUpdate | None:
         """Take in a scan; returns None while there was not enough motion (or time) since the last.
 
         Raises:
@@ -297,7 +298,7 @@ class GridSlam:
         self._maps = other._maps
 
 
-def _finite_pose(values, name: str) -> np.ndarray:
+def _finite_pose(values: Sequence[float] | np.ndarray, name: str) -> np.ndarray:
     pose = np.array(values, float)
     if pose.shape != (3,) or not all(math.isfinite(value) for value in pose):
         raise ScanError(f"{name} must be finite x, y, yaw, not {values}.")

@@ -16,7 +16,7 @@ class Renderer:
 
     def __init__(self, parameters: SlamParameters):
         self._parameters = parameters
-        self._corner = None
+        self._corner: np.ndarray | None = None
         self.drawn = 0
         """Tiles drawn by the last call."""
 
@@ -39,19 +39,19 @@ class Renderer:
         self._canvas = np.full((shape[0] * SIDE, shape[1] * SIDE), UNKNOWN, np.int8)
 
     def _cover_box(self, maps: TileMaps) -> None:
-        box = self._parameters
-        if box.xmin is not None:
-            maps.cover((box.xmin, box.ymin), (box.xmax, box.ymax))
+        box = self._parameters.box
+        if box is not None:
+            maps.cover(box[:2], box[2:])
 
     def _cut(self, maps: TileMaps, table: np.ndarray) -> OccupancyGrid:
         """Return the part of the canvas that is worth publishing."""
-        delta, box = self._parameters.delta, self._parameters
+        delta, box = self._parameters.delta, self._parameters.box
         ends = []
         seen = np.nonzero(table != EMPTY)
         if seen[0].size:
             ends.append([axis.min() * SIDE for axis in seen] + [(axis.max() + 1) * SIDE for axis in seen])
-        if box.xmin is not None:
-            sides = np.array((box.ymin, box.xmin, box.ymax, box.xmax)) / delta
+        if box is not None:
+            sides = np.array(box)[[1, 0, 3, 2]] / delta
             ends.append(np.round(sides).astype(int) - np.tile(maps.corner[::-1] * SIDE, 2))
         if not ends:
             return OccupancyGrid(np.full((1, 1), UNKNOWN, np.int8), delta, (0.0, 0.0))

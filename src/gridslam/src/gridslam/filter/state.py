@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Mapping
 
 import numpy as np
 
@@ -37,5 +37,5 @@ class FilterState:
     """Odometry since the last processed scan; None: there was no scan yet."""
     scans: list[PlanarScan] | None
     """The processed scans; None: they are not kept."""
-    random: dict[str, Any]
+    random: Mapping[str, Any]
     """State of the random generator."""

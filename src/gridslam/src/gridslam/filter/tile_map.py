@@ -8,6 +8,7 @@ counts).
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gridslam.errors import MapError
 from gridslam.filter.beams import Beams
@@ -53,7 +54,7 @@ class TileMaps:
         scaled[..., :2] = (scaled[..., :2] + self.corner * SIDE) * self.delta_m
         return scaled
 
-    def cover(self, low_xy_m, high_xy_m) -> None:
+    def cover(self, low_xy_m: ArrayLike, high_xy_m: ArrayLike) -> None:
         """Let the window hold a box in the map frame; raises MapError when that is absurdly large."""
         tile_m = SIDE * self.delta_m
         low = np.floor(np.clip(np.asarray(low_xy_m) / tile_m - 0.5, -FAR, FAR)).astype(np.int64)

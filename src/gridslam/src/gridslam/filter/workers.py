@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from concurrent.futures import ThreadPoolExecutor
-from typing import Callable, NamedTuple
+from typing import Any, Callable, NamedTuple
 
 LOOK_EVERY_S = 0.5
 """Between two looks at how busy the machine is."""
@@ -27,7 +27,7 @@ class Workers:
         self._threads_max = threads or cores()
         self._pool: ThreadPoolExecutor | None = None
 
-    def share(self, particles: int, kernel: Callable, *arguments) -> None:
+    def share(self, particles: int, kernel: Callable, *arguments: Any) -> None:
         """Call kernel(first, last, *arguments) for ranges that make up all particles; wait for all."""
         threads = min(self._count(), self._threads_max, particles)
         if threads <= 1:
@@ -65,12 +65,12 @@ class FreeCores:
 
     def count(self) -> int:
         """Return the number as it was over the last moments; at least one."""
-        now = None if self._last is None else self._read()
-        if now is None:
+        last, now = self._last, None if self._last is None else self._read()
+        if last is None or now is None:
             return self._free
-        past_s = now.wall_s - self._last.wall_s
+        past_s = now.wall_s - last.wall_s
         if past_s >= LOOK_EVERY_S:
-            busy_or_idle_s = now.idle_s - self._last.idle_s + now.own_s - self._last.own_s
+            busy_or_idle_s = now.idle_s - last.idle_s + now.own_s - last.own_s
             self._free = max(1, round(busy_or_idle_s / past_s))
             self._last = now
         return self._free

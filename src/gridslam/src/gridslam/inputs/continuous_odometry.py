@@ -6,6 +6,7 @@ import math
 from typing import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gridslam import se2
 from gridslam.errors import ScanError
@@ -21,11 +22,10 @@ class ContinuousOdometry:
 
     def __init__(self, say: Callable[[str], None]):
         self._say = say
-        self._last_s = None
-        self._last = None
+        self._last: tuple[float, np.ndarray] | None = None  # stamp in s, and pose
         self.odom_in_continuous = np.zeros(3)
 
-    def follow(self, stamp_s: float, base_in_odom) -> np.ndarray:
+    def follow(self, stamp_s: float, base_in_odom: ArrayLike) -> np.ndarray:
         """Return the base in a frame in which it never jumps; at first that is the odometry's own.
 
         Raises:
@@ -35,12 +35,13 @@ class ContinuousOdometry:
         if base_in_odom.shape != (3,) or not np.isfinite(base_in_odom).all():
             raise ScanError(f"The odometry's pose {base_in_odom.tolist()} is not finite x, y, yaw.")
         if self._last is not None:
-            self._mend(stamp_s - self._last_s, base_in_odom)
-        self._last_s, self._last = stamp_s, base_in_odom
+            last_s, last = self._last
+            self._mend(stamp_s - last_s, last, base_in_odom)
+        self._last = stamp_s, base_in_odom
         return se2.compose(self.odom_in_continuous, base_in_odom)
 
-    def _mend(self, seconds: float, base_in_odom: np.ndarray) -> None:
-        x, y, yaw = se2.between(self._last, base_in_odom)
+    def _mend(self, seconds: float, last: np.ndarray, base_in_odom: np.ndarray) -> None:
+        x, y, yaw = se2.between(last, base_in_odom)
         way_m, past_s = math.hypot(x, y), max(seconds, 0.0)
         if way_m <= LEEWAY_M + FASTEST_MPS * past_s and abs(yaw) <= LEEWAY_RAD + FASTEST_RADPS * past_s:
             return
@@ -51,13 +52,13 @@ class ContinuousOdometry:
             f"Odometry jumped by {way_m:.2f} m and {math.degrees(yaw):.0f} degrees {meanwhile}; "
             "the vehicle is taken not to have moved."
         )
-        at_rest = se2.compose(self.odom_in_continuous, self._last)
+        at_rest = se2.compose(self.odom_in_continuous, last)
         self.odom_in_continuous = se2.compose(at_rest, se2.inverse(base_in_odom))
 
     def state(self) -> dict:
         """Return what ``restore`` takes."""
-        last = None if self._last is None else self._last.tolist()
-        return {"last_s": self._last_s, "last": last, "odom": self.odom_in_continuous.tolist()}
+        last_s, last = (None, None) if self._last is None else (self._last[0], self._last[1].tolist())
+        return {"last_s": last_s, "last": last, "odom": self.odom_in_continuous.tolist()}
 
     def restore(self, state: dict) -> None:
         """Go on from a state.
@@ -66,12 +67,11 @@ class ContinuousOdometry:
             ValueError: it is none.
         """
         begun = state["last"] is not None
-        self._last_s = float(state["last_s"]) if begun else None
-        self._last = _pose(state["last"]) if begun else None
+        self._last = (float(state["last_s"]), _pose(state["last"])) if begun else None
         self.odom_in_continuous = _pose(state["odom"])
 
 
-def _pose(values) -> np.ndarray:
+def _pose(values: ArrayLike) -> np.ndarray:
     pose = np.array(values, dtype=float)
     if pose.shape != (3,) or not np.isfinite(pose).all():
         raise ValueError("the odometry's state is no pose")

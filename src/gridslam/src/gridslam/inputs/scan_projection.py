@@ -8,12 +8,16 @@ not there, and is dropped.
 from __future__ import annotations
 
 import math
+from typing import Sequence, Tuple, Union
 
 import numpy as np
 
 from gridslam.errors import ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.scan import PlanarScan
+
+LidarPose = Union[np.ndarray, Tuple[Sequence[float], Sequence[float]]]
+"""A (4, 4) matrix, or translation (x, y, z) and unit quaternion (x, y, z, w)."""
 
 FLOOR_CLEARANCE_M = 0.15
 """A beam that ends lower than this over the floor (or than half the lidar's height) has hit it."""
@@ -27,7 +31,7 @@ def project(
     angle_increment_rad: float,
     range_min_m: float,
     range_max_m: float,
-    lidar_in_base,
+    lidar_in_base: LidarPose,
     attitude_rad: tuple[float, float] = (0.0, 0.0),
     height_m: float | None = None,
     stamp_s: float = 0.0,
@@ -43,8 +47,7 @@ def project(
         angle_increment_rad: from beam to beam, of either sign.
         range_min_m: least range that the lidar measures.
         range_max_m: greatest range that the lidar measures.
-        lidar_in_base: pose of the lidar in the base frame, as a (4, 4) matrix or as a pair of translation
-            (x, y, z) and unit quaternion (x, y, z, w); it may be off-centre, inclined or upside down.
+        lidar_in_base: pose of the lidar in the base frame; it may be off-centre, inclined or upside down.
         attitude_rad: (roll, pitch) of the base frame.
         height_m: of the base frame's origin over a flat floor; beams that end at the floor are dropped. None:
             not known, no beam is dropped for that.
@@ -77,7 +80,9 @@ def project(
     )
 
 
-def _directions(count, angle_min_rad, angle_increment_rad, rotation, yaw_rad):
+def _directions(
+    count: int, angle_min_rad: float, angle_increment_rad: float, rotation: np.ndarray, yaw_rad: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (n,) bearings in the levelled lidar's frame and (n,) sines of the elevation."""
     angles_rad = angle_min_rad + angle_increment_rad * np.arange(count)
     in_lidar = np.stack((np.cos(angles_rad), np.sin(angles_rad)))
@@ -96,7 +101,7 @@ def _hits_floor(ranges_m: np.ndarray, slopes: np.ndarray, lidar_height_m: float)
     return lidar_height_m + climbs_m < min(FLOOR_CLEARANCE_M, lidar_height_m / 2.0)
 
 
-def _mounting(lidar_in_base) -> tuple[np.ndarray, np.ndarray]:
+def _mounting(lidar_in_base: LidarPose) -> tuple[np.ndarray, np.ndarray]:
     """Return (3, 3) rotation and (3,) translation of either form of a pose."""
     if isinstance(lidar_in_base, tuple) and len(lidar_in_base) == 2:
         translation_xyz = np.asarray(lidar_in_base[0], dtype=np.float64)
@@ -115,14 +120,20 @@ def _mounting(lidar_in_base) -> tuple[np.ndarray, np.ndarray]:
     return rotation, translation_xyz
 
 
-def _lean(attitude_rad) -> np.ndarray:
+def _lean(attitude_rad: tuple[float, float]) -> np.ndarray:
     roll_rad, pitch_rad = attitude_rad
     if not (math.isfinite(roll_rad) and math.isfinite(pitch_rad)):
         raise ScanError(f"The attitude (roll {roll_rad:g}, pitch {pitch_rad:g}) is not finite.")
     return matrix_of_lean(roll_rad, pitch_rad)
 
 
-def _check(ranges_m, angle_min_rad, angle_increment_rad, range_min_m, range_max_m) -> None:
+def _check(
+    ranges_m: np.ndarray,
+    angle_min_rad: float,
+    angle_increment_rad: float,
+    range_min_m: float,
+    range_max_m: float,
+) -> None:
     if ranges_m.ndim != 1 or ranges_m.size == 0:
         raise ScanError(f"The scan's ranges have shape {ranges_m.shape}; they must be a row of numbers.")
     if not (math.isfinite(angle_min_rad) and math.isfinite(angle_increment_rad)):

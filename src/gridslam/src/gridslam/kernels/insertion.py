@@ -59,7 +59,9 @@ def place(pose: np.ndarray, points: np.ndarray, placed: np.ndarray) -> None:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _count(tile: int, cell: int, more_visits: int, more_hits: int, entry: int, tiles: Tiles) -> int:
+def _count(
+    tile: int, cell: int, more_visits: int | np.int64, more_hits: int, entry: int, tiles: Tiles
+) -> np.int64:
     """Add to a cell's counts, halving them if they would overflow; keep its bit; return its hits."""
     met = np.int64(tiles.visits[tile, cell]) + more_visits
     ended = np.int64(tiles.hits[entry, cell]) + more_hits
@@ -101,9 +103,9 @@ def _add_one_by_one(tile: int, board: np.ndarray, at: int, stride: int, tiles: T
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _moved(mean: float, value: float, number: int) -> np.uint16:
+def _moved(mean: float, value: float, number: int | np.int64) -> np.uint16:
     """Return a mean of ``number`` values, in parts of a cell, of which the last is new."""
-    old = np.float64(mean)
+    old = float(mean)
     return np.uint16(min(old + (value * PARTS - old) / number + 0.5, PARTS - 1.0))
 
 

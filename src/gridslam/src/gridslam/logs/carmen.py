@@ -10,7 +10,7 @@ import gzip
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterator
+from typing import Callable, Iterator
 
 import numpy as np
 
@@ -73,7 +73,11 @@ def read_log(path: str | Path, range_max_m: float | None = None) -> Iterator[Car
     Raises:
         CarmenError: the file cannot be read, or a line cannot be understood; names both.
     """
-    readers = {"FLASER": _flaser, "ROBOTLASER1": _robot_laser, "ODOM": _odometry}
+    readers: dict[str, Callable[[list[str], float | None], CarmenScan | CarmenOdometry]] = {
+        "FLASER": _flaser,
+        "ROBOTLASER1": _robot_laser,
+        "ODOM": _odometry,
+    }
     for number, line in enumerate(_lines(path), start=1):
         words = line.split()
         if not words or words[0] not in readers:
@@ -134,7 +138,9 @@ def _odometry(words: list[str], _range_max_m: float | None) -> CarmenOdometry:
     return CarmenOdometry(stamp_s, (x, y, yaw), speed, turn_rate)
 
 
-def _scan(readings, angles, range_max_m, poses, stamp) -> CarmenScan:
+def _scan(
+    readings: list[str], angles: tuple[float, float], range_max_m: float, poses: list[float], stamp: str
+) -> CarmenScan:
     ranges_m = np.array(_floats(readings, len(readings)))
     ranges_m[ranges_m > range_max_m] = np.inf
     return CarmenScan(
@@ -143,8 +149,8 @@ def _scan(readings, angles, range_max_m, poses, stamp) -> CarmenScan:
         angle_min_rad=angles[0],
         angle_increment_rad=angles[1],
         range_max_m=range_max_m,
-        robot_in_odom=tuple(poses[3:]),
-        lidar_in_odom=tuple(poses[:3]),
+        robot_in_odom=(poses[3], poses[4], poses[5]),
+        lidar_in_odom=(poses[0], poses[1], poses[2]),
     )
 
 

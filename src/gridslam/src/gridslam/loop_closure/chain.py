@@ -68,7 +68,15 @@ class Chain:
             "settled": np.array(self._settled),
         }
 
-    def from_arrays(self, stamps_s, poses, steps, covariances, way_m, settled) -> None:
+    def from_arrays(
+        self,
+        stamps_s: np.ndarray,
+        poses: np.ndarray,
+        steps: np.ndarray,
+        covariances: np.ndarray,
+        way_m: np.ndarray,
+        settled: np.ndarray,
+    ) -> None:
         """Go on from what `to_arrays` has returned.
 
         Raises:

@@ -11,11 +11,12 @@ from gridslam import se2
 from gridslam.filter.tile_pool import require_indices
 from gridslam.loop_closure.chain import Chain, match_information
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
+from gridslam.loop_closure.local_map import LocalMap
 from gridslam.loop_closure.match import Closure, Match
 from gridslam.loop_closure.matcher import Window, correlate
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import ShortestWays, import_gtsam, optimise
-from gridslam.loop_closure.refinement import refine
+from gridslam.loop_closure.refinement import Refined, refine
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 
@@ -53,6 +54,11 @@ class LoopCloser:
         self._searched_m = 0.0
         self._agreed = False
         """Whether the last search has found a place again where the path has it."""
+
+    @property
+    def parameters(self) -> LoopClosureParameters:
+        """What it was made with."""
+        return self._parameters
 
     @property
     def closures(self) -> list[Closure]:
@@ -155,7 +161,7 @@ class LoopCloser:
         ]
         return sorted(nearest, key=lambda node: distance[node])[: p.places_max]
 
-    def _match(self, older: int, query, ways: ShortestWays) -> Match | None:
+    def _match(self, older: int, query: LocalMap, ways: ShortestWays) -> Match | None:
         """Match the recent local map with an earlier one; None unless good, unique, firm and credible."""
         p, chain = self._parameters, self._chain
         newer = query.anchor
@@ -193,7 +199,7 @@ class LoopCloser:
             min(max(turn, 0.05), p.window_max_rad),
         )
 
-    def _covariance(self, refined) -> np.ndarray | None:
+    def _covariance(self, refined: Refined) -> np.ndarray | None:
         p = self._parameters
         information = match_information(refined.normal_matrix, refined.pairs, p)
         if np.linalg.eigvalsh(information)[0] < 1e-3:

@@ -126,7 +126,9 @@ def _beam_ends(scan: PlanarScan, lidar: np.ndarray, range_m: float) -> tuple[np.
     ), hits
 
 
-def _table(points: np.ndarray, free: np.ndarray, origin: np.ndarray, resolution_m: float, blur_m: float):
+def _table(
+    points: np.ndarray, free: np.ndarray, origin: np.ndarray, resolution_m: float, blur_m: float
+) -> np.ndarray:
     table = np.zeros((*free.shape, 2), dtype=np.uint8)
     cells = np.unique(np.floor((points - origin) / resolution_m).astype(np.int64), axis=0)
     stamp_fits(cells, _profile(resolution_m, blur_m), table[:, :, FITS])

@@ -79,7 +79,7 @@ class Correlation:
         circle = np.array([*middle, distance_m / self._reference.resolution_m])
         return float(self._search(circle, score_min)[0])
 
-    def _search(self, circle: np.ndarray, floor: float):
+    def _search(self, circle: np.ndarray, floor: float) -> tuple[float, int, int, int]:
         return best_shift(
             self._order,
             self._bounds,

@@ -7,6 +7,7 @@ for scalable mapping" (ICRA 2003).
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import Sequence
 
 import numpy as np
@@ -50,7 +51,7 @@ def optimise(chain: Chain, closures: Sequence[Match]) -> np.ndarray:
     return np.array([(pose.x(), pose.y(), pose.theta()) for pose in poses])
 
 
-def import_gtsam():
+def import_gtsam() -> ModuleType:
     """Return the module gtsam, which takes a while to load; raises SlamError where there is none."""
     try:
         import gtsam
@@ -77,7 +78,7 @@ class ShortestWays:
         covariances = np.concatenate(
             [chain.covariances, np.reshape([c.covariance for c in closures], (-1, 3, 3))]
         )
-        self._edges = {}
+        self._edges: dict[tuple[int, int], tuple[int, np.ndarray]] = {}
         for (older, newer), covariance in zip(ends, covariances):
             self._edges.setdefault((older, newer), (newer, covariance))
 

@@ -65,7 +65,15 @@ def normal_matrix(surface: SurfacePoints) -> np.ndarray:
     return jacobian.T @ jacobian
 
 
-def _pairs(tree, target, normals, points, facing, pose, gate):
+def _pairs(
+    tree: cKDTree,
+    target: np.ndarray,
+    normals: np.ndarray,
+    points: np.ndarray,
+    facing: np.ndarray,
+    pose: np.ndarray,
+    gate: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return distance, its derivative by a step in the query's frame, and weight, of each pair of points."""
     moved = se2.transform(pose, points)
     gap, nearest = tree.query(moved, distance_upper_bound=gate)
