@@ -1,20 +1,15 @@
 """Every snippet of the pages runs as pasted from where its page says.
 
-How each is checked:
-- Bash runs all shell blocks, in a copy of the workspace made of links; only what is named in
-  `snippets.CALLED` is written down in place of being run. Then each of those calls is looked at:
-- roslaunch, and bringup.sh with a launch file: roslaunch's own loader loads the file with these very
-  arguments, every argument is one that the file knows, every node exists, every file that is named exists.
-- Packages that a reader builds from source are looked at where they are; elsewhere rosinstall names them.
-- rosrun: the program exists. Our own commands answer --help, and know the options given. `doctor` and
-  `campaign --smallest` run for real (here and in test_campaign_runs.py).
-- dynparam set: the node's .cfg knows the parameter and admits the value.
-- rostopic pub: the type exists, and the message is one of it.
-- rosbag, rosparam, rostopic echo: the program knows the subcommand and its options.
-- python blocks: they run, with values for the names that the page leaves to its reader.
-- Not run, since they take long: bringup.sh setup, test, bench and report; files that they name must exist.
-- Not run, since they need root, the network or foreign sources: blocks with one of `snippets.ELSEWHERE`
-  (apt-get, wstool, catkin_make, make, ...). Bash parses them; their lines that call ROS are checked as above.
+Bash runs all shell blocks, in a copy of the workspace made of links. It only writes down the programs in
+`snippets.CALLED`. Then each of these calls is checked:
+- roslaunch, and bringup.sh with a launch file: roslaunch's own loader loads the file with these arguments;
+  every argument, node and file exists. rosinstall names the packages that a reader builds from source.
+- rosrun: the program exists, and our own commands know the options given.
+- dynparam, rostopic, rosbag: parameter and value, type and message, subcommand and options exist.
+- bringup.sh setup, test, bench and report take long and are not run; files that they name must exist.
+Blocks with one of `snippets.ELSEWHERE` (apt-get, catkin_make, ...) need root, the network or foreign sources.
+Bash only parses them; their lines that call ROS are checked as above. Python blocks run, with values for the
+names that the page leaves to its reader.
 """
 
 from __future__ import annotations
@@ -38,7 +33,7 @@ FILE_ARGUMENTS = {"world", "bag", "mission"}
 SUBCOMMANDS = {"test", "bench", "report", "setup"}
 UPSTREAM = {"rqt_reconfigure", "mavros"}
 """Packages that a reader builds from source."""
-UNRUN = {"rqt", "rviz", "rosservice", "rosnode"}
+UNRUN = {"rqt", "rviz", "rosparam", "rosservice", "rosnode"}
 SERVERS = {"/cepa": ("cepa", "Cepa"), "/position_controller": ("inspection_tools", "PositionController")}
 """Packages and .cfg files of the nodes that pages tune."""
 HELPFUL = {
@@ -132,8 +127,7 @@ def look_at(call: Call) -> None:
         "roslaunch": launches,
         "rosrun": runs,
         "rostopic": topic,
-        "rosbag": options_of,
-        "rosparam": param,
+        "rosbag": bag,
     }
     if program in checks:
         checks[program](call)
@@ -153,8 +147,6 @@ def look_at(call: Call) -> None:
 
 
 def launches(call: Call) -> None:
-    import roslaunch.config
-    import roslaunch.rlutil
     import roslib.packages
 
     package, file, *given = call.words[1:]
@@ -169,10 +161,19 @@ def launches(call: Call) -> None:
             assert Path(call.folder, value).is_file(), f"{value} is not there"
     if not is_there("mavros"):  # it is built from source; all else of the file is looked at
         given = [word for word in given if word != "mavros:=real"]
+    loads(found[0], *given)
+
+
+@lru_cache(maxsize=None)
+def loads(file: str, *given: str) -> None:
+    """Let roslaunch load a file; raises AssertionError when it cannot, or when a node does not exist."""
+    import roslaunch.config
+    import roslib.packages
+
     try:
-        config = roslaunch.config.load_config_default([(found[0], given)], None, verbose=False)
+        config = roslaunch.config.load_config_default([(file, given)], None, verbose=False)
     except roslaunch.RLException as error:
-        raise AssertionError(f"{call.words}: {error}") from None
+        raise AssertionError(f"{file} {given}: {error}") from None
     assert not config.config_errors
     # Nodes of one's own (the tutorial's) are made on the page
     nodes = {(node.package, node.type) for node in config.nodes if node.package != "my_avoidance"}
@@ -215,7 +216,7 @@ def runs(call: Call) -> None:
 def knows_options(words, options) -> None:
     """words: package, program, and what it is given."""
     kinds = ("tune", "relations", "ate", "map")  # of `campaign` and `gridslam_evaluate`
-    text = help_of(*words[:2], *(word for word in words[2:3] if word in kinds))
+    text = help_of("rosrun", *words[:2], *(word for word in words[2:3] if word in kinds))
     for option in options:
         assert re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", text), f"{words[1]} knows no {option}"
 
@@ -228,7 +229,7 @@ def is_there(package: str) -> bool:
 
 @lru_cache(maxsize=None)
 def help_of(*words: str) -> str:
-    done = subprocess.run(["rosrun", *words, "--help"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -271,17 +272,11 @@ def topic(call: Call) -> None:
             raise AssertionError(str(error)) from None
 
 
-def param(call: Call) -> None:
-    assert call.words[1] in ("set", "get", "load", "delete", "list"), call
-
-
-def options_of(call: Call) -> None:
-    """rosbag: the subcommand knows every option."""
-    done = subprocess.run(["rosbag", call.words[1], "--help"], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
+def bag(call: Call) -> None:
+    """Its subcommand knows every option."""
+    text = help_of("rosbag", call.words[1])
     for word in call.words[2:]:
-        if word.startswith("--"):
-            assert re.search(rf"{re.escape(word)}(?![\w-])", done.stdout), f"rosbag knows no {word}"
+        assert not word.startswith("--") or re.search(rf"{word}(?![\w-])", text), f"rosbag knows no {word}"
 
 
 # -- for real -----------------------------------------------------------------------------------------------
@@ -327,12 +322,18 @@ x, y, yaw, roll, pitch, height, stamp = 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 1.0
 lidar_in_base = ((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0))
 """
 PYTHON = {
-    "src/cepa/README.md": GIVEN,
-    "src/gridslam/README.md": GIVEN + POSE,
-    "src/inspection_tools/README.md": GIVEN + "stamp_s, position_m, yaw_rad = 1.0, (0.0, 0.0, 2.0), 0.0\n",
-    "src/simulation_tools/README.md": "",
+    "src/cepa/README.md": (GIVEN, "decision.velocity_xy != (0.0, 0.0)"),
+    "src/gridslam/README.md": (GIVEN + POSE, "update is not None"),
+    "src/inspection_tools/README.md": (
+        GIVEN + "stamp_s, position_m, yaw_rad = 1.0, (0.0, 0.0, 2.0), 0.0\n",
+        "yaw_rate > 0.0 and not command.goal_reached",
+    ),
+    "src/simulation_tools/README.md": (
+        "",
+        "abs(simulation.world.get_state('iris').pose.position_m[2] - 2.0) < 0.3 and not simulation.close()",
+    ),
 }
-"""By page: what its reader has before the page's python; pages run in their own folder."""
+"""By page: what its reader has before the page's python, and what is true afterwards."""
 SKELETONS = {
     "src/gridslam/doc/loop_closure.md": "lines of a caller's loop; test_loop_closure.py runs the same calls",
     "src/node_tools/README.md": "the frame of a node, with dots where its imports stand",
@@ -349,21 +350,10 @@ def test_a_python_snippet_has_a_place_here():
 def test_a_python_snippet_runs(page, monkeypatch, place):
     monkeypatch.chdir((ROOT / page).parent)
     (block,) = fenced(page, "python")
-    made, _ = place
+    given, afterwards = PYTHON[page]
     names: dict = {}
-    exec(PYTHON[page], names)
-    exec(block.replace('"mission.yaml"', repr(str(made / "mission.yaml"))), names)
-    if "decision" in names:
-        assert names["decision"].velocity_xy != (0.0, 0.0)
-    if "session" in names:
-        assert names["update"] is not None
-    if "simulation" in names:
-        z_m = names["simulation"].world.get_state("iris").pose.position_m[2]
-        names["simulation"].close()
-        assert abs(z_m - 2.0) < 0.3, "it does not hover"
-    if "yaw_rate" in names:
-        assert names["yaw_rate"] > 0.0
-        assert not names["command"].goal_reached
+    exec(given + block.replace('"mission.yaml"', repr(str(place[0] / "mission.yaml"))), names)
+    assert eval(afterwards, names)
 
 
 @pytest.mark.parametrize("page", SKELETONS)
