@@ -1,1 +1,1 @@
-"""Campaigns: many trials of the in-process closed loop, on all cores or on a cluster, judged together."""
+"""Campaigns: many flights of the whole chain without ROS, on all cores or on a cluster, judged together."""

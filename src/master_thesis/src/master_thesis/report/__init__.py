@@ -1,1 +1,1 @@
-"""The thesis's chapter 8 reproduced in one call, and written down beside the thesis's own figures."""
+"""The report: the thesis's chapter 8, computed in one call and shown beside the thesis's own results."""

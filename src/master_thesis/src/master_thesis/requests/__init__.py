@@ -1,1 +1,1 @@
-"""What is asked for: of a driver by its parameters, of a launch file by its arguments, checked alike."""
+"""Checks before anything flies: the parameters of a driver and the arguments of a launch file."""

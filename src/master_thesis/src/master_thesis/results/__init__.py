@@ -1,1 +1,1 @@
-"""What a run leaves behind: its folder, its figures of merit and its pictures."""
+"""What a run leaves behind: its folder, its numbers and its pictures."""

@@ -1,1 +1,1 @@
-"""What the report is computed from: each piece is one flight, one set of flights or one measurement."""
+"""The computations behind the report: a piece is one flight, one set of flights or one measurement."""

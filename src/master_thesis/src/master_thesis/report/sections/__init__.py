@@ -1,1 +1,1 @@
-"""What the report says: from the pieces' numbers to tables, pictures and findings, one module a section."""
+"""The report's sections: each module turns the numbers of pieces into tables, pictures and findings."""
