@@ -1,4 +1,4 @@
-"""What the two algorithms share: the scan's normal form, the reference velocity in it, and the answers."""
+"""What both algorithms share: the scan's normal form, the reference velocity in it, and the answers."""
 
 from __future__ import annotations
 

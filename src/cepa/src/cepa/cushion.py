@@ -1,4 +1,4 @@
-"""The safety cushions SC_r(psi, v), as the thesis writes them, and the edge of what is an emergency.
+"""The safety cushions SC_r(psi, v), as the thesis writes them, and the edge of the emergency.
 
 psi is an angle relative to the direction of travel, wrapped to (-pi, pi]; the edge is its distance from the
 UAV. The compiled code has faster forms of the same; the tests compare.

@@ -1,4 +1,4 @@
-"""Floor and ceiling in the scan of a lidar that leans with its UAV.
+"""Drops beams that end on floor or ceiling because the lidar leans with its UAV.
 
 A beam that ends there says nothing of obstacles at the UAV's height, so that it is dropped. It has shown that
 its direction is free as far as that, and no more: where the UAV could not stop within what has been seen, the

@@ -1,4 +1,4 @@
-"""The original algorithm (thesis 6.1, algorithm 1): the baseline, neither crippled nor improved."""
+"""The original algorithm (thesis 6.1, algorithm 1), the baseline."""
 
 from __future__ import annotations
 

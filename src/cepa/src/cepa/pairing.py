@@ -1,4 +1,4 @@
-"""Pairs each scan with what else belongs to its instant, by the stamps of the messages."""
+"""Pairs each scan with the reference and the odometry of the same stamp."""
 
 from __future__ import annotations
 

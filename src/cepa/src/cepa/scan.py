@@ -1,4 +1,4 @@
-"""A planar laser scan, and its normal form: a full turn of beams in ascending order."""
+"""A planar laser scan, and its normal form: a full turn of beams in ascending order, seen or unseen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What there is to see of a decision, as plain numbers for RViz or matplotlib."""
+"""A decision as plain numbers, for drawing it in RViz or matplotlib."""
 
 from __future__ import annotations
 

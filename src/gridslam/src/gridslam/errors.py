@@ -1,4 +1,4 @@
-"""The exceptions of this package; every message is one sentence that can be shown to a user as it is."""
+"""The exceptions of this package; each message is one sentence for the user."""
 
 
 class SlamError(Exception):

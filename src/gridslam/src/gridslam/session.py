@@ -1,4 +1,4 @@
-"""One run of SLAM: the filter, the loop closer if there is one, and odometry that may jump.
+"""One run of SLAM: the filter, the optional loop closer, and odometry that may jump.
 
 The node, the replay of bags and simulations without ROS all drive this.
 """

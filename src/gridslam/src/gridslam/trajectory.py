@@ -1,4 +1,4 @@
-"""Where the vehicle has been: every particle's path, with ancestors that particles share."""
+"""Every particle's path; particles share the ancestors that they have in common."""
 
 from __future__ import annotations
 

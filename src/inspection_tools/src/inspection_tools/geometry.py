@@ -1,4 +1,4 @@
-"""The little quaternion arithmetic that poses need; quaternions are (x, y, z, w)."""
+"""Quaternion arithmetic for poses; quaternions are (x, y, z, w)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pairs each command with the reference it was made from, by their stamps."""
+"""Pairs each command with the reference from which it was made, by their stamps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the beams of a planar scan point, and whether a scan can be used at all."""
+"""Where the beams of a planar scan point, and whether a scan can be used."""
 
 from __future__ import annotations
 

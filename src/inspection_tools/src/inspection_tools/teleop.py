@@ -1,4 +1,4 @@
-"""A pilot's hands, as reference velocities: keys of a terminal, or the sticks of a joystick.
+"""Reference velocities from a pilot: keys of a terminal, or the sticks of a joystick.
 
 Both are dead man's switches: a key that is no longer pressed and a joystick that no longer speaks mean hover.
 """

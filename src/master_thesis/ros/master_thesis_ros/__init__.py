@@ -1,1 +1,1 @@
-"""What this package's nodes share: messages, parameters."""
+"""What the nodes share: the driver that starts and ends a run, messages, parameters, the watch on SLAM."""

@@ -1,4 +1,4 @@
-"""What can go wrong in this package, each told in one sentence that names what, where and what to do."""
+"""The package's exceptions; each message says in one sentence what is wrong, where, and what to do."""
 
 
 class MasterThesisError(Exception):

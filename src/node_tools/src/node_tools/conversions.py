@@ -1,4 +1,4 @@
-"""Between geometry_msgs and plain numbers; quaternions are (x, y, z, w), angles in radians."""
+"""Conversions between geometry_msgs and plain numbers; quaternions are (x, y, z, w), angles in radians."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A publisher that sends in the thread that publishes, and never waits for anybody.
+"""A publisher that sends in the thread that publishes, and never waits for a subscriber.
 
 rospy gives each subscriber of a queued topic a thread of its own. So a message on its way from scan to
 setpoint waits for one more thread in each node, and a clock with eight listeners costs the simulator 0.45 ms.

@@ -1,4 +1,4 @@
-"""TF without waiting: what is not known now is asked for again with the next message.
+"""TF look-ups that never wait: an unknown transform is asked for again with the next message.
 
 A look-up with a time-out waits for ROS time. It blocks for ever while the clock stands still, as in lockstep.
 """

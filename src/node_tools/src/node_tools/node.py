@@ -1,4 +1,4 @@
-"""How a node starts and runs: one sentence for what is wrong, no traceback, and a clean end."""
+"""How a node starts and runs: one sentence instead of a traceback, and a clean end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A watch on the stamps of messages: those of another clock, and a clock that jumped back."""
+"""Watches the stamps of messages: stamps of another clock, and a clock that jumped back."""
 
 from __future__ import annotations
 

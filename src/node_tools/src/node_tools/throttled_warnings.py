@@ -1,4 +1,4 @@
-"""Warnings that come once in a while, however often their cause comes."""
+"""Warnings that come at most once in a while, however often their cause comes."""
 
 from __future__ import annotations
 

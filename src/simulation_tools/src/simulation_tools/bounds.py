@@ -1,4 +1,4 @@
-"""Bounds on numbers from outside: what MAVLink's fields can carry, and what makes sense in a world."""
+"""Bounds on numbers from outside: what MAVLink's fields can hold, and what is possible in a world."""
 
 from __future__ import annotations
 

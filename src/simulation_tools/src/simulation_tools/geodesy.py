@@ -1,4 +1,4 @@
-"""Between the local frame and latitude and longitude, by PX4's projection.
+"""Conversions between the local frame and latitude and longitude, by PX4's projection.
 
 Azimuthal equidistant on a sphere about the origin (Snyder, "Map projections", 1987, section 25): distances
 and bearings from the origin are true.

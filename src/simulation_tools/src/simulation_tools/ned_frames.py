@@ -1,4 +1,4 @@
-"""Between the world's frames (ENU, FLU, quaternions x y z w) and PX4's (NED, FRD, quaternions w x y z).
+"""Conversions between the world's frames (ENU, FLU, quaternions x y z w) and PX4's (NED, FRD, w x y z).
 
 Each function is its own inverse up to the order of a quaternion's components.
 """

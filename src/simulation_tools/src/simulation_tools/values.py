@@ -1,4 +1,4 @@
-"""Checks of what a user gives: as a parameter of a node, or as an argument of a launch file."""
+"""Checks of values that a user gives: parameters of a node, arguments of a launch file."""
 
 from __future__ import annotations
 

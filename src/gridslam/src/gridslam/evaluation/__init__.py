@@ -1,4 +1,4 @@
-"""How good a trajectory or a map is, against what is known to be true. See doc/reference.md."""
+"""The errors of a trajectory or a map against the truth. See doc/reference.md."""
 
 from gridslam.evaluation.map_error import MapAccuracy, map_error
 from gridslam.evaluation.map_picture import draw_map_error, map_error_figure

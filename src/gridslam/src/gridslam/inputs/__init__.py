@@ -1,1 +1,1 @@
-"""From lidars and odometry of any kind to what the filter takes."""
+"""Turns the scans of any lidar and the odometry of any vehicle into what the filter takes."""

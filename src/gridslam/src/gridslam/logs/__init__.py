@@ -1,1 +1,1 @@
-"""Logs that other programs wrote."""
+"""Logs of other programs: CARMEN."""

@@ -1,1 +1,1 @@
-"""Trials: what is computed piece by piece, by some processes, and kept so that an interrupted run goes on."""
+"""Trials run in several processes and are kept: an interrupted run goes on, a failed trial is repeated."""

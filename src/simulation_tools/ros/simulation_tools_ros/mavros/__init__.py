@@ -1,1 +1,1 @@
-"""The node `mavros`: what its plugins share, and the plugins."""
+"""The node `mavros`: its plugins, and what they share."""

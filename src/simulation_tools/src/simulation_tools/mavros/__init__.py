@@ -1,1 +1,1 @@
-"""The ground's side of MAVLink as MAVROS does it: the client and the conversions; the node is thin."""
+"""MAVROS's side of MAVLink without ROS: the client and the conversions."""

@@ -1,4 +1,4 @@
-"""`mavros_publisher` without ROS: the state machine, what it is told and what it wants done."""
+"""`mavros_publisher` without ROS: the state machine, its inputs and its actions."""
 
 from simulation_tools.publisher.interface import (
     Action,

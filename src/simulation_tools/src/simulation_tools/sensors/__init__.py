@@ -1,1 +1,1 @@
-"""Simulated sensors: lidar, inertial measurement unit, drifting odometry."""
+"""Simulated sensors: lidar, IMU, drifting odometry, cameras and others, and when they fire."""

@@ -1,1 +1,1 @@
-"""What flies: the forces of rotors and air on a multirotor."""
+"""The UAV: the forces of rotors and air, the gimbal, and the model with its lidar."""

@@ -1,1 +1,1 @@
-"""One module for each of MAVROS's plugins, called as MAVROS calls it."""
+"""One module for each of MAVROS's plugins, with the plugin's name."""

@@ -1,1 +1,1 @@
-"""The cascade from position setpoint to rotor command, and the take-off ramp that limits it."""
+"""The cascade from position setpoint to rotor command, and the ramp that limits the take-off."""
