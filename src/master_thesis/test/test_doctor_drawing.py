@@ -58,7 +58,7 @@ def test_what_says_nothing_is_left_out(hidden):
 
 
 def test_who_hears_everything_has_words_in_place_of_arrows():
-    label = next(line for line in PICTURE.splitlines() if "hears" in line)
+    label = next(line for line in PICTURE.splitlines() if "subscribes to" in line)
     assert all(f"/told_{number}<" in label for number in range(MANY_EARS))
     assert "/scan<" in label
 

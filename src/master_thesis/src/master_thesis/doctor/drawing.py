@@ -127,7 +127,7 @@ def _ellipse(node: Node, hears: Sequence[str]) -> str:
     if not hears:
         return f'  {_quoted(node.name)} [label="{name}" style=filled fillcolor="{fill}" margin="0.04,0.02"]'
     words = "".join(f'<br align="left"/>{html.escape(topic)}' for topic in sorted(hears))
-    small = f'<font point-size="8" color="{MUTED}">hears{words}<br align="left"/></font>'
+    small = f'<font point-size="8" color="{MUTED}">subscribes to{words}<br align="left"/></font>'
     shape = f'shape=box style="filled,rounded" fillcolor="{fill}"'
     return f"  {_quoted(node.name)} [label=<{html.escape(node.name.lstrip('/'))}<br/>{small}> {shape}]"
 
