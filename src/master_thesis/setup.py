@@ -1,8 +1,7 @@
 """catkin's description of the Python packages; run by catkin, not by hand."""
 
-from distutils.core import setup
-
 from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
 
 setup(
     **generate_distutils_setup(

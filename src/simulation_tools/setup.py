@@ -1,8 +1,7 @@
 """catkin's description of the Python packages; run by catkin, not by hand."""
 
-from distutils.core import setup
-
 from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
 
 # Two source folders, because the devel space puts a package's source folder first on sys.path: beside the
 # library, simulation_tools_ros would let Python find it there, without its generated simulation_tools.cfg.
