@@ -49,8 +49,12 @@ def scan_of(message: LaserScanMessage) -> LaserScan2D:
 
 
 def _check_length(message: LaserScanMessage, scan: LaserScan2D) -> None:
-    """A full turn may leave out the beam at angle_max, which is that at angle_min (as Velodyne's driver
-    does).
+    """Compare the number of beams with the angles.
+
+    A full turn may leave out the beam at angle_max, which is that at angle_min. Velodyne's driver does so.
+
+    Raises:
+        ScanError: they do not agree.
     """
     beams = scan.ranges.size
     steps = (message.angle_max - message.angle_min) / message.angle_increment

@@ -1,9 +1,9 @@
 """Drops beams that end on floor or ceiling because the lidar leans with its UAV.
 
-A beam that ends there says nothing of obstacles at the UAV's height, so that it is dropped. It has shown that
-its direction is free as far as that, and no more: where the UAV could not stop within what has been seen, the
-direction is unseen, else it is free. Nothing that stands between floor and ceiling is ever dropped.
-"""
+A beam that ends on floor or ceiling tells nothing about obstacles at the UAV's height, so it is dropped. It
+has shown only that its direction is free up to its end. If the UAV can stop within that distance, the
+direction counts as free. Otherwise it counts as unseen. No beam that ends between floor and ceiling is
+dropped.
 
 from __future__ import annotations
 
@@ -48,10 +48,16 @@ class LidarAttitude:
         mount_xyz_m: Sequence[float] = (0.0, 0.0, 0.0),
         mount_xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
     ) -> LidarAttitude:
-        """Return that of a lidar on a body.
+        """Return the attitude of a lidar that is mounted on a body.
 
-        body_z_m, body_xyzw: the body's height and orientation (quaternion) in the world. mount_xyz_m,
-        mount_xyzw: the lidar's pose in the body's frame. Raises AttitudeError when an orientation is none.
+        Args:
+            body_z_m: height of the body in the world.
+            body_xyzw: orientation of the body in the world, a unit quaternion.
+            mount_xyz_m: position of the lidar in the body's frame.
+            mount_xyzw: orientation of the lidar in the body's frame, a unit quaternion.
+
+        Raises:
+            AttitudeError: an orientation is not a unit quaternion.
         """
         for name, q in (("body", body_xyzw), ("mounting", mount_xyzw)):
             if not abs(math.hypot(*q) - 1.0) < 0.01:
@@ -68,8 +74,13 @@ def levelled(
 ) -> LaserScan2D:
     """Return the scan without the beams that end on floor or ceiling.
 
-    own_speed: the UAV's, m/s. A dropped beam is free (+inf) when it ends beyond what the UAV needs: its
-    stopping distance and r_lb, and what an emergency looks ahead; else it is unseen.
+    A dropped beam becomes free (+inf) if it ends beyond `needed_sight`. Otherwise it becomes unseen.
+
+    Args:
+        scan: of a lidar that may lean.
+        attitude: of that lidar.
+        parameters: heights of floor and ceiling, and how the UAV brakes.
+        own_speed: of the UAV, m/s.
     """
     climb = climbs(scan, attitude.up_xyz)
     ends_on = _ends_on_floor_or_ceiling(scan.ranges, climb, attitude.height_m, parameters)

@@ -38,18 +38,21 @@ class PairedScan:
 
 
 class ScanPairing:
-    """Finds for each scan the message of its own stamp where a source gives one, else the source's newest, or
-    for the sources in ``nearest`` the one whose stamp is nearest to the scan's.
+    """Finds for each scan the message of each source that belongs to it.
 
-    Messages of one instant come over different connections, so that a scan may overtake what belongs to it.
-    While a source is known to share its stamps with the scans, a scan is held until that source's message
-    comes; the outcome then does not depend on which message was faster. It is held until the next scan comes
-    at the latest, and a source that let it wait in vain is not waited for again before it has shared a stamp
-    once more.
+    That is the message of the scan's own stamp. Where there is none, it is the source's newest one.
 
-    A patient pairing is for a recording, in which nothing is lacking and no scan is urgent. A scan waits
-    there until each source has given its message, or a newer one; then the newest not after the scan counts.
-    The outcome depends on the messages alone, not on when they came.
+    Messages of one instant come over different connections, so a scan may overtake what belongs to it. Some
+    sources share their stamps with the scans. A scan waits for the message of such a source. So the outcome
+    does not depend on which message was faster. The scan waits until the next scan comes at the latest. If a
+    source's message did not come until then, no scan waits for this source until it shares a stamp again.
+
+    Args:
+        sources: names of the sources.
+        nearest: sources of which the message with the nearest stamp counts, instead of the newest.
+        patient: for a recording, in which no message is missing and no scan is urgent. A scan waits until
+            each source has given its message or a newer one. Then the newest message that is not newer than
+            the scan counts. The outcome depends on the messages alone, not on when they came.
     """
 
     def __init__(self, sources: tuple[str, ...], nearest: tuple[str, ...] = (), patient: bool = False):
