@@ -4,6 +4,7 @@ A beam that ends on floor or ceiling tells nothing about obstacles at the UAV's 
 has shown only that its direction is free up to its end. If the UAV can stop within that distance, the
 direction counts as free. Otherwise it counts as unseen. No beam that ends between floor and ceiling is
 dropped.
+"""
 
 from __future__ import annotations
 
