@@ -18,6 +18,7 @@ setup(
             "simulation_tools.px4_sitl",
             "simulation_tools.running",
             "simulation_tools.sdf",
+            "simulation_tools.sdf.elements",
             "simulation_tools.sensors",
             "simulation_tools.simulation",
             "simulation_tools.transforms",

@@ -15,7 +15,8 @@ from simulation_tools.geometry import (
     rotate,
     rotate_inverse,
 )
-from simulation_tools.vehicle.airframe import Airframe, Rotor
+from simulation_tools.vehicle.airframe import Airframe
+from simulation_tools.vehicle.rotor import Rotor
 
 GRAVITY = 9.8
 DT_S = 0.004

@@ -21,7 +21,8 @@ from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
 from simulation_tools.px4_sitl.own_links import OwnLinks
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl
 from simulation_tools.px4_sitl.simulator_link import SimulatorLink, how_to_start
-from simulation_tools.running.run_loop import PacingParameters, RunLoop
+from simulation_tools.running.pacing import PacingParameters
+from simulation_tools.running.run_loop import RunLoop
 from simulation_tools.simulation import Simulation, SimulationParameters
 
 HERE = Path(__file__).resolve().parent

@@ -66,7 +66,7 @@ def test_a_link_is_where_its_joint_has_turned_it_and_moves_as_it_does(served):
     world.set_state("swing", spin)
     import pybullet
 
-    (body,) = (body for _, body in world._owner.values() if len(body.parts) > 1)
+    (body,) = (body for _, body in world._there.owner.values() if len(body.parts) > 1)
     pybullet.resetJointState(body.uid, 0, 0.5, 2.0, physicsClientId=world._client)
     assert world.joint_angles() == pytest.approx({"swing::hinge": 0.5})
     answer = services.get_state("swing::arm", "")

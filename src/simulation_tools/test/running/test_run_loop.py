@@ -12,13 +12,9 @@ import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from simulation_tools.px4.mavlink.link import MavlinkLink
-from simulation_tools.running.run_loop import (
-    FORGIVEN_LAG_S,
-    PacingParameters,
-    RunLoop,
-    RunLoopError,
-    WallClock,
-)
+from simulation_tools.running.pacing import FORGIVEN_LAG_S, PacingParameters, WallClock
+from simulation_tools.running.requests import RunLoopError
+from simulation_tools.running.run_loop import RunLoop
 from simulation_tools.simulation import Simulation, SimulationParameters
 
 EMPTY = str(Path(__file__).resolve().parents[2] / "worlds" / "empty.world")

@@ -12,15 +12,9 @@ from hypothesis import strategies as st
 
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Inertial, Joint, Link, Model, Plugin
-from simulation_tools.vehicle.airframe import (
-    BODY_DRAG,
-    LINEAR_ROTOR,
-    MOTOR_MODEL,
-    Airframe,
-    AirframeError,
-    Rotor,
-    centre_of_mass,
-)
+from simulation_tools.vehicle.airframe import Airframe
+from simulation_tools.vehicle.rotor import AirframeError, Rotor
+from simulation_tools.vehicle.rotor_plugins import BODY_DRAG, LINEAR_ROTOR, MOTOR_MODEL, centre_of_mass
 
 DT = 0.004
 PROPELLER = Rotor(

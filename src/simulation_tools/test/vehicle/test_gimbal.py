@@ -78,7 +78,7 @@ def leaning():
         simulation.models_moved()
         for _ in range(50):
             simulation.gimbal.step(pose.orientation_xyzw, 0.004)
-        simulation._aim_lidar()
+        simulation._sensors.aim_lidar()
         return simulation.lidar.scan(simulation.world.rays, pose, "iris")
 
     yield simulation, scan

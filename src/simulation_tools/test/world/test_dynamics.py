@@ -147,7 +147,7 @@ def test_a_pendulum_on_a_revolute_joint_swings_with_its_period(build):
     )
     world = build(time_step_s=0.001)
     world.spawn(rod, "p", Pose.from_xyz_rpy(0, 0, 2))
-    body = world._models["p"].bodies[0][0].uid
+    body = world._there.models["p"].bodies[0][0].uid
     pybullet.resetJointState(body, 0, 0.05, physicsClientId=world._client)
     angles = []
     for _ in range(4000):

@@ -12,7 +12,8 @@ from simulation_tools.px4_sitl.hil_sensors import HilParameters
 from simulation_tools.px4_sitl.own_links import OwnLinks
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl
 from simulation_tools.px4_sitl.simulator_link import DEFAULT_PORT, SimulatorLink, how_to_start
-from simulation_tools.running.run_loop import Link, PacingParameters
+from simulation_tools.running.pacing import PacingParameters
+from simulation_tools.running.run_loop import Link
 from simulation_tools.simulation import Simulation, SimulationParameters
 from simulation_tools.values import AUTOPILOTS, ParameterError, choice, mavlink_ports
 from simulation_tools_ros.gazebo.parameters import number, port

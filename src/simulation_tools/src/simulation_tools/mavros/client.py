@@ -251,8 +251,11 @@ class FcuClient:
             count = -1
             while len(self._indices) != count and (count < 0 or count != self._count):
                 count = len(self._indices)
-                self._answers.wait_for(lambda seen=count: len(self._indices) > seen, quiet_s)
+                self._wait_for_more_than(count, quiet_s)
             return sorted(set(range(self._count)) - self._indices)
+
+    def _wait_for_more_than(self, count: int, timeout_s: float) -> None:
+        self._answers.wait_for(lambda: len(self._indices) > count, timeout_s)
 
     def close(self) -> None:
         """Release the port."""

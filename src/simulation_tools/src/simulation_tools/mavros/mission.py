@@ -154,7 +154,9 @@ class MissionClient:
             _MISSION,
         )
 
-    def _ask(self, message, is_answer: Callable[[common.MAVLink_message], bool]) -> common.MAVLink_message:
+    def _ask(
+        self, message: common.MAVLink_message, is_answer: Callable[[common.MAVLink_message], bool]
+    ) -> common.MAVLink_message:
         """Send a message until an answer comes; raises MissionError when none does."""
         self._answers = queue.Queue()
         self._listening = True
@@ -178,7 +180,7 @@ class MissionClient:
             if is_answer(answer):
                 return answer
 
-    def _on_message(self, message) -> None:
+    def _on_message(self, message: common.MAVLink_message) -> None:
         if self._listening and getattr(message, "mission_type", _MISSION) == _MISSION:
             self._answers.put(message)
 
@@ -188,11 +190,11 @@ def _scale(frame: int) -> float:
     return 1e4 if frame in _LOCAL_FRAMES else 1e7
 
 
-def _require_accepted(ack) -> None:
+def _require_accepted(ack: common.MAVLink_message) -> None:
     if ack.type != common.MAV_MISSION_ACCEPTED:
         raise MissionError(f"the flight controller refuses the mission: {_result(ack)}")
 
 
-def _result(ack) -> str:
+def _result(ack: common.MAVLink_message) -> str:
     known = common.enums["MAV_MISSION_RESULT"].get(ack.type)
     return known.name if known else f"MAV_MISSION_RESULT {ack.type}"

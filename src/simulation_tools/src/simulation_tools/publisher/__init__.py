@@ -13,7 +13,8 @@ from simulation_tools.publisher.interface import (
     SendPosition,
     SendVelocity,
 )
-from simulation_tools.publisher.machine import Phase, SetpointPublisher
+from simulation_tools.publisher.machine import SetpointPublisher
+from simulation_tools.publisher.phases import Phase
 
 __all__ = [
     "Action",

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Sequence
 
 from simulation_tools.bounds import are_sane
 from simulation_tools.geometry import Vector3, wrap_angle
@@ -65,12 +63,12 @@ class Commands:
         self._velocity = command
         return []
 
-    def take_position(self, stamp_ns: int, position: Sequence[float], heading: float) -> list[Action]:
+    def take_position(self, stamp_ns: int, position: Vector3, heading: float) -> list[Action]:
         """Take in a position command, ENU and heading from east, or say why not."""
         if not are_sane((*position, heading)):
             text = "a position command with NaN, infinity or an absurd number is refused."
             return [Log(text, repeated=True)]
-        self._position = Command(stamp_ns, tuple(position), wrap_angle(heading))
+        self._position = Command(stamp_ns, position, wrap_angle(heading))
         return []
 
     def setpoint(self, now_ns: int, newest_ns: int, stamp_ns: int, p: PublisherParameters) -> Action | None:
@@ -80,8 +78,7 @@ class Commands:
         """
         hover = self._hover
         command = self._position if p.use_position_setpoint else self._velocity
-        age_s = (max(now_ns, newest_ns) - command.stamp_ns) * _NS if command else math.inf
-        if age_s > p.command_timeout_s:
+        if command is None or (max(now_ns, newest_ns) - command.stamp_ns) * _NS > p.command_timeout_s:
             if hover.point is None:
                 hover.hold(self._poses.newest())
             return None

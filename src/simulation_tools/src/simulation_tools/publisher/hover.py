@@ -6,7 +6,7 @@ import math
 
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.publisher.history import History
-from simulation_tools.publisher.interface import PublisherParameters, SendPosition
+from simulation_tools.publisher.interface import PublisherError, PublisherParameters, SendPosition
 
 _NS = 1e-9
 _SPEED_WINDOW_S = 0.2  # poses this far apart tell the speed
@@ -49,6 +49,12 @@ class Hover:
         self.release()
         self.point = (pose.position_m, pose.yaw_rad)
 
+    @property
+    def _held(self) -> tuple[Vector3, float]:
+        if self.point is None:
+            raise PublisherError("the publisher holds no hover point")
+        return self.point
+
     def climb_over(self, pose: Pose, least_z_m: float) -> None:
         """Hold the place of a pose from now on, no lower than a height; to be flown as a take-off is."""
         self.release()
@@ -58,7 +64,7 @@ class Hover:
 
     def setpoint(self, now_ns: int, stamp_ns: int, p: PublisherParameters) -> SendPosition:
         """Return the point; after a climb, above it by a multiple of what is missing to it."""
-        (x, y, z), yaw = self.point
+        (x, y, z), yaw = self._held
         if self._aims_above:
             missing_m = z - self._poses.at(now_ns - p.decision_delay_s / _NS).position_m[2]
             z += min(max(p.climb_gain * missing_m, 0.0), p.hover_height_m)
@@ -75,7 +81,7 @@ class Hover:
     def distance_m(self, now_ns: int, p: PublisherParameters) -> float:
         """Return how far the UAV is from the point."""
         here = self._poses.at(now_ns - p.decision_delay_s / _NS)
-        return math.dist(here.position_m, self.point[0])
+        return math.dist(here.position_m, self._held[0])
 
     def speed_m_s(self, now_ns: int, p: PublisherParameters) -> float:
         """Return the UAV's mean speed of late; infinity when it is not known."""

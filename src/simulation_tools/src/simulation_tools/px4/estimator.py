@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -86,14 +87,14 @@ class EstimatorNoise:
 
 
 @njit(cache=True)
-def _wander(error, sigma, time_constant, dt, normal):
+def _wander(error: float, sigma: float, time_constant: float, dt: float, normal: float) -> float:
     """One exact step of a first-order Gauss-Markov process."""
     keep = math.exp(-dt / time_constant)
     return keep * error + sigma * math.sqrt(1.0 - keep * keep) * normal
 
 
 @njit(cache=True)
-def _rotate(q, v, out):
+def _rotate(q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """Take v from the frame whose attitude is q (w, x, y, z) to the frame in which q is given."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     tx = 2.0 * (y * v[2] - z * v[1])
@@ -105,7 +106,7 @@ def _rotate(q, v, out):
 
 
 @njit(cache=True)
-def _filter_error(error, axis, sigma, dt, normal):
+def _filter_error(error: Any, axis: int, sigma: float, dt: float, normal: float) -> None:
     """One step of a filter's error along an axis; sigma: of the measured positions."""
     position, velocity = error.position[axis], error.velocity[axis]
     innovation = sigma * math.sqrt(SAMPLE_PERIOD_S / dt) * normal - position
@@ -114,7 +115,15 @@ def _filter_error(error, axis, sigma, dt, normal):
 
 
 @njit(cache=True)
-def _estimate(truth, sigmas, errors, normals, dt, gravity, out):
+def _estimate(
+    truth: np.ndarray,
+    sigmas: np.ndarray,
+    errors: np.ndarray,
+    normals: np.ndarray,
+    dt: float,
+    gravity: float,
+    out: np.ndarray,
+) -> None:
     """Fill the estimate from the truth.
 
     truth (16,): position ENU from the frame's origin, attitude x y z w of FLU in ENU, velocity ENU, rates

@@ -18,8 +18,18 @@ from simulation_tools.px4.parameters import Px4Parameters
 
 Say = Callable[[Severity, str], None]
 
-_LINK_LOSS_ACTIONS = {0: None, 1: Mode.AUTO_LOITER, 2: Mode.AUTO_RTL, 3: Mode.AUTO_LAND}
-_OFFBOARD_LOSS_ACTIONS = {-1: None, 0: Mode.AUTO_LAND, 1: Mode.AUTO_LOITER, 2: Mode.AUTO_RTL}
+_LINK_LOSS_ACTIONS: dict[float, Mode | None] = {
+    0: None,
+    1: Mode.AUTO_LOITER,
+    2: Mode.AUTO_RTL,
+    3: Mode.AUTO_LAND,
+}
+_OFFBOARD_LOSS_ACTIONS: dict[float, Mode | None] = {
+    -1: None,
+    0: Mode.AUTO_LAND,
+    1: Mode.AUTO_LOITER,
+    2: Mode.AUTO_RTL,
+}
 _SAME_FAILSAFE_S = 30.0  # a failsafe that comes back sooner goes on waiting where the last one was
 
 

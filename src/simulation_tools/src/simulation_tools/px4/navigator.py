@@ -64,7 +64,7 @@ class Navigator:
         self._target = self._stopping_point()
         if mode is Mode.AUTO_TAKEOFF:
             self._take_off(commander.takeoff_altitude_m, estimate["position"][0])
-        elif mode is Mode.AUTO_RTL:
+        elif mode is Mode.AUTO_RTL and commander.home is not None:
             self._return_home.start(
                 estimate["position"][0], self._yaw, commander.home, commander.home_yaw_rad, landed
             )

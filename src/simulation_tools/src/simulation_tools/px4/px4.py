@@ -8,7 +8,6 @@ one sample after the gyro's, because EKF2 integrates first; one sample is what t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Callable, Sequence
 
 import numpy as np
@@ -22,48 +21,14 @@ from simulation_tools.px4.control.mixer import QUAD_WIDE
 from simulation_tools.px4.control.position_control import SETPOINT_DTYPE, fill
 from simulation_tools.px4.control.takeoff import TakeoffState
 from simulation_tools.px4.estimator import Estimator, EstimatorNoise
-from simulation_tools.px4.modes import ARMED_FLAG, STABILISED_FLAG, LandedState, Mode, Result, Severity
+from simulation_tools.px4.modes import LandedState, Mode, Result, Severity
 from simulation_tools.px4.navigator import Navigator
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
+from simulation_tools.px4.status import Px4Status
 from simulation_tools.vehicle.airframe import Airframe
 
 POSITION_PERIOD_US = 8_000
-
-
-@dataclass(frozen=True)
-class Px4Status:
-    """What the flight controller says about itself."""
-
-    time_us: int
-    mode: Mode
-    wanted_mode: Mode
-    armed: bool
-    failsafe: bool
-    controls_attitude: bool
-    landed_state: LandedState
-    position_valid: bool
-    takeoff_state: TakeoffState
-    hover_thrust: float
-    battery_remaining: float
-
-    @property
-    def base_mode(self) -> int:
-        """MAVLink's MAV_MODE_FLAG bits; an OFFBOARD that sets body rates is not stabilised."""
-        flags = self.mode.base_mode | (ARMED_FLAG if self.armed else 0)
-        return flags if self.controls_attitude else flags & ~STABILISED_FLAG
-
-    @property
-    def system_status(self) -> int:
-        """MAVLink's MAV_STATE: standby 3, active 4, critical 5."""
-        if not self.armed:
-            return 3
-        return 5 if self.failsafe else 4
-
-    @property
-    def heartbeat_content(self) -> tuple:
-        """What a heartbeat says and that may change."""
-        return (self.mode, self.base_mode, self.system_status)
 
 
 class Px4:
@@ -245,7 +210,7 @@ class Px4:
 
         self._known[:] = self._estimator.estimate
         self._estimator.update(state, dt_s)
-        if is_first:
+        if is_first and self._estimator.origin_m is not None:
             self.origin = self._world_origin.moved(self._estimator.origin_m)
         armed = self._commander.armed
         commands = self._control.update_rates(armed, self._estimator.estimate["rates"][0], dt_s)
@@ -278,7 +243,7 @@ class Px4:
                 return self._offboard
             fill(self._setpoint, self._offboard)
             return self._setpoint
-        if not (commander.armed and commander.mode.is_auto):
+        if not (commander.armed and commander.mode.is_auto) or commander.home is None:
             return None
         landed = self._control.land_detector.landed
         if commander.mode is Mode.AUTO_TAKEOFF and self._control.takeoff.state < TakeoffState.RAMPUP:

@@ -80,7 +80,7 @@ class HilSensors:
     def sensor(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_sensor_message:
         """Return HIL_SENSOR: m/s2 and rad/s (FRD), Gauss (FRD), hPa, m, degrees Celsius."""
         p = self._parameters
-        force = self._felt(flu_to_frd(state.specific_force_body_m_s2)) + self._noise(
+        force = self._felt(np.array(flu_to_frd(state.specific_force_body_m_s2))) + self._noise(
             p.accelerometer_noise_m_s2
         )
         rates = flu_to_frd(state.angular_velocity_body_rad_s) + self._noise(p.gyroscope_noise_rad_s)

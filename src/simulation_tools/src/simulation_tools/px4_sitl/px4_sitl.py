@@ -50,6 +50,7 @@ class Px4Sitl:
         self._clock_us = -1
         self._awaits_answer = False
         self._reminded_s = time.monotonic()
+        self._truth_period_us = self._truth_us = 0
         self._forget_px4()
 
     @property

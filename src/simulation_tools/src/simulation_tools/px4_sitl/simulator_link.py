@@ -84,7 +84,7 @@ class SimulatorLink:
     def _read(self) -> list[common.MAVLink_message]:
         data = b""
         with contextlib.suppress(OSError):
-            data = self._peer.recv(_CHUNK)
+            data = self._peer.recv(_CHUNK) if self._peer else b""
         if not data:
             self._lose()
             return []

@@ -1,7 +1,7 @@
 """Gazebo's services on models, by its conventions: reference frames, name collisions, success and a sentence.
 
-Nothing here raises on what a caller asks for; a refusal changes nothing in the world. ROS-free: the node only
-converts messages.
+A bad request raises nothing: the answer says why it is refused, and the world stays as it is. There is no ROS
+here; the node converts the messages.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Callable, Sequence
 
 from simulation_tools.errors import SimulationToolsError
-from simulation_tools.geometry import Pose, rotate, rotate_inverse
+from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.running.run_loop import RunLoop
-from simulation_tools.sdf.parser import parse_model
+from simulation_tools.sdf.elements import Model
+from simulation_tools.sdf.parser import PathLike, parse_model
 from simulation_tools.simulation import Simulation
 from simulation_tools.world.world import BodyState
 
@@ -46,9 +47,9 @@ class GazeboServices:
         self,
         simulation: Simulation,
         loop: RunLoop,
-        model_path: Sequence[str] | None = None,
+        model_path: Sequence[PathLike] | None = None,
         on_change: Callable[[], None] = lambda: None,
-    ):
+    ) -> None:
         self._simulation = simulation
         self._loop = loop
         self._model_path = model_path
@@ -57,8 +58,8 @@ class GazeboServices:
     def spawn(self, name: str, xml: str, pose: Pose, reference: str) -> Answer:
         """Put a new model into the world; an empty name means the name that its SDF gives it."""
 
-        def parse_and_spawn():
-            # Parsed in the caller's thread: the simulation is not held up by a long file.
+        def parse_and_spawn() -> Answer:
+            # Parsed in the caller's thread, so that a long file does not hold up the simulation
             model = parse_model(xml, f"spawn_sdf_model {name}".strip(), self._model_path)
             return self._loop.call(lambda: self._spawn(model, name or model.name, pose, reference))
 
@@ -87,7 +88,7 @@ class GazeboServices:
     def _answer_between_steps(self, action: Callable[[], Answer]) -> Answer:
         return _answer(lambda: self._loop.call(action))
 
-    def _spawn(self, model, name: str, pose: Pose, reference: str) -> Answer:
+    def _spawn(self, model: Model, name: str, pose: Pose, reference: str) -> Answer:
         world = self._simulation.world
         if name in world.model_names():
             raise ServiceError(f'Failure - a model named "{name}" already exists.')
@@ -139,7 +140,7 @@ class GazeboServices:
             raise ServiceError(f'There is no model "{name}"; there are: {", ".join(names) or "none"}.')
 
     def _state_of(self, entity: str) -> BodyState:
-        """State of a model, a link (`model::link`) or the world, in the world frame."""
+        """Return the state of a model, a link (`model::link`) or the world, in the world frame."""
         if entity in WORLD_NAMES:
             return BodyState(Pose.identity(), AT_REST, AT_REST)
         model_name, _, link_name = entity.partition("::")
@@ -155,5 +156,5 @@ def _answer(action: Callable[[], Answer]) -> Answer:
         return Answer(False, str(error))
 
 
-def _difference(a, b) -> tuple:
+def _difference(a: Vector3, b: Vector3) -> Vector3:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])

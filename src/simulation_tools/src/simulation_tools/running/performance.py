@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LATENCIES_KEPT = 32768
-"""Newest latencies that the percentiles are taken over: 13 minutes of a 40 Hz lidar."""
+"""So many of the newest latencies count for the percentiles: 13 minutes of a 40 Hz lidar."""
 
 
 @dataclass(frozen=True)
@@ -33,30 +33,30 @@ class PerformanceFigures:
 class LatencyMeter:
     """Pairs the publishing of scan(t) with the first setpoint whose `time_boot_ms` is t."""
 
-    def __init__(self, kept: int = LATENCIES_KEPT):
+    def __init__(self, kept: int = LATENCIES_KEPT) -> None:
         self._latencies_ms = np.empty(kept)
         self.clear()
 
     def clear(self) -> None:
-        """Forgets all latencies."""
+        """Forget all latencies."""
         self.count = 0
         self._published: dict[int, float] = {}
 
     def on_scan(self, stamp_ms: int, wall_s: float) -> None:
-        """Notes that scan(stamp_ms) is being published."""
+        """Note that scan(stamp_ms) is being published."""
         self._published[stamp_ms] = wall_s
         while len(self._published) > 64:  # scans that nobody answered
             del self._published[next(iter(self._published))]
 
     def on_setpoint(self, stamp_ms: int, wall_s: float) -> None:
-        """Notes that a setpoint with `time_boot_ms` = stamp_ms has arrived."""
+        """Note that a setpoint with `time_boot_ms` = stamp_ms has arrived."""
         published_s = self._published.pop(stamp_ms, None)
         if published_s is not None:
             self._latencies_ms[self.count % len(self._latencies_ms)] = 1000.0 * (wall_s - published_s)
             self.count += 1
 
     def percentiles_ms(self, *percentages: float) -> list[float]:
-        """Percentiles of the latencies kept; NaN while there are none."""
+        """Return percentiles of the latencies kept; NaN while there are none."""
         kept = self._latencies_ms[: self.count]
         return np.percentile(kept, percentages).tolist() if self.count else [math.nan] * len(percentages)
 
@@ -64,21 +64,21 @@ class LatencyMeter:
 class PerformanceMeter:
     """Collects the figures of one run loop. Wall times are seconds of one monotonic clock."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.latency = LatencyMeter()
         self.lockstep_misses = 0
         self._simulated_s = self._wall_s = 0.0
         self._snapshot = (0.0, 0.0)
 
     def clear(self) -> None:
-        """Starts all figures again, as after a reset."""
+        """Start all figures again, as after a reset."""
         self.latency.clear()
         self.lockstep_misses = 0
         self._simulated_s = self._wall_s = 0.0
         self._snapshot = (0.0, 0.0)
 
     def on_progress(self, simulated_s: float, wall_s: float) -> None:
-        """Notes that simulated time advanced by `simulated_s` within `wall_s`."""
+        """Note that simulated time advanced by `simulated_s` within `wall_s`."""
         self._simulated_s += simulated_s
         self._wall_s += wall_s
 

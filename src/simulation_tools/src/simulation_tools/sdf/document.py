@@ -207,7 +207,10 @@ class Node:
     def vector(self, tag: str, default: Vector3) -> Vector3:
         """Return a child's three numbers, or the default."""
         node = self.child(tag)
-        return default if node is None else node.numbers(3)
+        if node is None:
+            return default
+        x, y, z = node.numbers(3)
+        return x, y, z
 
     def flag(self, tag: str, default: bool) -> bool:
         """Return a child's truth value, or the default."""

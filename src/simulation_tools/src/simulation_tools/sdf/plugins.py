@@ -30,7 +30,8 @@ KNOWN_LIBRARIES = frozenset(
 
 def read_plugins(node: Node) -> tuple[Plugin, ...]:
     """Return the plugins of an element; the unknown ones stay marked as not understood."""
-    known, unknown = [], []
+    known: list[Plugin] = []
+    unknown: list[Plugin] = []
     for plugin in node.children_unmarked("plugin"):
         filename = plugin.attribute("filename")
         is_known = filename in KNOWN_LIBRARIES

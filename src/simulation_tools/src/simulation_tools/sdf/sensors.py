@@ -24,14 +24,12 @@ MAX_BEAMS = 100_000  # of one lidar; five times a 128-channel scanner's, and far
 MAX_PIXELS = 8192
 
 
-def read_sensor(node: Node, pose: Pose) -> Sensor | None:
-    """Read a sensor of a supported type; another type is left for the document's warning.
+def read_sensor(node: Node, pose: Pose) -> Sensor:
+    """Read a sensor of a type that `is_supported`.
 
     pose: the sensor's in its link's frame, resolved by the caller.
     """
-    reader = _READERS.get(node.attribute("type"))
-    if reader is None:
-        return None
+    reader = _READERS[node.attribute("type")]
     node.accept("always_on", "visualize", "topic")
     return reader(node, pose)
 
@@ -116,7 +114,8 @@ def _read_three_axes(node: Node | None) -> tuple[Noise, Noise, Noise]:
     if node is None:
         return (NO_NOISE,) * 3
     axes = (node.child(tag) for tag in ("x", "y", "z"))
-    return tuple(NO_NOISE if axis is None else _read_noise(axis.child("noise")) for axis in axes)
+    x, y, z = (NO_NOISE if axis is None else _read_noise(axis.child("noise")) for axis in axes)
+    return x, y, z
 
 
 def _read_camera(node: Node, pose: Pose) -> CameraSensor:
@@ -127,7 +126,8 @@ def _read_camera(node: Node, pose: Pose) -> CameraSensor:
     near = 0.1 if clip is None else clip.value("near", 0.1, POSITIVE)
     far = 100.0 if clip is None else clip.value("far", 100.0, POSITIVE)
     if near >= far:
-        raise clip.error(f"The near plane ({near:g} m) must be closer than the far one ({far:g} m)")
+        where = clip or camera
+        raise where.error(f"The near plane ({near:g} m) must be closer than the far one ({far:g} m)")
     return CameraSensor(
         name=node.attribute("name"),
         pose=pose,

@@ -62,10 +62,8 @@ def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry | None:
         return Sphere(kind.required_value("radius", LENGTH))
     if kind.tag == "plane":
         size = kind.child("size")
-        return Plane(
-            unit_vector(kind.child("normal"), (0.0, 0.0, 1.0)),
-            (1.0, 1.0) if size is None else size.numbers(2),
-        )
+        length, width = (1.0, 1.0) if size is None else size.numbers(2)
+        return Plane(unit_vector(kind.child("normal"), (0.0, 0.0, 1.0)), (length, width))
     return _read_heightmap(kind, model_path) if kind.tag == "heightmap" else _read_mesh(kind, model_path)
 
 
@@ -108,11 +106,11 @@ def read_inertial(node: Node | None) -> Inertial:
     inertia = node.child("inertia")
     if inertia is None:
         return Inertial(mass, pose, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
-    diagonal = [inertia.value(tag, 1.0, POSITIVE) for tag in ("ixx", "iyy", "izz")]
-    products = [inertia.value(tag, 0.0) for tag in ("ixy", "ixz", "iyz")]
-    if not _positive_definite(*diagonal, *products):
+    xx, yy, zz = (inertia.value(tag, 1.0, POSITIVE) for tag in ("ixx", "iyy", "izz"))
+    xy, xz, yz = (inertia.value(tag, 0.0) for tag in ("ixy", "ixz", "iyz"))
+    if not _positive_definite(xx, yy, zz, xy, xz, yz):
         raise inertia.error("The inertia matrix is not positive definite, so no body can have it")
-    return Inertial(mass, pose, (*diagonal, *products))
+    return Inertial(mass, pose, (xx, yy, zz, xy, xz, yz))
 
 
 def _positive_definite(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> bool:
@@ -158,7 +156,11 @@ def read_material(node: Node | None) -> Rgba:
 
 def read_colour(node: Node) -> Rgba:
     """Read red, green, blue and (optionally) alpha, each 0 to 1."""
-    return node.numbers(4) if len(node.text.split()) == 4 else (*node.numbers(3), 1.0)
+    if len(node.text.split()) == 4:
+        red, green, blue, alpha = node.numbers(4)
+        return red, green, blue, alpha
+    red, green, blue = node.numbers(3)
+    return red, green, blue, 1.0
 
 
 def unit_vector(node: Node | None, default: Vector3) -> Vector3:

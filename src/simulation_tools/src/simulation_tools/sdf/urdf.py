@@ -8,6 +8,7 @@ joint is; where SDF has the joint elsewhere, a link between them, named like the
 from __future__ import annotations
 
 import math
+from typing import Iterable
 
 from lxml import etree
 
@@ -44,7 +45,7 @@ def urdf_of(model: Model, base_frame: str = "base_frame", prefix: str = "") -> s
     links = {link.name for link in model.links}
     for frame in model_frames(model):
         if frame.joint is not None:
-            _add_moving(robot, frame, prefix)
+            _add_moving(robot, frame, frame.joint, prefix)
         elif frame.child not in joints or frame.child in links:  # a joint's own frame is no link
             if frame.child not in links:
                 etree.SubElement(robot, "link", name=prefix + frame.child)
@@ -66,9 +67,8 @@ def _add_joint(
     return joint
 
 
-def _add_moving(robot: etree._Element, frame: Frame, prefix: str) -> None:
+def _add_moving(robot: etree._Element, frame: Frame, joint: Joint, prefix: str) -> None:
     """Add a revolute joint; the child's frame may lie elsewhere than the joint."""
-    joint: Joint = frame.joint
     child = prefix + frame.child
     carrier = child if joint.pose == IDENTITY else prefix + joint.name
     kind = "revolute" if math.isfinite(joint.upper_rad - joint.lower_rad) else "continuous"
@@ -133,7 +133,7 @@ def _add_origin(node: etree._Element, pose: Pose) -> None:
         etree.SubElement(node, "origin", xyz=_numbers(pose.position_m), rpy=_numbers(pose.rpy_rad))
 
 
-def _numbers(values) -> str:
+def _numbers(values: Iterable[float]) -> str:
     return " ".join(map(_number, values))
 
 

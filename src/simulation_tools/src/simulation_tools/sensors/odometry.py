@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,10 @@ from simulation_tools.geometry import (
     rotate_inverse,
     wrap_angle,
 )
+from simulation_tools.world.kinematics import BodyState
 
 TELEPORT_SPEED_M_S = 100.0
-"""What moves faster was put elsewhere by hand (``/gazebo/set_model_state``): no odometry measures that."""
+"""A faster move was made by hand (``/gazebo/set_model_state``): no odometry measures that."""
 
 
 class OdometryError(SimulationToolsError):
@@ -75,14 +76,6 @@ class OdometrySample(NamedTuple):
     angular_velocity_rad_s: Vector3
 
 
-class State(Protocol):
-    """What is read of the truth (see `world.world.BodyState`)."""
-
-    pose: Pose
-    linear_velocity_m_s: Vector3
-    angular_velocity_rad_s: Vector3
-
-
 class DriftingOdometry:
     """Integrates the true motion between updates, with errors. The frame `odom` starts where `world` is."""
 
@@ -100,7 +93,7 @@ class DriftingOdometry:
         self._true_xy = self._xy = (x, y)
         self._true_yaw = self._yaw = self._initial_pose.yaw_rad
 
-    def update(self, true_state: State, dt_s: float) -> OdometrySample:
+    def update(self, true_state: BodyState, dt_s: float) -> OdometrySample:
         """Take in the true state (world frame) dt_s after the last update; return what odometry says."""
         pose = true_state.pose
         q = pose.orientation_xyzw

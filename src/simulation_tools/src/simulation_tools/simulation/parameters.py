@@ -9,6 +9,7 @@ from typing import Mapping
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Pose
+from simulation_tools.sdf.parser import PathLike
 from simulation_tools.sensors.odometry import OdometryParameters
 
 
@@ -38,7 +39,7 @@ class SimulationParameters:
     world: str
     model: str = "iris"
     lidar: str | None = "ust"
-    model_path: tuple[str, ...] | None = None
+    model_path: tuple[PathLike, ...] | None = None
     spawn_pose: Pose = field(default_factory=Pose.identity)
     seed: int = 1
     lidar_range_max_m: float = 0.0
@@ -51,7 +52,7 @@ class SimulationParameters:
     sensors: tuple[str, ...] = ()
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         step_us_from(self.time_step_s)
         if self.seed < 0:
             raise SimulationError(f"seed must not be negative, but is {self.seed}.")

@@ -1,90 +1,25 @@
-"""Rotors with lag, thrust, reaction torque and drag: rotor commands in, force and torque on the body out.
+"""All rotors of a multirotor in the air: rotor commands in, force and torque on the body out.
 
-Two kinds of rotor, each described by a plugin of the model's SDF:
+The propellers follow PX4's model for Gazebo: thrust k w^2 at the speed w, reaction torque k w^2 times the
+moment constant, and rotor drag -|w| c v, where v is the air's velocity across the rotor axis (Martin and
+Salaun, "The true role of accelerometer feedback in quadrotor control", ICRA 2010). A command u in (0, 1]
+turns a propeller at idle + (top - idle) u; a command of 0 stops it.
 
-- ``libgazebo_motor_model.so``, PX4's model for Gazebo: a propeller of speed w with thrust k w^2, reaction
-  torque k w^2 times the moment constant, and rotor drag -|w| c v, where v is the air's velocity across the
-  rotor axis (Martin and Salaun, "The true role of accelerometer feedback in quadrotor control", ICRA 2010). A
-  command u in (0, 1] turns it at idle + (top - idle) u; a command of 0 stops it.
-- ``libsimulation_tools_linear_rotor.so``: thrust and torque proportional to the lagged command.
-
-``libsimulation_tools_body_drag.so`` adds a drag -c |v| v of the whole body. All rotor axes are along the
-body's z. Forces act at the centre of mass, frame FLU (x forward, y left, z up).
+All rotor axes are along the body's z. Forces act at the centre of mass, frame FLU (x forward, y left, z up).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Sequence
 
 import numpy as np
 from numba import njit
 
-from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Vector3
-from simulation_tools.sdf.elements import Model, Plugin
-
-MOTOR_MODEL = "libgazebo_motor_model.so"
-LINEAR_ROTOR = "libsimulation_tools_linear_rotor.so"
-BODY_DRAG = "libsimulation_tools_body_drag.so"
-ARMED_IDLE_RAD_S = 100.0  # PX4's zero_position_armed: the speed of an armed propeller at command 0+
-
-_TURNING_DIRECTIONS = {"ccw": 1.0, "cw": -1.0}
-
-
-class AirframeError(SimulationToolsError):
-    """The model's rotors are missing or described wrongly."""
-
-
-@dataclass(frozen=True)
-class Rotor:
-    """One rotor. Its state x is the speed (rad/s) of a propeller, or the lagged command of a linear rotor.
-
-    position_m: from the centre of mass, FLU. direction: +1 turns counter-clockwise seen from above. The
-    target of x is idle + (top - idle) u. Thrust is quadratic x^2 + linear x; the reaction torque is thrust
-    times moment_m, against the direction of turning. rotor_drag, rolling_moment: per x and m/s of air across.
-    """
-
-    joint: str
-    position_m: Vector3
-    direction: float
-    idle: float
-    top: float
-    time_constant_up_s: float
-    time_constant_down_s: float
-    thrust_quadratic: float
-    thrust_linear: float
-    moment_m: float
-    rotor_drag: float = 0.0
-    rolling_moment: float = 0.0
-
-    def __post_init__(self) -> None:
-        positive = (self.top - self.idle, self.time_constant_up_s, self.time_constant_down_s)
-        if not all(0.0 < value < math.inf for value in positive):
-            raise AirframeError(
-                f"rotor {self.joint}: top speed and time constants must be positive, got {positive}"
-            )
-        others = (self.thrust_quadratic, self.thrust_linear, self.moment_m, self.rotor_drag)
-        if not all(0.0 <= value < math.inf for value in others) or not any(others[:2]):
-            raise AirframeError(
-                f"rotor {self.joint}: its thrust must be positive, torque and drag not negative"
-            )
-
-    @property
-    def max_thrust_n(self) -> float:
-        """Thrust at full command, still air."""
-        return self.thrust_quadratic * self.top**2 + self.thrust_linear * self.top
-
-    def command_for_thrust(self, thrust_n: float) -> float:
-        """Return the steady command in 0..1 that gives a thrust (closed form; clipped)."""
-        if self.thrust_quadratic:
-            a, b = self.thrust_quadratic, self.thrust_linear
-            x = (math.sqrt(b * b + 4.0 * a * thrust_n) - b) / (2.0 * a)
-        else:
-            x = thrust_n / self.thrust_linear
-        return min(1.0, max(0.0, (x - self.idle) / (self.top - self.idle)))
-
+from simulation_tools.sdf.elements import Model
+from simulation_tools.vehicle.rotor import AirframeError, Rotor
+from simulation_tools.vehicle.rotor_plugins import read_rotors
 
 _ROTOR_DTYPE = np.dtype(
     [
@@ -105,7 +40,15 @@ _ROTOR_DTYPE = np.dtype(
 
 
 @njit(cache=True)
-def _step(rotors, commands, air, body_drag, dt, force, torque):
+def _step(
+    rotors: np.ndarray,
+    commands: np.ndarray,
+    air: np.ndarray,
+    body_drag: float,
+    dt: float,
+    force: np.ndarray,
+    torque: np.ndarray,
+) -> None:
     """Advance every rotor by dt and sum its force and torque; air (3,): velocity through the air, FLU."""
     speed = math.sqrt(air[0] ** 2 + air[1] ** 2 + air[2] ** 2)
     for axis in range(3):
@@ -171,30 +114,10 @@ class Airframe:
     @classmethod
     def from_sdf(cls, model: Model) -> Airframe:
         """Read the rotors from the model's plugins; raises AirframeError naming the file and line."""
-        centre = centre_of_mass(model)
-        rotors = {}
-        for plugin in model.plugins:
-            if plugin.filename not in (MOTOR_MODEL, LINEAR_ROTOR):
-                continue
-            read = _PluginReader(model, plugin)
-            number = int(read.number("motorNumber"))
-            if number in rotors:
-                raise read.error(f"motorNumber {number} is there twice")
-            rotors[number] = _read_rotor(read, model, centre)
-        if sorted(rotors) != list(range(len(rotors))) or not rotors:
-            raise AirframeError(
-                f"{model.source or model.name}: the rotor plugins must number the motors 0, 1, 2, ... "
-                f"without gaps; found {sorted(rotors)}"
-            )
-        drag = sum(
-            _PluginReader(model, plugin).number("quadraticDrag")
-            for plugin in model.plugins
-            if plugin.filename == BODY_DRAG
-        )
-        return cls([rotors[number] for number in sorted(rotors)], drag)
+        return cls(*read_rotors(model))
 
     @property
-    def rotor_joints(self) -> frozenset:
+    def rotor_joints(self) -> frozenset[str]:
         """Names of the joints whose spin this class stands for; the physics treats them as fixed."""
         return frozenset(rotor.joint for rotor in self.rotors)
 
@@ -225,89 +148,10 @@ class Airframe:
         self._air[1] = vy - wy
         self._air[2] = vz - wz
         _step(self._table, commands, self._air, self.body_drag, dt_s, self._force, self._torque)
-        return tuple(self._force.tolist()), tuple(self._torque.tolist())
+        fx, fy, fz = self._force.tolist()
+        tx, ty, tz = self._torque.tolist()
+        return (fx, fy, fz), (tx, ty, tz)
 
     def reset(self) -> None:
         """Stop all rotors."""
         self._table["state"] = 0.0
-
-
-def centre_of_mass(model: Model) -> Vector3:
-    """Return the model's centre of mass in the model frame, metres."""
-    total = sum(link.inertial.mass_kg for link in model.links)
-    if not total > 0.0:
-        raise AirframeError(f"{model.source or model.name}: the model has no mass")
-    places = [(link.pose @ link.inertial.pose).position_m for link in model.links]
-    return tuple(
-        sum(link.inertial.mass_kg * place[axis] for link, place in zip(model.links, places)) / total
-        for axis in range(3)
-    )
-
-
-class _PluginReader:
-    """Typed access to a plugin's parameters, with errors that say where."""
-
-    def __init__(self, model: Model, plugin: Plugin) -> None:
-        self._where = f"{model.source or model.name}:{plugin.line}"
-        self._plugin = plugin
-
-    def error(self, text: str) -> AirframeError:
-        return AirframeError(f"{self._where}: plugin {self._plugin.name!r}: {text}")
-
-    def text(self, key: str) -> str:
-        value = self._plugin.parameters.get(key)
-        if value is None:
-            raise self.error(f"<{key}> is missing")
-        return value
-
-    def number(self, key: str, default: float | None = None) -> float:
-        if default is not None and key not in self._plugin.parameters:
-            return default
-        try:
-            value = float(self.text(key))
-        except ValueError:
-            raise self.error(f"<{key}> must be a number, got {self.text(key)!r}") from None
-        if not math.isfinite(value):
-            raise self.error(f"<{key}> must be finite, got {value}")
-        return value
-
-
-def _read_rotor(read: _PluginReader, model: Model, centre: Vector3) -> Rotor:
-    """Build one rotor from its plugin; raises AirframeError."""
-    try:
-        link = model.link(read.text("linkName"))
-        joint = model.joint(read.text("jointName"))
-    except KeyError as error:
-        raise read.error(f"the model has no link or joint {error}") from None
-    turning = read.text("turningDirection")
-    if turning not in _TURNING_DIRECTIONS:
-        raise read.error(f"<turningDirection> must be cw or ccw, got {turning!r}")
-    common = {
-        "joint": joint.name,
-        "position_m": tuple(p - c for p, c in zip(link.pose.position_m, centre)),
-        "direction": _TURNING_DIRECTIONS[turning],
-    }
-    if read._plugin.filename == LINEAR_ROTOR:
-        thrust, lag = read.number("maxThrust"), read.number("timeConstant")
-        return Rotor(
-            idle=0.0,
-            top=1.0,
-            time_constant_up_s=lag,
-            time_constant_down_s=lag,
-            thrust_quadratic=0.0,
-            thrust_linear=thrust,
-            moment_m=read.number("maxTorque") / thrust if thrust else 0.0,
-            **common,
-        )
-    return Rotor(
-        idle=read.number("idleRotVelocity", ARMED_IDLE_RAD_S),
-        top=read.number("maxRotVelocity"),
-        time_constant_up_s=read.number("timeConstantUp"),
-        time_constant_down_s=read.number("timeConstantDown"),
-        thrust_quadratic=read.number("motorConstant"),
-        thrust_linear=0.0,
-        moment_m=read.number("momentConstant"),
-        rotor_drag=read.number("rotorDragCoefficient", 0.0),
-        rolling_moment=read.number("rollingMomentCoefficient", 0.0),
-        **common,
-    )

@@ -64,10 +64,11 @@ class Gimbal:
         """Turn the hinges for dt_s. orientation: of the model in the world."""
         wanted = level_angles(orientation_xyzw) if self.level else (0.0, 0.0)
         reach = self._max_rate_rad_s * dt_s
-        self.angles_rad = tuple(
+        roll, pitch = (
             now + min(max(min(max(to, joint.lower_rad), joint.upper_rad) - now, -reach), reach)
             for to, now, joint in zip(wanted, self.angles_rad, self._joints)
         )
+        self.angles_rad = (roll, pitch)
         self._turn = Pose()
         for place, joint, angle in zip(self._places, self._joints, self.angles_rad):
             self._turn = self._turn @ place @ joint_rotation(joint, angle) @ place.inverse()

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Sequence
+from typing import Generic, Sequence, TypeVar
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import ImuSensor, Link, Model, RaySensor, Sensor
 from simulation_tools.sdf.frames import attach, root_link
-from simulation_tools.sdf.parser import load_model
+from simulation_tools.sdf.parser import PathLike, load_model
 from simulation_tools.sdf.uri import MODEL_PATH_VARIABLE, model_path_from_environment
 
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
@@ -28,14 +28,17 @@ class UavError(SimulationToolsError):
     """The UAV cannot be put together."""
 
 
+SensorKind = TypeVar("SensorKind", bound=Sensor)
+
+
 @dataclass(frozen=True)
-class MountedSensor:
+class MountedSensor(Generic[SensorKind]):
     """A sensor and where it sits.
 
     frame: TF name. pose: of the sensor in the model frame, all joints at zero. link: that carries it.
     """
 
-    sensor: Sensor
+    sensor: SensorKind
     frame: str
     pose: Pose
     link: str
@@ -46,14 +49,14 @@ class Uav:
     """A model ready to fly. lidar, imu: its first ones, None when it has none."""
 
     model: Model
-    lidar: MountedSensor | None
-    imu: MountedSensor | None
+    lidar: MountedSensor[RaySensor] | None
+    imu: MountedSensor[ImuSensor] | None
 
 
 def load_uav(
     model: str,
     lidar: str | None = None,
-    model_path: Sequence[Path] | None = None,
+    model_path: Sequence[PathLike] | None = None,
     range_max_m: float = 0.0,
     sensors: Sequence[str] = (),
 ) -> Uav:
@@ -76,13 +79,14 @@ def load_uav(
         carrier = with_lidar_range(carrier, range_max_m)
     for sensor in sensors:
         carrier = attach(carrier, load_model(_location(sensor), model_path), root_link(carrier).name)
-    return Uav(carrier, _first_lidar(carrier), _first(carrier, ImuSensor))
+    imus = [mounted(link, imu) for link, imu in carrier.sensors(ImuSensor)]
+    return Uav(carrier, _first_lidar(carrier), imus[0] if imus else None)
 
 
-def is_lidar(name: str, model_path: Sequence[Path] | None = None) -> bool:
+def is_lidar(name: str, model_path: Sequence[PathLike] | None = None) -> bool:
     """Tell whether the model path has a model `lidar_<name>`."""
     folders = model_path_from_environment() if model_path is None else model_path
-    return Path(name).name == name and any((folder / f"lidar_{name}").is_dir() for folder in folders)
+    return Path(name).name == name and any(Path(folder, f"lidar_{name}").is_dir() for folder in folders)
 
 
 def with_lidar_range(model: Model, range_max_m: float) -> Model:
@@ -103,11 +107,11 @@ def with_lidar_range(model: Model, range_max_m: float) -> Model:
 
 
 def _location(model: str) -> str:
-    """A bare name means a model of the model path, as in Gazebo's tools."""
+    """Return where a model is; a bare name means a model of the model path, as in Gazebo's tools."""
     return model if "/" in model or model.endswith(".sdf") else f"model://{model}"
 
 
-def _first_lidar(model: Model) -> MountedSensor | None:
+def _first_lidar(model: Model) -> MountedSensor[RaySensor] | None:
     """Return the lidar whose scan is published: the first one, flat ones before others."""
     lidars = [
         (link, sensor)
@@ -118,13 +122,7 @@ def _first_lidar(model: Model) -> MountedSensor | None:
     return mounted(*lidars[0]) if lidars else None
 
 
-def _first(model: Model, kind: type) -> MountedSensor | None:
-    for link, sensor in model.sensors(kind):
-        return mounted(link, sensor)
-    return None
-
-
-def mounted(link: Link, sensor: Sensor) -> MountedSensor:
+def mounted(link: Link, sensor: SensorKind) -> MountedSensor[SensorKind]:
     """Return a sensor with the place that its link gives it."""
     return MountedSensor(sensor, sensor_frame(link, sensor), link.pose @ sensor.pose, link.name)
 

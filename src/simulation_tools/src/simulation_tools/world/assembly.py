@@ -60,7 +60,7 @@ def combined(bodies: Iterable[tuple[Inertial, Pose]]) -> MassProperties:
         centres.append(np.array(pose.position_m))
         inertias.append(turn @ _matrix(inertial.moments_kg_m2) @ turn.T)
     total = math.fsum(masses)
-    centre = sum(mass * place for mass, place in zip(masses, centres)) / total
+    centre = sum((mass * place for mass, place in zip(masses, centres)), np.zeros(3)) / total
     inertia = np.zeros((3, 3))
     for mass, place, own in zip(masses, centres, inertias):
         arm = place - centre
@@ -204,4 +204,5 @@ def _matrix(moments: Sequence[float]) -> np.ndarray:
 
 def _closest_order(axes: np.ndarray) -> list[int]:
     """Order eigenvectors (columns) so that column k points along coordinate axis k as well as it can."""
-    return list(max(permutations(range(3)), key=lambda order: sum(abs(axes[k, order[k]]) for k in range(3))))
+
+    return max(map(list, permutations(range(3))), key=lambda order: sum(abs(axes[range(3), order])))

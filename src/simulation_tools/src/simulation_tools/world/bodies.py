@@ -115,7 +115,7 @@ class BodyFactory:
             linkInertialFrameOrientations=[frame.orientation_xyzw for frame in inertials],
             linkParentIndices=[part.parent for part in inner],
             linkJointTypes=[pybullet.JOINT_REVOLUTE] * len(inner),
-            linkJointAxis=[part.joint.axis for part in inner],
+            linkJointAxis=[part.joint.axis for part in inner if part.joint],
             physicsClientId=self._client,
         )
         if uid < 0:

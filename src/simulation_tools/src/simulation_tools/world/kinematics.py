@@ -39,6 +39,7 @@ def joint_angles_of(client: int, body: Body) -> dict[str, float]:
     return {
         part.joint.name: pybullet.getJointState(body.uid, index, physicsClientId=client)[0]
         for index, part in enumerate(body.parts[1:])
+        if part.joint is not None
     }
 
 

@@ -24,7 +24,7 @@ class ContactSolver:
     erp: float = 0.08
     surface_layer_m: float = 1e-5
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.iterations < 1:
             raise WorldError(f"The solver needs at least 1 iteration, not {self.iterations}.")
         for name in ("residual_m_s", "cfm", "erp", "surface_layer_m"):

@@ -7,7 +7,6 @@ not of its centre of mass, which is what PyBullet itself reports.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Iterable, Sequence
 
 import numpy as np
@@ -31,32 +30,12 @@ from simulation_tools.world.kinematics import (
     state_of,
 )
 from simulation_tools.world.overlaps import Overlap, overlaps
+from simulation_tools.world.population import Population, SpawnedModel
 from simulation_tools.world.rays import RayScene
 from simulation_tools.world.settings import PhysicsSettings
 from simulation_tools.world.shapes.meshes import TriangleMesh, joined
 
 __all__ = ["BodyState", "Contact", "PhysicsWorld", "WorldError"]
-
-
-@dataclass
-class _Spawned:
-    """A model that is there. pose: where its fixed parts stand; what moves is asked of PyBullet."""
-
-    model: Model
-    rigid_joints: frozenset[str]
-    initial_pose: Pose
-    pose: Pose
-    assemblies: list[tuple[Part, ...]]
-    bodies: list[list[Body]]  # of each assembly
-    mass: MassProperties
-
-    @property
-    def base(self) -> Body | None:
-        """The body whose base carries the model frame and moves; None when that is fixed."""
-        return None if self.assemblies[0][0].mass is None else self.bodies[0][0]
-
-    def all_bodies(self) -> list[Body]:
-        return [body for group in self.bodies for body in group]
 
 
 class PhysicsWorld:
@@ -75,16 +54,11 @@ class PhysicsWorld:
         gui: show PyBullet's window. drawn: give bodies their looks without it too, for `draw`.
         """
         self.rays = RayScene()
-        self._models: dict[str, _Spawned] = {}
-        self._owner: dict[int, tuple[str, Body]] = {}
+        self._there = Population()
         self._states: dict[str, BodyState] = {}
-        # By the model's name; what has none of it is not in them.
-        self._lifts: dict[str, list[tuple[Body, int, MassProperties]]] = {}
-        self._hinged: dict[str, list[Body]] = {}
-        self._movers: dict[str, Body] = {}
         self._client = connect(gui)
         self._factory = BodyFactory(self._client, draw=gui or drawn)
-        self._clearances = Clearances(self._client, self._owner)
+        self._clearances = Clearances(self._client, self._there.owner)
         try:
             self.settings = PhysicsSettings(self._client, world.gravity_m_s2, time_step_s)
             self._configure()
@@ -105,7 +79,7 @@ class PhysicsWorld:
         rigid_joints: joints to treat as fixed. Raises WorldError (or MeshError) when the name is taken or the
         model cannot be built; the world is then as it was.
         """
-        if name in self._models:
+        if name in self._there.models:
             raise WorldError(f'There is already a model called "{name}".')
         unknown = sorted(rigid_joints - {joint.name for joint in model.joints})
         if unknown:
@@ -115,42 +89,38 @@ class PhysicsWorld:
         meshes = [[part_mesh(part) for part in assembly] for assembly in parts]
         bodies = self._build(name, parts, pose)
         mass = combined((link.inertial, link.pose) for link in model.links)
-        self._models[name] = _Spawned(model, rigid_joints, pose, pose, parts, bodies, mass)
-        self._enter(name, self._models[name].all_bodies())
+        self._there.add(name, SpawnedModel(model, rigid_joints, pose, pose, parts, bodies, mass))
+        self._clearances.forget()
         self._put_into_rays(name, meshes)
 
     def delete(self, name: str) -> None:
         """Take a model out of the world."""
-        for body in self._find(name).all_bodies():
+        for body in self._there.find(name).all_bodies():
             pybullet.removeBody(body.uid, physicsClientId=self._client)
-            del self._owner[body.uid]
+        self._there.remove(name)
         self._clearances.forget()
-        self._lifts.pop(name, None)
-        self._hinged.pop(name, None)
-        self._movers.pop(name, None)
-        del self._models[name]
         self._states.pop(name, None)
         self.rays.remove(name)
 
     def model_names(self) -> list[str]:
         """Return the names of the models, oldest first."""
-        return list(self._models)
+        return list(self._there.models)
 
     def model(self, name: str) -> Model:
         """Return a model's description."""
-        return self._find(name).model
+        return self._there.find(name).model
 
     def mass_kg(self, name: str) -> float:
         """Return the mass of all of a model's links."""
-        return self._find(name).mass.mass_kg
+        return self._there.find(name).mass.mass_kg
 
     def inertia(self, name: str) -> np.ndarray:
         """Return the inertia (3, 3) about the centre of mass, model frame axes, joints at zero, kg m2."""
-        return self._find(name).mass.inertia_kg_m2.copy()
+        return self._there.find(name).mass.inertia_kg_m2.copy()
 
     def centre_of_mass(self, name: str) -> Vector3:
         """Return a model's centre of mass in its model frame, joints at zero."""
-        return tuple(self._find(name).mass.centre_m.tolist())
+        return tuple(self._there.find(name).mass.centre_m.tolist())
 
     # -- state -----------------------------------------------------------------------------------------------
     def get_state(self, name: str) -> BodyState:
@@ -164,14 +134,14 @@ class PhysicsWorld:
         """Return the angle of every joint that the physics moves, rad, by its name, `model::joint`."""
         return {
             f"{name}::{joint}": angle
-            for name, bodies in self._hinged.items()
+            for name, bodies in self._there.hinged.items()
             for body in bodies
             for joint, angle in joint_angles_of(self._client, body).items()
         }
 
     def link_state(self, name: str, link_name: str) -> BodyState:
         """Return where a link is and how it moves, as its joints have turned; WorldError if there is none."""
-        spawned = self._find(name)
+        spawned = self._there.find(name)
         for parts, bodies in zip(spawned.assemblies, spawned.bodies):
             for index, part in enumerate(parts):
                 for link in part.links:
@@ -184,7 +154,7 @@ class PhysicsWorld:
 
     def set_state(self, name: str, state: BodyState) -> None:
         """Put a model somewhere, with a velocity (for what is not fixed). Its joints keep their angles."""
-        spawned = self._find(name)
+        spawned = self._there.find(name)
         numbers = (*state.pose.position_m, *state.linear_velocity_m_s, *state.angular_velocity_rad_s)
         if not all(map(math.isfinite, (*numbers, *state.pose.orientation_xyzw))):
             raise WorldError(f'The new state of "{name}" is not finite.')
@@ -202,7 +172,7 @@ class PhysicsWorld:
 
     def apply_wrench(self, name: str, force_n: Sequence[float], torque_nm: Sequence[float]) -> None:
         """Push and turn a model during the next step: at its base part's centre of mass, body axes (FLU)."""
-        base = self._find(name).base
+        base = self._there.find(name).base
         if base is None:
             return
         if not math.isfinite(sum(force_n) + sum(torque_nm)):
@@ -217,15 +187,15 @@ class PhysicsWorld:
 
     def step(self) -> None:
         """Advance everything by one time step."""
-        for lifts in self._lifts.values():
+        for lifts in self._there.lifts.values():
             for lift in lifts:
                 self._hold_up(*lift)
         pybullet.stepSimulation(physicsClientId=self._client)
         self._states.clear()
 
     def beyond_reason(self) -> str | None:
-        """Return a model that is nowhere any more (NaN), or absurdly far or fast; None: all is well."""
-        for name in self._movers:
+        """Return a model whose place is not a number, or that is absurdly far or fast; None: all is well."""
+        for name in self._there.movers:
             state = self.get_state(name)
             if not are_sane(
                 (*state.pose.position_m, *state.linear_velocity_m_s, *state.angular_velocity_rad_s)
@@ -236,7 +206,7 @@ class PhysicsWorld:
     # -- what touches, what is near --------------------------------------------------------------------------
     def contacts(self, name: str) -> list[Contact]:
         """Return where a model touches others, as the last step found it."""
-        return contacts_of(self._client, name, self._find(name).all_bodies(), self._owner)
+        return contacts_of(self._client, name, self._there.find(name).all_bodies(), self._there.owner)
 
     def clearance(
         self, name: str, pose: Pose | None, max_distance_m: float, ignore: Iterable[str] = ("ground_plane",)
@@ -246,7 +216,7 @@ class PhysicsWorld:
         pose: where to suppose the model; None: where it is. Negative inside another shape, inf beyond
         max_distance_m. ignore: names of models that do not count.
         """
-        spawned = self._find(name)
+        spawned = self._there.find(name)
         shift = Pose() if pose is None else pose @ self.get_state(name).pose.inverse()
         own = [
             OwnShape(shape, shift @ part_pose(self._client, body, index - 1), *sphere)
@@ -258,7 +228,7 @@ class PhysicsWorld:
 
     def overlaps(self) -> list[Overlap]:
         """Return which models are inside each other, of which one can move at least; the deepest first."""
-        return overlaps(self._client, self._owner)
+        return overlaps(self._client, self._there.owner)
 
     def draw(
         self, eye_m: Vector3, ahead: Vector3, up: Vector3, projection: Sequence[float], size: tuple[int, int]
@@ -269,12 +239,11 @@ class PhysicsWorld:
     # -- life ------------------------------------------------------------------------------------------------
     def reset(self) -> None:
         """Put every model back where it was spawned, at rest, as in a world built anew."""
-        spawned = list(self._models.items())
+        spawned = list(self._there.models.items())
         pybullet.resetSimulation(physicsClientId=self._client)
         self._factory.shapes.forget()
         self._configure()
-        for known in (self._models, self._owner, self._lifts, self._hinged, self._movers):
-            known.clear()
+        self._there.clear()
         self._states.clear()
         self._clearances.forget()
         self.rays.clear()
@@ -297,31 +266,6 @@ class PhysicsWorld:
             deterministicOverlappingPairs=1, enableFileCaching=0, physicsClientId=self._client
         )
 
-    def _find(self, name: str) -> _Spawned:
-        try:
-            return self._models[name]
-        except KeyError:
-            raise WorldError(f'There is no model called "{name}".') from None
-
-    def _enter(self, name: str, bodies: Sequence[Body]) -> None:
-        """Note what a model brings: whose bodies are whose, which have joints, which parts have no weight."""
-        self._owner.update((body.uid, (name, body)) for body in bodies)
-        self._clearances.forget()
-        hinged = [body for body in bodies if len(body.parts) > 1]
-        lifts = [
-            (body, index - 1, part.weightless)
-            for body in bodies
-            for index, part in enumerate(body.parts)
-            if part.weightless is not None
-        ]
-        base = self._models[name].base
-        if base is not None:
-            self._movers[name] = base
-        if hinged:
-            self._hinged[name] = hinged
-        if lifts:
-            self._lifts[name] = lifts
-
     def _hold_up(self, body: Body, link: int, weightless: MassProperties) -> None:
         """Cancel the weight of what has none: PyBullet's gravity pulls everything alike."""
         force = [-weightless.mass_kg * pull for pull in self.settings.gravity_m_s2]
@@ -343,7 +287,7 @@ class PhysicsWorld:
         return built
 
     def _put_into_rays(self, name: str, meshes: list[list[TriangleMesh | None]]) -> None:
-        spawned = self._models[name]
+        spawned = self._there.models[name]
         standing, moving = [], []
         for parts, bodies, group in zip(spawned.assemblies, spawned.bodies, meshes):
             for index, (part, mesh) in enumerate(zip(parts, group)):
@@ -359,5 +303,5 @@ class PhysicsWorld:
         self.rays.put(name, joined(standing) if standing else None, moving)
 
     def _ask_state(self, name: str) -> BodyState:
-        spawned = self._find(name)
+        spawned = self._there.find(name)
         return BodyState(spawned.pose) if spawned.base is None else state_of(self._client, spawned.base)

@@ -8,10 +8,12 @@ AttitudeControl and RateControl.
 from __future__ import annotations
 
 import math
+from typing import Tuple
 
 import numpy as np
 from numba import njit
 
+from simulation_tools.geometry import Vector3
 from simulation_tools.px4.parameters import Px4Parameters
 
 AXES = ("ROLL", "PITCH", "YAW")
@@ -43,8 +45,11 @@ RATE_STATE_DTYPE = np.dtype(
 )
 
 
+_Quaternion = Tuple[float, float, float, float]  # w, x, y, z
+
+
 @njit(cache=True)
-def _multiply(a, b):
+def _multiply(a: _Quaternion, b: _Quaternion) -> _Quaternion:
     """Hamilton product of (w, x, y, z) tuples."""
     return (
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -55,14 +60,16 @@ def _multiply(a, b):
 
 
 @njit(cache=True)
-def _body_z(q):
+def _body_z(q: _Quaternion) -> Vector3:
     """Where the body's z axis points, in the outer frame."""
     w, x, y, z = q
     return (2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z)
 
 
 @njit(cache=True)
-def _rates_setpoint(attitude, wanted, yaw_rate, gain_records, out):
+def _rates_setpoint(
+    attitude: np.ndarray, wanted: np.ndarray, yaw_rate: float, gain_records: np.ndarray, out: np.ndarray
+) -> None:
     """Attitude P: fill out (3,), rad/s FRD, from the attitude and the wanted one (w, x, y, z)."""
     gains = gain_records[0]
     q = (attitude[0], attitude[1], attitude[2], attitude[3])
@@ -103,7 +110,7 @@ def _rates_setpoint(attitude, wanted, yaw_rate, gain_records, out):
 
 
 @njit(cache=True)
-def _filter(coefficients, delay, value):
+def _filter(coefficients: np.ndarray, delay: np.ndarray, value: float) -> float:
     """One step of a second-order filter in direct form II; delay (2,)."""
     b0, b1, b2 = coefficients[0], coefficients[1], coefficients[2]
     a1, a2 = coefficients[3], coefficients[4]
@@ -115,7 +122,16 @@ def _filter(coefficients, delay, value):
 
 
 @njit(cache=True)
-def _torques(rates, wanted, saturation, integrate, dt, gain_records, states, out):
+def _torques(
+    rates: np.ndarray,
+    wanted: np.ndarray,
+    saturation: np.ndarray,
+    integrate: bool,
+    dt: float,
+    gain_records: np.ndarray,
+    states: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """Rate PID: fill out (3,), normalised torques.
 
     rates, wanted: rad/s FRD. saturation (3, 2): whether the mixer could not give more of an axis in the

@@ -39,7 +39,7 @@ def mixing_matrix(rotors: Sequence[Sequence[float]]) -> np.ndarray:
 
 
 @njit(cache=True)
-def _gain(direction, outputs, low, high):
+def _gain(direction: np.ndarray, outputs: np.ndarray, low: float, high: float) -> float:
     """Return how much of a direction brings the outputs between low and high, as well as one number can."""
     least = 0.0
     most = 0.0
@@ -56,7 +56,9 @@ def _gain(direction, outputs, low, high):
 
 
 @njit(cache=True)
-def _desaturate(direction, outputs, low, high, reduce_only):
+def _desaturate(
+    direction: np.ndarray, outputs: np.ndarray, low: float, high: float, reduce_only: bool
+) -> None:
     """Move the outputs along a direction towards low..high; what does not fit is shared between both ends."""
     gain = _gain(direction, outputs, low, high)
     if reduce_only and gain > 0.0:
@@ -69,7 +71,14 @@ def _desaturate(direction, outputs, low, high, reduce_only):
 
 
 @njit(cache=True)
-def _mix(columns, torques, thrust, thrust_factor, outputs, saturation):
+def _mix(
+    columns: np.ndarray,
+    torques: np.ndarray,
+    thrust: float,
+    thrust_factor: float,
+    outputs: np.ndarray,
+    saturation: np.ndarray,
+) -> None:
     """Fill outputs (n,) and saturation (3, 2). columns (4, n): the mixing matrix, transposed."""
     n = outputs.shape[0]
     for i in range(n):

@@ -8,6 +8,7 @@ measured on real PX4: v = P e_p, a = P e_v + I - D dv/dt.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -74,7 +75,9 @@ ATTITUDE_SETPOINT_DTYPE = np.dtype(
 
 
 @njit(cache=True)
-def _limit_xy(preferred_x, preferred_y, extra_x, extra_y, limit):
+def _limit_xy(
+    preferred_x: float, preferred_y: float, extra_x: float, extra_y: float, limit: float
+) -> tuple[float, float]:
     """Add two horizontal velocities within a limit; the preferred one is kept as long as possible."""
     sum_x, sum_y = preferred_x + extra_x, preferred_y + extra_y
     if math.hypot(sum_x, sum_y) <= limit:
@@ -97,7 +100,7 @@ def _limit_xy(preferred_x, preferred_y, extra_x, extra_y, limit):
 
 
 @njit(cache=True)
-def _derivative(state, velocity, cutoff_hz, dt):
+def _derivative(state: Any, velocity: np.ndarray, cutoff_hz: float, dt: float) -> None:
     """Low-passed derivative of the velocity."""
     b = 2.0 * math.pi * cutoff_hz * dt
     for i in range(3):
@@ -110,7 +113,7 @@ def _derivative(state, velocity, cutoff_hz, dt):
 
 
 @njit(cache=True)
-def _velocity_setpoint(setpoint, estimate, gains, limits, out):
+def _velocity_setpoint(setpoint: Any, estimate: Any, gains: Any, limits: Any, out: np.ndarray) -> None:
     """Position loop; out: velocity setpoint, NaN on axes where neither position nor velocity is asked for."""
     towards = np.zeros(3)
     extra = np.zeros(3)
@@ -132,7 +135,9 @@ def _velocity_setpoint(setpoint, estimate, gains, limits, out):
 
 
 @njit(cache=True)
-def _thrust_vector(acceleration, hover_thrust, tilt_max, thrust_min, out):
+def _thrust_vector(
+    acceleration: np.ndarray, hover_thrust: float, tilt_max: float, thrust_min: float, out: np.ndarray
+) -> None:
     """Thrust (NED, normalised) for an acceleration; tilt limited, at least thrust_min."""
     x, y, z = -acceleration[0], -acceleration[1], GRAVITY_M_S2
     norm = math.sqrt(x * x + y * y + z * z)
@@ -152,7 +157,7 @@ def _thrust_vector(acceleration, hover_thrust, tilt_max, thrust_min, out):
 
 
 @njit(cache=True)
-def _attitude(thrust, yaw, q):
+def _attitude(thrust: np.ndarray, yaw: float, q: np.ndarray) -> None:
     """Attitude whose -z axis points along the thrust (NED) and whose x axis heads towards yaw."""
     norm = math.sqrt(thrust[0] ** 2 + thrust[1] ** 2 + thrust[2] ** 2)
     bz = (0.0, 0.0, 1.0)
@@ -180,7 +185,15 @@ def _attitude(thrust, yaw, q):
 
 
 @njit(cache=True)
-def _update(setpoints, estimates, gain_records, limit_records, states, dt, outputs):
+def _update(
+    setpoints: np.ndarray,
+    estimates: np.ndarray,
+    gain_records: np.ndarray,
+    limit_records: np.ndarray,
+    states: np.ndarray,
+    dt: float,
+    outputs: np.ndarray,
+) -> None:
     """One step of the whole chain; fills outputs[0]."""
     setpoint, estimate, gains = setpoints[0], estimates[0], gain_records[0]
     limits, state, out = limit_records[0], states[0], outputs[0]
@@ -233,7 +246,7 @@ def _update(setpoints, estimates, gain_records, limit_records, states, dt, outpu
 def fill(record: np.ndarray, setpoint: Setpoint) -> None:
     """Copy a setpoint into a record array of SETPOINT_DTYPE, shape (1,)."""
     row = record[0]
-    for name in SETPOINT_DTYPE.names:
+    for name in SETPOINT_DTYPE.names or ():
         row[name] = getattr(setpoint, name)
 
 

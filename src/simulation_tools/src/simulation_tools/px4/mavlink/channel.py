@@ -115,7 +115,7 @@ class Channel:
             # Keep the phase, but do not catch up after a pause.
             late = time_us - stream.due_us >= stream.period_us
             stream.due_us = time_us + stream.period_us if late else stream.due_us + stream.period_us
-            if addresses and (everything or name == "HEARTBEAT"):
+            if status is not None and (everything or name == "HEARTBEAT"):
                 message = telemetry.build(name, self._px4, status)
                 if message is not None:
                     messages.append(message)

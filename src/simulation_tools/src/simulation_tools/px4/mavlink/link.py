@@ -157,32 +157,34 @@ class MavlinkLink:
 
     # Incoming messages
 
-    def _heartbeat(self, channel: Channel, message, sender: Address) -> None:
+    def _heartbeat(self, channel: Channel, message: common.MAVLink_message, sender: Address) -> None:
         is_ground_station = message.type == common.MAV_TYPE_GCS
         channel.heard(sender, is_ground_station)
         if is_ground_station:
             self._px4.ground_station_heard()
 
-    def _is_for_us(self, channel: Channel, message) -> bool:
+    def _is_for_us(self, channel: Channel, message: common.MAVLink_message) -> bool:
         return message.target_system in (0, channel.codec.system_id) and message.target_component in (
             0,
             channel.codec.component_id,
         )
 
-    def _local_target(self, channel: Channel, m, sender: Address) -> None:
+    def _local_target(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         self._offer(channel, m, lambda: from_local_target(m))
 
-    def _global_target(self, channel: Channel, m, sender: Address) -> None:
-        px4 = self._px4
-        if px4.home is None:
+    def _global_target(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
+        origin, home = self._px4.origin, self._px4.home
+        if home is None:
             self.statistics.refused_setpoints += 1  # without a position there is nothing to convert
             return
-        self._offer(channel, m, lambda: from_global_target(m, px4.origin, px4.home.tolist()))
+        self._offer(channel, m, lambda: from_global_target(m, origin, home.tolist()))
 
-    def _attitude_target(self, channel: Channel, m, sender: Address) -> None:
+    def _attitude_target(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         self._offer(channel, m, lambda: from_attitude_target(m))
 
-    def _offer(self, channel: Channel, m, read: Callable[[], Setpoint | AttitudeSetpoint]) -> None:
+    def _offer(
+        self, channel: Channel, m: common.MAVLink_message, read: Callable[[], Setpoint | AttitudeSetpoint]
+    ) -> None:
         """Hand a setpoint on, if the message is one and is for us."""
         try:
             if self._is_for_us(channel, m) and self._px4.offer_setpoint(read()):
@@ -195,23 +197,23 @@ class MavlinkLink:
                 self._say(Severity.CRITICAL, str(refusal))
         self.statistics.refused_setpoints += 1
 
-    def _command_is_for_us(self, channel: Channel, m) -> bool:
+    def _command_is_for_us(self, channel: Channel, m: common.MAVLink_message) -> bool:
         """Unlike other messages, a command to all systems (0) counts only if it asks who is there."""
         to_all = m.target_system == 0 and m.command != common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES
         return not to_all and self._is_for_us(channel, m)
 
-    def _command_long(self, channel: Channel, m, sender: Address) -> None:
+    def _command_long(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if self._command_is_for_us(channel, m):
             params = (m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7)
             self._command(channel, m, params, sender)
 
-    def _command_int(self, channel: Channel, m, sender: Address) -> None:
+    def _command_int(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if self._command_is_for_us(channel, m):
             latitude, longitude = (math.nan if value in _NOT_GIVEN else 1e-7 * value for value in (m.x, m.y))
             params = (m.param1, m.param2, m.param3, m.param4, latitude, longitude, m.z)
             self._command(channel, m, params, sender)
 
-    def _set_mode(self, channel: Channel, m, sender: Address) -> None:
+    def _set_mode(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if m.target_system != channel.codec.system_id:
             return
         main, sub = m.custom_mode >> _MAIN_SHIFT & 0xFF, m.custom_mode >> _SUB_SHIFT & 0xFF
@@ -219,7 +221,9 @@ class MavlinkLink:
         result = self._px4.command(command, (m.base_mode, main, sub, 0.0, 0.0, 0.0, 0.0))
         self._acknowledge(channel, command, result, m, sender)
 
-    def _command(self, channel: Channel, m, params: tuple[float, ...], sender: Address) -> None:
+    def _command(
+        self, channel: Channel, m: common.MAVLink_message, params: tuple[float, ...], sender: Address
+    ) -> None:
         """Carry out a command and acknowledge it; the message that it asks for goes out afterwards."""
         after = None
         if self._message_commands.handles(m.command):
@@ -231,49 +235,51 @@ class MavlinkLink:
             channel.reply(after, sender)
 
     @staticmethod
-    def _acknowledge(channel: Channel, command: int, result: Result, m, sender: Address) -> None:
+    def _acknowledge(
+        channel: Channel, command: int, result: Result, m: common.MAVLink_message, sender: Address
+    ) -> None:
         ack = common.MAVLink_command_ack_message(
             command, int(result), 0, 0, m.get_srcSystem(), m.get_srcComponent()
         )
         channel.reply(ack, sender)
 
-    def _param_list(self, channel: Channel, m, sender: Address) -> None:
+    def _param_list(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if self._is_for_us(channel, m):
             for answer in self._parameter_protocol.list():
                 channel.reply(answer, sender)
 
-    def _param_read(self, channel: Channel, m, sender: Address) -> None:
+    def _param_read(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         answer = self._parameter_protocol.read(m) if self._is_for_us(channel, m) else None
         if answer is not None:
             channel.reply(answer, sender)
 
-    def _param_set(self, channel: Channel, m, sender: Address) -> None:
+    def _param_set(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         answer = self._parameter_protocol.set(m) if self._is_for_us(channel, m) else None
         if answer is not None:
             channel.reply(answer, sender)
 
-    def _rc_override(self, channel: Channel, m, sender: Address) -> None:
+    def _rc_override(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         """PX4 would fly by it; there is no remote control here."""
         if self._is_for_us(channel, m):
             self._warn(
                 "rc", "MAVLink: RC_CHANNELS_OVERRIDE is ignored; the PX4 stand-in has no remote control"
             )
 
-    def _timesync(self, channel: Channel, m, sender: Address) -> None:
+    def _timesync(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if m.tc1 == 0:
             channel.reply(common.MAVLink_timesync_message(1000 * self._time_us, m.ts1), sender)
 
-    def _ping(self, channel: Channel, m, sender: Address) -> None:
+    def _ping(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if m.target_system == 0 and m.target_component == 0:
             source = (m.get_srcSystem(), m.get_srcComponent())
             channel.reply(common.MAVLink_ping_message(m.time_usec, m.seq, *source), sender)
 
-    def _mission(self, channel: Channel, m, sender: Address) -> None:
+    def _mission(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         answer = answer_mission(m, channel.codec.system_id, channel.codec.component_id)
         if answer is not None:
             channel.reply(answer, sender)
 
-    def _file_transfer(self, channel: Channel, m, sender: Address) -> None:
+    def _file_transfer(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         answer = refuse_file_transfer(m) if self._is_for_us(channel, m) else None
         if answer is not None:
             channel.reply(answer, sender)

@@ -70,7 +70,7 @@ def from_attitude_target(m: common.MAVLink_set_attitude_target_message) -> Attit
     )
 
 
-def _setpoint(m, position: Vector3, body: bool, name: str) -> Setpoint:
+def _setpoint(m: common.MAVLink_message, position: Vector3, body: bool, name: str) -> Setpoint:
     """Read what both position messages share; raises SetpointError."""
     mask = m.type_mask
     acceleration = _unmasked((m.afx, m.afy, m.afz), mask >> 6, together=body)
@@ -91,7 +91,8 @@ def _unmasked(values: Vector3, mask: int, together: bool = False) -> Vector3:
     """Replace what the mask's lowest bits ignore by NaN; together: all of it when one is ignored."""
     if together and mask & 0b111:
         return UNSET
-    return tuple(NAN if mask >> i & 1 else _sane(value) for i, value in enumerate(values))
+    x, y, z = (NAN if mask >> i & 1 else _sane(value) for i, value in enumerate(values))
+    return x, y, z
 
 
 def _sane(value: float) -> float:

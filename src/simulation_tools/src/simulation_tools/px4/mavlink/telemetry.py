@@ -7,7 +7,8 @@ from typing import Callable, Mapping
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.px4.mavlink import telemetry_motion, telemetry_state
-from simulation_tools.px4.px4 import Px4, Px4Status
+from simulation_tools.px4.px4 import Px4
+from simulation_tools.px4.status import Px4Status
 
 # Default rates, Hz, as measured on PX4's offboard link.
 OFFBOARD_RATES_HZ = {

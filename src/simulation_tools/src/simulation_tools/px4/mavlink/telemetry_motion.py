@@ -7,7 +7,8 @@ import math
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.px4.modes import LandedState
-from simulation_tools.px4.px4 import Px4, Px4Status
+from simulation_tools.px4.px4 import Px4
+from simulation_tools.px4.status import Px4Status
 
 _NAN = math.nan
 _UNKNOWN_U16 = 65535

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.px4.px4 import Px4, Px4Status
+from simulation_tools.px4.px4 import Px4
+from simulation_tools.px4.status import Px4Status
 
 _UNKNOWN_U16 = 65535
 _CURRENT_CA = -100  # PX4's simulated battery says -1 A

@@ -29,7 +29,7 @@ class ShapeFactory:
     def __init__(self, client: int) -> None:
         self._client = client
         self._mesh_folder: tempfile.TemporaryDirectory | None = None
-        # PyBullet never gives a used collision shape back, so equal ones are shared.
+        # PyBullet never frees a used collision shape, so equal ones are shared.
         self._shapes: dict[Hashable, int] = {}
 
     def close(self) -> None:
@@ -129,9 +129,8 @@ class ShapeFactory:
 
     def _compound_entry(self, geometry: Geometry) -> dict:
         entry = {"radius": 0.0, "halfExtents": (0.0, 0.0, 0.0), "length": 0.0, "fileName": ""}
-        if isinstance(
-            geometry, Mesh
-        ):  # without the concave flag PyBullet takes the convex hull, as moving needs
+        if isinstance(geometry, Mesh):
+            # Without the concave flag PyBullet takes the convex hull, as a moving body needs
             return {**entry, "shapeType": pybullet.GEOM_MESH, "fileName": self._mesh_file(geometry)}
         primitive = _primitive(geometry)
         if "height" in primitive:
@@ -171,4 +170,6 @@ def _primitive(geometry: Geometry) -> dict:
         }
     if isinstance(geometry, Sphere):
         return {"shapeType": pybullet.GEOM_SPHERE, "radius": geometry.radius_m}
-    return {"shapeType": pybullet.GEOM_PLANE, "planeNormal": geometry.normal}
+    if isinstance(geometry, Plane):
+        return {"shapeType": pybullet.GEOM_PLANE, "planeNormal": geometry.normal}
+    raise WorldError(f"A {type(geometry).__name__.lower()} is no simple shape of PyBullet.")

@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.geometry import Pose
@@ -182,8 +184,8 @@ def _load(path: str) -> TriangleMesh:
     import trimesh  # half a second to import, and most worlds hold no mesh file
 
     try:
-        loaded = trimesh.load(path, force="mesh", process=False)
-        vertices, triangles = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int32)
+        loaded: Any = trimesh.load(path, force="mesh", process=False)
+        vertices, triangles = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces, np.int32)
         if loaded.units:  # of COLLADA only; its <up_axis> is ignored, as Gazebo and RViz do
             vertices = vertices * trimesh.units.unit_conversion(loaded.units, "meters")
     except Exception as error:  # trimesh's readers raise whatever their input makes them stumble over
@@ -197,7 +199,7 @@ def _load(path: str) -> TriangleMesh:
     return TriangleMesh(vertices, triangles)
 
 
-def _split(quads) -> np.ndarray:
+def _split(quads: ArrayLike) -> np.ndarray:
     """Cut quadrilaterals (n, 4) into triangles (2 n, 3)."""
-    quads = np.asarray(quads)
-    return np.concatenate((quads[:, (0, 1, 2)], quads[:, (0, 2, 3)])).astype(np.int32)
+    corners = np.asarray(quads)
+    return np.concatenate((corners[:, (0, 1, 2)], corners[:, (0, 2, 3)])).astype(np.int32)

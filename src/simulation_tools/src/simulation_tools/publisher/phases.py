@@ -1,0 +1,195 @@
+"""What the publisher is doing, and what leads from one phase to the next."""
+
+from __future__ import annotations
+
+import enum
+
+from simulation_tools.geometry import Pose
+from simulation_tools.publisher.heard import Heard, Known
+from simulation_tools.publisher.hover import Hover
+from simulation_tools.publisher.interface import (
+    OFFBOARD,
+    Action,
+    AnnounceReady,
+    FcuState,
+    Log,
+    PublisherParameters,
+    RequestArm,
+    RequestMode,
+)
+
+LANDING = "AUTO.LAND"
+_ON_GROUND = 1  # MAV_LANDED_STATE
+_NS = 1e-9
+
+
+class Phase(enum.Enum):
+    """What the publisher is doing."""
+
+    WAITING = "waiting for the flight controller"
+    TAKING_OFF = "taking off"
+    RETURNING = "getting back to hover after the flight controller or MAVROS was away"
+    FLYING = "flying by commands"
+    YIELDED = "leaving the UAV to whoever changed its mode"
+    IDLE = "on the ground, done"
+
+
+class Phases:
+    """Knows the phase of the flight. `advance` takes it forward; every call returns what is to be done."""
+
+    def __init__(self, heard: Heard, hover: Hover) -> None:
+        self._heard = heard
+        self._hover = hover
+
+    def restart(self, p: PublisherParameters) -> None:
+        """Begin again: take off if the UAV stands on the ground, take over if it flies."""
+        self.phase = Phase.WAITING
+        self._requested_ns: int | None = None
+        self._hover.release()
+        self._hover_z_m = (
+            p.hover_height_m - p.ground_clearance_m
+        )  # the local frame begins where the UAV stood
+        self._seen_offboard = self._has_flown = self._may_arm = self._was_failsafe = False
+
+    def advance(
+        self, now_ns: int, known: Known, stream_began_ns: int, poses_missing: bool, p: PublisherParameters
+    ) -> list[Action]:
+        """Take the phase forward by what was known `decision_delay_s` ago.
+
+        stream_began_ns: when the first setpoint was sent. poses_missing: poses came, and come no more.
+        """
+        pose, state, landed, home = known
+        if pose is None or state is None or landed is None or not state.connected:
+            return []
+        self._may_arm = home or not p.needs_home
+        is_flying = state.armed and landed != _ON_GROUND
+        actions: list[Action] = []
+        if self.phase is Phase.WAITING:
+            actions = self._begin(pose, state, is_flying, p)
+        elif self.phase is Phase.TAKING_OFF:
+            has_streamed = (now_ns - stream_began_ns) * _NS >= p.min_stream_s
+            actions = self._take_off(now_ns, pose, state, is_flying, has_streamed, p)
+        elif self.phase is Phase.FLYING:
+            actions = self._fly(now_ns, pose, state, p)
+        elif self.phase is Phase.RETURNING:
+            actions = self._return(now_ns, pose, state, poses_missing, p)
+        elif self.phase is Phase.YIELDED:
+            actions = self._yield(pose, state)
+        self._was_failsafe = state.failsafe or (self._was_failsafe and not state.armed)
+        return actions
+
+    def return_to(self, pose: Pose) -> list[Action]:
+        """Hover there again before commands count: nobody has flown the UAV, and it may be low by now."""
+        self.phase = Phase.RETURNING
+        self._requested_ns = None
+        self._hover.climb_over(pose, self._hover_z_m)
+        return [AnnounceReady(False), Log("the connection to the flight controller broke: hovering first.")]
+
+    # One method for each phase
+
+    def _begin(self, pose: Pose, state: FcuState, is_flying: bool, p: PublisherParameters) -> list[Action]:
+        if is_flying and state.mode != OFFBOARD and not state.failsafe:
+            return self._enter_yielded(state)
+        if is_flying:
+            if state.failsafe:
+                return self.return_to(pose)
+            return self._enter_flying(pose, "the UAV is in the air: taking over where it is.")
+        self.phase = Phase.TAKING_OFF
+        self._aim_over(pose, p)
+        self._seen_offboard = self._has_flown = False
+        return []
+
+    def _aim_over(self, pose: Pose, p: PublisherParameters) -> None:
+        """Hover over where the UAV stands on the ground."""
+        self._hover_z_m = pose.position_m[2] + (p.hover_height_m - p.ground_clearance_m)
+        self._hover.climb_over(pose, self._hover_z_m)
+
+    def _take_off(
+        self,
+        now_ns: int,
+        pose: Pose,
+        state: FcuState,
+        is_flying: bool,
+        has_streamed: bool,
+        p: PublisherParameters,
+    ) -> list[Action]:
+        self._seen_offboard = self._seen_offboard or state.in_offboard
+        self._has_flown = self._has_flown or is_flying
+        if self._has_flown and not state.armed and not self._was_failsafe:
+            return self._enter_idle()
+        if self._seen_offboard and is_flying and not state.in_offboard and not state.failsafe:
+            return self._enter_yielded(state)
+        if state.in_offboard:
+            return self._enter_flying(None, "hovering, ready.") if self._hover.reached(now_ns, p) else []
+        if not (state.armed or self._may_arm):
+            self._aim_over(pose, p)  # an estimate that has just begun still moves
+            return []
+        return self._request(now_ns, p, RequestMode(OFFBOARD), RequestArm()) if has_streamed else []
+
+    def _fly(self, now_ns: int, pose: Pose, state: FcuState, p: PublisherParameters) -> list[Action]:
+        if not state.armed:
+            return self._end_flight()
+        if state.failsafe:
+            return self.return_to(pose) + self._request(now_ns, p, RequestMode(OFFBOARD))
+        return [] if state.mode == OFFBOARD else self._enter_yielded(state)
+
+    def _return(
+        self, now_ns: int, pose: Pose, state: FcuState, poses_missing: bool, p: PublisherParameters
+    ) -> list[Action]:
+        if not state.armed:
+            return self._end_flight()
+        if state.failsafe:
+            self._hover.climb_over(pose, self._hover_z_m)
+            return self._request(now_ns, p, RequestMode(OFFBOARD))
+        if state.mode != OFFBOARD:
+            return self._enter_yielded(state)
+        if poses_missing or not self._hover.reached(now_ns, p):
+            return []
+        return self._enter_flying(None, "hovering again, ready.")
+
+    def _yield(self, pose: Pose, state: FcuState) -> list[Action]:
+        if not state.armed:
+            return self._enter_idle()
+        if state.mode == OFFBOARD and not state.failsafe:
+            return self._enter_flying(pose, "OFFBOARD again: taking over where the UAV is.")
+        return []
+
+    def _end_flight(self) -> list[Action]:
+        """Take off again after the flight controller's own landing; any other landing ends the flight."""
+        if not self._was_failsafe:
+            return self._enter_idle()
+        self.phase = Phase.WAITING
+        return [AnnounceReady(False), Log("the flight controller landed in a failsafe: taking off again.")]
+
+    # Entering a phase
+
+    def _enter_flying(self, pose: Pose | None, text: str) -> list[Action]:
+        """pose: where to hold until a command comes; None keeps the hover point."""
+        self.phase = Phase.FLYING
+        self._requested_ns = None
+        if pose is not None:
+            self._hover.hold(pose)
+        return [AnnounceReady(True), Log(text, is_warning=False)]
+
+    def _enter_yielded(self, state: FcuState) -> list[Action]:
+        self.phase = Phase.YIELDED
+        if state.mode == LANDING and not state.failsafe:
+            text = f"{LANDING} was ordered: leaving the UAV to it until it is OFFBOARD."
+            return [AnnounceReady(False), Log(text, is_warning=False)]
+        text = f"somebody else has set the mode {state.mode}: leaving the UAV to them until it is OFFBOARD."
+        return [AnnounceReady(False), Log(text)]
+
+    def _enter_idle(self) -> list[Action]:
+        self.phase = Phase.IDLE
+        text = "disarmed: the flight is over; call ~restart for another take-off."
+        return [AnnounceReady(False), Log(text, is_warning=False)]
+
+    def _request(self, now_ns: int, p: PublisherParameters, *requests: Action) -> list[Action]:
+        """Return the requests, unless they were made just now, or nobody can tell yet what became of them."""
+        if self._requested_ns is not None:
+            since_s = (now_ns - self._requested_ns) * _NS
+            told = self._heard.state_newer_than(self._requested_ns, now_ns, p)
+            if since_s < (p.retry_period_s if told else p.state_patience_s):
+                return []
+        self._requested_ns = now_ns
+        return list(requests)

@@ -1,0 +1,43 @@
+"""What the PX4 stand-in says about itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from simulation_tools.px4.control.takeoff import TakeoffState
+from simulation_tools.px4.modes import ARMED_FLAG, STABILISED_FLAG, LandedState, Mode
+
+
+@dataclass(frozen=True)
+class Px4Status:
+    """What the flight controller says about itself."""
+
+    time_us: int
+    mode: Mode
+    wanted_mode: Mode
+    armed: bool
+    failsafe: bool
+    controls_attitude: bool
+    landed_state: LandedState
+    position_valid: bool
+    takeoff_state: TakeoffState
+    hover_thrust: float
+    battery_remaining: float
+
+    @property
+    def base_mode(self) -> int:
+        """MAVLink's MAV_MODE_FLAG bits; an OFFBOARD that sets body rates is not stabilised."""
+        flags = self.mode.base_mode | (ARMED_FLAG if self.armed else 0)
+        return flags if self.controls_attitude else flags & ~STABILISED_FLAG
+
+    @property
+    def system_status(self) -> int:
+        """MAVLink's MAV_STATE: standby 3, active 4, critical 5."""
+        if not self.armed:
+            return 3
+        return 5 if self.failsafe else 4
+
+    @property
+    def heartbeat_content(self) -> tuple:
+        """What a heartbeat says and that may change."""
+        return (self.mode, self.base_mode, self.system_status)

@@ -1,0 +1,133 @@
+"""Lockstep: after a scan, simulated time waits for what the other nodes make of it."""
+
+from __future__ import annotations
+
+import threading
+from typing import Callable, Protocol
+
+from simulation_tools.running.pacing import WallClock
+
+LOOK_PERIOD_S = 0.02
+"""While lockstep waits, it looks this often for requests, a pause and the end."""
+
+START_RETRY_S = 0.2
+"""The first scan is published again after this time, until the nodes that answer it have started."""
+
+START_PATIENCE_S = 15.0
+"""If nobody has answered the first scan after this time, a warning tells what is missing."""
+
+
+class Barrier:
+    """What lockstep waits for after a scan: a setpoint and acknowledgements with the scan's stamp.
+
+    Stamps must be equal. A late answer to an earlier scan, or one from before a reset, does not count.
+    """
+
+    def __init__(self, participants: frozenset[str]) -> None:
+        self._participants = participants
+        self._acknowledged_ms: dict[str, int] = {}
+        self._changed = threading.Condition()
+        self._stamp_ms = -1
+        self.has_setpoint = False
+
+    def raise_for(self, stamp_ms: int) -> None:
+        """Wait for the answers to this scan from now on."""
+        self._stamp_ms = stamp_ms
+        self.has_setpoint = False
+
+    def on_setpoint(self, stamp_ms: int) -> None:
+        """Take the stamp of a setpoint that arrived."""
+        self.has_setpoint = self.has_setpoint or stamp_ms == self._stamp_ms
+
+    def acknowledge(self, participant: str, stamp_ms: int) -> None:
+        """Take a participant's acknowledgement; from any thread."""
+        with self._changed:
+            self._acknowledged_ms[participant] = stamp_ms
+            self._changed.notify()
+
+    def missing(self) -> str:
+        """Return what has not come yet, in words."""
+        missing = [] if self.has_setpoint else ["a setpoint"]
+        with self._changed:
+            missing += [f"an acknowledgement on {name}" for name in sorted(self._silent())]
+        return " and ".join(missing)
+
+    def wait_for_participants(self, timeout_s: float) -> bool:
+        """Sleep until every participant has acknowledged the stamp (True) or the time is over."""
+        with self._changed:
+            return self._changed.wait_for(lambda: not self._silent(), timeout_s)
+
+    def _silent(self) -> set[str]:
+        return {name for name in self._participants if self._acknowledged_ms.get(name) != self._stamp_ms}
+
+
+class SetpointInput(Protocol):
+    """Where setpoints come from: the MAVLink link."""
+
+    def wait(self, timeout_s: float) -> bool:
+        """Sleep until input is there (True) or the time is over."""
+
+    def poll(self, time_us: int, until: Callable[[], bool] = ...) -> None:
+        """Handle all input that is there, or stop early when `until` says so after a datagram."""
+
+
+class Lockstep:
+    """Waits for the answers to a scan.
+
+    attend: called again and again meanwhile; returns whether the simulation is paused. While it is paused,
+    no answer is late. is_interrupted: whether to stop waiting at once (a reset, or the end).
+    """
+
+    def __init__(
+        self,
+        participants: frozenset[str],
+        link: SetpointInput,
+        clock: WallClock,
+        attend: Callable[[], bool],
+        is_interrupted: Callable[[], bool],
+    ) -> None:
+        self.barrier = Barrier(participants)
+        self._link = link
+        self._clock = clock
+        self._attend = attend
+        self._is_interrupted = is_interrupted
+
+    def wait(self, time_us: int, timeout_s: float) -> bool:
+        """Wait for the answers to the scan of time_us; False when the time is over, or interrupted.
+
+        MAVLink input is applied up to the setpoint that answers the scan, and no further.
+        """
+        barrier = self.barrier
+        deadline_s = self._clock.now() + timeout_s
+        barrier.raise_for(time_us // 1000)
+        while not barrier.has_setpoint:
+            remaining_s = deadline_s - self._clock.now()
+            if remaining_s <= 0.0 or self._is_interrupted():
+                return False
+            if self._link.wait(min(remaining_s, LOOK_PERIOD_S)):
+                self._link.poll(time_us, lambda: barrier.has_setpoint)
+            if self._attend():
+                deadline_s = self._clock.now() + timeout_s
+        while not barrier.wait_for_participants(LOOK_PERIOD_S):
+            if self._clock.now() > deadline_s or self._is_interrupted():
+                return False
+            if self._attend():
+                deadline_s = self._clock.now() + timeout_s
+        return True
+
+    def wait_for_first(
+        self, time_us: int, publish_again: Callable[[], None], warn: Callable[[str], None]
+    ) -> None:
+        """Wait for the answers to the first scan, publishing it again and again.
+
+        The nodes that answer it may still be starting.
+        """
+        warn_s = self._clock.now() + START_PATIENCE_S
+        while not (self.wait(time_us, START_RETRY_S) or self._is_interrupted()):
+            publish_again()
+            if self._clock.now() > warn_s:
+                warn_s = float("inf")
+                warn(
+                    f"Lockstep: time does not begin before {self.barrier.missing()} for the first scan. "
+                    "Start the nodes that answer scans, or fly without lockstep."
+                )

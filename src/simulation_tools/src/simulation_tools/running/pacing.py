@@ -1,0 +1,70 @@
+"""How simulated time follows the wall clock."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Callable
+
+from simulation_tools.running.requests import RunLoopError
+
+FORGIVEN_LAG_S = 0.1
+"""If the loop is further behind the wall clock than this, it does not catch up: no sprint after a stall."""
+
+
+@dataclass(frozen=True)
+class WallClock:
+    """How the loop reads the wall time (s), and how it sleeps. A test may bring another clock."""
+
+    now: Callable[[], float] = time.perf_counter
+    sleep: Callable[[float], None] = time.sleep
+
+
+@dataclass(frozen=True)
+class PacingParameters:
+    """How simulated time follows the wall clock.
+
+    real_time_factor: simulated seconds per wall second, 0 = as fast as possible. lockstep: wait after each
+    scan for the setpoint made from it. participants: names of further acknowledgements to wait for.
+    lockstep_timeout_s: how long a scan's answers are waited for, wall time. Then the miss is counted and time
+    goes on.
+    """
+
+    real_time_factor: float = 1.0
+    lockstep: bool = False
+    participants: frozenset[str] = frozenset()
+    lockstep_timeout_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.real_time_factor < float("inf"):
+            raise RunLoopError(
+                f"real_time_factor must be 0 or a positive number, not {self.real_time_factor}."
+            )
+        if not 0.0 < self.lockstep_timeout_s < float("inf"):
+            raise RunLoopError(f"lockstep_timeout_s must be positive, not {self.lockstep_timeout_s}.")
+
+
+class Pacer:
+    """Knows when the next step is due, in wall time."""
+
+    def __init__(self, clock: WallClock) -> None:
+        self._clock = clock
+        self._anchor = (0.0, 0)
+
+    def restart(self, time_us: int) -> None:
+        """Count from this moment: simulated time `time_us` belongs to the wall time that it is."""
+        self._anchor = (self._clock.now(), time_us)
+
+    def due_s(self, time_us: int, real_time_factor: float) -> float:
+        """Return the wall time at which simulated time may pass `time_us`; -inf: at once.
+
+        It starts counting again when the loop is too late to catch up.
+        """
+        if real_time_factor == 0.0:
+            return -math.inf
+        wall_s, simulated_us = self._anchor
+        due_s = wall_s + 1e-6 * (time_us - simulated_us) / real_time_factor
+        if self._clock.now() - due_s > FORGIVEN_LAG_S:
+            self.restart(time_us)
+        return due_s

@@ -1,0 +1,73 @@
+"""What an SDF file says, as frozen dataclasses: checked, with every ``<include>`` and pose resolved.
+
+Lengths in metres, angles in radians, masses in kilograms. Each class's docstring names its poses' frame,
+whatever ``frame`` attribute the file used. Defaults are those of the SDF 1.6 specification.
+"""
+
+from simulation_tools.sdf.elements.model import (
+    UNSET_PHYSICS,
+    Inertial,
+    Joint,
+    Light,
+    Link,
+    Model,
+    Physics,
+    World,
+)
+from simulation_tools.sdf.elements.sensors import (
+    NO_NOISE,
+    AirPressureSensor,
+    CameraSensor,
+    ImuSensor,
+    Noise,
+    Plugin,
+    RaySensor,
+    ScanAxis,
+    Sensor,
+)
+from simulation_tools.sdf.elements.shapes import (
+    DEFAULT_SURFACE,
+    Box,
+    Collision,
+    Cylinder,
+    Geometry,
+    Heightmap,
+    Mesh,
+    Plane,
+    Rgba,
+    Sphere,
+    Surface,
+    Visual,
+)
+
+__all__ = [
+    "DEFAULT_SURFACE",
+    "NO_NOISE",
+    "UNSET_PHYSICS",
+    "AirPressureSensor",
+    "Box",
+    "CameraSensor",
+    "Collision",
+    "Cylinder",
+    "Geometry",
+    "Heightmap",
+    "ImuSensor",
+    "Inertial",
+    "Joint",
+    "Light",
+    "Link",
+    "Mesh",
+    "Model",
+    "Noise",
+    "Physics",
+    "Plane",
+    "Plugin",
+    "RaySensor",
+    "Rgba",
+    "ScanAxis",
+    "Sensor",
+    "Sphere",
+    "Surface",
+    "Visual",
+    "World",
+]

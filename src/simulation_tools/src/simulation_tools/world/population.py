@@ -1,0 +1,87 @@
+"""The models that are in a world, and which of their bodies need work at every step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import Model
+from simulation_tools.world.assembly import MassProperties, Part
+from simulation_tools.world.bodies import Body
+from simulation_tools.world.engine import WorldError
+
+
+@dataclass
+class SpawnedModel:
+    """A model in the world. pose: where its fixed parts stand; PyBullet knows where the others are."""
+
+    model: Model
+    rigid_joints: frozenset[str]
+    initial_pose: Pose
+    pose: Pose
+    assemblies: list[tuple[Part, ...]]
+    bodies: list[list[Body]]  # of each assembly
+    mass: MassProperties
+
+    @property
+    def base(self) -> Body | None:
+        """The body whose base carries the model frame and moves; None when that is fixed."""
+        return None if self.assemblies[0][0].mass is None else self.bodies[0][0]
+
+    def all_bodies(self) -> list[Body]:
+        """Return the bodies of all assemblies."""
+        return [body for group in self.bodies for body in group]
+
+
+class Population:
+    """The models by name, oldest first, and what follows from them.
+
+    owner: name of the model and body of each PyBullet uid. movers: the bases that move. hinged: bodies with
+    joints. lifts: (body, PyBullet's link, mass) of every part that has no weight.
+    """
+
+    def __init__(self) -> None:
+        self.models: dict[str, SpawnedModel] = {}
+        self.owner: dict[int, tuple[str, Body]] = {}
+        # By the model's name; a model that has none of it is not in these
+        self.lifts: dict[str, list[tuple[Body, int, MassProperties]]] = {}
+        self.hinged: dict[str, list[Body]] = {}
+        self.movers: dict[str, Body] = {}
+
+    def find(self, name: str) -> SpawnedModel:
+        """Return a model; WorldError when there is none of that name."""
+        try:
+            return self.models[name]
+        except KeyError:
+            raise WorldError(f'There is no model called "{name}".') from None
+
+    def add(self, name: str, spawned: SpawnedModel) -> None:
+        """Take in a model that has been built."""
+        self.models[name] = spawned
+        bodies = spawned.all_bodies()
+        self.owner.update((body.uid, (name, body)) for body in bodies)
+        hinged = [body for body in bodies if len(body.parts) > 1]
+        lifts = [
+            (body, index - 1, part.weightless)
+            for body in bodies
+            for index, part in enumerate(body.parts)
+            if part.weightless is not None
+        ]
+        if spawned.base is not None:
+            self.movers[name] = spawned.base
+        if hinged:
+            self.hinged[name] = hinged
+        if lifts:
+            self.lifts[name] = lifts
+
+    def remove(self, name: str) -> None:
+        """Forget a model."""
+        for body in self.models.pop(name).all_bodies():
+            del self.owner[body.uid]
+        for known in (self.lifts, self.hinged, self.movers):
+            known.pop(name, None)
+
+    def clear(self) -> None:
+        """Forget all models."""
+        for known in (self.models, self.owner, self.lifts, self.hinged, self.movers):
+            known.clear()
