@@ -1,4 +1,4 @@
-"""The rotors and the drag that a model's SDF describes, in plugins:
+"""The rotors and the drag that a model's SDF describes in its plugins.
 
 - ``libgazebo_motor_model.so``, PX4's model of a propeller for Gazebo.
 - ``libsimulation_tools_linear_rotor.so``: thrust and torque proportional to the lagged command.

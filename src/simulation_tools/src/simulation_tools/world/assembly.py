@@ -204,5 +204,4 @@ def _matrix(moments: Sequence[float]) -> np.ndarray:
 
 def _closest_order(axes: np.ndarray) -> list[int]:
     """Order eigenvectors (columns) so that column k points along coordinate axis k as well as it can."""
-
     return max(map(list, permutations(range(3))), key=lambda order: sum(abs(axes[range(3), order])))
