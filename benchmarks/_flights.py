@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 from cepa import Decision, Improved, LaserScan2D
 from cepa.algorithm import Algorithm
@@ -26,7 +26,9 @@ class Recorder(Algorithm):
         self.questions: list[Question] = []
         self._algorithm = algorithm
 
-    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+    def steer(
+        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+    ) -> Decision:
         """Let the algorithm answer."""
         self.questions.append(Question(scan, tuple(v_ref_xy), tuple(v_uav_xy)))
         return self._algorithm.steer(scan, v_ref_xy, v_uav_xy)

@@ -55,7 +55,9 @@ def thicket(rng: np.random.Generator, spacing_m: float) -> str:
     return write_world("thicket", "A thicket.", Surroundings(_COLOUR), tuple(trunks))
 
 
-def questions(world_path: str, rng: np.random.Generator, count: int, half_xy_m, keep_out_m: float):
+def questions(
+    world_path: str, rng: np.random.Generator, count: int, half_xy_m: tuple[float, float], keep_out_m: float
+) -> list[Question]:
     """Return `count` questions from random places of a world, flown at 1 to 4 m/s in random directions.
 
     half_xy_m: places are drawn within +- these. keep_out_m: no place has anything seen within this distance.
@@ -80,8 +82,9 @@ def questions(world_path: str, rng: np.random.Generator, count: int, half_xy_m, 
     )
 
 
-def _scan(world: PhysicsWorld, rng: np.random.Generator, half_xy_m) -> np.ndarray:
-    position = (rng.uniform(-half_xy_m[0], half_xy_m[0]), rng.uniform(-half_xy_m[1], half_xy_m[1]), HEIGHT_M)
+def _scan(world: PhysicsWorld, rng: np.random.Generator, half_xy_m: tuple[float, float]) -> np.ndarray:
+    x_m, y_m = (rng.uniform(-half_m, half_m) for half_m in half_xy_m)
+    position = np.array((x_m, y_m, HEIGHT_M))
     angles = rng.uniform(-math.pi, math.pi) + np.arange(BEAMS) * 2 * math.pi / BEAMS
     directions = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(BEAMS)))
     ranges = world.rays.cast(position, directions, RANGE_MAX_M).astype(float)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import Mapping
+from typing import Any, Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -48,7 +48,7 @@ def png(flown: Mapping[str, np.ndarray], reference: Mapping[str, np.ndarray]) ->
     return buffer.getvalue()
 
 
-def _draw(axes: Axes, title: str, name: str, rows: np.ndarray, seconds: float, **style) -> None:
+def _draw(axes: Axes, title: str, name: str, rows: np.ndarray, seconds: float, **style: Any) -> None:
     """Draw what a panel shows of one manoeuvre."""
     manoeuvre = _BY_NAME.get(name)
     compared_s = seconds if manoeuvre is None else min(seconds, manoeuvre.compared_s)
@@ -62,4 +62,5 @@ def _values(title: str, manoeuvre: Manoeuvre | None, rows: np.ndarray) -> np.nda
     if title.startswith("height"):
         stood_m = rows[0, COLUMNS.index("down_m")] if manoeuvre is None else 0.0
         return stood_m - rows[:, COLUMNS.index("down_m")]
+    assert manoeuvre is not None
     return quantity_of(manoeuvre, rows)

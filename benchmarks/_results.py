@@ -45,7 +45,7 @@ class Results:
         self._load = os.getloadavg()
         return self
 
-    def __exit__(self, kind, *exception) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *exception: object) -> None:
         if kind is not None:
             return
         run = {

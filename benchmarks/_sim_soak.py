@@ -98,7 +98,7 @@ class FaultyLoop(ClosedLoop):
     def _on_scan(self, output: StepOutput) -> None:
         if self.fault == "scans get lost":
             return
-        if self.fault == "beams are blind":
+        if self.fault == "beams are blind" and output.scan is not None:
             output.scan[self.rng.random(len(output.scan)) < BLIND_SHARE] = np.nan
         super()._on_scan(output)
 
@@ -107,7 +107,8 @@ def soak(minutes: float, seed: int) -> dict:
     """Fly for that long in simulated time; return the metrics."""
     rng = np.random.default_rng(seed)
     parameters = replace(scenario_parameters("forest", seed=seed), goal_xyz_m=None, limits=_endless())
-    with FaultyLoop(parameters, rng) as loop:
+    loop = FaultyLoop(parameters, rng)
+    with loop:
         loop.run_to(Phase.FLYING)
         loop.soaking = True
         return vars(_Flight(loop, 60.0 * minutes).fly())
@@ -152,6 +153,7 @@ class _Flight:
             if not contact.collision_2.startswith("ground_plane::"):
                 metrics.contacts += 1
                 metrics.touched = sorted({*metrics.touched, contact.collision_2})
+        assert loop.simulation.px4 is not None
         failsafe = loop.simulation.px4.status.failsafe
         metrics.failsafes += failsafe and not self._was_failsafe
         self._was_failsafe = failsafe

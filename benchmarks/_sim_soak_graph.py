@@ -197,7 +197,8 @@ class _Soak:
         metrics.kills[node] = metrics.kills.get(node, 0) + 1
         pid, killed_s = talk.pid_of(node), talk.now_s
         self._faults.append((killed_s, f"{node} was killed"))
-        os.kill(pid, signal.SIGKILL)
+        if pid is not None:
+            os.kill(pid, signal.SIGKILL)
         while talk.now_s - killed_s < RECOVERY_S:
             talk.wait_for_pose(SILENCE_S)
             if talk.pid_of(node) not in (None, pid) and talk.is_led(since_s=killed_s + 1.0):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import Callable
+from typing import Any, Callable
 from xmlrpc.client import ServerProxy
 
 import numpy as np
@@ -33,7 +33,7 @@ class Talk:
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
         self._changed = threading.Condition()
-        self._pose: tuple | None = None
+        self._pose: tuple[float, tuple[float, float, float]] = (-math.inf, (0.0, 0.0, 0.0))
         self._command_s = -math.inf
         self._ready = False
         self.contacts = 0
@@ -89,7 +89,8 @@ class Talk:
     def pid_of(node: str) -> int | None:
         """Return the process of a node; None while there is none."""
         try:
-            return ServerProxy(rosgraph.Master(NAME).lookupNode(node)).getPid(NAME)[2]
+            answer: Any = ServerProxy(rosgraph.Master(NAME).lookupNode(node)).getPid(NAME)
+            return answer[2]
         except (OSError, rosgraph.MasterException):
             return None
 
@@ -140,7 +141,7 @@ def _scan(ranges: list[float]) -> LaserScan:
     return message
 
 
-def _call(name: str, kind, *arguments) -> None:
+def _call(name: str, kind: Any, *arguments: object) -> None:
     """Call a service; a refusal is what should come."""
     try:
         rospy.wait_for_service(name, timeout=5.0)

@@ -15,6 +15,7 @@ import resource
 import sys
 import time
 from pathlib import Path
+from typing import Any, Iterable, Sequence
 
 import numpy as np
 
@@ -87,7 +88,7 @@ def intel(seed: int, data: Path) -> dict:
     return metrics
 
 
-def _scans(entries) -> tuple[list[PlanarScan], np.ndarray]:
+def _scans(entries: Iterable[Any]) -> tuple[list[PlanarScan], np.ndarray]:
     """Return the scans in the order of their stamps, each stamp once, and the robot's odometry."""
     scans, odometry, last = [], [], -math.inf
     for entry in entries:
@@ -102,7 +103,7 @@ def _scans(entries) -> tuple[list[PlanarScan], np.ndarray]:
     return scans, np.array(odometry)
 
 
-def _is_mounting(lidar) -> bool:
+def _is_mounting(lidar: Sequence[float]) -> bool:
     """Some entries hold a corrected pose of the lidar; that is no place on the robot."""
     return math.hypot(lidar[0], lidar[1]) < 0.5 and abs(lidar[2]) < 0.1
 

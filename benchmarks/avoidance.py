@@ -139,7 +139,7 @@ def _row(values: dict) -> tuple[str, ...]:
         f"{low:.2f} to {high:.2f}",
         f"{values['stuck']:.1%}",
         f"{longer:.2f}" if longer else "-",
-        f"{clearance['least']:.2f}, median {clearance['median']:.2f}",
+        f"{max(clearance['least'], 0.0):.2f}, median {clearance['median']:.2f}",
     )
 
 

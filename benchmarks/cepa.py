@@ -25,8 +25,9 @@ from tqdm import tqdm
 from benchmarks import _places
 from benchmarks._flights import Question, record
 from benchmarks._results import Results, options, table
-from cepa import ALGORITHMS, CepaParameters
+from cepa import ALGORITHMS, CepaParameters, Improved
 from cepa.algorithm import Algorithm
+from master_thesis.campaign.trial import steering
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.closed_loop import CEPA
 from master_thesis.report.thesis import TABLE_8_1_MS
@@ -74,13 +75,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"\nFirst call in a fresh process: {first_call_s:.3f} s")
 
 
-def measure_scenario(name: str, goal_x_m: float = 40.0) -> dict:
+def measure_scenario(scenario: str, goal_x_m: float = 40.0) -> dict:
     """Fly a scenario, replay it; return the metrics of both algorithms."""
-    questions = record(scenario_parameters(name, goal_x_m=goal_x_m))
-    metrics = {algorithm: replay(make(CEPA), questions, REPLAYS) for algorithm, make in ALGORITHMS.items()}
-    metrics["speedup"] = metrics["original"]["mean_us"] / metrics["improved"]["mean_us"]
-    metrics["scans"] = len(questions)
-    return metrics
+    questions = record(scenario_parameters(scenario, goal_x_m=goal_x_m))
+    metrics = {name: replay(steering(name, CEPA), questions, REPLAYS) for name in ALGORITHMS}
+    speedup = metrics["original"]["mean_us"] / metrics["improved"]["mean_us"]
+    return {**metrics, "speedup": speedup, "scans": len(questions)}
 
 
 def measure_worst(name: str, places: int) -> dict:
@@ -92,7 +92,7 @@ def measure_worst(name: str, places: int) -> dict:
         path = Path(folder) / f"{name}.world"
         path.write_text(text, encoding="utf-8")
         questions = _places.questions(str(path), rng, places, half_xy_m, parameters.r_lb)
-    return replay(ALGORITHMS["improved"](parameters), questions, REPLAYS)
+    return replay(Improved(parameters), questions, REPLAYS)
 
 
 def replay(algorithm: Algorithm, questions: Sequence[Question], times: int) -> dict:

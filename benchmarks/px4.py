@@ -90,7 +90,7 @@ def new_pilot(seed: int) -> Pilot:
             world=str(PACKAGE / "worlds/empty.world"),
             model="reference_quad",
             lidar=None,
-            model_path=(PACKAGE / "models",),
+            model_path=(str(PACKAGE / "models"),),
             spawn_pose=Pose((0.0, 0.0, 0.0), quaternion_from_rpy(0.0, 0.0, NORTH_RAD)),
             seed=seed,
         )
@@ -102,12 +102,13 @@ def new_pilot(seed: int) -> Pilot:
         rates = rotate_inverse(body.pose.orientation_xyzw, body.angular_velocity_rad_s)
         return VehicleState(simulation.time_us, body.pose, body.linear_velocity_m_s, rates)
 
+    assert simulation.px4 is not None
     return Pilot(simulation.px4, step)
 
 
 def medians(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Return the median of each figure over the flights."""
-    return {figure: float(np.median([values[figure] for values in flights])) for figure in flights[0]}
+    """Return the median of each metric over the flights."""
+    return {name: float(np.median([values[name] for values in flights])) for name in flights[0]}
 
 
 def compare(

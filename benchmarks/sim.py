@@ -15,9 +15,11 @@ sim.{launch_s, launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb};
 
 from __future__ import annotations
 
+import argparse
 import statistics
 import time
-from typing import Sequence
+from functools import partial
+from typing import Any, Callable, Sequence
 
 import numpy as np
 from tqdm import tqdm
@@ -88,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"\n{metrics_table(metrics)}")
 
 
-def _soak(kind: str, given) -> None:
+def _soak(kind: str, given: argparse.Namespace) -> None:
     """Fly one of the soaks, print and write."""
     minutes, soak = SOAKS[kind]
     with Results(f"sim_{kind}", given.results, vars(given)) as results:
@@ -115,11 +117,13 @@ def measure_raycast() -> dict:
     """Cast scans in the forest; return millions of rays per second of CPU, ours and Embree's own."""
     simulation = Simulation(scenario_parameters("forest").simulation)
     try:
-        rays, directions = simulation.world.rays, simulation.lidar.directions
+        rays, lidar = simulation.world.rays, simulation.lidar
+        assert lidar is not None
+        directions = lidar.directions
         origins = np.column_stack((np.linspace(0.0, 40.0, SCANS), np.zeros(SCANS), np.full(SCANS, 2.0)))
-        reach_m = simulation.lidar.range_max
+        reach_m = lidar.range_max
         ours_s = _thread_s(lambda: [rays.cast(origin, directions, reach_m, "iris") for origin in origins])
-        scene = rays.static_scene()
+        scene: Any = rays.static_scene()
         starts = [
             np.ascontiguousarray(np.broadcast_to(o, directions.shape), np.float32) for o in origins[:300]
         ]
@@ -156,11 +160,10 @@ def _scan_us(trees: int) -> float:
     )
     try:
         lidar = Simulation(scenario_parameters("empty").simulation).lidar
+        assert lidar is not None
         middle = 0.5 * min(half_m, 20.0)
         places = [(*rng.uniform(-middle, middle, 2), 2.0) for _ in range(300)]
-        times = []
-        for place in places:
-            times.append(_thread_s(lambda place=place: lidar.scan(world.rays, Pose(place))))
+        times = [_thread_s(partial(lidar.scan, world.rays, Pose(place))) for place in places]
         return 1e6 * statistics.median(times)
     finally:
         world.close()
@@ -196,11 +199,11 @@ def metrics_table(metrics: dict) -> str:
         rows.append((f"sim.{name}", f"{value:.3g}", asked, ANCHORS[name].text if name in ANCHORS else ""))
     shown = [ANCHORS[name] for name in metrics if name in ANCHORS]
     return "\n\n".join(
-        [table(("figure", "ours", "asked", HEADING), rows), *([sources(shown)] if shown else [])]
+        [table(("metric", "ours", "asked", HEADING), rows), *([sources(shown)] if shown else [])]
     )
 
 
-def _thread_s(action) -> float:
+def _thread_s(action: Callable[[], object]) -> float:
     """CPU time of this thread that an action takes."""
     began = time.thread_time()
     action()

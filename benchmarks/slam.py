@@ -95,7 +95,7 @@ def comparison(name: str, seeds: Sequence[int], runs: list[dict], peer: dict) ->
     return table(header, rows)
 
 
-def _number(value) -> str:
+def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.4g}"
 
 

@@ -18,6 +18,8 @@ from typing import Sequence
 from benchmarks._results import Results, table
 from benchmarks._trials import run_all, trial_options
 from benchmarks.slam_experiments import SEEDS
+from gridslam.evaluation import Walls
+from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import medians
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, fly_and_record, parameters_of
@@ -95,7 +97,7 @@ def fly_and_map(case: Case, seed: int) -> dict:
     return {**metrics, "cpu_ms": cpu_ms["mean"] if cpu_ms else None}
 
 
-def _mapped(case: Case, seed: int) -> tuple[SlamRun, object, object]:
+def _mapped(case: Case, seed: int) -> tuple[SlamRun, Trajectory, Walls]:
     scenario = SCENARIOS[case.scenario]
     parameters = parameters_of(case.scenario, case.lidar, seed, lidar_range_max_m=case.range_max_m)
     recording = fly_and_record(f"{case.name}, seed {seed}", parameters).one_of(case.every)
@@ -105,7 +107,7 @@ def _mapped(case: Case, seed: int) -> tuple[SlamRun, object, object]:
     session = read_setup(scenario.world).session(seed, loop_closure=False, starting_map=before)
     run = replay(recording, session, case.levelling)
     truth = true_path(recording.times_s, recording.truth)
-    walls = true_walls(scenario.world_path, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
+    walls = true_walls(str(scenario.world_path), scenario.flight_height_m, scenario.start_xyz_yaw[:2])
     return run, truth, walls
 
 

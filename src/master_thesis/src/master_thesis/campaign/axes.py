@@ -1,4 +1,4 @@
-"""What may vary from trial to trial: every name that a campaign's `trials:` may hold, checked one by one."""
+"""What may vary from trial to trial: the names that a campaign's `trials:` may hold, and their values."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, LIDARS
 from master_thesis.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS
 
 Value = Union[bool, int, float, str]
+Settings = Mapping[str, Any]
+"""What a case is flown with: for each axis a value of its kind, defaults included; None if it has none."""
 
 KINDS = ("flight", "mapping")
 FOREST, MIXED_FOREST, HALLWAY, HOLD = "random_forest", "mixed_forest", "random_hallway", "beamed_hold"
@@ -38,7 +40,7 @@ class Axis:
     choices: tuple[str, ...] = ()
     worlds: tuple[str, ...] = ()
 
-    def checked(self, value: Any) -> Value:
+    def checked(self, value: Any) -> Any:
         """Return a value in the axis's type; raises CampaignError in one sentence."""
         if self.choices:
             if not isinstance(value, str) or value not in self.choices:
@@ -103,10 +105,10 @@ def axes_of(kind: str) -> dict[str, Axis]:
     return {axis.name: axis for axis in _BY_KIND[kind]}
 
 
-def with_defaults(kind: str, given: Mapping[str, Value]) -> dict[str, Value | None]:
+def with_defaults(kind: str, given: Settings) -> Settings:
     """Return a trial's settings: those given, and the defaults of all axes but single parameters.
 
-    An axis that the world knows nothing of is None.
+    An axis that the world does not have is None.
 
     Raises:
         CampaignError: the settings do not go together.
@@ -116,12 +118,12 @@ def with_defaults(kind: str, given: Mapping[str, Value]) -> dict[str, Value | No
         worlds = known[name].worlds
         if worlds and world not in worlds:
             raise CampaignError(f"{name} is of the world {', '.join(worlds)} only, not of {world}.")
-    settings = {name: value for name, value in given.items() if name.startswith((CEPA_PREFIX, SLAM_PREFIX))}
+    parameters = {n: value for n, value in given.items() if n.startswith((CEPA_PREFIX, SLAM_PREFIX))}
     plain = (axis for axis in _BY_KIND[kind] if not axis.name.startswith((CEPA_PREFIX, SLAM_PREFIX)))
     defaults = {
         axis.name: None if axis.worlds and world not in axis.worlds else axis.default for axis in plain
     }
-    settings = {**defaults, **{n: v for n, v in given.items() if n in defaults}, **settings}
+    settings: dict[str, Any] = {**defaults, **{n: v for n, v in given.items() if n in defaults}, **parameters}
     if kind == "flight" and settings["distance_m"] is None:
         settings["distance_m"] = DRAWN_DISTANCE_M if world in (FOREST, MIXED_FOREST, HALLWAY) else GOAL_X_M
     if kind == "mapping" and settings["speed_m_s"] is None:
@@ -135,7 +137,7 @@ def scenario_name(world: str) -> str:
     return "hold" if world == HOLD else world
 
 
-def _check_parameters(settings: Mapping[str, Value | None]) -> None:
+def _check_parameters(settings: Settings) -> None:
     slam = parameters_in(settings, SLAM_PREFIX)
     for name in ("loop_closure", "levelling"):
         slam.pop(name, None)
@@ -146,6 +148,6 @@ def _check_parameters(settings: Mapping[str, Value | None]) -> None:
         raise CampaignError(f"These parameters do not go together: {error}") from None
 
 
-def parameters_in(settings: Mapping[str, Value | None], prefix: str) -> dict[str, Value]:
+def parameters_in(settings: Settings, prefix: str) -> dict[str, Any]:
     """Return the settings of one prefix, without it."""
     return {name[len(prefix) :]: value for name, value in settings.items() if name.startswith(prefix)}

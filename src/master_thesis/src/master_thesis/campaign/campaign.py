@@ -5,11 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass, field
-from typing import Mapping
 
 import numpy as np
 
-from master_thesis.campaign.axes import Value, with_defaults
+from master_thesis.campaign.axes import Settings, Value, with_defaults
 from master_thesis.errors import CampaignError
 from master_thesis.trials.trial import digest
 
@@ -17,9 +16,6 @@ SEEDS_MAX = 100_000
 COMBINATIONS_MAX = 100_000
 FORMAT = 2
 """Of a campaign's folder. A folder of another format is refused."""
-
-Settings = Mapping[str, "Value | None"]
-"""What a case is flown with, by name, defaults included."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +85,8 @@ class Campaign:
         number = sum(map(len, self.blocks))
         if number > COMBINATIONS_MAX:
             raise CampaignError(f"trials has {number} combinations; at most {COMBINATIONS_MAX} can be flown.")
-        combinations: dict[frozenset[tuple[str, Value | None]], Settings] = {}
-        repeats: dict[frozenset[tuple[str, Value | None]], int] = {}
+        combinations: dict[frozenset, Settings] = {}
+        repeats: dict[frozenset, int] = {}
         for block in self.blocks:
             names = [name for name, _ in block.axes]
             for values in itertools.product(*(values for _, values in block.axes)):

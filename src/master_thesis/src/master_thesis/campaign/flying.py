@@ -68,6 +68,7 @@ class _Watch:
     """Ends a flight at the goal, at the first contact, or when it is stuck."""
 
     def __init__(self, loop: ClosedLoop) -> None:
+        assert loop.parameters.goal_xyz_m is not None
         self._goal_xy = loop.parameters.goal_xyz_m[:2]
         self._nearest_m, self._since_s = math.inf, loop.time_s
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 
-from gridslam.evaluation import poses_at, trajectory_error
+from gridslam.evaluation import Walls, poses_at, trajectory_error
 from gridslam.trajectory import Trajectory
 from master_thesis.campaign.axes import CEPA_PREFIX, SLAM_PREFIX, parameters_in, scenario_name
 from master_thesis.campaign.campaign import Case
@@ -71,6 +71,7 @@ def fly_and_map(case: Case, simulation: SimulationParameters) -> Mapped:
     setup = SlamSetup(replace(setup.parameters, **options), setup.loop_closure)
     with ClosedLoop(_parameters(case, simulation)) as loop:
         session = setup.session(case.noise_seed, closing)
+        assert loop.simulation.lidar is not None
         slam = SlamParticipant(session, LidarGeometry.of(loop.simulation.lidar), levelling=levelling)
         loop.listeners.append(slam)
         begin(loop)
@@ -96,7 +97,7 @@ def _parameters(case: Case, simulation: SimulationParameters) -> ClosedLoopParam
     )
 
 
-def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls) -> MapMetrics:
+def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls: Walls) -> MapMetrics:
     judged, _, _ = judge(run, truth, walls)
     stamps = run.final.stamps_s
     drift = trajectory_error(Trajectory(stamps, poses_at(odometry, stamps)), truth)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
@@ -48,7 +49,7 @@ LABELS = {
     "beam_width_m": "width of the beams [m]",
     "beam_spacing_m": "spacing of the beams [m]",
 }
-_SMALL = {"fontsize": 8}
+_SMALL: dict[str, Any] = {"fontsize": 8}
 _PANEL_IN = (2.5, 2.1)
 _FLIGHT_MEASURES = ("collision_rate", "reached_rate", "time_over_straight_mean")
 _MAP_MEASURES = ("ate_rmse_m_mean", "map_error_p95_m_mean")
@@ -116,7 +117,16 @@ def _over_axes(
     return png(figure)
 
 
-def _draw_curve(axes, campaign, group, name, measure, style, number, of) -> None:
+def _draw_curve(
+    axes: Axes,
+    campaign: Campaign,
+    group: pd.DataFrame,
+    name: str,
+    measure: str,
+    style: dict,
+    number: int,
+    of: int,
+) -> None:
     values = np.sort(group[name].dropna().unique()).astype(float)
     span = float(np.ptp(values)) or 1.0
     points = []
@@ -189,7 +199,14 @@ def _over_lidars(campaign: Campaign, trials: pd.DataFrame, names: Sequence[str])
     return png(figure)
 
 
-def _draw_lidars(axes, campaign, trials, name, measure, switches) -> None:
+def _draw_lidars(
+    axes: Axes,
+    campaign: Campaign,
+    trials: pd.DataFrame,
+    name: str,
+    measure: str,
+    switches: Sequence[str],
+) -> None:
     for lidar in [lidar for lidar in palette.LIDARS if lidar in set(trials["lidar"])]:
         of_lidar = trials[trials["lidar"] == lidar]
         for number, (values, group) in enumerate(_split(of_lidar, switches)):
@@ -206,14 +223,14 @@ def _draw_lidars(axes, campaign, trials, name, measure, switches) -> None:
     _tick(axes.yaxis)
 
 
-def _tick(axis) -> None:
+def _tick(axis: Axis) -> None:
     """Label a logarithmic axis at 1, 2, 5, 10, ..., in plain numbers."""
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter("{x:g}")
     axis.set_minor_locator(NullLocator())
 
 
-def _split(trials: pd.DataFrame, names: Sequence[str]):
+def _split(trials: pd.DataFrame, names: Sequence[str]) -> list[tuple[tuple, pd.DataFrame]]:
     if not names:
         return [((), trials)]
     return [
@@ -221,11 +238,11 @@ def _split(trials: pd.DataFrame, names: Sequence[str]):
     ]
 
 
-def _style(curves: Sequence[str], values, number: int) -> dict:
+def _style(curves: Sequence[str], values: Any, number: int) -> dict:
     """Return how a curve is drawn: an algorithm's own colour, or one of six greys and colours."""
     values = values if isinstance(values, tuple) else (values,)
-    told = [(value, _told(name, value)) for name, value in zip(curves, values)]
-    label = ", ".join([text for value, text in told if value not in (False, None)] or [t for _, t in told])
+    told = list(map(_told, curves, values))
+    label = ", ".join([words for words in told if not words.endswith(" off")] or told)
     algorithm = dict(zip(curves, values)).get("algorithm")
     lidar = dict(zip(curves, values)).get("lidar")
     if len(curves) == 1 and algorithm:
@@ -236,7 +253,7 @@ def _style(curves: Sequence[str], values, number: int) -> dict:
     return {**style, "label": label}
 
 
-def _told(name: str, value) -> str:
+def _told(name: str, value: Any) -> str:
     """Return a value in words."""
     short = name.split(".", 1)[-1].replace("_", " ")
     if isinstance(value, (bool, np.bool_)):

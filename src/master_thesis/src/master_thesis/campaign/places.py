@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Mapping
 
 import numpy as np
 
-from master_thesis.campaign.axes import DRAWN_DISTANCE_M, FOREST, HALLWAY, HOLD, MIXED_FOREST, Value
+from master_thesis.campaign.axes import DRAWN_DISTANCE_M, FOREST, HALLWAY, HOLD, MIXED_FOREST, Settings
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS as MAPPING_SCENARIOS
 from master_thesis.worlds.mapping_worlds import hold_with_beams
@@ -35,38 +34,37 @@ _WALL_M = 0.2
 
 @dataclass(frozen=True)
 class Place:
-    """A world, as text or as a file. distance_m: how far ahead along x the goal lies; 0: there is none."""
+    """A world, as SDF text or as a file. distance_m: how far ahead along x the goal lies; 0 if none."""
 
-    sdf: str | None
-    file: Path | None
+    world: str | Path
     distance_m: float
 
     def world_file(self, folder: Path) -> Path:
-        """Return the world's file, written into a folder if it is only a text yet."""
-        if self.file is not None:
-            return self.file
+        """Return the world's file; a text is written into the folder."""
+        if isinstance(self.world, Path):
+            return self.world
         path = Path(folder) / "drawn.world"
-        path.write_text(self.sdf, encoding="utf-8")
+        path.write_text(self.world, encoding="utf-8")
         return path
 
 
-def place_of(settings: Mapping[str, Value | None], seed: int) -> Place:
+def place_of(settings: Settings, seed: int) -> Place:
     """Return the place of a trial's settings; seed: of what is drawn at random."""
     world, distance_m = settings["world"], settings.get("distance_m", 0.0)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     if world == FOREST:
         area_m2 = (distance_m - 2 * CLEAR_M) * 2 * HALF_WIDTH_M
         trees = round(settings["density_per_m2"] * area_m2)
-        return Place(forest_sdf(plant(rng, SPACING_M, trees, distance_m)), None, distance_m)
+        return Place(forest_sdf(plant(rng, SPACING_M, trees, distance_m)), distance_m)
     if world == MIXED_FOREST:
         spacing_m = rng.uniform(*MIXED_SPACINGS_M)
-        return Place(forest_sdf(plant(rng, spacing_m, distance_m=distance_m)), None, distance_m)
+        return Place(forest_sdf(plant(rng, spacing_m, distance_m=distance_m)), distance_m)
     if world == HALLWAY:
-        return Place(hallway_sdf(rng, settings["width_m"], distance_m), None, distance_m)
+        return Place(hallway_sdf(rng, settings["width_m"], distance_m), distance_m)
     if world == HOLD:
-        return Place(hold_with_beams(settings["beam_width_m"], settings["beam_spacing_m"]), None, distance_m)
+        return Place(hold_with_beams(settings["beam_width_m"], settings["beam_spacing_m"]), distance_m)
     file = MAPPING_SCENARIOS[world].world if world in MAPPING_SCENARIOS else world
-    return Place(None, PACKAGE / "worlds" / f"{file}.world", distance_m)
+    return Place(PACKAGE / "worlds" / f"{file}.world", distance_m)
 
 
 def plant(

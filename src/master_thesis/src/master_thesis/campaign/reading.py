@@ -92,8 +92,8 @@ def _merged(content: dict, smaller: Mapping) -> dict:
         if isinstance(whole, list) and isinstance(value, Mapping):
             merged[key] = [{**block, **value} if isinstance(block, Mapping) else block for block in whole]
         else:
-            deeper = isinstance(whole, Mapping) and isinstance(value, Mapping)
-            merged[key] = {**whole, **value} if deeper else value
+            both = isinstance(whole, Mapping) and isinstance(value, Mapping)
+            merged[key] = {**dict(whole or {}), **value} if both else value
     return merged
 
 
@@ -103,8 +103,9 @@ def _blocks(given: Any, known: Mapping[str, Axis]) -> tuple[Block, ...]:
         raise CampaignError("trials is an empty list.")
     blocks = tuple(_block(block, known) for block in (given if isinstance(given, list) else [given]))
     named = [{name for name, _ in b.axes if name.startswith((CEPA_PREFIX, SLAM_PREFIX))} for b in blocks]
-    for name in set.union(*named) - set.intersection(*named):
-        raise CampaignError(f"Only some blocks of trials name {name}; give it a value in each.")
+    for name in sorted({name for names in named for name in names}):
+        if not all(name in names for names in named):
+            raise CampaignError(f"Only some blocks of trials name {name}; give it a value in each.")
     return blocks
 
 

@@ -13,13 +13,14 @@ from cepa import ALGORITHMS, CepaParameters
 from cepa.algorithm import Algorithm
 from inspection_tools import PositionControllerParameters
 from master_thesis.baselines import BASELINES
-from master_thesis.campaign.axes import CEPA_PREFIX, Value, parameters_in
+from master_thesis.campaign.axes import CEPA_PREFIX, parameters_in
 from master_thesis.campaign.campaign import Case
 from master_thesis.campaign.flying import Flight, fly_to_goal
 from master_thesis.campaign.mapping import Mapped, fly_and_map
 from master_thesis.campaign.places import place_of
 from master_thesis.flight.closed_loop import CEPA, ClosedLoopParameters
 from master_thesis.flight.course import PhaseLimits
+from simulation_tools.sdf.elements import Model, RaySensor
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.uav import load_uav
 
@@ -64,7 +65,7 @@ def run_case(case: Case) -> dict[str, Any]:
     Raises:
         MasterThesisError, CepaError, SlamError, SimulationToolsError: it cannot be flown or judged.
     """
-    data = lidar_data(str(case.settings["lidar"]), case.settings["lidar_range_m"])
+    data = lidar_data(case.settings["lidar"], case.settings["lidar_range_m"])
     return {**asdict(data), **(_flown(case) if case.kind == "flight" else _mapped(case)).columns()}
 
 
@@ -121,20 +122,22 @@ def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
     )
 
 
-def lidar_data(lidar: str, range_m: Value | None = None) -> LidarData:
+def lidar_data(lidar: str, range_m: float | None = None) -> LidarData:
     """Return what the lidar's SDF and data sheet say; range_m: in place of its own."""
     data = _lidar_data(lidar)
-    return data if range_m is None else replace(data, lidar_range_m=float(range_m))
+    return data if range_m is None else replace(data, lidar_range_m=range_m)
 
 
 @lru_cache(maxsize=None)
 def _lidar_data(lidar: str) -> LidarData:
     carried, bare = (load_uav("iris", name) for name in (lidar, None))
+    assert carried.lidar is not None
     sensor = carried.lidar.sensor
+    assert isinstance(sensor, RaySensor)
     weight_kg = _mass_kg(carried.model) - _mass_kg(bare.model)
     data = sensor.range_max_m, sensor.update_rate_hz, round(weight_kg, 6), LIDAR_POWER_W[lidar]
     return LidarData(*map(float, data))
 
 
-def _mass_kg(model) -> float:
+def _mass_kg(model: Model) -> float:
     return math.fsum(link.inertial.mass_kg for link in model.links)

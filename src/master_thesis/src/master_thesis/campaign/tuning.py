@@ -93,7 +93,7 @@ def _shipped(tuning: Tuning) -> dict[str, float]:
 
 def _evaluate(campaign: Campaign, parameters: Mapping[str, float], path: Path, workers: Workers) -> dict:
     """Fly all of the campaign with a set of parameters; return the objective and what it is made of."""
-    tuning = campaign.tuning
+    tuning = _tuning_of(campaign)
     try:
         flown = _with(campaign, parameters)
     except CampaignError as error:  # r_lb above r_ub, ...: as bad as a collision in each flight
@@ -159,7 +159,7 @@ def _write(path: Path, campaign: Campaign, tried: list[dict]) -> None:
 
 
 def _tuned(campaign: Campaign, tried: list[dict], best: Mapping) -> str:
-    names = [name for name, *_ in campaign.tuning.parameters]
+    names = [name for name, *_ in _tuning_of(campaign).parameters]
     values = dynamic_parameters(campaign, {name: best[name] for name in names})
     shipped = "not flown" if tried[0]["refused"] else f"{tried[0]['objective']:.3f}"
     return (

@@ -28,7 +28,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of ours, and what the thesis shows or says at that place. alt: what can be seen on it.
+    """A picture of ours, and what the thesis shows or says at that place. alt: what can be seen on it.
 
     wide: it has panels side by side, and takes the page's whole width.
     """

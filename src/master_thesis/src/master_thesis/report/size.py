@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from master_thesis.experiment_1.scenario_flight import GOAL_X_M
-from master_thesis.worlds import placements, scenario
+from master_thesis.worlds import scenario
+from master_thesis.worlds.placements import SCENARIOS as PLACEMENTS
 
 PLACEMENTS_A_PIECE = 5
 WORLDS = ("room", "hold")
@@ -36,7 +37,7 @@ class Size:
     builds: int
     scenarios: tuple[str, ...] = scenario.SCENARIOS
     goal_x_m: float = GOAL_X_M
-    emergencies: tuple[str, ...] = placements.SCENARIOS
+    emergencies: tuple[str, ...] = PLACEMENTS
     worlds: tuple[str, ...] = WORLDS
     lidars: tuple[str, ...] = scenario.LIDARS
     map_duration_s: float = 0.0

@@ -61,7 +61,7 @@ class DaskWorkers:
     @property
     def address(self) -> str:
         """The scheduler's."""
-        return self._client.scheduler.address
+        return str(self._client.scheduler_info()["address"])
 
     @property
     def pids(self) -> list[int]:

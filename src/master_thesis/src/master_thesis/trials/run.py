@@ -49,6 +49,8 @@ def run_trials(
         others = sum(row is not None and row.commit != version() for row in rows)
         if others:
             _say(f"Another version of the code computed {others} of them; give another folder to start anew.")
+    if version().startswith("no-git.") and not quiet:
+        _say("There is no git here. A digest of the sources stands in place of the commit.")
     missing.sort(key=lambda trial: -trial.cost_s)
     progress = tqdm(total=sum(trial.cost_s for trial in missing), desc=what, bar_format=_BAR, disable=quiet)
     failed: list[Failed] = []

@@ -7,7 +7,8 @@ import os
 import sys
 from typing import Callable, ContextManager, Iterator, NoReturn, Protocol, Sequence, TypeVar
 
-Task, Result = TypeVar("Task"), TypeVar("Result")
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from master_thesis.experiment_1.scenario_flight import GOAL_X_M, WORLDS, fly_scenario, scenario_parameters
 from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import Size
@@ -24,7 +26,7 @@ def pieces(size: Size) -> list[Piece]:
 
 def piece(size: Size, name: str, algorithm: str, seed: int) -> Piece:
     """Return one flight."""
-    given = {"name": name, "algorithm": algorithm, "seed": seed, "goal_x_m": size.goal_x_m}
+    given: dict[str, Any] = {"name": name, "algorithm": algorithm, "seed": seed, "goal_x_m": size.goal_x_m}
     shorter = f"_{size.goal_x_m:g}m" if size.goal_x_m != GOAL_X_M else ""
     return Piece(
         name=f"experiment_1_{name}_{algorithm}_{seed}{shorter}",

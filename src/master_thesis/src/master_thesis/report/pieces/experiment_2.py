@@ -6,7 +6,8 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from cepa import view
+from cepa import CepaParameters, view
+from cepa.scan import Beams
 from master_thesis.errors import FlightError
 from master_thesis.experiment_2 import pictures
 from master_thesis.experiment_2.let_go import let_go
@@ -66,6 +67,7 @@ def make_proposals(scenario: str) -> dict:
     trial = let_go(parameters)
     if trial.failure is not None:
         raise FlightError(f"{scenario}: {trial.failure}")
+    assert trial.first_scan is not None
     description, scan = described(parameters), trial.first_scan.scan
     uav = load_uav(description.model, description.lidar).model
     beams = scan.full_turn(parameters.cepa.dropout_beams)
@@ -83,7 +85,7 @@ def make_proposals(scenario: str) -> dict:
     }
 
 
-def _intruding_share(beams, cepa, k_filter: float) -> float:
+def _intruding_share(beams: Beams, cepa: CepaParameters, k_filter: float) -> float:
     """Return the share of all directions in which something is too near after the filter."""
     return len(view.intrusions(beams, replace(cepa, k_filter=k_filter))) / len(beams.ranges)
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE, SCENARIOS, parameters_of
+from master_thesis.flight.closed_loop import ClosedLoopParameters
 from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TIM_RANGE_IN_TEXT_M
@@ -42,7 +44,7 @@ def tim_of_the_text(size: Size, seed: int) -> Piece:
 
 def piece(size: Size, world: str, lidar: str, seed: int, range_max_m: float = 0.0) -> Piece:
     """Return one flight and its maps. range_max_m: replaces the lidar's own, unless 0."""
-    given = {
+    given: dict[str, Any] = {
         "world": world,
         "lidar": lidar,
         "seed": seed,
@@ -83,6 +85,8 @@ def make(world: str, lidar: str, seed: int, duration_s: float, range_max_m: floa
     return {**numbers, "pictures": pictures}
 
 
-def _parameters(world: str, lidar: str, seed: int, duration_s: float, range_max_m: float):
+def _parameters(
+    world: str, lidar: str, seed: int, duration_s: float, range_max_m: float
+) -> ClosedLoopParameters:
     parameters = parameters_of(world, lidar, seed, lidar_range_max_m=range_max_m)
     return replace(parameters, duration_s=duration_s) if duration_s else parameters

@@ -12,7 +12,7 @@ import tempfile
 import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Iterator
+from typing import Iterator, Sequence
 
 from master_thesis.errors import GraphError
 from master_thesis.flight.free_ports import free_ports
@@ -90,7 +90,7 @@ def _build_round(folder: Path) -> dict[str, float]:
     }
 
 
-def _catkin_make(folder: Path, *arguments: str, altered: list[Path] = ()) -> float:
+def _catkin_make(folder: Path, *arguments: str, altered: Sequence[Path] = ()) -> float:
     """Return how long a build took, in seconds."""
     for path in altered:
         path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
@@ -213,6 +213,7 @@ def _display() -> Iterator[str]:
         server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     except FileNotFoundError:
         raise GraphError("There is no Xvfb, without which RViz has no window here.") from None
+    assert server.stdout is not None
     try:
         number = server.stdout.readline().strip()
         if not number:

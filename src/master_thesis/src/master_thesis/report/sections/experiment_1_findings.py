@@ -174,4 +174,4 @@ def _mean(flights: Flights, name: str, algorithm: str) -> float:
 
 
 def _least(means: Mapping[str, float]) -> str:
-    return min(means, key=means.get)
+    return min(means, key=means.__getitem__)

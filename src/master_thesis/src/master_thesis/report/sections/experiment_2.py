@@ -24,6 +24,7 @@ from master_thesis.report.pieces.experiment_2 import PATH_STEP, flights_piece, p
 from master_thesis.report.size import Size
 from master_thesis.results.picture_files import svg
 from master_thesis.trials.store import Store
+from master_thesis.trials.trial import Row
 from master_thesis.worlds.placements import R_LB_M, placement
 from master_thesis.worlds.scenario import ALGORITHMS
 
@@ -83,7 +84,7 @@ def sets_of(size: Size, store: Store) -> dict[tuple, list[Flown]]:
     return found
 
 
-def _pictures(scenario: str, done) -> list[Picture]:
+def _pictures(scenario: str, done: Row) -> list[Picture]:
     figure = FIGURES[scenario]
     pictures = [
         Picture(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
-from master_thesis.report.content import Finding, Section, listed, resting_on, seeds_of
+from master_thesis.report.content import Block, Finding, Section, listed, resting_on, seeds_of
 from master_thesis.report.sections.maps import (
     Maps,
     map_pictures,
@@ -25,7 +25,7 @@ def section(size: Size, store: Store) -> Section:
     maps, shown = maps_of("room", size, store)
     scenario = SCENARIOS["room"]
     duration_s = size.map_duration_s or scenario.duration_s
-    blocks = []
+    blocks: list[Block] = []
     if maps.lidars:
         blocks = [maps_table(maps, "The maps of the room"), range_chart(maps), *map_pictures(maps, shown)]
     return Section(
@@ -66,14 +66,14 @@ def _all_good(maps: Maps) -> Finding:
         f"the {short_name(worst)}'s, 95 % of it within {maps.middle(worst)['map_error_p95_m']:.3f} m of "
         "a wall.",
         not bad,
-        "" if not bad else f"Not so of {listed(map(short_name, bad))}: {maps.verdict(bad[0])}.",
+        "" if not bad else f"Not so of {listed([short_name(each) for each in bad])}: {maps.verdict(bad[0])}.",
     )
 
 
 def _less_complete(maps: Maps) -> Finding:
     seen = {lidar: maps.middle(lidar)["wall_seen_share"] for lidar in maps.lidars}
     others = max(value for lidar, value in seen.items() if lidar != "urg")
-    least = min(seen, key=seen.get)
+    least = min(seen, key=seen.__getitem__)
     agrees = least == "urg"
     return Finding(
         "“The URG-04LX-UG01 has a slightly less complete map”, due to its short range.",

@@ -8,6 +8,7 @@ from master_thesis.experiments_3_4.map_variants import medians
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
 from master_thesis.report.content import (
+    Block,
     Finding,
     Section,
     Table,
@@ -33,7 +34,7 @@ from master_thesis.trials.trial import Row
 
 HOLD_LENGTH_M = 30.0
 ALIKE_M = 0.02
-"""Maps whose figures differ by less cannot be told apart."""
+"""Maps whose metrics differ by less cannot be told apart."""
 LEFT_BENT_M = 0.1
 """A trajectory error from which on we do not call a map true to the world."""
 BULGE_M = 0.03
@@ -45,7 +46,7 @@ def section(size: Size, store: Store) -> Section:
     maps, shown = maps_of("hold", size, store)
     speed_m_s = SCENARIOS["hold"].speed_m_s
     text = _tim_of_the_text(size, store)
-    blocks = []
+    blocks: list[Block] = []
     if maps.lidars:
         blocks = [maps_table(maps, "The maps of the hold"), range_chart(maps)]
         blocks += [_by_seed(maps, lidar) for lidar in ("urg", "ust") if lidar in maps.lidars]
@@ -91,9 +92,9 @@ def _by_seed(maps: Maps, lidar: str) -> Table:
         rows.append(
             (
                 str(without["seed"]),
-                *(number(figures["ate_rmse_m"], 3) for figures in (without, closed)),
-                *(number(figures["map_error_p95_m"], 3) for figures in (without, closed)),
-                *(number(figures["end_error_m"], 3) for figures in (without, closed)),
+                *(number(metrics["ate_rmse_m"], 3) for metrics in (without, closed)),
+                *(number(metrics["map_error_p95_m"], 3) for metrics in (without, closed)),
+                *(number(metrics["end_error_m"], 3) for metrics in (without, closed)),
                 str(closed["closures"]),
             )
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Mapping, Sequence
+from typing import Any, Mapping, Sequence
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -94,7 +94,7 @@ def maps_of(world: str, size: Size, store: Store) -> tuple[Maps, dict[str, Row]]
 
 
 def maps_table(maps: Maps, caption: str) -> Table:
-    """Return the figures of every lidar, without and with loop closure, beside the thesis's words."""
+    """Return the metrics of every lidar, without and with loop closure, beside the thesis's words."""
     rows = []
     for lidar in maps.lidars:
         words = thesis.MAPS[maps.world][lidar]
@@ -138,7 +138,7 @@ def range_chart(maps: Maps) -> Picture:
     axes = figure.add_subplot()
     for place, lidar in enumerate(maps.lidars):
         for closure, found in ((False, maps.open), (True, maps.closed)):
-            ates = [figures["ate_rmse_m"] for figures in found[lidar]]
+            ates = [metrics["ate_rmse_m"] for metrics in found[lidar]]
             axes.plot(
                 [place + (0.12 if closure else -0.12)] * len(ates),
                 ates,
@@ -160,7 +160,7 @@ def range_chart(maps: Maps) -> Picture:
     axes.set_ylabel("trajectory error [m]", fontsize=8)
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.3, lw=0.4, axis="y")
-    grey = {"marker": "o", "ls": "", "mec": "black", "ms": 6}
+    grey: dict[str, Any] = {"marker": "o", "ls": "", "mec": "black", "ms": 6}
     handles = [
         Line2D([], [], mfc="black", label="without loop closure", **grey),
         Line2D([], [], mfc="white", label="with loop closure", **grey),
@@ -189,11 +189,11 @@ def map_pictures(maps: Maps, shown: Mapping[str, Row]) -> list[Picture]:
 
 def map_picture(what: str, words: thesis.MapWords, done: Row, name: str) -> Picture:
     """Return the world and the maps of one flight. words: the thesis's; name: OPEN or CLOSED."""
-    figures = done.result[name]
+    metrics = done.result[name]
     return Picture(
         done.result["pictures"][name].encode(),
-        f"{what}, {'with' if name == CLOSED else 'without'} loop closure: {verdict(figures)}; trajectory "
-        f"error {figures['ate_rmse_m']:.3f} m, 95 % of the map within {figures['map_error_p95_m']:.3f} m "
+        f"{what}, {'with' if name == CLOSED else 'without'} loop closure: {verdict(metrics)}; trajectory "
+        f"error {metrics['ate_rmse_m']:.3f} m, 95 % of the map within {metrics['map_error_p95_m']:.3f} m "
         "of a wall.",
         f"The world from above, the map at half time and the map at the end: {what}",
         f"Figure {words.figure}",

@@ -67,7 +67,7 @@ def _build_table(done: Row) -> Table:
 def build_findings(ours: Mapping[str, float]) -> list[Finding]:
     """Return the thesis's statements beside our times (s, by what was altered)."""
     times = {"one file": ours["one file"], "many files": ours["many files"]}
-    theirs = {name: thesis.TABLE_8_3_S[f"full, {name}"] for name in times}
+    theirs = {name: thesis.TABLE_8_3_S[f"full, {name}"] or 0.0 for name in times}
     return [
         Finding(
             "“Compiling takes 5-15s on average.”",
