@@ -77,7 +77,7 @@ launch() {
     say "no display is there, so this runs headless"
     arguments+=(headless:=true)
   fi
-  .venv/bin/python -m master_thesis_ros.launch_request "src/master_thesis/launch/$file" "${arguments[@]}" || exit 1
+  .venv/bin/python -m master_thesis_ros.launch.request "src/master_thesis/launch/$file" "${arguments[@]}" || exit 1
   export LAUNCH_CHECKED=1 SUMMARY_FOLLOWS=1
   mkdir -p "$results"
   marker=$(mktemp)

@@ -18,30 +18,6 @@ ROOT = Path(__file__).resolve().parents[1]
 
 pytestmark = pytest.mark.ros
 
-SWALLOWS = """
-import os, signal, time
-from master_thesis_ros import driver
-driver._on_signals(driver._interrupt)
-try:
-    try:
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(30.0)
-    except:  # as in rospy's wait_for_service
-        pass
-    print("swallowed", flush=True)
-    time.sleep(30.0)
-except KeyboardInterrupt:
-    driver._on_signals(signal.SIG_IGN)
-    time.sleep(1.0)
-    print("interrupted", flush=True)
-"""
-
-
-def test_an_interruption_that_is_swallowed_comes_again_until_it_is_noticed(processes):
-    run = processes.run(sys.executable, "-c", SWALLOWS, timeout_s=25.0)
-    assert run.stdout.split() == ["swallowed", "interrupted"]
-    assert run.returncode == 0
-
 
 @pytest.mark.parametrize("delay_s", [0.05, 0.3, 1.0])
 def test_the_summary_is_interrupted_without_a_traceback(processes, tmp_path, delay_s):

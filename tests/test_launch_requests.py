@@ -12,7 +12,7 @@ import pytest
 from master_thesis.flight.free_ports import free_ports
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
-request = pytest.importorskip("master_thesis_ros.launch_request", reason="needs the workspace's environment")
+request = pytest.importorskip("master_thesis_ros.launch.request", reason="needs the workspace's environment")
 
 ROOT = Path(__file__).resolve().parents[1]
 LAUNCH = ROOT / "src/master_thesis/launch"

@@ -1,79 +1,205 @@
-"""Places that are not free are refused before a flight; drawn here: one column, radius 0.3 m, at (5, 0)."""
-
-from __future__ import annotations
-
-from pathlib import Path
+"""The course of a run: phases, time-outs, collisions, and the outcome's sentences."""
 
 import pytest
 
-from master_thesis.errors import ScenarioError
-from master_thesis.requests.free_places import check_course
-from master_thesis.worlds.scenario import Scenario
+from master_thesis.errors import FlightError
+from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
 
-ROOT = Path(__file__).resolve().parents[3]
-WORLD = """<sdf version="1.6"><world name="one_column">
-<model name="ground_plane"><static>true</static><link name="link"><collision name="c"><geometry><plane>
-<normal>0 0 1</normal><size>50 50</size></plane></geometry></collision></link></model>
-<model name="column"><static>true</static><pose>5 0 2 0 0 0</pose><link name="link"><collision name="c">
-<geometry><cylinder><radius>0.3</radius><length>4</length></cylinder></geometry></collision></link></model>
-</world></sdf>"""
-R_LB_M = 0.5
-
-
-@pytest.fixture(autouse=True)
-def models(monkeypatch):
-    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(ROOT / "src/simulation_tools/models"))
+TREE, GROUND, UAV = "tree_007::link::trunk", "ground_plane::link::floor", "iris::base_link::body"
 
 
 @pytest.fixture
-def world(tmp_path):
-    path = tmp_path / "one_column.world"
-    path.write_text(WORLD)
-    return path
+def experiment():
+    limits = PhaseLimits(2.0, ready_timeout_s=30.0, flight_timeout_s=60.0, landing_timeout_s=20.0)
+    run = Course(limits, uav="iris")
+    run.on_time(0.0)
+    return run
 
 
-def checked(world, start=(0.0, 0.0, 0.0, 0.0), goal=(20.0, 0.0, 2.0), keep_m=R_LB_M):
-    check_course(Scenario("one_column", world, start, goal), "iris", "ust", [goal], keep_m)
+def fly(run):
+    """Bring it to the goal at t = 30 s."""
+    run.on_ready(True)
+    assert run.on_time(10.0) == [Action.SEND_GOAL]
+    run.on_goal_reached(30.0, True)
 
 
-def test_places_that_are_free_are_taken(world):
-    checked(world)
-    checked(world, goal=(5.0, 0.3 + R_LB_M + 0.01, 2.0))
-    checked(world, goal=(5.0, 0.0, 4.0 + R_LB_M + 0.01))  # above the column
-    checked(world, start=(5.0, 0.9, 0.0, 0.0))
+def test_the_course_of_a_successful_run(experiment):
+    # Given a run that waits, nothing is asked for until the UAV is ready
+    assert experiment.on_time(5.0) == []
+    # When it hovers, the goal is sent, once
+    experiment.on_ready(True)
+    assert experiment.on_time(10.0) == [Action.SEND_GOAL]
+    assert experiment.on_time(10.1) == []
+    # When it is there, it hovers for two seconds and is then told to land, once
+    experiment.on_goal_reached(30.0, True)
+    assert experiment.on_time(31.9) == []
+    assert experiment.on_time(32.0) == [Action.LAND]
+    assert experiment.on_time(33.0) == []
+    # When it disarms, the run is over
+    assert experiment.on_armed(33.0, True) == []
+    assert experiment.on_armed(38.0, False) == [Action.FINISH]
+    outcome = experiment.outcome
+    assert outcome.success
+    assert outcome.times_s == {
+        Phase.WAITING: 0.0,
+        Phase.FLYING: 10.0,
+        Phase.HOVERING: 30.0,
+        Phase.LANDING: 32.0,
+        Phase.DONE: 38.0,
+    }
+
+
+def test_a_goal_reached_before_it_was_sent_does_not_count(experiment):
+    experiment.on_goal_reached(1.0, True)
+    assert not experiment.outcome.reached_goal
+    assert experiment.phase is Phase.WAITING
+
+
+def test_leaving_the_goal_again_does_not_unreach_it(experiment):
+    fly(experiment)
+    experiment.on_goal_reached(30.5, False)
+    assert experiment.outcome.reached_goal
+
+
+def test_a_uav_that_never_gets_ready_ends_the_run(experiment):
+    assert experiment.on_time(29.9) == []
+    assert experiment.on_time(30.0) == [Action.FINISH]
+    assert experiment.outcome.failure == "Still waiting for the hover after 30 s."
+    assert not experiment.outcome.success
+
+
+def test_why_the_uav_does_not_hover_is_said_if_it_is_known(experiment):
+    experiment.on_waiting("no home position yet")
+    experiment.on_time(0.0)
+    assert experiment.on_time(30.0) == [Action.FINISH]
+    assert experiment.outcome.failure == "Still waiting for the hover after 30 s: no home position yet."
+
+
+def test_what_a_flight_waits_for_in_vain_is_said_by_name():
+    experiment = Course(PhaseLimits(ready_timeout_s=30.0), "iris")
+    experiment.on_ready(False, awaited="SLAM")
+    experiment.on_time(0.0)
+    assert experiment.on_time(30.0) == [Action.FINISH]
+    assert experiment.outcome.failure == "Still waiting for SLAM after 30 s."
+
+
+def test_a_flight_that_ends_before_its_goal_says_how_far_away_it_was(experiment):
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    experiment.on_distance(12.34)
+    experiment.on_time(70.0)
+    assert experiment.outcome.failure == "Still flying to the goal after 60 s, 12.3 m from it."
+
+
+def test_a_uav_that_is_stuck_lands_and_ends(experiment):
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    assert experiment.on_time(70.0) == [Action.LAND]
+    assert experiment.on_armed(75.0, False) == [Action.FINISH]
+    outcome = experiment.outcome
+    assert outcome.failure == "Still flying to the goal after 60 s."
+    assert outcome.landed
+    assert not outcome.reached_goal
+    assert not outcome.success
+
+
+def test_a_landing_that_does_not_end_ends_the_run(experiment):
+    fly(experiment)
+    experiment.on_time(32.0)
+    assert experiment.on_time(52.0) == [Action.FINISH]
+    assert experiment.outcome.failure == "Still landing after 20 s."
+
+
+def test_touching_an_obstacle_is_a_collision_in_every_phase(experiment):
+    experiment.on_contact(UAV, TREE)
+    assert experiment.outcome.collision
+    assert experiment.outcome.failure == f"The UAV touched {TREE}."
+
+
+def test_the_obstacle_is_named_whichever_side_it_stands_on(experiment):
+    experiment.on_contact(TREE, UAV)
+    experiment.on_contact(UAV, TREE)
+    assert experiment.outcome.touched == (TREE,)
+
+
+@pytest.mark.parametrize("pair", [(UAV, GROUND), (GROUND, UAV)])
+def test_the_ground_is_no_obstacle_while_taking_off_and_landing(experiment, pair):
+    experiment.on_contact(*pair)
+    fly(experiment)
+    experiment.on_time(32.0)
+    experiment.on_contact(*pair)
+    assert not experiment.outcome.collision
+
+
+@pytest.mark.parametrize("pair", [(UAV, GROUND), (GROUND, UAV)])
+def test_the_ground_is_an_obstacle_in_flight(experiment, pair):
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    experiment.on_contact(*pair)
+    assert experiment.outcome.touched == (GROUND,)
+
+
+FLOOR, SHELF = "floor::link::c", "shelf::link::board"
+
+
+@pytest.mark.parametrize("contact", [(UAV, FLOOR, 1.0), (FLOOR, UAV, -1.0)])
+def test_the_ground_is_what_carries_the_uav_whatever_its_name(experiment, contact):
+    # Given a floor on which the UAV stands, and which a rotor scrapes while it takes off
+    experiment.on_contact(*contact)
+    experiment.on_contact("iris::rotor_1::disc", FLOOR, 0.1)
+    fly(experiment)
+    experiment.on_time(32.0)
+    # When it lands on something else
+    experiment.on_contact(UAV, SHELF, 0.8)
+    # Then both are ground, and no collision
+    assert not experiment.outcome.collision
+    assert experiment.outcome.ground == ("ground_plane", "floor", "shelf")
+
+
+def test_what_is_touched_sideways_or_from_below_is_no_ground(experiment):
+    experiment.on_contact(UAV, TREE, 0.0)
+    experiment.on_contact(UAV, SHELF, -1.0)  # a board over its head
+    assert experiment.outcome.touched == (TREE, SHELF)
+    assert experiment.outcome.ground == ("ground_plane",)
+
+
+def test_a_floor_of_any_name_is_an_obstacle_in_flight(experiment):
+    experiment.on_contact(UAV, FLOOR, 1.0)
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    experiment.on_contact(UAV, FLOOR, 1.0)
+    assert experiment.outcome.touched == (FLOOR,)
+
+
+def test_disarming_in_flight_is_a_failure(experiment):
+    experiment.on_ready(True)
+    experiment.on_time(10.0)
+    assert experiment.on_armed(15.0, False) == [Action.FINISH]
+    assert experiment.outcome.failure == "The flight controller disarmed while flying to the goal, at 15.0 s."
+
+
+def test_being_disarmed_before_the_flight_is_how_every_run_starts(experiment):
+    assert experiment.on_armed(0.5, False) == []
+    assert experiment.phase is Phase.WAITING
+
+
+def test_an_interruption_ends_the_run_with_its_sentence(experiment):
+    assert experiment.abort(3.0, "Interrupted by the user.") == [Action.FINISH]
+    assert experiment.abort(3.1, "Something else.") == []
+    assert experiment.outcome.failure == "Interrupted by the user."
+    assert not experiment.outcome.reached_goal
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), "two", None, True, [2.0]])
+def test_absurd_limits_are_refused(value):
+    with pytest.raises(FlightError, match=r"hover_s is .* it must be a positive number of seconds"):
+        PhaseLimits(hover_s=value)
 
 
 @pytest.mark.parametrize(
-    ("goal", "sentence"),
-    [
-        (
-            (5.0, 0.1, 2.0),
-            "(5, 0.1, 2), where the UAV is to fly, lies inside of column; choose another place.",
-        ),
-        (
-            (5.0, 0.7, 2.0),
-            "(5, 0.7, 2), where the UAV is to fly, is 0.40 m from column, and CEPA keeps 0.5 m (r_lb) away; "
-            "choose a place farther from it.",
-        ),
-    ],
+    ("way_m", "speed_m_s", "expected_s"),
+    [(40.0, 2.0, 120.0), (300.0, 2.0, 450.0), (60.0, 0.5, 360.0), (10_000.0, 0.02, 999_999.0)],
 )
-def test_a_goal_in_or_near_an_obstacle_is_refused(world, goal, sentence):
-    with pytest.raises(ScenarioError) as error:
-        checked(world, goal=goal)
-    assert str(error.value) == sentence
-
-
-def test_an_avoidance_of_ones_own_may_fly_nearer_but_not_into_it(world):
-    checked(world, goal=(5.0, 0.7, 2.0), keep_m=0.0)
-    with pytest.raises(ScenarioError, match="lies inside of column"):
-        checked(world, goal=(5.0, 0.1, 2.0), keep_m=0.0)
-
-
-def test_a_start_inside_of_an_obstacle_is_refused(world):
-    with pytest.raises(ScenarioError, match=r"At \(5, 0\.2, 0\) the UAV would start inside of column"):
-        checked(world, start=(5.0, 0.2, 0.0, 0.0))
-
-
-def test_a_uav_may_start_on_terrain():
-    hills = ROOT / "src/simulation_tools/worlds/hills.world"
-    check_course(Scenario("hills", hills, goal_xyz_m=(20.0, 0.0, 9.0)), "iris", "ust", [], R_LB_M)
+def test_a_far_or_slow_flight_may_last_three_times_its_way(way_m, speed_m_s, expected_s):
+    limits = PhaseLimits().for_way(way_m, speed_m_s)
+    assert limits == PhaseLimits(flight_timeout_s=expected_s)

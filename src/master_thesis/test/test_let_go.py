@@ -102,7 +102,8 @@ def colours(png: bytes):
 def test_the_folder_holds_figures_series_and_pictures(flown, tmp_path):
     description, trial = flown("wall_three_columns", "improved")
     folder = results.RunFolder(tmp_path, "experiment_2", datetime.now())
-    returned = trial_files.write_trial(folder, description, trial)
+    trial_files.write_numbers(folder, description, trial)
+    returned = trial_files.complete_trial(folder, description, trial)
     content = json.loads((folder.path / "result.json").read_text())
     assert content["success"] is True
     assert content["min_clearance_m"] == pytest.approx(returned["min_clearance_m"])
@@ -129,6 +130,6 @@ def test_a_run_that_never_hovered_is_reported_too(flown, tmp_path):
     trial = EmergencyTrial(TrialParameters(), "iris")
     trial.abort("The run was interrupted before its end.")
     folder = results.RunFolder(tmp_path, "experiment_2", datetime.now())
-    content = trial_files.write_trial(folder, description, trial)
+    content = trial_files.write_numbers(folder, description, trial)
     assert not content["success"]
     assert "interrupted" in summary.headline(content)

@@ -7,7 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
-messages = pytest.importorskip("master_thesis_ros.messages", reason="needs the workspace's environment")
+messages = pytest.importorskip(
+    "master_thesis_ros.experiments.messages", reason="needs the workspace's environment"
+)
 
 
 def pose(x=1.0, y=2.0, z=3.0, qw=1.0):

@@ -94,6 +94,23 @@ leave(3, lambda: print("closed"))
     assert seconds < PATIENCE_S
 
 
+def test_a_main_thread_may_take_its_time_and_then_leave_the_rest_to_the_signal():
+    body = """
+ending.main_thread_closes(within_s=None)
+while not ending.wait(0.1):
+    pass
+time.sleep(1.0)  # longer than CLOSING_S
+leave(3, lambda: print("written"))
+"""
+    assert end([sys.executable, "-c", BEGIN + body], line="begun", after_s=0.2)[:2] == (3, "written\n")
+    body = """
+ending.main_thread_closes(within_s=None)
+ending.closes_by(lambda: print("left out"), code=1)
+time.sleep(60)
+"""
+    assert end([sys.executable, "-c", BEGIN + body], line="begun", after_s=0.2)[:2] == (1, "left out\n")
+
+
 @pytest.mark.parametrize("body", ["time.sleep(60)", "leave(0, lambda: time.sleep(60))"])
 def test_nothing_that_hangs_is_waited_for_long(body):
     code, output, seconds = end(

@@ -30,8 +30,7 @@ class Ending:
 
     def __init__(self) -> None:
         self._received = threading.Event()
-        self._close: Callable[[], None] | None = None
-        self._main_thread_closes = False
+        self._act: Callable[[int], None] = lambda number: os._exit(128 + number)  # nothing is open yet
         # Later threads inherit this mask. So a signal always comes to the thread that waits for it.
         signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         threading.Thread(target=self._wait_for_signal, name="ending", daemon=True).start()
@@ -45,23 +44,21 @@ class Ending:
         """Sleep until the process is asked to end (True) or the time is over (False)."""
         return self._received.wait(timeout_s)
 
-    def closes_by(self, close: Callable[[], None]) -> None:
-        """Call `close` on a signal from now on, and then end with exit code 0."""
-        self._close = close
+    def closes_by(self, close: Callable[[], None], code: int = 0) -> None:
+        """Call `close` on a signal from now on, and then end with this exit code."""
+        self._act = lambda number: leave(code, close)
 
-    def main_thread_closes(self) -> None:
-        """Leave the end to the main thread, which looks at `received` and has `CLOSING_S` for it."""
-        self._main_thread_closes = True
+    def main_thread_closes(self, within_s: float | None = CLOSING_S) -> None:
+        """Leave the end to the main thread, which looks at `received`.
+
+        within_s: wall time after which the process ends nevertheless; None: the main thread has its time.
+        """
+        self._act = lambda number: None if within_s is None else exit_later(0, within_s)
 
     def _wait_for_signal(self) -> None:
         number = signal.sigwait(SIGNALS)
         self._received.set()
-        if self._main_thread_closes:
-            exit_later(0)
-        elif self._close is not None:
-            leave(0, self._close)
-        else:
-            os._exit(128 + number)  # nothing is open yet
+        self._act(number)
 
 
 def leave(code: int, close: Callable[[], None] = lambda: None) -> None:
@@ -80,9 +77,9 @@ def silence_threads() -> None:
     threading.excepthook = lambda _: None
 
 
-def exit_later(code: int) -> None:
-    """End the process after `CLOSING_S`, whatever its threads wait for by then."""
-    timer = threading.Timer(CLOSING_S, os._exit, (code,))
+def exit_later(code: int, after_s: float = CLOSING_S) -> None:
+    """End the process after this wall time, whatever its threads wait for by then."""
+    timer = threading.Timer(after_s, os._exit, (code,))
     timer.daemon = True
     timer.start()
 

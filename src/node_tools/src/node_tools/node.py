@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, Protocol
+from typing import Callable, Optional, Protocol, Tuple, Type, Union
 
 import rospy
 
@@ -18,8 +18,12 @@ LAST_CALLBACK_S = 0.4  # wall time
 LOOK_S = 0.25
 """Wall time between two looks whether ROS has told the node to end."""
 
-RunNode = Callable[[Ending], None]
-"""Runs a node in the main thread, and returns when the signals say so or ROS shuts down."""
+RunNode = Callable[[Ending], Optional[int]]
+"""Runs a node in the main thread until it is over, the signals say so, or ROS shuts down.
+
+It may return an exit code.
+"""
+Errors = Union[Type[Exception], Tuple[Type[Exception], ...]]
 
 
 class Lock(Protocol):
@@ -47,7 +51,7 @@ def run(
     name: str,
     make: Callable[[], RunNode],
     ending: Ending,
-    errors: type[Exception],
+    errors: Errors,
     explain: Callable[[Exception], str] = cannot_start,
 ) -> None:
     """Make a node, run it until it is told to end, and end the process.
@@ -59,7 +63,7 @@ def run(
         name: the node's name.
         make: makes the node and returns what runs it; see `spinning`.
         ending: made before the imports of the executable.
-        errors: base class of the errors that are sentences for the user.
+        errors: base class or classes of the errors that are sentences for the user.
         explain: makes of an error at the start what the user reads; `str` for errors that say what to do.
     """
     ending.closes_by(_take_leave)
@@ -80,10 +84,10 @@ def run(
     leave(_run(run_node, ending, errors), _take_leave)
 
 
-def _run(run_node: RunNode, ending: Ending, errors: type[Exception]) -> int:
+def _run(run_node: RunNode, ending: Ending, errors: Errors) -> int:
     """Return the exit code."""
     try:
-        run_node(ending)
+        return run_node(ending) or 0
     except errors as error:
         rospy.logfatal("%s", error)
         return 1
@@ -126,7 +130,7 @@ def give_up(sentence: str) -> None:
 
 
 def _make_at_last(
-    make: Callable[[], RunNode], errors: type[Exception], explain: Callable[[Exception], str]
+    make: Callable[[], RunNode], errors: Errors, explain: Callable[[Exception], str]
 ) -> RunNode:
     """Return what `make` returns, once nothing is wrong any more."""
     reminded_s = -math.inf

@@ -12,6 +12,7 @@ from typing import Sequence
 
 from cepa import LaserScan2D
 from master_thesis.errors import FlightError
+from master_thesis.flight.contacts import touched_by
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.worlds.placements import Obstacle
 from simulation_tools.geometry import Pose
@@ -89,6 +90,11 @@ class EmergencyTrial:
         """Time of the newest true pose."""
         return self.log.truth.rows[-1][0] if len(self.log.truth) else 0.0
 
+    @property
+    def has_begun(self) -> bool:
+        """Whether the wait for the hover is over."""
+        return self.freeze is not None
+
     def on_ready(self, ready: bool) -> None:
         """Take note that the UAV hovers and takes orders, or does no longer."""
         if not ready:
@@ -146,13 +152,15 @@ class EmergencyTrial:
         self.first_scan = FirstScan(t_s, scan)
         return [TrialAction.SHOW]
 
-    def on_contact(self, t_s: float, collision_1: str, collision_2: str) -> None:
-        """Take note of a contact between two collision shapes, named model::link::collision."""
+    def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
+        """Take note of a contact between two collision shapes, named model::link::collision.
+
+        Whatever the UAV touches after it was let go counts, the ground too, so that `upwards` says nothing.
+        """
         if self.freeze is None or self.finished:
             return  # it stood on the ground before
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
-        other = collision_2 if collision_1.split("::")[0] == self._uav else collision_1
-        self.touched.setdefault(other, t_s)
+        self.touched.setdefault(touched_by(self._uav, collision_1, collision_2), t_s)
 
     def abort(self, why: str) -> list[TrialAction]:
         """End the run at once, unless it is over; `why` is a sentence."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cepa import LaserScan2D
 from master_thesis.experiment_2.description import TrialDescription
 from master_thesis.experiment_2.metrics import clearances
 from master_thesis.experiment_2.summary import summary_of
@@ -11,26 +12,30 @@ from master_thesis.experiment_2.trial import EmergencyTrial
 from master_thesis.results.run_folder import RunFolder
 
 
-def write_trial(
-    folder: RunFolder, description: TrialDescription, trial: EmergencyTrial, thorough: bool = True
-) -> dict:
-    """Write result.json and the series, and if `thorough` the clearance and the pictures too.
-
-    Returns what stands in result.json.
+def write_numbers(folder: RunFolder, description: TrialDescription, trial: EmergencyTrial) -> dict:
+    """Write result.json, still without the clearance, and the series; return what stands in result.json.
 
     Raises:
         ResultsError: a file cannot be written.
-        SimulationToolsError: the world or the UAV cannot be loaded to measure the clearance.
     """
     content = summary_of(description, trial, np.empty((0, 2)))
     folder.write_json("result.json", content)
     for name, series in trial.log.series().items():
         folder.write_csv(f"{name}.csv", series.columns, series.rows)
+    if trial.first_scan is not None:
+        _write_scan(folder, trial.first_scan.scan)
+    return content
+
+
+def complete_trial(folder: RunFolder, description: TrialDescription, trial: EmergencyTrial) -> dict:
+    """Add the clearance and the pictures, which take some seconds; return what stands in result.json.
+
+    Raises:
+        ResultsError: a file cannot be written.
+        SimulationToolsError: the world or the UAV cannot be loaded to measure the clearance.
+    """
     if trial.freeze is None or trial.first_scan is None:
-        return content
-    _write_scan(folder, trial)
-    if not thorough:
-        return content
+        return summary_of(description, trial, np.empty((0, 2)))
     measured = clearances(description, trial)
     folder.write_csv("clearance.csv", ("t_s", "clearance_m"), measured.tolist())
     content = summary_of(description, trial, measured)
@@ -41,8 +46,7 @@ def write_trial(
     return content
 
 
-def _write_scan(folder: RunFolder, trial: EmergencyTrial) -> None:
-    scan = trial.first_scan.scan
+def _write_scan(folder: RunFolder, scan: LaserScan2D) -> None:
     angles = scan.angle_min + np.arange(scan.ranges.size) * scan.angle_increment
     rows = [(float(a), float(r), int(s)) for a, r, s in zip(angles, scan.ranges, scan.seen)]
     folder.write_csv("first_scan.csv", ("angle_rad", "range_m", "seen"), rows)

@@ -56,5 +56,9 @@ def shortage_of(bag: Path, free_mb: float) -> str | None:
 
 
 def _end_with_parent() -> None:
-    """Have the kernel interrupt the recorder when its parent is killed: it must not record on alone."""
+    """Have the kernel interrupt the recorder when its parent is killed, so that it does not record on alone.
+
+    The parent's threads block the signals (see node_tools.ending); the recorder must hear them.
+    """
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT, signal.SIGTERM))
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)

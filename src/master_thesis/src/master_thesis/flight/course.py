@@ -10,10 +10,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from master_thesis.errors import FlightError
+from master_thesis.flight.contacts import GROUND, Contacts
 
-GROUND = "ground_plane"  # what Gazebo's own worlds call it; any other is known by what the UAV stands on
-CARRIES = 0.7
-"""Upward part of a contact's normal from which on the UAV stands on the other: up to 45 degrees of slope."""
 PATIENCE = 3.0
 """A flight may take this many times as long as its straight way at full speed."""
 
@@ -90,14 +88,12 @@ class Course:
     def __init__(self, parameters: PhaseLimits, uav: str) -> None:
         """Start a run of the model named `uav`."""
         self._parameters = parameters
-        self._uav = uav
+        self._contacts = Contacts(uav)
         self._phase = Phase.WAITING
         self._times: dict[Phase, float] = {}
         self._reached = False
         self._landed = False
         self._failure: str | None = None
-        self._touched: dict[str, None] = {}
-        self._ground: dict[str, None] = {GROUND: None}
         self._ready = False
         self._awaited = "the hover"
         self._distance_m: float | None = None
@@ -113,12 +109,12 @@ class Course:
         """How the run went so far."""
         return Outcome(
             reached_goal=self._reached,
-            collision=bool(self._touched),
+            collision=bool(self._contacts.touched),
             landed=self._landed,
             failure=self._failure_sentence(),
             times_s=dict(self._times),
-            touched=tuple(self._touched),
-            ground=tuple(self._ground),
+            touched=self._contacts.touched,
+            ground=self._contacts.ground,
         )
 
     def on_ready(self, ready: bool, awaited: str = "the hover") -> None:
@@ -152,21 +148,10 @@ class Course:
             self._reached = True
             self._enter(Phase.HOVERING, t_s)
 
-    def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Take note of a contact between two collision shapes, named model::link::collision.
-
-        upwards: z component of the contact's normal, the unit vector from the second shape to the first.
-        Touching the ground is part of take-off and landing, and a collision in between. The ground is what
-        carries the UAV from below before the goal is sent or after the order to land, whatever its name.
-        """
-        uav_first = collision_1.split("::")[0] == self._uav
-        obstacle = collision_2 if uav_first else collision_1
-        model = obstacle.split("::")[0]
+    def on_contact(self, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
+        """Take note of a contact between two collision shapes; see `Contacts.judge`."""
         in_flight = self._phase in (Phase.FLYING, Phase.HOVERING)
-        if not in_flight and (upwards if uav_first else -upwards) >= CARRIES:
-            self._ground.setdefault(model)
-        if in_flight or model not in self._ground:
-            self._touched.setdefault(obstacle)
+        self._contacts.judge(collision_1, collision_2, upwards, in_flight)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
         """Take note whether the motors may turn: disarmed after landing is the end."""
@@ -218,6 +203,6 @@ class Course:
         self._failure = self._failure or why
 
     def _failure_sentence(self) -> str | None:
-        if self._failure is None and self._touched:
-            return f"The UAV touched {', '.join(self._touched)}."
+        if self._failure is None and self._contacts.touched:
+            return f"The UAV touched {', '.join(self._contacts.touched)}."
         return self._failure

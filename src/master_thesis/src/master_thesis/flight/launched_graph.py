@@ -16,13 +16,11 @@ from pathlib import Path
 from typing import Sequence
 
 from master_thesis.errors import GraphError
+from master_thesis.flight import processes
 from master_thesis.flight.free_ports import free_ports
 
 TOKEN = "LAUNCHED_GRAPH"
 """Environment variable by which everything that belongs to a graph is found."""
-
-TICKS_PER_S = os.sysconf("SC_CLK_TCK")
-
 
 FLIGHT_EVENTS = ("first_scan_through", "hovering", "goal_reached")
 """Of a flight: a scan has come through to CEPA's answer, the UAV hovers ready, it is at the goal."""
@@ -43,7 +41,7 @@ class Graph:
     ) -> None:
         """Start; arguments: of roslaunch, package and launch file first, or a launch file alone.
 
-        folder: for logs. events: what the probe (`master_thesis_ros.launch_probe`) is to tell. display: the X
+        folder: for logs. events: what the probe (`master_thesis_ros.launch.probe`) is to tell. display: the X
         server that windows open on.
 
         Raises:
@@ -64,7 +62,7 @@ class Graph:
         if display is not None:
             environment.update(DISPLAY=display, LIBGL_ALWAYS_SOFTWARE="1", QT_X11_NO_MITSHM="1")
         self._probe = subprocess.Popen(
-            [sys.executable, "-m", "master_thesis_ros.launch_probe", *events],
+            [sys.executable, "-m", "master_thesis_ros.launch.probe", *events],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -105,34 +103,19 @@ class Graph:
         for path in Path("/proc").glob("[0-9]*"):
             try:
                 ours = mark in (path / "environ").read_bytes().split(b"\0")
-                dead = (path / "stat").read_text().rpartition(")")[2].split()[0] == "Z"
             except OSError:
                 continue
-            if ours and not dead:
+            if ours and not processes.has_ended(int(path.name)):
                 found.append(int(path.name))
         return found
 
     def cpu_s(self) -> float:
         """Return the CPU time of all processes so far."""
-        ticks = 0
-        for pid in self.processes():
-            try:
-                fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-            except OSError:
-                continue
-            ticks += int(fields[11]) + int(fields[12])
-        return ticks / TICKS_PER_S
+        return sum(processes.cpu_s(pid) or 0.0 for pid in self.processes())
 
     def memory_gb(self) -> float:
-        """Return the memory of all processes; what several share counts once (proportional set size)."""
-        kilobytes = 0
-        for pid in self.processes():
-            try:
-                lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
-            except OSError:
-                continue
-            kilobytes += sum(int(line.split()[1]) for line in lines if line.startswith("Pss:"))
-        return kilobytes / 2**20
+        """Return the memory of all processes; what several share counts once."""
+        return sum(processes.shared_out_memory_gb(pid) for pid in self.processes())
 
     def interrupt(self) -> float:
         """Press Ctrl-C; return the seconds until nothing is left."""

@@ -38,6 +38,15 @@ class Monitor:
         """Simulation time of the newest true pose."""
         return self.log.truth.rows[-1][0] if len(self.log.truth) else 0.0
 
+    @property
+    def has_begun(self) -> bool:
+        """Whether the wait for the hover is over."""
+        return self.course.phase is not Phase.WAITING
+
+    def on_waiting(self, reason: str) -> None:
+        """Take note why the UAV does not hover yet, in words; empty: it does."""
+        self.course.on_waiting(reason)
+
     def on_truth(self, t_s: float, position_m, orientation_xyzw, decide: bool = True) -> list[Action]:
         """Take the true pose, in `world`; return what is to be done now, unless it is decided later."""
         if t_s < self.now_s - CLOCK_TOLERANCE_S:
@@ -55,9 +64,9 @@ class Monitor:
         self._noted([])
 
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Take note of a contact between two collision shapes; `upwards` as in `Course.on_contact`."""
+        """Take note of a contact between two collision shapes; `upwards` as in `Contacts.judge`."""
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
-        self.course.on_contact(t_s, collision_1, collision_2, upwards)
+        self.course.on_contact(collision_1, collision_2, upwards)
 
     def on_armed(self, armed: bool) -> list[Action]:
         """Take note whether the motors may turn; return what is to be done now."""

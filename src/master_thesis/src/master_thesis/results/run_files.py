@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Tuple
+
 import numpy as np
 
 from master_thesis.flight.course import Outcome
@@ -13,6 +15,8 @@ from master_thesis.results.metrics import flight_metrics
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.results.run_summary import summary_of
 from master_thesis.worlds.floor_plan import outlines_of_file
+
+FlownRun = Tuple[RunFolder, RunDescription, FlightLog, Outcome]
 
 
 def write_numbers(

@@ -10,6 +10,7 @@ import io
 import json
 import os
 import platform
+import threading
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
@@ -30,6 +31,7 @@ class RunFolder:
         Raises:
             ResultsError: it cannot be made.
         """
+        self._writing = threading.Lock()
         parent = Path(root).expanduser().resolve() / experiment
         stamp = started.strftime("%Y-%m-%d_%H-%M-%S")
         try:
@@ -60,8 +62,15 @@ class RunFolder:
         for name, content in contents.items():
             self._write(name, content)
 
+    def seal(self, patience_s: float) -> None:
+        """Let nobody write any more, because the process ends; a file under way is completed for so long."""
+        self._writing.acquire(timeout=patience_s)
+
     def _write(self, name: str, content: bytes) -> Path:
-        target = self.path / name
+        with self._writing:
+            return self._replace(self.path / name, content)
+
+    def _replace(self, target: Path, content: bytes) -> Path:
         try:
             replace_file(target, content)
         except OSError as error:
@@ -111,14 +120,3 @@ def _first_line_after(path: str, key: str) -> str | None:
             return next((line.split(":", 1)[1].strip() for line in stream if line.startswith(key)), None)
     except OSError:
         return None
-
-
-def process_age_s(pid: int) -> float:
-    """Return how long ago a process of this machine was started, in seconds; 0 when that cannot be told."""
-    try:
-        stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
-        up_s = float(Path("/proc/uptime").read_text(encoding="utf-8").split()[0])
-        started_ticks = int(stat.rsplit(")", 1)[1].split()[19])
-    except (OSError, ValueError, IndexError):
-        return 0.0
-    return up_s - started_ticks / os.sysconf("SC_CLK_TCK")

@@ -1,19 +1,16 @@
-"""ROS parameters as this package's nodes read them."""
+"""The parameters of all nodes, for a run's result.json."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import rosgraph
 import rospy
 
 
-def text(name: str, default: str) -> str:
-    """Return one of the node's private parameters as text."""
-    return str(rospy.get_param(f"~{name}", default))
-
-
-def all_parameters() -> dict:
+def all_parameters() -> dict[str, dict[str, Any]]:
     """Return the parameters of all nodes, by node."""
-    # Not rospy.get_param: its cache takes the root for what rospy itself has asked for
+    # Not rospy.get_param: its cache takes what rospy itself has asked for as the whole tree.
     parameters = rosgraph.Master(rospy.get_name()).getParam("/")
     parameters.pop("roslaunch", None)  # its own addresses
     return {name: value for name, value in parameters.items() if isinstance(value, dict)}

@@ -1,6 +1,6 @@
 """Listens to a graph that starts: a process of its own, begun before roslaunch, that says what came when.
 
-Run as `python -m master_thesis_ros.launch_probe EVENT ...`, with ROS_MASTER_URI set. Each line is a JSON
+Run as `python -m master_thesis_ros.launch.probe EVENT ...`, with ROS_MASTER_URI set. Each line is a JSON
 list: name of the event, monotonic time in seconds. It ends with its standard input.
 """
 

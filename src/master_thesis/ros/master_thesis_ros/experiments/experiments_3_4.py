@@ -1,35 +1,38 @@
-#!/usr/bin/env python3
-"""The node `mapping_experiment`: has a mission flown, watches SLAM, and writes how true the map is."""
+"""The node `experiments_3_4`: has a mission flown, watches SLAM, and writes how true the map is."""
 
 from __future__ import annotations
 
-import signal
-
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C during the imports below: the end, without a traceback
-
 import uuid
+from enum import Enum
+from typing import Iterable
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
-from master_thesis_ros import driver
-from master_thesis_ros.flight_node import FlightNode
-from master_thesis_ros.launch_request import cepa_keeps_m
-from master_thesis_ros.messages import stamp_s
-from master_thesis_ros.parameters import all_parameters, text
-from master_thesis_ros.slam_watch import SlamWatch
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Bool
 
 from gridslam import SlamError
 from inspection_tools.msg import MissionActionGoal, MissionActionResult
-from master_thesis.flight.course import Phase
+from master_thesis.flight.course import Action, Phase
 from master_thesis.flight.monitor import Monitor
 from master_thesis.requests import experiments_3_4
-from master_thesis.results.run_files import complete_run, write_numbers
+from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
+from master_thesis_ros.experiments.flight_node import FlightNode
+from master_thesis_ros.experiments.messages import stamp_s
+from master_thesis_ros.experiments.parameters import all_parameters
+from master_thesis_ros.experiments.progress import log_progress
+from master_thesis_ros.experiments.run import Run
+from master_thesis_ros.experiments.slam_watch import SlamWatch
+from master_thesis_ros.launch.request import cepa_keeps_m
+from node_tools.ending import Ending
+from node_tools.node import RunNode
 
 SCAN_PERIOD_S = 1.0
 """Of the scans that are kept for the pictures; four minutes of every fourth would be too many."""
 
 
-class MappingNode(FlightNode):
+class Experiments34Node(FlightNode):
     """Has the node `mission` fly its mission, to the end or until the time is over.
 
     Subscribes, besides what every `FlightNode` and `SlamWatch` do: mission_result
@@ -39,7 +42,7 @@ class MappingNode(FlightNode):
     Parameters: see doc/reference.md.
     """
 
-    def __init__(self, monitor: Monitor, slam: SlamWatch, duration_s: float, lockstep: bool):
+    def __init__(self, monitor: Monitor, slam: SlamWatch, duration_s: float, lockstep: bool) -> None:
         self._slam = slam
         self._duration_s = duration_s
         self._uav_is_ready = False
@@ -56,14 +59,26 @@ class MappingNode(FlightNode):
         self._goal.publish(goal)
         rospy.loginfo("The UAV hovers over the start and begins its mission.")
 
-    def _on_result(self, message: MissionActionResult) -> None:
+    def _on_result(self, message: MissionActionResult) -> Iterable[Enum]:
         if message.status.status == GoalStatus.SUCCEEDED:
             self._monitor.on_goal_reached(True)
         elif message.status.status in (GoalStatus.ABORTED, GoalStatus.REJECTED):
-            self._enqueue(self._monitor.abort(f"The mission ended early: {message.status.text}"))
+            return self._monitor.abort(f"The mission ended early: {message.status.text}")
+        return ()
 
-    def _on_ready(self, message) -> None:
+    def _on_ready(self, message: Bool) -> None:
         self._uav_is_ready = message.data
+
+    def _on_ground_truth(self, message: Odometry) -> Iterable[Enum]:
+        if not self._lockstep:
+            self._await_slam()
+            self._end_in_time()
+        return super()._on_ground_truth(message)
+
+    def _decisions(self) -> list[Action]:
+        self._await_slam()
+        self._end_in_time()
+        return super()._decisions()
 
     def _await_slam(self) -> None:
         """Let the flight begin when SLAM has, too: what it does not see is missing in the map."""
@@ -71,18 +86,6 @@ class MappingNode(FlightNode):
             rospy.loginfo_throttle(10.0, "The UAV hovers over the start; SLAM has not begun yet.")
         awaited = "SLAM, whose node says above why it has not begun" if self._uav_is_ready else "the hover"
         self._monitor.course.on_ready(self._uav_is_ready and self._slam.has_begun, awaited)
-
-    def _on_ground_truth(self, message) -> None:
-        if not self._lockstep:
-            self._await_slam()
-            self._end_in_time()
-        super()._on_ground_truth(message)
-
-    def _decide(self) -> bool:
-        with self._lock:
-            self._await_slam()
-            self._end_in_time()
-        return super()._decide()
 
     def _end_in_time(self) -> None:
         course = self._monitor.course
@@ -92,55 +95,51 @@ class MappingNode(FlightNode):
             self._cancel.publish(GoalID())
             self._monitor.on_goal_reached(True)
 
-    def _on_scan(self, message) -> None:
+    def _on_scan(self, message: LaserScan) -> None:
         super()._on_scan(message)
         self._slam.on_scan(stamp_s(message))
 
 
-def _fly() -> int:
-    """Fly the run and write its results; returns the exit code."""
-    flight = experiments_3_4.read(rospy.get_param("~", {}), cepa_keeps_m(all_parameters().get("cepa", {})))
-    description, duration_s = flight.description, flight.duration_s
-    run = driver.Run(description)
-    monitor = Monitor(flight.limits, uav=description.model)
+def make() -> RunNode:
+    """Read and check what is to be flown; return what flies it and writes the results."""
+    asked = rospy.get_param("~", {})
+    flight = experiments_3_4.read(asked, cepa_keeps_m(all_parameters().get("cepa", {})))
+    lockstep, slam_node = asked.get("lockstep", False) is True, str(asked.get("slam_node", "/gridslam"))
+    return lambda ending: _fly(flight, lockstep, slam_node, ending)
+
+
+def _fly(flight: experiments_3_4.MissionFlight, lockstep: bool, slam_node: str, ending: Ending) -> int:
+    """Return the exit code."""
+    run = Run(flight.description, ending)
+    monitor = Monitor(flight.limits, uav=flight.description.model)
     monitor.log.scan_period_s = SCAN_PERIOD_S
-    lockstep = rospy.get_param("~lockstep", False) is True
-    slam = SlamWatch(text("slam_node", "/gridslam"))
-    run.lead(monitor, lambda: MappingNode(monitor, slam, duration_s, lockstep))
+    slam = SlamWatch(slam_node)
+    run.lead(monitor, lambda: Experiments34Node(monitor, slam, flight.duration_s, lockstep))
     if not run.interrupted:
-        with driver.interruptible("the last map"):
-            slam.close()
-    description, wall = run.close(monitor)
+        slam.close(ending)
+    description, wall = run.close(flight.description, monitor)
     flown = run.folder, description, monitor.log, monitor.course.outcome
-    content = write_numbers(*flown, wall)
-    if not run.interrupted:
-        with driver.interruptible("maps, clearance or pictures"):
-            content = _survey(flown, content, slam)
-            content = complete_run(*flown, content, _progress)
-    from master_thesis.experiments_3_4.slam_summary import headline
+    numbers = write_numbers(*flown, wall)
+    from master_thesis.experiments_3_4.slam_summary import headline  # numba takes half a second
 
-    driver.tell(run.folder, headline(content))
-    return 0 if content["success"] else 1
+    return run.finish(
+        numbers,
+        headline,
+        lambda content: complete_run(*flown, _with_survey(flown, content, slam), log_progress),
+        "maps, clearance or pictures",
+    )
 
 
-def _survey(flown: tuple, content: dict, slam: SlamWatch) -> dict:
+def _with_survey(flown: FlownRun, content: dict, slam: SlamWatch) -> dict:
     """Judge the map, and add what comes out; without a map the run has failed."""
     from master_thesis.experiments_3_4.survey import survey  # matplotlib and evo take a second to import
 
     folder, description, log, outcome = flown
     try:
-        figures = survey(folder, description, log, outcome, slam.run)
+        metrics = survey(folder, description, log, outcome, slam.run)
     except SlamError as error:
         content = {**content, "success": False, "failure": content["failure"] or str(error)}
     else:
-        content = {**content, "slam": {**figures, **slam.costs()}}
+        content = {**content, "slam": {**metrics, **slam.costs()}}
     folder.write_json("result.json", content)
     return content
-
-
-def _progress(done: int, of: int) -> None:
-    rospy.loginfo_throttle(5.0, f"Measuring the clearance: {done} of {of}.")
-
-
-if __name__ == "__main__":
-    driver.run("experiment", _fly)

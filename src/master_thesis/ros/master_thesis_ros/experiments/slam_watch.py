@@ -20,8 +20,10 @@ from gridslam import OccupancyGrid, SlamError, se2
 from gridslam.evaluation import poses_at
 from gridslam.trajectory import Trajectory
 from master_thesis.experiments_3_4.slam_run import FoundAgain, SlamRun
-from master_thesis_ros.messages import planar_pose, stamp_s
-from master_thesis_ros.node_process import NodeProcess
+from master_thesis_ros.experiments.messages import planar_pose, stamp_s
+from master_thesis_ros.experiments.node_process import NodeProcess
+from node_tools.conversions import yaw_of
+from node_tools.ending import Ending
 
 LAST_MAP_S = 10.0
 """How long the last map is waited for, of wall time."""
@@ -71,11 +73,11 @@ class SlamWatch:
         """The flight begins: count the processor's time from here."""
         self._process.begin()
 
-    def close(self) -> None:
-        """Ask for the last map and path, and hear no more."""
+    def close(self, ending: Ending) -> None:
+        """Ask for the last map and path, unless the process is to end, and hear no more."""
         threading.Thread(target=self._ask_for_the_map, daemon=True).start()  # a node that hangs never answers
         end = time.perf_counter() + LAST_MAP_S
-        while not self._asked.wait(0.05) and time.perf_counter() < end:
+        while not (self._asked.is_set() or ending.wait(0.05)) and time.perf_counter() < end:
             pass
         self._process.end()
         for subscriber in self._subscribers:
@@ -171,7 +173,6 @@ class SlamWatch:
     def _on_tf(self, message: TFMessage) -> None:
         for transform in message.transforms:
             if transform.header.frame_id.lstrip("/") == self._map_frame:
-                t, q = transform.transform.translation, transform.transform.rotation
-                yaw = np.arctan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+                moved, turned = transform.transform.translation, transform.transform.rotation
                 with self._lock:
-                    self._corrections.append((stamp_s(transform), t.x, t.y, float(yaw)))
+                    self._corrections.append((stamp_s(transform), moved.x, moved.y, yaw_of(turned)))

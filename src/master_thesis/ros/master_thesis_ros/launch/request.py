@@ -1,6 +1,6 @@
 """Checks what a launch file of this package is asked to fly, as the drivers check their parameters.
 
-usage: python -m master_thesis_ros.launch_request LAUNCH_FILE [ARG:=VALUE ...]
+usage: python -m master_thesis_ros.launch.request LAUNCH_FILE [ARG:=VALUE ...]
 
 Exit code 0: it can be launched. 1: not, and one sentence says why.
 """
@@ -22,7 +22,7 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
 from simulation_tools_ros import launch_check
 
-FOLDER = Path(__file__).resolve().parents[2] / "launch"
+FOLDER = Path(__file__).resolve().parents[3] / "launch"
 
 
 def main(words: Sequence[str]) -> int:

@@ -11,7 +11,7 @@ import rosbag
 
 from master_thesis.doctor.snapshot import Parameter, Recording
 from master_thesis.errors import MasterThesisError
-from master_thesis_ros.doctor_recorder import Recorder
+from master_thesis_ros.doctor.recorder import Recorder
 
 DEAR = (
     "sensor_msgs/Image",

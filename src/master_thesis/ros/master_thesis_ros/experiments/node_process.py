@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import time
-from pathlib import Path
 from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
 
-_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+from master_thesis.flight import processes
 
 
 class NodeProcess:
-    """Processor time between `begin` and `end`, and peak memory, of a node on this machine.
+    """Processor time between `begin` and `end` (cpu_share: of one core), and peak memory, of a node.
 
     Everything stays None for a node that cannot be found, or that runs elsewhere.
     """
@@ -30,37 +28,25 @@ class NodeProcess:
     def begin(self) -> None:
         """Count from here."""
         self._pid = self._find()
-        used_s = self._used_s()
+        used_s = None if self._pid is None else processes.cpu_s(self._pid)
         if used_s is not None:
             self._began = (time.perf_counter(), used_s)
 
     def end(self) -> None:
-        """Count to here; share: of one core."""
-        used_s = self._used_s()
-        if self._began is None or used_s is None:
+        """Count to here."""
+        if self._pid is None or self._began is None:
+            return
+        used_s = processes.cpu_s(self._pid)
+        if used_s is None:
             return
         began_s, before_s = self._began
         self.cpu_s = used_s - before_s
         self.cpu_share = self.cpu_s / max(time.perf_counter() - began_s, 1e-9)
-        self.peak_mb = self._peak_mb()
+        self.peak_mb = processes.peak_memory_mb(self._pid)
 
     def _find(self) -> int | None:
         try:
             address = rosgraph.Master(rospy.get_name()).lookupNode(self._node)
             return int(ServerProxy(address).getPid(rospy.get_name())[2])
         except (OSError, rosgraph.MasterException, ValueError):
-            return None
-
-    def _used_s(self) -> float | None:
-        try:
-            fields = Path(f"/proc/{self._pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()
-            return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
-        except (OSError, IndexError, ValueError):
-            return None
-
-    def _peak_mb(self) -> float | None:
-        try:
-            lines = Path(f"/proc/{self._pid}/status").read_text(encoding="utf-8").splitlines()
-            return next(int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM"))
-        except (OSError, StopIteration, ValueError):
             return None

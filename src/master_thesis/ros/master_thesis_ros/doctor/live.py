@@ -16,7 +16,7 @@ import rospy
 
 from master_thesis.doctor.snapshot import Graph, Launched, Node
 from master_thesis.errors import MasterThesisError
-from master_thesis_ros.doctor_recorder import Recorder
+from master_thesis_ros.doctor.recorder import Recorder
 
 NOT_LISTENED_TO = (
     "sensor_msgs/Image",

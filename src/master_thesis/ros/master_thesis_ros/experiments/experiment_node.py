@@ -1,0 +1,191 @@
+"""What the nodes of all experiments share: they hear a run, decide, and acknowledge scans in lockstep."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import threading
+from abc import ABC, abstractmethod
+from enum import Enum
+from typing import Any, Callable, Iterable, Optional, Protocol, Sequence
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from gazebo_msgs.msg import ContactsState
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Bool, Header, String
+
+from master_thesis.flight.flight_log import FlightLog
+from master_thesis_ros.experiments.messages import decision_rows, stamp_s, twist_row
+
+INTERRUPTED = "The run was interrupted before its end."
+SETTLE_S = 0.1
+"""Wall time; in lockstep, by then everybody has heard what is to be done."""
+
+Handler = Callable[[Any], Optional[Iterable[Enum]]]
+"""Takes a message, and returns the actions that it calls for."""
+
+
+class WatchedRun(Protocol):
+    """The state of a run. The last of its actions is called FINISH."""
+
+    log: FlightLog
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether the wait for the hover is over."""
+
+    def on_waiting(self, reason: str) -> None:
+        """Take note why the UAV does not hover yet, in words; empty: it does."""
+
+    def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
+        """Take note of a contact between two collision shapes."""
+
+    def abort(self, why: str) -> Sequence[Enum]:
+        """End the run at once, unless it is over; `why` is a sentence."""
+
+
+class ExperimentNode(ABC):
+    """Leads a run by messages and their stamps; it stands beside the control chain, never in it.
+
+    Subscribes: ready (std_msgs/Bool), waiting_for (std_msgs/String); ground_truth (nav_msgs/Odometry); scan
+    (sensor_msgs/LaserScan); vel_safe (geometry_msgs/TwistStamped); cepa_stats
+    (diagnostic_msgs/DiagnosticArray); collision (gazebo_msgs/ContactsState); /rosout (rosgraph_msgs/Log), for
+    nodes that cannot start.
+    Publishes: in lockstep ~processed (std_msgs/Header), the acknowledgement of a scan.
+
+    In lockstep it decides once every whole second of simulated time, while the simulator waits for its
+    acknowledgement and all others have said what they had to say: nothing depends on how fast messages are.
+    """
+
+    scan_class: Any = LaserScan
+
+    def __init__(self, watched: WatchedRun, lockstep: bool, cepa: bool = True) -> None:
+        """Hear everybody. cepa: CEPA steers, and tells why; else a node of the user's own does."""
+        self._watched, self._lockstep = watched, lockstep
+        self._lock = threading.Lock()
+        self._heard = threading.Condition(self._lock)
+        self._actions: queue.Queue[Enum] = queue.Queue()
+        self._finished = False
+        self._decided_in_s = -1
+        self._processed = rospy.Publisher("~processed", Header, queue_size=1, tcp_nodelay=True)
+        self._subscribers: list[rospy.Subscriber] = []
+        self.subscribe("ready", Bool, self._on_ready)
+        self.subscribe("ground_truth", Odometry, self._on_ground_truth)
+        self.subscribe("vel_safe", TwistStamped, lambda message: watched.log.v_safe.add(*twist_row(message)))
+        self.subscribe("collision", ContactsState, self._on_contacts)
+        self.subscribe("/rosout", Log, self._on_log)
+        if cepa:
+            self.subscribe("cepa_stats", DiagnosticArray, self._on_stats)
+
+    def subscribe(self, name: str, message_class: Any, handler: Handler) -> None:
+        """Hear a topic until the run is over; the handler is called under the lock."""
+        callback = self._locked(handler)
+        options = {"queue_size": 100, "tcp_nodelay": True}
+        self._subscribers.append(rospy.Subscriber(name, message_class, callback, **options))
+
+    def run(self) -> None:
+        """Carry out what the run asks for until it is over or ROS shuts down."""
+        # Not among the others: lockstep begins without it, too.
+        on_waiting = self._locked(lambda message: self._watched.on_waiting(message.data))
+        self._reasons = rospy.Subscriber("waiting_for", String, on_waiting)
+        self._keep_scan = self._locked(self._on_scan)
+        # To the very end, because the simulator waits for the acknowledgement.
+        self._scans = rospy.Subscriber(
+            "scan", self.scan_class, self._take_scan, queue_size=100, tcp_nodelay=True
+        )
+        while not rospy.is_shutdown():
+            try:
+                action = self._actions.get(timeout=0.1)
+            except queue.Empty:
+                continue
+            if action.name == "FINISH":
+                break
+            self._carry_out(action)
+
+    def close(self) -> None:
+        """End the run if it is not over, and hear no more."""
+        with self._lock:
+            self._finished = True
+            self._actions.queue.clear()
+            for action in self._watched.abort(INTERRUPTED):
+                self._actions.put(action)
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+
+    @abstractmethod
+    def _carry_out(self, action: Enum) -> None:
+        """Do what the run asks for."""
+
+    @abstractmethod
+    def _decide_at(self, header: Header) -> bool:
+        """In lockstep, decide at the scan of this header; return whether to acknowledge it."""
+
+    @abstractmethod
+    def _on_ready(self, message: Bool) -> None:
+        """Take note whether the UAV hovers over the start and takes orders."""
+
+    @abstractmethod
+    def _on_ground_truth(self, message: Odometry) -> Iterable[Enum]:
+        """Take the true pose; return what is to be done, unless it is decided in lockstep."""
+
+    @abstractmethod
+    def _on_scan(self, message: LaserScan) -> Iterable[Enum] | None:
+        """Keep a scan; return what is to be done."""
+
+    def _locked(self, handler: Handler) -> Callable[[Any], None]:
+        def callback(message: Any) -> None:
+            with self._lock:
+                if self._finished:
+                    return
+                try:
+                    self._take(handler(message) or ())
+                except (KeyError, ValueError) as error:  # a value that is missing or no number
+                    rospy.logwarn_throttle(5.0, f"A {type(message).__name__} is ignored: {error}.")
+                self._heard.notify_all()
+
+        return callback
+
+    def _take(self, actions: Iterable[Enum]) -> None:
+        """Have the actions carried out; nothing is heard after FINISH. Call it under the lock."""
+        for action in actions:
+            self._finished = self._finished or action.name == "FINISH"
+            self._actions.put(action)
+
+    def _take_scan(self, message: LaserScan) -> None:
+        """Keep the scan; in lockstep decide what is to be done, and acknowledge it."""
+        self._keep_scan(message)
+        if not self._lockstep or (self._decided_in_s < 0 and not self._hears_everybody()):
+            return  # the first scan comes again, and with it what was made of it
+        if message.header.stamp.secs > self._decided_in_s and not self._finished:
+            self._decided_in_s = message.header.stamp.secs
+            if not self._decide_at(message.header):
+                return
+        self._acknowledge(message.header)
+
+    def _acknowledge(self, header: Header) -> None:
+        with contextlib.suppress(rospy.ROSException):  # the node may end just now
+            self._processed.publish(header)
+
+    def _hears_everybody(self) -> bool:
+        """Whether every topic is connected; those that must be complete prove it by their first message."""
+        return all(subscriber.get_num_connections() for subscriber in self._subscribers)
+
+    def _on_stats(self, message: DiagnosticArray) -> None:
+        for row in decision_rows(message):
+            self._watched.log.decisions.add(*row)
+
+    def _on_contacts(self, message: ContactsState) -> None:
+        for state in message.states:
+            upwards = state.contact_normals[0].z if state.contact_normals else 0.0
+            names = state.collision1_name, state.collision2_name
+            self._watched.on_contact(stamp_s(message), *names, upwards=upwards)
+
+    def _on_log(self, message: Log) -> Iterable[Enum]:
+        """End a run before its start when a node cannot start: roslaunch would start it again for ever."""
+        if message.level == Log.FATAL and not self._watched.has_begun:
+            return self._watched.abort(message.msg)
+        return ()

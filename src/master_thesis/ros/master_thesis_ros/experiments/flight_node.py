@@ -1,0 +1,146 @@
+"""The node that follows a flight with a goal or a mission: it hears, records, decides, and lands the UAV."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from abc import abstractmethod
+from enum import Enum
+from typing import Any, Iterable
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from mavros_msgs.msg import State
+from mavros_msgs.srv import SetMode
+from nav_msgs.msg import Odometry
+from nav_msgs.msg import Path as PathMessage
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Bool, Header
+
+from master_thesis.flight.course import Action
+from master_thesis.flight.monitor import Monitor
+from master_thesis_ros.experiments.experiment_node import SETTLE_S, ExperimentNode
+from master_thesis_ros.experiments.messages import pose_values, stamp_s, twist_row
+from node_tools.conversions import xyz
+
+PATH_SPACING_M = 0.1
+PATH_PERIOD_S = 0.5
+LAND_ATTEMPTS = 5
+ANSWER_PATIENCE_S = 0.5
+"""Wall time for the stamped messages of an instant."""
+UNSTAMPED_S = 0.02
+"""Wall time; so much later what bears no stamp (ready, goal_reached) has come, too."""
+
+
+class FlightNode(ExperimentNode):
+    """Leads a flight.
+
+    Subscribes, besides what every `ExperimentNode` does: odometry (nav_msgs/Odometry); vel_raw, vel_final
+    (geometry_msgs/TwistStamped); performance (diagnostic_msgs/DiagnosticArray); mavros/state
+    (mavros_msgs/State).
+    Publishes: ~path (nav_msgs/Path, latched; for RViz).
+    Calls: mavros/set_mode (AUTO.LAND).
+    A subclass says where to fly (`send_goal`), and hears when the UAV is there.
+    """
+
+    def __init__(self, monitor: Monitor, lockstep: bool, cepa: bool = True) -> None:
+        self._monitor = monitor
+        self._armed: bool | None = None  # None: not connected
+        self._path = PathMessage()
+        self._path_publisher = rospy.Publisher("~path", PathMessage, queue_size=1, latch=True)
+        self._set_mode = rospy.ServiceProxy("mavros/set_mode", SetMode)
+        super().__init__(monitor, lockstep, cepa)
+        log = monitor.log
+        self.subscribe("odometry", Odometry, self._on_odometry)
+        self.subscribe("vel_raw", TwistStamped, lambda message: log.v_ref.add(*twist_row(message)))
+        self.subscribe("vel_final", TwistStamped, lambda message: log.v_final.add(*twist_row(message)))
+        self.subscribe("performance", DiagnosticArray, self._on_performance)
+        self.subscribe("mavros/state", State, self._on_state)
+
+    @abstractmethod
+    def send_goal(self) -> None:
+        """Send the UAV, which hovers over the start, on its way."""
+
+    def _carry_out(self, action: Enum) -> None:
+        if action is Action.SEND_GOAL:
+            self.send_goal()
+        elif action is Action.LAND:
+            # In a thread of its own, because a call to a MAVROS that hangs would never return
+            threading.Thread(target=self._land, daemon=True).start()
+
+    def _land(self) -> None:
+        for _ in range(LAND_ATTEMPTS):
+            if rospy.is_shutdown():
+                return
+            try:
+                if self._set_mode(0, "AUTO.LAND").mode_sent:
+                    rospy.loginfo("The UAV is told to land.")
+                    return
+            except rospy.ServiceException as error:
+                rospy.logwarn(f"MAVROS does not take the order to land: {error}")
+            time.sleep(0.2)  # of wall time; the flight goes on meanwhile
+        rospy.logerr(f"MAVROS refused to land {LAND_ATTEMPTS} times; the run ends at its time limit.")
+
+    def _hears_everybody(self) -> bool:
+        return super()._hears_everybody() and self._has_heard(-math.inf)
+
+    def _has_heard(self, t_s: float) -> bool:
+        """Whether every series that must be complete has come to this instant, which the simulator holds."""
+        log = self._monitor.log
+        series = (log.truth, log.odometry, log.v_safe, log.v_final)
+        return all(one.rows and one.rows[-1][0] >= t_s for one in series)
+
+    def _decide_at(self, header: Header) -> bool:
+        t_s = header.stamp.to_sec()
+        with self._heard:
+            self._heard.wait_for(lambda: self._finished or self._has_heard(t_s), ANSWER_PATIENCE_S)
+        time.sleep(UNSTAMPED_S)
+        with self._lock:
+            actions = self._decisions()
+            self._take(actions)
+        if actions:
+            time.sleep(SETTLE_S)
+        return True
+
+    def _decisions(self) -> list[Action]:
+        actions = self._monitor.decide()
+        return actions if self._armed is None else actions + self._monitor.on_armed(self._armed)
+
+    def _on_ready(self, message: Bool) -> None:
+        self._monitor.course.on_ready(message.data)
+
+    def _on_ground_truth(self, message: Odometry) -> Iterable[Enum]:
+        pose = pose_values(message.pose.pose)
+        self._draw_path(message)
+        return self._monitor.on_truth(stamp_s(message), pose[:3], pose[3:], decide=not self._lockstep)
+
+    def _on_odometry(self, message: Odometry) -> None:
+        self._monitor.log.odometry.add(stamp_s(message), *pose_values(message.pose.pose))
+
+    def _on_scan(self, message: LaserScan) -> None:
+        log = self._monitor.log
+        log.add_scan(stamp_s(message), message.ranges, message.angle_min, message.angle_increment)
+
+    def _on_performance(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self._monitor.on_performance({item.key: float(item.value) for item in status.values})
+
+    def _on_state(self, message: State) -> Iterable[Enum]:
+        self._armed = message.armed if message.connected else None
+        waits = self._lockstep or not message.connected
+        return () if waits else self._monitor.on_armed(message.armed)
+
+    def _draw_path(self, message: Odometry) -> None:
+        poses = self._path.poses
+        if not poses or _distance_m(message.pose.pose, poses[-1].pose) >= PATH_SPACING_M:
+            poses.append(PoseStamped(message.header, message.pose.pose))
+        if (message.header.stamp - self._path.header.stamp).to_sec() >= PATH_PERIOD_S:
+            self._path.header = message.header
+            self._path_publisher.publish(self._path)
+
+
+def _distance_m(a: Any, b: Any) -> float:
+    """Return the distance between two geometry_msgs/Pose."""
+    return math.dist(xyz(a.position), xyz(b.position))

@@ -1,0 +1,161 @@
+"""One run from its folder to its summary; Ctrl-C ends it in every phase, and what was flown is written."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from dataclasses import replace
+from datetime import datetime
+from typing import Any, Callable, Protocol
+
+import rospy
+
+from master_thesis.errors import MasterThesisError
+from master_thesis.flight.bag_recorder import BagRecorder
+from master_thesis.flight.description import RunDescription
+from master_thesis.flight.monitor import Monitor
+from master_thesis.flight.processes import age_s
+from master_thesis.flight.wall_metrics import WallMetrics
+from master_thesis.results.run_folder import RunFolder
+from master_thesis.worlds import scenario
+from master_thesis_ros.experiments.experiment_node import INTERRUPTED, ExperimentNode, WatchedRun
+from master_thesis_ros.experiments.parameters import all_parameters
+from master_thesis_ros.launch.end import end_launch
+from node_tools.ending import Ending
+from node_tools.node import RunNode, run
+from node_tools.parameters import read_values
+from simulation_tools.errors import SimulationToolsError
+
+LOOK_S = 0.05
+"""Wall time between two looks whether the run is over."""
+WRITING_S = 0.3
+"""Wall time that a file takes which is being written when Ctrl-C comes."""
+
+
+def drive(make: Callable[[], RunNode], ending: Ending) -> None:
+    """Run an experiment's node; errors of the libraries are one sentence and exit code 1. Does not return."""
+    run("experiment", make, ending, (MasterThesisError, SimulationToolsError), explain=str)
+
+
+class Described(Protocol):
+    """What is to be flown."""
+
+    @property
+    def experiment(self) -> str:
+        """Name of the results' folder."""
+
+
+class Run:
+    """One run's folder, its recorder, and the wall time since roslaunch was called."""
+
+    def __init__(self, description: Described, ending: Ending) -> None:
+        """Make the folder and begin to record; Ctrl-C is for this object to handle from now on.
+
+        Raises:
+            MasterThesisError: the folder cannot be made.
+        """
+        ending.main_thread_closes(within_s=None)
+        self._ending = ending
+        self._started_s = time.perf_counter() - age_s(os.getppid())
+        given = read_values({"results": os.path.abspath("results"), "record": False})
+        root = scenario.absolute("results", given["results"])
+        self.folder = RunFolder(root, description.experiment, datetime.now())
+        rospy.loginfo(f"The results will be in {self.folder.path}.")
+        self._recorder = BagRecorder(self.folder.path / "flight.bag") if given["record"] else None
+        shortage = self._recorder.shortage() if self._recorder else None
+        if shortage:
+            rospy.logwarn(shortage)
+        self._parameters = all_parameters()
+        self.interrupted = False
+
+    def lead(self, watched: WatchedRun, make_node: Callable[[], ExperimentNode]) -> None:
+        """Fly to the end, or to an interruption.
+
+        The node runs in a thread of its own, so that it may be left wherever it waits.
+
+        Raises:
+            what `make_node` and the node's `run` raise.
+        """
+        flight = _Flight(make_node)
+        flight.start()
+        while flight.is_alive() and not self._ending.wait(LOOK_S):
+            pass
+        self.interrupted = self._ending.received or rospy.is_shutdown()
+        if flight.node:
+            flight.node.close()
+        else:
+            watched.abort(INTERRUPTED)
+        if flight.error and not self.interrupted:
+            raise flight.error
+
+    def close(self, description: RunDescription, monitor: Monitor) -> tuple[RunDescription, WallMetrics]:
+        """Complete the bag; return what was flown, with all parameters, and the metrics of wall time."""
+        wall = monitor.wall_metrics(self._started_s)
+        self.complete_bag()
+        parameters = self._parameters if self.interrupted else all_parameters()
+        return replace(description, parameters=parameters), wall
+
+    def complete_bag(self) -> None:
+        """Stop recording, if there is a recorder."""
+        problem = self._recorder.close() if self._recorder else None
+        if problem:
+            rospy.logerr(problem)
+
+    def finish(
+        self, content: dict, headline: Callable[[dict], str], complete: Callable[[dict], dict], what: str
+    ) -> int:
+        """Add to a run's numbers what takes seconds, print its headline, and end the launch if all went well.
+
+        Args:
+            content: of result.json as far as it is written.
+            complete: writes what is missing, and returns the whole content of result.json.
+            what: is missing after Ctrl-C, in words.
+
+        Returns:
+            the exit code.
+        """
+
+        def leave_it_out() -> None:
+            self.folder.seal(WRITING_S)
+            rospy.logwarn(f"Interrupted: the results are without {what}.")
+            self._tell(headline(content))
+
+        if not self.interrupted:
+            self._ending.closes_by(leave_it_out, _exit_code(content))
+            if self._ending.received:
+                leave_it_out()
+                return _exit_code(content)
+            content = complete(content)
+            self._ending.main_thread_closes(within_s=None)
+        self._tell(headline(content))
+        if content["success"]:
+            end_launch(self._ending)
+        return _exit_code(content)
+
+    def _tell(self, headline: str) -> None:
+        """Print where the results lie and the headline, unless whoever launched this does so at the end."""
+        if not os.environ.get("SUMMARY_FOLLOWS"):
+            print(f"\n{self.folder.path / 'result.json'}\n{headline}\n", flush=True)
+
+
+def _exit_code(content: dict[str, Any]) -> int:
+    return 0 if content["success"] else 1
+
+
+class _Flight(threading.Thread):
+    """Makes a node and lets it run."""
+
+    def __init__(self, make_node: Callable[[], ExperimentNode]) -> None:
+        super().__init__(name="flight", daemon=True)
+        self._make_node = make_node
+        self.node: ExperimentNode | None = None
+        self.error: Exception | None = None
+
+    def run(self) -> None:
+        """Fly to the end."""
+        try:
+            self.node = self._make_node()
+            self.node.run()
+        except Exception as error:  # for the main thread to raise
+            self.error = error

@@ -1,0 +1,67 @@
+"""The simulator's services that Experiment 2 calls: time stands still, obstacles appear, time goes on."""
+
+from __future__ import annotations
+
+from typing import Any, Sequence
+
+import rospy
+from gazebo_msgs.srv import GetModelState, GetWorldProperties, SpawnModel
+from geometry_msgs.msg import Point, Quaternion
+from geometry_msgs.msg import Pose as PoseMessage
+from std_srvs.srv import Empty
+
+from master_thesis.errors import FlightError
+from master_thesis.worlds.placements import Obstacle, freeze_frame
+from master_thesis_ros.experiments.messages import pose_values
+from simulation_tools.geometry import Pose
+
+SERVICE_PATIENCE_S = 20.0
+
+
+class SimulatorServices:
+    """Calls gazebo/{pause_physics,unpause_physics,spawn_sdf_model,get_model_state,get_world_properties}.
+
+    A call that fails raises FlightError, rospy.ServiceException or rospy.ROSException.
+    """
+
+    def __init__(self) -> None:
+        """Wait for the services; raises FlightError when one is not there."""
+        self.pause = _service("gazebo/pause_physics", Empty)
+        self.unpause = _service("gazebo/unpause_physics", Empty)
+        self._spawn = _service("gazebo/spawn_sdf_model", SpawnModel)
+        self._get_state = _service("gazebo/get_model_state", GetModelState)
+        self._get_world = _service("gazebo/get_world_properties", GetWorldProperties)
+
+    def place(self, uav: str, obstacles: Sequence[Obstacle]) -> tuple[float, Pose]:
+        """Place obstacles around the UAV; return the time, s, and the UAV's pose in `world`."""
+        frozen_s = _succeed(self._get_world()).sim_time
+        pose = pose_of(_succeed(self._get_state(uav, "")).pose)
+        frame = freeze_frame(pose)
+        for obstacle in obstacles:
+            at = obstacle.pose(frame)
+            message = PoseMessage(Point(*at.position_m), Quaternion(*at.orientation_xyzw))
+            _succeed(self._spawn(obstacle.name, obstacle.sdf, "", message, "world"))
+        return frozen_s, pose
+
+
+def pose_of(message: PoseMessage) -> Pose:
+    """Return a geometry_msgs/Pose as the library's type; raises ValueError as `pose_values` does."""
+    x, y, z, *quaternion = pose_values(message)
+    return Pose((x, y, z), tuple(quaternion))
+
+
+def _service(name: str, service_class: Any) -> rospy.ServiceProxy:
+    service = rospy.ServiceProxy(name, service_class)
+    try:
+        service.wait_for_service(SERVICE_PATIENCE_S)
+    except rospy.ROSException as error:
+        raise FlightError(
+            f"There is no service {service.resolved_name}; is the simulator running?"
+        ) from error
+    return service
+
+
+def _succeed(response: Any) -> Any:
+    if not response.success:
+        raise FlightError(response.status_message)
+    return response
