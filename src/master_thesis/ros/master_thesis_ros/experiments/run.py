@@ -109,6 +109,7 @@ class Run:
 
         Args:
             content: of result.json as far as it is written.
+            headline: makes of the content a few lines for a terminal.
             complete: writes what is missing, and returns the whole content of result.json.
             what: is missing after Ctrl-C, in words.
 
