@@ -15,7 +15,7 @@ from cepa.emergency import Section, open_sections
 from cepa.kernels.emergency import k_filter, safe_directions
 from cepa.scan import Grid
 
-EXAMPLES = settings(max_examples=600, deadline=None)
+EXAMPLES = settings(max_examples=300, deadline=None)
 TURN = 2.0 * math.pi
 P = CepaParameters()
 close_recipes = recipes(0.1, 0.5)

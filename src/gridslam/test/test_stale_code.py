@@ -7,8 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 from gridslam.kernels import stale_code
 
 CALLEE = "import numba\n\n@numba.njit(cache=True)\ndef value():\n    return {}\n"
@@ -27,10 +25,10 @@ discard_stale_code(Path(__file__).parent)
 """
 
 
-def make_package(folder: Path, guard: str) -> Path:
+def make_package(folder: Path) -> Path:
     package = folder / "loops"
     package.mkdir()
-    (package / "__init__.py").write_text(guard)
+    (package / "__init__.py").write_text(GUARD)
     (package / "callee.py").write_text(CALLEE.format(10))
     (package / "caller.py").write_text(CALLER.format(package="loops"))
     return package
@@ -51,25 +49,24 @@ def ask(package: Path) -> int:
     return int(run.stdout)
 
 
-@pytest.mark.parametrize(("guard", "afterwards"), [(GUARD, 21), ("", 11)], ids=["guarded", "numba alone"])
-def test_a_change_in_another_file_counts(tmp_path, guard, afterwards):
-    """Numba alone goes on with the old number: that is why the guard is there."""
-    package = make_package(tmp_path, guard)
+def kept(package: Path) -> dict[Path, int]:
+    """What numba has kept, and since when."""
+    return {path: path.stat().st_mtime_ns for path in package.glob("__pycache__/*.nb?")}
+
+
+def test_code_is_kept_until_another_file_changes(tmp_path):
+    """Without the guard, numba would go on with the old number."""
+    package = make_package(tmp_path)
     assert ask(package) == 11
+    before = kept(package)
+    assert len(before) == 4  # an index and one code for each kernel
+    ask(package)
+    assert kept(package) == before
     (package / "callee.py").write_text(CALLEE.format(20))
-    assert ask(package) == afterwards
-
-
-def test_code_is_kept_while_nothing_changes(tmp_path):
-    package = make_package(tmp_path, GUARD)
-    ask(package)
-    kept = {path: path.stat().st_mtime_ns for path in package.glob("__pycache__/*.nb?")}
-    assert len(kept) == 4  # an index and one code for each kernel
-    ask(package)
-    assert {path: path.stat().st_mtime_ns for path in package.glob("__pycache__/*.nb?")} == kept
+    assert ask(package) == 21
 
 
 def test_the_kernels_of_this_package_are_guarded():
     folder = Path(stale_code.__file__).parent
-    kept = folder / "__pycache__" / stale_code.DIGEST_FILE
-    assert kept.read_text() == stale_code._digest(folder)
+    digest = folder / "__pycache__" / stale_code.DIGEST_FILE
+    assert digest.read_text() == stale_code._digest(folder)
