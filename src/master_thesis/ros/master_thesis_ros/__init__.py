@@ -1,1 +1,1 @@
-"""What the nodes share: the driver that starts and ends a run, messages, parameters, the watch on SLAM."""
+"""Between the library and ROS: the nodes of the experiments, the doctor, and launches."""

@@ -1,1 +1,1 @@
-"""The doctor's ears: a running graph or a bag, turned into its plain snapshot."""
+"""Reads a running graph or a bag into the doctor's plain snapshot."""

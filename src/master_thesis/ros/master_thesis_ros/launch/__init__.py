@@ -1,1 +1,1 @@
-"""Before, during and after roslaunch: what it is asked to fly, what comes when, and who ends it."""
+"""Launches: checks of what is asked for, times of a start, and how a launch ends."""
