@@ -1,7 +1,7 @@
 """Numbers to compare with that no benchmark measures, each with its source.
 
-An anchor is a constant. The machine, its load and the day were others than those of the numbers beside it, so
-that a ratio of the two is an order of magnitude, not a result.
+An anchor is a constant. It was measured on another machine, under another load. So a ratio to the numbers
+beside it is an order of magnitude, not a result.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ HEADING = "anchor, measured elsewhere"
 
 @dataclass(frozen=True)
 class Anchor:
-    """What somebody else reached. text: name and figure. source: who measured it, and on what."""
+    """What somebody else measured. text: name and value. source: who measured it, and on what."""
 
     text: str
     source: str

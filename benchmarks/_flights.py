@@ -38,7 +38,7 @@ def record(parameters: ClosedLoopParameters) -> list[Question]:
     """Fly, and return what CEPA was asked from the goal's sending to its being reached.
 
     Raises:
-        RuntimeError: the flight failed, so that its scans stand for nothing.
+        RuntimeError: the flight failed, so its scans are of no use.
     """
     recorder = Recorder(Improved(CEPA))
     with ClosedLoop(parameters, recorder) as loop:

@@ -1,7 +1,7 @@
 """The worst places for CEPA's search: a hallway as narrow as it can be flown, and a dense thicket.
 
-Seen by a lidar of 1440 beams all around, with a UST's noise, where nothing is within r_LB: there the search
-has the most to do, since an emergency needs none.
+A lidar of 1440 beams all around, with a UST's noise, sees them from where nothing is within r_LB. There the
+search has the most to do, because an emergency needs no search.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""A long flight without ROS: random goals in the forest, random faults, and what must stay true throughout.
+"""A long flight without ROS, with random goals in the forest and random faults.
 
-Every 20 s on average something goes wrong for a while: setpoints stop, scans get lost, a third of the beams
-measures nothing, a gust of wind blows; goals change in mid-flight. A contact with anything but the ground is
-one too many.
+Every 20 s on average something fails for a while: setpoints stop, scans get lost, a third of the beams
+measures nothing, or a gust of wind blows. Goals change in mid-flight. The UAV must touch nothing but the
+ground.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""A long flight of the whole ROS graph: random goals in the forest, nodes killed, nonsense sent to everybody.
+"""A long flight of the whole ROS graph: random goals in the forest, killed nodes, messages without sense.
 
-Every 10 s on average either a node is killed with SIGKILL, and must be back and the UAV with it before the
-next fault, or something that makes no sense is published, called or sent. Real time, without lockstep: what a
-user sees. A contact with anything but the ground is one too many. MAVROS and its publisher are killed only
-while the UAV is slow: PX4 flies its last setpoint for a second before it lands (COM_OF_LOSS_T), trees or not.
+Every 10 s on average there is a fault. Either a node is killed with SIGKILL; node and UAV must recover before
+the next fault. Or something without sense is published, called or sent. The flight is in real time, without
+lockstep, as a user flies. The UAV must touch nothing but the ground. MAVROS and its publisher are killed only
+while the UAV is slow, because PX4 flies its last setpoint for a second before it lands (COM_OF_LOSS_T).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The soak's side of the ROS graph: what it hears of the flight, its goals, and the nonsense it says."""
+"""The soak's own ROS node: it hears of the flight, sends the goals and the messages without sense."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ NAME = "/soak"
 
 
 class Talk:
-    """Publishes and hears as a node of its own; ROS_MASTER_URI leads to the graph.
+    """A ROS node that publishes and subscribes; ROS_MASTER_URI leads to the graph.
 
-    nonsense: what can be said that makes no sense, by name.
+    nonsense: functions that send something without sense, by name.
     """
 
     def __init__(self, rng: np.random.Generator) -> None:
@@ -142,7 +142,7 @@ def _scan(ranges: list[float]) -> LaserScan:
 
 
 def _call(name: str, kind: Any, *arguments: object) -> None:
-    """Call a service; a refusal is what should come."""
+    """Call a service that should refuse."""
     try:
         rospy.wait_for_service(name, timeout=5.0)
         rospy.ServiceProxy(name, kind)(*arguments)

@@ -1,4 +1,4 @@
-"""One log through gridslam in a process of its own, so that its memory and time are nobody else's.
+"""One log through gridslam, in a process of its own, so that its memory and time can be measured.
 
     python -m benchmarks._slam_run intel 1 DATA      the Intel Research Lab, seed 1
     python -m benchmarks._slam_run beams360 1        a simulated hold, seen with 360 beams
@@ -104,7 +104,7 @@ def _scans(entries: Iterable[Any]) -> tuple[list[PlanarScan], np.ndarray]:
 
 
 def _is_mounting(lidar: Sequence[float]) -> bool:
-    """Some entries hold a corrected pose of the lidar; that is no place on the robot."""
+    """Tell whether a pose is a place on the robot; some entries hold the lidar's corrected pose instead."""
     return math.hypot(lidar[0], lidar[1]) < 0.5 and abs(lidar[2]) < 0.1
 
 

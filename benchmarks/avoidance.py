@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def names(trials: pd.DataFrame) -> pd.Series:
-    """Return what flew in each trial: the algorithm, with its extension if it had one."""
+    """Return for each trial the algorithm, with its extension if it had one."""
     found = trials["algorithm"].astype(str)
     for name, column in EXTENSIONS.items():
         found = found.where(~trials[column].astype(bool), found + f"_{name}")
@@ -82,7 +82,7 @@ def sets(campaign: Campaign, trials: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 
 def metrics(flights: pd.DataFrame) -> dict:
-    """Return what a set of flights amounts to."""
+    """Return the metrics of some flights."""
     kilometres = 1e-3 * flights["path_length_m"].sum()
     collisions = int(flights["collision"].sum())
     arrived = flights[flights["reached"].astype(bool)]

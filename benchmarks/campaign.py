@@ -1,4 +1,4 @@
-"""Campaigns: trials per core-second, what two workers are worth, and what a trial costs beside its flight.
+"""Campaigns: trials per core-second, one worker against two, and the overhead of a trial.
 
 The same flights (26 m through random forests at 2 m/s) by one worker and by two of a local Dask cluster.
 Overhead is the time of the run with one worker, from the first submission until the table is on disk, over

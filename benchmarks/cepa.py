@@ -1,9 +1,9 @@
 """CEPA's computation time: the scans of Experiment 1's flights, replayed through both algorithms.
 
-Each scenario is flown once (improved, seed 1, a UST padded to 1440 beams); every scan between start and goal
+Each scenario is flown once (improved, seed 1, a UST padded to 1440 beams). Every scan between start and goal
 then goes through both algorithms in this one process, with the reference and own velocity of its instant.
-Times are the thread's in `steer`, Python and all, the lesser of two replays for each scan: what the scan
-costs, not what else the machine did.
+Times are the thread's in `steer`, with Python's share. Each scan counts the lesser time of two replays, so
+that other load on the machine hardly changes them.
 
 Keys: cepa.SCENARIO.ALGORITHM.{median_us, p99_us, mean_us, directions}, cepa.SCENARIO.speedup (ratio of
 means), cepa.worst_{hallway, thicket}.{median_us, p99_us, max_us}, cepa.first_call_s.

@@ -18,9 +18,11 @@ ROOT = Path(__file__).resolve().parents[1]
 
 from benchmarks import _places, _results, _sim_graph, avoidance, px4, sim, slam  # noqa: E402
 from benchmarks._flights import Question  # noqa: E402
+from benchmarks._trials import run_all, trial_options  # noqa: E402
 from benchmarks.cepa import replay  # noqa: E402
 from cepa import CepaParameters, Improved, LaserScan2D  # noqa: E402
 from master_thesis.campaign.reading import read_campaign  # noqa: E402
+from master_thesis.trials.trial import Trial  # noqa: E402
 
 
 def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):
@@ -212,6 +214,17 @@ def test_collisions_count_by_what_was_flown():
     assert metrics["stuck"] == 0.0
     assert metrics["time_to_goal_s"]["mean"] == pytest.approx(19.5)
     assert metrics["time_over_straight"] == pytest.approx(1.5)  # of 1 and 2: 26 m at 2 m/s take 13 s
+
+
+def test_a_benchmark_with_failed_trials_ends_and_resumes_with_them(tmp_path):
+    given = trial_options("A test.").parse_args(["--results", str(tmp_path), "--workers", "1"])
+    good, bad = Trial("good", int, {}), Trial("bad", int, {"x": "no number"})
+    with pytest.raises(SystemExit, match="1 of 2 trials failed; call again with --resume to go on"):
+        run_all("x", [good, bad], given)
+    given.resume = True
+    before = (tmp_path / "x_trials.jsonl").read_text()
+    assert run_all("x", [good], given) == [0]
+    assert (tmp_path / "x_trials.jsonl").read_text() == before
 
 
 def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):

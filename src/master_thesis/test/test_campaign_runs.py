@@ -165,15 +165,11 @@ def test_a_table_that_mixes_versions_of_the_code_says_so(tmp_path, monkeypatch):
 
 def test_a_damaged_folder_is_refused_with_a_sentence(tmp_path):
     campaign = campaign_of({"trials": FOREST}, "x")
-    with CampaignFolder(tmp_path, campaign):
-        (tmp_path / "trials.jsonl").write_bytes(b"half\n")
-    with pytest.raises(TrialsError, match=r"trials\.jsonl is damaged in line 1; move it away"):
-        CampaignFolder(tmp_path, campaign)
     (tmp_path / "campaign.json").write_text("{}")
     with pytest.raises(CampaignError, match=r"campaign\.json is damaged"):
         CampaignFolder(tmp_path, campaign)
     with pytest.raises(TrialsError, match="cannot be used: Not a directory"):
-        CampaignFolder(tmp_path / "trials.jsonl/folder", campaign)
+        CampaignFolder(tmp_path / "campaign.json/folder", campaign)
 
 
 def test_a_folder_knows_whose_trials_it_holds(flown):

@@ -14,13 +14,13 @@ from pathlib import Path
 import pytest
 
 from master_thesis.report.__main__ import main
-from master_thesis.report.page import write_page
+from master_thesis.report.page import origin, render, write_page
 from master_thesis.report.pdf import write_pdf
-from master_thesis.report.piece import TRIALS
+from master_thesis.report.piece import TRIALS, Piece
 from master_thesis.report.plan import chosen, plan
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
 from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Failed
+from master_thesis.trials.trial import Failed, Row
 
 ROOT = Path(__file__).resolve().parents[3]
 PATIENCE_S = 250.0
@@ -157,13 +157,31 @@ def test_an_empty_report_says_what_is_missing(tmp_path):
     assert (tmp_path / "index.html").read_text(encoding="utf-8") == text
 
 
+def test_a_report_of_several_versions_of_the_code_says_so(tmp_path):
+    with Store(tmp_path / TRIALS) as store:
+        for piece, commit in zip(plan(QUICK), ("abc", "abc+changes.1")):
+            store.add(Row(piece.name, piece.digest, commit, "2026-11-20T12:00:00", 1.0, 1.0, 0.5, None))
+        told = origin(QUICK, store)
+    assert told.mixture == (
+        "Different versions of the code computed these 2 trials: 1 by abc, 1 by abc+changes.1."
+    )
+    assert told.mixture in render([], told)
+
+
+def test_a_report_with_a_piece_that_failed_ends_with_1(tmp_path, monkeypatch, capsys):
+    piece = Piece("flight", int, {"x": "no number"}, experiment="experiment_1")
+    monkeypatch.setattr("master_thesis.report.__main__.plan", lambda _: [piece])
+    assert main(["--smallest", "--no-pdf", "--workers", "1", "--out", str(tmp_path)]) == 1
+    assert "1 of 1 pieces failed, see the page; call again" in capsys.readouterr().err
+
+
 def test_unknown_names_are_refused_in_a_sentence(tmp_path, capsys):
     with pytest.raises(SystemExit) as refused:
         main(["--only", "experiment_9", "--out", str(tmp_path)])
     assert refused.value.code == 2
     assert "experiment_9" in capsys.readouterr().err
     assert main(["--smallest", "--only", "experiment_4", "--out", str(tmp_path)]) == 2  # it has none
-    assert "Nothing of that name" in capsys.readouterr().err
+    assert "A report of this size has no such piece." in capsys.readouterr().err
 
 
 def test_without_a_browser_there_is_a_sentence_in_place_of_the_pdf(tmp_path, monkeypatch):

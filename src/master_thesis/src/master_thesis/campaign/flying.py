@@ -45,7 +45,7 @@ class Flight:
 def fly_to_goal(parameters: ClosedLoopParameters, steering: Algorithm | None = None) -> Flight:
     """Fly to `parameters.goal_xyz_m`; steering: in place of the algorithm by its name.
 
-    It ends with a contact, whose aftermath is of no interest, or after STUCK_S without progress.
+    It ends at the goal, at the first contact, or after STUCK_S without progress.
 
     Raises:
         FlightError: the UAV never hovered over the start.
@@ -73,7 +73,7 @@ class _Watch:
         self._nearest_m, self._since_s = math.inf, loop.time_s
 
     def over(self, loop: ClosedLoop) -> bool:
-        """Tell whether the flight need not go on."""
+        """Tell whether the flight is over, or stuck."""
         _, x, y, *_ = loop.log.truth.rows[-1]
         distance_m = math.hypot(self._goal_xy[0] - x, self._goal_xy[1] - y)
         if distance_m < self._nearest_m - 0.1:

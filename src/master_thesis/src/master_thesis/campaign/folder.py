@@ -55,16 +55,11 @@ class CampaignFolder:
         if not fresh:
             self._check()
         self._store = Store(self.path / FINISHED, fresh)
-        described = {
-            "digest": campaign.digest,
-            "name": campaign.name,
-            "kind": campaign.kind,
-            "seed": campaign.seed,
-            "trials": [{**dict(block.axes), "times": block.times} for block in campaign.blocks],
-            "machine": machine(),
-            "versions": versions(),
-        }
-        self.write(DESCRIPTION, json.dumps(plain(described), indent=2) + "\n")
+        try:
+            self.write(DESCRIPTION, json.dumps(_described(campaign), indent=2) + "\n")
+        except BaseException:
+            self._store.close()
+            raise
 
     def _check(self) -> None:
         """Raise CampaignError if the folder is another campaign's."""
@@ -132,6 +127,20 @@ class CampaignFolder:
 
     def __exit__(self, *exception: object) -> None:
         self._store.close()
+
+
+def _described(campaign: Campaign) -> Any:
+    return plain(
+        {
+            "digest": campaign.digest,
+            "name": campaign.name,
+            "kind": campaign.kind,
+            "seed": campaign.seed,
+            "trials": [{**dict(block.axes), "times": block.times} for block in campaign.blocks],
+            "machine": machine(),
+            "versions": versions(),
+        }
+    )
 
 
 def columns_of(campaign: Campaign) -> list[str]:

@@ -1,4 +1,4 @@
-"""Reads a campaign's YAML file; an error says in one sentence what is wrong with it."""
+"""Reads a campaign's YAML file. An error says in one sentence what is wrong with it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _STEPS_MAX = 1000
 def read_campaign(path: Path, smallest: bool = False, seeds: int | None = None) -> Campaign:
     """Return the campaign of a file; a bare name is one of the shipped ones.
 
-    smallest: as its `smallest:` has it, a matter of seconds. seeds: replaces the file's number of seeds.
+    smallest: with what the file says under `smallest:`. seeds: replaces the file's number of seeds.
 
     Raises:
         CampaignError: a sentence that says what is wrong with the file.

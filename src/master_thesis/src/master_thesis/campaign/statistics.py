@@ -15,7 +15,7 @@ CONFIDENCE = 0.95
 RESAMPLES = 2000
 RATES = {"flight": ("collision", "reached", "stuck"), "mapping": ("collision", "mapped", "stuck")}
 OF_ARRIVED = ("flight_time_s", "time_over_straight", "path_length_m")
-"""Means of flights that arrived: a collision ends a flight early, which is no speed."""
+"""Means of flights that arrived, because a collision ends a flight early."""
 MEANS = {
     "flight": (*OF_ARRIVED, "min_clearance_m", "emergencies"),
     "mapping": (
@@ -41,7 +41,7 @@ def wilson(events: int, trials: int) -> tuple[float, float]:
 def bootstrap(values: np.ndarray, rng: np.random.Generator) -> tuple[float, float]:
     """Return the percentile bootstrap interval (Efron 1979) of the mean of values (n,).
 
-    One value tells nothing of how far it may be off, nor do none: NaN.
+    Fewer than two values have no interval: NaN.
     """
     values = np.asarray(values, dtype=float)
     if len(values) < 2:

@@ -7,7 +7,7 @@ import tempfile
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 from cepa import ALGORITHMS, CepaParameters
 from cepa.algorithm import Algorithm
@@ -104,11 +104,12 @@ def _simulation(case: Case, world: Path) -> SimulationParameters:
 
 def steering(name: str, cepa: CepaParameters) -> Algorithm:
     """Return an algorithm or baseline by its name in campaigns."""
-    return {**ALGORITHMS, **BASELINES}[name](cepa)
+    known: dict[str, Callable[[CepaParameters], Algorithm]] = {**ALGORITHMS, **BASELINES}
+    return known[name](cepa)
 
 
 def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
-    """Return what came of a flight; straight_s: the time that its straight way takes at full speed."""
+    """Return what came of a flight. straight_s: time of the straight way at full speed."""
     return FlightOutcome(
         reached=flight.end == "goal",
         collision=flight.end == "collision",
@@ -123,7 +124,7 @@ def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
 
 
 def lidar_data(lidar: str, range_m: float | None = None) -> LidarData:
-    """Return what the lidar's SDF and data sheet say; range_m: in place of its own."""
+    """Return what the lidar's SDF and data sheet say. range_m: replaces its own range."""
     data = _lidar_data(lidar)
     return data if range_m is None else replace(data, lidar_range_m=range_m)
 

@@ -35,7 +35,7 @@ def tune(campaign: Campaign, path: Path, workers: Workers, quiet: bool = False) 
     """Search, and write cepa_tuned.yaml and tuning.csv into a folder; return the outcome as text.
 
     Raises:
-        CampaignError: the campaign cannot be tuned by, or its folder not used, or no set goes together.
+        CampaignError: the campaign is not for tuning, a flight failed, or no set of parameters goes together.
     """
     tuning = _tuning_of(campaign)
     path = Path(path).expanduser()
@@ -87,7 +87,7 @@ def _suggested(trial: optuna.Trial, tuning: Tuning) -> dict[str, float]:
 
 
 def _shipped(tuning: Tuning) -> dict[str, float]:
-    """Return the values of cepa.yaml, as far as the ranges admit them."""
+    """Return the shipped values, each moved into its range."""
     return {name: min(max(getattr(CEPA, name), low), high) for name, low, high, _ in tuning.parameters}
 
 
@@ -148,7 +148,7 @@ def dynamic_parameters(campaign: Campaign, parameters: Mapping[str, float]) -> d
 
 
 def _write(path: Path, campaign: Campaign, tried: list[dict]) -> None:
-    """Write what came of every set, and the best set's parameters where one could be flown."""
+    """Write what came of every set. If one could be flown, write the best set's parameters, too."""
     path.mkdir(parents=True, exist_ok=True)
     files = {HISTORY: pd.DataFrame(tried).to_csv(index=False)}
     best = _best(tried)

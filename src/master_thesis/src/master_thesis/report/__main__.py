@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         pieces = chosen(plan(size), given.only, given.lidar)
         if not pieces:
-            return _end("Nothing of that name is in a report of this size.", 2)
+            return _end("A report of this size has no such piece.", 2)
         page = given.out.resolve() / "index.html"
         with Store(page.with_name(TRIALS)) as store:
             with open_workers(given.workers) as workers:
@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _end(str(error), 1)
     _say(f"It took {(time.monotonic() - began_s) / 60.0:.1f} min.")
     if failed:
-        return _end(f"{len(failed)} of {len(pieces)} pieces failed; the page says which and why.", 1)
+        return _end(f"{len(failed)} of {len(pieces)} pieces failed, see the page; call again to try them.", 1)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""What a section of the page consists of; the template knows how each looks."""
+"""What a section of the page consists of. The template decides how each part looks."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from typing import Sequence, Union
 class Table:
     """Rows of text.
 
-    emphasis, theirs: indices of rows that are ours and that are the thesis's, where both stand in one table.
-    words: how many of the last columns hold
-    words; theirs_last: the last one is the thesis's.
+    emphasis, theirs: indices of our rows and of the thesis's, if one table has both. words: how many of the
+    last columns hold words. theirs_last: the last column is the thesis's.
     """
 
     caption: str
@@ -46,7 +45,7 @@ class Picture:
 class Finding:
     """A statement of the thesis beside our numbers. agrees: computed from them. why: if they do not.
 
-    basis: "one flight" and the like, where the verdict rests on no more than that; else empty.
+    basis: "one flight" and the like, if the verdict is based on no more than that; else empty.
     """
 
     claim: str
@@ -79,12 +78,12 @@ class Section:
 
     @property
     def is_computed(self) -> bool:
-        """Whether there is anything of it."""
+        """Whether anything of it was computed."""
         return bool(self.blocks or self.findings)
 
     @property
     def agreeing(self) -> int:
-        """How many of the thesis's statements our numbers bear out."""
+        """How many of the thesis's statements agree with our numbers."""
         return sum(finding.agrees for finding in self.findings)
 
 
@@ -94,7 +93,7 @@ def number(value: float | None, digits: int) -> str:
 
 
 def spread(values: Sequence[float], digits: int) -> str:
-    """Return the mean of values with their standard deviation, which a single one has not."""
+    """Return the mean of values with their standard deviation; of a single value without."""
     known = [value for value in values if value is not None]
     if not known:
         return "-"

@@ -68,7 +68,7 @@ def write_page(path: Path, size: Size, store: Store, failed: Sequence[Failed] = 
 
 
 def sections(size: Size, store: Store, failed: Sequence[Failed] = ()) -> list[Section]:
-    """Return the sections, each with what it lacks."""
+    """Return the sections, each with the pieces that are missing."""
     why = {each.trial.name: each.why for each in failed}
     lacking: dict[str, list[str]] = {}
     planned = set()
@@ -139,10 +139,10 @@ def render(all_sections: Sequence[Section], where_from: Origin) -> str:
 
 
 def _typographic(value: object) -> object:
-    """Return text with apostrophes as they are printed; what is HTML already stays as it is."""
+    """Return text with printed apostrophes; HTML stays as it is."""
     return value.replace("'", "\N{RIGHT SINGLE QUOTATION MARK}") if type(value) is str else value
 
 
 def _data_uri(svg: bytes) -> str:
-    """Inline a picture as an image of its own, so that its ids cannot meet another's."""
+    """Return a picture as an inline image, so that its ids do not clash with another picture's."""
     return "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")

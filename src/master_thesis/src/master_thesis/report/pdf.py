@@ -1,4 +1,4 @@
-"""The page as PDF, by whatever browser without a window the machine has."""
+"""Prints the page as PDF, with a browser of the machine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PATIENCE_S = 120.0
 
 
 def write_pdf(page: Path, pdf: Path) -> str:
-    """Print a page into a file where there is something that can; return a sentence about it."""
+    """Print a page into a file, if the machine has a program for it; return a sentence about it."""
     for name, command in _commands(page):
         program = shutil.which(name)
         if program is None:
@@ -28,9 +28,7 @@ def write_pdf(page: Path, pdf: Path) -> str:
             except (OSError, subprocess.SubprocessError) as error:
                 return f"{name} could not print the page ({type(error).__name__}), so there is no PDF."
         return f"The same as PDF: {pdf}"
-    return (
-        "No PDF was made: there is no headless browser (chromium, google-chrome, wkhtmltopdf or weasyprint)."
-    )
+    return "No PDF was made, because there is no chromium, google-chrome, wkhtmltopdf or weasyprint."
 
 
 def _commands(page: Path) -> list[tuple[str, list[str]]]:

@@ -1,4 +1,4 @@
-"""All that the report consists of, and what of it is asked for."""
+"""All pieces of the report, and the choice of some."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from master_thesis.report.size import Size
 
 
 def plan(size: Size) -> list[Piece]:
-    """Return every piece of a report of this size; those that measure wall time come last."""
+    """Return every piece of a report of this size."""
     return [
         piece
         for kind in (experiment_1, experiment_2, experiments_3_4, measurements)
@@ -19,7 +19,7 @@ def plan(size: Size) -> list[Piece]:
 
 
 def chosen(pieces: Sequence[Piece], only: Sequence[str], lidars: Sequence[str]) -> list[Piece]:
-    """Return the pieces of some experiments and some lidars; nothing given means all of them."""
+    """Return the pieces of some experiments and some lidars; an empty choice means all."""
     return [
         piece
         for piece in pieces

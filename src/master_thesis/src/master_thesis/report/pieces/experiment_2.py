@@ -35,7 +35,7 @@ def pieces(size: Size) -> list[Piece]:
 
 
 def proposals_piece(scenario: str) -> Piece:
-    """Return the placement as it is: what both algorithms make of the first scan."""
+    """Return the piece of the placement itself: what both algorithms propose for the first scan."""
     return Piece(
         name=f"experiment_2_{scenario}_proposals",
         experiment="experiment_2",
@@ -62,7 +62,7 @@ def flights_piece(scenario: str, algorithm: str, first: int, count: int) -> Piec
 
 
 def make_proposals(scenario: str) -> dict:
-    """Let the UAV go once, and ask both algorithms what they make of the first scan after that."""
+    """Let the UAV go once; return what both algorithms propose for the first scan after that."""
     parameters = variation_parameters(scenario, "improved", 0)
     trial = let_go(parameters)
     if trial.failure is not None:

@@ -38,12 +38,12 @@ def pieces(size: Size) -> list[Piece]:
 
 
 def tim_of_the_text(size: Size, seed: int) -> Piece:
-    """Return the hold as the TiM sees it with the range that the thesis's text gives it."""
+    """Return the piece of the hold, seen by the TiM with the range in the thesis's text."""
     return piece(size, "hold", "tim", seed, range_max_m=TIM_RANGE_IN_TEXT_M)
 
 
 def piece(size: Size, world: str, lidar: str, seed: int, range_max_m: float = 0.0) -> Piece:
-    """Return one flight and its maps. range_max_m: replaces the lidar's own, unless 0."""
+    """Return the piece of one flight and its maps. range_max_m: replaces the lidar's own, unless 0."""
     given: dict[str, Any] = {
         "world": world,
         "lidar": lidar,

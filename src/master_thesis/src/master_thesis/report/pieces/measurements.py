@@ -104,7 +104,7 @@ def _catkin_make(folder: Path, *arguments: str, altered: Sequence[Path] = ()) ->
 
 
 def _run(command: list[str]) -> tuple[int, str]:
-    """Return a command's exit code and words; whoever is interrupted ends all that it has started."""
+    """Return a command's exit code and output. An interruption ends all processes of the command."""
     try:
         running = subprocess.Popen(
             command,
@@ -127,7 +127,7 @@ def _run(command: list[str]) -> tuple[int, str]:
 
 
 def _left_out() -> str:
-    """Return the packages that the machine has from upstream, as bringup.sh built without them."""
+    """Return the packages that bringup.sh did not build, because the machine has them from upstream."""
     try:
         lines = (ROOT / "build/CMakeCache.txt").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -136,7 +136,7 @@ def _left_out() -> str:
 
 
 def _outside_the_workspace() -> dict[str, str]:
-    """Return an environment as before the workspace's own set-up was sourced."""
+    """Return the environment without the workspace's own set-up."""
     devel = str(ROOT / "devel")
     environment = {key: value for key, value in os.environ.items() if key != "CATKIN_TEST_RESULTS_DIR"}
     for name in ("CMAKE_PREFIX_PATH", "PYTHONPATH", "PKG_CONFIG_PATH", "LD_LIBRARY_PATH", "ROS_PACKAGE_PATH"):
@@ -212,7 +212,7 @@ def _display() -> Iterator[str]:
     try:
         server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     except FileNotFoundError:
-        raise GraphError("There is no Xvfb, without which RViz has no window here.") from None
+        raise GraphError("There is no Xvfb for RViz's window; install the package xvfb.") from None
     assert server.stdout is not None
     try:
         number = server.stdout.readline().strip()

@@ -17,7 +17,7 @@ from master_thesis.trials.store import Store
 
 
 def section(size: Size, store: Store) -> Section:
-    """Return the section, from what is there."""
+    """Return the section of the pieces that are there."""
     flights = flights_of(size, store)
     names = [n for n in size.scenarios if all(flights.get((n, algorithm)) for algorithm in ALGORITHMS)]
     return Section(

@@ -39,7 +39,7 @@ Sets = Mapping[tuple, Sequence[Flown]]
 
 
 def section(size: Size, store: Store) -> Section:
-    """Return the section, from what is there."""
+    """Return the section of the pieces that are there."""
     proposals = {
         scenario: done
         for scenario in size.emergencies

@@ -21,7 +21,7 @@ DRIFTED_M = 0.25
 
 
 def section(size: Size, store: Store) -> Section:
-    """Return the section, from what is there."""
+    """Return the section of the pieces that are there."""
     maps, shown = maps_of("room", size, store)
     scenario = SCENARIOS["room"]
     duration_s = size.map_duration_s or scenario.duration_s

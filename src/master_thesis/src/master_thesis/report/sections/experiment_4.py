@@ -42,7 +42,7 @@ BULGE_M = 0.03
 
 
 def section(size: Size, store: Store) -> Section:
-    """Return the section, from what is there."""
+    """Return the section of the pieces that are there."""
     maps, shown = maps_of("hold", size, store)
     speed_m_s = SCENARIOS["hold"].speed_m_s
     text = _tim_of_the_text(size, store)
@@ -78,7 +78,7 @@ def section(size: Size, store: Store) -> Section:
 
 
 def _tim_of_the_text(size: Size, store: Store) -> list[Row]:
-    """Return what is there of the TiM with the range that the thesis's text gives it."""
+    """Return the flights of the TiM with the range in the thesis's text."""
     if "hold" not in size.worlds or "tim" not in size.lidars:
         return []
     found = (store.get(tim_of_the_text(size, seed)) for seed in size.map_seeds)
@@ -122,7 +122,7 @@ def _by_seed(maps: Maps, lidar: str) -> Table:
 def findings(maps: Maps, tims_of_the_text: Sequence[dict] = ()) -> list[Finding]:
     """Return the thesis's statements beside our numbers.
 
-    tims_of_the_text: figures of the maps by a TiM with the 15 m of the thesis's text.
+    tims_of_the_text: metrics of the maps by a TiM with the 15 m of the thesis's text.
     """
     found = []
     long, short = (

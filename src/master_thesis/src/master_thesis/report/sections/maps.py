@@ -38,7 +38,7 @@ _COLUMNS = {
 
 @dataclass(frozen=True)
 class Maps:
-    """What is there of a world: figures of merit by lidar over the seeds, without and with loop closure."""
+    """The maps of a world: metrics by lidar over the seeds, without and with loop closure."""
 
     world: str
     open: Mapping[str, Sequence[dict]]
@@ -46,12 +46,12 @@ class Maps:
 
     @property
     def lidars(self) -> tuple[str, ...]:
-        """Those there is a map of, by range."""
+        """Lidars that have a map, by range."""
         return tuple(lidar for lidar in ORDER if self.open.get(lidar))
 
     @property
     def fewest(self) -> int:
-        """The number of flights of the lidar of which there are fewest."""
+        """The least number of flights of a lidar."""
         return min((len(self.open[lidar]) for lidar in self.lidars), default=0)
 
     def middle(self, lidar: str, closure: bool = False) -> dict:
@@ -177,7 +177,7 @@ def range_chart(maps: Maps) -> Picture:
 
 
 def map_pictures(maps: Maps, shown: Mapping[str, Row]) -> list[Picture]:
-    """Return each lidar's world and maps in the thesis's order; with loop closure too where that matters."""
+    """Return each lidar's world and maps in the thesis's order; also with loop closure, if that matters."""
     pictures = []
     for lidar, words in sorted(thesis.MAPS[maps.world].items(), key=lambda item: _place(item[1].figure)):
         if lidar in shown:

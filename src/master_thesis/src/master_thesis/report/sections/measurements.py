@@ -185,7 +185,7 @@ def _alike(ours: Mapping[str, float], theirs: Mapping[str, float]) -> bool:
 
 
 def _how_they_differ(ours: Mapping[str, float], theirs: Mapping[str, float], why: str) -> str:
-    """Return which times are not alike, and by how much; nothing when all are."""
+    """Return which times differ, and by how much; empty if none does."""
     words = []
     for name in ours:
         ratio = ours[name] / theirs[name]
