@@ -9,7 +9,7 @@ def said_at(positions, goal=(40.0, 0.0, 2.0), step_s=0.1):
     """Return (time, sentence) of all that is said on a way of positions, one each tenth of a second."""
     watch = ProgressWatch(goal)
     sentences = (
-        (step_s * number, watch.update(step_s * number, one)) for number, one in enumerate(positions)
+        (step_s * number, watch.update(step_s * number, one)[1]) for number, one in enumerate(positions)
     )
     return [(t_s, sentence) for t_s, sentence in sentences if sentence]
 

@@ -21,8 +21,15 @@ DEAR = (
 )
 """Types of which nothing is looked at; they would take most of the time."""
 
-DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, OSError, EOFError, ValueError, LookupError)
-DAMAGE += (struct.error,)
+DAMAGE = (
+    rosbag.ROSBagException,
+    genpy.DeserializationError,
+    struct.error,
+    OSError,
+    EOFError,
+    ValueError,
+    LookupError,
+)
 """What rosbag and message classes raise over bytes that make no sense."""
 
 
@@ -55,5 +62,5 @@ def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
     return recorder.recording(end_s), recorder.parameters()
 
 
-def _text(value) -> str:
+def _text(value: bytes | str) -> str:
     return value.decode() if isinstance(value, bytes) else value

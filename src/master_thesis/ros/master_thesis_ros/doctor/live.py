@@ -7,7 +7,7 @@ import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Iterator
+from typing import Any, Iterator
 from xmlrpc.client import Fault, ProtocolError, ServerProxy, Transport
 
 import rosgraph
@@ -89,7 +89,7 @@ class _Listener:
                 topic, kind_class, self._hear, callback_args=(topic, kind, use_sim_time), queue_size=None
             )
 
-    def _hear(self, message, about) -> None:
+    def _hear(self, message: Any, about: tuple[str, str, bool]) -> None:
         topic, kind, use_sim_time = about
         with self._lock:
             if topic == "/clock" and use_sim_time:
@@ -152,20 +152,20 @@ def _is_node(process: str) -> bool:
     return "-" in process and not process.startswith(("rosout-", "master"))
 
 
-def _parameter(master: rosgraph.Master, name: str, default):
+def _parameter(master: rosgraph.Master, name: str, default: Any) -> Any:
     try:
         return master.getParam(name)
     except _UNREACHABLE:
         return default
 
 
-def _proxy(uri: str) -> ServerProxy:
+def _proxy(uri: str) -> Any:
     """Return a node's XML-RPC server, whose calls give up in time: a hung one accepts, and never answers."""
     return ServerProxy(uri, transport=_ImpatientTransport())
 
 
 class _ImpatientTransport(Transport):
-    def make_connection(self, host):
+    def make_connection(self, host: Any) -> Any:
         connection = super().make_connection(host)
         connection.timeout = PING_S
         return connection

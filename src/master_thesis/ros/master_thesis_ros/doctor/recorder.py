@@ -6,6 +6,7 @@ import ast
 import math
 from collections import defaultdict
 from dataclasses import dataclass, field
+from typing import Any, Callable, Collection, Mapping
 
 import numpy as np
 
@@ -40,7 +41,9 @@ class Recorder:
         self._in_use: dict[tuple[str, str], float] = {}
         self._clock_s: list[float] = []
 
-    def hear(self, topic: str, kind: str, publisher: str, message, received_s: float, latched=False) -> None:
+    def hear(
+        self, topic: str, kind: str, publisher: str, message: Any, received_s: float, latched: bool = False
+    ) -> None:
         """Take in a message. kind: its type, e.g. sensor_msgs/LaserScan. received_s: the graph's clock."""
         heard = self._heard.setdefault(topic, _Heard(kind))
         heard.publishers.add(publisher)
@@ -60,7 +63,7 @@ class Recorder:
         elif kind == "dynamic_reconfigure/Config":
             self._hear_configuration(topic.rpartition("/")[0], message)
 
-    def _hear_transforms(self, message, publisher: str, static: bool, received_s: float) -> None:
+    def _hear_transforms(self, message: Any, publisher: str, static: bool, received_s: float) -> None:
         for transform in message.transforms:
             parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
             key = (parent, child, publisher, static)
@@ -72,7 +75,7 @@ class Recorder:
             if not math.isfinite(shift.x + shift.y + shift.z) or not abs(length - 1.0) < 1e-2:
                 self._broken.add(key)
 
-    def _hear_scan(self, topic: str, message) -> None:
+    def _hear_scan(self, topic: str, message: Any) -> None:
         self._scans_seen[topic] += 1
         kept = self._scans[topic]
         if len(kept) >= SCANS_KEPT and self._scans_seen[topic] % EVERY_LATER_SCAN:
@@ -86,7 +89,7 @@ class Recorder:
         )
         kept.append(Scan(topic, message.header.frame_id, *limits, np.asarray(message.ranges, np.float32)))
 
-    def _hear_description(self, node: str, message) -> None:
+    def _hear_description(self, node: str, message: Any) -> None:
         for low, high in ((low, high) for low in _numbers(message.min) for high in _numbers(message.max)):
             if low[0] == high[0]:
                 self._ranges[node, low[0]] = [low[1], high[1]]
@@ -95,11 +98,11 @@ class Recorder:
             if choices:
                 self._choices[node, parameter.name] = choices
 
-    def _hear_configuration(self, node: str, message) -> None:
+    def _hear_configuration(self, node: str, message: Any) -> None:
         for name, value in _numbers(message):
             self._in_use[node, name] = value
 
-    def parameters(self, server=None) -> tuple[Parameter, ...]:
+    def parameters(self, server: Callable[[str], Any] | None = None) -> tuple[Parameter, ...]:
         """Return all parameters described so far. server: name of a parameter to its value on the server."""
         found = []
         for (node, name), (minimum, maximum) in sorted(self._ranges.items()):
@@ -116,7 +119,14 @@ class Recorder:
             found.append(Parameter(node, name, -math.inf, math.inf, None, None, text, choices))
         return tuple(found)
 
-    def recording(self, end_s, publishers=None, subscribers=None, types=None, listened=None) -> Recording:
+    def recording(
+        self,
+        end_s: float,
+        publishers: Mapping[str, Collection[str]] | None = None,
+        subscribers: Mapping[str, Collection[str]] | None = None,
+        types: Mapping[str, str] | None = None,
+        listened: Collection[str] | None = None,
+    ) -> Recording:
         """Return all that was heard so far. end_s: the graph's clock now.
 
         publishers, subscribers: topic to names of nodes, as a master tells; in a bag None. types: topic to
@@ -155,6 +165,6 @@ def _choices(edit_method: str) -> tuple[str, ...]:
         return ()
 
 
-def _numbers(configuration) -> list[tuple[str, float]]:
+def _numbers(configuration: Any) -> list[tuple[str, float]]:
     """Return the numbers among a dynamic_reconfigure/Config."""
     return [(entry.name, float(entry.value)) for entry in [*configuration.ints, *configuration.doubles]]

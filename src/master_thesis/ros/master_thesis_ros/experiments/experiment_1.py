@@ -53,8 +53,8 @@ class Experiment1Node(FlightNode):
         actions = super()._on_ground_truth(message)
         course = self._monitor.course
         if course.phase is Phase.FLYING:
-            said = self._progress.update(stamp_s(message), pose_values(message.pose.pose)[:3])
-            course.on_distance(self._progress.distance_m)
+            distance_m, said = self._progress.update(stamp_s(message), pose_values(message.pose.pose)[:3])
+            course.on_distance(distance_m)
             if said:
                 decisions = self._monitor.log.decisions.rows
                 rospy.logwarn(f"{said} CEPA's last answer: {decisions[-1][-1]}." if decisions else said)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 from xmlrpc.client import ServerProxy
 
 import rosgraph
@@ -47,6 +48,7 @@ class NodeProcess:
     def _find(self) -> int | None:
         try:
             address = rosgraph.Master(rospy.get_name()).lookupNode(self._node)
-            return int(ServerProxy(address).getPid(rospy.get_name())[2])
+            answer: Any = ServerProxy(address).getPid(rospy.get_name())
+            return int(answer[2])
         except (OSError, rosgraph.MasterException, ValueError):
             return None

@@ -46,8 +46,8 @@ class SimulatorServices:
 
 def pose_of(message: PoseMessage) -> Pose:
     """Return a geometry_msgs/Pose as the library's type; raises ValueError as `pose_values` does."""
-    x, y, z, *quaternion = pose_values(message)
-    return Pose((x, y, z), tuple(quaternion))
+    x, y, z, qx, qy, qz, qw = pose_values(message)
+    return Pose((x, y, z), (qx, qy, qz, qw))
 
 
 def _service(name: str, service_class: Any) -> rospy.ServiceProxy:

@@ -135,7 +135,7 @@ class SlamWatch:
             rospy.logwarn(f"SLAM gives no last map: {error}")
         self._asked.set()
 
-    def _on_map(self, message) -> None:
+    def _on_map(self, message: GridMessage) -> None:
         try:
             grid = grid_of(message)
         except SlamError as error:

@@ -64,7 +64,7 @@ def wait_for_master() -> None:
 def listen(teller: Teller, event: str) -> None:
     """Subscribe to what makes an event known."""
     topic, kind, is_it = EVENTS[event]
-    rospy.Subscriber(topic, kind, lambda message: is_it(message) and teller.tell(event))
+    rospy.Subscriber(topic, kind, lambda message: teller.tell(event) if is_it(message) else None)
 
 
 def watch_for_rviz(teller: Teller) -> None:
@@ -73,7 +73,8 @@ def watch_for_rviz(teller: Teller) -> None:
     while True:
         _, subscribers, _ = master.getSystemState()
         if any(f"/{RVIZ}" in nodes for topic, nodes in subscribers if topic not in COMMON_TOPICS):
-            return teller.tell(RVIZ)
+            teller.tell(RVIZ)
+            return
         time.sleep(0.05)
 
 

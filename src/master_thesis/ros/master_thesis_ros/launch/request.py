@@ -70,8 +70,8 @@ def values_of(file: Path, given: Mapping[str, str]) -> dict[str, str]:
             elif argument.text is not None:
                 values[argument.name] = _resolved(argument.text, values, file)
         for include in root.findall("include[@pass_all_args='true']"):
-            for argument in include.findall("arg"):
-                values[argument.get("name", "")] = _resolved(argument.get("value", ""), values, file)
+            for handed in include.findall("arg"):
+                values[handed.get("name", "")] = _resolved(handed.get("value", ""), values, file)
     except SubstitutionException as error:
         raise LaunchError(f"{file.name}: {error}") from None
     return values

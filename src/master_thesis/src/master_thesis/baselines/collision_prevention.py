@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 
@@ -60,7 +61,9 @@ class CollisionPrevention(Algorithm):
         self._p = collision_prevention or CollisionPreventionParameters()
         self._sectors = Sectors(self._p.bins)
 
-    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=HOVER) -> Decision:
+    def steer(
+        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = HOVER
+    ) -> Decision:
         """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError."""
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         speed = math.hypot(*v_ref)

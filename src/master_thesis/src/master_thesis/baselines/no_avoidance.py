@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Sequence
+
 from cepa import Decision, LaserScan2D, Reason
 from cepa.algorithm import Algorithm, velocity
 
@@ -9,6 +11,8 @@ from cepa.algorithm import Algorithm, velocity
 class NoAvoidance(Algorithm):
     """Answers the reference velocity."""
 
-    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=(0.0, 0.0)) -> Decision:
+    def steer(
+        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+    ) -> Decision:
         """Return v_ref. Raises VelocityError when it is not two finite numbers."""
         return Decision(velocity(v_ref_xy, "v_ref"), False, 0.0, 0, Reason.CUSHION_CLEAR)

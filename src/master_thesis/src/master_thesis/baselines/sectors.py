@@ -26,7 +26,7 @@ class Sectors:
         """Centres of the sectors (count,)."""
         return np.arange(self.count) * self.width_rad
 
-    def index(self, angle_rad) -> np.ndarray:
+    def index(self, angle_rad: float | np.ndarray) -> np.ndarray:
         """Return the sector that holds an angle, or each of several."""
         return np.rint(np.asarray(angle_rad) / self.width_rad).astype(int) % self.count
 
@@ -37,6 +37,6 @@ class Sectors:
         return least
 
 
-def angle_between(a_rad, b_rad) -> np.ndarray:
+def angle_between(a_rad: float | np.ndarray, b_rad: float | np.ndarray) -> np.ndarray:
     """Return the unsigned angles between directions, rad, 0 to pi."""
     return np.abs(np.remainder(np.asarray(a_rad) - b_rad + math.pi, 2.0 * math.pi) - math.pi)

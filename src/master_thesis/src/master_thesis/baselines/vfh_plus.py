@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 
@@ -63,7 +64,9 @@ class VfhPlus(Algorithm):
         self._blocked = np.zeros(self._p.sectors, dtype=bool)
         self._last_rad: float | None = None
 
-    def steer(self, scan: LaserScan2D, v_ref_xy, v_uav_xy=HOVER) -> Decision:
+    def steer(
+        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = HOVER
+    ) -> Decision:
         """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError."""
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)

@@ -20,7 +20,7 @@ SCAN, VELOCITY, ODOMETRY = "sensor_msgs/LaserScan", "geometry_msgs/TwistStamped"
 
 def check(recording: Recording, described: tuple[Parameter, ...] = ()) -> list[Finding]:
     """Return all findings about a bag."""
-    found = []
+    found: list[Finding] = []
     for one in (contents, gaps, graph.commands, graph.chain, graph.autopilot, clock.stamps):
         found += one(recording)
     found += [*transforms.structure(recording), *transforms.times(recording)]

@@ -9,7 +9,7 @@ import html
 import re
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import Iterable, Sequence
+from typing import Iterable, Mapping, Sequence
 
 from master_thesis.doctor.expectations import CHAIN, QUIET_TOPICS
 from master_thesis.doctor.snapshot import Graph, Node, Recording, Topic, Transform
@@ -109,7 +109,9 @@ def _topics_within(group: Sequence[Node], topics: Sequence[Topic]) -> list[Topic
     return [topic for topic in topics if names >= {*topic.publishers, *topic.subscribers}]
 
 
-def _cluster(number: int, group: Sequence[Node], inside: Sequence[Topic], witnesses) -> list[str]:
+def _cluster(
+    number: int, group: Sequence[Node], inside: Sequence[Topic], witnesses: Mapping[str, Sequence[str]]
+) -> list[str]:
     label = _quoted(group[0].package or "others")
     return [
         f"  subgraph cluster_{number} {{",

@@ -29,8 +29,9 @@ def one(parameter: Parameter) -> Iterator[Finding]:
         if value is not None and not parameter.minimum <= value <= parameter.maximum:
             yield Finding(ERROR, where, f"is {value:g} {place}, out of {span}", remedy)
             return
-    if None not in (parameter.on_server, parameter.in_use) and not math.isclose(
-        parameter.on_server, parameter.in_use, rel_tol=1e-6, abs_tol=1e-9
-    ):
-        what = f"the node uses {parameter.in_use:g}, and the parameter server says {parameter.on_server:g}"
+    served, in_use = parameter.on_server, parameter.in_use
+    if served is None or in_use is None:
+        return
+    if not math.isclose(served, in_use, rel_tol=1e-6, abs_tol=1e-9):
+        what = f"the node uses {in_use:g}, and the parameter server says {served:g}"
         yield Finding(WARNING, where, f"{what}: rosparam set does not reach a running node", remedy)

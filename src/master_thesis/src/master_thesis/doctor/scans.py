@@ -20,7 +20,7 @@ def check(recording: Recording) -> list[Finding]:
     by_topic = defaultdict(list)
     for scan in recording.scans:
         by_topic[scan.topic].append(scan)
-    found = []
+    found: list[Finding] = []
     for scans in by_topic.values():
         broken = {finding.what: finding for scan in scans for finding in geometry(scan)}
         found += broken.values() or [*values(scans), *blind(scans)]

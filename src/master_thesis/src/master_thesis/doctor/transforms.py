@@ -29,7 +29,7 @@ def times(recording: Recording) -> Iterator[Finding]:
 
 def parents(edges: Sequence[Transform]) -> Iterator[Finding]:
     """Judge whether a frame has several parents: tf2 then believes whoever spoke last."""
-    by_child = defaultdict(dict)
+    by_child: dict[str, dict[str, str]] = defaultdict(dict)
     for edge in edges:
         by_child[edge.child].setdefault(edge.parent, edge.publisher)
     for child, found in sorted(by_child.items()):

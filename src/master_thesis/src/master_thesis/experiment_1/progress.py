@@ -18,18 +18,16 @@ class ProgressWatch:
         self._nearest_m = math.inf
         self._nearest_s = -math.inf
         self._told_s = -math.inf
-        self.distance_m: float | None = None
-        """Of the newest position from the goal; None before the first."""
 
-    def update(self, t_s: float, position_xyz_m: Sequence[float]) -> str | None:
-        """Take a position in; return a sentence when there has been no progress for too long."""
-        self.distance_m = math.dist(position_xyz_m, self._goal_xyz_m)
-        if self.distance_m <= self._nearest_m - LEAST_M:
-            self._nearest_m, self._nearest_s = self.distance_m, t_s
+    def update(self, t_s: float, position_xyz_m: Sequence[float]) -> tuple[float, str | None]:
+        """Take a position; return its distance from the goal, m, and a sentence if progress has stopped."""
+        distance_m = math.dist(position_xyz_m, self._goal_xyz_m)
+        if distance_m <= self._nearest_m - LEAST_M:
+            self._nearest_m, self._nearest_s = distance_m, t_s
         if t_s - max(self._nearest_s, self._told_s) < PATIENCE_S:
-            return None
+            return distance_m, None
         self._told_s = t_s
-        return (
-            f"The UAV is {self.distance_m:.1f} m from the goal, and has come no nearer for "
+        return distance_m, (
+            f"The UAV is {distance_m:.1f} m from the goal, and has come no nearer for "
             f"{t_s - self._nearest_s:.0f} s."
         )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.course import Phase
 from master_thesis.flight.description import RunDescription
@@ -46,6 +47,8 @@ def fly_scenario(parameters: ClosedLoopParameters) -> ScenarioFlight:
         outcome = loop.run_to(Phase.LANDING)
         log = loop.log
     simulation, goal = parameters.simulation, parameters.goal_xyz_m
+    if goal is None or simulation.lidar is None:
+        raise FlightError("A flight of Experiment 1 needs a goal and a lidar.")
     world = Path(simulation.world)
     flown = Scenario(world.stem, world, goal_xyz_m=goal)
     description = RunDescription(

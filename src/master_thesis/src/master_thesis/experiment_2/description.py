@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from cepa import CepaParameters
-from master_thesis.experiment_2.trial import EmergencyTrial
+from master_thesis.errors import FlightError
+from master_thesis.experiment_2.trial import EmergencyTrial, FirstScan, Freeze
 from master_thesis.worlds.placements import freeze_frame
 
 
@@ -27,6 +28,20 @@ class TrialDescription:
     experiment: str = "experiment_2"
 
 
+def freeze_of(trial: EmergencyTrial) -> Freeze:
+    """Return the freeze; raises FlightError when time never stood still."""
+    if trial.freeze is None:
+        raise FlightError("No obstacles were placed in this trial.")
+    return trial.freeze
+
+
+def first_scan_of(trial: EmergencyTrial) -> FirstScan:
+    """Return the first scan of the obstacles; raises FlightError when there is none."""
+    if trial.first_scan is None:
+        raise FlightError("No scan shows the obstacles of this trial.")
+    return trial.first_scan
+
+
 def flown(trial: EmergencyTrial) -> np.ndarray:
     """Return the true poses (n, 8: t, position, quaternion) in `world` from letting go on."""
     if trial.freeze is None:
@@ -36,4 +51,4 @@ def flown(trial: EmergencyTrial) -> np.ndarray:
 
 def in_freeze_frame(trial: EmergencyTrial, positions_xyz: np.ndarray) -> np.ndarray:
     """Return positions (n, 3) of `world` in the frame of the placement: from where the UAV hovered."""
-    return freeze_frame(trial.freeze.uav).inverse().transform(positions_xyz)
+    return freeze_frame(freeze_of(trial).uav).inverse().transform(positions_xyz)

@@ -67,7 +67,7 @@ def _step(loop: ClosedLoop, trial: EmergencyTrial) -> list[TrialAction]:
     output = loop.step()
     t_s, actions = 1e-6 * output.time_us, []
     trial.on_ready(loop.publisher.ready)
-    if output.scan is not None:
+    if output.scan is not None and loop.newest_scan is not None:
         actions += trial.on_scan(t_s, loop.newest_scan)
     for contact in output.contacts:
         trial.on_contact(t_s, contact.collision_1, contact.collision_2)

@@ -7,8 +7,10 @@ red arrow is the original algorithm's proposal, the green one the improved one's
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -16,7 +18,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Patch
 
 from cepa import CepaParameters, LaserScan2D, view
-from master_thesis.experiment_2.description import TrialDescription, flown, in_freeze_frame
+from master_thesis.experiment_2.description import (
+    TrialDescription,
+    first_scan_of,
+    flown,
+    freeze_of,
+    in_freeze_frame,
+)
 from master_thesis.experiment_2.proposals import Proposals, propose, sweep
 from master_thesis.experiment_2.trial import EmergencyTrial
 from master_thesis.results import palette
@@ -46,8 +54,8 @@ def proposals_figure(description: TrialDescription, trial: EmergencyTrial, uav: 
     """Side by side: what stands around the UAV, and what the algorithms make of its scan."""
     figure = Figure(figsize=(7.2, 4.4))
     place, seen = figure.subplots(1, 2, sharey=True)
-    scan, parameters = trial.first_scan.scan, description.cepa
-    draw_obstacles(place, trial.freeze.obstacles)
+    scan, parameters = first_scan_of(trial).scan, description.cepa
+    draw_obstacles(place, freeze_of(trial).obstacles)
     draw_uav(place, uav, Pose.identity())
     _draw_circle(place, parameters)
     proposed = propose(scan, parameters)
@@ -67,7 +75,7 @@ def proposals_figure(description: TrialDescription, trial: EmergencyTrial, uav: 
 
 def sweep_figure(description: TrialDescription, trial: EmergencyTrial) -> Figure:
     """One panel per K: how the filter spreads near obstacles, and where that leads."""
-    scan = trial.first_scan.scan
+    scan = first_scan_of(trial).scan
     all_proposed = sweep(scan, description.cepa)[::-1]
     figure = Figure(figsize=(7.2, 4.5))
     panels = figure.subplots(2, 4, sharex=True, sharey=True)
@@ -86,12 +94,12 @@ def _path_figure(description: TrialDescription, trial: EmergencyTrial, uav: Mode
     """From above: where the UAV went after it was let go, coloured by time; its shape on the way."""
     poses = flown(trial)
     path = in_freeze_frame(trial, poses[:, 1:4])
-    since_s = poses[:, 0] - trial.freeze.t_s
+    since_s = poses[:, 0] - freeze_of(trial).t_s
     low = np.minimum(path[:, :2].min(axis=0) - 0.5, -1.0)
     high = np.maximum(path[:, :2].max(axis=0) + 0.5, 1.0)
     figure = Figure(figsize=(4.6, 4.6 * (high - low)[0] / (high - low)[1] + 0.6))
     axes = figure.add_subplot()
-    draw_obstacles(axes, trial.freeze.obstacles)
+    draw_obstacles(axes, freeze_of(trial).obstacles)
     for index in _spaced(path):
         draw_uav(axes, uav, _turned(trial, poses[index]), alpha=0.5)
     lines = LineCollection(
@@ -137,18 +145,22 @@ def _spaced(path: np.ndarray) -> list[int]:
 def _turned(trial: EmergencyTrial, row: np.ndarray) -> Pose:
     """Return the pose of a row (8,: t, position, quaternion) in the frame of the freeze."""
     x, y, _ = in_freeze_frame(trial, row[None, 1:4])[0]
-    yaw = Pose(tuple(row[1:4]), tuple(row[4:8])).yaw_rad - trial.freeze.uav.yaw_rad
+    yaw = Pose(tuple(row[1:4]), tuple(row[4:8])).yaw_rad - freeze_of(trial).uav.yaw_rad
     return Pose.from_xyz_rpy(float(x), float(y), 0.0, yaw=yaw)
 
 
-def _draw_proposals(axes, scan: LaserScan2D, parameters: CepaParameters, proposed: Proposals) -> None:
+def _draw_proposals(axes: Axes, scan: LaserScan2D, parameters: CepaParameters, proposed: Proposals) -> None:
     beams = scan.full_turn(parameters.dropout_beams)
     hit = np.isfinite(beams.ranges)
     points = beams.ranges[hit, None] * np.column_stack((np.cos(beams.angles[hit]), np.sin(beams.angles[hit])))
     intrusions = view.intrusions(beams, parameters)
     ends = up(intrusions.reshape(-1, 2)).reshape(-1, 2, 2)
-    axes.add_collection(LineCollection(ends, colors=_INTRUSION, linewidths=0.5, zorder=2, rasterized=True))
-    axes.scatter(*up(points).T, s=1.2, color="black", linewidths=0, zorder=3, rasterized=True)
+    axes.add_collection(
+        LineCollection(list(ends), colors=_INTRUSION, linewidths=0.5, zorder=2, rasterized=True)
+    )
+    axes.scatter(
+        up(points)[:, 0], up(points)[:, 1], s=1.2, color="black", linewidths=0, zorder=3, rasterized=True
+    )
     _draw_circle(axes, parameters)
     axes.plot(0, 0, "+", ms=5, color="black", zorder=4)
     # Red beneath and wider, so that it shows where both say the same
@@ -156,15 +168,15 @@ def _draw_proposals(axes, scan: LaserScan2D, parameters: CepaParameters, propose
     _arrow(axes, proposed.improved_xy, _IMPROVED, 1.5)
 
 
-def _arrow(axes, velocity_xy, colour: str, width: float) -> None:
+def _arrow(axes: Axes, velocity_xy: tuple[float, float], colour: str, width: float) -> None:
     if np.hypot(*velocity_xy) < 1e-3:
         axes.plot(0, 0, "o", ms=2.5 + width, color=colour, zorder=5 - 0.1 * width)
         return
-    tip = up(np.array(velocity_xy))
+    x, y = up(np.array(velocity_xy)).tolist()
     axes.add_patch(
         FancyArrowPatch(
             (0, 0),
-            tip,
+            (x, y),
             arrowstyle=f"-|>,head_length={4.5 - 0.4 * width:g},head_width={1.9 - 0.12 * width:g}",
             color=colour,
             lw=width,
@@ -175,11 +187,11 @@ def _arrow(axes, velocity_xy, colour: str, width: float) -> None:
     )
 
 
-def _draw_circle(axes, parameters: CepaParameters) -> None:
+def _draw_circle(axes: Axes, parameters: CepaParameters) -> None:
     axes.add_patch(Circle((0, 0), parameters.r_lb, fill=False, ec="black", lw=0.8, ls=(0, (4, 2)), zorder=4))
 
 
-def _frame_around(axes, parameters: CepaParameters) -> None:
+def _frame_around(axes: Axes, parameters: CepaParameters) -> None:
     reach = _SHOWN * parameters.r_lb
     frame(axes, -reach, reach, -reach, reach)
 
@@ -194,7 +206,7 @@ def _place(description: TrialDescription) -> str:
 
 
 def _legend() -> list:
-    dashed = {"color": "black", "lw": 0.8, "ls": (0, (4, 2))}
+    dashed: dict[str, Any] = {"color": "black", "lw": 0.8, "ls": (0, (4, 2))}
     return [
         Patch(facecolor=SOLID, edgecolor="black", lw=0.3, label="obstacle"),
         Line2D([], [], label="$r_{LB}$", **dashed),

@@ -80,7 +80,7 @@ class EmergencyTrial:
         self.finished = False
         self._parameters = parameters
         self._uav = uav
-        self._began_s: float | None = None
+        self._began_s = 0.0
         self._ready_s: float | None = None
         self._freezing = False
         self._no_hover = ""
@@ -110,7 +110,8 @@ class EmergencyTrial:
         """Take the true pose in `world`: time has passed. Return what is to be done, unless decided later."""
         if t_s < self.now_s - SAME_INSTANT_S:
             return self.abort("The clock jumped back: the simulation was reset.")
-        self._began_s = t_s if self._began_s is None else self._began_s
+        if not len(self.log.truth):
+            self._began_s = t_s
         self.log.truth.add(t_s, *pose.position_m, *pose.orientation_xyzw)
         return self.decide() if decide else []
 

@@ -48,5 +48,6 @@ def complete_trial(folder: RunFolder, description: TrialDescription, trial: Emer
 
 def _write_scan(folder: RunFolder, scan: LaserScan2D) -> None:
     angles = scan.angle_min + np.arange(scan.ranges.size) * scan.angle_increment
-    rows = [(float(a), float(r), int(s)) for a, r, s in zip(angles, scan.ranges, scan.seen)]
+    seen = np.ones(scan.ranges.size) if scan.seen is None else scan.seen
+    rows = [(float(a), float(r), int(s)) for a, r, s in zip(angles, scan.ranges, seen)]
     folder.write_csv("first_scan.csv", ("angle_rad", "range_m", "seen"), rows)

@@ -13,6 +13,7 @@ from master_thesis.errors import FlightError
 from master_thesis.experiment_2.description import TrialDescription, flown, in_freeze_frame
 from master_thesis.experiment_2.let_go import LetGoParameters, let_go
 from master_thesis.experiment_2.metrics import clearances, proposals_of, trial_metrics
+from master_thesis.experiment_2.trial import EmergencyTrial
 from master_thesis.worlds.placements import R_LB_M
 
 WORLD = Path(__file__).resolve().parents[3] / "worlds" / "empty.world"
@@ -76,7 +77,6 @@ def fly_variation(parameters: LetGoParameters) -> Flown:
     metrics = trial_metrics(trial, clearances(description, trial))
     poses = flown(trial)
     path_xy = in_freeze_frame(trial, poses[:, 1:4])[:, :2]
-    touch = np.searchsorted(poses[:, 0], min(trial.touched.values())) if trial.touched else None
     proposed = proposals_of(description, trial)[0]
     return Flown(
         parameters.scenario,
@@ -84,8 +84,16 @@ def fly_variation(parameters: LetGoParameters) -> Flown:
         metrics,
         proposed.reason == REFUSED,
         path_xy,
-        None if touch is None else path_xy[min(touch, len(path_xy) - 1)],
+        _first_touch(trial, poses[:, 0], path_xy),
     )
+
+
+def _first_touch(trial: EmergencyTrial, times_s: np.ndarray, path_xy: np.ndarray) -> np.ndarray | None:
+    """Return where on its path (n, 2) the UAV was when it first touched something."""
+    if not trial.touched:
+        return None
+    index = int(np.searchsorted(times_s, min(trial.touched.values())))
+    return path_xy[min(index, len(path_xy) - 1)]
 
 
 def variations_metrics(flights: Sequence[Flown]) -> dict:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -59,7 +60,7 @@ def paths_figure(panels: dict[tuple[str, str], Paths]) -> Figure:
     return figure
 
 
-def _panel(axes, shown: Paths, colour: str) -> None:
+def _panel(axes: Axes, shown: Paths, colour: str) -> None:
     draw_obstacles(axes, shown.obstacles)
     for path in shown.paths_xy:
         axes.plot(*up(path).T, color=colour, lw=0.8, alpha=0.6, zorder=5)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Sequence
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from gridslam.evaluation import Walls, map_error, poses_at, trajectory_error
 from gridslam.trajectory import Trajectory
@@ -64,7 +65,7 @@ class MappedFlight:
         odometry = true_path(self.recording.times_s, self.recording.odometry)
         return trajectory_error(Trajectory(stamps, poses_at(odometry, stamps)), self.truth).ate_rmse_m
 
-    def picture(self, run: SlamRun, title: str):
+    def picture(self, run: SlamRun, title: str) -> Figure:
         """Return the picture of world and maps, at half time and at the end."""
         return slam_pictures.world_and_maps(
             title,

@@ -95,7 +95,7 @@ def fly_and_record(name: str, parameters: ClosedLoopParameters) -> FlightRecordi
         FlightError: the mission was not flown to its end, or something was touched.
     """
     with ClosedLoop(parameters) as loop:
-        recorder = FlightRecorder(name, loop.simulation.lidar)
+        recorder = FlightRecorder(name, loop.lidar)
         loop.listeners.append(recorder)
         outcome = loop.run_to(Phase.HOVERING)
     if not outcome.reached_goal or outcome.collision:

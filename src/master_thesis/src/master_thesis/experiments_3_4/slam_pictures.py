@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
@@ -21,7 +22,7 @@ _SOLID, _CLOSURE = "#5b6066", "#15803d"
 _OCCUPIED_FROM = 65
 _WIDTH_IN = 10.0
 _MARGIN_M = 1.0
-_LABEL = {"fontsize": 8}
+_LABEL: dict[str, Any] = {"fontsize": 8}
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def _limits(outlines: Sequence[Outline], views: Sequence[MapView]) -> tuple[np.n
     return together.min(axis=0) - _MARGIN_M, together.max(axis=0) + _MARGIN_M
 
 
-def _draw_world(axes, outlines: Sequence[Outline], height_m: float, true_path_xy: np.ndarray) -> None:
+def _draw_world(axes: Axes, outlines: Sequence[Outline], height_m: float, true_path_xy: np.ndarray) -> None:
     shapes = [o.outline_xy for o in outlines if o.blocks(height_m) and len(o.outline_xy) > 2]
     patches = [Polygon(shape, closed=True) for shape in shapes]
     axes.add_collection(PatchCollection(patches, facecolor=_SOLID, edgecolor="black", linewidth=0.3))
@@ -99,7 +100,7 @@ def _draw_world(axes, outlines: Sequence[Outline], height_m: float, true_path_xy
     axes.set_title("world, true path", fontsize=8)
 
 
-def _draw_map(axes, view: MapView) -> None:
+def _draw_map(axes: Axes, view: MapView) -> None:
     cells = view.grid.cells
     shades = np.where(cells < 0, 0, np.where(cells >= _OCCUPIED_FROM, 2, 1))
     (x, y), (width, height) = view.grid.origin_xy_m, view.grid.size_m

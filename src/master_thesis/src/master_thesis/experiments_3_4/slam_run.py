@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple, Sequence
 
 import numpy as np
@@ -130,7 +131,7 @@ def true_path(times_s: np.ndarray, poses: np.ndarray) -> Trajectory:
     return Trajectory(times_s, np.column_stack((poses[:, :2], yaw)))
 
 
-def true_walls(world_path: str, height_m: float, inside_xy: tuple[float, float]) -> Walls:
+def true_walls(world_path: Path | str, height_m: float, inside_xy: tuple[float, float]) -> Walls:
     """Return the walls that a map of a world should show at this height, around a place.
 
     Raises:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Mapping
+from typing import Callable, Mapping
 
 from gridslam import OccupancyGrid, SlamParameters
 from gridslam.loop_closure import LoopClosureParameters
@@ -23,7 +23,11 @@ class SlamSetup:
     loop_closure: LoopClosureParameters
 
     def session(
-        self, seed: int, loop_closure: bool, starting_map: OccupancyGrid | None = None, say=lambda words: None
+        self,
+        seed: int,
+        loop_closure: bool,
+        starting_map: OccupancyGrid | None = None,
+        say: Callable[[str], None] = lambda words: None,
     ) -> SlamSession:
         """Return a new run of SLAM, on one thread: flights run beside each other, one on each core."""
         closure = self.loop_closure if loop_closure else None

@@ -39,6 +39,7 @@ from master_thesis.flight.publisher_link import PublisherLink
 from simulation_tools.geometry import Pose
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
+from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
 
 Velocity = Tuple[float, float, float]
@@ -118,10 +119,12 @@ class ClosedLoop:
         self.listeners: list[ScanListener] = []
         self.simulation = Simulation(parameters.simulation)
         self.monitor = Monitor(parameters.limits_of_way, self.simulation.uav_name)
-        lidar = self.simulation.lidar
+        lidar, px4 = self.simulation.lidar, self.simulation.px4
         if lidar is None:
             self.simulation.close()
             raise FlightError("The UAV has no lidar, without which CEPA cannot fly; choose one.")
+        assert px4 is not None  # nobody else was asked to fly
+        self.lidar, self._px4 = lidar, px4
         self._geometry = ScanGeometry(lidar.beams, lidar.angle_min, lidar.angle_increment)
         self._median_filter = LidarMedianFilter(parameters.median_filter)
         self._padding = LidarPadding(parameters.padding)
@@ -130,7 +133,7 @@ class ClosedLoop:
         self._pilot = pilot
         self._cepa = steering or ALGORITHMS[parameters.algorithm](parameters.cepa)
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
-        self.publisher = PublisherLink(self.simulation.px4, parameters.publisher)
+        self.publisher = PublisherLink(px4, parameters.publisher)
         self.newest_scan: LaserScan2D | None = None  # as CEPA got it: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
         self._v_uav = (0.0, 0.0)
@@ -167,27 +170,25 @@ class ClosedLoop:
         """Simulate one time step and let everybody hear of it; the first call gives the instant t = 0."""
         output = self.simulation.step() if self._begun else self.simulation.sense()
         self._begun = True
-        if output.ground_truth is not None:
-            self._on_pose(output)
-        if output.scan is not None:
-            self._on_scan(output)
+        if output.ground_truth is not None and output.odometry is not None:
+            self._on_pose(1e-6 * output.time_us, output.ground_truth.pose, output.odometry)
+            if output.scan is not None:
+                self._on_scan(output.time_us, output.scan, output.odometry.pose, output.ground_truth.pose)
         self.publisher.on_time(output.time_us)
         self._watch(output)
         return output
 
-    def _on_pose(self, output: StepOutput) -> None:
-        t_s = 1e-6 * output.time_us
-        truth, odometry = output.ground_truth, output.odometry
+    def _on_pose(self, t_s: float, truth: Pose, odometry: OdometrySample) -> None:
         self._v_uav, self._own_pose = odometry.linear_velocity_m_s[:2], odometry.pose
         self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
-        pose = (truth if self.parameters.pose_source == "ground_truth" else odometry).pose
+        pose = truth if self.parameters.pose_source == "ground_truth" else odometry.pose
         reached = self._follow_mission(t_s, pose)
         command = self._position_controller.update(t_s, pose.position_m, pose.yaw_rad)
         self._v_ref = command.velocity_m_s
         if self._pilot is not None and self.publisher.ready:
-            self._v_ref = self._pilot(t_s, truth.pose)
+            self._v_ref = self._pilot(t_s, truth)
         self.log.v_ref.add(t_s, *self._v_ref, 0.0)
-        self._carry_out(self.monitor.on_truth(t_s, truth.pose.position_m, truth.pose.orientation_xyzw))
+        self._carry_out(self.monitor.on_truth(t_s, truth.position_m, truth.orientation_xyzw))
         self.monitor.on_goal_reached(command.goal_reached if reached is None else reached)
 
     def _follow_mission(self, t_s: float, pose: Pose) -> bool | None:
@@ -205,12 +206,12 @@ class ClosedLoop:
             )
         return status.done or t_s - self.outcome.times_s[Phase.FLYING] >= self.parameters.duration_s
 
-    def _on_scan(self, output: StepOutput) -> None:
-        t_s, lidar = 1e-6 * output.time_us, self.simulation.lidar
+    def _on_scan(self, time_us: int, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+        t_s, lidar = 1e-6 * time_us, self.lidar
         for listener in self.listeners:
-            listener.on_scan(t_s, output.scan, output.odometry.pose, output.ground_truth.pose)
+            listener.on_scan(t_s, ranges, odometry, truth)
         limits = lidar.range_min, lidar.range_max
-        filtered = self._median_filter.filter(output.scan, self._geometry, *limits)
+        filtered = self._median_filter.filter(ranges, self._geometry, *limits)
         padded = self._padding.pad(filtered, self._geometry, *limits)
         geometry = padded.geometry
         scan = LaserScan2D(
@@ -224,8 +225,8 @@ class ClosedLoop:
         computation_ms = 1e3 * (time.thread_time() - started)
         velocity = (*decision.velocity_xy, self._v_ref[2])
         yaw_rate = self._yaw_regulator.update(decision.velocity_xy, self._v_ref[:2])
-        self.publisher.on_velocity(output.time_us, velocity, yaw_rate)
-        self.log.add_scan(t_s, output.scan, lidar.angle_min, lidar.angle_increment)
+        self.publisher.on_velocity(time_us, velocity, yaw_rate)
+        self.log.add_scan(t_s, ranges, lidar.angle_min, lidar.angle_increment)
         self.log.v_safe.add(t_s, *velocity, 0.0)
         self.log.v_final.add(t_s, *velocity, yaw_rate)
         self.log.decisions.add(
@@ -238,7 +239,7 @@ class ClosedLoop:
         )
 
     def _levelled(self, scan: LaserScan2D) -> LaserScan2D:
-        body, mount = self._own_pose, self.simulation.lidar.pose_in_body
+        body, mount = self._own_pose, self.lidar.pose_in_body
         attitude = LidarAttitude.of_mounted(
             body.position_m[2], body.orientation_xyzw, mount.position_m, mount.orientation_xyzw
         )
@@ -249,9 +250,9 @@ class ClosedLoop:
             shapes = contact.collision_1, contact.collision_2
             self.monitor.on_contact(1e-6 * output.time_us, *shapes, upwards=contact.normal[2])
         self.monitor.course.on_ready(self.publisher.ready)
-        self._carry_out(self.monitor.on_armed(self.simulation.px4.status.armed))
+        self._carry_out(self.monitor.on_armed(self._px4.status.armed))
 
-    def _carry_out(self, actions) -> None:
+    def _carry_out(self, actions: Sequence[Action]) -> None:
         for action in actions:
             if action is Action.SEND_GOAL:
                 if self.parameters.mission:
@@ -259,7 +260,7 @@ class ClosedLoop:
                 elif self.parameters.goal_xyz_m is not None:
                     self._position_controller.set_setpoint(self.parameters.goal_xyz_m)
             elif action is Action.LAND:
-                self.simulation.px4.request_mode(Mode.AUTO_LAND)
+                self._px4.request_mode(Mode.AUTO_LAND)
             else:
                 self._finished = True
 
@@ -270,5 +271,5 @@ class ClosedLoop:
     def __enter__(self) -> ClosedLoop:
         return self
 
-    def __exit__(self, *exception) -> None:
+    def __exit__(self, *exception: object) -> None:
         self.close()

@@ -7,7 +7,7 @@ are body velocities (x forward, y left, z up); seconds of simulation time, metre
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Iterator
+from typing import Any, Iterator, Sequence
 
 import numpy as np
 
@@ -33,14 +33,14 @@ class Series:
     def __iter__(self) -> Iterator[tuple]:
         return iter(self.rows)
 
-    def add(self, *values) -> None:
+    def add(self, *values: Any) -> None:
         """Append one row; a stamp that is not after the last one's is a repetition and is left out."""
         if len(values) != len(self.columns):
             raise ValueError(f"a row has {len(self.columns)} values ({', '.join(self.columns)})")
         if not self.rows or values[0] > self.rows[-1][0]:
             self.rows.append(values)
 
-    def add_simultaneous(self, *values) -> None:
+    def add_simultaneous(self, *values: Any) -> None:
         """Append one row of several that may share a stamp (contacts)."""
         self.rows.append(values)
 
@@ -85,11 +85,17 @@ class FlightLog:
     contacts: Series = field(default_factory=lambda: Series(CONTACT_COLUMNS))
     scans: list[LoggedScan] = field(default_factory=list)
 
-    def series(self) -> dict:
+    def series(self) -> dict[str, Series]:
         """Return the series by name."""
         return {name: value for name, value in vars(self).items() if isinstance(value, Series)}
 
-    def add_scan(self, t_s: float, ranges_m, angle_min_rad: float, angle_increment_rad: float) -> None:
+    def add_scan(
+        self,
+        t_s: float,
+        ranges_m: np.ndarray | Sequence[float],
+        angle_min_rad: float,
+        angle_increment_rad: float,
+    ) -> None:
         """Keep this scan if the last one kept is at least `scan_period_s` older."""
         if not self.scans or t_s - self.scans[-1].t_s >= self.scan_period_s - 1e-6:
             ranges = np.asarray(ranges_m, dtype=np.float32)

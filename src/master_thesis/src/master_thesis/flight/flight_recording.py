@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Iterator, NamedTuple
+from typing import Any, Iterator, NamedTuple, Sequence
 
 import numpy as np
 
@@ -132,9 +132,10 @@ def _row(pose: Pose) -> tuple:
     return (*pose.position_m, *pose.orientation_xyzw)
 
 
-def _pose(row) -> Pose:
-    return Pose(tuple(row[:3]), tuple(row[3:]))
+def _pose(row: Sequence[float]) -> Pose:
+    x, y, z, qx, qy, qz, qw = row
+    return Pose((x, y, z), (qx, qy, qz, qw))
 
 
-def _plain(value: np.ndarray):
+def _plain(value: np.ndarray) -> Any:
     return tuple(value.tolist()) if value.ndim else float(value)

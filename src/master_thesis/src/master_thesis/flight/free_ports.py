@@ -18,7 +18,7 @@ def free_ports(count: int) -> list[int]:
         OSError: there are not so many.
     """
     with contextlib.ExitStack() as held:
-        found = []
+        found: list[int] = []
         for port in random.SystemRandom().sample(CANDIDATES, len(CANDIDATES)):
             if len(found) == count:
                 return found

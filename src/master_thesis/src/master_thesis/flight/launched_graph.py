@@ -149,7 +149,8 @@ class Graph:
             except ProcessLookupError:
                 continue
         self.launch.wait()
-        self._probe.stdin.close()
+        if self._probe.stdin:
+            self._probe.stdin.close()
         try:
             self._probe.wait(5.0)
         except subprocess.TimeoutExpired:
@@ -158,5 +159,5 @@ class Graph:
         self._output.close()
 
     def _read_events(self) -> None:
-        for line in self._probe.stdout:
+        for line in self._probe.stdout or ():
             self._events.put(json.loads(line))

@@ -6,7 +6,7 @@ Whoever hears of the flight tells the monitor: the experiment's node from topics
 from __future__ import annotations
 
 import time
-from typing import Callable
+from typing import Callable, Sequence
 
 from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
@@ -47,7 +47,9 @@ class Monitor:
         """Take note why the UAV does not hover yet, in words; empty: it does."""
         self.course.on_waiting(reason)
 
-    def on_truth(self, t_s: float, position_m, orientation_xyzw, decide: bool = True) -> list[Action]:
+    def on_truth(
+        self, t_s: float, position_m: Sequence[float], orientation_xyzw: Sequence[float], decide: bool = True
+    ) -> list[Action]:
         """Take the true pose, in `world`; return what is to be done now, unless it is decided later."""
         if t_s < self.now_s - CLOCK_TOLERANCE_S:
             return self.abort("The clock jumped back: the simulation was reset.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Callable
 
-from simulation_tools.geometry import Pose
+from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.ned_frames import attitude_to_enu, enu_to_ned
 from simulation_tools.publisher import (
     AnnounceReady,
@@ -70,7 +70,7 @@ class PublisherLink:
             if due(time_us) and not self.silent:
                 self._carry_out(tell(1000 * time_us))
 
-    def on_velocity(self, time_us: int, velocity_flu_m_s, yaw_rate_rad_s: float) -> None:
+    def on_velocity(self, time_us: int, velocity_flu_m_s: Vector3, yaw_rate_rad_s: float) -> None:
         """Pass on a velocity command made from the scan of this instant."""
         if not self.silent:
             command = self._publisher.on_velocity(1000 * time_us, "", velocity_flu_m_s, yaw_rate_rad_s)

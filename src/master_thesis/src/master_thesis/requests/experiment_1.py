@@ -38,8 +38,8 @@ def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
     scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
     scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), scenario.POSE_SOURCES)
     world = scenario.absolute("world", str(asked.get("world", "")))
-    start = scenario.numbers("start", asked.get("start", "0 0 0 0"), ("x", "y", "z", "yaw"))
-    goal = scenario.numbers("goal", asked.get("goal", "40 0 2"), ("x", "y", "z"))
+    start = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
+    goal = scenario.place("goal", asked.get("goal", "40 0 2"))
     flown = scenario.Scenario(name or world.stem, world, start, goal)
     model = str(asked.get("model", "iris"))
     description = RunDescription(

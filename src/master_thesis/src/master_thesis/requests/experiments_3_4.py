@@ -40,7 +40,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     sources = scenario.MAPPING_POSE_SOURCES
     scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), sources)
     world = scenario.absolute("world", str(asked.get("world", "")))
-    start = scenario.numbers("start", asked.get("start", "0 0 0 0"), ("x", "y", "z", "yaw"))
+    start = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
     mission = scenario.absolute("mission", str(asked.get("mission", "")))
     places = [waypoint.position_m for waypoint in _waypoints(mission)]
     flown = scenario.Scenario(world.stem, world, start, places[-1], mission)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Callable, Sequence
 
 from master_thesis.errors import ScenarioError
@@ -52,7 +53,7 @@ def check_course(
         lifted_m = z + standing_height_m(uav) + LIFT_M
         start = Pose.from_xyz_rpy(x, y, lifted_m, yaw=yaw) @ uav.pose
         if distance_m("the UAV", start, 0.1) < -PENETRATION_M:
-            name = _nearest(obstacles, lambda but: distance_m("the UAV", start, 0.1, but))
+            name = _nearest(obstacles, partial(distance_m, "the UAV", start, 0.1))
             raise ScenarioError(
                 f"At ({x:g}, {y:g}, {z:g}) the UAV would start inside of {name}; move start:=."
             )
@@ -60,7 +61,7 @@ def check_course(
             pose = Pose(tuple(place))
             found_m = distance_m("place", pose, keep_m + 1.0)
             if found_m < max(keep_m, _PROBE_RADIUS_M):
-                name = _nearest(obstacles, lambda but, at=pose: distance_m("place", at, keep_m + 1.0, but))
+                name = _nearest(obstacles, partial(distance_m, "place", pose, keep_m + 1.0))
                 raise ScenarioError(_too_close(place, found_m + _PROBE_RADIUS_M, name, keep_m))
     finally:
         world.close()

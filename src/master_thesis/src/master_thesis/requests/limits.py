@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, Callable, Mapping, TypeVar
+from typing import Any, Mapping, TypeVar
 
-Limits = TypeVar("Limits")
+Limits = TypeVar("Limits", bound=Any)
 
 
-def limits_of(asked: Mapping[str, Any], kind: Callable[..., Limits]) -> Limits:
+def limits_of(asked: Mapping[str, Any], kind: type[Limits]) -> Limits:
     """Return the limits, a dataclass, of those values that name its fields; raises FlightError."""
     names = [field.name for field in fields(kind)]
     return kind(**{name: asked[name] for name in names if name in asked})

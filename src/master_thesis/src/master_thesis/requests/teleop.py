@@ -17,6 +17,6 @@ def check(asked: Mapping[str, Any]) -> None:
     scenario.choose("device", str(asked["device"]), DEVICES)
     scenario.number("speed", asked["speed"], *scenario.SPEEDS_M_S)
     scenario.whole_number("seed", asked["seed"], *scenario.SEEDS)
-    start = scenario.numbers("start", asked["start"], ("x", "y", "z", "yaw"))
+    start = scenario.place_and_yaw("start", asked["start"])
     world = scenario.absolute("world", str(asked["world"]))
     check_course(scenario.Scenario(world.stem, world, start), "iris", lidar, (), 0.0)

@@ -6,8 +6,10 @@ Made to be printed: legible in grey, equal scales, units on every axis. Needs ma
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -18,7 +20,7 @@ from master_thesis.worlds.floor_plan import Outline
 
 _WIDTH_IN = 7.2  # a paper's two columns
 _SOLID, _LOW, _HIT = "#5b6066", "#d9d9d6", "#c2410c"
-_STYLE = {"fontsize": 8}
+_STYLE: dict[str, Any] = {"fontsize": 8}
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,9 @@ def top_view_figure(view: TopView) -> Figure:
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     _draw_outlines(axes, view)
-    axes.scatter(*view.hits_xy.T, s=0.5, color=_HIT, linewidths=0, zorder=3, rasterized=True)
+    axes.scatter(
+        view.hits_xy[:, 0], view.hits_xy[:, 1], s=0.5, color=_HIT, linewidths=0, zorder=3, rasterized=True
+    )
     path = _draw_path(axes, view)
     axes.plot(*view.start_xy, "o", ms=6, mfc="white", mec="black", mew=1.2, zorder=6)
     axes.plot(*view.goal_xy, "*", ms=11, mfc="white", mec="black", mew=1.0, zorder=6)
@@ -82,7 +86,7 @@ def _limits(view: TopView) -> np.ndarray:
     return np.array((np.minimum(low, middle - reach / 2), np.maximum(high, middle + reach / 2)))
 
 
-def _draw_outlines(axes, view: TopView) -> None:
+def _draw_outlines(axes: Axes, view: TopView) -> None:
     for blocks, colour, order in ((False, _LOW, 1), (True, _SOLID, 2)):
         shapes = [
             o for o in view.outlines if o.blocks(view.flight_height_m) is blocks and len(o.outline_xy) > 2
@@ -93,7 +97,7 @@ def _draw_outlines(axes, view: TopView) -> None:
         )
 
 
-def _draw_path(axes, view: TopView) -> LineCollection:
+def _draw_path(axes: Axes, view: TopView) -> LineCollection:
     points = view.path[:, :2]
     segments = np.stack((points[:-1], points[1:]), axis=1)
     axes.plot(*points.T, color="black", linewidth=3.2, solid_capstyle="round", zorder=4)
@@ -105,8 +109,8 @@ def _draw_path(axes, view: TopView) -> LineCollection:
     return lines
 
 
-def _legend(axes, view: TopView) -> None:
-    handles = [
+def _legend(axes: Axes, view: TopView) -> None:
+    handles: list[Line2D | Patch] = [
         Line2D([], [], marker="o", ls="", ms=5, mfc="white", mec="black", label="start"),
         Line2D([], [], marker="*", ls="", ms=8, mfc="white", mec="black", label="goal"),
         Line2D([], [], color="#21918c", lw=2.2, label="path"),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.patches import Polygon
 
@@ -15,7 +16,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model, World
 
 SOLID, UAV = "#5b6066", "#9db4cf"
-LABEL = {"fontsize": 8}
+LABEL: dict[str, Any] = {"fontsize": 8}
 
 
 def up(points_xy: np.ndarray) -> np.ndarray:
@@ -23,7 +24,7 @@ def up(points_xy: np.ndarray) -> np.ndarray:
     return np.stack((-points_xy[..., 1], points_xy[..., 0]), axis=-1)
 
 
-def frame(axes, behind: float, ahead: float, right: float, left: float) -> None:
+def frame(axes: Axes, behind: float, ahead: float, right: float, left: float) -> None:
     """Set equal scales, these limits (m along x and y) and labels."""
     axes.set_aspect("equal")
     axes.set_xlim(-left, -right)
@@ -33,18 +34,18 @@ def frame(axes, behind: float, ahead: float, right: float, left: float) -> None:
     axes.tick_params(labelsize=7)
 
 
-def draw_obstacles(axes, obstacles: Sequence[Obstacle]) -> None:
+def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle]) -> None:
     """Draw obstacles in the frame that they are placed in."""
     _draw_models(axes, tuple(obstacle.model() for obstacle in obstacles), SOLID, 1.0, 2)
 
 
-def draw_uav(axes, uav: Model, pose: Pose, alpha: float = 1.0) -> None:
+def draw_uav(axes: Axes, uav: Model, pose: Pose, alpha: float = 1.0) -> None:
     """Draw the outline of a UAV."""
     _draw_models(axes, (replace(uav, pose=pose),), UAV, alpha, 3)
 
 
-def _draw_models(axes, models: tuple[Model, ...], colour: str, alpha: float, order: int) -> None:
+def _draw_models(axes: Axes, models: tuple[Model, ...], colour: str, alpha: float, order: int) -> None:
     shapes = outlines(World("from above", models=models))
     patches = [Polygon(up(shape.outline_xy), closed=True) for shape in shapes if len(shape.outline_xy) > 2]
-    style = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.3}
+    style: dict[str, Any] = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.3}
     axes.add_collection(PatchCollection(patches, alpha=alpha, zorder=order, **style))

@@ -54,14 +54,14 @@ def path_length_m(positions_xyz: np.ndarray) -> float:
 
 def statistics_of(values: np.ndarray | list) -> dict | None:
     """Return mean, median, 99th percentile, maximum and count of values (n,), or None without any."""
-    values = np.asarray(values, dtype=float)
-    values = values[np.isfinite(values)]
-    if not len(values):
+    found = np.asarray(values, dtype=float)
+    found = found[np.isfinite(found)]
+    if not len(found):
         return None
     return {
-        "mean": float(values.mean()),
-        "median": float(np.median(values)),
-        "p99": float(np.percentile(values, 99)),
-        "max": float(values.max()),
-        "count": len(values),
+        "mean": float(found.mean()),
+        "median": float(np.median(found)),
+        "p99": float(np.percentile(found, 99)),
+        "max": float(found.max()),
+        "count": len(found),
     }

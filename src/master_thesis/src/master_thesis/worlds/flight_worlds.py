@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Callable, Sequence
+from typing import Callable, Iterator, Sequence, Tuple
 
 import numpy as np
 
@@ -164,6 +164,7 @@ _STATIONS = (
     (27.0, 0.0, _HALF_WIDTH_M),
     (42.5, 0.0, _HALF_WIDTH_M),
 )
+XY = Tuple[float, float]
 _DOORS = {"left": ((4.0, 5.0), (15.0, 16.0), (31.5, 32.5)), "right": ((6.5, 7.5), (15.5, 16.5), (35.0, 36.0))}
 _OUTER_Y_M = 6.5
 _PILLAR = Prop("pillar", 22.5, 0.3, (Part("pillar", Cylinder(0.3, _WALL_HEIGHT_M), _CONCRETE),))
@@ -182,7 +183,7 @@ def _hallway_walls() -> tuple[Prop, ...]:
     return tuple(props)
 
 
-def _without_doors(line, doors):
+def _without_doors(line: Sequence[XY], doors: Sequence[tuple[float, float]]) -> Iterator[tuple[XY, XY]]:
     """Cut a polyline's level segments open at the doors' x ranges; yield (start, end) of what is left."""
     for start, end in zip(line, line[1:]):
         at_x = start[0]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Box, Cylinder, Mesh, Plane, Sphere, World
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Plane, Sphere, World
 from simulation_tools.sdf.parser import load_world
 
 _CIRCLE = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
@@ -55,7 +56,7 @@ def _outline(name: str, pose: Pose, points: np.ndarray) -> Outline:
     return Outline(name, convex_hull(placed[:, :2]), float(placed[:, 2].min()), float(placed[:, 2].max()))
 
 
-def _point_clouds(geometry) -> list[np.ndarray]:
+def _point_clouds(geometry: Geometry) -> list[np.ndarray]:
     """Return points (n, 3) whose hull is the shape, one array for each convex piece."""
     if isinstance(geometry, Box):
         corners = np.array(np.meshgrid((-0.5, 0.5), (-0.5, 0.5), (-0.5, 0.5))).reshape(3, -1).T
@@ -83,7 +84,7 @@ def _ring(radius_m: float, height_m: float = 0.0) -> np.ndarray:
 def _mesh_pieces(geometry: Mesh) -> list[np.ndarray]:
     import trimesh  # costs half a second, and only worlds with meshes need it
 
-    mesh = trimesh.load(geometry.path, force="mesh")
+    mesh: Any = trimesh.load(geometry.path, force="mesh")
     return [np.asarray(piece.vertices) * geometry.scale for piece in mesh.split(only_watertight=False)]
 
 

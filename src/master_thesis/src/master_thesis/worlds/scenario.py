@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Sequence
+from typing import Any, Sequence
 
 from master_thesis.errors import ScenarioError
 from simulation_tools.vehicle.uav import is_lidar
@@ -74,7 +74,7 @@ def choose(what: str, given: str, choices: Sequence[str]) -> str:
     return given
 
 
-def number(what: str, given, least: float, greatest: float) -> float:
+def number(what: str, given: Any, least: float, greatest: float) -> float:
     """Return what was given as a number within the bounds.
 
     Raises:
@@ -86,7 +86,7 @@ def number(what: str, given, least: float, greatest: float) -> float:
     return value
 
 
-def whole_number(what: str, given, least: int, greatest: int) -> int:
+def whole_number(what: str, given: Any, least: int, greatest: int) -> int:
     """Return what was given as a whole number within the bounds.
 
     Raises:
@@ -112,7 +112,7 @@ def absolute(what: str, given: str) -> Path:
     return path
 
 
-def _as_float(given) -> float:
+def _as_float(given: Any) -> float:
     """Return a number, or what no bound admits."""
     try:
         return math.nan if isinstance(given, bool) else float(given)
@@ -120,14 +120,26 @@ def _as_float(given) -> float:
         return math.nan
 
 
-def numbers(what: str, text: str, names: Sequence[str]) -> tuple[float, ...]:
+def place(what: str, text: str) -> tuple[float, float, float]:
+    """Read "x y z"; raises ScenarioError with a sentence that says what is expected."""
+    x, y, z = _numbers(what, text, ("x", "y", "z"))
+    return x, y, z
+
+
+def place_and_yaw(what: str, text: str) -> tuple[float, float, float, float]:
+    """Read "x y z yaw"; raises ScenarioError with a sentence that says what is expected."""
+    x, y, z, yaw = _numbers(what, text, ("x", "y", "z", "yaw"))
+    return x, y, z, yaw
+
+
+def _numbers(what: str, text: str, names: Sequence[str]) -> tuple[float, ...]:
     """Read "1 2 0.5" as that many finite numbers as there are names.
 
     Raises:
         ScenarioError: a sentence that says what is expected.
     """
     try:
-        values = tuple(float(word) for word in str(text).replace(",", " ").split())
+        values = tuple(map(float, str(text).replace(",", " ").split()))
     except ValueError:
         values = ()
     if len(values) != len(names) or not all(math.isfinite(value) for value in values):

@@ -47,7 +47,7 @@ def inside(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 class _Reachable:
     """Tells which places can be reached from one without crossing a solid: a flood on a grid."""
 
-    def __init__(self, solids: Sequence[np.ndarray], start_xy) -> None:
+    def __init__(self, solids: Sequence[np.ndarray], start_xy: Sequence[float]) -> None:
         low = np.min([c.min(axis=0) for c in solids], axis=0) - 2 * CELL_M
         high = np.max([c.max(axis=0) for c in solids], axis=0) + 2 * CELL_M
         self._low = low = np.minimum(low, np.array(start_xy) - 2 * CELL_M)
@@ -66,7 +66,7 @@ class _Reachable:
     def __call__(self, points: np.ndarray) -> np.ndarray:
         return self._reached[self._cells(points)]
 
-    def _cells(self, points: np.ndarray):
+    def _cells(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         indices = np.clip(np.floor((points - self._low) / CELL_M).astype(int), 0, np.array(self._shape) - 1)
         return indices[:, 0], indices[:, 1]
 
@@ -105,4 +105,4 @@ def _joined(pieces: np.ndarray) -> np.ndarray:
 
 def _in_line(first: np.ndarray, second: np.ndarray) -> bool:
     a, b = first[1] - first[0], second[1] - second[0]
-    return abs(a[0] * b[1] - a[1] * b[0]) < 1e-9 * max(1.0, np.linalg.norm(a)) and float(a @ b) > 0.0
+    return abs(a[0] * b[1] - a[1] * b[0]) < 1e-9 * max(1.0, float(np.linalg.norm(a))) and float(a @ b) > 0.0
