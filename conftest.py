@@ -77,7 +77,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 # -- several tests at a time --------------------------------------------------------------------------------
 
 # The dearest files come first, so that no process still runs one when the others are done.
-FIRST = ("tests/test_experiment_1.py", "tests/test_rostests.py", "tests/test_flights.py")
+FIRST = ("tests/flights/test_experiment_1.py", "tests/test_rostests.py", "tests/flights/test_flights.py")
 
 
 def turn(item: pytest.Item) -> int:

@@ -16,7 +16,7 @@ from launched_flight import READY_PATIENCE_S, Flight
 
 from master_thesis.flight.free_ports import free_ports
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 WORLDS = ROOT / "src/master_thesis/worlds"
 FOREST = WORLDS / "forest.world"
 LOCKSTEP = {"lockstep": "true", "lockstep_timeout": 30, "real_time_factor": 0}
@@ -115,7 +115,7 @@ def test_a_bag_played_into_cepa_alone_gives_every_recorded_answer(twins, process
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
     processes.start("roslaunch", "-p", str(port), "cepa", "cepa.launch", "visualiser:=false", "replay:=true")
     bag = str(twins[0].results / "flight.bag")
-    run = processes.run(sys.executable, str(ROOT / "tests/playback_probe.py"), bag, timeout_s=200.0)
+    run = processes.run(sys.executable, str(ROOT / "tests/flights/playback_probe.py"), bag, timeout_s=200.0)
     assert run.returncode == 0, run.stdout
     figures = json.loads(run.stdout.splitlines()[-1])
     assert figures["recorded"] > 500
@@ -145,7 +145,7 @@ def test_dynparam_changes_the_flight_while_flying(processes, tmp_path):
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
     flight.wait_until_said("process[experiment", READY_PATIENCE_S)
     dynparam = ("rosrun", "dynamic_reconfigure", "dynparam", "set", "/cepa", "r_ub", "1.5")
-    probe = str(ROOT / "tests/tuning_probe.py")
+    probe = str(ROOT / "tests/flights/tuning_probe.py")
     run = processes.run(sys.executable, probe, "8", *dynparam, timeout_s=270.0)
     assert run.returncode == 0, run.stdout
     flight.wait(120.0)
@@ -171,7 +171,7 @@ def test_nodes_that_die_in_flight(processes, tmp_path):
     goal = f"600 0 {height_m}"  # further than the flight gets
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", world=WORLDS / "empty.world", goal=goal)
     flight.wait_until_said("is sent to the goal", READY_PATIENCE_S)
-    probe = str(ROOT / "tests/fault_probe.py")
+    probe = str(ROOT / "tests/flights/fault_probe.py")
     run = processes.run(sys.executable, probe, str(height_m), *STEERING, *LINK, timeout_s=400.0)
     assert run.returncode == 0, run.stdout
     seen = {report["node"]: report for report in map(json.loads, run.stdout.splitlines()[-7:])}

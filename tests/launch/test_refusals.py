@@ -14,7 +14,7 @@ from master_thesis.flight.free_ports import free_ports
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 WORLDS = ROOT / "src/master_thesis/worlds"
 
 pytestmark = pytest.mark.ros

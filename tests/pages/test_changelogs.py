@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-PACKAGES = sorted(path.parent for path in Path(__file__).resolve().parents[1].glob("src/*/package.xml"))
+PACKAGES = sorted(path.parent for path in Path(__file__).resolve().parents[2].glob("src/*/package.xml"))
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from python_sources import imports, python_nodes
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
 EDGE = "node_tools"

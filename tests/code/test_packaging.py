@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from python_sources import imports, python_nodes
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SETUPS = sorted(ROOT.glob("src/*/setup.py"))
 PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
 

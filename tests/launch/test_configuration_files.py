@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def files(*patterns: str) -> list[Path]:
@@ -193,7 +193,7 @@ def test_rviz_shows_every_display(ros_master):
         if not shutil.which(program):
             pytest.skip(f"needs {program}")
     ros_master.environment.update(LIBGL_ALWAYS_SOFTWARE="1", QT_QPA_PLATFORM="xcb")
-    probe = str(ROOT / "tests/rviz_displays.py")
+    probe = str(ROOT / "tests/launch/rviz_displays.py")
     screen = ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24"]
     run = ros_master.run(*screen, sys.executable, probe, *map(str, RVIZ), timeout_s=200.0)
     assert run.returncode == 0, run.stdout

@@ -8,7 +8,7 @@ from urllib.parse import unquote
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 ELSEWHERE = {"build", "devel", ".venv", "results", "logs"}
 PAGES = sorted(
     path

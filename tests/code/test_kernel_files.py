@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 GUARDED = ROOT / "src/gridslam/src/gridslam/kernels"
 FILES = [path for path in sorted(ROOT.glob("src/*/src/**/*.py")) if GUARDED not in path.parents]
 

@@ -14,7 +14,7 @@ from master_thesis.flight.free_ports import free_ports
 
 pytest.importorskip("rosgraph", reason="needs ROS")
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 pytestmark = pytest.mark.ros
 

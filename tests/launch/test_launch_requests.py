@@ -14,7 +14,7 @@ from master_thesis.flight.free_ports import free_ports
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 request = pytest.importorskip("master_thesis_ros.launch.request", reason="needs the workspace's environment")
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 LAUNCH = ROOT / "src/master_thesis/launch"
 FOREST = f"world:={ROOT / 'src/master_thesis/worlds/forest.world'}"
 TREE = "14.29 15.59"  # of the forest's first tree, radius 0.24 m

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 READMES = [ROOT / "README.md", ROOT / "benchmarks/README.md", *sorted((ROOT / "src").rglob("README.md"))]
 OTHERS = [ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("doc/*.md")), *sorted(ROOT.glob("src/*/doc/*.md"))]
 WORDS_MAX = {**dict.fromkeys(READMES, 700), **dict.fromkeys(OTHERS, 2500)}

@@ -10,7 +10,7 @@ import pytest
 
 from master_thesis.flight.free_ports import free_ports
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SETUP_PATIENCE_S = 400.0
 
 pytestmark = pytest.mark.ros
