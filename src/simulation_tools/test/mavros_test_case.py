@@ -7,6 +7,10 @@ import time
 import unittest
 
 import rospy
+from mavros_msgs.msg import ParamValue
+from mavros_msgs.srv import ParamSet
+
+PATIENCE_S = 8.0  # of PX4 without setpoints, simulated: a busy machine may keep this process waiting
 
 
 class MavrosTestCase(unittest.TestCase):
@@ -16,6 +20,7 @@ class MavrosTestCase(unittest.TestCase):
     def setUpClass(cls):
         cls.lock = threading.Lock()
         cls.received = {}
+        cls.service("param/set", ParamSet)("COM_OF_LOSS_T", ParamValue(real=PATIENCE_S))
 
     @classmethod
     def listen(cls, topics):

@@ -98,7 +98,7 @@ class TestMavros(MavrosTestCase):
         self.assertEqual((state.guided, state.system_status), (True, 3))
         pose = self.last("local_position/pose")
         self.assertEqual(pose.header.frame_id, "map")
-        self.assertLess(abs((rospy.get_rostime() - pose.header.stamp).to_sec()), 0.5)
+        self.assertLess(abs((rospy.get_rostime() - pose.header.stamp).to_sec()), 2.0)
         self.assertAlmostEqual(pose.pose.position.z, 0.0, delta=0.05)  # the frame begins where it stands
         self.assertAlmostEqual(pose.pose.orientation.w, 1.0, delta=0.01)  # facing east
         imu = self.last("imu/data")
@@ -175,7 +175,7 @@ class TestMavros(MavrosTestCase):
     def test_e_modes_are_refused_as_px4_does(self):
         self.assertFalse(self.services["set_mode"](0, "FLY").mode_sent)
         self.ask_for("OFFBOARD")  # sent, but there is no stream
-        time.sleep(1.0)
+        time.sleep(0.3)
         self.assertEqual(self.mode(), "AUTO.LOITER")
         answer = self.services["cmd/command"](False, 31000, 0, 0, 0, 0, 0, 0, 0, 0)
         self.assertEqual((answer.success, answer.result), (False, 3))
@@ -188,9 +188,9 @@ class TestMavros(MavrosTestCase):
             message.twist.linear.x = math.inf
             self.velocity_setpoint.publish(message)
 
-        self.eventually(lambda: False, 0.5, nonsense)
+        self.eventually(lambda: False, 0.2, nonsense)
         self.ask_for("OFFBOARD")
-        self.eventually(lambda: False, 0.7, nonsense)
+        self.eventually(lambda: False, 0.3, nonsense)
         self.assertEqual(self.mode(), "AUTO.LOITER")
 
     def test_g_garbage_on_the_port_does_no_harm(self):
@@ -209,7 +209,7 @@ class TestMavros(MavrosTestCase):
             self.services["param/get"]("MPC_XY_P")
             self.services["set_mode"](0, "AUTO.LOITER")
             self.services["cmd/command"](False, 31000, 0, 0, 0, 0, 0, 0, 0, 0)
-            # A second for a parameter, for a command the 2 s that mavros.test sets
+            # A second for a parameter, for a command the one that mavros.test sets
             self.assertLess(time.monotonic() - began, 20.0)  # and not for as long as time stands still
         finally:
             rospy.ServiceProxy("/gazebo/unpause_physics", Empty)()
@@ -273,13 +273,13 @@ class TestMavros(MavrosTestCase):
         """As a user starts it; afterwards the UAV stands where it stood."""
         z = lambda: self.last("local_position/pose").pose.position.z  # noqa: E731
         ground, heights = z(), []
-        command = ["rosrun", "simulation_tools", "offboard_example", "_height:=1.5", "_hold:=2.0"]
+        command = ["rosrun", "simulation_tools", "offboard_example", "_height:=1.0", "_hold:=0.5"]
         example = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(example.kill)
         self.eventually(lambda: heights.append(z()) or example.poll() is not None, 90.0)
         said = example.communicate(timeout=5.0)[0]
         self.assertEqual(example.returncode, 0, said)
-        self.assertAlmostEqual(max(heights) - ground, 1.5, delta=0.15)
+        self.assertAlmostEqual(max(heights) - ground, 1.0, delta=0.15)
         self.assertAlmostEqual(z(), ground, delta=0.05)
         self.assertFalse(self.last("state").armed)
 

@@ -47,7 +47,6 @@ from mavros_msgs.srv import (
     WaypointClear,
     WaypointPull,
     WaypointPush,
-    WaypointSetCurrent,
 )
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix, TimeReference
@@ -244,7 +243,6 @@ class TestMavrosPlugins(MavrosTestCase):
             answer = push(start, items)
             self.assertEqual((answer.success, answer.wp_transfered), (False, 0))
         self.assertTrue(self.service("mission/clear", WaypointClear)().success)
-        self.assertFalse(self.service("mission/set_current", WaypointSetCurrent)(3).success)
 
     def test_d_parameters_are_copied_and_pushed(self):
         self.assertTrue(self.service("param/pull", ParamPull)(True).success)
@@ -301,9 +299,9 @@ class TestMavrosPlugins(MavrosTestCase):
             {"setpoint_raw/global": GlobalPositionTarget(coordinate_frame=77, latitude=LATITUDE)},
         ):
             publish = lambda all=messages: [self.publish(*one) for one in all.items()]  # noqa: E731
-            self.eventually(lambda: False, 0.3, publish)
+            self.eventually(lambda: False, 0.1, publish)
             self.assertTrue(self.ask_for_mode(0, "OFFBOARD").mode_sent)
-            self.eventually(lambda: False, 0.3, publish)
+            self.eventually(lambda: False, 0.2, publish)
             self.assertEqual(self.last("state").mode, "AUTO.LOITER", messages)
 
     def test_f_there_is_no_remote_control(self):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Iterable, Sequence
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from gazebo_msgs.msg import ContactsState, ContactState, ModelStates
 from genpy import Time
@@ -81,7 +82,7 @@ def transform_message(edge: Edge) -> TransformStamped:
     )
 
 
-def scan_message(time_us: int, ranges, lidar: Lidar, frame_id: str) -> LaserScan:
+def scan_message(time_us: int, ranges: np.ndarray, lidar: Lidar, frame_id: str) -> LaserScan:
     """Return a sensor_msgs/LaserScan; all beams of a scan are taken at once."""
     return LaserScan(
         header=Header(stamp=stamp(time_us), frame_id=frame_id),

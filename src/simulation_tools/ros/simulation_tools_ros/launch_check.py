@@ -9,8 +9,9 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import dataclass, field
+from http.client import HTTPConnection
 from pathlib import Path
-from typing import Callable, Mapping, Sequence
+from typing import Any, Callable, Mapping, Sequence
 from xmlrpc.client import Fault, ProtocolError, ServerProxy, Transport
 
 import rosgraph
@@ -112,7 +113,7 @@ def _occupied(node: str, file: Path, master_uri: str) -> str:
     )
 
 
-def _answers(master: ServerProxy, node: str) -> bool:
+def _answers(master: Any, node: str) -> bool:
     try:
         code, _, uri = master.lookupNode("/check_launch", node)
         return code == 1 and _proxy(uri).getPid("/check_launch")[0] == 1
@@ -121,13 +122,14 @@ def _answers(master: ServerProxy, node: str) -> bool:
 
 
 class _ImpatientTransport(Transport):
-    def make_connection(self, host):
+    def make_connection(self, host: tuple[str, dict[str, str]] | str) -> HTTPConnection:
         connection = super().make_connection(host)
         connection.timeout = PATIENCE_S
         return connection
 
 
-def _proxy(uri: str) -> ServerProxy:
+def _proxy(uri: str) -> Any:
+    """Return what calls the methods of an XML-RPC server, which only the server knows."""
     return ServerProxy(uri, transport=_ImpatientTransport())
 
 

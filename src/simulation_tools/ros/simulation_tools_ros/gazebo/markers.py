@@ -29,7 +29,7 @@ def model_markers(
     model_pose: of the model in frame_id. moves_with_frame: RViz follows the frame between messages.
     own_frames: TF frames of the links that turn against the model, by link.
     """
-    markers = []
+    markers: list[Marker] = []
     for link in model.links:
         own_frame = (own_frames or {}).get(link.name)
         pose = Pose.identity() if own_frame else model_pose @ link.pose

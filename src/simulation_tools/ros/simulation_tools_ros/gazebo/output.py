@@ -7,7 +7,7 @@ classes but no running ROS.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from simulation_tools.geometry import Pose
 from simulation_tools.running.performance import PerformanceFigures
@@ -29,7 +29,7 @@ HELD_US = 28_000
 class Publisher(Protocol):
     """What a rospy.Publisher offers of which this module makes use."""
 
-    def publish(self, message) -> None:
+    def publish(self, message: Any) -> None:
         """Send to every subscriber."""
 
     def get_num_connections(self) -> int:
@@ -75,8 +75,11 @@ class GazeboOutput:
         frame_prefix: str = "",
         model_states_period_us: int = 100_000,
         payload: PayloadOutput | None = None,
-    ):
+    ) -> None:
         self._simulation = simulation
+        uav = simulation.uav
+        self._lidar_frame = frame_prefix + (uav.lidar.frame if uav.lidar else "")
+        self._imu_frame = frame_prefix + (uav.imu.frame if uav.imu else "")
         self._topics = topics
         self._frames = frames or FrameNames()
         self._prefix = frame_prefix
@@ -113,8 +116,7 @@ class GazeboOutput:
             if time_us >= self._model_states_due_us:
                 self._publish_models(time_us)
         if output.imu is not None and topics.imu.get_num_connections():
-            frame = self._prefix + self._simulation.uav.imu.frame
-            topics.imu.publish(conversions.imu_message(time_us, output.imu, frame))
+            topics.imu.publish(conversions.imu_message(time_us, output.imu, self._imu_frame))
         late = output.scan is None and time_us >= self._flush_due_us
         if contacts_due or output.payload or late:
             self.flush()
@@ -123,11 +125,11 @@ class GazeboOutput:
             topics.collision.publish(conversions.contacts_message(time_us, output.contacts, world))
         if output.payload and self._payload is not None:
             self._payload.publish(time_us, output.payload)
-        if output.scan is not None:
-            lidar, frame = self._simulation.lidar, self._prefix + self._simulation.uav.lidar.frame
+        lidar = self._simulation.lidar
+        if output.scan is not None and lidar is not None:
             topics.odometry.flush()
             topics.ground_truth.flush()
-            topics.scan.publish(conversions.scan_message(time_us, output.scan, lidar, frame))
+            topics.scan.publish(conversions.scan_message(time_us, output.scan, lidar, self._lidar_frame))
             self.flush()
 
     def report(self, figures: PerformanceFigures, paused: bool) -> None:
@@ -170,7 +172,7 @@ class GazeboOutput:
             (output.odometry, self._topics.odometry, frames.odom),
             (output.ground_truth, self._topics.ground_truth, frames.world),
         ):
-            if topic.get_num_connections():
+            if sample is not None and topic.get_num_connections():
                 topic.publish(conversions.odometry_message(output.time_us, sample, parent, frames.base))
 
     def _publish_models(self, time_us: int) -> None:

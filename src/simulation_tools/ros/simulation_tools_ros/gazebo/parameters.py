@@ -30,8 +30,9 @@ def port(name: str, default: int) -> int:
 def simulation_parameters() -> SimulationParameters:
     """Read what is simulated from the node's private parameters."""
     lidar = str(rospy.get_param("~lidar", "ust"))
+    usual = OdometryParameters()
     errors = {
-        field.name: number("odometry/" + field.name, field.default) for field in fields(OdometryParameters)
+        field.name: number("odometry/" + field.name, getattr(usual, field.name)) for field in fields(usual)
     }
     drift = rospy.get_param("~odometry/drift", True)
     odometry = OdometryParameters(**errors) if drift else OdometryParameters.none()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Callable, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 from sensor_msgs.msg import CameraInfo, FluidPressure, Image, PointCloud2, PointField, Range
@@ -41,12 +41,13 @@ class PayloadOutput:
         if isinstance(device, Camera):
             frame = self._prefix + optical_frame(f"{sensor.mount.link}/{name}")
             image, info = advertise(f"{name}/image_raw", Image), advertise(f"{name}/camera_info", CameraInfo)
-            return _camera(frame, image, info)
-        message_class, make = {
+            return _camera(frame, image, info, device)
+        kinds: dict[type, tuple[type, Callable]] = {
             RangeFinder: (Range, range_message),
             CloudLidar: (PointCloud2, cloud_message),
             Barometer: (FluidPressure, pressure_message),
-        }[type(device)]
+        }
+        message_class, make = kinds[type(device)]
         topic = advertise(name, message_class)
 
         def publish(time_us: int, sensor: PayloadSensor) -> None:
@@ -56,15 +57,16 @@ class PayloadOutput:
         return publish
 
 
-def _camera(frame: str, image, info) -> Callable:
+def _camera(frame: str, image: Any, info: Any, camera: Camera) -> Callable:
     """Return what publishes a camera's picture and optics with one stamp."""
 
     def publish(time_us: int, sensor: PayloadSensor) -> None:
         header = Header(stamp=stamp(time_us), frame_id=frame)
         if info.get_num_connections():
-            info.publish(camera_info_message(header, sensor.device))
+            info.publish(camera_info_message(header, camera))
         if image.get_num_connections():
-            image.publish(image_message(header, sensor.read()))
+            picture: Any = sensor.read()
+            image.publish(image_message(header, picture))
 
     return publish
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Callable
+from typing import Any, Callable
 
 import rospy
 
@@ -55,7 +55,7 @@ class PhysicsTuning:
             "contact_surface_layer": solver.surface_layer_m,
         }
 
-    def _on_change(self, config, level: int):
+    def _on_change(self, config: Any, level: int) -> Any:
         try:
             self._loop.call(lambda: self._apply(config, level))
         except SimulationToolsError as error:
@@ -71,7 +71,7 @@ class PhysicsTuning:
         )
         return config
 
-    def _apply(self, config, level: int) -> None:
+    def _apply(self, config: Any, level: int) -> None:
         """Apply a whole configuration, between two steps."""
         simulation = self._simulation
         simulation.set_time_step(round(config.time_step, 3))

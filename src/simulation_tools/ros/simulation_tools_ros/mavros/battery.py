@@ -17,7 +17,7 @@ _TECHNOLOGIES = {
 }
 
 
-def system_battery_message(status, header: Header) -> BatteryState:
+def system_battery_message(status: common.MAVLink_message, header: Header) -> BatteryState:
     """SYS_STATUS to BatteryState: what MAVROS publishes until the first BATTERY_STATUS."""
     message = _discharging(header)
     message.voltage = 1e-3 * status.voltage_battery
@@ -27,7 +27,7 @@ def system_battery_message(status, header: Header) -> BatteryState:
     return message
 
 
-def battery_message(battery, header: Header) -> BatteryState:
+def battery_message(battery: common.MAVLink_message, header: Header) -> BatteryState:
     """BATTERY_STATUS to BatteryState; the voltage is the cells' together."""
     message = _discharging(header)
     message.current = math.nan if battery.current_battery == -1 else -1e-2 * battery.current_battery

@@ -6,6 +6,7 @@ from typing import Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from genpy import Time
+from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
 from simulation_tools.mavros.client import FcuClient, mode_name
@@ -28,7 +29,9 @@ def connection(client: FcuClient) -> DiagnosticStatus:
     return _status("FCU connection", level, text, values)
 
 
-def heartbeats(heartbeat, count: int, arrivals_s: Sequence[float], now_s: float) -> DiagnosticStatus:
+def heartbeats(
+    heartbeat: common.MAVLink_message, count: int, arrivals_s: Sequence[float], now_s: float
+) -> DiagnosticStatus:
     """How often heartbeats come; arrivals_s, now_s: ROS's time of the newest ones, and now."""
     window_s = now_s - arrivals_s[0] if arrivals_s else 0.0
     rate_hz = len(arrivals_s) / window_s if window_s > 0.0 else 0.0
@@ -41,7 +44,7 @@ def heartbeats(heartbeat, count: int, arrivals_s: Sequence[float], now_s: float)
     return _status("Heartbeat", level, text, values)
 
 
-def system(status) -> DiagnosticStatus:
+def system(status: common.MAVLink_message) -> DiagnosticStatus:
     """SYS_STATUS's sensors (None: not heard yet)."""
     if status is None:
         return _status("System", WARN, "No SYS_STATUS yet", {})
@@ -60,7 +63,7 @@ def system(status) -> DiagnosticStatus:
     return _status("System", level, text, values)
 
 
-def battery(status) -> DiagnosticStatus:
+def battery(status: common.MAVLink_message) -> DiagnosticStatus:
     """SYS_STATUS's battery (None: not heard yet)."""
     if status is None or status.battery_remaining < 0:
         return _status("Battery", WARN, "No data", {})

@@ -10,6 +10,7 @@ from typing import Any, Callable
 
 import rospy
 from genpy import Time
+from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
 from simulation_tools.geometry import Quaternion, Vector3
@@ -48,6 +49,11 @@ class Heard:
     local_position: Any = None  # LOCAL_POSITION_NED
     global_position: Any = None  # GLOBAL_POSITION_INT
 
+    @property
+    def attitude_or_level(self) -> Quaternion:
+        """The attitude; level and facing east before it is known."""
+        return self.attitude or (0.0, 0.0, 0.0, 1.0)
+
 
 @dataclass
 class Timer:
@@ -83,7 +89,7 @@ class Uas:
         self.geoid_height_m = number("~geoid_height", 0.0)
         self.heard = Heard()
         self._timers: list[Timer] = []
-        self._connection_jobs: list[Callable[[], None]] = []
+        self._connection_jobs: list[Callable[[], object]] = []
         self._refused_s: dict[str, float] = {}
         client.on("ATTITUDE_QUATERNION", self._on_attitude)
         client.on("LOCAL_POSITION_NED", self._on_local_position)
@@ -137,7 +143,7 @@ class Uas:
                 timer.callback(now_s)
         return min((timer.due_s for timer in self._timers), default=math.inf) - now_s
 
-    def on_connection(self, job: Callable[[], None]) -> None:
+    def on_connection(self, job: Callable[[], object]) -> None:
         """Do a job, which may block, whenever the flight controller is there again."""
         self._connection_jobs.append(job)
 
@@ -171,16 +177,16 @@ class Uas:
 
     # What is heard
 
-    def _on_attitude(self, message) -> None:
+    def _on_attitude(self, message: common.MAVLink_message) -> None:
         self.note_time(message.time_boot_ms)
         self.heard.attitude = attitude_to_enu((message.q1, message.q2, message.q3, message.q4))
         self.heard.rates = flu_to_frd((message.rollspeed, message.pitchspeed, message.yawspeed))
 
-    def _on_local_position(self, message) -> None:
+    def _on_local_position(self, message: common.MAVLink_message) -> None:
         self.note_time(message.time_boot_ms)
         self.heard.local_position = message
 
-    def _on_global_position(self, message) -> None:
+    def _on_global_position(self, message: common.MAVLink_message) -> None:
         self.note_time(message.time_boot_ms)
         self.heard.global_position = message
 

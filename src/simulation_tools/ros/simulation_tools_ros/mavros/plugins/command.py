@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any, Sequence
+
 import rospy
 from mavros_msgs.srv import (
     CommandBool,
+    CommandBoolRequest,
     CommandBoolResponse,
     CommandHome,
+    CommandHomeRequest,
     CommandHomeResponse,
     CommandInt,
+    CommandIntRequest,
     CommandIntResponse,
     CommandLong,
+    CommandLongRequest,
     CommandLongResponse,
     CommandTOL,
+    CommandTOLRequest,
     CommandTOLResponse,
 )
 from pymavlink.dialects.v20 import common
@@ -44,10 +51,10 @@ class CommandPlugin:
         ):
             uas.serve(name, service_class, handler)
 
-    def _on_arming(self, request) -> CommandBoolResponse:
+    def _on_arming(self, request: CommandBoolRequest) -> CommandBoolResponse:
         return self._send(CommandBoolResponse, _COMPONENT_ARM_DISARM, 1.0 if request.value else 0.0)
 
-    def _on_command(self, request) -> CommandLongResponse:
+    def _on_command(self, request: CommandLongRequest) -> CommandLongResponse:
         params = [getattr(request, f"param{i}") for i in range(1, 8)]
         if not request.broadcast:
             return self._send(CommandLongResponse, request.command, *params)
@@ -56,7 +63,7 @@ class CommandPlugin:
         message = common.MAVLink_command_long_message(*_BROADCAST, request.command, 0, *params)
         return CommandLongResponse(success=self._client.send(message), result=RESULT_ACCEPTED)
 
-    def _on_command_int(self, request) -> CommandIntResponse:
+    def _on_command_int(self, request: CommandIntRequest) -> CommandIntResponse:
         params = [request.param1, request.param2, request.param3, request.param4]
         if not _are_numbers([*params, request.z]):
             return CommandIntResponse(success=False)
@@ -74,22 +81,22 @@ class CommandPlugin:
         )
         return CommandIntResponse(success=self._client.send(message))
 
-    def _on_set_home(self, request) -> CommandHomeResponse:
+    def _on_set_home(self, request: CommandHomeRequest) -> CommandHomeResponse:
         here = 1.0 if request.current_gps else 0.0
         place = (request.latitude, request.longitude, request.altitude)
         return self._send(CommandHomeResponse, _DO_SET_HOME, here, 0.0, 0.0, request.yaw, *place)
 
-    def _on_takeoff(self, request) -> CommandTOLResponse:
+    def _on_takeoff(self, request: CommandTOLRequest) -> CommandTOLResponse:
         return self._send_at_place(_NAV_TAKEOFF, request.min_pitch, request)
 
-    def _on_land(self, request) -> CommandTOLResponse:
+    def _on_land(self, request: CommandTOLRequest) -> CommandTOLResponse:
         return self._send_at_place(_NAV_LAND, 0.0, request)
 
-    def _send_at_place(self, command: int, param1: float, request) -> CommandTOLResponse:
+    def _send_at_place(self, command: int, param1: float, request: CommandTOLRequest) -> CommandTOLResponse:
         place = (request.latitude, request.longitude, request.altitude)
         return self._send(CommandTOLResponse, command, param1, 0.0, 0.0, request.yaw, *place)
 
-    def _send(self, response_class, command: int, *params: float):
+    def _send(self, response_class: Any, command: int, *params: float) -> Any:
         """Send COMMAND_LONG, and wait for its answer."""
         try:
             result = self._client.command(command, *params)
@@ -102,7 +109,7 @@ class CommandPlugin:
         return response_class(success=result == RESULT_ACCEPTED, result=result)
 
 
-def _are_numbers(params) -> bool:
+def _are_numbers(params: Sequence[float]) -> bool:
     """Whether MAVLink can carry the parameters; NaN means "not given" to many commands."""
     if fit_float32(param for param in params if param == param):
         return True

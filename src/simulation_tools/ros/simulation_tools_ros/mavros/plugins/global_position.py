@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import rospy
+from genpy import Time
 from geographic_msgs.msg import GeoPointStamped
 from geometry_msgs.msg import Point, Quaternion, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
@@ -67,7 +69,7 @@ class GlobalPositionPlugin:
 
     # The receiver
 
-    def _on_raw(self, gps) -> None:
+    def _on_raw(self, gps: common.MAVLink_message) -> None:
         self._forget_if_reset()
         self._raw = self._raw_fix_message(gps)
         self._raw_fix.publish(lambda: self._raw)
@@ -75,7 +77,7 @@ class GlobalPositionPlugin:
             self._raw_velocity.publish(lambda: self._raw_velocity_message(gps))
         self._satellites.publish(lambda: UInt32(gps.satellites_visible))
 
-    def _raw_fix_message(self, gps) -> NavSatFix:
+    def _raw_fix_message(self, gps: common.MAVLink_message) -> NavSatFix:
         fix = self._fix_of(gps, stamp_from_us(gps.time_usec))
         fix.status.service = NavSatStatus.SERVICE_GPS
         has_fix = gps.fix_type > _FIX_2D
@@ -93,7 +95,7 @@ class GlobalPositionPlugin:
         fix.position_covariance = diagonal(horizontal_m**2, horizontal_m**2, vertical_m**2)
         return fix
 
-    def _raw_velocity_message(self, gps) -> TwistStamped:
+    def _raw_velocity_message(self, gps: common.MAVLink_message) -> TwistStamped:
         """ENU; the receiver tells no vertical speed."""
         speed_m_s, course_rad = 0.01 * gps.vel, math.radians(0.01 * gps.cog)
         twist = TwistStamped(header=Header(stamp=stamp_from_us(gps.time_usec), frame_id=self._frame_id))
@@ -103,7 +105,7 @@ class GlobalPositionPlugin:
 
     # The estimate
 
-    def _on_position(self, position) -> None:
+    def _on_position(self, position: common.MAVLink_message) -> None:
         self._forget_if_reset()
         if self._fix.wanted or self._odometry.wanted or self._origin is None:
             fix = self._fix_message(position)
@@ -117,7 +119,7 @@ class GlobalPositionPlugin:
         heading = math.nan if position.hdg == _UNKNOWN_U16 else 0.01 * position.hdg
         self._compass.publish(lambda: Float64(heading))
 
-    def _fix_message(self, position) -> NavSatFix:
+    def _fix_message(self, position: common.MAVLink_message) -> NavSatFix:
         """GLOBAL_POSITION_INT to NavSatFix; status and covariance are the receiver's."""
         fix = self._fix_of(position, stamp_from_ms(position.time_boot_ms))
         if self._raw is None:
@@ -130,16 +132,18 @@ class GlobalPositionPlugin:
             fix.position_covariance_type = self._raw.position_covariance_type
         return fix
 
-    def _odometry_message(self, position, fix: NavSatFix, place: GeodeticPoint) -> Odometry:
+    def _odometry_message(
+        self, position: common.MAVLink_message, fix: NavSatFix, place: GeodeticPoint
+    ) -> Odometry:
         """From home, ENU; but MAVROS leaves the vertical speed as PX4 sends it, positive downwards."""
         heard = self._uas.heard
         odometry = Odometry(header=Header(stamp=fix.header.stamp, frame_id=self._frame_id))
         odometry.child_frame_id = self._child_frame_id
-        east, north, up = self._origin.enu_to(place)
+        east, north, up = (self._origin or place).enu_to(place)
         if self._uses_relative_altitude:
             up = 1e-3 * position.relative_alt
         odometry.pose.pose.position = Point(east, north, up)
-        odometry.pose.pose.orientation = Quaternion(*(heard.attitude or (0.0, 0.0, 0.0, 1.0)))
+        odometry.pose.pose.orientation = Quaternion(*heard.attitude_or_level)
         for row in range(3):
             covariance = fix.position_covariance[3 * row : 3 * row + 3]
             odometry.pose.covariance[6 * row : 6 * row + 3] = covariance
@@ -148,7 +152,7 @@ class GlobalPositionPlugin:
         odometry.twist.covariance[0] = -1.0
         return odometry
 
-    def _fix_of(self, message, stamp) -> NavSatFix:
+    def _fix_of(self, message: common.MAVLink_message, stamp: Time) -> NavSatFix:
         """Place and altitude of GPS_RAW_INT or GLOBAL_POSITION_INT."""
         return NavSatFix(
             header=Header(stamp=stamp, frame_id=self._child_frame_id),
@@ -159,12 +163,12 @@ class GlobalPositionPlugin:
 
     # Origins
 
-    def _on_home(self, home) -> None:
+    def _on_home(self, home: common.MAVLink_message) -> None:
         self._forget_if_reset()
         height_m = 1e-3 * home.altitude + self._uas.geoid_height_m
         self._origin = GeodeticPoint(1e-7 * home.latitude, 1e-7 * home.longitude, height_m)
 
-    def _on_origin(self, origin) -> None:
+    def _on_origin(self, origin: common.MAVLink_message) -> None:
         message = GeoPointStamped(header=Header(stamp=self._uas.now, frame_id=self._earth_frame_id))
         message.position.latitude = 1e-7 * origin.latitude
         message.position.longitude = 1e-7 * origin.longitude
@@ -193,5 +197,5 @@ class GlobalPositionPlugin:
             self._raw = self._origin = None
 
 
-def _parameter(name: str, default):
+def _parameter(name: str, default: Any) -> Any:
     return rospy.get_param(f"~global_position/{name}", default)

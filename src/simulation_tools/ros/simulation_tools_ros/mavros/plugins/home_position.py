@@ -9,7 +9,7 @@ from geometry_msgs.msg import Point, Quaternion, Vector3
 from mavros_msgs.msg import HomePosition
 from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
-from std_srvs.srv import Trigger, TriggerResponse
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from simulation_tools.geometry import quaternion_multiply
 from simulation_tools.mavros.conversions import require_finite
@@ -31,7 +31,7 @@ class HomePositionPlugin:
         uas.subscribe("home_position/set", HomePosition, self._on_set)
         uas.serve("home_position/req_update", Trigger, self._on_request)
 
-    def _on_home(self, home) -> None:
+    def _on_home(self, home: common.MAVLink_message) -> None:
         """MAVROS turns the orientation to ENU, and leaves the body's axes as PX4's: forward, right, down."""
         message = HomePosition(header=Header(stamp=self._uas.now))
         message.geo.latitude = 1e-7 * home.latitude
@@ -72,7 +72,7 @@ class HomePositionPlugin:
             )
         )
 
-    def _on_request(self, _request) -> TriggerResponse:
+    def _on_request(self, _request: TriggerRequest) -> TriggerResponse:
         result = self._uas.client.command(_GET_HOME_POSITION)
         if result is None:
             return TriggerResponse(False, "the flight controller did not answer")

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 
 import rospy
+from genpy import Time
 from geometry_msgs.msg import Quaternion, Vector3
+from pymavlink.dialects.v20 import common
 from sensor_msgs.msg import FluidPressure, Imu, MagneticField, Temperature
 from std_msgs.msg import Header
 
@@ -49,14 +51,14 @@ class ImuPlugin:
         uas.client.on("ATTITUDE_QUATERNION", self._on_attitude)
         uas.client.on("HIGHRES_IMU", self._on_highres_imu)
 
-    def _on_attitude(self, message) -> None:
+    def _on_attitude(self, message: common.MAVLink_message) -> None:
         self._data.publish(lambda: self._data_message(message))
 
-    def _data_message(self, attitude) -> Imu:
+    def _data_message(self, attitude: common.MAVLink_message) -> Imu:
         """ATTITUDE_QUATERNION and the newest HIGHRES_IMU's acceleration (None: unknown) to Imu."""
         message = Imu(header=self._header(stamp_from_ms(attitude.time_boot_ms)))
         heard = self._uas.heard
-        message.orientation = Quaternion(*heard.attitude)
+        message.orientation = Quaternion(*heard.attitude_or_level)
         message.orientation_covariance = self._orientation_covariance
         message.angular_velocity = Vector3(*heard.rates)
         message.angular_velocity_covariance = self._rate_covariance
@@ -67,7 +69,7 @@ class ImuPlugin:
             message.linear_acceleration = Vector3(*self._acceleration)
         return message
 
-    def _on_highres_imu(self, message) -> None:
+    def _on_highres_imu(self, message: common.MAVLink_message) -> None:
         self._uas.note_time(message.time_usec // 1000)
         fields = message.fields_updated
         header = self._header(stamp_from_us(message.time_usec))
@@ -84,7 +86,7 @@ class ImuPlugin:
         if fields & _TEMPERATURE:
             self._temperature.publish(lambda: Temperature(header, message.temperature, 0.0))
 
-    def _raw_message(self, header: Header, imu) -> Imu:
+    def _raw_message(self, header: Header, imu: common.MAVLink_message) -> Imu:
         message = Imu(header=header, orientation_covariance=UNKNOWN)
         message.angular_velocity = Vector3(*flu_to_frd((imu.xgyro, imu.ygyro, imu.zgyro)))
         message.angular_velocity_covariance = self._rate_covariance
@@ -92,11 +94,11 @@ class ImuPlugin:
         message.linear_acceleration_covariance = self._acceleration_covariance
         return message
 
-    def _magnetic_message(self, header: Header, imu) -> MagneticField:
+    def _magnetic_message(self, header: Header, imu: common.MAVLink_message) -> MagneticField:
         field = (_TESLA_PER_GAUSS * gauss for gauss in flu_to_frd((imu.xmag, imu.ymag, imu.zmag)))
         return MagneticField(header, Vector3(*field), self._magnetic_covariance)
 
-    def _header(self, stamp) -> Header:
+    def _header(self, stamp: Time) -> Header:
         return Header(stamp=stamp, frame_id=self._frame_id)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Sequence
 
 import rospy
+from genpy import Time
 from geometry_msgs.msg import (
     AccelWithCovarianceStamped,
     Point,
@@ -16,6 +17,7 @@ from geometry_msgs.msg import (
     Vector3,
 )
 from nav_msgs.msg import Odometry
+from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
 from simulation_tools.geometry import rotate, rotate_inverse
@@ -46,7 +48,7 @@ class LocalPositionPlugin:
         uas.client.on("LOCAL_POSITION_NED", self._on_position)
         uas.client.on("LOCAL_POSITION_NED_COV", self._on_position_with_covariance)
 
-    def _on_position(self, position) -> None:
+    def _on_position(self, position: common.MAVLink_message) -> None:
         heard = self._uas.heard
         if heard.attitude is None:
             return
@@ -57,7 +59,7 @@ class LocalPositionPlugin:
         if self._heard_covariance is not heard:
             self._odometry.publish(lambda: self._odometry_message(position, stamp))
 
-    def _on_position_with_covariance(self, position) -> None:
+    def _on_position_with_covariance(self, position: common.MAVLink_message) -> None:
         heard = self._uas.heard
         if heard.attitude is None:
             return
@@ -76,28 +78,30 @@ class LocalPositionPlugin:
         self._velocity_cov.publish(lambda: TwistWithCovarianceStamped(body, odometry.twist))
         self._acceleration.publish(lambda: _acceleration_message(odometry.header, position, variances[6:]))
 
-    def _pose_message(self, position, stamp) -> PoseStamped:
+    def _pose_message(self, position: common.MAVLink_message, stamp: Time) -> PoseStamped:
         pose = PoseStamped(header=Header(stamp=stamp, frame_id=self._frame_id))
         pose.pose.position = Point(*enu_to_ned((position.x, position.y, position.z)))
-        pose.pose.orientation = Quaternion(*self._uas.heard.attitude)
+        pose.pose.orientation = Quaternion(*self._uas.heard.attitude_or_level)
         return pose
 
-    def _velocity_body_message(self, position, stamp) -> TwistStamped:
+    def _velocity_body_message(self, position: common.MAVLink_message, stamp: Time) -> TwistStamped:
         """FLU."""
         twist = TwistStamped(header=Header(stamp=stamp, frame_id=self._child_frame_id))
-        twist.twist.linear = Vector3(*rotate_inverse(self._uas.heard.attitude, _velocity_enu(position)))
+        twist.twist.linear = Vector3(
+            *rotate_inverse(self._uas.heard.attitude_or_level, _velocity_enu(position))
+        )
         twist.twist.angular = Vector3(*self._uas.heard.rates)
         return twist
 
-    def _velocity_local_message(self, position, stamp) -> TwistStamped:
+    def _velocity_local_message(self, position: common.MAVLink_message, stamp: Time) -> TwistStamped:
         """ENU, although MAVROS's header says the body's frame."""
         heard = self._uas.heard
         twist = TwistStamped(header=Header(stamp=stamp, frame_id=self._child_frame_id))
         twist.twist.linear = Vector3(*_velocity_enu(position))
-        twist.twist.angular = Vector3(*rotate(heard.attitude, heard.rates))
+        twist.twist.angular = Vector3(*rotate(heard.attitude_or_level, heard.rates))
         return twist
 
-    def _odometry_message(self, position, stamp) -> Odometry:
+    def _odometry_message(self, position: common.MAVLink_message, stamp: Time) -> Odometry:
         pose = self._pose_message(position, stamp)
         odometry = Odometry(header=pose.header, child_frame_id=self._child_frame_id)
         odometry.pose.pose = pose.pose
@@ -105,7 +109,9 @@ class LocalPositionPlugin:
         return odometry
 
 
-def _acceleration_message(header: Header, position, variances: Sequence[float]) -> AccelWithCovarianceStamped:
+def _acceleration_message(
+    header: Header, position: common.MAVLink_message, variances: Sequence[float]
+) -> AccelWithCovarianceStamped:
     """ENU."""
     message = AccelWithCovarianceStamped(header=header)
     message.accel.accel.linear = Vector3(*enu_to_ned((position.ax, position.ay, position.az)))
@@ -113,5 +119,5 @@ def _acceleration_message(header: Header, position, variances: Sequence[float]) 
     return message
 
 
-def _velocity_enu(position) -> tuple[float, float, float]:
+def _velocity_enu(position: common.MAVLink_message) -> tuple[float, float, float]:
     return enu_to_ned((position.vx, position.vy, position.vz))

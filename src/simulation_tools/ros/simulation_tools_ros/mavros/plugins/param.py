@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import rospy
 from mavros_msgs.msg import Param, ParamValue
 from mavros_msgs.srv import (
     ParamGet,
+    ParamGetRequest,
     ParamGetResponse,
     ParamPull,
+    ParamPullRequest,
     ParamPullResponse,
     ParamPush,
+    ParamPushRequest,
     ParamPushResponse,
     ParamSet,
+    ParamSetRequest,
     ParamSetResponse,
 )
+from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
 from simulation_tools.mavlink import decode_text, parameter_from_wire
@@ -40,7 +47,7 @@ class ParamPlugin:
             uas.serve(name, service_class, handler)
         uas.client.on("PARAM_VALUE", self._on_value)
 
-    def _on_value(self, message) -> None:
+    def _on_value(self, message: common.MAVLink_message) -> None:
         if not self._value.wanted:
             return
         try:
@@ -57,25 +64,25 @@ class ParamPlugin:
             )
         )
 
-    def _on_get(self, request) -> ParamGetResponse:
+    def _on_get(self, request: ParamGetRequest) -> ParamGetResponse:
         value = self._client.get_parameter(request.param_id)
         if value is None:
             return ParamGetResponse(success=False)
         return ParamGetResponse(success=True, value=value_message(value))
 
-    def _on_set(self, request) -> ParamSetResponse:
+    def _on_set(self, request: ParamSetRequest) -> ParamSetResponse:
         success, value = self._set(request.param_id, value_of(request.value))
         return ParamSetResponse(
             success=success, value=ParamValue() if value is None else value_message(value)
         )
 
-    def _on_pull(self, _request) -> ParamPullResponse:
+    def _on_pull(self, _request: ParamPullRequest) -> ParamPullResponse:
         parameters = self._client.pull_parameters()
         if parameters:
             rospy.set_param("~param", parameters)
         return ParamPullResponse(success=bool(parameters), param_received=len(parameters))
 
-    def _on_push(self, _request) -> ParamPushResponse:
+    def _on_push(self, _request: ParamPushRequest) -> ParamPushResponse:
         wanted = rospy.get_param("~param", {})
         if not isinstance(wanted, dict):
             rospy.logwarn("param/push: ~param holds no parameters.")
@@ -93,7 +100,7 @@ class ParamPlugin:
         return ParamPushResponse(success=bool(known), param_transfered=transferred)
 
     @staticmethod
-    def _is_number(name: str, value) -> bool:
+    def _is_number(name: str, value: Any) -> bool:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return True
         rospy.logwarn(f"The parameter {name} is not set: {value!r} is no number.")

@@ -22,10 +22,10 @@ class RcIoPlugin:
         uas.client.on("RC_CHANNELS", self._on_channels)
         uas.client.on("SERVO_OUTPUT_RAW", self._on_outputs)
 
-    def _on_channels(self, message) -> None:
+    def _on_channels(self, message: common.MAVLink_message) -> None:
         self._in.publish(lambda: rc_in_message(message))
 
-    def _on_outputs(self, message) -> None:
+    def _on_outputs(self, message: common.MAVLink_message) -> None:
         if message.port == 0:
             self._out.publish(lambda: rc_out_message(message))
 
@@ -38,7 +38,7 @@ class RcIoPlugin:
         )
 
 
-def rc_in_message(channels) -> RCIn:
+def rc_in_message(channels: common.MAVLink_message) -> RCIn:
     """RC_CHANNELS to RCIn."""
     count = min(channels.chancount, _MOST_CHANNELS)
     return RCIn(
@@ -48,7 +48,7 @@ def rc_in_message(channels) -> RCIn:
     )
 
 
-def rc_out_message(outputs) -> RCOut:
+def rc_out_message(outputs: common.MAVLink_message) -> RCOut:
     """SERVO_OUTPUT_RAW to RCOut."""
     return RCOut(
         header=Header(stamp=stamp_from_us(outputs.time_usec)),

@@ -10,10 +10,13 @@ from diagnostic_msgs.msg import DiagnosticArray
 from mavros_msgs.msg import EstimatorStatus, ExtendedState, State, StatusText, SysStatus
 from mavros_msgs.srv import (
     MessageInterval,
+    MessageIntervalRequest,
     MessageIntervalResponse,
     SetMode,
+    SetModeRequest,
     SetModeResponse,
     StreamRate,
+    StreamRateRequest,
     StreamRateResponse,
 )
 from pymavlink.dialects.v20 import common
@@ -80,7 +83,7 @@ class SysStatusPlugin:
         self._client.send_heartbeat()
         self._publish_state(only_changes=True)
 
-    def _on_heartbeat(self, message) -> None:
+    def _on_heartbeat(self, message: common.MAVLink_message) -> None:
         self._forget_if_reset()
         self._uas.heard.heartbeat = message
         self._heartbeat_count += 1
@@ -113,27 +116,27 @@ class SysStatusPlugin:
             message.system_status = heartbeat.system_status
         return message
 
-    def _on_extended_state(self, message) -> None:
+    def _on_extended_state(self, message: common.MAVLink_message) -> None:
         self._extended_state.publish(
             lambda: ExtendedState(self._header(), message.vtol_state, message.landed_state)
         )
 
     # Health
 
-    def _on_sys_status(self, message) -> None:
+    def _on_sys_status(self, message: common.MAVLink_message) -> None:
         self._forget_if_reset()
         self._sys_status = message
         self._status.publish(lambda: sys_status_message(message, self._header()))
         if self._battery_status is None:
             self._battery.publish(lambda: system_battery_message(message, self._header()))
 
-    def _on_battery(self, message) -> None:
+    def _on_battery(self, message: common.MAVLink_message) -> None:
         self._forget_if_reset()
         if message.id == 0:
             self._battery_status = message
         self._battery.publish(lambda: battery_message(message, self._header()))
 
-    def _on_estimator(self, message) -> None:
+    def _on_estimator(self, message: common.MAVLink_message) -> None:
         self._estimator.publish(
             lambda: EstimatorStatus(self._header(), *(bool(message.flags >> bit & 1) for bit in range(12)))
         )
@@ -148,7 +151,7 @@ class SysStatusPlugin:
         )
         self._diagnostics.publish(diagnose.array(statuses, self._client, rospy.get_rostime()))
 
-    def _on_status_text(self, message) -> None:
+    def _on_status_text(self, message: common.MAVLink_message) -> None:
         text = StatusText(self._header(), message.severity, decode_text(message.text))
         log = rospy.logerr if text.severity <= StatusText.ERROR else rospy.loginfo
         log(f"FCU: {text.text}")
@@ -156,17 +159,17 @@ class SysStatusPlugin:
 
     # Requests
 
-    def _on_set_mode(self, request) -> SetModeResponse:
-        custom = 0
+    def _on_set_mode(self, request: SetModeRequest) -> SetModeResponse:
+        custom: int | None = 0
         if request.custom_mode:
             custom = custom_mode(request.custom_mode)
-            if custom is None:
-                rospy.logerr(f"PX4 has no mode {request.custom_mode!r}.")
-                return SetModeResponse(mode_sent=False)
+        if custom is None:
+            rospy.logerr(f"PX4 has no mode {request.custom_mode!r}.")
+            return SetModeResponse(mode_sent=False)
         self._client.set_mode(request.base_mode, custom)
         return SetModeResponse(mode_sent=True)
 
-    def _on_stream_rate(self, request) -> StreamRateResponse:
+    def _on_stream_rate(self, request: StreamRateRequest) -> StreamRateResponse:
         rospy.logwarn_once(
             "PX4 does not act on set_stream_rate (REQUEST_DATA_STREAM): use set_message_interval."
         )
@@ -182,7 +185,7 @@ class SysStatusPlugin:
         )
         return StreamRateResponse()
 
-    def _on_message_interval(self, request) -> MessageIntervalResponse:
+    def _on_message_interval(self, request: MessageIntervalRequest) -> MessageIntervalResponse:
         """Other than MAVROS's, the answer is the flight controller's: false for what it does not stream."""
         rate_hz = request.message_rate
         if not math.isfinite(rate_hz):
@@ -205,7 +208,7 @@ class SysStatusPlugin:
         return Header(stamp=self._uas.now)
 
 
-def sys_status_message(status, header: Header) -> SysStatus:
+def sys_status_message(status: common.MAVLink_message, header: Header) -> SysStatus:
     """SYS_STATUS to SysStatus."""
     return SysStatus(
         header=header,

@@ -33,11 +33,11 @@ class SysTimePlugin:
         if rate_hz > 0.0:
             uas.every(1.0 / min(rate_hz, 100.0), self._ask)
 
-    def _on_system_time(self, message) -> None:
+    def _on_system_time(self, message: common.MAVLink_message) -> None:
         if message.time_unix_usec > _A_CLOCK_THAT_WAS_SET_US:
             self._reference.publish(lambda: self._reference_message(message))
 
-    def _reference_message(self, message) -> TimeReference:
+    def _reference_message(self, message: common.MAVLink_message) -> TimeReference:
         time_ref = stamp_from_us(message.time_unix_usec)
         return TimeReference(Header(stamp=self._uas.now), time_ref, self._source)
 
@@ -46,7 +46,7 @@ class SysTimePlugin:
         if self._status.wanted and self._uas.client.connected:
             self._uas.client.send(common.MAVLink_timesync_message(0, rospy.get_rostime().to_nsec()))
 
-    def _on_timesync(self, message) -> None:
+    def _on_timesync(self, message: common.MAVLink_message) -> None:
         now_ns = rospy.get_rostime().to_nsec()
         if message.tc1 == 0:
             self._uas.client.send(common.MAVLink_timesync_message(now_ns, message.ts1))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import rospy
 from mavros_msgs.msg import VehicleInfo
-from mavros_msgs.srv import VehicleInfoGet, VehicleInfoGetResponse
+from mavros_msgs.srv import VehicleInfoGet, VehicleInfoGetRequest, VehicleInfoGetResponse
+from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavros.client import mode_name
 from simulation_tools_ros.mavros.uas import Uas
@@ -31,7 +32,7 @@ class VehicleInfoPlugin:
                 return
         rospy.logwarn("The flight controller does not tell its version (MAV_CMD 520).")
 
-    def _on_heartbeat(self, heartbeat) -> None:
+    def _on_heartbeat(self, heartbeat: common.MAVLink_message) -> None:
         info = self._the_info(VehicleInfo.HAVE_INFO_HEARTBEAT)
         info.autopilot, info.type = heartbeat.autopilot, heartbeat.type
         info.system_status, info.base_mode = heartbeat.system_status, heartbeat.base_mode
@@ -40,7 +41,7 @@ class VehicleInfoPlugin:
         is_custom = heartbeat.base_mode & _CUSTOM_MODE_ENABLED
         info.mode_id = heartbeat.custom_mode if is_custom else heartbeat.base_mode
 
-    def _on_version(self, version) -> None:
+    def _on_version(self, version: common.MAVLink_message) -> None:
         info = self._the_info(VehicleInfo.HAVE_INFO_AUTOPILOT_VERSION)
         info.capabilities, info.flight_sw_version = version.capabilities, version.flight_sw_version
         info.middleware_sw_version, info.os_sw_version = version.middleware_sw_version, version.os_sw_version
@@ -56,7 +57,7 @@ class VehicleInfoPlugin:
         self._info.available_info |= what
         return self._info
 
-    def _on_request(self, request) -> VehicleInfoGetResponse:
+    def _on_request(self, request: VehicleInfoGetRequest) -> VehicleInfoGetResponse:
         info = self._info
         if request.get_all:
             return VehicleInfoGetResponse(True, [] if info is None else [info])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from genpy import Time
 from mavros_msgs.msg import VFR_HUD
+from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
 from simulation_tools_ros.mavros.uas import Uas
@@ -17,11 +18,11 @@ class VfrHudPlugin:
         self._hud = uas.advertise("vfr_hud", VFR_HUD)
         uas.client.on("VFR_HUD", self._on_hud)
 
-    def _on_hud(self, message) -> None:
+    def _on_hud(self, message: common.MAVLink_message) -> None:
         self._hud.publish(lambda: vfr_hud_message(message, self._uas.now))
 
 
-def vfr_hud_message(hud, stamp: Time) -> VFR_HUD:
+def vfr_hud_message(hud: common.MAVLink_message, stamp: Time) -> VFR_HUD:
     """VFR_HUD to VFR_HUD."""
     return VFR_HUD(
         header=Header(stamp=stamp),

@@ -8,14 +8,19 @@ import rospy
 from mavros_msgs.msg import Waypoint, WaypointList, WaypointReached
 from mavros_msgs.srv import (
     WaypointClear,
+    WaypointClearRequest,
     WaypointClearResponse,
     WaypointPull,
+    WaypointPullRequest,
     WaypointPullResponse,
     WaypointPush,
+    WaypointPushRequest,
     WaypointPushResponse,
     WaypointSetCurrent,
+    WaypointSetCurrentRequest,
     WaypointSetCurrentResponse,
 )
+from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
 from simulation_tools.mavros.mission import MissionClient, MissionError, MissionItem
@@ -47,28 +52,28 @@ class WaypointPlugin:
         uas.client.on("MISSION_ITEM_REACHED", self._on_reached)
         uas.on_connection(lambda: self._try("pull", self._pull))
 
-    def _on_current(self, message) -> None:
+    def _on_current(self, message: common.MAVLink_message) -> None:
         if message.seq != self._current and message.seq < len(self._items):
             self._current = message.seq
             self._publish()
 
-    def _on_reached(self, message) -> None:
+    def _on_reached(self, message: common.MAVLink_message) -> None:
         self._reached.publish(lambda: WaypointReached(Header(stamp=self._uas.now), message.seq))
 
-    def _on_pull(self, _request) -> WaypointPullResponse:
+    def _on_pull(self, _request: WaypointPullRequest) -> WaypointPullResponse:
         return WaypointPullResponse(self._try("pull", self._pull), len(self._items))
 
-    def _on_push(self, request) -> WaypointPushResponse:
+    def _on_push(self, request: WaypointPushRequest) -> WaypointPushResponse:
         if request.start_index:
             rospy.logwarn("mission/push: PX4 takes whole missions only; start_index must be 0.")
             return WaypointPushResponse(success=False, wp_transfered=0)
         success = self._try("push", lambda: self._push(request.waypoints))
         return WaypointPushResponse(success, len(request.waypoints) if success else 0)
 
-    def _on_clear(self, _request) -> WaypointClearResponse:
+    def _on_clear(self, _request: WaypointClearRequest) -> WaypointClearResponse:
         return WaypointClearResponse(self._try("clear", lambda: self._push(())))
 
-    def _on_set_current(self, request) -> WaypointSetCurrentResponse:
+    def _on_set_current(self, request: WaypointSetCurrentRequest) -> WaypointSetCurrentResponse:
         success = self._try("set_current", lambda: self._mission.set_current(request.wp_seq))
         return WaypointSetCurrentResponse(success)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import rospy
-from mavros_msgs.srv import SetMavFrame, SetMavFrameResponse
+from mavros_msgs.srv import SetMavFrame, SetMavFrameRequest, SetMavFrameResponse
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools_ros.mavros.uas import Uas
@@ -24,7 +24,7 @@ class MavFrame:
         self.number = MAV_FRAMES[name]
         uas.serve(f"{plugin}/mav_frame", SetMavFrame, self._on_request)
 
-    def _on_request(self, request) -> SetMavFrameResponse:
+    def _on_request(self, request: SetMavFrameRequest) -> SetMavFrameResponse:
         names = {number: name for name, number in MAV_FRAMES.items()}
         if request.mav_frame not in names:
             rospy.logwarn(f"{self._parameter} stays as it is: {request.mav_frame} is none of 1, 7, 8 and 9.")

@@ -8,6 +8,7 @@ from typing import Any, Callable
 import rospy
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from mavros_msgs.msg import Thrust
+from pymavlink.dialects.v20 import common
 
 from simulation_tools.geometry import IDENTITY_QUATERNION
 from simulation_tools.mavros.conversions import (
@@ -59,7 +60,9 @@ class SetpointAttitudePlugin:
             ),
         )
 
-    def _build(self, time_boot_ms: int, type_mask: int, attitude, rates_flu, thrust: float):
+    def _build(
+        self, time_boot_ms: int, type_mask: int, attitude: Any, rates_flu: Any, thrust: float
+    ) -> common.MAVLink_message:
         if not self._lowest_thrust <= thrust <= 1.0:  # true for NaN, too
             raise ValueError(f"the thrust {thrust:g} is not within {self._lowest_thrust:g}..1")
         target = self._uas.client.target

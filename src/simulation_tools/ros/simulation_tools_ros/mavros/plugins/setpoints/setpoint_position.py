@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import rospy
 from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped
@@ -64,7 +66,7 @@ class SetpointPositionPlugin:
             ),
         )
 
-    def _to_local(self, goal) -> tuple[float, float, float]:
+    def _to_local(self, goal: Any) -> tuple[float, float, float]:
         """Return a place on earth in the local frame, ENU, from where the UAV is in both.
 
         Raises ValueError when that is not known.

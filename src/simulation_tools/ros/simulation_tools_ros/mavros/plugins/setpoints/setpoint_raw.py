@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from geometry_msgs.msg import Point, Quaternion, Vector3
 from mavros_msgs.msg import AttitudeTarget, GlobalPositionTarget, PositionTarget
+from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
 from simulation_tools.mavros.conversions import attitude_target, global_target, position_target
@@ -72,7 +75,7 @@ class SetpointRawPlugin:
         )
 
 
-def local_message(target) -> PositionTarget:
+def local_message(target: common.MAVLink_message) -> PositionTarget:
     """POSITION_TARGET_LOCAL_NED to PositionTarget, ENU; NaN where PX4 follows nothing."""
     return PositionTarget(
         header=Header(stamp=stamp_from_ms(target.time_boot_ms)),
@@ -83,7 +86,7 @@ def local_message(target) -> PositionTarget:
     )
 
 
-def global_message(target) -> GlobalPositionTarget:
+def global_message(target: common.MAVLink_message) -> GlobalPositionTarget:
     """POSITION_TARGET_GLOBAL_INT to GlobalPositionTarget, ENU; the altitude as PX4 sends it."""
     return GlobalPositionTarget(
         header=Header(stamp=stamp_from_ms(target.time_boot_ms)),
@@ -96,7 +99,7 @@ def global_message(target) -> GlobalPositionTarget:
     )
 
 
-def attitude_message(target) -> AttitudeTarget:
+def attitude_message(target: common.MAVLink_message) -> AttitudeTarget:
     """ATTITUDE_TARGET to AttitudeTarget: FLU in ENU, rates FLU."""
     rates = (target.body_roll_rate, target.body_pitch_rate, target.body_yaw_rate)
     return AttitudeTarget(
@@ -108,7 +111,7 @@ def attitude_message(target) -> AttitudeTarget:
     )
 
 
-def _motion_enu(target) -> dict:
+def _motion_enu(target: common.MAVLink_message) -> dict:
     """Return what both position targets share."""
     return {
         "velocity": Vector3(*enu_to_ned((target.vx, target.vy, target.vz))),
@@ -118,11 +121,11 @@ def _motion_enu(target) -> dict:
     }
 
 
-def _motion(message) -> tuple:
+def _motion(message: Any) -> tuple:
     """Return what both position setpoints share, as the conversions take it."""
     velocity, acceleration = _xyz(message.velocity), _xyz(message.acceleration_or_force)
     return velocity, acceleration, message.yaw, message.yaw_rate
 
 
-def _xyz(vector) -> tuple[float, float, float]:
+def _xyz(vector: Any) -> tuple[float, float, float]:
     return vector.x, vector.y, vector.z

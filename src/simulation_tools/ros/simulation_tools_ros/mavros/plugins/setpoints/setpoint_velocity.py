@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from geometry_msgs.msg import Twist, TwistStamped
+from std_msgs.msg import Header
 
 from simulation_tools.mavros.conversions import velocity_target
 from simulation_tools_ros.mavros.plugins.setpoints.mav_frame import MavFrame
@@ -24,7 +25,7 @@ class SetpointVelocityPlugin:
     def _on_unstamped(self, message: Twist) -> None:
         self._forward("setpoint_velocity/cmd_vel_unstamped", None, message)
 
-    def _forward(self, topic: str, header, twist: Twist) -> None:
+    def _forward(self, topic: str, header: Header, twist: Twist) -> None:
         target, frame = self._uas.client.target, self._frame.number
         linear = (twist.linear.x, twist.linear.y, twist.linear.z)
         self._uas.send_setpoint(

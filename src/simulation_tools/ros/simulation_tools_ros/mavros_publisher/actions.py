@@ -1,0 +1,129 @@
+"""Carries out what the state machine of `mavros_publisher` wants done."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any, Callable
+
+import rospy
+from geometry_msgs.msg import Point, PoseStamped, Quaternion
+from geometry_msgs.msg import Vector3 as Vector3Message
+from mavros_msgs.msg import PositionTarget
+from mavros_msgs.srv import CommandBool, SetMode
+from std_msgs.msg import Bool, Header, String
+
+from node_tools.conversions import time_of
+from node_tools.direct_publisher import DirectPublisher
+from simulation_tools.geometry import quaternion_from_rpy
+from simulation_tools.publisher import (
+    Action,
+    AnnounceReady,
+    AnnounceStatus,
+    Log,
+    RequestArm,
+    RequestMode,
+    SendPosition,
+    SendVelocity,
+)
+from simulation_tools_ros.mavros_publisher.request_thread import RequestThread
+
+REQUEST_PATIENCE_S = 0.5  # wall time; the flight controller misses setpoints after 1 s
+
+VELOCITY_AND_YAW_RATE = (
+    PositionTarget.IGNORE_PX
+    | PositionTarget.IGNORE_PY
+    | PositionTarget.IGNORE_PZ
+    | PositionTarget.IGNORE_AFX
+    | PositionTarget.IGNORE_AFY
+    | PositionTarget.IGNORE_AFZ
+    | PositionTarget.IGNORE_YAW
+)
+
+
+class Actions:
+    """Publishes setpoints, asks MAVROS for modes and arming, and says what is going on.
+
+    Publishes: mavros/setpoint_raw/local (velocities, frame BODY_NED), mavros/setpoint_position/local; ready
+    (Bool, latched); waiting_for (std_msgs/String, latched): what it waits for, empty: for nothing. Calls:
+    mavros/set_mode, mavros/cmd/arming.
+    """
+
+    def __init__(self, base_frame: str) -> None:
+        """base_frame: the frame that velocity setpoints name."""
+        self._base_frame = base_frame
+        self._said: dict[str, float] = {}  # when a repeated sentence was said last, wall time
+        self._requests = RequestThread()
+        self._do: dict[type, Callable[[Any], None]] = {
+            SendVelocity: self._send_velocity,
+            SendPosition: self._send_position,
+            RequestMode: self._request_mode,
+            RequestArm: self._request_arm,
+            AnnounceReady: lambda action: self._ready.publish(action.ready),
+            AnnounceStatus: lambda action: self._waiting_for.publish(action.text),
+            Log: self._log,
+        }
+        self._raw = DirectPublisher("mavros/setpoint_raw/local", PositionTarget, queue_size=10)
+        self._position = DirectPublisher("mavros/setpoint_position/local", PoseStamped, queue_size=10)
+        self._ready = rospy.Publisher("ready", Bool, queue_size=1, latch=True)
+        self._ready.publish(False)
+        self._waiting_for = rospy.Publisher("waiting_for", String, queue_size=1, latch=True)
+        self._set_mode = rospy.ServiceProxy("mavros/set_mode", SetMode)
+        self._arm = rospy.ServiceProxy("mavros/cmd/arming", CommandBool)
+
+    def do(self, action: Action) -> None:
+        """Carry out one action."""
+        self._do[type(action)](action)
+
+    def _send_velocity(self, action: SendVelocity) -> None:
+        self._raw.publish(
+            PositionTarget(
+                header=Header(stamp=time_of(action.stamp_ns), frame_id=self._base_frame),
+                coordinate_frame=PositionTarget.FRAME_BODY_NED,
+                type_mask=VELOCITY_AND_YAW_RATE,
+                velocity=Vector3Message(*action.linear),
+                yaw_rate=action.yaw_rate,
+            )
+        )
+
+    def _send_position(self, action: SendPosition) -> None:
+        message = PoseStamped(header=Header(stamp=time_of(action.stamp_ns), frame_id="map"))
+        message.pose.position = Point(*action.position)
+        message.pose.orientation = Quaternion(*quaternion_from_rpy(0.0, 0.0, action.yaw))
+        self._position.publish(message)
+
+    # In lockstep, time waits for the setpoint that is sent after a request, so that the request takes effect
+    # at the same instant every time. A MAVROS that hangs is waited for once; then setpoints go on without.
+
+    def _request_mode(self, action: RequestMode) -> None:
+        self._requests.ask(
+            lambda: self._call(self._set_mode, f"the mode {action.mode}", 0, action.mode), REQUEST_PATIENCE_S
+        )
+
+    def _request_arm(self, _action: RequestArm) -> None:
+        self._requests.ask(self._arm_now, REQUEST_PATIENCE_S)
+
+    def _arm_now(self) -> None:
+        response = self._call(self._arm, "arming", True)
+        if response is not None and not response.success:
+            rospy.logwarn_throttle(2.0, f"The flight controller refuses to arm (result {response.result}).")
+
+    @staticmethod
+    def _call(service: rospy.ServiceProxy, what: str, *arguments: Any) -> Any:
+        try:
+            return service(*arguments)
+        except (rospy.ServiceException, rospy.ROSException) as error:
+            rospy.logwarn_throttle(2.0, f"MAVROS could not be asked for {what}: {error}.")
+            return None
+
+    def _log(self, action: Log) -> None:
+        text = f"mavros_publisher: {action.text}"
+        if action.repeated:
+            # rospy throttles by the place in the code: one sentence would silence all others.
+            if time.monotonic() - self._said.get(text, -math.inf) > 1.0:
+                self._said[text] = time.monotonic()
+                rospy.logwarn(text)
+        elif action.is_warning:
+            rospy.logwarn(text)
+        else:
+            rospy.loginfo(text)
