@@ -1,103 +1,25 @@
-"""What the node tests share: messages, and waiting for what comes of them, in wall time."""
+"""The messages of the node tests."""
 
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
-import rosgraph
-import rosnode
-import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 
-TIMEOUT_S = 30.0  # only those who wait in vain wait so long
-QUIET_S = 0.3
 BEAMS = 1440
 
 
-def wait_until(condition, what: str, timeout_s: float = TIMEOUT_S) -> None:
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            raise AssertionError(f"waited {timeout_s:.0f} s in vain for {what}")
-        time.sleep(0.003)
-
-
-class Input:
-    """A publisher that is known to be connected."""
-
-    def __init__(self, topic, message_type):
-        self._publisher = rospy.Publisher(topic, message_type, queue_size=10, tcp_nodelay=True)
-        wait_until(lambda: self._publisher.get_num_connections() > 0, f"a subscriber of {topic}")
-
-    def send(self, message):
-        self._publisher.publish(message)
-
-
-class Output:
-    """Collects what a node publishes; known to be connected."""
-
-    def __init__(self, topic, message_type):
-        self.messages = []
-        self._topic = topic
-        self._subscriber = rospy.Subscriber(topic, message_type, self.messages.append, tcp_nodelay=True)
-        wait_until(lambda: self._subscriber.get_num_connections() > 0, f"a publisher of {topic}")
-
-    def next(self):
-        wait_until(lambda: self.messages, f"a message on {self._topic}")
-        return self.messages.pop(0)
-
-    def of(self, stamp):
-        """Wait for the message of one stamp; what came before it is dropped."""
-        while True:
-            message = self.next()
-            header = message.header if hasattr(message, "header") else message.markers[0].header
-            if header.stamp == stamp:
-                return message
-
-    def assert_quiet(self):
-        time.sleep(QUIET_S)
-        assert not self.messages, f"{self._topic} should be quiet, but said {self.messages[0]}"
-
-
-class Warned:
-    """Collects the warnings of one node; known to hear it."""
-
-    def __init__(self, node):
-        self.sentences = []
-        self._node = node
-        self._subscriber = rospy.Subscriber("/rosout", Log, self._on_log)
-        wait_until(self._hears_node, f"the log of {node}")
-
-    def _hears_node(self):
-        address = rosnode.get_api_uri(rosgraph.Master(rospy.get_name()), self._node, skip_cache=True)
-        return address in [connection[1] for connection in self._subscriber.impl.get_stats_info()]
-
-    def _on_log(self, log):
-        if log.name == self._node and log.level >= Log.WARN:
-            self.sentences.append(log.msg)
-
-    def wait_for(self, text):
-        wait_until(lambda: self.count(text), f'a warning with "{text}" among {self.sentences}')
-
-    def count(self, text):
-        return sum(text in sentence for sentence in self.sentences)
-
-
-class Stamps:
-    """Stamps that go forward by a lidar's period."""
-
-    def __init__(self, start_s):
-        self._now = rospy.Time.from_sec(start_s)
-
-    def next(self, step_s=0.025):
-        self._now += rospy.Duration.from_sec(step_s)
-        return self._now
+def of_stamp(output, stamp):
+    """Wait for the message of one stamp; what came before it is dropped."""
+    while True:
+        message = output.next()
+        header = message.header if hasattr(message, "header") else message.markers[0].header
+        if header.stamp == stamp:
+            return message
 
 
 class Mounts:

@@ -20,21 +20,10 @@ from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import MarkerArray
 
 from cepa import CepaParameters, Improved, LaserScan2D, Original
+from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import (
-    BEAMS,
-    Input,
-    Mounts,
-    Output,
-    Stamps,
-    Warned,
-    column,
-    odometry_of,
-    scan_of,
-    velocity_of,
-    wait_until,
-)
+from cepa_probe import BEAMS, Mounts, column, odometry_of, of_stamp, scan_of, velocity_of
 
 NODE = "/cepa"
 DEFAULTS = config_of(Choice("improved", CepaParameters()))
@@ -72,7 +61,7 @@ class CepaTest(unittest.TestCase):
         self.odometry.send(odometry_of(stamp, own))
         self.scans.send(scan_of(stamp, ranges, **scan))
         self.references.send(velocity_of(stamp, v_ref, v_ref_frame))
-        command = self.commands.of(stamp)
+        command = of_stamp(self.commands, stamp)
         self.assertEqual(command.header.frame_id, "base_frame")
         v = command.twist.linear
         return v.x, v.y, v.z
@@ -133,7 +122,7 @@ class CepaTest(unittest.TestCase):
         self.odometry.send(odometry_of(stamp))
         self.commands.assert_quiet()  # it waits
         self.references.send(velocity_of(stamp, (0.7, 0.0, 0.0)))
-        self.assertAlmostEqual(self.commands.of(stamp).twist.linear.x, 0.7)
+        self.assertAlmostEqual(of_stamp(self.commands, stamp).twist.linear.x, 0.7)
 
     def test_a_reference_that_is_missing_is_waited_for_until_the_next_scan(self):
         self.answer((1.0, 0.0, 0.0))
@@ -141,8 +130,8 @@ class CepaTest(unittest.TestCase):
         self.scans.send(scan_of(first))
         self.commands.assert_quiet()
         self.scans.send(scan_of(second))
-        self.assertAlmostEqual(self.commands.of(first).twist.linear.x, 1.0)
-        self.assertAlmostEqual(self.commands.of(second).twist.linear.x, 1.0)
+        self.assertAlmostEqual(of_stamp(self.commands, first).twist.linear.x, 1.0)
+        self.assertAlmostEqual(of_stamp(self.commands, second).twist.linear.x, 1.0)
 
     def test_a_stale_reference_counts_as_zero(self):
         self.answer((1.0, 0.0, 0.5))
@@ -151,7 +140,7 @@ class CepaTest(unittest.TestCase):
         for step_s, expected in ((0.4, (1.0, 0.5)), (0.2, (0.0, 0.0))):
             stamp = self.stamps.next(step_s)
             self.scans.send(scan_of(stamp))
-            linear = self.commands.of(stamp).twist.linear
+            linear = of_stamp(self.commands, stamp).twist.linear
             self.assertEqual((linear.x, linear.z), expected)
 
     # frames

@@ -14,8 +14,10 @@ from geometry_msgs.msg import TwistStamped
 from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import Marker, MarkerArray
 
+from node_tools.testing import Input, Output, Stamps, Warned, wait_until
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import Input, Output, Stamps, Warned, column, scan_of, velocity_of, wait_until
+from cepa_probe import column, of_stamp, scan_of, velocity_of
 
 R_LB, R_UB = 0.5, 1.2
 
@@ -52,7 +54,7 @@ class CepaVisualiserTest(unittest.TestCase):
         self.references.send(velocity_of(stamp, v_ref))
         rospy.rostime.wallsleep(0.05)  # references have no order with scans here
         self.scans.send(scan_of(stamp, ranges))
-        message = self.pictures.of(stamp)
+        message = of_stamp(self.pictures, stamp)
         names = [(marker.header.frame_id, marker.ns, marker.id) for marker in message.markers]
         self.assertEqual(len(names), len(set(names)))
         for marker in message.markers:

@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """launch/hokuyo_only.launch: the lidar on its stand sees the columns, and CEPA steers clear of them."""
 
-import sys
 import unittest
-from pathlib import Path
 
 import rospy
 import rostest
@@ -12,8 +10,7 @@ from geometry_msgs.msg import TwistStamped
 from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import MarkerArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import wait_until
+from node_tools.testing import wait_until
 
 
 class HokuyoOnlyTest(unittest.TestCase):

@@ -15,9 +15,10 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
 from cepa import CepaParameters
+from node_tools.testing import Input, Output, Stamps, Warned
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import Input, Output, Stamps, Warned, odometry_of, scan_of, velocity_of
+from cepa_probe import odometry_of, of_stamp, scan_of, velocity_of
 from tuning_cases import CASES, UNSEEN_INTENSITY
 
 NODE = "/cepa"
@@ -47,7 +48,7 @@ class TuningTest(unittest.TestCase):
         self.odometry.send(odometry_of(stamp, (*case.own, 0.0), case.height_m, case.pitch_rad))
         self.scans.send(scan_of(stamp, case.ranges, intensities=intensities))
         self.references.send(velocity_of(stamp, (*case.v_ref, 0.0)))
-        linear = self.commands.of(stamp).twist.linear
+        linear = of_stamp(self.commands, stamp).twist.linear
         return linear.x, linear.y
 
     def test_each_parameter_changes_the_next_answer_as_it_does_the_librarys(self):
@@ -77,7 +78,7 @@ class TuningTest(unittest.TestCase):
         self.odometry.send(odometry)
         self.references.send(velocity_of(stamp, (*case.v_ref, 0.0)))
         self.scans.send(scan_of(stamp, case.ranges))
-        linear = self.commands.of(stamp).twist.linear
+        linear = of_stamp(self.commands, stamp).twist.linear
         np.testing.assert_allclose((linear.x, linear.y), held, atol=1e-6)
         self.warned.wait_for("orientation must be a unit quaternion")
         # Given an odometry that is 0.1 s older than the scan
@@ -87,7 +88,7 @@ class TuningTest(unittest.TestCase):
         self.scans.send(scan_of(stamp, case.ranges))
         self.commands.assert_quiet()  # it waits for the odometry of this stamp, until the next scan comes
         self.scans.send(scan_of(self.stamps.next(0.1), case.ranges))
-        linear = self.commands.of(stamp).twist.linear
+        linear = of_stamp(self.commands, stamp).twist.linear
         np.testing.assert_allclose((linear.x, linear.y), held, atol=1e-6)
         self.warned.wait_for("No odometry is near to the scan in time")
 

@@ -24,9 +24,10 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from gridslam.files.map_file import read_map
+from node_tools.testing import Input, Output, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from slam_probe import ROOM_XY, Input, Output, Warned, room_scan, transform, wait_until
+from slam_probe import ROOM_XY, room_scan, transform
 
 NODE = "/gridslam"
 PARTICLES = 5

@@ -16,38 +16,14 @@ parameters = pytest.importorskip(
 )
 PACKAGE = Path(__file__).resolve().parents[1]
 YAML = PACKAGE / "config/gridslam.yaml"
-GMAPPING = {  # wiki.ros.org/gmapping and slam_gmapping.cpp
+GMAPPING = {  # wiki.ros.org/gmapping and slam_gmapping.cpp; test_slam_parameters.py has the filter's
     "throttle_scans": 1,
     "base_frame": "base_link",
     "map_frame": "map",
     "odom_frame": "odom",
     "map_update_interval": 5.0,
-    "sigma": 0.05,
-    "kernelSize": 1,
-    "lstep": 0.05,
-    "astep": 0.05,
-    "iterations": 5,
-    "lsigma": 0.075,
-    "ogain": 3.0,
-    "lskip": 0,
-    "minimumScore": 0.0,
-    "srr": 0.1,
-    "srt": 0.2,
-    "str": 0.1,
-    "stt": 0.2,
-    "linearUpdate": 1.0,
-    "angularUpdate": 0.5,
-    "temporalUpdate": -1.0,
-    "resampleThreshold": 0.5,
-    "particles": 30,
-    "delta": 0.05,
-    "llsamplerange": 0.01,
-    "llsamplestep": 0.01,
-    "lasamplerange": 0.005,
-    "lasamplestep": 0.005,
     "transform_publish_period": 0.05,
     "tf_delay": 0.05,
-    "occ_thresh": 0.25,
 }
 
 

@@ -12,8 +12,10 @@ import rostest
 from dynamic_reconfigure.client import Client
 from sensor_msgs.msg import LaserScan
 
+from node_tools.testing import Input, Output, Stamps, Warned
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import Input, Output, Stamps, Warned, bad_scans, scan_of
+from ros_probe import bad_scans, scan_of
 
 NODE = "/lidar_median_filter"
 

@@ -15,8 +15,10 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
+from node_tools.testing import Input, Output, Stamps, Warned, wait_until
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import Input, Output, Stamps, Warned, odometry_of, scan_of, velocity_of, wait_until
+from ros_probe import odometry_of, scan_of, velocity_of
 
 from inspection_tools.msg import (
     MissionActionFeedback,

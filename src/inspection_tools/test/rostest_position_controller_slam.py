@@ -13,8 +13,10 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
+from node_tools.testing import Input, Output, Stamps, Warned
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import Input, Output, Stamps, Warned, odometry_of
+from ros_probe import odometry_of
 
 NODE = "/position_controller"
 

@@ -13,8 +13,10 @@ from geometry_msgs.msg import Pose, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
+from node_tools.testing import Input, Output, Stamps, address_of, wait_until
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import Input, Output, Stamps, address_of, odometry_of, scan_of, velocity_of, wait_until
+from ros_probe import odometry_of, scan_of, velocity_of
 
 TYPES = {
     "/scan/filtered": "sensor_msgs/LaserScan",
@@ -34,7 +36,13 @@ class ToolsLaunchTest(unittest.TestCase):
         scans, padded = Input("/scan", LaserScan), Output("/scan/padded", LaserScan)
         filtered = Output("/scan/filtered", LaserScan)
         stamp = Stamps().next()
-        scans.send(scan_of(stamp, [5.0] * 540 + [1.0] + [5.0] * 540))
+
+        def answered():
+            scans.send(scan_of(stamp, [5.0] * 540 + [1.0] + [5.0] * 540))
+            rospy.sleep(0.05)
+            return padded.messages
+
+        wait_until(answered, "a padded scan")  # padding may not have heard of a filter that was started again
         self.assertEqual(set(filtered.next().ranges), {5.0})
         result = padded.next()
         self.assertEqual((len(result.ranges), result.header.stamp), (1440, stamp))

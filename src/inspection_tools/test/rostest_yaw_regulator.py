@@ -13,8 +13,10 @@ from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from tf2_msgs.msg import TFMessage
 
+from node_tools.testing import Input, Output, Stamps, Warned, wait_until
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import Input, Output, Stamps, Warned, velocity_of, wait_until
+from ros_probe import velocity_of
 
 NODE = "/yaw_regulator"
 DEFAULTS = {"gain": 1.5, "max_yaw_rate": 1.0, "speed_on": 0.25, "speed_off": 0.15}

@@ -1,4 +1,4 @@
-"""The topic ~decision: named velocities as arrows, which RViz shows as they are and any tool can read."""
+"""The topic ~decision: named velocities as arrows, for RViz and for other tools."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How velocities and lidars of other frames read in the body frame, by TF."""
+"""Takes velocities and lidar poses of other frames to the body frame, by TF."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from node_tools.conversions import yaw_of_xyzw
 from node_tools.newest_transforms import FrameError, NewestTransforms
 
 LEVEL_COSINE = math.cos(math.radians(20.0))
-"""A lidar whose axis leans more than this against the body's does not scan the plane in which CEPA steers."""
+"""A lidar whose axis leans more than this does not scan the plane in which CEPA steers."""
 
 
 class PlaneTurn:
-    """How a plane vector of one frame reads in another: a turn, mirrored for a lidar upside down."""
+    """Takes plane vectors of one frame to another: a turn, and a mirror for a lidar upside down."""
 
     def __init__(self, yaw_rad: float, flipped: bool = False):
         self._cos, self._sin = math.cos(yaw_rad), math.sin(yaw_rad)
@@ -46,11 +46,11 @@ class Frames:
         self._transforms = NewestTransforms()
 
     def restart(self) -> None:
-        """Forget moving transforms, as after a clock that jumped back; how lidars are mounted stays known."""
+        """Forget moving transforms, as after a clock that jumped back. Mountings of lidars stay known."""
         self._transforms.restart()
 
     def lidar_mount(self, frame: str) -> Mount:
-        """Return how the lidar sits on the base frame; asked for once.
+        """Return how the lidar sits on the base frame. TF is asked once for each frame.
 
         Raises:
             FrameError: TF does not know it yet, or the lidar does not lie flat.

@@ -1,4 +1,4 @@
-"""CEPA's parameters as ROS has them: a flat mapping, the algorithm's name among them."""
+"""CEPA's parameters in ROS: a flat mapping that holds the algorithm's name, too."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Choice(NamedTuple):
 
 
 def choice_of(config: Mapping[str, Any]) -> Choice:
-    """Return the choice that a mapping such as dynamic_reconfigure's makes; it names all parameters.
+    """Return the choice in a mapping that names all parameters, such as dynamic_reconfigure's.
 
     Raises:
         ParameterError: a value makes no sense, alone or with the others.

@@ -27,7 +27,7 @@ ARROW_HEIGHT_M = 0.04  # over the flat markers and over each other, so that RViz
 
 
 class Canvas:
-    """Collects the markers of one instant, one per namespace; without points it shows nothing."""
+    """Collects the markers of one instant, one per namespace. A marker without points is deleted."""
 
     def __init__(self, header: Header) -> None:
         self._header = header
@@ -79,8 +79,12 @@ def draw(
 ) -> MarkerArray:
     """Return the markers of one scan and the decision that answers it.
 
-    Everything is in the frame of ``header``, the scan's. velocities: {name: (x, y)}, m/s, as in
-    decision_message.
+    Args:
+        header: of the scan; the markers are in its frame.
+        beams: the scan.
+        velocities: {name: (x, y)}, m/s, with the names of decision_message.
+        algorithm: original or improved.
+        parameters: of the algorithm.
     """
     canvas = Canvas(header)
     v_uav = velocities.get(decision_message.OWN, (0.0, 0.0))
@@ -93,7 +97,7 @@ def draw(
     _draw_rejected(canvas, beams, parameters, reference_speed, emergency)
     canvas.segments("intrusions", view.intrusions(beams, parameters, v_uav), [(*RED, 0.9)], 0.01)
     for name in decision_message.COLOURS:
-        hidden = emergency and name == decision_message.OUTPUT  # the proposals say it already
+        hidden = emergency and name == decision_message.OUTPUT  # the two proposals show it
         canvas.arrow(name, None if hidden else _moving(velocities.get(name)))
     return canvas.markers
 

@@ -37,7 +37,7 @@ class Reference:
 
 
 class Algorithm(ABC):
-    """Base of ``Original`` and ``Improved``: scan, reference velocity, own velocity -> velocity and why."""
+    """Base class of ``Original`` and ``Improved``."""
 
     def __init__(self, parameters: CepaParameters | None = None):
         self.parameters = parameters or CepaParameters()
@@ -79,8 +79,8 @@ class Algorithm(ABC):
 def normal_form(scan: LaserScan2D, parameters: CepaParameters) -> Beams:
     """Return the full turn of beams that the algorithms see.
 
-    What is too close for the lidar may touch the UAV, so that it counts at ``body_radius`` at most: it is an
-    emergency whatever the lidar's range_min, and only the directions that lead away from it are open.
+    An obstacle that is too close for the lidar may touch the UAV. So it counts at ``body_radius`` at most. It
+    is then an emergency, whatever the lidar's range_min is, and only directions away from it are open.
     """
     return scan.full_turn(parameters.dropout_beams, parameters.body_radius)
 
@@ -93,7 +93,7 @@ def velocity(value_xy: Sequence[float], name: str) -> Vector2:
         raise VelocityError(f"{name} must be two numbers, not {value_xy!r}.") from None
     if not (math.isfinite(x) and math.isfinite(y)):
         raise VelocityError(f"{name} must be finite, not ({x}, {y}).")
-    if math.hypot(x, y) > GREATEST_SPEED_M_S * (1.0 + 1e-9):  # which may have been turned, with rounding
+    if math.hypot(x, y) > GREATEST_SPEED_M_S * (1.0 + 1e-9):  # a turn of the vector may have rounded it up
         raise VelocityError(f"{name} is beyond {GREATEST_SPEED_M_S:.0e} m/s: ({x}, {y}); check its source.")
     return x, y
 

@@ -1,7 +1,7 @@
 """The safety cushions SC_r(psi, v), as the thesis writes them, and the edge of the emergency.
 
-psi is an angle relative to the direction of travel, wrapped to (-pi, pi]; the edge is its distance from the
-UAV. The compiled code has faster forms of the same; the tests compare.
+psi is an angle relative to the direction of travel, wrapped to (-pi, pi]. A cushion's edge is given by its
+distance from the UAV. The compiled code has faster forms of the same equations. The tests compare both.
 """
 
 from __future__ import annotations
@@ -33,15 +33,16 @@ def improved_cushion(psi: float | np.ndarray, speed: float, radius: float, time_
 
 
 def stopping_distance(speed: float, deceleration: float, latency: float) -> float:
-    """Return how far the UAV flies on in m from ``speed`` (m/s): v^2 / 2a + v * latency."""
+    """Return the distance in m in which the UAV stops from ``speed`` (m/s): v^2 / 2a + v * latency."""
     return speed * speed / (2.0 * deceleration) + speed * latency
 
 
 def emergency_edge(psi: float | np.ndarray, stopping_m: float, r_lb: float, body_radius: float) -> np.ndarray:
     """Return the range in m within which an obstacle at ``psi`` (rad, from the own velocity) is an emergency.
 
-    It is r_lb all around. While the UAV flies on for ``stopping_m``, its body sweeps a corridor of
-    ``body_radius`` to each side: in it the edge is so much farther, an arc about the UAV as in equation 6.7.
+    It is r_lb in every direction. While the UAV brakes over ``stopping_m``, its body sweeps a corridor that
+    reaches ``body_radius`` to each side. Inside this corridor the edge lies ``stopping_m`` farther away. It
+    ends in an arc about the UAV, as in equation 6.7.
     """
     angle = np.abs(np.asarray(psi, dtype=float))
     with np.errstate(divide="ignore", over="ignore"):

@@ -10,7 +10,7 @@ Vector2 = Tuple[float, float]
 
 
 class Reason(enum.Enum):
-    """Why the answer is what it is."""
+    """The reason for an answer."""
 
     CUSHION_CLEAR = "cushion clear"
     """Nothing intrudes on the outer cushion along v_ref: v_out = v_ref (algorithm 2, lines 8-9)."""
@@ -28,7 +28,7 @@ class Reason(enum.Enum):
 
 @dataclass(frozen=True)
 class Decision:
-    """A velocity and why.
+    """A velocity, and the reason for it.
 
     Velocities are in m/s in the frame of the scan (x forward, y left).
     """

@@ -22,7 +22,7 @@ from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid
 
 UNLIMITED_M = 1e9
-"""Farther than any lidar sees; finite, so that what has no return is beyond it."""
+"""Farther than any lidar sees. It is finite, so a beam without a return (inf) lies beyond it."""
 
 
 def is_emergency(beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2) -> bool:
@@ -82,10 +82,10 @@ def original_flight(beams: Beams, grid: Grid, parameters: CepaParameters, v_uav:
 def improved_flight(
     flight: Flight, beams: Beams, grid: Grid, parameters: CepaParameters, v_uav: Vector2
 ) -> tuple[Flight | None, Reason]:
-    """Return (flight, reason): ``flight`` if it is safe, else along the middle of an open section, else None.
+    """Return (flight, reason): ``flight`` if it is safe, else one into an open section, else None.
 
-    ``v_uav``: the UAV's own velocity in the scan's frame, m/s. It decides between sections that are about as
-    good, so that noise does not make the UAV dither between them.
+    ``v_uav``: the UAV's own velocity in the scan's frame, m/s. It decides between sections that are equally
+    good. Otherwise noise would make the UAV switch between them.
     """
     eligible = beams.seen | parameters.unseen_is_free
     cancelled = flight.agreement <= parameters.emergency_cancellation
@@ -107,7 +107,7 @@ def improved_flight(
 
 
 def _speed_without_proposal(flight: Flight, parameters: CepaParameters) -> float:
-    """A sum that cancels out tells no more how fast to flee than where; it must not mean to stand still."""
+    """Return a speed for a sum that cancels out, which gives neither a direction nor a speed."""
     return max(flight.speed, parameters.v_min) if parameters.v_min > 0.0 else parameters.v_max
 
 
@@ -165,7 +165,10 @@ def _choose(
     v_uav: Vector2,
     angle_0: float,
 ) -> Section:
-    """Return the section with the edge nearest to ``proposal``, without one the widest; ties: along v_uav."""
+    """Return the section whose edge is nearest to ``proposal``; without a proposal, the widest.
+
+    Of sections that are about equal, the one along ``v_uav`` is returned.
+    """
 
     def badness(section: Section) -> float:
         return -section.beams * grid.increment if proposal is None else section.distance(proposal, grid)

@@ -18,4 +18,4 @@ class VelocityError(CepaError):
 
 
 class AttitudeError(CepaError):
-    """A lidar's attitude or height that is none."""
+    """An attitude or a height of a lidar that makes no sense."""

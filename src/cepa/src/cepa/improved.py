@@ -18,10 +18,10 @@ Weights = Tuple[float, float, float]
 
 
 class Improved(Algorithm):
-    """CEPA with cushions that end in arcs, k1 rising with the own speed, and a sane emergency avoidance.
+    """CEPA with cushions that end in arcs, k1 that rises with the own speed, and a safer emergency avoidance.
 
-    Outside an emergency the answer is the candidate of least cost (6.5) among v_ref and every eligible beam's
-    direction times every speed fraction: exactly what trying them all would find.
+    The candidates are v_ref, and each eligible beam's direction at each speed fraction. Outside an emergency
+    the answer is the candidate of least cost (6.5). A search that tries all candidates would find the same.
     """
 
     def steer(

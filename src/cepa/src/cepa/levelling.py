@@ -30,7 +30,7 @@ class LidarAttitude:
     """
 
     up_xyz: Vector3
-    """The world's z axis (unit vector) in the lidar's frame, in whose x-y plane the beams lie."""
+    """The world's z axis (unit vector) in the lidar's frame. The beams lie in that frame's x-y plane."""
     height_m: float
     """z of the lidar in the frame in which ``floor_height`` and ``ceiling_height`` count."""
 

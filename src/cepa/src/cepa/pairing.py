@@ -11,7 +11,7 @@ KEPT_SCANS = 8
 
 PATIENT_MESSAGES = 20_000
 PATIENT_SCANS = 2_000
-"""What is kept for a recording: a minute of scans may wait while the machine is busy elsewhere."""
+"""For a recording: a busy machine may let a minute of scans wait."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Stamped:
 
 @dataclass(frozen=True)
 class PairedScan:
-    """A scan that is ready to be answered, and per source the value that belongs to it, or None."""
+    """A scan that is ready to be answered, and each source's value that belongs to it, or None."""
 
     scan: Stamped
     values: dict[str, Stamped | None]
@@ -69,9 +69,9 @@ class ScanPairing:
         self._held: deque[Stamped] = deque()
 
     def restart(self) -> None:
-        """Forget what is older than a clock's jump back that the scans have just shown.
+        """Forget the messages from before the clock jumped back. Call it when a scan shows that jump.
 
-        A source whose stamps went back before the scans' did is on the new clock already.
+        A source whose stamps went back earlier is on the new clock already. Its messages are kept.
         """
         of_new_clock = {source: self._messages[source] for source in self._jumped_back}
         self.clear()
@@ -98,7 +98,7 @@ class ScanPairing:
 
     @property
     def held(self) -> int:
-        """Number of scans that wait for what belongs to them."""
+        """Number of scans that wait for their messages."""
         return len(self._held)
 
     @property

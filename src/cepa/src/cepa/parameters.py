@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from cepa.errors import ParameterError
 
 SLOW_DETOURS = (0.8, 0.6, 0.4, 0.2)
-"""Speed fractions for a UAV that takes its time to follow (PX4: 0.9 s); config/cepa.yaml flies with them."""
+"""Speed fractions for a UAV that follows slowly (PX4: 0.9 s); config/cepa.yaml uses them."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class CepaParameters:
     v_max: float = 1.0
     """m/s: greatest speed of an emergency's answer."""
     emergency_cancellation: float = 0.1
-    """The sum counts as zero when it is a smaller part of the intrusions (0: they oppose, 1: one side)."""
+    """If the sum is less than this share of the intrusions, it counts as zero (0: opposed, 1: one side)."""
     emergency_tie_angle: float = 0.3
     """rad: open sections that differ by less are tied; the one along the UAV's own velocity wins."""
     reference_speed_min: float = 0.05
@@ -73,7 +73,7 @@ class CepaParameters:
     ceiling_height: float = 1000.0
     """m: z of the ceiling in the frame of the odometry."""
     floor_margin: float = 0.15
-    """m: what ends so near to the height of floor or ceiling is part of it."""
+    """m: a beam that ends so near to the height of floor or ceiling has hit it."""
 
     def __post_init__(self) -> None:
         self._check_types()

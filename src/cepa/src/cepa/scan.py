@@ -77,7 +77,7 @@ class LaserScan2D:
         return round(2.0 * math.pi / abs(self.angle_increment))
 
     def full_turn(self, dropout_beams: int, too_close_m: float = math.inf) -> Beams:
-        """Return the normal form; ``dropout_beams`` in a row at most take their neighbours' smaller range.
+        """Return the normal form. Up to ``dropout_beams`` in a row take their neighbours' smaller range.
 
         What is too close is an obstacle at range_min, or at ``too_close_m`` if that is less.
         """
@@ -122,11 +122,10 @@ class Beams:
 
 
 class Grid:
-    """What depends on the number of beams and their increment alone, computed once per lidar.
+    """Tables that depend only on the number of beams and their increment, computed once per lidar.
 
-    Angles here are relative to beam 0. The cushion of equation 6.7 is ``min(d, r / |sin psi|)`` for |psi| <
-    90 degrees and ``r`` elsewhere, so that ``min(d, r * reach)`` with the table ``reach`` is the whole
-    cushion.
+    Angles are relative to beam 0. The cushion of equation 6.7 is ``min(d, r / |sin psi|)`` for |psi| < 90
+    degrees, and ``r`` elsewhere. With the table ``reach`` both are ``min(d, r * reach)``.
     """
 
     def __init__(self, count: int, increment: float):

@@ -1,6 +1,6 @@
 """Compile every kernel ahead of the first scan: ``python -m cepa.warm_up``.
 
-numba keeps what it compiles beside the sources (or in NUMBA_CACHE_DIR), so that later starts only load it.
+numba keeps the compiled code beside the sources (or in NUMBA_CACHE_DIR). Later starts only load it.
 """
 
 from __future__ import annotations

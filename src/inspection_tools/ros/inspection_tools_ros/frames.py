@@ -1,4 +1,4 @@
-"""How velocities and poses of other frames read in a node's own, by TF."""
+"""Takes velocities and poses of other frames to a node's own, by TF."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Vector2 = Tuple[float, float]
 
 
 class Frames:
-    """The newest transforms between frames; TF is listened to from the first question on."""
+    """The newest transforms between frames. It subscribes to TF with the first question."""
 
     def __init__(self) -> None:
         self._transforms: NewestTransforms | None = None
 
     def listen(self) -> NewestTransforms:
-        """Begin to listen, so that the first question can be answered already."""
+        """Subscribe to TF at once, so that the first question can be answered."""
         if self._transforms is None:
             self._transforms = NewestTransforms(listen_to_moving=True)
         return self._transforms

@@ -62,7 +62,7 @@ class PoseSource:
         return (x, y, z), yaw_of(multiply(turn, orientation))
 
     def _map_to_odom(self) -> tuple[Vector3, Quaternion]:
-        """The newest correction by SLAM; no waiting, the next pose asks again."""
+        """The newest correction by SLAM. It does not wait: the next pose asks again."""
         try:
             return self._frames.look_up(self._map_frame, self._odom_frame)
         except FrameError as error:

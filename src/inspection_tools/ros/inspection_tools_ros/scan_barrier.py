@@ -1,4 +1,4 @@
-"""Whether a mission may acknowledge a scan, at whose instant the simulator stands still in lockstep."""
+"""Decides when a mission acknowledges a scan. In lockstep the simulator waits for that."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class ScanBarrier:
 
     Attributes:
         scan: header of the newest scan.
-        pose: the newest.
+        pose: the newest pose.
         answered: stamp of the pose that the position controller answered last.
     """
 

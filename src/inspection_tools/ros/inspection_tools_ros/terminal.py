@@ -16,7 +16,7 @@ class TerminalError(InspectionToolsError):
 
 
 class Terminal:
-    """The terminal on standard input, key by key; `restore` puts it back to how it was."""
+    """The terminal on standard input, key by key; `restore` undoes the changes."""
 
     def __init__(self) -> None:
         try:
@@ -39,5 +39,5 @@ class Terminal:
         return data.decode("utf-8", "ignore")
 
     def restore(self) -> None:
-        """Put the terminal back to how it was."""
+        """Undo the changes to the terminal."""
         termios.tcsetattr(self._file, termios.TCSADRAIN, self._before)

@@ -24,10 +24,10 @@ MAX_SCANS = 15
 class MedianFilterParameters:
     """What the median is taken over.
 
-    An obstacle k beams wide keeps its full width when k > window / 2 and vanishes otherwise. The default of 3
-    therefore gives up single beams only (within 1.2 m: things thinner than 1.5 cm at 0.35 degrees), and takes
-    a third off the lidar's Gaussian noise: the median of three has the variance 1 - sqrt(3) / pi of one.
-    An obstacle that appears at once is seen `scans // 2` scans later; the default of 1 adds no delay.
+    An obstacle that is k beams wide keeps its full width if k > window / 2. Otherwise it vanishes. So the
+    default of 3 loses single beams only. Within 1.2 m, at 0.35 degrees, these are things thinner than 1.5 cm.
+    It takes a third off the lidar's Gaussian noise: the median of three readings has 1 - sqrt(3) / pi of one
+    reading's variance. A new obstacle is seen `scans // 2` scans later. The default of 1 adds no delay.
 
     Attributes:
         window: Beams, odd; the beam itself and (window - 1) / 2 on each side. 1 leaves out the neighbours.
@@ -50,7 +50,7 @@ class MedianFilterParameters:
 class LidarMedianFilter:
     """Median filter of one lidar's scans.
 
-    Rules, each chosen so that the filter errs towards seeing an obstacle:
+    In doubt the filter sees an obstacle. Its rules:
       - The result is always one of the readings: of an even number of votes the nearer of the middle two.
       - A valid beam stays valid, however many of its neighbours are NaN.
       - A NaN takes the median of its window, unless invalid readings outnumber the valid ones there.
@@ -124,7 +124,7 @@ def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.n
     beams = newest.size
     half = window // 2
     if wraps:
-        half = min(half, (beams - 1) // 2)  # no beam votes twice
+        half = min(half, (beams - 1) // 2)  # so that no beam votes twice
     extended = [_extend(scan, half, wraps) for scan in scans]
     votes = np.stack([scan[shift : shift + beams] for scan in extended for shift in range(2 * half + 1)])
     votes.sort(axis=0)  # NaN comes last

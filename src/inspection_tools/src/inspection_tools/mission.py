@@ -18,15 +18,15 @@ _KEYS = ("x", "y", "z", "yaw", "tolerance", "hold")
 
 @dataclass(frozen=True)
 class Waypoint:
-    """A place to be at.
+    """A place to fly to.
 
     Attributes:
         position_m: (x, y, z) in the poses' frame.
-        yaw_rad: Heading to hand on with the setpoint, or None for any. Who flies decides what it means: by
-            position setpoints the UAV turns there, under the yaw regulator it looks where it flies. The
-            mission does not wait for it.
-        tolerance_m: Nearer than this (in space) is there.
-        hold_s: Time without a break that the UAV must be there; 0 passes through.
+        yaw_rad: Heading that is sent with the setpoint, or None for any. With position setpoints the UAV
+            turns to it. Under the yaw regulator the UAV looks where it flies. The mission does not wait for
+            the heading.
+        tolerance_m: The UAV has arrived when it is nearer than this (in space).
+        hold_s: Time that the UAV must stay without a break; 0 passes through.
 
     Raises:
         ParameterError: a value out of range.
@@ -49,7 +49,7 @@ class Waypoint:
 def headings_shown(waypoints: Sequence[Waypoint]) -> list[float]:
     """Return where an arrow at each waypoint points, rad: its own yaw, or else the way on to the next place.
 
-    The last one points on along the way to it, as does one whose next place lies above or below it.
+    The last arrow points along the way to its place. So does an arrow whose next place lies above or below.
     """
     legs = zip(waypoints, [*waypoints[1:], waypoints[-1]])
     ways = [_way(here.position_m, there.position_m) for here, there in legs]
@@ -62,7 +62,7 @@ def headings_shown(waypoints: Sequence[Waypoint]) -> list[float]:
 
 
 def _way(here_m: tuple, there_m: tuple) -> float | None:
-    """Heading from one place to another, rad; None where they are one from above."""
+    """Heading from one place to another, rad; None where one lies above the other."""
     ahead_m, left_m = there_m[0] - here_m[0], there_m[1] - here_m[1]
     return math.atan2(left_m, ahead_m) if math.hypot(ahead_m, left_m) > 1e-3 else None
 
@@ -93,7 +93,7 @@ class MissionStatus:
 
 
 class Mission:
-    """Flies one list of waypoints; driven by poses and their stamps, so that nothing waits on a clock."""
+    """Flies one list of waypoints. Poses and their stamps drive it; nothing waits on a clock."""
 
     def __init__(self, waypoints: Sequence[Waypoint], patience_s: float = math.inf, reached: int = 0):
         """Begin at the first waypoint that is not reached yet.
@@ -122,7 +122,7 @@ class Mission:
     def update(self, stamp_s: float, position_m: Sequence[float]) -> MissionStatus:
         """Take a pose in; at most one waypoint gets done by it.
 
-        A pose older than the last one (a clock that jumped back) starts hold and patience anew, nothing else.
+        A pose older than the last one (a clock that jumped back) only starts hold and patience anew.
 
         Args:
             stamp_s: The pose's time.
@@ -207,9 +207,12 @@ def read_mission(path: str | Path) -> tuple[Waypoint, ...]:
 def parse_mission(content: object) -> tuple[Waypoint, ...]:
     """Return the waypoints (a tuple) of what a YAML file holds.
 
-    A mapping with `waypoints`, a list of "x y z" or "x y z yaw" (as text, as a list, or as a mapping with
-    these keys and its own tolerance and hold); for all that give none `tolerance` and `hold`; and `laps`, how
-    often the list is flown. Or the list alone. Metres, radians, seconds.
+    The content is a list of waypoints, or a mapping with these keys:
+      - `waypoints`: the list. Each entry is "x y z" or "x y z yaw", as text, as a list, or as a mapping with
+        these keys and a `tolerance` and `hold` of its own.
+      - `tolerance`, `hold`: of the waypoints that give none.
+      - `laps`: how often the list is flown.
+    Units are metres, radians and seconds.
 
     Raises:
         MissionError: one sentence that says what is wrong with which waypoint.

@@ -19,7 +19,7 @@ MAX_VALUE_M = 1000.0
 
 @dataclass(frozen=True)
 class PaddingParameters:
-    """What the added beams say.
+    """The value of the added beams.
 
     Attributes:
         value: "range_max" (the lidar's greatest range), "inf" (no return), "nan" (invalid: claims nothing),

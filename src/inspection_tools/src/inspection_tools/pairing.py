@@ -14,14 +14,14 @@ Pair = Tuple[Any, Optional[Reference]]
 
 
 class ReferencePairing:
-    """Finds the reference of a command: the one of its own stamp where there is such, else the newest.
+    """Finds the reference of a command: the one of its own stamp, or else the newest.
 
-    Reference and command come over different connections, so a command may overtake its own reference. While
-    the source is known to share stamps with the commands, such a command is held until its reference comes,
-    so that the outcome does not depend on which message was faster. When the next command comes first, the
-    held one is released with the newest reference: every command gets its answer, in the order they came.
+    Reference and command come over different connections, so a command may overtake its own reference. If
+    the source shares stamps with the commands, the command waits for its reference. So the outcome does not
+    depend on which message was faster. If the next command comes first, the waiting one is released with the
+    newest reference. So every command gets its answer, and in order.
 
-    Stamps are whole nanoseconds; what the values are does not matter here.
+    Stamps are whole nanoseconds. Values may be anything.
     """
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class ReferencePairing:
         newest_ns = self._references[-1][0] if self._references else None
         if self._shares_stamps and newest_ns is not None and newest_ns < stamp_ns:
             self._held = (stamp_ns, command)
-            self._shares_stamps = False  # until a reference of the same stamp proves it again
+            self._shares_stamps = False  # until a reference with a command's stamp comes again
             return released
         return [*released, (command, self._find(stamp_ns))]
 

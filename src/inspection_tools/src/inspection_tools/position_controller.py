@@ -21,9 +21,9 @@ MAX_TIME_STEP_S = 0.1
 class PositionControllerParameters:
     """Limits and gains of the position controller.
 
-    Far from the setpoint the speed is the limit; nearer it falls as under constant `braking_deceleration`,
-    and at last in proportion to the distance (`gain`). The two meet without a kink at the distance
-    braking_deceleration / gain^2. The vertical axis is independent and works alike.
+    Far from the setpoint the UAV flies at the speed limit. Nearer to it the speed falls with constant
+    `braking_deceleration`, and in the end in proportion to the distance (`gain`). Both parts meet without a
+    kink at the distance braking_deceleration / gain^2. The vertical axis works alike, on its own.
 
     Attributes:
         max_speed: Horizontal speed limit, m/s.
@@ -84,10 +84,10 @@ class PositionCommand:
 
 
 class PositionController:
-    """Driven by poses: one command for each, its time step taken from their stamps.
+    """Answers each pose with one command. The time step comes from the stamps of the poses.
 
-    The commanded velocity starts at zero, and it alone is limited in acceleration: the controller ignores
-    the UAV's own velocity. Without a setpoint the velocity is zero: hover.
+    The commanded velocity starts at zero. Its acceleration is limited. The controller ignores the UAV's own
+    velocity. Without a setpoint the velocity is zero: hover.
     """
 
     def __init__(self, parameters: PositionControllerParameters | None = None):
@@ -152,7 +152,7 @@ class PositionController:
         return PositionCommand(_level(self._velocity_m_s, yaw_rad), self._goal_reached, jumped_back)
 
     def _step_towards(self, error_m: Vector3, step_s: float) -> Vector3:
-        """Velocity after this step: the approach's, as far as the acceleration limits let it change."""
+        """Velocity after this step: that of the approach, within the acceleration limits."""
         p = self.parameters
         distance_m = math.hypot(error_m[0], error_m[1])
         speed = approach_speed(distance_m, p.max_speed, p.braking_deceleration, p.gain)

@@ -1,6 +1,6 @@
 """Reference velocities from a pilot: keys of a terminal, or the sticks of a joystick.
 
-Both are dead man's switches: a key that is no longer pressed and a joystick that no longer speaks mean hover.
+Both are dead man's switches: when no key is pressed or the joystick is silent, the UAV hovers.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _FACTORS = {"q": 1.1, "z": 1.0 / 1.1}
 
 @dataclass(frozen=True)
 class TeleopParameters:
-    """How a pilot's hands become velocities.
+    """How keys and sticks become velocities.
 
     Attributes:
         speed: Horizontal speed of a key or a full stick, m/s.
@@ -88,7 +88,7 @@ class KeyboardPilot:
         return min(self._factor * self._parameters.speed, FASTEST_M_S)
 
     def press(self, key: str, now_s: float) -> bool:
-        """Take one key; returns False for one without a meaning, which stops the UAV: it may be panic."""
+        """Take one key. A key without a meaning returns False and stops the UAV: the pilot may panic."""
         if key in _FACTORS:
             self._factor = min(max(self._factor * _FACTORS[key], 0.05), 10.0)
             return True

@@ -21,8 +21,8 @@ class YawRegulatorParameters:
         max_yaw_rate: rad/s.
         speed_on: The regulator switches on above this horizontal speed, m/s.
         speed_off: It switches off below this one, m/s; less than `speed_on`.
-        turn_margin: Near the exact rear the sense of turn is kept for this angle past it, rad, so that noise
-            cannot make the UAV turn to and fro.
+        turn_margin: rad. The sense of turn is kept until the direction is this angle past the exact rear.
+            Otherwise noise would turn the UAV to and fro.
         reference_max_age: An older reference velocity counts as none, s.
 
     Raises:
@@ -50,7 +50,7 @@ class YawRegulatorParameters:
 
 
 class YawRegulator:
-    """P-regulator of the angle between the UAV's front and where it goes.
+    """P-regulator of the angle between the UAV's front and its direction of travel.
 
     Its only state are hystereses: moving or not, reference wanted or not, and the sense of turn.
     """
@@ -70,8 +70,8 @@ class YawRegulator:
 
         Args:
             velocity_m_s: (x, y) of the velocity that will be flown, levelled body frame.
-            reference_m_s: (x, y) of the velocity that was wanted, same frame. Where it is not zero but the
-                flown one is, the UAV turns towards it on the spot: the lidar looks there, the way may open.
+            reference_m_s: (x, y) of the velocity that was wanted, same frame. If only the flown velocity is
+                zero, the UAV turns on the spot towards the wanted one. The lidar may then see a way.
 
         Raises:
             VelocityError: a component is not finite; the state is then as before.

@@ -2,9 +2,9 @@
 
 rospy gives each subscriber of a queued topic a thread of its own. So a message on its way from scan to
 setpoint waits for one more thread in each node, and a clock with eight listeners costs the simulator 0.45 ms.
-Without a queue, a subscriber that hangs holds up the node. Here the publishing thread itself writes what the
-socket takes (0.14 ms for the eight). What the socket does not take waits for the next message; the oldest
-gives way.
+Without a queue, a subscriber that hangs holds up the node. Here the publishing thread itself writes as much
+as the socket takes (0.14 ms for the eight). The rest waits for the next message. If too much waits, the
+oldest messages are dropped.
 
 Each message wakes its listeners, which push a busy publisher aside on a machine of few cores. A publisher
 that holds its messages back sends several at once.
@@ -54,7 +54,7 @@ class DirectConnection:
         return True
 
     def flush(self) -> None:
-        """Send what waits, as far as the socket takes it; TransportTerminated when nobody is there."""
+        """Send what waits, as far as the socket takes it; TransportTerminated when the subscriber is gone."""
         while self._rest or self._waiting:
             if not self._rest:
                 self._rest = b"".join(self._waiting)
@@ -78,7 +78,7 @@ class DirectConnection:
 class DirectPublisher(rospy.Publisher):
     """A rospy.Publisher whose messages go out in the thread that publishes; for a few kilobytes each.
 
-    What a slow subscriber's socket does not take goes with the next message: the topic must be a stream.
+    A slow subscriber gets the rest with the next message. So use it only for topics that go on.
 
     Args:
         name: of the topic.

@@ -33,8 +33,8 @@ class NewestTransforms:
     """The newest transforms between frames.
 
     Args:
-        listen_to_moving: subscribe to /tf at once. Otherwise only /tf_static is heard until a look-up fails:
-            a node that needs static frames alone is spared a hundred messages a second.
+        listen_to_moving: subscribe to /tf at once. Otherwise it subscribes to /tf when a look-up fails. So a
+            node that needs only static frames does not receive a hundred messages a second.
     """
 
     def __init__(self, listen_to_moving: bool = False) -> None:

@@ -42,7 +42,7 @@ class CallbackNode(Protocol):
 
 
 def cannot_start(error: Exception) -> str:
-    """Return the sentence about a fault that the user mends in the node's parameters."""
+    """Return the sentence about a fault that the user can mend in the node's parameters."""
     name = rospy.get_name()
     return f"{name} cannot start: {error} Change it in the launch file, or by rosparam set under {name}."
 
@@ -56,15 +56,15 @@ def run(
 ) -> None:
     """Make a node, run it until it is told to end, and end the process.
 
-    What is wrong at the start is one sentence and exit code 1. With the parameter ~keep_trying the sentence
-    comes every `REMINDER_S`, until the fault is mended and the node starts.
+    A fault at the start becomes one sentence and exit code 1. With the parameter ~keep_trying the node tries
+    again, and repeats the sentence every `REMINDER_S`, until it can start.
 
     Args:
         name: the node's name.
         make: makes the node and returns what runs it; see `spinning`.
         ending: made before the imports of the executable.
         errors: base class or classes of the errors that are sentences for the user.
-        explain: makes of an error at the start what the user reads; `str` for errors that say what to do.
+        explain: turns an error at the start into the sentence for the user; `str` if the error says it all.
     """
     ending.closes_by(_take_leave)
     try:
@@ -151,7 +151,7 @@ def _take_leave() -> None:
     """Tell the master. Whoever told the node to end (rosnode kill) waits for an answer, so give it."""
     told_by_ros = rospy.core.is_shutdown_requested()
     rospy.signal_shutdown("the node ends")
-    if told_by_ros:  # by another thread, which is at it
+    if told_by_ros:  # another thread is shutting down
         end_s = time.monotonic() + LAST_CALLBACK_S
         while not rospy.is_shutdown() and time.monotonic() < end_s:
             rospy.rostime.wallsleep(0.01)

@@ -14,7 +14,8 @@ Parameters = TypeVar("Parameters", bound=Any)
 def read_values(defaults: Mapping[str, Any]) -> dict[str, Any]:
     """Return the private parameters of these names, or their defaults.
 
-    A whole number for a real one becomes a float, a number for a text becomes a str: YAML cannot know.
+    YAML does not know which type is wanted. So a whole number becomes a float where the default is one, and a
+    number becomes a str where the default is one.
     """
     return {name: _like(default, rospy.get_param("~" + name, default)) for name, default in defaults.items()}
 

@@ -11,7 +11,7 @@ from node_tools.throttled_warnings import ThrottledWarnings
 
 FARTHEST_AHEAD_NS = 1_000_000_000
 STANDS_STILL_S = 1.0
-"""Wall time after which a clock that shows the same is taken for stopped."""
+"""Wall time after which a clock that does not change counts as stopped."""
 
 
 class StampWatch:

@@ -12,13 +12,13 @@ _NUMBERS = re.compile(r"\d+")
 
 
 class ThrottledWarnings:
-    """Says each fault once in `PERIOD_S`, whatever numbers its sentence carries."""
+    """Says each fault once in `PERIOD_S`. Sentences that differ only in numbers are one fault."""
 
     def __init__(self) -> None:
         self._said_at_s: dict[str, float] = {}
 
     def say(self, sentence: object) -> None:
-        """Log the sentence as a warning, unless its like was logged in the last `PERIOD_S`."""
+        """Log the sentence as a warning, unless the same fault was logged in the last `PERIOD_S`."""
         kind = _NUMBERS.sub("", str(sentence))
         now_s = rospy.get_time()
         said_at_s = self._said_at_s.get(kind)

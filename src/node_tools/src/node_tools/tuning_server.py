@@ -9,11 +9,11 @@ from dynamic_reconfigure.server import Server
 
 
 class TuningServer(Server):
-    """dynamic_reconfigure's server, but for two things.
+    """dynamic_reconfigure's server with two differences.
 
-    A value beyond its limits is refused with a sentence, and the old one stays; the original moves it to the
-    limit without a word, where it may mean something else. A request that carries the state of nested groups
-    is understood; the original fails at it, and `dynparam load` sends them.
+    It refuses a value beyond its limits with a sentence, and the old value stays. The original silently moves
+    the value to the limit, where it may mean something else. It also understands requests with the state of
+    nested groups, as `dynparam load` sends them. The original fails at these.
     """
 
     def update_configuration(self, changes: Mapping[str, Any]) -> Any:

@@ -1,0 +1,106 @@
+"""For tests of nodes: send a message, and wait in wall time for what comes of it."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Callable
+
+import rosgraph
+import rosnode
+import rospy
+from rosgraph_msgs.msg import Log
+
+TIMEOUT_S = 30.0
+"""Only a test that fails waits so long."""
+QUIET_S = 0.3
+"""How long a topic is watched before it counts as quiet."""
+
+
+def wait_until(condition: Callable[[], Any], what: str, timeout_s: float = TIMEOUT_S) -> None:
+    """Return when the condition is true; AssertionError if it never is."""
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > deadline:
+            raise AssertionError(f"waited {timeout_s:.0f} s in vain for {what}")
+        time.sleep(0.003)
+
+
+def address_of(node: str) -> str | None:
+    """Return the XML-RPC address of a node; None while there is no such node."""
+    return rosnode.get_api_uri(rosgraph.Master(rospy.get_name()), node, skip_cache=True)
+
+
+class Input:
+    """A publisher that is known to be connected."""
+
+    def __init__(self, topic: str, message_type: Any, latch: bool = False) -> None:
+        self._publisher = rospy.Publisher(topic, message_type, queue_size=50, tcp_nodelay=True, latch=latch)
+        wait_until(lambda: self._publisher.get_num_connections() > 0, f"a subscriber of {topic}")
+
+    def send(self, message: Any) -> None:
+        """Publish a message."""
+        self._publisher.publish(message)
+
+
+class Output:
+    """Collects what a node publishes; known to be connected unless told otherwise."""
+
+    def __init__(self, topic: str, message_type: Any, connected: bool = True) -> None:
+        self.messages: list[Any] = []
+        self._topic = topic
+        self._subscriber = rospy.Subscriber(topic, message_type, self.messages.append, tcp_nodelay=True)
+        if connected:
+            wait_until(lambda: self._subscriber.get_num_connections() > 0, f"a publisher of {topic}")
+
+    def next(self) -> Any:
+        """Wait for a message and take it."""
+        wait_until(lambda: self.messages, f"a message on {self._topic}")
+        return self.messages.pop(0)
+
+    def last(self, condition: Callable[[Any], bool], what: str) -> Any:
+        """Wait until the newest message fulfils the condition, and return it."""
+        wait_until(lambda: self.messages and condition(self.messages[-1]), f"{what} on {self._topic}")
+        return self.messages[-1]
+
+    def assert_quiet(self) -> None:
+        """Fail if a message comes within `QUIET_S`."""
+        time.sleep(QUIET_S)
+        assert not self.messages, f"{self._topic} should be quiet, but said {self.messages[0]}"
+
+
+class Warned:
+    """Collects the warnings of one node; known to hear it."""
+
+    def __init__(self, node: str) -> None:
+        self.sentences: list[str] = []
+        self._node = node
+        self._subscriber = rospy.Subscriber("/rosout", Log, self._on_log)
+        wait_until(self._hears_node, f"the log of {node}")
+
+    def _hears_node(self) -> bool:
+        """A node is heard only when it is connected to /rosout, which is a topic like others."""
+        return address_of(self._node) in [each[1] for each in self._subscriber.impl.get_stats_info()]
+
+    def _on_log(self, log: Log) -> None:
+        if log.name == self._node and log.level >= Log.WARN:
+            self.sentences.append(log.msg)
+
+    def wait_for(self, text: str) -> None:
+        """Wait for a sentence that holds `text`."""
+        wait_until(lambda: self.count(text), f'a warning with "{text}" among {self.sentences}')
+
+    def count(self, text: str) -> int:
+        """Return how many sentences hold `text`."""
+        return sum(text in sentence for sentence in self.sentences)
+
+
+class Stamps:
+    """Stamps that go forward by a lidar's period."""
+
+    def __init__(self, start_s: float = 100.0) -> None:
+        self._now = rospy.Time.from_sec(start_s)
+
+    def next(self, step_s: float = 0.025) -> rospy.Time:
+        """Return the next stamp."""
+        self._now += rospy.Duration.from_sec(step_s)
+        return self._now
