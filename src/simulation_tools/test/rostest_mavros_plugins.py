@@ -13,7 +13,7 @@ import rospy
 import rosservice
 import rostest
 from geographic_msgs.msg import GeoPoseStamped
-from geometry_msgs.msg import AccelWithCovarianceStamped, PoseStamped, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from mavros_msgs.msg import (
     VFR_HUD,
     Altitude,
@@ -21,9 +21,7 @@ from mavros_msgs.msg import (
     EstimatorStatus,
     GlobalPositionTarget,
     HomePosition,
-    OverrideRCIn,
     PositionTarget,
-    RCIn,
     RCOut,
     State,
     SysStatus,
@@ -36,13 +34,11 @@ from mavros_msgs.srv import (
     CommandBool,
     CommandHome,
     CommandInt,
-    MessageInterval,
     ParamGet,
     ParamPull,
     ParamPush,
     SetMavFrame,
     SetMode,
-    StreamRate,
     VehicleInfoGet,
     WaypointClear,
     WaypointPull,
@@ -61,7 +57,6 @@ HEARD = {
     "sys_status": SysStatus,
     "estimator_status": EstimatorStatus,
     "local_position/pose": PoseStamped,
-    "local_position/accel": AccelWithCovarianceStamped,
     "global_position/local": Odometry,
     "global_position/raw/fix": NavSatFix,
     "imu/data": Imu,
@@ -81,7 +76,6 @@ HEARD = {
 }
 LATITUDE, LONGITUDE, ALTITUDE_M = 47.397742, 8.545594, 488.0  # the world's origin
 GEOID_M = 47.3  # the sea's height over the ellipsoid there
-ALTITUDE_MESSAGE, HEARTBEAT, LOCAL_POSITION_NED_COV = 141, 0, 64
 IN_METRES = math.radians(1.0) * 6371000.0  # a degree of latitude on PX4's sphere
 
 
@@ -94,7 +88,6 @@ class TestMavrosPlugins(MavrosTestCase):
         rospy.Subscriber("/UAV/ground_truth", Odometry, cls.on_truth)
         cls.ask_for_mode = cls.service("set_mode", SetMode)
         cls.arm = cls.service("cmd/arming", CommandBool)
-        cls.set_interval = cls.service("set_message_interval", MessageInterval)
         for name in ("home_position/home", "local_position/pose"):
             cls.eventually(lambda name=name: cls.last(name) is not None)
         cls.eventually(lambda: cls.truth is not None)
@@ -111,7 +104,6 @@ class TestMavrosPlugins(MavrosTestCase):
                 ("setpoint_accel/accel", Vector3Stamped),
                 ("setpoint_attitude/attitude", PoseStamped),
                 ("setpoint_attitude/thrust", Thrust),
-                ("rc/override", OverrideRCIn),
             )
         }
 
@@ -205,33 +197,6 @@ class TestMavrosPlugins(MavrosTestCase):
         self.assertEqual(info.flight_sw_version, 0x010C0000)
         self.assertFalse(vehicle_info(9, 9, False).success)
 
-    def test_c_message_intervals_are_px4s(self):
-        def rate_hz():
-            self.forget("altitude")
-            self.assertTrue(self.eventually(lambda: len(self.messages("altitude")) >= 12))
-            stamps = [message.header.stamp.to_sec() for message in self.messages("altitude")[1:]]
-            return (len(stamps) - 1) / (stamps[-1] - stamps[0])
-
-        self.assertTrue(self.set_interval(ALTITUDE_MESSAGE, 50.0).success)
-        self.assertAlmostEqual(rate_hz(), 50.0, delta=5.0)
-        self.assertTrue(self.set_interval(ALTITUDE_MESSAGE, 0.0).success)  # PX4's own
-        self.assertAlmostEqual(rate_hz(), 10.0, delta=1.0)
-        self.assertFalse(self.set_interval(HEARTBEAT, 5.0).success)
-        self.assertFalse(self.set_interval(9999, 5.0).success)
-        self.assertFalse(self.set_interval(ALTITUDE_MESSAGE, math.nan).success)
-        self.service("set_stream_rate", StreamRate)(0, 5, True)  # which PX4 does not act on
-        self.assertAlmostEqual(rate_hz(), 10.0, delta=1.0)
-
-    def test_c_covariances_come_when_the_stand_in_is_asked(self):
-        self.assertIsNone(self.last("local_position/accel"))
-        self.assertTrue(self.set_interval(LOCAL_POSITION_NED_COV, 20.0).success)
-        self.assertTrue(self.eventually(lambda: self.last("local_position/accel") is not None))
-        self.assertTrue(self.set_interval(LOCAL_POSITION_NED_COV, -1.0).success)
-        accel = self.last("local_position/accel")
-        self.assertEqual(accel.header.frame_id, "map")
-        self.assertAlmostEqual(accel.accel.accel.linear.z, 0.0, delta=0.5)
-        self.assertGreater(accel.accel.covariance[0], 0.0)
-
     def test_d_missions_are_refused_in_words(self):
         self.assertTrue(self.eventually(lambda: self.last("mission/waypoints") is not None))
         self.assertEqual(self.last("mission/waypoints").waypoints, [])
@@ -303,15 +268,6 @@ class TestMavrosPlugins(MavrosTestCase):
             self.assertTrue(self.ask_for_mode(0, "OFFBOARD").mode_sent)
             self.eventually(lambda: False, 0.2, publish)
             self.assertEqual(self.last("state").mode, "AUTO.LOITER", messages)
-
-    def test_f_there_is_no_remote_control(self):
-        heard = []
-        subscriber = rospy.Subscriber("/mavros/rc/in", RCIn, heard.append)
-        self.publish("rc/override", OverrideRCIn(channels=[1500] * 18))
-        stamp = self.last("local_position/pose").header.stamp + rospy.Duration(1)
-        self.assertTrue(self.eventually(lambda: self.last("local_position/pose").header.stamp > stamp))
-        self.assertEqual((heard, self.last("state").mode), ([], "AUTO.LOITER"))
-        subscriber.unregister()
 
     def test_y_further_setpoints_fly(self):
         """Global setpoints, then an acceleration and an attitude; PX4's targets beside them."""

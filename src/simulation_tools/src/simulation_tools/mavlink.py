@@ -136,13 +136,13 @@ def receive_all(udp: socket.socket) -> Iterator[tuple[bytes, Address]]:
         except BlockingIOError:
             return
         except ConnectionError:
-            continue  # an earlier datagram found nobody at the other side
+            continue  # an earlier datagram reached no program at the other side
         except OSError:
             return  # closed
 
 
 def send(udp: socket.socket, packet: bytes, address: Address) -> bool:
-    """Send a datagram; False when the system would not take it (a full buffer, nobody there)."""
+    """Send a datagram; False if the system refuses it: a full buffer, or no receiver."""
     try:
         udp.sendto(packet, address)
     except OSError:

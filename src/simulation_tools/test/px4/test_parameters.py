@@ -165,3 +165,11 @@ def test_automatic_modes_heed_their_speed_and_turn():
     # Accelerating from 10 to 90 % of 3 m/s at 2 m/s2 and 4 m/s3 takes about 1.4 s.
     rise_s = rows[np.argmax(speed > 2.7), 0] - rows[np.argmax(speed > 0.3), 0]
     assert rise_s == pytest.approx(1.5, abs=0.4)
+
+
+def test_every_default_lies_in_its_range():
+    parameters = Px4Parameters()
+    for name in parameters:
+        spec = parameters.spec(name)
+        assert spec.minimum <= spec.default <= spec.maximum, name
+        assert len(name) <= 16, name

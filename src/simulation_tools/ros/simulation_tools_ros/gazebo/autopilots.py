@@ -33,7 +33,7 @@ def simulation_with_autopilot(
     ports = mavlink_ports(rospy.get_param("~offboard_port", 14540), rospy.get_param("~gcs_port", 14550))
     simulation = Simulation(parameters)
     simulation.warm_up()
-    assert simulation.px4 is not None  # nobody else flies
+    assert simulation.px4 is not None  # without another autopilot, the stand-in flies
     link = MavlinkLink(simulation.px4, *ports)
     link.on_warning = rospy.logwarn
     return simulation, link

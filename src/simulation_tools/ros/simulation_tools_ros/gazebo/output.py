@@ -63,8 +63,8 @@ class GazeboOutput:
     """Publishes the simulator's outputs; all calls come from the simulation's thread.
 
     Order at one instant: clock, joints, odometry, ground truth, IMU, contacts, further sensors, and the scan
-    last, so that whoever works on the scan has the rest already. Streams that hold back their messages send
-    them with the scan: poses before it, and what nobody steers by after it, while the scan is worked on.
+    last, so that a node that works on the scan has the rest already. Streams that hold back their messages
+    send poses just before the scan. They send the rest after it, while other nodes work on the scan.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Topics of the further sensors: each is called like its sensor, which works while somebody listens."""
+"""Topics of the further sensors, named like the sensors. A sensor measures only for subscribers."""
 
 from __future__ import annotations
 

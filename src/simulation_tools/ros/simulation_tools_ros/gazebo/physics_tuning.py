@@ -33,7 +33,7 @@ class PhysicsTuning:
         self._server = TuningServer(PhysicsConfig, self._on_change)
 
     def show_pause(self, paused: bool) -> None:
-        """Show that somebody else has stopped simulated time, or let it run on."""
+        """Show in the configuration that a service has paused the simulation, or ended the pause."""
         self._server.update_configuration({"pause": paused})
 
     def _in_force(self) -> dict[str, float]:

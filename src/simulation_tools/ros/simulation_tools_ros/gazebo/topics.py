@@ -23,7 +23,7 @@ def advertise_topics(holds: bool) -> Topics:
     """Advertise the simulator's topics.
 
     Args:
-        holds: what comes between two scans goes out with the second one; in lockstep nobody waits for it.
+        holds: messages between two scans go out with the second scan, as lockstep allows.
     """
 
     def advertise(name: str, message_class: type, latch: bool = False) -> rospy.Publisher:

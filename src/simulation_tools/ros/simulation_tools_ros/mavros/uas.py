@@ -33,7 +33,7 @@ class Topic:
         return self._latch or self._publisher.get_num_connections() > 0
 
     def publish(self, make: Callable[[], Any]) -> None:
-        """Publish what `make` returns, if somebody wants it."""
+        """Publish what `make` returns, if the topic has a subscriber or is latched."""
         if self.wanted:
             self._publisher.publish(make())
 
@@ -209,4 +209,4 @@ def diagonal(*variances: float) -> list[float]:
 
 
 UNKNOWN = diagonal(-1.0, 0.0, 0.0)
-"""MAVROS's covariance matrix of what nobody knows."""
+"""The covariance matrix by which MAVROS says that a covariance is unknown."""

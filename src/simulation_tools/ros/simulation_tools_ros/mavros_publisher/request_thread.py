@@ -8,7 +8,7 @@ from typing import Callable
 
 
 class RequestThread:
-    """Makes one call at a time in a thread of its own; the calls report by themselves, and do not raise.
+    """Makes one call at a time in its own thread. A call reports its own faults and must not raise.
 
     To be used by one thread at a time.
     """
@@ -22,7 +22,7 @@ class RequestThread:
     def ask(self, call: Callable[[], None], patience_s: float) -> bool:
         """Have a call made and wait for its end, but not for long; tells whether it has been made.
 
-        While an earlier call hangs nothing is waited for and nothing queues up: whoever asks asks again.
+        While an earlier call hangs, a new call is not made, and False comes back at once: ask again later.
         """
         if not self._idle.is_set():
             return False

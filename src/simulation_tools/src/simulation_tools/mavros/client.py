@@ -195,7 +195,7 @@ class FcuClient:
                 return self._acks.pop(command, None)
 
     def set_mode(self, base_mode: int, custom: int) -> None:
-        """Send SET_MODE; as with MAVROS nobody waits for the answer."""
+        """Send SET_MODE. As in MAVROS, the answer is not waited for."""
         flags = base_mode or common.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
         self.send(common.MAVLink_set_mode_message(self.target.system_id, flags, custom))
 

@@ -13,13 +13,13 @@ _SPEED_WINDOW_S = 0.2  # poses this far apart tell the speed
 
 
 class _Lasting:
-    """For how long something has been so."""
+    """Measures for how long a condition has been true."""
 
     def __init__(self) -> None:
         self._since_ns: int | None = None
 
     def lasts_s(self, now_ns: int, is_so: bool) -> float:
-        """Return for how long it has been so, as this call says it is or not; negative: it is not."""
+        """Take in whether it is true now; return for how long it has been, negative: it is not."""
         if not is_so:
             self._since_ns = None
             return -1.0
@@ -84,7 +84,7 @@ class Hover:
         return math.dist(here.position_m, self._held[0])
 
     def speed_m_s(self, now_ns: int, p: PublisherParameters) -> float:
-        """Return the UAV's mean speed of late; infinity when it is not known."""
+        """Return the UAV's mean speed over the last 0.2 s; infinity when it is not known."""
         then_ns = now_ns - p.decision_delay_s / _NS
         here, before = self._poses.at(then_ns), self._poses.at(then_ns - _SPEED_WINDOW_S / _NS)
         if before is None:

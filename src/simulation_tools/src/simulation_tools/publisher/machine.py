@@ -102,7 +102,7 @@ class SetpointPublisher:
         """Take in a velocity command (FLU, levelled); it is always answered, whatever it holds."""
         now_ns = self._clock.answered_at_ns(stamp_ns, self.parameters)
         command = Command(stamp_ns, linear, yaw_rate)
-        # Without poses nobody can tell what lies in the future, and more is wrong.
+        # Without poses the time is not known, so a stamp in the future cannot be recognised
         unknown = self._poses_missing and now_ns < stamp_ns
         actions = self._commands.take_velocity(
             command, frame_id, None if unknown else now_ns, self.parameters

@@ -79,7 +79,7 @@ class Phases:
         return actions
 
     def return_to(self, pose: Pose) -> list[Action]:
-        """Hover there again before commands count: nobody has flown the UAV, and it may be low by now."""
+        """Hover over a pose before commands count again. The UAV flew without setpoints and may be low."""
         self.phase = Phase.RETURNING
         self._requested_ns = None
         self._hover.climb_over(pose, self._hover_z_m)
@@ -185,7 +185,7 @@ class Phases:
         return [AnnounceReady(False), Log(text, is_warning=False)]
 
     def _request(self, now_ns: int, p: PublisherParameters, *requests: Action) -> list[Action]:
-        """Return the requests, unless they were made just now, or nobody can tell yet what became of them."""
+        """Return the requests, unless they were made just now or their result is not known yet."""
         if self._requested_ns is not None:
             since_s = (now_ns - self._requested_ns) * _NS
             told = self._heard.state_newer_than(self._requested_ns, now_ns, p)

@@ -1,4 +1,4 @@
-"""What somebody waits for, said when it changes, and aloud when it lasts."""
+"""Reports what the publisher waits for: when that changes, and again when it lasts long."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _NS = 1e-9
 
 
 class Waiting:
-    """Remembers for what, and since when."""
+    """Remembers what is waited for, and since when."""
 
     def __init__(self) -> None:
         self._reason: str | None = None

@@ -30,7 +30,7 @@ _OFFBOARD_LOSS_ACTIONS: dict[float, Mode | None] = {
     1: Mode.AUTO_LOITER,
     2: Mode.AUTO_RTL,
 }
-_SAME_FAILSAFE_S = 30.0  # a failsafe that comes back sooner goes on waiting where the last one was
+_SAME_FAILSAFE_S = 30.0  # a failsafe that comes back sooner continues the last one's waiting time
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ Ground contact: sinking is asked for (until landed), thrust is low, nothing move
 minimal and nothing turns. Each stage must hold for a third of LNDMC_TRIG_TIME; leaving one is immediate.
 
 To ask for sinking means a velocity setpoint of at least 0.9 MPC_LAND_SPEED. Whoever asks for less, or for a
-place below the ground, stands there "in the air" for ever, as on PX4. Attitude and rates setpoints ask for no
+place below the ground, stands there "in the air" forever, as on PX4. Attitude and rates setpoints ask for no
 speed at all: there low thrust is enough.
 """
 

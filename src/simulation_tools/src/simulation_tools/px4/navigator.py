@@ -20,7 +20,7 @@ from simulation_tools.px4.modes import Mode, Severity
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.return_home import ReturnHome
 
-_TAKEOFF_SLACK_M = 0.1  # so much below the least altitude nobody is told
+_TAKEOFF_SLACK_M = 0.1  # PX4 says nothing about an altitude that is too low by less than this
 _STANDING_SPEED_M_S = 0.7  # downwards; a climb starts from it, so that it begins without a step
 
 
@@ -46,7 +46,7 @@ class Navigator:
         self._idle = True
 
     def set_cruise_speed(self, speed_m_s: float) -> None:
-        """Fly at this speed instead of MPC_XY_CRUISE; NaN: no longer."""
+        """Fly at this speed instead of MPC_XY_CRUISE; NaN: at MPC_XY_CRUISE again."""
         self._cruise_speed_m_s = speed_m_s
 
     def enter(self, commander: Commander, estimate: np.ndarray, landed: bool) -> None:

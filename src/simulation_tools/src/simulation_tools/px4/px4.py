@@ -189,11 +189,11 @@ class Px4:
     # The step
 
     def is_ready(self) -> bool:
-        """Always: it needs nobody."""
+        """Return True: it waits for no other program."""
         return True
 
     def begin(self, state: VehicleState) -> None:
-        """Nothing: it thinks in the simulator's own thread."""
+        """Do nothing: `step` does all the work."""
 
     def step(self, state: VehicleState) -> np.ndarray:
         """Return the rotor commands (4,) from this instant on; the same array each time."""

@@ -1,4 +1,4 @@
-"""One XML file, read safely, with a ledger of which of its elements somebody understood.
+"""One XML file, read safely. It remembers which of its elements were read.
 
 A reader asks a `Node` for its children by tag; what nobody asked for is named afterwards in one sentence by
 `Document.unsupported`. So an element can be unsupported, but never dropped silently.
@@ -48,11 +48,11 @@ class Document:
         return node
 
     def understand(self, element: etree._Element, whole: bool = False) -> None:
-        """Note that somebody reads this element (whole: and everything in it)."""
+        """Note that this element was read (whole: and everything in it)."""
         self._understood.update(element.iter() if whole else (element,))
 
     def unsupported(self) -> tuple[str, ...]:
-        """Return one sentence that names every element nobody asked for; empty when there is none."""
+        """Return one sentence that names every element that was not read; empty when there is none."""
         lines: dict[str, list[int]] = {}
         for element in self._unread(self._root):
             lines.setdefault(_tag_path(element), []).append(element.sourceline)

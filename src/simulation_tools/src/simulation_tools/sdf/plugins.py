@@ -1,4 +1,4 @@
-"""Reader of ``<plugin>``: kept as it is, for whoever knows its name."""
+"""Reader of ``<plugin>``; the code that knows a plugin's name reads its parameters."""
 
 from __future__ import annotations
 

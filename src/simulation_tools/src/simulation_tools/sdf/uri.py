@@ -15,7 +15,7 @@ MODEL_PATH_VARIABLE = "GAZEBO_MODEL_PATH"
 
 
 class UriError(ValueError):
-    """A uri cannot be followed; the text is half a sentence, for whoever knows file and line."""
+    """A uri cannot be followed. The text is half a sentence; the caller adds file and line."""
 
 
 def model_path_from_environment() -> tuple[Path, ...]:

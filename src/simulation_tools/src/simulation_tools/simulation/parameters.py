@@ -18,7 +18,7 @@ class SimulationError(SimulationToolsError):
 
 
 class PhysicsDivergedError(SimulationError):
-    """Something in the world is no longer anywhere: only a reset helps."""
+    """A body's place or speed is not finite, or absurd; only a reset helps."""
 
 
 @dataclass(frozen=True)

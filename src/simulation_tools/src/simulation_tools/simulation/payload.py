@@ -1,6 +1,6 @@
 """The further sensors of a UAV: range finders, cameras, barometers, three-dimensional lidars.
 
-They are opt-in: each says when it is due, and works only when somebody reads it then. Each has a random
+They are opt-in: each says when it is due, and measures only if it is read then. Each has a random
 stream of its own, so that reading one or not changes nothing else.
 """
 

@@ -22,6 +22,6 @@ class RandomStreams:
         return self._generators[name]
 
     def rewind(self) -> None:
-        """Put every generator back to its start; whoever holds one goes on using it."""
+        """Put every generator back to its start. The generators themselves stay the same objects."""
         for name, generator in self._generators.items():
             generator.bit_generator.state = self._starts[name]

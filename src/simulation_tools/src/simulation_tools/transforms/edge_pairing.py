@@ -48,12 +48,12 @@ class EdgePairer:
         self._forget()
 
     def on_odometry(self, stamp_ns: int, base_in_odom: Pose) -> list[Edge]:
-        """Takes the UAV's pose in the odometry frame."""
+        """Take the UAV's pose in the odometry frame."""
         edge = Edge(stamp_ns, self._frames.odom, self._frames.base, base_in_odom)
         return self._on_edge("odometry", "ground_truth", edge)
 
     def on_ground_truth(self, stamp_ns: int, base_in_world: Pose) -> list[Edge]:
-        """Takes the UAV's true pose in the world frame."""
+        """Take the UAV's true pose in the world frame."""
         edge = Edge(stamp_ns, self._frames.base, self._frames.world, base_in_world.inverse())
         return self._on_edge("ground_truth", "odometry", edge)
 
@@ -73,12 +73,14 @@ class EdgePairer:
         partner = self._waiting.get(other)
         if partner is not None and partner.stamp_ns == stamp_ns:
             return self._publish(edge, partner)
-        # The edge before, when its partner was lost: one edge is better than none.
-        bereft = [old for old in (self._waiting.get(source),) if old is not None and old.stamp_ns < stamp_ns]
+        # The source's last edge, if its partner was lost: one edge is better than none.
+        unpaired = [
+            old for old in (self._waiting.get(source),) if old is not None and old.stamp_ns < stamp_ns
+        ]
         if stamp_ns - self._heard_ns.get(other, -ABSENT_AFTER_NS - 1) > ABSENT_AFTER_NS:
-            return self._publish(*bereft, edge)
+            return self._publish(*unpaired, edge)
         self._waiting[source] = edge
-        return self._publish(*bereft) if bereft else []
+        return self._publish(*unpaired) if unpaired else []
 
     def _publish(self, *edges: Edge) -> list[Edge]:
         self._published_ns = edges[-1].stamp_ns

@@ -2,7 +2,7 @@
 
 Two hinges, roll outside and pitch inside, as the SDF model describes them. The gimbal measures its own
 attitude and its motors are far quicker than the airframe, so it is exact within its limits and its rate. What
-it carries weighs the same wherever it points: for the physics the hinges stand at zero.
+it carries does not move its centre of mass: for the physics the hinges always stand at zero.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ class GimbalError(SimulationToolsError):
 class Gimbal:
     """The gimbal of one model. level: whether it levels; if not, its hinges go back to zero.
 
-    used: whether it ever did. carries: names of the links that turn with it. angles_rad: of roll and pitch.
+    used: whether it has levelled before. carries: names of the links that turn with it. angles_rad: of roll
+    and pitch.
     """
 
     def __init__(self, model: Model, roll: Joint, pitch: Joint, max_rate_rad_s: float) -> None:

@@ -40,7 +40,7 @@ class WorldError(SimulationToolsError):
 
 
 def connect(gui: bool) -> int:
-    """Start a PyBullet client of its own and return its number. gui: with a window; raises WorldError."""
+    """Start a new PyBullet client and return its number. gui: with a window; raises WorldError."""
     if gui and not _display_answers():
         raise WorldError(
             "PyBullet cannot open its window: there is no display; set DISPLAY or leave gui off."

@@ -42,7 +42,7 @@ class SysTimePlugin:
         return TimeReference(Header(stamp=self._uas.now), time_ref, self._source)
 
     def _ask(self, _now_s: float) -> None:
-        """Send our time; nobody else wants the answer."""
+        """Send our time; only this plugin reads the answer."""
         if self._status.wanted and self._uas.client.connected:
             self._uas.client.send(common.MAVLink_timesync_message(0, rospy.get_rostime().to_nsec()))
 

@@ -46,7 +46,11 @@ class Channel:
         streams_unasked: bool,
         purpose: str,
     ) -> None:
-        """remote_port: where messages go unasked, 0: nowhere. streams_unasked: not only heartbeats do."""
+        """Open the port.
+
+        remote_port: where heartbeats go before a client has spoken, 0: nowhere. streams_unasked: the other
+        messages go there too.
+        """
         self._px4 = px4
         self._default_rates_hz = dict(rates_hz)
         self._remote: Address | None = (host, remote_port) if remote_port else None

@@ -63,7 +63,7 @@ class MavlinkLink:
     ) -> None:
         """Open both ports; raises LinkError when one is taken.
 
-        offboard_port, gcs_port: where the clients listen; 0: nowhere, answer those who send heartbeats.
+        offboard_port, gcs_port: where the clients listen; 0: answer only clients that send heartbeats.
         Local ports: by default as far from the clients' as PX4's, 14580 and 18570; 0 takes a free one.
         """
         if offboard_local_port is None:

@@ -60,7 +60,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Light:
-    """A light, for whoever draws. kind: point, directional or spot. pose: in the world (or model) frame."""
+    """A light, for a renderer. kind: point, directional or spot. pose: in the world (or model) frame."""
 
     name: str
     kind: str

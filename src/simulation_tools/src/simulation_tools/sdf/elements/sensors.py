@@ -10,7 +10,7 @@ from simulation_tools.geometry import Pose
 
 @dataclass(frozen=True)
 class Plugin:
-    """A ``<plugin>``, kept as it is for whoever knows its name.
+    """A ``<plugin>`` as the file has it; the code that knows its name reads it.
 
     parameters: stripped text of each child element by its path (``"motorNumber"``, ``"control/kp"``).
     line: where it stands in the file, for messages.
