@@ -28,7 +28,7 @@ DAMAGE = (
     LookupError,
     struct.error,
 )
-"""What rosbag and message classes raise over bytes that make no sense."""
+"""What rosbag and message classes raise for bytes that make no sense."""
 TF_TOPICS = ("/tf", "/tf_static", "tf", "tf_static")
 
 
@@ -43,7 +43,7 @@ class BagCount:
     read: int = 0
     without_tf: int = 0
     skipped: int = 0
-    """By throttle_scans, or out of order."""
+    """Left out by throttle_scans, or because they were out of order."""
     begun_anew: int = 0
     """How often the clock went back."""
 
@@ -83,15 +83,15 @@ def scan_topic_of(bag: rosbag.Bag, topic: str) -> str:
 
 
 class BagScans:
-    """The LaserScan messages of a topic, each as soon as the bag's TF has come as far as its stamp.
+    """The LaserScan messages of a topic. Each comes as soon as the bag's TF has reached its stamp.
 
     Args:
         topic: of the scans.
         frames: learn the bag's TF.
-        count: is told what becomes of the scans.
+        count: counts what becomes of the scans.
         say: is called with a sentence when something is odd.
         start_anew: is called with the seconds that the clock has gone back by, before the next scan.
-        throttle: of so many scans one is yielded.
+        throttle: one of so many scans is yielded.
     """
 
     def __init__(

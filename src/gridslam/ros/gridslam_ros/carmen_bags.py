@@ -36,7 +36,7 @@ from node_tools.conversions import set_yaw, xyz, xyzw
 
 RANGE_MIN_M = 0.02
 SAME = 0.01
-"""m, rad: a lidar whose place on the robot varies by less is fixed to it."""
+"""m, rad: a lidar whose pose on the robot varies by less is fixed to it."""
 
 
 def carmen_to_bag(argv: list[str] | None = None) -> int:
@@ -83,7 +83,7 @@ def _parser(name: str, description: str) -> argparse.ArgumentParser:
 
 
 def _run(name: str, convert: Callable[[], str], target: str) -> int:
-    """Convert to a file beside the target first, so that a fault leaves no half of it behind."""
+    """Convert into a file beside the target, and rename it at the end. A fault leaves no half of it."""
     try:
         print(f"{name}: {convert()} in {target}")
     except SlamError as error:
@@ -116,7 +116,7 @@ def _write_bag(arguments: argparse.Namespace, target: str) -> str:
 
 
 def _lidar_pose(log: str) -> np.ndarray:
-    """Return where the lidar is on the robot; in logs with corrected poses, they do not tell."""
+    """Return the pose of the lidar on the robot. Logs with corrected poses do not tell it."""
     poses = [
         se2.between(record.robot_in_odom, record.lidar_in_odom)
         for record in read_log(log)

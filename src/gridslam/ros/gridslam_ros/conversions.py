@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 CLOSURE_WIDTH_M, CLOSURE_COLOUR = 0.2, (0.08, 0.6, 0.24, 1.0)
 NumpyGridMessage = numpy_msg(GridMessage)
-"""As GridMessage, with the data as an array: sent at once instead of cell by cell."""
+"""GridMessage with an array as its data, which is sent at once instead of cell by cell."""
 
 
 def header_of(stamp_s: float, frame: str) -> Header:
@@ -72,7 +72,7 @@ def path_message(trajectory: Trajectory, header: Header) -> Path:
 
 
 def closures_message(closures: Sequence[Closure], trajectory: Trajectory, header: Header) -> Marker:
-    """Return the closed loops as lines between the places on the path that were found to belong together."""
+    """Return the closed loops as lines. Each joins two points of the path that are the same place."""
     marker = Marker(header=header, ns="closures", type=Marker.LINE_LIST)
     if not closures:
         marker.action = Marker.DELETE

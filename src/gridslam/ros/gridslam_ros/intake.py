@@ -13,16 +13,17 @@ from gridslam_ros.odometry_frames import BACK_NS, OdometryFrames
 class Intake:
     """Lets scans in by their stamps, and begins anew only when the clock really has gone back.
 
-    A scan more than BACK_NS older than the newest is either a stray (a driver's default message, a second
-    publisher) or the first one after a reset. It is held until that is known: TF that has gone back, too,
-    or a later scan that is old as well, tells of a reset; a scan in order tells of a stray.
+    A scan that is more than BACK_NS older than the newest is either a stray or the first one after a reset.
+    Strays come from a driver's default message or a second publisher. The scan is held until that is clear.
+    If TF has gone back too, or a later scan is old as well, there was a reset. If the next scan is in order,
+    the held one was a stray.
 
     Args:
         frames: the transforms; `add_transforms` hands them on.
-        throttle: of so many scans one is let in.
+        throttle: one of so many scans is let in.
         say: is called with a sentence about scans that are left out.
-        receive: is called with each scan that is let in; their stamps ascend until ``start_anew``, but
-            for one that was far ahead of the others'.
+        receive: is called with each scan that is let in. Their stamps ascend until ``start_anew``, except
+            after a scan that was far ahead of the others.
         leave_out: is called with each scan that is not.
         start_anew: is called with the seconds that the clock has gone back by.
     """
@@ -69,7 +70,7 @@ class Intake:
             self._let_in(scan)
 
     def drop_held(self) -> None:
-        """Leave out the scan that was held, as when a bag ends and nothing will tell more of it."""
+        """Leave out the scan that is held. Call it when no more scans will come, as at the end of a bag."""
         if self._held is not None:
             stray, self._held = self._held, None
             seconds = (self._newest_ns - _stamp_ns(stray)) * 1e-9
@@ -85,21 +86,21 @@ class Intake:
             self._go_back()
             self._let_in(scan)
         else:
-            self._leave_out(scan)  # the same stray once more
+            self._leave_out(scan)  # the same stray again
 
     def _tf_is_back_at(self, stamp_ns: int) -> bool:
-        """Whether TF has gone back, since the newest scan, to the time about this stamp; late is not back."""
+        """Whether TF has gone back to about this stamp since the newest scan; late is not back."""
         frames = self._frames
         is_back = frames.doubtful_ns is not None or frames.resets != self._tf_resets
         return is_back and self._tf_is_at(stamp_ns)
 
     def _tf_is_at(self, stamp_ns: int) -> bool:
-        """Whether the newest that TF says, be it believed yet or not, is of the time about this stamp."""
+        """Whether TF's newest stamp, held or not, is about this stamp."""
         tf_ns = self._frames.newest_ns if self._frames.doubtful_ns is None else self._frames.doubtful_ns
         return tf_ns is not None and abs(tf_ns - stamp_ns) <= BACK_NS
 
     def _newest_was_ahead(self, stamp_ns: int) -> bool:
-        """Whether not a scan of this stamp is the stray, but the newest one: TF has never come so far."""
+        """Whether the newest scan is the stray, not one of this stamp: TF has never reached its stamp."""
         tf_ns = self._frames.newest_ns
         return (
             0 <= self._before_ns < stamp_ns < self._newest_ns - BACK_NS
@@ -124,7 +125,7 @@ class Intake:
             self._tf_resets = self._frames.resets
             self._receive(scan)
             return
-        if stamp_ns < self._newest_ns:  # the same once more is what simulators in lockstep send
+        if stamp_ns < self._newest_ns:  # simulators in lockstep send the same scan again
             self._say("A scan is older than the one before it; it is left out.")
         self._leave_out(scan)
 

@@ -15,13 +15,13 @@ PlanarPose = Tuple[float, float, float]
 """x, y in m and yaw in rad."""
 
 APART_NS = 1000
-"""Two transforms of one stamp would be refused by TF; a correction comes at least so much after the last."""
+"""TF refuses two transforms of one stamp. So a correction is stamped at least so much later."""
 
 
 class MapToOdom:
-    """Publishes the newest map -> odom; each goes out ``delay_s`` ahead of its time, as gmapping's.
+    """Publishes the newest map -> odom, stamped ``delay_s`` ahead of its time, as gmapping does.
 
-    Being ahead lets others look up the map's frame at the newest odometry's stamp without waiting.
+    So others can look up the map's frame at the newest odometry's stamp without waiting.
 
     Args:
         publisher: of TFMessage.
@@ -69,7 +69,7 @@ class MapToOdom:
                 return
             ahead_ns = max(ahead_ns, self._last_ns + APART_NS)
             if corrected is not None and ahead_ns > self._last_ns + APART_NS:
-                # Without it TF would glide from one to the other.
+                # Without this, TF would interpolate between the old and the new pose.
                 edges.append(self._edge(corrected, ahead_ns - APART_NS))
         self._last_ns = ahead_ns
         self._publisher.publish(TFMessage([*edges, self._edge(pose, ahead_ns)]))

@@ -1,4 +1,4 @@
-"""Where base and lidar are in the odometry's frame, by TF; nothing here waits or needs a node."""
+"""Looks up base and lidar in the odometry's frame by TF. It never waits and needs no node."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BACK_NS = 1_000_000_000
 HELD_MAX = 100
 """Messages of another time that are held at most."""
 UNIT_TOLERANCE = 4e-3
-"""Of a quaternion's norm; tf2 refuses more than that."""
+"""Error of a quaternion's norm; tf2 refuses a greater one."""
 AUTHORITY = "gridslam"
 
 
@@ -34,13 +34,13 @@ class FrameError(SlamError):
 class OdometryFrames:
     """The transforms heard so far, between the odometry's, the base's and the lidar's frame.
 
-    An edge of odometry more than BACK_NS older than the last is held, with its message: a later one that is
-    old as well tells of a clock that has gone back, one in order that it was a stray.
+    An edge of odometry that is more than BACK_NS older than the last is held, with its message. If a later
+    one is old as well, the clock has gone back. If the next one is in order, the held one was a stray.
 
     Args:
         odom_frame: the odometry's frame.
         base_frame: the vehicle's.
-        say: is called with a sentence about a transform that is left out; tf2 would tell of each one.
+        say: is called with a sentence about each transform that is left out.
     """
 
     def __init__(self, odom_frame: str, base_frame: str, say: Callable[[str], None]):
@@ -61,7 +61,7 @@ class OdometryFrames:
 
     def add(self, transforms: Sequence[TransformStamped], static: bool = False) -> int | None:
         """Take in what /tf or /tf_static says; returns the stamp (ns) of an odometry's edge in it."""
-        # The map's edge, ours or another's, is not odometry
+        # map -> odom is not odometry, whoever publishes it
         edges = [edge for edge in transforms if _names(edge)[1] != self.odom_frame and self._is_sound(edge)]
         if static:
             for edge in edges:
@@ -80,7 +80,7 @@ class OdometryFrames:
         return None
 
     def go_back(self) -> None:
-        """Forget moving transforms but those held, as after a clock that jumped back."""
+        """Forget all moving transforms but the held ones, as after a clock that jumped back."""
         held = self._held
         self._buffer.clear()  # static ones stay known
         self.resets += 1
@@ -125,13 +125,13 @@ class OdometryFrames:
         return False
 
     def know(self, scan: LaserScan) -> bool:
-        """Whether TF has come as far as the scan's stamp, so that a look-up now is as good as later."""
+        """Whether TF has reached the scan's stamp, so that a later look-up would give the same."""
         try:
             newest = self._buffer.get_latest_common_time(self.odom_frame, scan.header.frame_id.lstrip("/"))
             base = self._buffer.get_latest_common_time(self.odom_frame, self.base_frame)
         except tf2_py.TransformException:
             return False
-        # Zero: nothing but static transforms, which are as old and new as one likes
+        # Zero: only static transforms, which hold at any time
         return all(time.is_zero() or time >= scan.header.stamp for time in (newest, base))
 
     def look_up(self, scan: LaserScan) -> tuple[Pose, Pose]:

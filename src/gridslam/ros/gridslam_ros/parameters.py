@@ -19,7 +19,7 @@ CLOSURE_PREFIX = "closure_"
 
 @dataclass(frozen=True)
 class NodeParameters:
-    """What slam_gmapping has beside the filter's parameters, under the same names, and what is new here.
+    """The parameters of slam_gmapping's node under the same names, and new ones.
 
     Raises ParameterError, in one sentence, for values that make no sense.
     """
@@ -31,7 +31,7 @@ class NodeParameters:
     odom_frame: str = "odom"
     """Frame of the odometry."""
     throttle_scans: int = 1
-    """Of so many scans one is used."""
+    """One of so many scans is used."""
     map_update_interval: float = 5.0
     """s: between two maps at least, by the scans' stamps."""
     transform_publish_period: float = 0.05

@@ -1,4 +1,4 @@
-"""Faults told once, however often they come and whatever numbers and names their sentences carry."""
+"""Tells each fault once. Sentences that differ only in numbers and names are one fault."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ def kind_of(sentence: object) -> str:
 
 
 class Remarks:
-    """For a command: says the first of each kind, and at the end how many more there were.
+    """For a command: says the first fault of each kind, and at the end how often it came.
 
     Args:
-        write: puts a sentence before the user.
+        write: shows a sentence to the user.
     """
 
     def __init__(self, write: Callable[[str], None]):
@@ -25,7 +25,7 @@ class Remarks:
         self._times: dict[str, list] = {}
 
     def say(self, sentence: object) -> None:
-        """Say the sentence unless its like has been said."""
+        """Say the sentence unless one of its kind has been said."""
         first = self._times.setdefault(kind_of(sentence), [sentence, 0])
         first[1] += 1
         if first[1] == 1:

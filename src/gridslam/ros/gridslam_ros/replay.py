@@ -69,7 +69,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def split_parameters(argv: list[str]) -> tuple[dict, list[str]]:
-    """Return (parameters by name, the other words); a parameter is ``name:=value``, -- may stand before."""
+    """Return (parameters by name, the other words). A parameter is ``name:=value``, with or without --."""
     given, rest = {}, []
     for word in argv:
         name, is_parameter, value = word.partition(":=")
@@ -226,7 +226,7 @@ class Replay:
         )
 
     def _final(self, stamps_s: np.ndarray) -> Trajectory:
-        """Return the best particle's path at every scan; between integrated ones it moves as odometry did."""
+        """Return the best particle's path at every scan. Between integrated scans it follows the odometry."""
         path, ours = self._session.trajectory(), len(self._cpu_s)
         path = Trajectory(path.stamps_s[-ours:], path.poses_in_map[-ours:])  # not those of a saved state
         return Trajectory(stamps_s, path.filled(stamps_s, np.array(self._odometry)))

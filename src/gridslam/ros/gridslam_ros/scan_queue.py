@@ -1,4 +1,4 @@
-"""Scans that wait for their transforms and for their turn: bounded, and offering one never blocks."""
+"""A bounded queue of scans that wait for their transforms and for their turn. It never blocks."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Callable, NamedTuple
 WAITING_MAX = 200
 """Scans that wait for TF at most; it may be seconds late."""
 READY_MAX = 40
-"""Scans whose transforms are known and that may still wait for their turn; older ones are left out.
+"""Scans with known transforms that may wait for their turn; older ones are left out.
 
-Most scans take a millisecond, so that even a second's halt at 40 Hz is made up for soon.
+Most scans take a millisecond. So the queue soon makes up for a halt of a second at 40 Hz.
 """
 
 
@@ -22,14 +22,14 @@ class Taken(NamedTuple):
     too_late: list
     """Scans left out because their turn would have come too late."""
     without_tf: list
-    """Scans left out because their transforms never came: they are not ready although the newest one is."""
+    """Scans left out because their transforms never came. They are not ready, but the newest scan is."""
 
 
 class ScanQueue:
-    """Scans in the order of their coming; any object may stand for a scan.
+    """Scans in the order in which they came. Any object may stand for a scan.
 
     Args:
-        waiting_max: scans that wait at most; None: any number, as where nothing waits for real.
+        waiting_max: scans that wait at most; None: any number, as for a bag.
         ready_max: scans that are ready and wait at most; None: any number.
     """
 
@@ -46,7 +46,7 @@ class ScanQueue:
         return self._scans[0], self._scans[-1]
 
     def offer(self, scan: object) -> list:
-        """Append a scan; returns those that had to go for it."""
+        """Append a scan; returns those that were dropped for it."""
         self._scans.append(scan)
         if self._waiting_max is None:
             return []

@@ -1,4 +1,4 @@
-"""The sessions that parameters ask for: new, on a given map, or from a saved state; for node and replay."""
+"""Makes the sessions that parameters ask for: new, on a given map, or from a saved state."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Sessions:
         return f"{'localisation' if self._settings.localisation_only else 'mapping'} starts anew"
 
     def saved(self, path: str, starting_pose: tuple = ()) -> SlamSession:
-        """Return the session saved in a file; say which of the parameters it cannot heed."""
+        """Return the session saved in a file; say which of the given parameters have no effect."""
         session = SlamSession.load(
             path,
             self._say,
@@ -64,7 +64,7 @@ class Sessions:
 
 
 def kept_by_state(given: dict, session: SlamSession) -> list[str]:
-    """Return the names of given parameters that a session from a saved state goes on without."""
+    """Return the names of given parameters that have no effect on a session from a saved state."""
     settings, parameters, closure, _ = sort_parameters(given)
     kept = [
         field.name

@@ -11,7 +11,7 @@ from gridslam_ros.scan_queue import ScanQueue
 
 
 class Worker:
-    """Does one thing after the other: what was asked for, then upkeep if it is due, then scans.
+    """Does one thing after the other: first questions, then upkeep if it is due, then scans.
 
     Args:
         wakened: its lock guards the queue; notify it when a scan or a transform has come.
@@ -20,7 +20,7 @@ class Worker:
         on_scan: is called with each scan whose turn it is.
         on_left_out: is called with what the queue left out: scans too late, and scans without TF.
         upkeep: is called with whether scans are waiting; returns something to do now, or None.
-        on_failure: is called with what none of them should have raised.
+        on_failure: is called with an exception that none of them should have raised.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Worker:
         threading.Thread(target=self._run, name="slam", daemon=True).start()
 
     def ask(self, question: Callable) -> Future:
-        """Return the future answer of ``question()``, which the thread asks itself before the next scan."""
+        """Return the future answer of ``question()``. The thread calls it before the next scan."""
         answer: Future = Future()
         with self._wakened:
             self._asked.append((question, answer))

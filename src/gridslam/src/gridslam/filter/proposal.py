@@ -1,7 +1,7 @@
 """The improved proposal: poses from the Gaussian that motion and scan give together (2007, section III-B).
 
-The paper samples the product of both densities around the scan matcher's mode to get its mean and covariance;
-here they come from the optimiser, as the maximum of the product and the inverse of its information there.
+The paper samples the product of both densities around the scan matcher's mode to get its mean and covariance.
+Here the optimiser gives both: the maximum of the product, and the inverse of the information there.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from gridslam.parameters import SlamParameters
 
 
 class Renderer:
-    """Keeps the last drawing, and of which tiles it is."""
+    """Keeps the last drawing, and the tiles that it shows."""
 
     def __init__(self, parameters: SlamParameters):
         self._parameters = parameters

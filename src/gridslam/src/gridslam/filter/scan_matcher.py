@@ -1,10 +1,9 @@
 """The pose of every particle at which a scan fits its map best.
 
-Most of what odometry gets wrong is the same for every particle, so its correction is searched for once, by
-hill climbing (gmapping's score and steps) from several drawn motions in the map of the best particle, and
-Gauss-Newton on the means of its hits. Every particle then begins there and is refined against its own map.
-Where a particle's map disagrees, or the scan fits too little of the map to trust one correction, each climbs
-from a motion of its own.
+Most of the odometry's error is the same for every particle. So its correction is searched for once, in the
+map of the best particle: by hill climbing (gmapping's score and steps) from several drawn motions, then by
+Gauss-Newton on the means of the hits. Every particle begins there and is refined against its own map. If a
+particle's map disagrees, it climbs from its own drawn motion. If the scan fits too little of the map, all do.
 """
 
 from __future__ import annotations
@@ -25,9 +24,9 @@ REFINE_SIGMA_M2 = 0.02
 LOOKS = 6
 """How often Gauss-Newton looks for the points of a particle's map that are nearest."""
 COMMON_LOOKS = 12
-"""How often it does for the common correction, so that few are left for each particle."""
+"""The same for the common correction, so that each particle needs few."""
 BEAM_DEVIATION_M = 0.02
-"""m: how far a beam's end is from the map where both map and pose are right: its worth beside odometry's."""
+"""m: error of a beam's end where map and pose are right. It weighs beams against odometry."""
 CANDIDATES = 7
 """Motions from which the common correction is searched for: odometry's own, and drawn ones."""
 CANDIDATES_EVERY = 6
@@ -40,7 +39,7 @@ EXPECTED_SHARE = 0.85
 AMBIGUOUS_SHARE = 0.6
 """A scan of which less than this share fits the map may fit in several ways."""
 NULL_LIKELIHOOD_M2 = 0.5
-"""m2: a beam without a point of the map near it counts as if it were the root of this away (gmapping's)."""
+"""m2: squared distance that counts for a beam without a point of the map near it (gmapping's)."""
 
 
 class ScanMatcher:

@@ -15,7 +15,7 @@ from gridslam.scan import PlanarScan
 
 @dataclass(frozen=True)
 class FilterState:
-    """A filter that is built from this goes on as the one that gave it.
+    """A filter that is built from this goes on exactly as the original would.
 
     The arrays are the filter's own, not copies: write them before the next step.
     """

@@ -1,8 +1,7 @@
 """Every particle's map, made of tiles that particles share for as long as they agree.
 
-A particle has a table of tile indices, and nothing else of its own. Resampling copies tables; a tile is
-copied when one of several particles that share it is about to write into it (copy on write, by reference
-counts).
+A particle owns only a table of tile indices. Resampling copies tables. A tile is copied when a particle
+writes into it and others share it (copy on write, by reference counts).
 """
 
 from __future__ import annotations
@@ -18,14 +17,14 @@ from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
 from gridslam.occupancy_grid import CELLS_MAX
 
 ROOM = 6
-"""Tiles around what is needed when the tables grow."""
+"""Tiles of room on each side when the tables grow."""
 RESERVE = 1024
 """Tiles to make room for, besides one for each place in a table, when the pool has to grow."""
 TABLE_MAX = CELLS_MAX // SIDE**2
 """Greatest number of tiles that one particle's table may span: the drawn map has a byte for each cell."""
 
 FAR = 1e12
-"""Tiles: where no map reaches, and whole numbers still do."""
+"""Tiles: farther than any map reaches, but still within whole numbers."""
 
 
 class TileMaps:
@@ -121,7 +120,7 @@ class TileMaps:
             self._board = np.zeros(size, np.uint8)
 
     def enter(self, cells_xy: np.ndarray, hits: np.ndarray, visits: int) -> None:
-        """Let maps that are empty and all alike have these counts in cells (n, 2), hit where they say."""
+        """Enter these counts into cells (n, 2) of maps that are empty and all alike."""
         x, y = np.floor(cells_xy).astype(np.int64).T
         places, which = np.unique((y // SIDE) * self.tables.shape[2] + x // SIDE, return_inverse=True)
         self.pool.reserve(places.size)

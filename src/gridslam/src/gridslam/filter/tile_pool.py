@@ -46,7 +46,7 @@ class TilePool:
         if self.tiles.free.min() >= count:
             return
         old, more = self.capacity, max(self.capacity, count)
-        for name in ARRAYS:  # one after the other, so that no two are held twice
+        for name in ARRAYS:  # one after the other, so that only one is in memory twice
             array = getattr(self.tiles, name)
             grown = np.zeros((old + more, *array.shape[1:]), array.dtype)
             grown[:old] = array
@@ -75,7 +75,7 @@ class TilePool:
         return taken
 
     def count_references(self, tables: np.ndarray) -> None:
-        """Take the tables for the only ones there are; tiles in none of them, and their ends, become free."""
+        """Count the references in these tables, which are all. Unused tiles and ends become free."""
         tiles = self.tiles
         references = np.bincount(tables.ravel(), minlength=self.capacity)
         references[EMPTY] = 0

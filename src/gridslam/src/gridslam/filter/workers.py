@@ -8,17 +8,17 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Callable, NamedTuple
 
 LOOK_EVERY_S = 0.5
-"""Between two looks at how busy the machine is."""
+"""Between two measurements of how busy the machine is."""
 
 
 class Workers:
     """Runs kernels that release the GIL over ranges of particles, in one thread or several.
 
-    Each particle is computed alone, from numbers drawn beforehand, so that the result does not depend on the
+    Each particle is computed alone, from numbers drawn beforehand. So the result does not depend on the
     number of threads.
 
     Args:
-        threads: so many; 0: as many as cores are free.
+        threads: their number; 0: as many as cores are free.
         free_cores: tells how many there are.
     """
 
@@ -64,7 +64,7 @@ class FreeCores:
         self._free = 1
 
     def count(self) -> int:
-        """Return the number as it was over the last moments; at least one."""
+        """Return the number over the last moments; at least one."""
         last, now = self._last, None if self._last is None else self._read()
         if last is None or now is None:
             return self._free

@@ -14,11 +14,11 @@ from gridslam.errors import ScanError
 FASTEST_MPS, FASTEST_RADPS = 20.0, 12.0
 """No vehicle of ours moves or turns faster; odometry that does has jumped."""
 LEEWAY_M, LEEWAY_RAD = 0.5, 0.5
-"""What odometry may be off from one reading to the next."""
+"""Error that odometry may have from one reading to the next."""
 
 
 class ContinuousOdometry:
-    """Odometry without its jumps: across one (a reset, a wheel in the air) the vehicle counts as at rest."""
+    """Odometry without its jumps (a reset, a wheel in the air): during one the vehicle counts as at rest."""
 
     def __init__(self, say: Callable[[str], None]):
         self._say = say

@@ -1,8 +1,7 @@
 """From any planar lidar, however it is mounted and however the UAV leans, to a levelled `PlanarScan`.
 
-Each beam is turned by the lidar's mounting and by the attitude of the base frame, and seen from above. What
-stands upright in the world keeps its place that way; what lies flat (the floor) would become a wall that is
-not there, and is dropped.
+Each beam is turned by the lidar's mounting and by the attitude of the base frame, and seen from above. So
+walls keep their places. The floor would become a wall that is not there, so beams that hit it are dropped.
 """
 
 from __future__ import annotations
