@@ -8,13 +8,18 @@ from pathlib import Path
 
 def imports(path: Path) -> set[str]:
     """Return the top-level names of all that a file imports."""
+    return {name.split(".")[0] for name in dotted_imports(path)}
+
+
+def dotted_imports(path: Path) -> set[str]:
+    """Return the full names of all that a file imports: modules, and what is taken from them."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and not node.level:
-            names.add(node.module)
-    return {name.split(".")[0] for name in names}
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
 
 
 def python_nodes(package: Path) -> list[Path]:

@@ -7,10 +7,11 @@ A package's library is `src/<package>/`; what its nodes share stands in a packag
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
-from python_sources import imports, python_nodes
+from python_sources import dotted_imports, imports, python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -23,6 +24,15 @@ LIBRARY = sorted(
     for path in package.glob(f"src/{package.name}/**/*.py")
 )
 TOOLS = {"simulation_tools", "inspection_tools", "cepa", "gridslam"}
+ROOMS = (
+    {"errors", "files"},
+    {"baselines", "doctor", "worlds"},
+    {"flight"},
+    {"results"},
+    {"experiment_1", "experiment_2", "experiments_3_4", "trials"},
+    {"campaign", "report", "requests"},
+)
+"""The floors of master_thesis's library, the lowest first."""
 ROS = re.compile(
     r"(rospy|roslib|ros(bag|graph|launch|lib|master|msg|node|param|pkg|service|test|topic|unit)|tf|tf2_\w+"
     r"|\w+_msgs|std_srvs|genpy|genmsg|dynamic_reconfigure|message_filters|actionlib|cv_bridge|node_tools)$"
@@ -51,6 +61,30 @@ def test_the_edge_to_ros_knows_none_of_ours():
     assert not {
         (file, name) for file, name in found if name in ours or (name.endswith("_ros") and name != "tf2_ros")
     }
+
+
+def test_no_room_of_master_thesis_imports_one_above_it_or_beside_it():
+    """A room that is not in `ROOMS` yet needs a place there."""
+    floor_of = {room: floor for floor, rooms in enumerate(ROOMS) for room in rooms}
+    library = ROOT / "src/master_thesis/src/master_thesis"
+    found = set()
+    for path in library.rglob("*.py"):
+        room = path.relative_to(library).with_suffix("").parts[0]
+        used = {name.split(".")[1] for name in dotted_imports(path) if name.startswith("master_thesis.")}
+        found |= {(room, other) for other in used - {room}}
+    assert {("flight", "worlds"), ("report", "results")} <= found
+    assert not {(room, other) for room, other in found if floor_of[other] >= floor_of[room]}
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
+def test_no_folder_is_crowded(package):
+    modules = [
+        path for path in package.rglob("*.py") if path.name != "__init__.py" and "test" not in path.parts
+    ]
+    crowded = {
+        str(folder): count for folder, count in Counter(path.parent for path in modules).items() if count > 15
+    }
+    assert not crowded
 
 
 def test_the_rule_finds_ros():

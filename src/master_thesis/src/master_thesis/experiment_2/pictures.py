@@ -28,8 +28,8 @@ from master_thesis.experiment_2.description import (
 from master_thesis.experiment_2.proposals import Proposals, propose, sweep
 from master_thesis.experiment_2.trial import EmergencyTrial
 from master_thesis.results import palette
-from master_thesis.results.from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
 from master_thesis.results.picture_files import files
+from master_thesis.results.pictures_from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.vehicle.uav import load_uav

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from master_thesis.results.from_above import SOLID, draw_obstacles, frame, up
 from master_thesis.results.palette import ALGORITHMS
+from master_thesis.results.pictures_from_above import SOLID, draw_obstacles, frame, up
 from master_thesis.worlds.placements import Obstacle
 
 

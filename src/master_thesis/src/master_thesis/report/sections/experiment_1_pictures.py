@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 from master_thesis.experiment_1.scenario_flight import WORLDS
 from master_thesis.report import thesis
 from master_thesis.results import palette
-from master_thesis.results.from_above import SOLID
+from master_thesis.results.pictures_from_above import SOLID
 from master_thesis.worlds.floor_plan import outlines
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
 from simulation_tools.sdf.parser import load_world
