@@ -19,7 +19,7 @@ DEAR = (
     "sensor_msgs/PointCloud2",
     "nav_msgs/OccupancyGrid",
 )
-"""Types of which nothing is looked at; they would take most of the time."""
+"""Types that no check looks at; they would take most of the time."""
 
 DAMAGE = (
     rosbag.ROSBagException,

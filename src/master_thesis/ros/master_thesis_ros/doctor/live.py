@@ -24,7 +24,7 @@ NOT_LISTENED_TO = (
     "sensor_msgs/PointCloud2",
     "nav_msgs/OccupancyGrid",
 )
-"""Dear types: to listen would make a camera render, and nothing in them is looked at."""
+"""Types that no check looks at; a subscriber would make a camera render."""
 
 PING_S = 3.0
 _UNREACHABLE = (OSError, Fault, ProtocolError, rosgraph.MasterException)
@@ -71,7 +71,7 @@ def look(listen_s: float) -> Graph:
 
 
 class _Listener:
-    """Subscribes to whatever appears, and hands it to a recorder."""
+    """Subscribes to all topics, and passes their messages to a recorder."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -102,7 +102,7 @@ class _Listener:
 
     @contextmanager
     def finished(self) -> Iterator[tuple[Recorder, set[str]]]:
-        """Hear no more; gives the recorder and the topics that were listened to."""
+        """Unsubscribe; give the recorder and the topics that were listened to."""
         for subscriber in self._subscribers.values():
             subscriber.unregister()
         with self._lock:

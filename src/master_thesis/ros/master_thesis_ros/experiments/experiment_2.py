@@ -31,7 +31,7 @@ from node_tools.ending import Ending
 from node_tools.node import RunNode
 
 LET_GO_S = 0.3
-"""Wall time; in lockstep, by then whoever hands on setpoints follows the order."""
+"""Wall time; in lockstep, mavros_publisher follows the order by then."""
 
 
 class Experiment2Node(ExperimentNode):
@@ -79,7 +79,7 @@ class Experiment2Node(ExperimentNode):
             self._acknowledge(self._frozen_at)
 
     def _look(self) -> None:
-        """Hold the picture: time stands still once more, with what CEPA makes of the scan on display."""
+        """Stop time once more, so that the user can look at CEPA's proposals."""
         if self._look_s > 0.0:
             self._simulator.pause()
             time.sleep(self._look_s)  # of wall time: simulated time stands still

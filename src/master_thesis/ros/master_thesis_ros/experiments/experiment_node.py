@@ -49,7 +49,7 @@ class WatchedRun(Protocol):
 
 
 class ExperimentNode(ABC):
-    """Leads a run by messages and their stamps; it stands beside the control chain, never in it.
+    """Leads a run by messages and their stamps; it is no part of the control chain.
 
     Subscribes: ready (std_msgs/Bool), waiting_for (std_msgs/String); ground_truth (nav_msgs/Odometry); scan
     (sensor_msgs/LaserScan); vel_safe (geometry_msgs/TwistStamped); cepa_stats
@@ -57,8 +57,8 @@ class ExperimentNode(ABC):
     nodes that cannot start.
     Publishes: in lockstep ~processed (std_msgs/Header), the acknowledgement of a scan.
 
-    In lockstep it decides once every whole second of simulated time, while the simulator waits for its
-    acknowledgement and all others have said what they had to say: nothing depends on how fast messages are.
+    In lockstep it decides at the first scan of each second of simulated time. The simulator waits for its
+    acknowledgement, and all messages of this instant have come. So nothing depends on how fast messages are.
     """
 
     scan_class: Any = LaserScan
@@ -159,7 +159,7 @@ class ExperimentNode(ABC):
         """Keep the scan; in lockstep decide what is to be done, and acknowledge it."""
         self._keep_scan(message)
         if not self._lockstep or (self._decided_in_s < 0 and not self._hears_everybody()):
-            return  # the first scan comes again, and with it what was made of it
+            return  # the simulator repeats the first scan until it is acknowledged
         if message.header.stamp.secs > self._decided_in_s and not self._finished:
             self._decided_in_s = message.header.stamp.secs
             if not self._decide_at(message.header):

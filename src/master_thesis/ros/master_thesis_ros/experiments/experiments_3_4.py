@@ -29,7 +29,7 @@ from node_tools.ending import Ending
 from node_tools.node import RunNode
 
 SCAN_PERIOD_S = 1.0
-"""Of the scans that are kept for the pictures; four minutes of every fourth would be too many."""
+"""Simulated time between two scans that are kept for the pictures of a flight of four minutes."""
 
 
 class Experiments34Node(FlightNode):
@@ -81,7 +81,7 @@ class Experiments34Node(FlightNode):
         return super()._decisions()
 
     def _await_slam(self) -> None:
-        """Let the flight begin when SLAM has, too: what it does not see is missing in the map."""
+        """Let the flight begin when SLAM has begun, because the map lacks what SLAM did not see."""
         if self._uav_is_ready and not self._slam.has_begun:
             rospy.loginfo_throttle(10.0, "The UAV hovers over the start; SLAM has not begun yet.")
         awaited = "SLAM, whose node says above why it has not begun" if self._uav_is_ready else "the hover"
@@ -131,7 +131,7 @@ def _fly(flight: experiments_3_4.MissionFlight, lockstep: bool, slam_node: str, 
 
 
 def _with_survey(flown: FlownRun, content: dict, slam: SlamWatch) -> dict:
-    """Judge the map, and add what comes out; without a map the run has failed."""
+    """Judge the map, and add its metrics; without a map the run has failed."""
     from master_thesis.experiments_3_4.survey import survey  # matplotlib and evo take a second to import
 
     folder, description, log, outcome = flown

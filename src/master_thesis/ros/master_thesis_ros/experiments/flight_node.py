@@ -31,7 +31,7 @@ LAND_ATTEMPTS = 5
 ANSWER_PATIENCE_S = 0.5
 """Wall time for the stamped messages of an instant."""
 UNSTAMPED_S = 0.02
-"""Wall time; so much later what bears no stamp (ready, goal_reached) has come, too."""
+"""Wall time after which messages without a stamp (ready, goal_reached) have come, too."""
 
 
 class FlightNode(ExperimentNode):
@@ -87,7 +87,7 @@ class FlightNode(ExperimentNode):
         return super()._hears_everybody() and self._has_heard(-math.inf)
 
     def _has_heard(self, t_s: float) -> bool:
-        """Whether every series that must be complete has come to this instant, which the simulator holds."""
+        """Return whether every series that must be complete has a row of this instant."""
         log = self._monitor.log
         series = (log.truth, log.odometry, log.v_safe, log.v_final)
         return all(one.rows and one.rows[-1][0] >= t_s for one in series)

@@ -1,4 +1,4 @@
-"""What the process of a ROS node takes of the machine."""
+"""The CPU time and memory of a ROS node."""
 
 from __future__ import annotations
 

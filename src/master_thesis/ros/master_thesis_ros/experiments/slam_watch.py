@@ -1,4 +1,4 @@
-"""Follows a SLAM node from outside: what it publishes, how long it takes, what it costs."""
+"""Watches a SLAM node from outside: what it publishes, how late it is, what CPU time and memory it takes."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from node_tools.conversions import yaw_of
 from node_tools.ending import Ending
 
 LAST_MAP_S = 10.0
-"""How long the last map is waited for, of wall time."""
+"""Wall time to wait for the last map."""
 
 
 class SlamWatch:
-    """Keeps what a SLAM node says until the flight is over.
+    """Keeps what a SLAM node publishes until the flight is over.
 
     Subscribes: map (nav_msgs/OccupancyGrid), slam_path (nav_msgs/Path), slam_processed (std_msgs/Header),
         slam_closures (visualization_msgs/Marker), /tf (map -> odom).
@@ -60,17 +60,17 @@ class SlamWatch:
         ]
 
     def on_scan(self, t_s: float) -> None:
-        """A scan has been heard: its acknowledgement by SLAM is waited for from now on."""
+        """Take note of a scan, whose acknowledgement by SLAM comes later."""
         with self._lock:
             self._heard_s.setdefault(round(t_s, 6), time.perf_counter())
 
     @property
     def has_begun(self) -> bool:
-        """Whether SLAM has said anything: its kernels may have to be compiled first."""
+        """Whether SLAM has published anything; it may have to compile its kernels first."""
         return self._has_begun.is_set()
 
     def begin(self) -> None:
-        """The flight begins: count the processor's time from here."""
+        """Count SLAM's CPU time from here: the flight begins."""
         self._process.begin()
 
     def close(self, ending: Ending) -> None:
@@ -104,7 +104,7 @@ class SlamWatch:
             )
 
     def costs(self) -> dict:
-        """Return what SLAM cost: processor, memory, and how late it was, in wall time."""
+        """Return SLAM's CPU time and memory, and how late it was, in wall time."""
         lags_ms = 1e3 * np.array(self._lags_s)
         return {
             "cpu_share": self._process.cpu_share,
@@ -120,7 +120,7 @@ class SlamWatch:
         }
 
     def _online(self, odometry: Trajectory) -> Trajectory:
-        """What TF said of the UAV's place whenever SLAM spoke: map -> odom, and odometry's pose then."""
+        """Return the UAV's pose by TF at each correction of SLAM: map -> odom, and odometry's pose then."""
         corrections = np.array(self._corrections).reshape(-1, 4)
         times = corrections[:, 0]
         corrections = corrections[(times >= odometry.stamps_s[0]) & (times <= odometry.stamps_s[-1])]
@@ -152,7 +152,7 @@ class SlamWatch:
             self._path = Trajectory(stamps, poses)
 
     def _on_closures(self, message: Marker) -> None:
-        """Each pair of points are two places on the path; the path tells when the UAV was there."""
+        """Take pairs of places on the path; the path tells when the UAV was there."""
         points = np.array([(point.x, point.y) for point in message.points]).reshape(-1, 1, 2)
         with self._lock:
             path = self._path

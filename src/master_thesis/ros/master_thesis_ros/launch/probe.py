@@ -1,4 +1,4 @@
-"""Listens to a graph that starts: a process of its own, begun before roslaunch, that says what came when.
+"""Listens to a graph that starts: a process of its own, begun before roslaunch, that prints when events came.
 
 Run as `python -m master_thesis_ros.launch.probe EVENT ...`, with ROS_MASTER_URI set. Each line is a JSON
 list: name of the event, monotonic time in seconds. It ends with its standard input.
@@ -30,9 +30,9 @@ EVENTS = {
     "hovering": ("/UAV/ready", Bool, lambda ready: ready.data),
     "goal_reached": ("/UAV/goal_reached", Bool, lambda reached: reached.data),
 }
-"""By name: topic, type, and whether a message is the event."""
+"""Name to topic, type, and a test whether a message is the event."""
 RVIZ = "rviz"
-"""The event that RViz listens to what its displays show: its window is there."""
+"""The event that RViz has subscribed to what its displays show: its window is there."""
 COMMON_TOPICS = ("/clock", "/tf", "/tf_static")
 
 

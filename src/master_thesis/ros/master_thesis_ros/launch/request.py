@@ -26,7 +26,7 @@ FOLDER = Path(__file__).resolve().parents[3] / "launch"
 
 
 def main(words: Sequence[str]) -> int:
-    """Check a launch file, its arguments, and that nothing runs that it would end; returns an exit code."""
+    """Check a launch file and its arguments, and that it would end no running node; return an exit code."""
     given = dict(word.split(":=", 1) for word in words[1:])
     launch = launch_check.Launch((Path(words[0]).resolve(),), given)
     try:
@@ -82,7 +82,7 @@ def _resolved(text: str, values: Mapping[str, str], file: Path) -> str:
 
 
 def check_avoidance(avoidance: str) -> None:
-    """Check that who keeps the UAV off the obstacles exists: cepa, or "PACKAGE NODE"; raises FlightError."""
+    """Check that the avoidance exists: cepa, or "PACKAGE NODE"; raises FlightError."""
     import roslib.packages
     import rospkg
 
@@ -101,8 +101,8 @@ def check_avoidance(avoidance: str) -> None:
 
 
 def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
-    """Return the distance that CEPA keeps from obstacles, of its parameters: m."""
-    from cepa import CepaParameters  # compiled loops: a quarter of a second
+    """Return the distance, m, that CEPA keeps from obstacles, from its parameters."""
+    from cepa import CepaParameters  # loads compiled loops: a quarter of a second
 
     given = parameters.get("r_lb", CepaParameters.r_lb)
     return float(given) if isinstance(given, (int, float)) else CepaParameters.r_lb

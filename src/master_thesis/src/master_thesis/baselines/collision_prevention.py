@@ -18,15 +18,15 @@ from master_thesis.baselines.sectors import Sectors
 from master_thesis.errors import FlightError
 
 HOVER = (0.0, 0.0)
-_DEVIATION_PER_BIN = 0.5  # of CP_DIST, what the guidance pays for each bin away from the setpoint
+_DEVIATION_PER_BIN = 0.5  # of CP_DIST; cost of the guidance for each bin away from the setpoint
 
 
 @dataclass(frozen=True)
 class CollisionPreventionParameters:
-    """PX4's parameters; defaults are PX4's but for CP_DIST, which PX4 has off.
+    """PX4's parameters; the defaults are PX4's, except for CP_DIST, which is off in PX4.
 
-    CP_DIST: distance to keep, m; CEPA's r_LB, since both are hard: neither flies towards what is nearer.
-    (CEPA's r_UB is soft: what is nearer only costs.) CP_DELAY: of sensor and velocity tracking, s.
+    CP_DIST: distance to keep, m. Its default here is CEPA's r_LB, because both are hard limits: the UAV does
+    not fly towards anything nearer. (CEPA's r_UB is soft.) CP_DELAY: of sensor and velocity tracking, s.
     CP_GUIDE_ANG: the guidance's reach, degrees. CP_GO_NO_DAT: fly where nothing is seen. MPC_XY_P, 1/s;
     MPC_ACC_HOR, m/s2; MPC_JERK_MAX, m/s3: how the UAV brakes. bins: of the turn, of 10 degrees each.
     """
@@ -80,11 +80,13 @@ class CollisionPrevention(Algorithm):
         return Decision(answer, False, 0.0, 0, Reason.CUSHION_CLEAR if same else Reason.STEERED)
 
     def guided(self, wanted_rad: float, distances_m: np.ndarray) -> float:
-        """Return the direction within CP_GUIDE_ANG with most room, in it and beside it, less deviation."""
+        """Return the direction within CP_GUIDE_ANG that has most room, minus a cost for its deviation."""
         room = np.nan_to_num(np.minimum(distances_m, _far(self._p)), nan=self._p.CP_DIST)
         centre = int(self._sectors.index(wanted_rad))
         reach = int(math.radians(self._p.CP_GUIDE_ANG) / self._sectors.width_rad)
-        offsets = sorted(range(-reach, reach + 1), key=abs)  # of equals, the nearest to what is wanted
+        offsets = sorted(
+            range(-reach, reach + 1), key=abs
+        )  # among equal ones, the nearest to the wanted direction
 
         def cost(offset: int) -> float:
             bin_ = (centre + offset) % self._sectors.count
@@ -127,5 +129,5 @@ class CollisionPrevention(Algorithm):
 
 
 def _far(p: CollisionPreventionParameters) -> float:
-    """Return beyond which distance more room is worth nothing, m."""
+    """Return the distance, m, beyond which more room makes no difference."""
     return 10.0 * p.CP_DIST

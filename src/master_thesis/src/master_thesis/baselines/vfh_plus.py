@@ -1,9 +1,9 @@
 """VFH+ (Ulrich and Borenstein, "VFH+: Reliable Obstacle Avoidance for Fast Mobile Robots", ICRA 1998).
 
 Four stages: polar histogram of obstacle density, binary histogram with hysteresis, masking by what the
-vehicle can turn to, and the candidate direction of least cost. A multirotor goes in any direction at once, so
-nothing is masked. The paper's certainty grid remembers what a ring of sonars saw; a lidar sees it all at
-once, so each beam is one cell of full certainty.
+vehicle can turn to, and the candidate direction of least cost. A multirotor can fly in any direction at once,
+so nothing is masked. The paper's certainty grid remembers what a ring of sonars saw. A lidar sees everything
+at once, so each beam is one cell of full certainty.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class VfhPlusParameters:
     sectors: 360 degrees / alpha. window_m: radius of the active window; beyond it nothing counts.
     enlargement_m: r_{r+s}, the vehicle's radius plus the distance to keep. low, high: thresholds tau of the
     binary histogram; 1 is a sector filled by obstacles right at the vehicle. wide: s_max, sectors of a wide
-    opening. mu: mu_1 to mu_3, what a direction pays for its angle to the goal, to the vehicle's direction of
+    opening. mu: mu_1 to mu_3, cost of a direction's angle to the goal, to the vehicle's direction of
     travel, and to the last choice; mu_1 > mu_2 + mu_3 makes it goal-directed.
     """
 
@@ -126,7 +126,7 @@ class VfhPlus(Algorithm):
         return found
 
     def costs(self, candidates_rad: list[float], goal_rad: float, travel_rad: float) -> np.ndarray:
-        """Return what each candidate pays (eq. 12)."""
+        """Return the cost of each candidate (eq. 12)."""
         goal, travel, last = self._p.mu
         before = goal_rad if self._last_rad is None else self._last_rad
         directions = np.array(candidates_rad)
@@ -138,6 +138,6 @@ class VfhPlus(Algorithm):
 
 
 def _runs(free: np.ndarray) -> list[tuple[int, int]]:
-    """Return the runs of free sectors, as first sector and length, around the turn; not all may be free."""
+    """Return the runs of free sectors around the turn, as first sector and length; one must be blocked."""
     begins = np.flatnonzero(free & ~np.roll(free, 1))
     return [(int(first), int(np.argmin(np.roll(free, -first)))) for first in begins]

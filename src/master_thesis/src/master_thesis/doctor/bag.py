@@ -1,4 +1,4 @@
-"""Judges a bag: the same as a running graph from its messages, holes, and what it can be played into."""
+"""Judges a bag: its messages as in a running graph, its gaps, and which nodes it can be played into."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Parameter, Recording
 
 GAP_FACTOR, LEAST_GAP_S, LEAST_RATE_HZ = 10.0, 0.5, 4.0
-"""A hole is this many of a topic's usual steps long, and this long; slow topics have none."""
+"""A gap lasts at least this many of the topic's usual steps, and this many seconds."""
 
 EVENTS = ("gazebo_msgs/ContactsState",)
-"""Types that come only while something happens."""
+"""Types whose messages come only while something happens."""
 
 SCAN, VELOCITY, ODOMETRY = "sensor_msgs/LaserScan", "geometry_msgs/TwistStamped", "nav_msgs/Odometry"
 
@@ -29,7 +29,7 @@ def check(recording: Recording, described: tuple[Parameter, ...] = ()) -> list[F
 
 
 def contents(recording: Recording) -> Iterator[Finding]:
-    """Judge whether there is anything."""
+    """Judge whether the bag holds anything."""
     if not any(topic.received_s for topic in recording.topics.values()):
         yield Finding(
             ERROR, "bag", "holds no messages", "Record again, with topics that are published (rostopic list)"
@@ -37,7 +37,7 @@ def contents(recording: Recording) -> Iterator[Finding]:
 
 
 def gaps(recording: Recording) -> Iterator[Finding]:
-    """Judge holes in topics that otherwise come steadily."""
+    """Judge gaps in topics that otherwise come steadily."""
     for topic in recording.topics.values():
         if topic.type in EVENTS or len(topic.received_s) < 20:
             continue
@@ -82,7 +82,7 @@ def playable(recording: Recording) -> Iterator[Finding]:
 
 
 def _reaches_odometry(frame: str, recording: Recording) -> bool:
-    """Tell whether a frame has an ancestor over an edge that is not static."""
+    """Return whether one of the edges above a frame is not static."""
     edge_of = {edge.child: edge for edge in recording.transforms}
     frame, moved, steps = frame.lstrip("/"), False, 0
     while frame in edge_of and steps <= len(edge_of):

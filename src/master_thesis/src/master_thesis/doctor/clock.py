@@ -10,7 +10,7 @@ from master_thesis.doctor.finding import ERROR, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording
 
 LATE_S, EARLY_S = 1.0, 0.1
-"""A stamp older than this when it arrives is of use to nobody; one this far ahead is of another clock."""
+"""A stamp that is older on arrival is of no use; one this far ahead is of another clock."""
 ANOTHER_CLOCK_S = 3600.0
 
 
@@ -54,7 +54,7 @@ def stamps(recording: Recording) -> Iterator[Finding]:
     """Judge the messages' stamps: of this clock, neither late nor early, and never going back."""
     for topic in recording.topics.values():
         if topic.name in ("/tf", "/tf_static") or QUIET_TOPICS.match(topic.name):
-            continue  # has checks of its own
+            continue  # transforms.py checks it
         pairs = [
             (received_s, stamp_s)
             for received_s, stamp_s in zip(topic.received_s, topic.stamps_s)

@@ -1,6 +1,6 @@
 """Pictures of a running graph as source for graphviz's `dot`: its nodes and topics, and its TF tree.
 
-Both are made of what was seen (`snapshot`), so they show the system as it is and not as it was meant to be.
+Both are drawn from what was seen (`snapshot`), so they show the system as it is.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ COLOURS = {
 OTHERS_COLOUR = "#eeeeee"
 INK, MUTED, FAINT = "#222222", "#777777", "#aaaaaa"
 MANY_EARS = 7
-"""Who hears this many topics or more would bury the picture in arrows."""
+"""A node that hears this many topics would bury the picture in arrows."""
 LINE_LENGTH = 14
 HIDDEN_TOPICS = ("/clock", "/tf", "/tf_static")
-"""Everybody's: the TF tree has a picture of its own."""
+"""Topics of all nodes; the TF tree has a picture of its own."""
 
 MAIN_LINE = {link.topic for link in CHAIN} | {link.source for link in CHAIN} | {"/mavros/setpoint_raw/local"}
 _FONT = 'fontname="Helvetica" fontsize=11'
@@ -41,7 +41,7 @@ _HEAD = f"""  bgcolor="white" {_FONT} fontcolor="{INK}" pad=0.2
 
 @dataclass(frozen=True)
 class Wire:
-    """What links a node with something that is none, such as a flight controller; label: its name."""
+    """A link between a node and something that is no node, such as a flight controller; label: its name."""
 
     node: str
     far_end: str
@@ -52,8 +52,8 @@ def node_graph(graph: Graph, wires: Sequence[Wire] = (), observers: Iterable[str
     """Return nodes (ellipses), topics (boxes) and who sends what to whom, from left to right, as dot source.
 
     Left out are topics without a listener, those of `QUIET_TOPICS` and `HIDDEN_TOPICS`, and the `observers`:
-    nodes that only look on, such as a recorder. What a node of `MANY_EARS` hears stands in words beneath its
-    name. Nodes of one package that talk among themselves stand in one frame.
+    nodes that only watch, such as a recorder. A node that hears `MANY_EARS` topics has them in words beneath
+    its name. Nodes of one package that talk to each other share a frame.
     """
     hidden = set(observers)
     topics = [_without(topic, hidden) for topic in graph.recording.topics.values()]
@@ -104,7 +104,7 @@ def _groups(nodes: Sequence[Node], topics: Sequence[Topic]) -> list[list[Node]]:
 
 
 def _topics_within(group: Sequence[Node], topics: Sequence[Topic]) -> list[Topic]:
-    """Return the topics that nobody outside a group sends or hears."""
+    """Return the topics that only nodes of a group send and hear."""
     names = {node.name for node in group}
     return [topic for topic in topics if names >= {*topic.publishers, *topic.subscribers}]
 
@@ -183,7 +183,7 @@ def _frame_label(frame: str, told: Sequence[str]) -> str:
 
 
 def _told(edge: Transform) -> str:
-    """Return who publishes an edge, and at which mean rate on the graph's own clock, by its stamps."""
+    """Return who publishes an edge, and its mean rate by its stamps."""
     stamps_s = sorted(set(edge.stamps_s))
     if edge.static:
         how_often = "static"

@@ -1,4 +1,4 @@
-"""What the graph of the thesis's figure 5.2 looks like when it is well: who follows whom, who may command."""
+"""The healthy graph of the thesis's figure 5.2: which topic follows which, and who may command."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Follows:
-    """Messages on `topic` are made of those on `source`, one for one."""
+    """Each message on `topic` is made from one on `source`."""
 
     topic: str
     source: str
@@ -20,10 +20,10 @@ CHAIN = (
     Follows("/UAV/vel_setpoint/safe/body", "/scan/padded"),
     Follows("/UAV/vel_setpoint/final/body", "/UAV/vel_setpoint/safe/body"),
 )
-"""From the scan to what the publisher flies, as launched with the default names."""
+"""From the scan to the velocity that is flown, with the default names."""
 
 FOLLOWED_SHARE = 0.8
-"""A topic that follows another one by less than this part of its messages loses some."""
+"""A topic that has less than this share of the messages of its source loses some."""
 
 RATES_HZ = {
     "/UAV/odometry": 20.0,
@@ -41,15 +41,15 @@ SETPOINTS = re.compile(r".*/mavros/setpoint_(raw|position|velocity)/.*|/mavros/s
 OPTIONAL_INPUTS = re.compile(
     r"/mavros/setpoint_|/UAV/pos_setpoint/final$|/UAV/use_pos_setpoint$|/gazebo/set_model_(state|states)$"
 )
-"""Topics that a node of the stack offers to whoever wants to use them."""
+"""Topics that a node of the stack offers to users; nobody need publish them."""
 
 _COMMANDS = re.compile(r".*(/vel_setpoint/|/pos_setpoint($|/)|/mavros/setpoint_|/cmd_vel)")
 
 
 def is_command(topic: str) -> bool:
-    """Tell whether a topic carries commands, of which two sources at a time would pull in two directions."""
+    """Return whether a topic carries commands: two publishers at a time would contradict each other."""
     return bool(_COMMANDS.match(topic))
 
 
 QUIET_TOPICS = re.compile(r"/rosout(_agg)?$|/statistics$|/diagnostics$|.*/parameter_(updates|descriptions)$")
-"""Topics that every node has, and that say nothing about what it does."""
+"""Topics that every node has."""

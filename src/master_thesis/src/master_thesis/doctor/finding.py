@@ -1,4 +1,4 @@
-"""One finding a line: how bad, where, what, and what to do about it; an exit code for scripts."""
+"""A finding is one line: how bad, where, what, and what to do about it. Scripts get an exit code."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass
 from typing import Sequence
 
 ERROR, WARNING, NOTE = SEVERITIES = ("error", "warning", "note")
-"""An error breaks something; a warning may; a note is worth knowing."""
+"""An error stops something from working; a warning may; a note is worth knowing."""
 
 FINE, BROKEN, NOT_EXAMINED = 0, 1, 2
-"""Exit codes: nothing breaks; something does; it could not be looked at."""
+"""Exit codes: no error; an error; it could not be examined."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Finding:
 
 
 def ordered(findings: Sequence[Finding]) -> list[Finding]:
-    """Return the findings, the worst first, each once; equals stay in their order."""
+    """Return each finding once, the worst first; equally bad ones keep their order."""
     return sorted(dict.fromkeys(findings), key=lambda finding: SEVERITIES.index(finding.severity))
 
 
@@ -46,7 +46,7 @@ def as_text(findings: Sequence[Finding], examined: str) -> str:
 
 
 def as_json(findings: Sequence[Finding], examined: str) -> str:
-    """Return the same for machines."""
+    """Return the findings as JSON."""
     content = {
         "examined": examined,
         "exit_code": exit_code(findings),

@@ -1,4 +1,4 @@
-"""Judges the nodes and topics of a running graph: who is dead or not heard, who commands against whom."""
+"""Judges the nodes and topics of a running graph: dead nodes, unheard topics, rival commands."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording, Topic
 
 OBEYING, LANDING = ("OFFBOARD", "GUIDED"), "AUTO.LAND"
-"""Modes that fly setpoints; the mode in which every flight here ends, while the publisher streams on."""
+"""Modes that fly setpoints; the mode that ends every flight here, while the publisher still streams."""
 
 LEAST_SPAN_S = 2.0
-"""In a shorter time no rate can be told."""
+"""A shorter time gives no rate."""
 
 
 def check(graph: Graph) -> list[Finding]:
@@ -31,7 +31,9 @@ def check(graph: Graph) -> list[Finding]:
     found = [finding for one in (nodes, unheard, clock.running, rates) for finding in one(graph)]
     for one in (commands, chain, autopilot, transforms.structure, scans.check):
         found += one(recording)
-    if graph.use_sim_time or not recording.clock_s:  # else all stamps are of another clock, which was told
+    if (
+        graph.use_sim_time or not recording.clock_s
+    ):  # else all stamps are of another clock, which is a finding already
         found += [*clock.stamps(recording), *transforms.times(recording)]
     return [*found, *parameters.check(graph.parameters)]
 
@@ -68,7 +70,7 @@ def nodes(graph: Graph) -> Iterator[Finding]:
 
 
 def unheard(graph: Graph) -> Iterator[Finding]:
-    """Judge topics to which nodes listen and nobody speaks: a wrong remap, or a node that is missing."""
+    """Judge topics with subscribers but no publisher: a wrong remap, or a missing node."""
     in_chain = {link.topic for link in CHAIN} | {link.source for link in CHAIN}
     for topic in graph.recording.topics.values():
         if topic.publishers or not topic.subscribers:
@@ -81,7 +83,7 @@ def unheard(graph: Graph) -> Iterator[Finding]:
 
 
 def rates(graph: Graph) -> Iterator[Finding]:
-    """Judge rates against the least that the stack needs; nothing flows while time stands still."""
+    """Judge rates against the least that the stack needs; while time stands still there are none."""
     span_s = _span_s(graph)
     for name, least_hz in RATES_HZ.items():
         topic = graph.recording.topics.get(name)
@@ -97,7 +99,7 @@ def rates(graph: Graph) -> Iterator[Finding]:
 
 
 def chain(recording: Recording) -> Iterator[Finding]:
-    """Judge whether each step from scan to velocity answers what it hears."""
+    """Judge whether each step from scan to velocity answers its input."""
     for link in CHAIN:
         source, topic = recording.topics.get(link.source), recording.topics.get(link.topic)
         if source is None or topic is None or not topic.publishers or len(source.received_s) < 10:
@@ -123,7 +125,7 @@ def chain(recording: Recording) -> Iterator[Finding]:
 
 
 def commands(recording: Recording) -> Iterator[Finding]:
-    """Judge whether two nodes command the same."""
+    """Judge whether two nodes publish the same command."""
     for topic in recording.topics.values():
         speakers = sorted(set(topic.publishers))
         if is_command(topic.name) and len(speakers) > 1:

@@ -1,4 +1,4 @@
-"""Judges an installation: is all there that `bringup.sh` puts there, and can ROS talk to itself?"""
+"""Judges an installation: is everything there that `bringup.sh` installs, and do nodes find each other?"""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def build(machine: Machine) -> Iterator[Finding]:
 
 
 def messages(machine: Machine) -> Iterator[Finding]:
-    """Judge the message types against upstream's md5sums: who differs cannot talk to MAVROS or Gazebo."""
+    """Judge the message types' md5sums: with others than upstream's no node can talk to MAVROS or Gazebo."""
     for name, wanted in machine.md5_wanted.items():
         found = machine.md5_found.get(name)
         if found is None:
@@ -84,7 +84,7 @@ def kernels(machine: Machine) -> Iterator[Finding]:
 
 
 def room(machine: Machine) -> Iterator[Finding]:
-    """Judge whether a run and its bag have room."""
+    """Judge whether the disk and the memory suffice for a run and its bag."""
     if machine.free_disk_mb < DISK_FOR_A_RUN_MB:
         what = f"only {machine.free_disk_mb} MB of disk are free; a run with its bag takes up to 200"
         yield Finding(WARNING, machine.root, what, "Delete old folders in results/")
@@ -94,7 +94,7 @@ def room(machine: Machine) -> Iterator[Finding]:
 
 
 def names(machine: Machine) -> Iterator[Finding]:
-    """Judge whether the names resolve by which ROS nodes tell each other their addresses."""
+    """Judge whether the host names resolve that ROS nodes give each other as their addresses."""
     told = machine.ros.get("ROS_HOSTNAME") or machine.ros.get("ROS_IP")
     for name, resolves in machine.hosts.items():
         if resolves or (told and name not in ("localhost", told)):
@@ -137,7 +137,7 @@ def master(machine: Machine) -> Iterator[Finding]:
 
 
 def upstream(machine: Machine) -> Iterator[Finding]:
-    """Tell which of the programs that are built from source are there; nothing here needs them to fly."""
+    """Note which programs that are built from source are there; no flight needs them."""
     page = "See src/master_thesis/doc/from_source.md"
     if "rqt_reconfigure" not in machine.upstream:
         what = "is not in this environment: tune by `rosrun dynamic_reconfigure dynparam` instead"

@@ -1,4 +1,4 @@
-"""What an installation is made of, gathered without ROS: it must work where nothing else does."""
+"""What an installation is made of, gathered without ROS, which may be what is broken."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Machine:
 
 
 def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -> Machine:
-    """Return what the machine is like on which the workspace lies at `root`."""
+    """Return what this machine is like; root: of the workspace."""
     wanted = requirements((root / "requirements.txt").read_text(encoding="utf-8"), sys.version_info[:2])
     packages = root / "scripts/packages" / f"{_platform()}.txt"
     hosts = {"localhost", socket.gethostname()} | {
@@ -79,7 +79,7 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
 
 
 def geoid_path(environment: Mapping[str, str]) -> Path:
-    """Return where MAVROS's GeographicLib looks for the table of the geoid, and nowhere else."""
+    """Return the one place where MAVROS's GeographicLib looks for the table of the geoid."""
     folder = environment.get("GEOGRAPHICLIB_GEOID_PATH", "")
     data = environment.get("GEOGRAPHICLIB_DATA") or "/usr/share/GeographicLib"
     return Path(folder or f"{data}/geoids") / "egm96-5.pgm"
@@ -126,7 +126,7 @@ def _platform() -> str:
 
 
 def _missing(package_list: str) -> tuple[str, ...]:
-    """Return those packages of a list that dpkg does not know as installed."""
+    """Return those packages of a list that are not installed, as dpkg says."""
     wanted = [line.strip() for line in package_list.splitlines() if line.strip() and not line.startswith("#")]
     command = ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Package}\n", *wanted]
     said = subprocess.run(
@@ -137,7 +137,7 @@ def _missing(package_list: str) -> tuple[str, ...]:
 
 
 def _kernels_missing(root: Path) -> tuple[str, ...]:
-    """Return the libraries with kernels to compile of which numba has nothing in its cache."""
+    """Return the libraries with kernels that numba has not compiled yet."""
     libraries = sorted(path.parent for path in root.glob("src/*/src/*/warm_up.py"))
     elsewhere = os.environ.get("NUMBA_CACHE_DIR")
     return tuple(

@@ -1,4 +1,4 @@
-"""Judges parameters against what their nodes' dynamic_reconfigure descriptions say of them."""
+"""Judges parameters by their nodes' dynamic_reconfigure descriptions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def check(parameters: Sequence[Parameter]) -> Iterator[Finding]:
 
 
 def one(parameter: Parameter) -> Iterator[Finding]:
-    """Judge a parameter: of its kind, in its range, and on the server as in the node."""
+    """Judge a parameter: its type, its range, and whether server and node agree."""
     where = f"{parameter.node}/{parameter.name}"
     span = f"{parameter.minimum:g} to {parameter.maximum:g}"
     remedy = f"rosrun dynamic_reconfigure dynparam set {parameter.node} {parameter.name} VALUE"

@@ -12,11 +12,11 @@ from master_thesis.doctor.snapshot import Recording, Scan
 
 REP_117 = "REP-117: -inf is too near, +inf is nothing there, NaN is no measurement"
 MOSTLY = 0.5
-"""A part of the beams that cannot be chance."""
+"""A share of the beams that cannot be chance."""
 
 
 def check(recording: Recording) -> list[Finding]:
-    """Return all findings about scans; each once per topic, however many scans show it."""
+    """Return all findings about scans, each once per topic."""
     by_topic = defaultdict(list)
     for scan in recording.scans:
         by_topic[scan.topic].append(scan)
@@ -43,7 +43,7 @@ def geometry(scan: Scan) -> Iterator[Finding]:
     beams = round((scan.angle_max - scan.angle_min) / scan.angle_increment) + 1
     if beams != len(scan.ranges):
         what = f"has {len(scan.ranges)} ranges, and its angles make {beams} beams"
-        # A full turn whose last beam would be the first again is often declared with one beam more.
+        # Drivers of a full turn often declare one beam more: the first once again.
         yield Finding(WARNING if abs(beams - len(scan.ranges)) == 1 else ERROR, scan.topic, what, remedy)
     if not 0.0 <= scan.range_min < scan.range_max:
         what = f"its range_min of {scan.range_min:g} m and range_max of {scan.range_max:g} m leave nothing"
@@ -72,7 +72,7 @@ def values(scans: list[Scan]) -> Iterator[Finding]:
 
 
 def blind(scans: list[Scan]) -> Iterator[Finding]:
-    """Judge whether the lidar sees anything at all; padded beams are NaN by right."""
+    """Judge whether the lidar sees anything at all; padded beams are meant to be NaN."""
     ranges = [scan.ranges for scan in scans]
     empty = sum(bool(np.isnan(values).all()) for values in ranges)
     if empty:

@@ -16,8 +16,8 @@ class Topic:
     """A topic and the messages that were heard on it.
 
     publishers, subscribers: names of nodes; in a bag only those that published. listened: whether its
-    messages were asked for. stamps_s: NaN for a message whose type has no header, or that was latched and may
-    be old by right.
+    messages were asked for. stamps_s: NaN for a message without a header, and for a latched one, which may
+    be old.
     """
 
     name: str

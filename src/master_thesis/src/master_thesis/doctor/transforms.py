@@ -1,4 +1,4 @@
-"""Judges the TF tree: one parent each, one piece, no holes in time (REP-105)."""
+"""Judges the TF tree: one parent for each frame, one piece, no gaps in time (REP-105)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Recording, Transform
 
 GAP_S = 0.5
-"""Who looks up a transform at a scan's stamp fails in a hole longer than its patience: here 0.5 s."""
+"""A look-up at a scan's stamp fails in a gap longer than its time-out: here 0.5 s."""
 OLD_S, FUTURE_S = 1.0, 0.2
 
 
@@ -28,7 +28,7 @@ def times(recording: Recording) -> Iterator[Finding]:
 
 
 def parents(edges: Sequence[Transform]) -> Iterator[Finding]:
-    """Judge whether a frame has several parents: tf2 then believes whoever spoke last."""
+    """Judge whether a frame has several parents: tf2 then uses the one that came last."""
     by_child: dict[str, dict[str, str]] = defaultdict(dict)
     for edge in edges:
         by_child[edge.child].setdefault(edge.parent, edge.publisher)
@@ -53,7 +53,7 @@ def publishers(edges: Sequence[Transform]) -> Iterator[Finding]:
 
 
 def pieces(recording: Recording) -> Iterator[Finding]:
-    """Judge whether all frames hang together, and whether the scans' frames are among them."""
+    """Judge whether all frames are connected, and whether the scans' frames are among them."""
     parent_of = {edge.child: edge.parent for edge in recording.transforms}
     roots = defaultdict(set)
     for frame in {frame for edge in recording.transforms for frame in (edge.parent, edge.child)}:
@@ -101,7 +101,7 @@ def values(edges: Sequence[Transform]) -> Iterator[Finding]:
 
 
 def edge_times(edge: Transform, end_s: float) -> Iterator[Finding]:
-    """Judge an edge's stamps: no holes, neither old nor of the future, never back."""
+    """Judge an edge's stamps: no gaps, neither old nor of the future, never going back."""
     where = f"tf {edge.parent} -> {edge.child}"
     if not edge.stamps_s:
         return

@@ -1,4 +1,4 @@
-"""The md5sums by which ROS tells message types apart; ours are to be upstream's."""
+"""The md5sums by which ROS tells message types apart; ours must equal upstream's."""
 
 UPSTREAM_MD5SUMS = {
     "gazebo_msgs/ContactState": "48c0ffb054b8c444f870cecea1ee50d9",

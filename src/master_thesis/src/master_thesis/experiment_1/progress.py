@@ -1,4 +1,4 @@
-"""Notices that a flight does not get on: it comes no nearer to its goal."""
+"""Notices a flight that comes no nearer to its goal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LEAST_M = 0.5
 
 
 class ProgressWatch:
-    """Follows the distance to a goal; tells when it has not shrunk by `LEAST_M` for `PATIENCE_S`."""
+    """Follows the distance to a goal; says so when it has not shrunk by `LEAST_M` for `PATIENCE_S`."""
 
     def __init__(self, goal_xyz_m: Sequence[float]) -> None:
         """goal_xyz_m: in the frame of the positions."""

@@ -1,4 +1,4 @@
-"""Experiment 1 without ROS: one of its scenarios flown once, and the flight's figures (thesis, table 8.1)."""
+"""Experiment 1 without ROS: one of its scenarios flown once, and the flight's metrics (thesis, table 8.1)."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Experiment 2: an emergency frozen in the air, what both algorithms propose, and what comes of it."""
+"""Experiment 2: obstacles appear around a hovering UAV; what both algorithms propose, and what happens."""

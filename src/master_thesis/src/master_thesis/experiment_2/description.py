@@ -1,4 +1,4 @@
-"""What was run in a trial of Experiment 2, and its flight as seen from where the UAV hovered."""
+"""What was run in a trial of Experiment 2, and its flight in the frame in which the obstacles were placed."""
 
 from __future__ import annotations
 
@@ -50,5 +50,5 @@ def flown(trial: EmergencyTrial) -> np.ndarray:
 
 
 def in_freeze_frame(trial: EmergencyTrial, positions_xyz: np.ndarray) -> np.ndarray:
-    """Return positions (n, 3) of `world` in the frame of the placement: from where the UAV hovered."""
+    """Return positions (n, 3) of `world` in the frame of the placement."""
     return freeze_frame(freeze_of(trial).uav).inverse().transform(positions_xyz)

@@ -1,7 +1,6 @@
 """Experiment 2 without ROS: the closed loop hovers, obstacles appear around it, and it is let go.
 
-Until then the flight controller holds the hover point by position setpoints; from then on CEPA's velocities
-count.
+Until then position setpoints hold the UAV; from then on CEPA's velocities steer it.
 """
 
 from __future__ import annotations
@@ -21,9 +20,9 @@ from simulation_tools.simulation import SimulationParameters
 
 @dataclass(frozen=True)
 class LetGoParameters:
-    """What is flown. variation: 0 is the placement as it is, others shift each obstacle a little.
+    """What is flown. variation: 0 is the placement itself; any other number shifts each obstacle a little.
 
-    world: SDF file, with room around the origin. The seed is that of all sensor noise.
+    world: SDF file, with room around the origin. seed: of all sensor noise.
     """
 
     world: str

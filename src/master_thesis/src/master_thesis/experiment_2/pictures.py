@@ -51,7 +51,7 @@ def pictures(description: TrialDescription, trial: EmergencyTrial, content: dict
 
 
 def proposals_figure(description: TrialDescription, trial: EmergencyTrial, uav: Model) -> Figure:
-    """Side by side: what stands around the UAV, and what the algorithms make of its scan."""
+    """Draw side by side what stands around the UAV, and what the algorithms make of its scan."""
     figure = Figure(figsize=(7.2, 4.4))
     place, seen = figure.subplots(1, 2, sharey=True)
     scan, parameters = first_scan_of(trial).scan, description.cepa
@@ -74,7 +74,7 @@ def proposals_figure(description: TrialDescription, trial: EmergencyTrial, uav: 
 
 
 def sweep_figure(description: TrialDescription, trial: EmergencyTrial) -> Figure:
-    """One panel per K: how the filter spreads near obstacles, and where that leads."""
+    """Draw one panel per K: how the filter widens near obstacles, and what the algorithms then propose."""
     scan = first_scan_of(trial).scan
     all_proposed = sweep(scan, description.cepa)[::-1]
     figure = Figure(figsize=(7.2, 4.5))
@@ -91,7 +91,7 @@ def sweep_figure(description: TrialDescription, trial: EmergencyTrial) -> Figure
 
 
 def _path_figure(description: TrialDescription, trial: EmergencyTrial, uav: Model, content: dict) -> Figure:
-    """From above: where the UAV went after it was let go, coloured by time; its shape on the way."""
+    """Draw from above where the UAV went after it was let go, coloured by time, and its shape on the way."""
     poses = flown(trial)
     path = in_freeze_frame(trial, poses[:, 1:4])
     since_s = poses[:, 0] - freeze_of(trial).t_s
@@ -163,7 +163,7 @@ def _draw_proposals(axes: Axes, scan: LaserScan2D, parameters: CepaParameters, p
     )
     _draw_circle(axes, parameters)
     axes.plot(0, 0, "+", ms=5, color="black", zorder=4)
-    # Red beneath and wider, so that it shows where both say the same
+    # Red lies beneath and is wider, so that it can be seen where both are the same
     _arrow(axes, proposed.original_xy, _ORIGINAL, 3.6)
     _arrow(axes, proposed.improved_xy, _IMPROVED, 1.5)
 

@@ -13,9 +13,9 @@ K_SWEEP = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 
 @dataclass(frozen=True)
 class Proposals:
-    """Velocities in m/s in the scan's frame, for a UAV that stands still and is not told to go anywhere.
+    """Velocities in m/s in the scan's frame, for a UAV at rest with a reference of zero.
 
-    reason: why the improved algorithm's is what it is. emergency: whether anything is within r_LB.
+    reason: of the improved algorithm's proposal. emergency: whether anything is within r_LB.
     """
 
     k_filter: float
@@ -42,5 +42,5 @@ def propose(scan: LaserScan2D, parameters: CepaParameters) -> Proposals:
 def sweep(
     scan: LaserScan2D, parameters: CepaParameters, ks: Sequence[float] = K_SWEEP
 ) -> tuple[Proposals, ...]:
-    """Ask both algorithms with each K (m/rad), without the least speed, so that K's effect on it is seen."""
+    """Ask both algorithms with each K (m/rad), with v_min = 0, so that K's effect on the speed is seen."""
     return tuple(propose(scan, replace(parameters, k_filter=k, v_min=0.0)) for k in ks)

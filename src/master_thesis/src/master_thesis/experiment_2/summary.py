@@ -18,8 +18,8 @@ from master_thesis.results.sources import commit
 def summary_of(description: TrialDescription, trial: EmergencyTrial, clearance: np.ndarray) -> dict:
     """Return the content of result.json.
 
-    success: the obstacles were placed, the proposals recorded and the flight watched to its end; and the
-    improved algorithm touched nothing. That the original may touch is what this experiment is to show.
+    success: the obstacles were placed, the proposals recorded and the flight watched to its end, and the
+    improved algorithm touched nothing. The original one may touch: this is what the experiment shows.
     """
     failure = trial.failure
     if failure is None and trial.touched and description.algorithm == "improved":

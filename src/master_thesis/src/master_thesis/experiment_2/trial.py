@@ -1,7 +1,7 @@
-"""The course of one run of Experiment 2, free of ROS: hover, freeze, place, let go, watch.
+"""The course of one run of Experiment 2, without ROS: hover, freeze, place, let go, watch.
 
-Whoever drives it (the ROS node, the ROS-free flight) reports what happens and carries out the actions that
-come back. Time is simulation time, in seconds, and stands still between FREEZE and `on_placed`.
+The caller (the ROS node or the flight without ROS) reports what happens, and carries out the actions that are
+returned. Time is simulation time, in seconds, and stands still between FREEZE and `on_placed`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SAME_INSTANT_S = 1e-6
 
 
 class TrialAction(Enum):
-    """What the driver has to do."""
+    """What the caller has to do."""
 
     FREEZE = "stop time, place the obstacles"
     SHOW = "the first scan with the obstacles is there"
@@ -59,8 +59,8 @@ class Freeze:
 class FirstScan:
     """The first scan that shows the obstacles, and its stamp.
 
-    Time must run for the lidar to turn, so that it is up to one period of the lidar later than the freeze;
-    the flight controller has had no command made from it yet.
+    The lidar turns only while time runs. So this scan is up to one period of the lidar later than the freeze.
+    The flight controller has no command made from it yet.
     """
 
     t_s: float
@@ -96,18 +96,18 @@ class EmergencyTrial:
         return self.freeze is not None
 
     def on_ready(self, ready: bool) -> None:
-        """Take note that the UAV hovers and takes orders, or does no longer."""
+        """Take note whether the UAV hovers and takes orders."""
         if not ready:
             self._ready_s = None
         elif self._ready_s is None:
             self._ready_s = self.now_s
 
     def on_waiting(self, reason: str) -> None:
-        """Take note why the UAV does not hover yet, in words; empty: it does."""
+        """Take note why the UAV does not hover yet, in words; empty when it hovers."""
         self._no_hover = reason
 
     def on_truth(self, t_s: float, pose: Pose, decide: bool = True) -> list[TrialAction]:
-        """Take the true pose in `world`: time has passed. Return what is to be done, unless decided later."""
+        """Take the true pose in `world`; return what is to be done, unless `decide` is called later."""
         if t_s < self.now_s - SAME_INSTANT_S:
             return self.abort("The clock jumped back: the simulation was reset.")
         if not len(self.log.truth):
@@ -120,7 +120,7 @@ class EmergencyTrial:
         if self.finished:
             return []
         if self.freeze is not None:
-            return self._watch(self.now_s - self.freeze.t_s)
+            return self._end_after_observation(self.now_s - self.freeze.t_s)
         return self._await_hover(self.now_s)
 
     def _await_hover(self, t_s: float) -> list[TrialAction]:
@@ -134,7 +134,7 @@ class EmergencyTrial:
             return self.abort(f"The UAV did not hover within {self._parameters.ready_timeout_s:g} s{why}.")
         return []
 
-    def _watch(self, released_for_s: float) -> list[TrialAction]:
+    def _end_after_observation(self, released_for_s: float) -> list[TrialAction]:
         if released_for_s < self._parameters.observe_s - SAME_INSTANT_S:
             return []
         if self.first_scan is None:

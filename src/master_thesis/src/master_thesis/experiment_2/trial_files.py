@@ -32,7 +32,7 @@ def complete_trial(folder: RunFolder, description: TrialDescription, trial: Emer
 
     Raises:
         ResultsError: a file cannot be written.
-        SimulationToolsError: the world or the UAV cannot be loaded to measure the clearance.
+        SimulationToolsError: the world or the UAV cannot be loaded again.
     """
     if trial.freeze is None or trial.first_scan is None:
         return summary_of(description, trial, np.empty((0, 2)))

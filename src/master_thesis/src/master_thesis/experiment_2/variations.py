@@ -1,4 +1,4 @@
-"""Experiment 2 over and over: each placement, its obstacles shifted a little, flown by both algorithms."""
+"""Experiment 2 many times: each placement with its obstacles shifted a little, flown by both algorithms."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from master_thesis.worlds.placements import R_LB_M
 
 WORLD = Path(__file__).resolve().parents[3] / "worlds" / "empty.world"
 REFUSED = "emergency open section"
-"""The improved algorithm's reason when the original's proposal leads into an obstacle or cancels out."""
+"""The improved algorithm's reason when the original proposal leads into an obstacle or is zero."""
 
 
 @dataclass(frozen=True)
 class Flown:
-    """What came of one flight.
+    """The result of one flight.
 
     proposal_refused: the improved algorithm has another proposal than the original for the first scan.
     path_xy: (n, 2) in the frame of the placement. touch_xy: (2,) where the UAV was at its first contact.
@@ -53,7 +53,7 @@ def variation_parameters(
 
 
 def described(parameters: LetGoParameters) -> TrialDescription:
-    """Return what the pictures and the summary of a trial want to know of it."""
+    """Return what the pictures and the summary say of a trial."""
     return TrialDescription(
         parameters.scenario,
         parameters.algorithm,
@@ -97,7 +97,7 @@ def _first_touch(trial: EmergencyTrial, times_s: np.ndarray, path_xy: np.ndarray
 
 
 def variations_metrics(flights: Sequence[Flown]) -> dict:
-    """Return what the flights of one scenario and algorithm come to."""
+    """Return the metrics over the flights of one scenario and algorithm."""
     clearances_m = [flight.metrics["min_clearance_m"] for flight in flights]
     left_s = [flight.metrics["left_after_s"] for flight in flights if flight.metrics["left"]]
     return {

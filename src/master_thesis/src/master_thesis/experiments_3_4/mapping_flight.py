@@ -17,7 +17,7 @@ from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters
 
 R_UB_M = 0.9
-"""CEPA's outer radius indoors; at its default of 1.2 m the slow UAV stands still before passages of 2 m."""
+"""CEPA's outer radius indoors; with its default of 1.2 m the slow UAV stops before passages of 2 m."""
 
 PACKAGE = Path(__file__).resolve().parents[3]
 
@@ -89,7 +89,7 @@ def parameters_of(
 
 
 def fly_and_record(name: str, parameters: ClosedLoopParameters) -> FlightRecording:
-    """Fly until the mission is over and return what SLAM would have heard of it, from the start on.
+    """Fly until the mission is over; return what SLAM would have heard, from the start on.
 
     Raises:
         FlightError: the mission was not flown to its end, or something was touched.

@@ -38,7 +38,7 @@ def judge(run: SlamRun, truth: Trajectory, walls: Walls) -> tuple[dict, Trajecto
 
 
 def _aligned_ate(path: Trajectory, truth: Trajectory) -> float | None:
-    """Return the error that the best rigid alignment leaves; None: a straight path fixes no rotation."""
+    """Return the ATE after the best rigid alignment; None for a straight path, which fixes no rotation."""
     try:
         return trajectory_error(path, truth, align="all").ate_rmse_m
     except EvaluationError:
@@ -46,7 +46,7 @@ def _aligned_ate(path: Trajectory, truth: Trajectory) -> float | None:
 
 
 def verdict(metrics: dict) -> str:
-    """Return our words for a map, beside which a table puts the thesis's."""
+    """Return our words for a map; a table compares them with the thesis's."""
     ate, p95 = metrics["ate_rmse_m"], metrics["map_error_p95_m"]
     turned = math.degrees(metrics["wall_turned_max_rad"])
     if ate < 0.1 and p95 < 0.15:

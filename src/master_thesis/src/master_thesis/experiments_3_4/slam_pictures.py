@@ -67,7 +67,7 @@ def world_and_maps(
 
 
 def error_figure(title: str, panels: Sequence[TimeSeries], closure_times_s: Sequence[float]) -> Figure:
-    """Draw errors over time, and below how many loops had been closed by then."""
+    """Draw errors over time, and below them the number of loops closed so far."""
     closed = np.sort(np.asarray(closure_times_s, dtype=float))
     if len(closed):
         times = panels[0].curves[0][1][:, 0]
@@ -112,7 +112,7 @@ def _draw_map(axes: Axes, view: MapView) -> None:
         vmax=2,
         origin="lower",
         extent=(x, x + width, y, y + height),
-        interpolation="none",  # one picture element a cell, in SVG too
+        interpolation="none",  # one pixel for each cell, in SVG too
     )
     axes.plot(*view.path_xy.T, color=BELIEF, lw=0.7)
     for pair in view.closures_xy:

@@ -32,9 +32,9 @@ class FoundAgain(NamedTuple):
 class SlamRun:
     """What SLAM made of a flight.
 
-    online: where it believed the UAV to be as it flew; final: the path as it believes it at the end; both of
-    the processed scans, in `map`. half_way: the map when half of the time was over. cpu_ms: of each processed
-    scan, of the thread that ran it, (n,), where it was measured. scans: heard, processed or not.
+    online: the poses that it estimated during the flight; final: the path that it estimates at the end; both
+    of the processed scans, in `map`. half_way: the map when half of the time was over. cpu_ms: CPU time of
+    each processed scan, (n,); empty where it was not measured. scans: all that were heard.
     """
 
     online: Trajectory
@@ -77,7 +77,7 @@ class SlamParticipant:
             self._half_way = self.session.grid()
         roll, pitch, yaw = odometry.rpy_rad
         x, y, z = odometry.position_m
-        started = time.thread_time()  # what else the machine does meanwhile does not count
+        started = time.thread_time()  # CPU time of this thread: other work of the machine does not count
         try:
             scan = project(
                 ranges,
@@ -98,7 +98,7 @@ class SlamParticipant:
             self._online.append((t_s, *update.base_in_map))
 
     def run(self) -> SlamRun:
-        """Return what became of the flight so far."""
+        """Return what SLAM has made of the flight so far."""
         online = np.array(self._online).reshape(-1, 4)
         grid = self.session.grid()
         return SlamRun(

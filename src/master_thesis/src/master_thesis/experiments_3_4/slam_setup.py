@@ -29,14 +29,14 @@ class SlamSetup:
         starting_map: OccupancyGrid | None = None,
         say: Callable[[str], None] = lambda words: None,
     ) -> SlamSession:
-        """Return a new run of SLAM, on one thread: flights run beside each other, one on each core."""
+        """Return a new run of SLAM on one thread, because several flights run at a time, one on each core."""
         closure = self.loop_closure if loop_closure else None
         parameters = replace(self.parameters, seed=seed, threads=1)
         return SlamSession(parameters, closure, starting_map=starting_map, say=say)
 
 
 def read_setup(world: str) -> SlamSetup:
-    """Return what `config/gridslam_WORLD.yaml` says; what only a node has is left out.
+    """Return what `config/gridslam_WORLD.yaml` says, without the parameters that only the node has.
 
     Raises:
         ScenarioError: there is no such file.

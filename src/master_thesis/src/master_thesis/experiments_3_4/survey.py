@@ -1,4 +1,4 @@
-"""From a flight's log and what SLAM made of it to the files and metrics of its results."""
+"""Judges the map of a flight: from its log and SLAM's output to files and metrics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes what SLAM made of a flight into a results folder: trajectories, maps, pictures."""
+"""Writes SLAM's output into a results folder: trajectories, maps, pictures."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from master_thesis.worlds.floor_plan import Outline
 
 @dataclass(frozen=True)
 class Surveyed:
-    """A flight with all that its map is judged by.
+    """A flight and everything by which its map is judged.
 
     title: what was flown. truth, odometry: the whole flight's, in `world` and in `odom`. walls: what the map
     should show. outlines: the world from above. height_m: of the flight.
@@ -112,7 +112,7 @@ def map_views(run: SlamRun) -> tuple[slam_pictures.MapView, ...]:
 
 
 def closure_times(run: SlamRun) -> list[float]:
-    """Return when loops closed: the stamps of the scans that were recognised."""
+    """Return when loops closed: the stamps of the scans that showed a known place."""
     return [closure.stamp_to_s for closure in run.closures]
 
 

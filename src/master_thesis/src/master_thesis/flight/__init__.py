@@ -1,1 +1,1 @@
-"""One flight: its course, its log, and the closed loop that flies it without ROS."""
+"""One flight: its course from start to landing, its log, and the closed loop that flies it without ROS."""

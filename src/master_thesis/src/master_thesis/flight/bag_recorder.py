@@ -9,14 +9,14 @@ import subprocess
 from pathlib import Path
 
 RESERVE_MB = 200
-"""Recording stops when so little of the disk is free: rosbag looks every 20 s, and the results need some."""
+"""Recording stops when less of the disk is free, because the results need space, too."""
 
 _CLOSING_S = 10.0
 _PR_SET_PDEATHSIG = 1
 
 
 class BagRecorder:
-    """`rosbag record` of all topics but /clock, which `rosbag play --clock` makes itself."""
+    """`rosbag record` of all topics except /clock, which `rosbag play --clock` makes itself."""
 
     def __init__(self, bag: Path) -> None:
         """Start recording into `bag`; raises OSError when rosbag cannot be started."""
@@ -46,7 +46,7 @@ class BagRecorder:
 
 
 def shortage_of(bag: Path, free_mb: float) -> str | None:
-    """Return a sentence when so little space is too little to go on recording a bag."""
+    """Return a sentence when this space is too little to go on recording a bag."""
     if free_mb >= RESERVE_MB:
         return None
     return (

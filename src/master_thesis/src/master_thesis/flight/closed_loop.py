@@ -1,9 +1,9 @@
 """The whole chain of figure 5.2 of the thesis without ROS, on the classes that the nodes are made of.
 
-At every instant t the order is that of the graph in lockstep: odometry and truth, position
-controller; then the scan, median filter, padding, CEPA, yaw regulator, publisher; then the flight controller,
-which has the setpoint made from scan(t) before it steps on. There is no latency, and nothing depends on the
-machine.
+At every instant t the order is that of the graph in lockstep. First come odometry, truth and the position
+controller. Then come the scan, median filter, padding, CEPA, yaw regulator and publisher. The flight
+controller comes last: it has the setpoint made from scan(t) before the next step. So there is no latency, and
+no flight depends on the machine.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class ClosedLoopParameters:
 
     @property
     def limits_of_way(self) -> PhaseLimits:
-        """The limits, with time enough for the way to the goal or through the mission."""
+        """The limits, with enough time for the way to the goal or through the mission."""
         start = self.simulation.spawn_pose.position_m
         if self.mission:
             length_m = way_m(self.mission, start)
@@ -94,7 +94,7 @@ class ClosedLoopParameters:
 
 
 class ScanListener(Protocol):
-    """Hears every scan of a flight beside the control chain: a recorder, SLAM."""
+    """Hears every scan of a flight, but is no part of the control chain: a recorder, SLAM."""
 
     def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
         """Take a scan as the lidar gave it (beams,), and the poses of its instant in `odom` and `world`."""
@@ -111,9 +111,9 @@ class ClosedLoop:
     ) -> None:
         """Build everything; raises SimulationToolsError when the world or the UAV cannot be loaded.
 
-        steering: flown instead of `parameters.algorithm`, for instance one that records what it is asked.
-        pilot: whose velocity (m/s; ahead, left, up), given time in s and true pose, is the reference once the
-        UAV is ready to fly, in place of the position controller's.
+        steering: is flown instead of `parameters.algorithm`, for instance one that records its input.
+        pilot: takes time in s and true pose and returns a velocity (m/s; ahead, left, up). Once the UAV is
+        ready, this is the reference in place of the position controller's.
         """
         self.parameters = parameters
         self.listeners: list[ScanListener] = []
@@ -167,7 +167,7 @@ class ClosedLoop:
         return self.run(until=lambda loop: phase in loop.outcome.times_s)
 
     def step(self) -> StepOutput:
-        """Simulate one time step and let everybody hear of it; the first call gives the instant t = 0."""
+        """Simulate one time step and pass it on to all parts; the first call gives the instant t = 0."""
         output = self.simulation.step() if self._begun else self.simulation.sense()
         self._begun = True
         if output.ground_truth is not None and output.odometry is not None:
@@ -218,7 +218,7 @@ class ClosedLoop:
             padded.ranges, geometry.angle_min_rad, geometry.angle_increment_rad, *limits, seen=padded.seen
         )
         self.newest_scan = scan
-        started = time.thread_time()  # what else the machine does meanwhile is not CEPA's
+        started = time.thread_time()  # CPU time of this thread: other work of the machine does not count
         if self._cepa.parameters.levelling:
             scan = self._levelled(scan)
         decision = self._cepa.steer(scan, self._v_ref[:2], self._v_uav)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 GROUND = "ground_plane"  # what Gazebo's own worlds call it; any other is known by what the UAV stands on
 CARRIES = 0.7
-"""Upward part of a contact's normal from which on the UAV stands on the other: up to 45 degrees of slope."""
+"""The UAV stands on what it touches if the contact's normal points up this much: 45 degrees of slope."""
 
 
 def touched_by(uav: str, collision_1: str, collision_2: str) -> str:

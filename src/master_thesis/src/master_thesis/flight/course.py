@@ -1,7 +1,7 @@
-"""The course of one run, free of ROS: wait until ready, fly to the goal, hover, land, done.
+"""The course of one run, without ROS: wait until ready, fly to the goal, hover, land, done.
 
-Whoever drives it (the ROS node, the ROS-free closed loop) reports what happens and carries out the actions
-that come back. Time is simulation time, in seconds; nothing here waits.
+The caller (the ROS node or the closed loop without ROS) reports what happens, and carries out the actions
+that are returned. Time is simulation time, in seconds; nothing here waits.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from master_thesis.errors import FlightError
 from master_thesis.flight.contacts import GROUND, Contacts
 
 PATIENCE = 3.0
-"""A flight may take this many times as long as its straight way at full speed."""
+"""A flight may take this many times as long as the straight way at full speed."""
 
 
 class Phase(Enum):
-    """Where a run stands."""
+    """Which part of a run it is."""
 
     WAITING = "waiting for the start"
     FLYING = "flying to the goal"
@@ -27,7 +27,7 @@ class Phase(Enum):
 
 
 class Action(Enum):
-    """What the driver has to do."""
+    """What the caller has to do."""
 
     SEND_GOAL = "send the goal"
     LAND = "land"
@@ -54,7 +54,7 @@ class PhaseLimits:
                 raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
 
     def for_way(self, way_m: float, speed_m_s: float) -> PhaseLimits:
-        """Return the same with time enough for a way of this length at this reference speed, above 0."""
+        """Return the same limits with enough time for a way of this length at this speed, above 0."""
         needed_s = min(PATIENCE * way_m / speed_m_s, 999_999.0)
         return replace(self, flight_timeout_s=max(self.flight_timeout_s, needed_s))
 
@@ -101,7 +101,7 @@ class Course:
 
     @property
     def phase(self) -> Phase:
-        """Where the run stands."""
+        """The phase of the run."""
         return self._phase
 
     @property
@@ -118,18 +118,18 @@ class Course:
         )
 
     def on_ready(self, ready: bool, awaited: str = "the hover") -> None:
-        """Take note that the UAV hovers over the start and takes orders (or no longer does).
+        """Take note whether the UAV hovers over the start and takes orders.
 
         awaited: what the flight waits for while it is not ready.
         """
         self._ready, self._awaited = ready, awaited
 
     def on_distance(self, distance_m: float) -> None:
-        """Take note how far from its goal the UAV is, for the sentence of a flight that ends before it."""
+        """Take note how far from its goal the UAV is, for the sentence about a flight that ends too early."""
         self._distance_m = distance_m
 
     def on_waiting(self, reason: str) -> None:
-        """Take note why the UAV does not hover yet, in words; empty: it does."""
+        """Take note why the UAV does not hover yet, in words; empty when it hovers."""
         self._no_hover = reason
 
     def on_time(self, t_s: float) -> list[Action]:

@@ -1,4 +1,4 @@
-"""The time series of one flight, recorded from topics by the node and directly by the ROS-free loop.
+"""The time series of one flight, recorded by the node from topics, or directly by the closed loop.
 
 Frames and units: `truth` is the UAV's pose and velocity in `world`, `odometry` the same in `odom`; commands
 are body velocities (x forward, y left, z up); seconds of simulation time, metres, radians.
@@ -34,7 +34,7 @@ class Series:
         return iter(self.rows)
 
     def add(self, *values: Any) -> None:
-        """Append one row; a stamp that is not after the last one's is a repetition and is left out."""
+        """Append one row; a row that is not later than the last one is a repetition and is left out."""
         if len(values) != len(self.columns):
             raise ValueError(f"a row has {len(self.columns)} values ({', '.join(self.columns)})")
         if not self.rows or values[0] > self.rows[-1][0]:

@@ -1,7 +1,7 @@
 """A flight as SLAM sees it, kept in one file: every scan, odometry with the attitude, and the truth.
 
-One recorded flight serves every variant of SLAM: it is flown by the ground truth, so that it is the same
-whatever SLAM would have made of it.
+One recorded flight serves every variant of SLAM. The ground truth steers it, so it does not depend on what
+SLAM makes of it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class LidarGeometry:
 
     @classmethod
     def of(cls, lidar: Lidar) -> LidarGeometry:
-        """Return that of a simulated lidar."""
+        """Return the geometry of a simulated lidar."""
         pose = lidar.pose_in_body
         ranges = lidar.range_min, lidar.range_max
         return cls(lidar.angle_min, lidar.angle_increment, *ranges, pose.position_m, pose.orientation_xyzw)
@@ -69,7 +69,7 @@ class FlightRecording:
             yield RecordedScan(t_s, ranges, _pose(odometry), _pose(truth))
 
     def one_of(self, scans: int) -> FlightRecording:
-        """Return a recording of every so many-th scan, as of a slower lidar."""
+        """Return a recording of every n-th scan, as a slower lidar would give; scans: this n."""
         return self._taken(np.arange(0, len(self), scans))
 
     def between(self, start_s: float, end_s: float) -> FlightRecording:
@@ -91,7 +91,7 @@ class FlightRecording:
         """Read what `save` wrote.
 
         Raises:
-            FlightError: the file is missing, or something else.
+            FlightError: the file is missing, or is no recording.
         """
         try:
             with np.load(path, allow_pickle=False) as archive:

@@ -1,4 +1,4 @@
-"""A graph of ROS nodes started by roslaunch and watched from outside: when what came, and what it took."""
+"""A graph of ROS nodes started by roslaunch and watched from outside: its events, CPU time and memory."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TOKEN = "LAUNCHED_GRAPH"
 """Environment variable by which everything that belongs to a graph is found."""
 
 FLIGHT_EVENTS = ("first_scan_through", "hovering", "goal_reached")
-"""Of a flight: a scan has come through to CEPA's answer, the UAV hovers ready, it is at the goal."""
+"""Of a flight: CEPA has answered a scan; the UAV hovers, ready; it is at the goal."""
 
 
 class Graph:

@@ -1,6 +1,6 @@
-"""Watches one run: keeps its log, leads its course, and measures how its wall time went.
+"""Watches one run: keeps its log, leads its course, and measures its wall time.
 
-Whoever hears of the flight tells the monitor: the experiment's node from topics, the ROS-free loop directly.
+The experiment's node tells it what topics say; the closed loop without ROS tells it directly.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ class Monitor:
         return self.course.phase is not Phase.WAITING
 
     def on_waiting(self, reason: str) -> None:
-        """Take note why the UAV does not hover yet, in words; empty: it does."""
+        """Take note why the UAV does not hover yet, in words; empty when it hovers."""
         self.course.on_waiting(reason)
 
     def on_truth(
         self, t_s: float, position_m: Sequence[float], orientation_xyzw: Sequence[float], decide: bool = True
     ) -> list[Action]:
-        """Take the true pose, in `world`; return what is to be done now, unless it is decided later."""
+        """Take the true pose, in `world`; return what is to be done now, unless `decide` is called later."""
         if t_s < self.now_s - CLOCK_TOLERANCE_S:
             return self.abort("The clock jumped back: the simulation was reset.")
         self.log.truth.add(t_s, *position_m, *orientation_xyzw)
@@ -74,9 +74,9 @@ class Monitor:
         """Take note whether the motors may turn; return what is to be done now."""
         return self._noted(self.course.on_armed(self.now_s, armed))
 
-    def on_performance(self, figures: dict[str, float]) -> None:
-        """Take the simulator's own figures; the newest count."""
-        self._performance = figures
+    def on_performance(self, measured: dict[str, float]) -> None:
+        """Take the simulator's own measurements; the newest count."""
+        self._performance = measured
 
     def abort(self, why: str) -> list[Action]:
         """End the run at once, unless it is over; `why` is a sentence."""
@@ -84,12 +84,12 @@ class Monitor:
 
     def wall_metrics(self, started_s: float) -> WallMetrics:
         """Return what was measured in wall time; started_s: the wall clock at the run's beginning."""
-        wall, figures = self._wall_s, self._performance
+        wall, measured = self._wall_s, self._performance
         latency = None
-        if figures.get("setpoint_latency_count"):
-            latency = {key: figures[name] for key, name in _LATENCY_KEYS.items()}
+        if measured.get("setpoint_latency_count"):
+            latency = {key: measured[name] for key, name in _LATENCY_KEYS.items()}
             latency["count"] = int(latency["count"])
-        misses = figures.get("lockstep_misses")
+        misses = measured.get("lockstep_misses")
         return WallMetrics(
             real_time_factor=self._real_time_factor(),
             latency_ms=latency,
@@ -99,7 +99,7 @@ class Monitor:
         )
 
     def _real_time_factor(self) -> float | None:
-        """From sending the goal to reaching it, or to the end of a run that did not."""
+        """Return that from sending the goal to reaching it, or to the end of a run that did not reach it."""
         times, wall = self.course.outcome.times_s, self._wall_s
         end = next((phase for phase in (Phase.HOVERING, Phase.LANDING, Phase.DONE) if phase in times), None)
         if Phase.FLYING not in times or end is None or wall[end] <= wall[Phase.FLYING]:

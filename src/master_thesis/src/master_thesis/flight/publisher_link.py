@@ -29,14 +29,14 @@ _MODES = {mode.label: mode for mode in Mode}
 
 
 class Due:
-    """Tells when the next of a row of equally spaced instants has come."""
+    """Tells when the next period has begun."""
 
     def __init__(self, period_us: int) -> None:
         self._period_us = period_us
         self._next_us = 0
 
     def __call__(self, time_us: int) -> bool:
-        """Tell whether one has come since the last call."""
+        """Return whether a period has begun since the last call."""
         if time_us < self._next_us:
             return False
         self._next_us = (time_us // self._period_us + 1) * self._period_us
@@ -46,7 +46,7 @@ class Due:
 class PublisherLink:
     """Tells the publisher what PX4 would tell it, and PX4 what the publisher wants.
 
-    silent: as if the publisher had died; it then hears and says nothing.
+    silent: the publisher neither hears nor sends anything, as if it had died.
     """
 
     def __init__(self, px4: Px4, parameters: PublisherParameters) -> None:
@@ -77,7 +77,7 @@ class PublisherLink:
             self._carry_out(command)
 
     def use_position_setpoints(self, wanted: bool) -> None:
-        """Hand on positions instead of velocities from now on, or velocities again."""
+        """Send positions instead of velocities from now on, or velocities again."""
         self._publisher.parameters = replace(self._publisher.parameters, use_position_setpoint=wanted)
 
     def _tell_state(self, stamp_ns: int) -> list:

@@ -1,4 +1,4 @@
-"""A flight to one goal, as asked for: Experiment 1, and flights in worlds of one's own."""
+"""A flight to one goal, as asked for: Experiment 1, and flights in a user's own world."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class GoalFlight:
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
-    """Read and check what is to be flown; asked: parameters of the node `experiment`, by name.
+    """Read and check what is to be flown; asked: the node's parameters by name.
 
     keep_m: CEPA's r_lb.
 

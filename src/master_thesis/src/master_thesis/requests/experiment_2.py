@@ -13,7 +13,7 @@ from master_thesis.requests.limits import limits_of
 from master_thesis.worlds import placements, scenario
 
 LONGEST_LOOK_S = 8.0
-"""A MAVROS that hears nothing for longer gives up the link."""
+"""MAVROS gives up the link when it hears nothing for longer."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Trial:
 
 
 def read(asked: Mapping[str, Any], cepa: CepaParameters) -> Trial:
-    """Read and check what is to be flown; asked: parameters of the node `experiment`, by name.
+    """Read and check what is to be flown; asked: the node's parameters by name.
 
     Raises:
         MasterThesisError: one sentence.

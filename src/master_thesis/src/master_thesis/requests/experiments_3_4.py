@@ -28,7 +28,7 @@ class MissionFlight:
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
-    """Read and check what is to be flown; asked: parameters of the node `experiment`, by name.
+    """Read and check what is to be flown; asked: the node's parameters by name.
 
     keep_m: CEPA's r_lb.
 

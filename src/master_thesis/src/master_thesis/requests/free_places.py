@@ -10,8 +10,8 @@ from master_thesis.worlds.scenario import Scenario
 from simulation_tools.geometry import Pose
 
 PENETRATION_M, LIFT_M = 0.02, 0.06
-"""Overlap that physics takes for a touch; how high over its ground the UAV is looked at, since physics puts a
-margin of 4 cm around terrain."""
+"""Overlap that physics still takes for a touch; height over the ground at which the UAV is checked, because
+physics puts a margin of 4 cm around terrain."""
 
 _PROBE_RADIUS_M = 0.001
 _PROBE = (
@@ -23,10 +23,10 @@ _PROBE = (
 def check_course(
     scenario: Scenario, model: str, lidar: str, places_xyz_m: Sequence[tuple], keep_m: float
 ) -> None:
-    """Check that the UAV stands outside of every obstacle, and that no place is too close to one.
+    """Check that the UAV does not start inside an obstacle, and that no place is too close to one.
 
-    places_xyz_m: in `world`. keep_m: distance that the avoidance keeps from obstacles (CEPA's r_LB): it would
-    never let the UAV get nearer; 0 where that is not known. The ground plane is no obstacle.
+    places_xyz_m: in `world`. keep_m: distance that the avoidance keeps from obstacles (CEPA's r_LB), 0 if it
+    is not known; the UAV would never reach a nearer place. The ground plane is no obstacle.
 
     Raises:
         ScenarioError: one sentence that names the obstacle.

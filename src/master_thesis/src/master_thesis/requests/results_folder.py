@@ -1,4 +1,4 @@
-"""Whether results can be written where they are asked for."""
+"""Whether results can be written to the folder that was asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is asked of the simulator: the checks of its own node, before it starts, and of its ports."""
+"""What is asked of the simulator: checks its parameters and its ports before it starts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
 
 
 def check(asked: Mapping[str, Any]) -> None:
-    """Check the values that a launch file hands on to the simulator, those that are there.
+    """Check those values of a launch file that it passes to the simulator.
 
     Raises:
         ScenarioError, SimulationToolsError: one sentence.

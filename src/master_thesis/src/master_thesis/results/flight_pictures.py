@@ -29,7 +29,7 @@ class TopView:
 
     path: (n, 3) of x, y in metres and the value that colours it; hits_xy: where lidar beams ended, (m, 2);
     emergencies_xy: places of emergency avoidance, (k, 2); flight_height_m: shapes at this height are drawn
-    dark, lower and higher ones light. value_range: of the colours; beyond it the end's colour stands.
+    dark, lower and higher ones light. value_range: of the colours; a value beyond it has the end's colour.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""One colour for each algorithm and each lidar, in every figure.
+"""One colour for each algorithm and each lidar, in every picture.
 
 Also legible in grey: the algorithms differ in lightness, and the lidars get darker with their range.
 """

@@ -17,7 +17,7 @@ def files(name: str, figure: Figure) -> dict[str, bytes]:
 
 
 def png(figure: Figure) -> bytes:
-    """Return a figure as the bytes of a PNG file fit for print."""
+    """Return a figure as the bytes of a PNG file, fine enough for print."""
     FigureCanvasAgg(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=_DPI, bbox_inches="tight", pad_inches=0.05)

@@ -49,8 +49,8 @@ def complete_run(
 ) -> dict:
     """Add the clearances and the pictures, which take some seconds, to what `write_numbers` wrote.
 
-    content: what it returned. Returns what stands in result.json at the end. May be interrupted at any time:
-    each file is complete or not there.
+    content: what it returned. Returns what stands in result.json at the end. An interruption leaves only
+    complete files.
 
     Raises:
         ResultsError: a file cannot be written.

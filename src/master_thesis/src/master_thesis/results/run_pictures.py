@@ -54,7 +54,7 @@ def write_pictures(folder: RunFolder, run: Run) -> None:
     computation = run.within(run.log.decisions.array("t_s", "computation_ms"))
     drawn = {"path_speed": flight_pictures.top_view_figure(top_view(run, speeds, "speed [m/s]"))}
     if len(computation):
-        # A few scans that the machine was busy at must not take the colours from all others
+        # A few slow answers of a busy machine must not take up most of the colours
         usual_ms = float(np.percentile(computation[:, 1], 98))
         view = replace(top_view(run, computation, "computation time [ms]"), value_range=(0.0, usual_ms))
         drawn["path_computation"] = flight_pictures.top_view_figure(view)
@@ -70,7 +70,7 @@ def top_view(run: Run, values: np.ndarray, label: str) -> flight_pictures.TopVie
     times_s = emergencies[emergencies[:, 1] > 0, 0]
     scenario = run.description.scenario
     hits = run.within(run.log.hits(run.description.lidar_in_body_xyz_m))
-    # Beams that the leaning UAV sends into the floor would look like walls
+    # Beams of the leaning UAV that hit the floor would look like walls
     hits = hits[np.abs(hits[:, 3] - scenario.goal_xyz_m[2]) < FLOOR_MARGIN_M]
     return flight_pictures.TopView(
         title=title(run),

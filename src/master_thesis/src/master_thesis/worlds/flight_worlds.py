@@ -16,7 +16,7 @@ from master_thesis.errors import ScenarioError
 from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, Sphere, Surroundings, write_world
 
 GOAL_X_M = 40.0
-WORLD_SEED = 8  # of the sparse field and the forest; the flights' seeds are another matter
+WORLD_SEED = 8  # of the sparse field and the forest; flights have seeds of their own
 
 _BARK = Colour(0.55, 0.40, 0.27)
 _LEAVES = Colour(0.33, 0.58, 0.28, transparency=0.5)
@@ -72,7 +72,7 @@ def _sparse(rng: np.random.Generator) -> str:
 
 
 def _forest(rng: np.random.Generator) -> str:
-    """Plant trunks of 0.12 to 0.3 m radius as densely as 2.6 m between their centres allows."""
+    """Plant trunks of 0.12 to 0.3 m radius, at least 2.6 m from centre to centre."""
     spots = _scatter(rng, 140, x_range=(3.5, 36.5), y_range=(-16.0, 16.0), spacing_m=2.6, taken=())
     props = tuple(_tree(rng, index, *spot) for index, spot in enumerate(spots))
     comment = "Scenario 3: a forest, 40 m from start to goal."
@@ -93,7 +93,7 @@ _MAKERS: dict[str, Callable[[np.random.Generator], str]] = {
 
 
 def _pads() -> tuple[Prop, ...]:
-    """Mark start and goal on the floor; the marks are to be looked at, not to be touched."""
+    """Mark start and goal on the floor; the marks are visible, but nothing can touch them."""
     pads = (("start_pad", 0.0, Colour(0.20, 0.45, 0.75)), ("goal_pad", GOAL_X_M, Colour(0.80, 0.25, 0.20)))
     return tuple(
         Prop(name, x, 0.0, (Part("disc", Cylinder(0.6, 0.01), colour, solid=False),))
@@ -109,7 +109,7 @@ def _scatter(
     spacing_m: float,
     taken: Sequence[tuple[float, float]],
 ) -> list[tuple[float, float]]:
-    """Throw darts until `most` spots keep their distance from each other and from start and goal (3 m)."""
+    """Choose random places until `most` keep their distance from each other and 3 m from start and goal."""
     spots = list(taken)
     for _ in range(20_000):
         x, y = round(float(rng.uniform(*x_range)), 2), round(float(rng.uniform(*y_range)), 2)

@@ -1,7 +1,7 @@
 """The two worlds of Experiments 3 and 4 (thesis, figures 8.8 and 8.13), drawn by code.
 
 Everything solid stands on the floor and is taller than the flight by a metre or more: a lidar sees the same
-plan from the ground, from the flight's height and while the UAV leans a little.
+plan from the ground, from the flight's height, and while the UAV leans a little.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _shell(x_m: float, y_m: float, height_m: float, colour: Colour) -> tuple[Pro
 
 
 def _partitions() -> tuple[Prop, ...]:
-    """Free-standing walls: behind those at the right the UAV sees nothing of the rest (figure 8.11)."""
+    """Free-standing walls: those at the right hide the rest from the UAV (figure 8.11)."""
     return (
         _wall("wall_long", (-4.7, -2.2), (0.2, -2.2)),
         _wall("wall_corner", (0.2, -2.2), (0.2, -3.6)),
@@ -105,7 +105,7 @@ def _partitions() -> tuple[Prop, ...]:
 
 
 def _wall(name: str, start: tuple[float, float], end: tuple[float, float]) -> Prop:
-    """Build a brick wall between two points of its middle line, half its thickness beyond both."""
+    """Build a brick wall between two points of its middle line, and half its thickness beyond both."""
     length = math.hypot(end[0] - start[0], end[1] - start[1])
     yaw = math.atan2(end[1] - start[1], end[0] - start[0])
     middle = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2
@@ -144,7 +144,7 @@ def _clutter() -> tuple[Prop, ...]:
 
 
 def _bookshelf(x_m: float, y_m: float) -> Prop:
-    """A bookshelf open towards +x, whose lowest boards a lidar at 2 m does not see: on the map a [."""
+    """A bookshelf open towards +x: on the map a "[". A lidar at 2 m does not see its lowest boards."""
     depth, width, height = 0.5, 2.2, 3.2
     side = Box(depth, _BOARD_M, height)
     half = (width - _BOARD_M) / 2

@@ -16,8 +16,8 @@ LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
 POSE_SOURCES = ("ground_truth", "odometry")
 MAPPING_POSE_SOURCES = (*POSE_SOURCES, "slam")  # of experiments that run SLAM
 MAVROS = ("sim", "real")
-SPEEDS_M_S = (0.05, 15.0)  # the position controller goes no faster; slower, no flight ends
-SEEDS = (0, 2**31 - 1)  # what roslaunch still takes for an integer
+SPEEDS_M_S = (0.05, 15.0)  # the position controller flies no faster; a slower flight would not end
+SEEDS = (0, 2**31 - 1)  # roslaunch takes greater numbers for real ones
 SCENARIOS = ("empty", "sparse", "forest", "hallway")
 FLIGHT_HEIGHT_M = 2.0
 
@@ -26,8 +26,7 @@ FLIGHT_HEIGHT_M = 2.0
 class Scenario:
     """A world file, where the UAV stands in it (x, y, z, yaw) and where it is to fly, in `world`.
 
-    mission_path: of the waypoints that are flown before the goal, which is the last of them and may then lie
-    anywhere.
+    mission_path: file of waypoints, of which the goal is the last. It may then lie anywhere.
     """
 
     name: str
@@ -59,7 +58,7 @@ def scenario(name: str, worlds_folder: Path) -> Scenario:
 
 
 def lidar(given: str) -> str:
-    """Return a lidar's name: one of `LIDARS`, or of one's own in the model path; raises ScenarioError."""
+    """Return a lidar's name: one of `LIDARS`, or a model in GAZEBO_MODEL_PATH; raises ScenarioError."""
     return given if is_lidar(given) else choose("lidar", given, LIDARS)
 
 
@@ -99,10 +98,10 @@ def whole_number(what: str, given: Any, least: int, greatest: int) -> int:
 
 
 def absolute(what: str, given: str) -> Path:
-    """Return the path that was given, which must not depend on the folder a program runs in.
+    """Return an absolute path: roslaunch starts nodes in a folder of its own.
 
     Raises:
-        ScenarioError: it does; roslaunch starts nodes in a folder of its own.
+        ScenarioError: the path is relative.
     """
     path = Path(given).expanduser()
     if not path.is_absolute():
@@ -113,7 +112,7 @@ def absolute(what: str, given: str) -> Path:
 
 
 def _as_float(given: Any) -> float:
-    """Return a number, or what no bound admits."""
+    """Return a number, or NaN, which is within no bounds."""
     try:
         return math.nan if isinstance(given, bool) else float(given)
     except (TypeError, ValueError):

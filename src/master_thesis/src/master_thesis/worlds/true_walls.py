@@ -14,7 +14,7 @@ PIECE_M = 0.05
 """Faces are cut into pieces at most this long; each is seen as a whole or not at all."""
 
 CELL_M = 0.05
-"""Resolution of the flood that finds what can be reached; gaps narrower than this are closed."""
+"""Cell size of the grid that finds what can be reached; a gap narrower than this counts as closed."""
 
 _OFF_FACE_M = 0.75 * CELL_M
 
@@ -45,7 +45,7 @@ def inside(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 class _Reachable:
-    """Tells which places can be reached from one without crossing a solid: a flood on a grid."""
+    """Tells which places can be reached from a start without crossing a solid, by flooding a grid."""
 
     def __init__(self, solids: Sequence[np.ndarray], start_xy: Sequence[float]) -> None:
         low = np.min([c.min(axis=0) for c in solids], axis=0) - 2 * CELL_M

@@ -39,7 +39,7 @@ Shape = Union[Box, Cylinder, Sphere]
 
 @dataclass(frozen=True)
 class Colour:
-    """Red, green and blue from 0 to 1, and how much one sees through it (0: nothing)."""
+    """Red, green and blue from 0 to 1; transparency: 0 is opaque."""
 
     red: float
     green: float
@@ -140,7 +140,7 @@ def _rgba(colour: Colour) -> str:
 
 
 def _numbers(*values: float) -> str:
-    """Write to the tenth of a millimetre, without trailing zeros and without a negative zero."""
+    """Write a number with four decimals, without trailing zeros and without a negative zero."""
     return " ".join(f"{round(float(value), 4) + 0.0:g}" for value in values)
 
 
