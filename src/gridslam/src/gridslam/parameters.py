@@ -29,7 +29,7 @@ class SlamParameters:
     """
 
     maxUrange: float | None = None
-    """m: beams are used up to here; one up to maxRange only frees what it crosses. maxRange at most."""
+    """m: beams are used up to here, maxRange at most. A longer beam up to maxRange only frees cells."""
     maxRange: float | None = None
     """m: a longer reading is no return and says nothing. None: the scan's range_max."""
     sigma: float = 0.05

@@ -42,8 +42,8 @@ class SlamSession:
         parameters: of the filter.
         loop_closure: parameters of the loop closer; None: none.
         starting_map: to begin with; None: an empty one.
-        starting_pose: of the base in the map at the first scan; None: as odometry has it, so that map and
-            odometry begin as one frame.
+        starting_pose: of the base in the map at the first scan; None: that of odometry. Map and odometry then
+            begin as one frame.
         localisation_only: the starting map stays as it is.
         say: is called with a sentence when something about the odometry is odd.
 
@@ -120,7 +120,7 @@ class SlamSession:
 
     @property
     def odom_in_continuous(self) -> np.ndarray:
-        """(3,) where the odometry's frame is since its last jump, seen from where it was at first."""
+        """(3,) pose of the odometry's frame since its last jump, in the frame that it began with."""
         return self._odometry.odom_in_continuous
 
     @property

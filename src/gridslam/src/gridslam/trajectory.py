@@ -22,8 +22,8 @@ class Trajectory:
     def filled(self, stamps_s: np.ndarray, base_in_odom: np.ndarray) -> np.ndarray:
         """Return the poses in the map (n, 3) at other stamps, from odometry (n, 3) there.
 
-        Between two poses of the trajectory the motion is odometry's; what odometry missed in between
-        is spread evenly over the time. ``stamps_s`` (n,) must ascend and hold the trajectory's.
+        Between two poses of the trajectory the motion is that of odometry. Odometry's error in between is
+        spread evenly over the time. ``stamps_s`` (n,) must ascend and hold the trajectory's.
 
         Raises:
             StateError: they do not.
@@ -49,7 +49,7 @@ class Trajectory:
 class Node:
     """One pose of a particle's path; particles with a common past share its nodes.
 
-    A branch that no particle ends in is forgotten by Python itself: nothing refers to it any more.
+    Python frees a branch by itself when no particle's path uses it.
     """
 
     __slots__ = ("parent", "pose")

@@ -110,7 +110,7 @@ def _positive(text: str) -> float:
 
 
 def _refuse_unwritable(path: Path | None) -> None:
-    """Notice before the work is done, not after it, that its result could not be kept."""
+    """Make sure, before the work, that its result can be written."""
     if path is None:
         return
     if path.is_dir():

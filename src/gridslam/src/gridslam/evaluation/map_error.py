@@ -19,7 +19,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 class MapAccuracy:
     """A map's errors. Distances are those of occupied cells' centres from the nearest true wall.
 
-    Even a perfect map's cells have centres up to half a cell's diagonal from their wall, a quarter cell on
+    Even in a perfect map the centres lie up to half a cell's diagonal from their wall, a quarter cell on
     average.
     """
 
@@ -67,8 +67,7 @@ def map_error(
         grid: the map.
         walls: the true walls, in the world's frame.
         map_in_world: pose (x m, y m, yaw rad) of the map's frame in the world.
-        seen_within_m: a piece of true wall is seen when an occupied cell is this near; one that the map shows
-            farther off counts as not seen.
+        seen_within_m: a piece of true wall counts as seen if an occupied cell is this near.
         wall_length_min_m: walls shorter than this are not judged for straightness.
         wall_gate_m: cells farther from their wall than this do not count for its straightness.
 

@@ -102,8 +102,8 @@ def _draw_plan(
 def shades(grid: OccupancyGrid, pixel_m: float) -> tuple[np.ndarray, float]:
     """Return a map's greys, (h, w) from 0 black to 1 white, row 0 lowest, and the size of each, m.
 
-    Where a pixel of the picture is larger than a cell, as many cells as it covers become one, as dark as the
-    darkest: a wall is one cell wide, and would vanish between two pixels.
+    If a pixel of the picture is larger than a cell, it takes the darkest of the cells that it covers.
+    Otherwise a wall of one cell would vanish between two pixels.
     """
     shade = np.full(grid.cells.shape, GREY_UNKNOWN)
     known = grid.cells >= 0

@@ -43,8 +43,8 @@ def wall_fits(
 ) -> list[WallFit]:
     """Fit a line to the cells of every straight wall, longest wall first.
 
-    A cell belongs to the wall nearest to it, unless its neighbours lie across that wall rather than along it:
-    where a map is displaced, the ends of a wall come to lie nearest to the walls that it meets there.
+    A cell belongs to the wall nearest to it, unless its neighbours lie across that wall. In a displaced map
+    the ends of a wall may lie nearest to the walls that it meets.
 
     Args:
         walls: the true walls.

@@ -1,4 +1,4 @@
-"""The true walls of a simulated world, as a map is compared with them."""
+"""The true walls of a simulated world, to compare a map with."""
 
 from __future__ import annotations
 

@@ -20,9 +20,9 @@ FREE_AT_MOST, OCCUPIED_AT_LEAST = 25, 65
 """Occupancies, as map_saver divides them."""
 GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
-"""As map_saver writes them; between them is unknown, and the grey of unknown lies just above the second."""
+"""As map_saver writes them. What lies between is unknown; the grey of unknown is just above the second."""
 _PILLOW_LIMIT = threading.Lock()
-"""Held while Pillow has none."""
+"""Held while Pillow's limit of an image's size is off."""
 MODES = ("trinary", "scale", "raw")
 
 
@@ -151,7 +151,7 @@ def _greys_in(path: Path) -> np.ndarray:
 def _opened(path: Path) -> PillowImage:
     """Return Pillow's image, not decoded yet, without Pillow's limit of its size.
 
-    Maps are larger than pictures. But Pillow has one limit for the whole process, on which others rely.
+    Maps are larger than pictures. But Pillow's limit is one for the whole process, and others rely on it.
     """
     from PIL import Image
 
@@ -164,7 +164,7 @@ def _opened(path: Path) -> PillowImage:
 
 
 def _cells(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
-    """Return (h, w) int8 cells, row 0 on top; of whole greys through a table, which needs little memory."""
+    """Return (h, w) int8 cells, row 0 on top. Whole greys go through a table, which saves memory."""
     if greys.dtype == np.uint8:
         return _occupancy(np.arange(256.0), facts, path)[greys]
     return _occupancy(greys, facts, path)

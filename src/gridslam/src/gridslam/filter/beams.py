@@ -19,7 +19,7 @@ THIN_DEPTH = 2.0
 BACK_STEP = math.sqrt(2.0)
 """Cells: the cell this much before a beam's end must not be occupied where the beam is to fit."""
 ALONG_WEIGHT = 0.1
-"""How much an offset along a flat surface counts, beside one across it: the map has samples of it."""
+"""Weight of an offset along a flat surface, beside one across it. The map has only samples of it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """gmapping's odometry motion model: how far the true motion may be from what odometry says.
 
-gmapping draws noise anew at every scan, so that a lidar with four times the rate halves the uncertainty of
-the same way. Here the deviations of all steps add up, so that a way is as uncertain as if it were one step.
+gmapping draws new noise at every scan. So a lidar with four times the rate halves the uncertainty of the same
+way. Here the deviations of all steps add up. So a way is as uncertain as if it were one step.
 """
 
 from __future__ import annotations

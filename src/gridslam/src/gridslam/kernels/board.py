@@ -1,7 +1,7 @@
-"""The board on which the beams of a scan are counted, before a particle's tiles are told.
+"""The board on which the beams of a scan are counted, before the counts go to a particle's tiles.
 
-It has one byte for each cell of the tiles around the beams, row by row, and knows nothing of tiles. A tile
-takes its part of it in words of eight cells at once.
+It has one byte for each cell around the beams, row by row, and knows no tiles. A tile adds its part of the
+board in words of eight cells.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def count_beam(
     """Count a beam in the cells from the lidar's on to the one before its end's.
 
     ``board`` (cells,) uint8 has cell x, y at y * stride + x - origin. Nearly every beam begins in ``home``,
-    the lidar's own cell: that one is left out; the return value says whether the beam counts there.
+    the lidar's own cell. It is left out here. The return value tells whether the beam counts there.
     """
     steep = abs(end[1] - lidar[1]) > abs(end[0] - lidar[0])
     if steep:

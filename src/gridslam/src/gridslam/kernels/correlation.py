@@ -114,10 +114,20 @@ def best_shift(
 ) -> tuple[float, int, int, int]:
     """Search blocks by falling bound; return score, angle's index, dx and dy (cells) of the best shift.
 
-    order: flat indices of ``bounds``, best first. pairs: as ``pooled`` of `block_bounds`, of PAIR x PAIR
-    cells. back_xy (m, 2): the reference's points in cells of its table; corners_xy (angles, 2): position of
-    the query table's corner, in those cells, at shift zero. circle (3,): shifts in it are left out; its
-    middle's dx, dy and its radius. What scores ``floor`` or less is not looked for; the score then is floor.
+    Args:
+        order: flat indices of ``bounds``, best first.
+        bounds: of `block_bounds`.
+        half: shifts reach from -half to half.
+        table: (h, w, 2) of the reference.
+        pairs: as ``pooled`` of `block_bounds`, of PAIR x PAIR cells.
+        cells: (angles, n, 2) the query's points for every angle.
+        least: fewer comparisons than this lower the score.
+        query_table: (h, w, 2) of the query.
+        back_xy: (m, 2) the reference's points in cells of its table.
+        corners_xy: (angles, 2) position of the query table's corner in those cells, at shift zero.
+        angles: (angles,) rad.
+        circle: (3,) dx, dy and radius; shifts inside are left out.
+        floor: least score of interest. If none is better, floor is returned as the score.
     """
     blocks = bounds.shape[1]
     best, best_a, best_dx, best_dy = floor, 0, 0, 0

@@ -1,8 +1,8 @@
 """What a scan changes in a particle's tiles.
 
-A beam is a line from the lidar's cell to the cell of its end. Along its major axis every cell column is met
-once, at the row in which the line crosses the column's middle. Beams are first counted on a board, which is
-then added to the tiles: so a tile is looked up once for all beams that cross it.
+A beam is a line from the lidar's cell to the cell of its end. It meets each cell column along its major axis
+once, at the row in which it crosses the column's middle. Beams are first counted on a board, which is then
+added to the tiles. So a tile is looked up once for all beams that cross it.
 """
 
 from __future__ import annotations
@@ -199,11 +199,12 @@ def insert_scan(
 ) -> int:
     """Enter a scan into the maps of all particles from ``particle`` on.
 
-    Cells crossed are visited, the end's cell is also hit. ``tables`` (particles, h, w) and ``poses``
-    (particles, 3) are the particles' maps and places; ``scan`` is a `BeamEnds`, ``tiles`` a `Tiles`.
-    ``stamp`` + p marks what particle p has written.
+    A beam visits the cells that it crosses, and also hits the cell of its end. ``tables`` (particles, h, w)
+    and ``poses`` (particles, 3) are the particles' maps and places. ``stamp`` + p marks what particle p has
+    written.
 
-    Returns the particle with which to go on where free tiles or ends may not suffice, or their number.
+    Returns the number of particles. If free tiles or ends may not suffice, it stops before and returns the
+    particle to go on with.
     """
     for p in range(particle, tables.shape[0]):
         place(poses[p], scan.points, scan.placed)

@@ -192,10 +192,10 @@ def match(
 ) -> None:
     """Match the scan of particles first to last - 1 against their own maps, and write the ``matches``.
 
-    Each is refined from its start; one that stays below the ``expected`` score climbs from where its motion
-    was drawn, and keeps the better end. Where the scan is ambiguous each keeps what it reached from its own
-    draw. One whose score does not exceed the search's least is not matched: it stays where it was drawn, and
-    the scan's likelihood is judged there. ``surfaces`` are the tiles' occupied, ends and means.
+    Each particle is refined from its start. If its score stays below ``expected``, it also climbs from its
+    drawn pose, and keeps the better result. If the scan is ambiguous, it only climbs from its drawn pose. A
+    particle whose score does not exceed the search's least is not matched: it stays at its drawn pose, and
+    the scan's likelihood is that of this pose. ``surfaces`` are the tiles' occupied, ends and means.
     """
     scores, likelihoods, factors = matches.scores, matches.log_likelihoods, matches.factors
     lower, looks = np.zeros((3, 3)), search.looks

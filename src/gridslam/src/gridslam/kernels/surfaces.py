@@ -1,4 +1,4 @@
-"""What a scan says about the surfaces that it hit, before any map is asked.
+"""Finds the surfaces that a scan hit, from the scan alone.
 
 Points (n, 2) are beams' ends in cells, in the lidar's frame and in the order of their bearing.
 """

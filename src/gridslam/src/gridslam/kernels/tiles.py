@@ -1,8 +1,8 @@
-"""Tiles of cells as the kernels know them, and how a particle comes to own one that it writes into.
+"""Tiles of cells, and how a particle gets a tile of its own before it writes into it.
 
 A tile is SIDE x SIDE cells. Each cell counts how many beams met it (visits). Where beams ended in a tile, it
-has an entry of ends, too: each cell's hits, and their mean. Tiles may share ends as tables may share tiles,
-so that beams which only cross a tile copy none.
+has an entry of ends, too: each cell's hits, and their mean. Tiles may share ends, as tables may share tiles.
+So beams that only cross a tile copy no ends.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Logs of the CARMEN toolkit: the form in which the field's classic datasets come.
 
-One message a line: its name, its numbers, then ipc_timestamp, host name, logger_timestamp. Understood are
-FLASER, ROBOTLASER1 and ODOM; other messages (PARAM, SYNC, RLASER, ...) and comments are passed over.
+Each line is a message: its name, its numbers, then ipc_timestamp, host name, logger_timestamp. FLASER,
+ROBOTLASER1 and ODOM are read. Other messages (PARAM, SYNC, RLASER, ...) and comments are skipped.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from gridslam.errors import SlamError
 RANGE_MAX_M = 80.0
 """FLASER does not say how far its lidar sees; this is the SICK LMS's."""
 NO_RETURN_BEYOND_M = 1.83
-"""Where there was no return the SICK says 81.83."""
+"""The SICK reports 81.83 where there was no return."""
 STEPS_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 541: 0.5, 1081: 0.25}
 """Number of readings -> degrees from beam to beam, where CARMEN leaves it to convention."""
 

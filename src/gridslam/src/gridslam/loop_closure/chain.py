@@ -19,7 +19,7 @@ SCAN_SPACING_M = 0.25  # scans nearer together add nothing to a local map
 
 
 class Chain:
-    """Follows a filter's best path; keeps the steps as they were measured, before any correction."""
+    """Follows a filter's best path. It keeps the steps as they were measured, before any correction."""
 
     def __init__(self, parameters: LoopClosureParameters) -> None:
         self._parameters = parameters
@@ -58,7 +58,7 @@ class Chain:
         self.way_m = np.concatenate([[0.0], np.cumsum(np.hypot(self.steps[:, 0], self.steps[:, 1]))])
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return what `from_arrays` takes; scans are the filter's, and come again with the next `follow`."""
+        """Return the input of `from_arrays`. The filter has the scans; the next `follow` brings them."""
         return {
             "stamps_s": self.stamps_s,
             "poses": self.poses,
@@ -96,21 +96,21 @@ class Chain:
         self.covariances, self.way_m, self._settled = covariances, way_m, int(settled)
 
     def _first_changed(self, poses_in_map: np.ndarray) -> int:
-        """Return the first step that is not as it was; another particle may have become the best one."""
+        """Return the first step that has changed, because another particle has become the best one."""
         known = len(self.poses)
         changed = np.flatnonzero((np.asarray(poses_in_map)[:known] != self.poses).any(axis=1))
         first = known if not len(changed) else int(changed[0])
         return max(0, self._settled - 1, first - 1)
 
     def settle(self, poses_in_map: np.ndarray) -> None:
-        """Note that the filter has taken over corrected poses (k, 3): what was measured up to here stays."""
+        """Note that the filter has adopted corrected poses (k, 3). The steps measured so far stay."""
         self.poses = np.array(poses_in_map, dtype=float)
         self._settled = len(self.poses)
 
     def _step_covariances(self, steps: np.ndarray, first: int) -> np.ndarray:
-        """Return what odometry and matching leave open in the steps to nodes from `first` on.
+        """Return the covariances of the steps to nodes from `first` on, by odometry and matching.
 
-        Along a bare wall matching says nothing, and odometry's part stays.
+        Along a bare wall matching tells nothing, so the covariance of odometry stays.
         """
         information = np.array(self._informations[first : first + len(steps)]).reshape(-1, 3, 3)
         return np.linalg.inv(information + np.linalg.inv(self._odometry_covariances(steps)))
@@ -126,11 +126,11 @@ class Chain:
         return covariances
 
     def held_covariances(self) -> np.ndarray:
-        """Return the covariances (k - 1, 3, 3) with which the steps hold against closures.
+        """Return the covariances (k - 1, 3, 3) of the steps that closures are weighed against.
 
-        Matches against one map do not err independently, so that the path bends less than `covariances` say.
-        Where the filter has come back to a place, its steps also hold its own correction of the way there:
-        they are trusted as odometry only, so that a closure undoes that correction, and not the way before.
+        Matches against one map have similar errors, so the path bends less than `covariances` say. Where the
+        filter has come back to a place, its steps also contain its own correction of the way there. So they
+        are trusted like odometry only. A closure then undoes that correction, and not the way before.
         """
         back = self._is_back()[1:, None, None]
         held = self._parameters.step_share**2 * self.covariances

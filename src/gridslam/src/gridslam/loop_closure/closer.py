@@ -21,12 +21,12 @@ from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 
 CHAIN = "chain_"
-"""Begins the names of the chain's parts in a saved state."""
+"""Prefix of the names of the chain's parts in a saved state."""
 REFINEMENT_GATE_M = 0.2
 
 
 class Slam(Protocol):
-    """What is asked of a filter: its path, the scans along it, and that it takes over a corrected path."""
+    """What a filter must offer: its path, the scans along it, and to take over a corrected path."""
 
     def trajectory(self) -> Trajectory:
         """Return the best path."""
@@ -41,7 +41,7 @@ class Slam(Protocol):
 class LoopCloser:
     """Watches a filter that keeps its scans, and corrects it.
 
-    Raises SlamError where GTSAM is not installed: now, not in flight.
+    Raises SlamError if GTSAM is not installed, so that this does not happen in flight.
     """
 
     def __init__(self, parameters: LoopClosureParameters | None = None) -> None:
@@ -62,14 +62,14 @@ class LoopCloser:
 
     @property
     def closures(self) -> list[Closure]:
-        """The closures that count now; one that later ones contradict is taken back."""
+        """The closures that count now. A closure that later ones contradict counts no more."""
         return [self._closure(match) for match in self._counted]
 
     def update(self, slam: Slam) -> Closure | None:
         """Look for a revisited place; call it after each scan that the filter has processed.
 
-        Returns the newest closure when closures have come to count, else None. When they move the path, the
-        filter has adopted the corrected one.
+        Returns the newest closure if new ones count now, else None. If they move the path, the filter has
+        adopted the corrected one.
         """
         self._follow(slam)
         way_m = self._chain.way_m[-1]
@@ -133,7 +133,7 @@ class LoopCloser:
         self._chain.follow(trajectory.stamps_s, trajectory.poses_in_map, slam.processed_scans())
 
     def _search(self) -> bool:
-        """Compare what was seen lately with earlier passes of the place; tell whether a match was found."""
+        """Compare the newest local map with earlier ones of the place; tell whether a match was found."""
         newer = len(self._chain) - 1
         places = self._places(newer)
         if not places:

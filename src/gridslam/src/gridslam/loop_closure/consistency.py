@@ -86,7 +86,7 @@ def largest_consistent(consistent: np.ndarray) -> list[int]:
 def supported(
     matches: Sequence[Match], chosen: Sequence[int], way_m: np.ndarray, within_m: float
 ) -> list[int]:
-    """Return those chosen that have another chosen one whose newer node is within so much path of theirs."""
+    """Return the chosen matches that another one supports: their newer nodes are near along the path."""
     ways = np.array([way_m[matches[i].newer] for i in chosen])
     newer = np.array([matches[i].newer for i in chosen])
     kept = []

@@ -119,7 +119,7 @@ def build_local_map(
 
 def _beam_ends(scan: PlanarScan, lidar: np.ndarray, range_m: float) -> tuple[np.ndarray, np.ndarray]:
     hits = scan.ranges_m < range_m
-    # A beam without a return is not trusted to be free for its whole length.
+    # A beam without a return counts as free for half its length only.
     ranges = np.where(hits, scan.ranges_m, 0.5 * min(range_m, scan.range_max_m))
     return se2.transform(
         lidar, ranges[:, None] * np.column_stack([np.cos(scan.angles_rad), np.sin(scan.angles_rad)])

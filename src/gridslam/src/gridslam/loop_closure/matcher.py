@@ -1,7 +1,7 @@
 """Finds where one local map lies on another: correlative scan matching (Olson, ICRA 2009).
 
-Every pose of a window is judged, however far from the prediction, so that a second place which fits as well
-is noticed: bounds of whole blocks of poses spare most of the work, and lose nothing.
+Every pose of a window is judged, however far from the prediction. So a second place that fits as well is
+noticed. Upper bounds of whole blocks of poses save most of the work and change no result.
 """
 
 from __future__ import annotations
@@ -109,9 +109,9 @@ def correlate(
 ) -> Optimum | None:
     """Search a window for the pose at which two local maps agree best; None: none scores over `score_min`.
 
-    Rivals are looked for `rival_distance_m` or farther from it; one that has less than `rival_share` of its
-    score is reported as having that share. For them less overlap is enough (`rival_overlap_min`; None: it is
-    not): the true place may be one of which little has been seen again so far.
+    Rivals are searched `rival_distance_m` or farther from the best pose. A rival with less than `rival_share`
+    of the best score is reported with that share. Rivals need an overlap of `rival_overlap_min` only (None:
+    of `overlap_min`), because little of the true place may have been seen again so far.
     """
     correlation = Correlation(reference, query, window, overlap_min)
     optimum = correlation.best(score_min)
@@ -130,7 +130,7 @@ def pooled(table: np.ndarray, side: int) -> np.ndarray:
     """
     best = np.pad(table, ((side, side), (side, side), (0, 0)))
     reach = 1
-    while reach < side:  # a power of two: each round doubles how far a cell has looked
+    while reach < side:  # a power of two: each round doubles the reach
         for axis in (0, 1):
             ahead = best[reach:] if axis == 0 else best[:, reach:]
             here = best[: ahead.shape[0], : ahead.shape[1]]

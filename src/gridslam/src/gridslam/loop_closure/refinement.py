@@ -1,4 +1,4 @@
-"""Brings two sets of surface points together to a fraction of a cell, and says how firmly that holds."""
+"""Aligns two sets of surface points to a fraction of a cell, with the information of the result."""
 
 from __future__ import annotations
 
@@ -20,9 +20,12 @@ ROUNDS_MAX = 20
 class Refined:
     """A relative pose with its information.
 
-    query_in_reference: (3,). normal_matrix: (3, 3), sum of J^T J over the point pairs, J of each pair's
-    distance by a step (x, y in metres, yaw in radians) in the query's frame. pairs: their number. rms_m: of
-    their distances.
+    Attributes:
+        query_in_reference: (3,) the pose.
+        normal_matrix: (3, 3) sum of J^T J over the pairs of points. J is the derivative of a pair's distance
+            by a step (x, y in metres, yaw in radians) in the query's frame.
+        pairs: number of pairs.
+        rms_m: root mean square of their distances.
     """
 
     query_in_reference: np.ndarray
@@ -34,7 +37,11 @@ class Refined:
 def refine(reference: SurfacePoints, query: SurfacePoints, start: np.ndarray, gate_m: float) -> Refined:
     """Minimise the distances of the query's points from the reference's surfaces (point to line, robust).
 
-    start: pose (3,) of the query in the reference's frame, right within about gate_m.
+    Args:
+        reference: its surfaces stay where they are.
+        query: its points are moved.
+        start: pose (3,) of the query in the reference's frame, right within about `gate_m`.
+        gate_m: points farther apart are no pair.
     """
     flat = np.isfinite(reference.normals_xy[:, 0])
     target, normals = reference.points_xy_m[flat], reference.normals_xy[flat]
@@ -49,7 +56,7 @@ def refine(reference: SurfacePoints, query: SurfacePoints, start: np.ndarray, ga
         if len(distance) < 3:
             return Refined(start, np.zeros((3, 3)), 0, math.inf)
         weighted = jacobian * weight[:, None]
-        # The damping keeps what the surfaces leave open (the way along a wall) where it was.
+        # The damping keeps the pose where the surfaces do not determine it, as along a wall.
         step = np.linalg.solve(weighted.T @ jacobian + 1e-3 * np.eye(3), -weighted.T @ distance)
         pose = se2.compose(pose, step)
         gate = max(0.5 * gate_m, 0.8 * gate)
@@ -59,7 +66,7 @@ def refine(reference: SurfacePoints, query: SurfacePoints, start: np.ndarray, ga
 
 
 def normal_matrix(surface: SurfacePoints) -> np.ndarray:
-    """Return what a scan's surfaces tell about a small step in its own frame: sum of J^T J, (3, 3)."""
+    """Return the information of a scan's surfaces on a small step in its own frame: sum of J^T J, (3, 3)."""
     flat = np.isfinite(surface.normals_xy[:, 0])
     jacobian = _jacobian(surface.points_xy_m[flat], surface.normals_xy[flat])
     return jacobian.T @ jacobian
