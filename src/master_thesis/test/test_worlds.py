@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from master_thesis.errors import ScenarioError
-from master_thesis.worlds import flight_worlds as worlds
-from master_thesis.worlds import floor_plan
+from master_thesis.worlds import experiment_1, floor_plan, generator
 from master_thesis.worlds.scenario import SCENARIOS
 from simulation_tools.sdf.elements import Cylinder
 from simulation_tools.sdf.parser import load_world
@@ -37,18 +36,19 @@ def distance_to_polygon(point, corners):
 
 
 def test_there_are_the_four_of_table_8_1():
-    assert worlds.scenario_names() == SCENARIOS == ("empty", "sparse", "forest", "hallway")
+    assert tuple(experiment_1.MAKERS) == SCENARIOS == ("empty", "sparse", "forest", "hallway")
 
 
 def test_an_unknown_world_is_refused_with_the_choices():
     with pytest.raises(
-        ScenarioError, match="no world 'jungle'; choose one of empty, sparse, forest, hallway"
+        ScenarioError, match="no world 'jungle'; choose one of empty, sparse, forest, hallway, room, hold"
     ):
-        worlds.make("jungle")
+        generator.make("jungle")
 
 
-def test_the_file_is_what_the_generator_writes(name, worlds_folder):
-    assert (worlds_folder / f"{name}.world").read_text() == worlds.make(name)
+@pytest.mark.parametrize("any_name", generator.MAKERS)
+def test_the_file_is_what_the_generator_writes(any_name, worlds_folder):
+    assert (worlds_folder / f"{any_name}.world").read_text() == generator.make(any_name)
 
 
 def test_the_file_is_small(name, worlds_folder):

@@ -11,7 +11,7 @@ from gridslam import SlamError, SlamParameters
 from master_thesis.baselines import BASELINES
 from master_thesis.errors import CampaignError
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
-from master_thesis.worlds.flight_worlds import GOAL_X_M
+from master_thesis.worlds.experiment_1 import GOAL_X_M
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, LIDARS
 from master_thesis.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS
 

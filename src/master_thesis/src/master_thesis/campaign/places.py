@@ -11,7 +11,7 @@ import numpy as np
 from master_thesis.campaign.axes import DRAWN_DISTANCE_M, FOREST, HALLWAY, HOLD, MIXED_FOREST, Settings
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS as MAPPING_SCENARIOS
-from master_thesis.worlds.mapping_worlds import hold_with_beams
+from master_thesis.worlds.experiments_3_4 import hold_with_beams
 from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, Surroundings, write_world
 
 HALF_WIDTH_M = 10.0

@@ -13,11 +13,11 @@ from master_thesis.flight.course import Phase
 from master_thesis.flight.description import RunDescription
 from master_thesis.results.clearance import clearances_of_flight, least
 from master_thesis.results.metrics import flight_interval_s, flight_metrics
+from master_thesis.worlds.experiment_1 import GOAL_X_M
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, Scenario
 from simulation_tools.simulation import SimulationParameters
 
 WORLDS = Path(__file__).resolve().parents[3] / "worlds"
-GOAL_X_M = 40.0
 
 
 @dataclass(frozen=True)

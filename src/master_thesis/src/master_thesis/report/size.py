@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from master_thesis.experiment_1.scenario_flight import GOAL_X_M
 from master_thesis.worlds import scenario
+from master_thesis.worlds.experiment_1 import GOAL_X_M
 from master_thesis.worlds.placements import SCENARIOS as PLACEMENTS
 
 PLACEMENTS_A_PIECE = 5

@@ -7,9 +7,10 @@ plan from the ground, from the flight's height, and while the UAV leans a little
 from __future__ import annotations
 
 import math
-from pathlib import Path
+from typing import Callable
 
-from master_thesis.errors import ScenarioError
+import numpy as np
+
 from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, Surroundings, write_world
 
 ROOM_X_M, ROOM_Y_M = 16.0, 12.0
@@ -35,37 +36,13 @@ _HOLD_HEIGHT_M = 8.0
 _BOARD_M = 0.04
 
 
-def world_names() -> tuple[str, ...]:
-    """Return the names of the worlds."""
-    return tuple(_MAKERS)
-
-
-def make(name: str) -> str:
-    """Return the SDF text of one world, the same on every call.
-
-    Raises:
-        ScenarioError: there is no world of this name.
-    """
-    if name not in _MAKERS:
-        raise ScenarioError(f"There is no world '{name}'; choose one of {', '.join(_MAKERS)}.")
-    return _MAKERS[name]()
-
-
-def write_all(folder: Path) -> list[Path]:
-    """Write both worlds as FOLDER/NAME.world and return the paths."""
-    paths = [Path(folder) / f"{name}.world" for name in _MAKERS]
-    for path in paths:
-        path.write_text(make(path.stem), encoding="utf-8")
-    return paths
-
-
-def _room() -> str:
+def _room(rng: np.random.Generator) -> str:
     comment = "Experiment 3: a cluttered room, 16 x 12 m (thesis, figure 8.8)."
     props = (*_shell(ROOM_X_M, ROOM_Y_M, _ROOM_HEIGHT_M, _PLASTER), *_partitions(), *_clutter())
     return write_world("room", comment, _CONCRETE_FLOOR, props)
 
 
-def _hold() -> str:
+def _hold(rng: np.random.Generator) -> str:
     return hold_with_beams(BEAM_WIDTH_M, BEAM_SPACING_M)
 
 
@@ -78,7 +55,7 @@ def hold_with_beams(width_m: float, spacing_m: float) -> str:
     return write_world("hold", comment, _STEEL_FLOOR, props)
 
 
-_MAKERS = {"room": _room, "hold": _hold}
+MAKERS: dict[str, Callable[[np.random.Generator], str]] = {"room": _room, "hold": _hold}
 
 
 def _shell(x_m: float, y_m: float, height_m: float, colour: Colour) -> tuple[Prop, ...]:

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 from inspection_tools import read_mission
-from master_thesis.errors import ScenarioError
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
-from master_thesis.worlds import floor_plan, mapping_worlds, true_walls
+from master_thesis.worlds import experiments_3_4, floor_plan, true_walls
 from simulation_tools.sdf.elements import Box
 from simulation_tools.sdf.parser import load_world
 
 FLIGHT_HEIGHT_M = 2.0
 
 
-@pytest.fixture(params=mapping_worlds.world_names())
+@pytest.fixture(params=experiments_3_4.MAKERS)
 def name(request):
     return request.param
 
@@ -31,12 +30,6 @@ def distance_to(faces, point):
     starts, along = faces[:, 0], faces[:, 1] - faces[:, 0]
     share = np.clip(((point - starts) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
     return np.linalg.norm(starts + share[:, None] * along - point, axis=1).min()
-
-
-def test_the_file_is_what_the_generator_writes(name, worlds_folder):
-    assert (worlds_folder / f"{name}.world").read_text() == mapping_worlds.make(name)
-    with pytest.raises(ScenarioError, match="no world 'attic'; choose one of room, hold"):
-        mapping_worlds.make("attic")
 
 
 def test_the_simulator_knows_everything_in_it(world):

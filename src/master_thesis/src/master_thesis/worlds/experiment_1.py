@@ -7,16 +7,13 @@ between 1.2 m and 2.4 m over the floor: a horizontal lidar at 2 m sees all that 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Callable, Iterator, Sequence, Tuple
 
 import numpy as np
 
-from master_thesis.errors import ScenarioError
 from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, Sphere, Surroundings, write_world
 
 GOAL_X_M = 40.0
-WORLD_SEED = 8  # of the sparse field and the forest; flights have seeds of their own
 
 _BARK = Colour(0.55, 0.40, 0.27)
 _LEAVES = Colour(0.33, 0.58, 0.28, transparency=0.5)
@@ -32,30 +29,6 @@ _CONCRETE = Colour(0.62, 0.62, 0.60)
 _WALL_THICKNESS_M = 0.15
 _WALL_HEIGHT_M = 3.0
 _HALF_WIDTH_M = 1.5  # of the hallway: 3 m between its walls' faces
-
-
-def scenario_names() -> tuple[str, ...]:
-    """Return the names of the worlds, in the order of the thesis's table 8.1."""
-    return tuple(_MAKERS)
-
-
-def make(name: str) -> str:
-    """Return the SDF text of one world, the same on every call.
-
-    Raises:
-        ScenarioError: there is no world of this name.
-    """
-    if name not in _MAKERS:
-        raise ScenarioError(f"There is no world '{name}'; choose one of {', '.join(_MAKERS)}.")
-    return _MAKERS[name](np.random.default_rng(WORLD_SEED))
-
-
-def write_all(folder: Path) -> list[Path]:
-    """Write every world as FOLDER/NAME.world and return the paths."""
-    paths = [Path(folder) / f"{name}.world" for name in _MAKERS]
-    for path in paths:
-        path.write_text(make(path.stem), encoding="utf-8")
-    return paths
 
 
 def _empty(rng: np.random.Generator) -> str:
@@ -84,12 +57,13 @@ def _hallway(rng: np.random.Generator) -> str:
     return write_world("hallway", comment, _LINOLEUM, _pads() + _hallway_walls() + _rooms() + _furniture())
 
 
-_MAKERS: dict[str, Callable[[np.random.Generator], str]] = {
+MAKERS: dict[str, Callable[[np.random.Generator], str]] = {
     "empty": _empty,
     "sparse": _sparse,
     "forest": _forest,
     "hallway": _hallway,
 }
+"""In the order of the thesis's table 8.1."""
 
 
 def _pads() -> tuple[Prop, ...]:
