@@ -180,7 +180,7 @@ def _draw_trade_off(axes: Axes, campaign: Campaign, group: pd.DataFrame, name: s
     for (value, _), a, b in zip(found, x[:, 0], y[:, 0]):
         text = f"{value:g}" if not isinstance(value, (bool, np.bool_)) else "on" if value else "off"
         axes.annotate(text, (a, b), (4, 4), textcoords="offset points", fontsize=7, color=style["color"])
-    _plain(axes)
+    _grid(axes)
 
 
 def _over_lidars(campaign: Campaign, trials: pd.DataFrame, names: Sequence[str]) -> bytes:
@@ -221,6 +221,13 @@ def _draw_lidars(
         _tick(axes.xaxis)
     axes.set_yscale("log")
     _tick(axes.yaxis)
+    axes.set_xlim(_widened(*axes.get_xlim()))
+    axes.set_ylim(_widened(*axes.get_ylim()))
+
+
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """Return limits that are at least a factor of 2 apart, so that nearly equal values look equal."""
+    return (low / 1.5, high * 1.5) if high < 2.0 * low else (low, high)
 
 
 def _tick(axis: Axis) -> None:
@@ -277,10 +284,10 @@ def _finish(axes: Axes, name: str, measure: str, with_x: bool, with_y: bool) -> 
         axes.set_ylabel(LABELS[measure], **_SMALL)
     if measure.endswith("_rate"):
         axes.set_ylim(-0.03, 1.03)
-    _plain(axes)
+    _grid(axes)
 
 
-def _plain(axes: Axes) -> None:
+def _grid(axes: Axes) -> None:
     axes.tick_params(labelsize=7)
     axes.grid(alpha=0.3, lw=0.4)
 

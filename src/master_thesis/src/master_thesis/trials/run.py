@@ -52,7 +52,9 @@ def run_trials(
     if version().startswith("no-git.") and not quiet:
         _say("There is no git here. A digest of the sources stands in place of the commit.")
     missing.sort(key=lambda trial: -trial.cost_s)
-    progress = tqdm(total=sum(trial.cost_s for trial in missing), desc=what, bar_format=_BAR, disable=quiet)
+    progress = tqdm(
+        total=sum(trial.cost_s for trial in missing), desc=what, bar_format=_BAR, disable=quiet or not missing
+    )
     failed: list[Failed] = []
     try:
         with progress:
