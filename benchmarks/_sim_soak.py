@@ -12,6 +12,7 @@ import os
 import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Sequence
 
 import numpy as np
 from tqdm import tqdm
@@ -91,16 +92,16 @@ class FaultyLoop(ClosedLoop):
         """Send another goal."""
         self._position_controller.set_setpoint(goal_m)
 
-    def _carry_out(self, actions: list[Action]) -> None:
+    def _carry_out(self, actions: Sequence[Action]) -> None:
         if not self.soaking:
             super()._carry_out(actions)
 
-    def _on_scan(self, output: StepOutput) -> None:
+    def _on_scan(self, time_us: int, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
         if self.fault == "scans get lost":
             return
-        if self.fault == "beams are blind" and output.scan is not None:
-            output.scan[self.rng.random(len(output.scan)) < BLIND_SHARE] = np.nan
-        super()._on_scan(output)
+        if self.fault == "beams are blind":
+            ranges[self.rng.random(len(ranges)) < BLIND_SHARE] = np.nan
+        super()._on_scan(time_us, ranges, odometry, truth)
 
 
 def soak(minutes: float, seed: int) -> dict:
