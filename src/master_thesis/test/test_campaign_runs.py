@@ -196,6 +196,17 @@ def test_an_interrupted_search_repeats_itself_and_its_parameters_are_those_of_ce
     check_loadable(yaml.safe_load((tmp_path / "whole" / TUNED).read_text()))
 
 
+def test_a_search_by_several_versions_of_the_code_says_so(tmp_path, monkeypatch):
+    campaign = campaign_of(TUNING, "tuning")
+    with pytest.raises(KeyboardInterrupt):
+        tune(campaign, tmp_path, Interrupted(1), quiet=True)
+    monkeypatch.setattr(run, "version", lambda: "abc")
+    told = tune(campaign, tmp_path, ThisProcess(), quiet=True)
+    assert told.endswith(
+        "Different versions of the code flew these sets, see the column commits of tuning.csv."
+    )
+
+
 def tuning_of(**ranges):
     parameters = {name: {"from": low, "to": high} for name, (low, high) in ranges.items()}
     return campaign_of({**TUNING, "tune": {"trials": 3, "parameters": parameters}}, "tuning")

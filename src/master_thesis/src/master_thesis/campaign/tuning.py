@@ -54,7 +54,9 @@ def tune(campaign: Campaign, path: Path, workers: Workers, quiet: bool = False) 
     best = _best(tried)
     if best is None:
         raise CampaignError(f"None of the {len(tried)} sets could be flown: {tried[0]['refused']}")
-    return _told(tried[0], best, path)
+    commits = {commit for row in tried for commit in (row["commits"] or "").split()}
+    mixed = "Different versions of the code flew these sets, see the column commits of tuning.csv."
+    return "\n".join([_told(tried[0], best, path), *([mixed] if len(commits) > 1 else [])])
 
 
 def _tuning_of(campaign: Campaign) -> Tuning:
@@ -98,7 +100,7 @@ def _evaluate(campaign: Campaign, parameters: Mapping[str, float], path: Path, w
         flown = _with(campaign, parameters)
     except CampaignError as error:  # r_lb above r_ub, ...: as bad as a collision in each flight
         worst = max(tuning.collision_cost, tuning.stuck_cost)
-        rates = dict.fromkeys(("collision_rate", "stuck_rate", "time_over_straight"))
+        rates = dict.fromkeys(("collision_rate", "stuck_rate", "time_over_straight", "commits"))
         return {"objective": worst, **rates, "refused": str(error)}
     with CampaignFolder(path, flown) as folder:
         finished = folder.fly(workers, quiet=True)
@@ -113,6 +115,7 @@ def _evaluate(campaign: Campaign, parameters: Mapping[str, float], path: Path, w
         "collision_rate": float(trials["collision"].mean()),
         "stuck_rate": float(trials["stuck"].mean()),
         "time_over_straight": float(trials.loc[trials["reached"], "time_over_straight"].mean()),
+        "commits": " ".join(dict.fromkeys(trials["commit"])),
         "refused": None,
     }
 
