@@ -33,6 +33,21 @@ def test_the_summary_is_interrupted_without_a_traceback(processes, tmp_path, del
     assert delay_s < 0.3 or "Traceback" not in said
 
 
+def test_a_node_that_works_takes_leave_of_the_master(ros_master):
+    def services() -> str:
+        return ros_master.run("rosservice", "list", timeout_s=20.0).stdout
+
+    node = ros_master.start("rosrun", "cepa", "cepa", stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 30.0
+    while "/cepa/set_parameters" not in services():
+        assert time.monotonic() < deadline, "it never came up"
+    node.send_signal(signal.SIGINT)
+    _, said = node.communicate(timeout=20.0)
+    assert node.returncode == 0, said
+    assert "Traceback" not in said
+    assert "/cepa/" not in services()
+
+
 def test_map_saver_without_a_master_says_so(processes):
     processes.environment["ROS_MASTER_URI"] = uri = f"http://localhost:{free_ports(1)[0]}"
     run = processes.run("rosrun", "gridslam", "map_saver", timeout_s=60.0)

@@ -16,6 +16,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 PATIENCE_S = 10.0  # what is not ended takes a minute; how fast it ends is for benchmarks to say
 NODES = (
     "cepa/nodes/cepa",
+    "cepa/nodes/cepa_visualiser",
     "gridslam/nodes/slam_gridslam",
     "inspection_tools/nodes/mission",
     "simulation_tools/nodes/gazebo",
