@@ -1,1 +1,1 @@
-"""What the nodes share: ROS messages of the library's data. Imports message classes, never rospy."""
+"""The code between the library and ROS: messages, parameters, topics and services of the nodes."""

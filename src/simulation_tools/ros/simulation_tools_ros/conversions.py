@@ -51,7 +51,7 @@ def pose_from_message(message: PoseMessage) -> Pose:
 
 
 def gazebo_pose_from_message(message: PoseMessage) -> Pose:
-    """Return a pose as Gazebo's services take it: an orientation of zeros, not filled in, is none."""
+    """Return a pose as Gazebo's services read it: an orientation of zeros means no rotation."""
     q = message.orientation
     if q.x == q.y == q.z == q.w == 0.0:
         q = Quaternion(0.0, 0.0, 0.0, 1.0)

@@ -59,7 +59,7 @@ def launch_of(words: Sequence[str]) -> Launch | None:
 
 
 def command_line(pid: int) -> list[str]:
-    """Return the words with which a process of this machine was called."""
+    """Return the command line of a process of this machine, as a list of words."""
     try:
         return Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")[:-1]
     except OSError:
@@ -67,7 +67,7 @@ def command_line(pid: int) -> list[str]:
 
 
 def check(launch: Launch) -> None:
-    """Check a launch's arguments, and that it would not take the place of nodes that run.
+    """Check a launch's arguments, and that it would not end nodes that run already.
 
     Raises:
         LaunchError: one sentence.
@@ -138,11 +138,11 @@ def run(
 ) -> int:
     """Check the roslaunch that called this process; returns an exit code.
 
-    checks: called with the `Launch`; raises what says in one sentence that something is wrong.
+    checks: called with the `Launch`; raises an error of one sentence if something is wrong.
     """
     launch = launch_of(command_line(os.getppid()))
     if launch is None:
-        return 0  # rostest, or a program that launches by itself: it has no command line of ours
+        return 0  # rostest, or a program that launches by itself: there is no command line of roslaunch
     try:
         checks(launch)
     except expected as error:

@@ -1,4 +1,4 @@
-"""Parameters of this package's nodes, read so that a wrong one is a sentence."""
+"""Reads parameters of this package's nodes; a wrong one becomes an error of one sentence."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from simulation_tools.values import ParameterError
 
 @contextmanager
 def reading_parameters(node: str) -> Iterator[None]:
-    """Turn what a conversion of a parameter raises into a sentence."""
+    """Turn the error of a parameter's conversion into a ParameterError."""
     try:
         yield
     except (TypeError, ValueError) as error:

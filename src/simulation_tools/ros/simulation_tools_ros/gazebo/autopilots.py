@@ -1,4 +1,4 @@
-"""Who flies the simulated UAV, by the node's parameters."""
+"""Which autopilot flies the simulated UAV, by the node's parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the `gazebo` node publishes and when: order, rates, and what is worth a message.
+"""What the `gazebo` node publishes and when: order, rates and conditions.
 
 Publishers are handed in (anything with `publish` and `get_num_connections`), so this needs the message
 classes but no running ROS.
@@ -27,13 +27,13 @@ HELD_US = 28_000
 
 
 class Publisher(Protocol):
-    """What a rospy.Publisher offers of which this module makes use."""
+    """The methods of a rospy.Publisher that this module uses."""
 
     def publish(self, message: Any) -> None:
         """Send to every subscriber."""
 
     def get_num_connections(self) -> int:
-        """Return how many listen."""
+        """Return the number of subscribers."""
 
 
 class Stream(Publisher, Protocol):

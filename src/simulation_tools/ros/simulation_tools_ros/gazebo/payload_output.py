@@ -31,7 +31,7 @@ class PayloadOutput:
         self._publish = {sensor.name: self._publisher_of(sensor, advertise) for sensor in sensors}
 
     def publish(self, time_us: int, due: Sequence[PayloadSensor]) -> None:
-        """Publish what is due and listened to."""
+        """Publish the sensors that are due and have subscribers."""
         for sensor in due:
             self._publish[sensor.name](time_us, sensor)
 

@@ -20,8 +20,8 @@ FACTOR, RATE = 1, 2  # levels of Physics.cfg
 class PhysicsTuning:
     """Keeps the simulation and what rqt_reconfigure shows of it the same. pause: what stops simulated time.
 
-    What the parameter server holds of gravity, wind and contacts, from an earlier world perhaps, gives way
-    to what the simulation has.
+    At the start the simulation's own gravity, wind and contacts replace those on the parameter server, which
+    may be from an earlier world.
     """
 
     def __init__(self, simulation: Simulation, loop: RunLoop, pause: Callable[[bool], None]):

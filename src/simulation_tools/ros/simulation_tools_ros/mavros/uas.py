@@ -21,7 +21,7 @@ REFUSALS_EVERY_S = 1.0  # of one topic, wall time
 
 
 class Topic:
-    """A publisher that makes a message only for those who listen; a latched one always."""
+    """A publisher that makes a message only if it has subscribers; a latched one always."""
 
     def __init__(self, publisher: rospy.Publisher, latch: bool) -> None:
         self._publisher = publisher
@@ -40,7 +40,7 @@ class Topic:
 
 @dataclass
 class Heard:
-    """What several plugins want to know of the flight controller; None: not heard yet."""
+    """The flight controller's newest messages that several plugins need; None: not received yet."""
 
     time_boot_ms: int = 0
     heartbeat: Any = None
@@ -57,7 +57,7 @@ class Heard:
 
 @dataclass
 class Timer:
-    """Something done every so often, in wall time."""
+    """A job that is done at a period of wall time."""
 
     period_s: float
     callback: Callable[[float], None]
@@ -65,7 +65,7 @@ class Timer:
 
 
 def number(name: str, default: float) -> float:
-    """Return a parameter of the node; what is no number is warned of, and the default taken, as by MAVROS.
+    """Return a parameter of the node. If it is no number, warn and return the default, as MAVROS does.
 
     MAVROS's own px4_config.yaml holds one: angular_velocity_stdev is "0.0003490659 // 0.02 degrees".
     """
@@ -131,7 +131,7 @@ class Uas:
     # Work of one's own
 
     def every(self, period_s: float, callback: Callable[[float], None]) -> None:
-        """Call `callback` (with the wall time, s) every so often, at once for the first time."""
+        """Call `callback` (with the wall time, s) at a period, for the first time at once."""
         self._timers.append(Timer(period_s, callback))
 
     def run_timers(self) -> float:
@@ -159,7 +159,7 @@ class Uas:
     # Setpoints and commands
 
     def send_setpoint(self, topic: str, header: Header | None, build: Callable) -> None:
-        """Build a setpoint's MAVLink message and send it; refuse what makes no setpoint.
+        """Build a setpoint's MAVLink message and send it; refuse a message that is no setpoint.
 
         build: returns the message for a time_boot_ms, which is the stamp's, or now for a stamp of zero; its
         ValueError says why it makes none.

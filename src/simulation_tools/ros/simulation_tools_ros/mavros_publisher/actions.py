@@ -42,7 +42,7 @@ VELOCITY_AND_YAW_RATE = (
 
 
 class Actions:
-    """Publishes setpoints, asks MAVROS for modes and arming, and says what is going on.
+    """Publishes setpoints, asks MAVROS for modes and arming, and publishes the status.
 
     Publishes: mavros/setpoint_raw/local (velocities, frame BODY_NED), mavros/setpoint_position/local; ready
     (Bool, latched); waiting_for (std_msgs/String, latched): what it waits for, empty: for nothing. Calls:
@@ -93,7 +93,8 @@ class Actions:
         self._position.publish(message)
 
     # In lockstep, time waits for the setpoint that is sent after a request, so that the request takes effect
-    # at the same instant every time. A MAVROS that hangs is waited for once; then setpoints go on without.
+    # at the same instant every time. If MAVROS hangs, the node waits for it once, and then sends setpoints
+    # without the answer.
 
     def _request_mode(self, action: RequestMode) -> None:
         self._requests.ask(

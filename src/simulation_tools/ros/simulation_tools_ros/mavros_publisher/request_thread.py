@@ -20,7 +20,7 @@ class RequestThread:
         threading.Thread(target=self._work, name="requests", daemon=True).start()
 
     def ask(self, call: Callable[[], None], patience_s: float) -> bool:
-        """Have a call made and wait for its end, but not for long; tells whether it has been made.
+        """Let the thread make a call, and wait for its end for a short time; returns whether it has ended.
 
         While an earlier call hangs, a new call is not made, and False comes back at once: ask again later.
         """

@@ -29,7 +29,7 @@ from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
 from simulation_tools.mavros.fcu_url import parse_fcu_url
 
 _PARAMETER_TRIES, _LIST_REQUESTS, _LIST_ROUNDS = 10, 4, 12  # over a network that loses messages
-_SET_TRIES = 3  # another value than the one sent is a refusal, or a late answer to an earlier question
+_SET_TRIES = 3  # a value other than the one sent: a refusal, or a late answer to an earlier question
 
 Handler = Callable[[common.MAVLink_message], None]
 
@@ -105,7 +105,7 @@ class FcuClient:
         self._command_lock = threading.Lock()
 
     def on(self, name: str, handler: Handler) -> None:
-        """Call a handler, after those there are, for each message of a MAVLink name from the target."""
+        """Call a handler for each message of a MAVLink name from the target, after earlier handlers."""
         self._handlers.setdefault(name, []).append(handler)
 
     @property
@@ -125,7 +125,7 @@ class FcuClient:
 
     @property
     def bad_packets(self) -> int:
-        """How much came that was no valid message."""
+        """Return how many packets were no valid message."""
         return self._codec.bad
 
     def wait(self, timeout_s: float) -> bool:
@@ -143,7 +143,7 @@ class FcuClient:
     def _is_from_target(self, message: common.MAVLink_message, address: Address) -> bool:
         """Whether the flight controller sent it; only the heartbeat of an autopilot tells its port.
 
-        Its host is the URL's. System 1 is what nearly every script takes for itself, too.
+        Its host is the URL's. System id 1 proves nothing: nearly every script uses it for itself, too.
         """
         target = (self.target.system_id, self.target.component_id)
         if address[0] != self._remote[0]:
@@ -162,7 +162,7 @@ class FcuClient:
             return send(self._socket, self._codec.pack(message), self._remote)
 
     def send_heartbeat(self) -> None:
-        """Tell that this onboard computer is there."""
+        """Send the heartbeat of this onboard computer."""
         self.send(
             common.MAVLink_heartbeat_message(
                 common.MAV_TYPE_ONBOARD_CONTROLLER,

@@ -15,8 +15,8 @@ _JUMP_BACK_MS = 1000
 class Connection:
     """Counts how long no heartbeat has come, in the flight controller's time.
 
-    A slow simulation sends everything less often than once a second of wall time, its heartbeat as well. When
-    nothing at all comes any more, that time stands still: then the wall clock counts.
+    A slow simulation sends everything, its heartbeat too, less often than once a second of wall time. When no
+    message comes at all, the flight controller's time is unknown: then the wall clock counts.
     """
 
     def __init__(self, timeout_s: float, wall_clock: Callable[[], float] = time.monotonic) -> None:

@@ -1,6 +1,6 @@
 """From latitude, longitude and height over WGS-84's ellipsoid to ENU metres about a place, as MAVROS does.
 
-PX4's own projection (`px4/geodesy.py`) is another one: on a sphere.
+PX4's own projection (`geodesy.py`) differs: it is on a sphere.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ def parse_fcu_url(url: str) -> Endpoints:
     """Read MAVROS's ``udp://[host]:port@remote_host:remote_port``; raises LinkError.
 
     Without the first host the local address is the one that reaches the remote host: for a flight controller
-    on this machine the loopback, where nobody else can reach it. ``0.0.0.0`` listens on every network.
+    on this machine the loopback, which no other machine can reach. ``0.0.0.0`` listens on every network.
     """
     match = _URL.fullmatch(url)
     if match is None or int(match["port"]) > 65535 or not 0 < int(match["remote_port"]) <= 65535:

@@ -6,7 +6,7 @@ from simulation_tools.publisher.interface import Action, Log, PublisherParameter
 
 _NS = 1e-9
 _DRIFT = 0.01  # of one clock against the other, at most
-_DISAGREEMENT_S = 2.0  # the two clocks arrive by different ways; for so long neither is just late
+_DISAGREEMENT_S = 2.0  # the two clocks arrive by different ways: a shorter difference may be a late message
 
 
 class ClockWatch:
@@ -60,11 +60,11 @@ class ClockWatch:
         return min(max(stamp_ns, time_ns - slack_ns), time_ns + slack_ns)
 
     def poses_missing(self, p: PublisherParameters) -> bool:
-        """Whether poses came, and come no more."""
+        """Whether poses came, and have stopped."""
         return self._silence_s > p.pose_timeout_s
 
     def complaints(self, p: PublisherParameters) -> list[Action]:
-        """Return what is to be said of poses that are missing, once a second, or of another time, once."""
+        """Return the warnings: once a second while poses are missing, once when the clocks disagree."""
         if self.poses_missing(p):
             return self._at_most_every_second(f"MAVROS has sent no pose for {self._silence_s:.1f} s.")
         self._complain_at_s = 0.0

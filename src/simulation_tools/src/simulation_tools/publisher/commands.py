@@ -1,4 +1,4 @@
-"""The newest velocity and position command: what is taken for one, and what it asks to send."""
+"""The newest velocity and position command: which ones are accepted, and the setpoint that follows."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Command:
 
 
 class Commands:
-    """Holds the newest command of each kind; while none is worth following the hover point takes over."""
+    """Holds the newest command of each kind. Without a fresh command the hover point is flown."""
 
     def __init__(self, hover: Hover, poses: History) -> None:
         self._hover = hover
@@ -49,7 +49,7 @@ class Commands:
     def take_velocity(
         self, command: Command, frame_id: str, now_ns: int | None, p: PublisherParameters
     ) -> list[Action]:
-        """Take in a velocity command, FLU, levelled, or say why not; now_ns: None while nobody can tell."""
+        """Take in a velocity command, FLU, levelled, or say why not; now_ns: None if unknown."""
         if frame_id not in ("", p.base_frame):
             text = f"a velocity command in the unknown frame {frame_id!r} is refused; it must be in"
             return [Log(f"{text} {p.base_frame!r}.", repeated=True)]

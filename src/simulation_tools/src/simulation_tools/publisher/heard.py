@@ -27,12 +27,12 @@ class Heard:
         self.poses, self.states, self.landed, self.homes = History(), History(), History(), History()
 
     def forget(self) -> None:
-        """Have heard nothing."""
+        """Forget all messages."""
         for history in (self.poses, self.states, self.landed, self.homes):
             history.clear()
 
     def known(self, now_ns: int, p: PublisherParameters) -> Known:
-        """Return what had surely arrived by now."""
+        """Return the newest messages that have surely arrived by now."""
         then_ns = now_ns - p.decision_delay_s / _NS
         return Known(*(h.at(then_ns) for h in (self.poses, self.states, self.landed, self.homes)))
 
@@ -42,7 +42,7 @@ class Heard:
         return newest_ns is not None and newest_ns > stamp_ns
 
     def lacking(self, p: PublisherParameters) -> str:
-        """Return what stands between the UAV and its flight by setpoints, in words; empty: nothing."""
+        """Return what is missing before the UAV flies by setpoints, in words; empty: nothing."""
         state = self.states.newest()
         if state is None:
             return "no `state` from MAVROS yet"

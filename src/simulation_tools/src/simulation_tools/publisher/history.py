@@ -1,4 +1,4 @@
-"""What is remembered of a topic."""
+"""The last messages of one topic."""
 
 from __future__ import annotations
 

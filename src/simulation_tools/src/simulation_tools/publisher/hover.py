@@ -1,4 +1,4 @@
-"""The point at which the UAV is to hover, and whether it does."""
+"""The point at which the UAV is to hover, and whether it hovers there."""
 
 from __future__ import annotations
 

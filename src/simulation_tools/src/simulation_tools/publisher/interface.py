@@ -28,21 +28,23 @@ class PublisherParameters:
 
     ready_distance_m, ready_speed_m_s, ready_time_s: to be this close to the hover point and this slow for
     this long counts as hovering. settled_distance_m, settled_time_s: so does to be this close and this slow
-    for this longer time, since an estimate that drifts may keep a UAV off its point for ever.
+    for this longer time, because a drifting estimate may keep a UAV away from its point forever.
     climb_gain: how much further than the hover point a take-off aims, per metre that is missing; PX4 starts
-    with a guess of the hover thrust and would creep up the last half metre. hold_speed_m_s: a command of zero
-    brakes a UAV that is faster than this, and has a slower one hold its position; by a velocity of zero alone
-    it would sink with every error of the hover thrust.
+    with a guess of the hover thrust and would climb the last half metre very slowly.
+
+    hold_speed_m_s: a command of zero brakes a UAV that is faster than this. A slower UAV holds its position
+    instead, because with a velocity of zero it would sink when the hover thrust is wrong.
 
     retry_period_s: between requests to the flight controller. They are repeated only if a later state says
     that they had no effect, or none came for state_patience_s: PX4 tells its state once a second.
     min_stream_s: of streaming before OFFBOARD is asked for. stream_gap_s: when no command has been answered
     for this long, each pose is, so that the stream never breaks. pose_timeout_s: so long without a pose means
     that MAVROS is away. jump_back_s: a pose this much older than the last means that the clock was reset.
-    wait_report_s: of waiting for the same thing until it is said for what, and again.
+    wait_report_s: after waiting this long for the same thing, say so, and again after as long.
 
     needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as its
-    position can be trusted; who arms earlier starts in a failsafe. Without satellites there may never be one.
+    position can be trusted; a vehicle that is armed earlier starts in a failsafe. Without satellites there
+    may never be one.
     """
 
     hover_height_m: float = 2.0

@@ -129,7 +129,7 @@ class SetpointPublisher:
         return actions
 
     def _report_waiting(self, now_ns: int) -> list[Action]:
-        """Say what is waited for when that changes, and aloud when it lasts."""
+        """Publish what is waited for when that changes, and log it when it lasts."""
         period_s = math.inf if self.phase is Phase.YIELDED else self.parameters.wait_report_s
         return self._waiting.report(now_ns, self.phase.value, self.waiting_for, period_s)
 

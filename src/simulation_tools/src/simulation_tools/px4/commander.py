@@ -1,6 +1,6 @@
-"""PX4's commander: modes as they are asked for, arming and disarming, home.
+"""PX4's commander: requested modes, arming and disarming, home.
 
-`wanted_mode` is PX4's main mode, what somebody asked for; `mode` is what flies (see `failsafe`).
+`wanted_mode` is PX4's main mode, the one that was requested. `mode` is what flies (see `failsafe`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FORCE_MAGIC = 21196.0  # param2 of COMPONENT_ARM_DISARM that disarms in the air
 
 @dataclass(frozen=True)
 class Reposition:
-    """Where hold is to go: NED and yaw (clockwise from north), NaN for what is to stay."""
+    """A new place for hold: NED, and yaw clockwise from north. NaN: this number stays as it is."""
 
     position_ned_m: Vector3
     yaw_rad: float
@@ -99,7 +99,7 @@ class Commander:
     def request_mode(self, main: int, sub: int) -> Result:
         """Answer DO_SET_MODE with PX4's custom main and sub mode."""
         if main not in MAIN_MODES:
-            return Result.ACCEPTED  # PX4 says so, and changes nothing
+            return Result.ACCEPTED  # PX4 accepts this and changes nothing
         try:
             mode = Mode((main, sub if main == 4 else 0))
         except ValueError:
@@ -138,7 +138,7 @@ class Commander:
             self._set_home()
         else:
             self.home, self.home_yaw_rad = np.array(position_ned_m, float), 0.0
-            self._home_is_fixed = True  # arming elsewhere does not move it
+            self._home_is_fixed = True  # arming at another place does not move it
         return Result.ACCEPTED
 
     def takeoff_finished(self) -> None:

@@ -25,7 +25,7 @@ _ALTITUDE_MAX_M = 1e5
 
 
 class Commands:
-    """Carries out commands. All numbers are taken as they come: whatever makes no sense is refused."""
+    """Carries out commands. A number that makes no sense is refused."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class Commands:
         if base & _AUTO:
             return self._enter(Mode.AUTO_MISSION)
         if not base & _MANUAL_INPUT:
-            return Result.ACCEPTED  # PX4 says so, and changes nothing
+            return Result.ACCEPTED  # PX4 accepts this and changes nothing
         if base & _GUIDED:
             return self._enter(Mode.POSCTL)
         return self._enter(Mode.STABILIZED if base & _STABILIZED else Mode.MANUAL)
@@ -101,7 +101,7 @@ class Commands:
         return result
 
     def _return_home(self, params: Parameters) -> Result:
-        """PX4 refuses this command, unlike the mode, while it returns already."""
+        """PX4 refuses this command (but not the mode) while it is already returning."""
         if self._commander.wanted_mode is Mode.AUTO_RTL:
             result = Result.TEMPORARILY_REJECTED
         else:

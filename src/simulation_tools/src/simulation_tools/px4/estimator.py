@@ -136,7 +136,7 @@ def _estimate(
         _filter_error(e, i, sigmas[0] if i < 2 else sigmas[1], dt, normals[i])
         e.tilt[i] = _wander(e.tilt[i], sigmas[2], sigmas[3], dt, normals[3 + i])
 
-    # ENU to NED and FLU to FRD: see frames.py.
+    # ENU to NED and FLU to FRD: see ned_frames.py.
     o.position[0] = truth[1] + e.position[0]
     o.position[1] = truth[0] + e.position[1]
     o.position[2] = -truth[2] + e.position[2]

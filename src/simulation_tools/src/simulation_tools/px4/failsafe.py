@@ -1,8 +1,8 @@
 """Which mode flies: the mode that was asked for, or what PX4 does instead when something is lost.
 
-PX4 keeps two modes apart. The *main mode* is what somebody asked for. The *navigation mode* is what flies.
-They differ in a failsafe only, and are the same again as soon as what was lost is back. One action is for
-good: a return after the loss of a link becomes the main mode.
+PX4 keeps two modes apart. The *main mode* was requested. The *navigation mode* is what flies. They differ
+only in a failsafe. When the lost link or stream is back, they are the same again. There is one exception:
+a return after the loss of a link becomes the main mode.
 
 There is no remote control here, so its signal counts as lost from the start. PX4 would then also return from
 a hold in the air when it hears no ground station; here it does so if NAV_DLL_ACT asks for it.
@@ -35,7 +35,7 @@ _SAME_FAILSAFE_S = 30.0  # a failsafe that comes back sooner continues the last 
 
 @dataclass(frozen=True)
 class Situation:
-    """What the decision looks at.
+    """The inputs of the decision.
 
     now_us: simulation time. has_setpoints: offboard setpoints come. has_ground_station: its heartbeats come.
     """
@@ -49,7 +49,7 @@ class Situation:
 
 @dataclass(frozen=True)
 class _Loss:
-    """What is lost, and the mode that answers it; None: whatever flew before. wait_s: to hold first."""
+    """A loss, and the mode that answers it; None: the mode stays. wait_s: how long to hold first."""
 
     reason: str
     action: Mode | None

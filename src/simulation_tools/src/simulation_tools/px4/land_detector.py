@@ -3,9 +3,9 @@
 Ground contact: sinking is asked for (until landed), thrust is low, nothing moves. Maybe landed: thrust is
 minimal and nothing turns. Each stage must hold for a third of LNDMC_TRIG_TIME; leaving one is immediate.
 
-To ask for sinking means a velocity setpoint of at least 0.9 MPC_LAND_SPEED. Whoever asks for less, or for a
-place below the ground, stands there "in the air" forever, as on PX4. Attitude and rates setpoints ask for no
-speed at all: there low thrust is enough.
+Sinking is asked for by a velocity setpoint of at least 0.9 MPC_LAND_SPEED downwards. With a smaller one, or
+with a position below the ground, the vehicle stands there "in the air" forever, as on PX4. Attitude and rates
+setpoints have no speed: for them low thrust is enough.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from simulation_tools.px4.parameters import Px4Parameters
 
 _LAND_SPEED_SHARE = 0.9  # of MPC_LAND_SPEED: a velocity setpoint that asks to land
-_JUST_LANDED_S = 2.0  # so long motion is judged mildly, for rotors that spool down
+_JUST_LANDED_S = 2.0  # for this time the limits of motion are wider, because the rotors still spool down
 _JUST_LANDED_SLACK = 2.5
 _MANUAL_THRUST_SLACK = 0.01
 
@@ -51,17 +51,17 @@ class LandDetector:
 
     @property
     def ground_contact(self) -> bool:
-        """Something stops the vehicle from sinking."""
+        """Whether something stops the vehicle from sinking."""
         return self._contact.state
 
     @property
     def maybe_landed(self) -> bool:
-        """It stands, most likely."""
+        """Whether it stands, most likely."""
         return self._maybe.state
 
     @property
     def landed(self) -> bool:
-        """It stands."""
+        """Whether it stands."""
         return self._landed.state
 
     def update(
@@ -74,10 +74,10 @@ class LandDetector:
         hover_thrust_valid: bool,
         dt_s: float,
     ) -> None:
-        """Look once.
+        """Take in one instant.
 
         estimate: record of ESTIMATE_DTYPE, shape (1,). sinking_m_s: the velocity setpoint down, NaN when none
-        is set; None when nobody controls the climb rate. thrust, hover_thrust: 0..1.
+        is set; None when the climb rate is not controlled. thrust, hover_thrust: 0..1.
         """
         if not armed:
             self.reset()

@@ -43,7 +43,7 @@ class Mode(enum.Enum):
 
     @property
     def base_mode(self) -> int:
-        """Flags of MAVLink's heartbeat, without the one for armed."""
+        """Return the flags of MAVLink's heartbeat, without the one for armed."""
         if self.is_auto:
             return 29  # custom, auto, guided, stabilised
         if self is Mode.OFFBOARD:

@@ -28,7 +28,7 @@ class Navigator:
     """Fills a setpoint record for the active automatic mode. Positions in NED."""
 
     def __init__(self, parameters: Px4Parameters, origin: Callable[[], GeodeticOrigin], say: Say) -> None:
-        """origin: tells where the local frame begins on earth, for what is said."""
+        """origin: returns where the local frame begins on earth, for status texts."""
         self._parameters = parameters
         self._say = say
         self._return_home = ReturnHome(parameters, origin, say)
@@ -57,7 +57,7 @@ class Navigator:
         self.finished = False
         self._idle = landed and mode is not Mode.AUTO_TAKEOFF
         if took_off and mode is Mode.AUTO_LOITER:
-            return  # hold where the take-off leads to, not where it was cut short
+            return  # hold at the take-off's target, not where the take-off ended
         for axis, position, velocity in zip(self._axes, *estimate[["position", "velocity"]][0].tolist()):
             axis.start(position, velocity)
         self._yaw = self._wanted_yaw = float(estimate["yaw"][0])

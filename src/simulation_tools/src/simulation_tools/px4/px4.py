@@ -3,7 +3,7 @@
 A step runs the parts in the order of PX4's work queues: rates and mixer on the newest gyro sample first, then
 the attitude controller, then, at about 125 Hz, everything that waits for a position estimate. So a position
 setpoint reaches the rotors two steps later, as in PX4. Attitude, velocity and position reach the controllers
-one sample after the gyro's, because EKF2 integrates first; one sample is what the measured peak tilts tell.
+one sample after the gyro's, because EKF2 integrates first. The measured peak tilts show this delay.
 """
 
 from __future__ import annotations

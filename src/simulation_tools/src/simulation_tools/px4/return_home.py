@@ -35,7 +35,7 @@ class ReturnHome:
     """Sets a target, leg by leg. Positions in NED, (3,); yaw clockwise from north."""
 
     def __init__(self, parameters: Px4Parameters, origin: Callable[[], GeodeticOrigin], say: Say) -> None:
-        """origin: tells where the local frame begins on earth, for what is said."""
+        """origin: returns where the local frame begins on earth, for status texts."""
         self._parameters = parameters
         self._origin = origin
         self._say = say
@@ -99,7 +99,7 @@ class ReturnHome:
         )
 
     def _enter(self, leg: Leg, position: np.ndarray, yaw_rad: float) -> None:
-        """Set the target of a leg, and tell of it."""
+        """Set the target of a leg, and send a status text."""
         p, home = self._parameters, self._home
         self._leg = leg
         self._waited_s = 0.0

@@ -18,8 +18,8 @@ class Setpoint:
     """A local setpoint in NED, or, with `body`, its velocity and acceleration in the body's FRD.
 
     NaN stands for "not asked for". Body velocities are levelled: turned by yaw only, with the heading at
-    receipt. yaw: clockwise from north; yaw_rate: about down. time_boot_ms: the client's stamp, handed on
-    unread.
+    receipt. yaw: clockwise from north; yaw_rate: about down. time_boot_ms: the client's stamp, passed
+    on unchanged.
     """
 
     position: Vector3 = UNSET

@@ -39,5 +39,5 @@ class Px4Status:
 
     @property
     def heartbeat_content(self) -> tuple:
-        """What a heartbeat says and that may change."""
+        """Return the part of a heartbeat that may change."""
         return (self.mode, self.base_mode, self.system_status)

@@ -13,13 +13,13 @@ class OwnLinks:
         self.on_setpoint: Callable[[int], None] = lambda time_boot_ms: None
 
     def poll(self, time_us: int, until: Callable[[], bool] = lambda: False) -> None:
-        """Nothing comes this way."""
+        """Do nothing: no input comes this way."""
 
     def send_due(self, time_us: int) -> None:
-        """Nothing goes this way."""
+        """Do nothing: no output goes this way."""
 
     def reset(self) -> None:
-        """Nothing was due."""
+        """Do nothing: no message was due."""
 
     def wait(self, timeout_s: float) -> bool:
         """Sleep until the time is over."""

@@ -82,7 +82,7 @@ class Px4Sitl:
         return False
 
     def begin(self, state: VehicleState) -> None:
-        """Let PX4 sense a state, and do not wait for what it makes of it."""
+        """Send a state's measurements to PX4, and do not wait for the answer."""
         self._clock_us = state.time_us
         self._awaits_answer = False
         if not self._link.connected:
@@ -119,7 +119,7 @@ class Px4Sitl:
         self._link.send(*(message for message in messages if message is not None))
 
     def _hear(self) -> None:
-        """Wait for the answer to the newest measurement, and heed whatever else PX4 says."""
+        """Wait for the answer to the newest measurement, and handle PX4's other messages."""
         while True:
             messages = self._link.receive(_PATIENCE_S if self._in_lockstep else _REAL_PACE_S)
             if not messages:
@@ -130,7 +130,7 @@ class Px4Sitl:
                 return
 
     def _heed(self, message: common.MAVLink_message) -> bool:
-        """Take one message; True when it answers the newest measurement."""
+        """Handle one message; True when it answers the newest measurement."""
         kind = message.get_type()
         if kind == "HIL_ACTUATOR_CONTROLS":
             self._in_lockstep = True
@@ -159,7 +159,7 @@ class Px4Sitl:
         self._sensors.restart()
 
     def reset(self) -> None:
-        """Part with this PX4, whose clock and estimate cannot go back; the next one starts afresh."""
+        """Close the link to this PX4: its clock and estimate cannot go back. The next PX4 starts anew."""
         self._clock_us = -1
         self._forget_px4()
         if self._link.connected:

@@ -1,6 +1,6 @@
 """The TCP link on which PX4 SITL looks for its simulator: MAVLink 2, one PX4 at a time.
 
-PX4 connects, and tries again until somebody listens. It sends a heartbeat and asks for messages once, then
+PX4 connects, and tries again until a simulator listens. It sends a heartbeat and asks for messages once, then
 one HIL_ACTUATOR_CONTROLS for every HIL_SENSOR. It never connects twice: when a connection ends, PX4 has to be
 started again, and the link waits for that.
 """
@@ -18,9 +18,9 @@ from pymavlink.dialects.v20 import common
 from simulation_tools.mavlink import LinkError, why_not_bound
 
 DEFAULT_PORT = 4560
-_SYSTEM, _COMPONENT = 1, 200  # who Gazebo's plugin says it is
+_SYSTEM, _COMPONENT = 1, 200  # the ids that Gazebo's plugin uses
 _CHUNK = 65536
-_SEND_PATIENCE_S = 1.0  # a PX4 that reads nothing for so long counts as gone
+_SEND_PATIENCE_S = 1.0  # a PX4 that reads nothing for this long counts as gone
 
 
 class SimulatorLink:

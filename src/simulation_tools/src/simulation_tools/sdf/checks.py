@@ -1,4 +1,4 @@
-"""Conditions on numbers, and how to say them."""
+"""Conditions on numbers, with their words for error messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from simulation_tools.bounds import MAX_MAGNITUDE
 
 
 class Check:
-    """A condition on a number, and how to say it."""
+    """A condition on a number, with its words for error messages."""
 
     def __init__(self, wanted: str, holds: Callable[[float], bool]) -> None:
         self.wanted = wanted

@@ -1,7 +1,7 @@
 """One XML file, read safely. It remembers which of its elements were read.
 
-A reader asks a `Node` for its children by tag; what nobody asked for is named afterwards in one sentence by
-`Document.unsupported`. So an element can be unsupported, but never dropped silently.
+A reader asks a `Node` for its children by tag. Afterwards `Document.unsupported` names every element that was
+not read, in one sentence. So an element can be unsupported, but is never dropped silently.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Node:
 
     @property
     def label(self) -> str:
-        """How messages call this element: ``<link name="base">``."""
+        """Return the element's name for messages: ``<link name="base">``."""
         name = self._element.get("name")
         return f'<{self.tag} name="{name}">' if name else f"<{self.tag}>"
 
@@ -132,19 +132,19 @@ class Node:
         return found[0]
 
     def accept(self, *tags: str) -> None:
-        """Understand children that have no meaning in this simulator (e.g. hints for drawing)."""
+        """Accept children that have no meaning in this simulator (e.g. hints for drawing)."""
         for element in self._element:
             if element.tag in tags:
                 self.document.understand(element, whole=True)
 
     def accept_value(self, tag: str, *values: str) -> None:
-        """Understand a child whose value asks for nothing special; any other value stays for the warning."""
+        """Accept a child with one of these values; any other value is named in the warning."""
         for node in self.children_unmarked(tag):
             if (node._element.text or "").strip().lower() in values:
                 node.understood()
 
     def accept_empty(self, *tags: str) -> None:
-        """Understand children that say nothing: no text anywhere in them."""
+        """Accept children without any text in them."""
         for node in self.children_unmarked(*tags):
             if not "".join(node._element.itertext()).strip():
                 self.document.understand(node._element, whole=True)

@@ -1,6 +1,6 @@
-"""From links and joints to rigid parts: what is joined rigidly moves as one body.
+"""From links and joints to rigid parts: links that are joined rigidly move as one body.
 
-Links that hang together by fixed joints (or by joints that the caller declares rigid, e.g. rotors whose spin
+Links that fixed joints connect (or by joints that the caller declares rigid, e.g. rotors whose spin
 the airframe model owns) are lumped into one part with their common mass, centre of mass and inertia. Fewer
 bodies make the physics faster and stiffer: a lumped quadrotor is a single free body, as the flight
 controller's theory assumes.
@@ -96,7 +96,7 @@ class Part:
 
     The frame of a base part (parent -1) is the model frame; that of any other the frame of the joint that
     carries it. mass: None for what cannot move. parent: index of the carrying part in its assembly.
-    weightless: the mass of those of its links that have no weight, None for none.
+    weightless: the mass of its links that have no weight, None if all have.
     """
 
     pose: Pose

@@ -1,11 +1,11 @@
 """Rigid parts as PyBullet bodies.
 
 PyBullet reports the pose of a body's *inertial* frame (centre of mass, principal axes); everything else here
-speaks of the part's own frame, which for a base is the model frame. `Body` keeps the two apart.
+uses the part's own frame, which for a base is the model frame. `Body` keeps the two apart.
 
-What cannot move becomes one PyBullet body per collision shape, as plain (maximal coordinate) rigid bodies:
-measured with 300 of them a step takes 17 us, against 60 us as multibodies; and a contact then names its shape
-by itself.
+A part that cannot move becomes one PyBullet body per collision shape, as plain (maximal coordinate) rigid
+bodies. Measured with 300 of them, a step takes 17 us, against 60 us as multibodies. And a contact then names
+its shape by itself.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from simulation_tools.world.engine import pybullet
 
 @dataclass(frozen=True)
 class OwnShape:
-    """A PyBullet collision shape supposed at a pose (world), and a sphere around it in its own frame."""
+    """A PyBullet collision shape, a pose to test it at (world), and a sphere around it in its own frame."""
 
     shape: int
     pose: Pose
@@ -24,7 +24,7 @@ class OwnShape:
 
 @dataclass(frozen=True)
 class _Surroundings:
-    """What may be near. lows, highs: corners (n, 3) of the boxes around what stands."""
+    """The bodies that may be near. lows, highs: corners (n, 3) of the boxes around fixed bodies."""
 
     standing: tuple[Body, ...]
     lows: np.ndarray
@@ -35,8 +35,8 @@ class _Surroundings:
 class Clearances:
     """Finds least distances in one PyBullet client.
 
-    owners: name of the model and body of each PyBullet uid, kept up to date by the world; `forget` says that
-    what stands has changed.
+    owners: name of the model and body of each PyBullet uid, kept up to date by the world. Call `forget` when
+    fixed bodies have changed.
     """
 
     def __init__(self, client: int, owners: Mapping[int, tuple[str, Body]]) -> None:
@@ -49,7 +49,7 @@ class Clearances:
         self._surroundings.clear()
 
     def least(self, own: Sequence[OwnShape], passed_over: frozenset[str], max_distance_m: float) -> float:
-        """Return the least distance between shapes and the bodies of all models but those passed over.
+        """Return the least distance between shapes and the bodies of all models that are not ignored.
 
         inf when nothing is within max_distance_m.
         """

@@ -1,4 +1,4 @@
-"""PyBullet, imported without its greeting.
+"""PyBullet, imported without the text that it prints.
 
 The library writes its build time to the C level's standard error when it is loaded, where no Python
 redirection catches it.
@@ -36,7 +36,7 @@ __all__ = ["WorldError", "connect", "pybullet"]
 
 
 class WorldError(SimulationToolsError):
-    """Something asked of the world cannot be done."""
+    """The world cannot do what it was asked to."""
 
 
 def connect(gui: bool) -> int:
@@ -52,7 +52,7 @@ def connect(gui: bool) -> int:
 
 
 def _display_answers() -> bool:
-    # PyBullet ends the whole process when there is none, so ask first.
+    # PyBullet ends the whole process when there is no display, so ask first.
     try:
         x11 = ctypes.CDLL("libX11.so.6")
     except OSError:

@@ -1,4 +1,4 @@
-"""Which models are inside each other, before physics has thrown them apart."""
+"""Which models are inside each other at the start, before physics pushes them apart."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import pybullet
 
 TOUCHING_M = 0.01
-"""What is no deeper inside another shape than this stands on it, or leans against it."""
+"""A shape that is no deeper inside another than this stands on it, or leans against it."""
 NAMED = 3
 """So many pairs are named in a sentence."""
 
@@ -26,8 +26,8 @@ class Overlap(NamedTuple):
 def overlaps(client: int, owners: Mapping[int, tuple[str, Body]]) -> list[Overlap]:
     """Return the overlaps of models in one PyBullet client, the deepest first.
 
-    owners: name of the model and body of each PyBullet uid. It asks for distances only, and leaves the
-    engine's contacts as they are.
+    owners: name of the model and body of each PyBullet uid. The function only asks for distances; the
+    engine's contacts stay as they are.
     """
     deepest: dict[tuple[str, str], float] = {}
     for first, second in _near(client, owners):
@@ -41,7 +41,7 @@ def overlaps(client: int, owners: Mapping[int, tuple[str, Body]]) -> list[Overla
 
 
 def warning_of(found: Sequence[Overlap]) -> str | None:
-    """Return what is to be said about overlaps, None when there are none."""
+    """Return the warning about overlaps, None when there are none."""
     if not found:
         return None
     named = ", ".join(f"{first} and {second} by {depth_m:.2f} m" for first, second, depth_m in found[:NAMED])

@@ -1,4 +1,4 @@
-"""What a ray hits: Embree scenes of everything that is there.
+"""What a ray hits: Embree scenes of all shapes.
 
 All static shapes form one scene in world coordinates, committed once. A shape that moves keeps its own small
 scene in its own coordinates, also committed once: moving costs nothing, and the few rays that pass near it
@@ -61,7 +61,7 @@ class RayScene:
             ]
 
     def remove(self, model: str) -> None:
-        """Take a model away; one that is not there is none."""
+        """Take a model away; an unknown name does nothing."""
         self._moving.pop(model, None)
         if self._static.pop(model, None) is not None:
             self._static_scenes.clear()

@@ -1,4 +1,4 @@
-"""What holds for the physics of a whole world: gravity, length of a step, and how contacts are solved."""
+"""The settings of a world's physics: gravity, time step, and how contacts are solved."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ class PhysicsSettings:
         self.time_step_s = time_step_s
 
     def apply(self) -> None:
-        """Tell PyBullet all of them, as is necessary after it has been reset."""
+        """Send all settings to PyBullet, as is necessary after it has been reset."""
         self.gravity_m_s2, self.time_step_s = self._gravity_m_s2, self._time_step_s
         self.solver = self._solver
 
     @property
     def gravity_m_s2(self) -> Vector3:
-        """Acceleration of what falls, world frame."""
+        """Acceleration of gravity, world frame."""
         return self._gravity_m_s2
 
     @gravity_m_s2.setter

@@ -51,7 +51,7 @@ class PhysicsWorld:
     ) -> None:
         """Build every model of a world; raises WorldError or MeshError when one cannot be built.
 
-        gui: show PyBullet's window. drawn: give bodies their looks without it too, for `draw`.
+        gui: show PyBullet's window. drawn: give bodies visual shapes even without the window, for `draw`.
         """
         self.rays = RayScene()
         self._there = Population()
@@ -213,7 +213,7 @@ class PhysicsWorld:
     ) -> float:
         """Return the least distance between a model's collision shapes and any other model's.
 
-        pose: where to suppose the model; None: where it is. Negative inside another shape, inf beyond
+        pose: a pose to test the model at; None: its own pose. Negative inside another shape, inf beyond
         max_distance_m. ignore: names of models that do not count.
         """
         spawned = self._there.find(name)
@@ -252,7 +252,7 @@ class PhysicsWorld:
         self.rays.commit()
 
     def close(self) -> None:
-        """End the physics; the world is of no use afterwards. A second call does nothing."""
+        """End the physics; the world cannot be used afterwards. A second call does nothing."""
         if self._client >= 0:
             self._factory.shapes.close()
             if pybullet.isConnected(self._client):
@@ -267,7 +267,7 @@ class PhysicsWorld:
         )
 
     def _hold_up(self, body: Body, link: int, weightless: MassProperties) -> None:
-        """Cancel the weight of what has none: PyBullet's gravity pulls everything alike."""
+        """Cancel the weight of a part that has none: PyBullet's gravity pulls every body."""
         force = [-weightless.mass_kg * pull for pull in self.settings.gravity_m_s2]
         centre = part_pose(self._client, body, link) @ Pose(tuple(weightless.centre_m.tolist()))
         frame = pybullet.WORLD_FRAME

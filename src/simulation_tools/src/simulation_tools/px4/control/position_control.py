@@ -78,7 +78,7 @@ ATTITUDE_SETPOINT_DTYPE = np.dtype(
 def _limit_xy(
     preferred_x: float, preferred_y: float, extra_x: float, extra_y: float, limit: float
 ) -> tuple[float, float]:
-    """Add two horizontal velocities within a limit; the preferred one is kept as long as possible."""
+    """Add two horizontal velocities within a limit; the preferred one is reduced last."""
     sum_x, sum_y = preferred_x + extra_x, preferred_y + extra_y
     if math.hypot(sum_x, sum_y) <= limit:
         return sum_x, sum_y

@@ -69,7 +69,7 @@ class Channel:
         return self.socket.getsockname()[1]
 
     def reset(self) -> None:
-        """Simulation time starts again: stream from now on."""
+        """Start all streams again, as simulation time does."""
         self._next_due_us = 0
         for stream in self._streams.values():
             stream.due_us = 0
@@ -108,7 +108,7 @@ class Channel:
         status = self._px4.status if addresses else None
         if status is not None and status.heartbeat_content != self._heartbeat_content:
             self._heartbeat_content = status.heartbeat_content
-            self._streams["HEARTBEAT"].due_us = time_us  # clients need not wait for what has changed
+            self._streams["HEARTBEAT"].due_us = time_us  # a change is sent at once
         if self._px4.home is not self._home:
             self._home = self._px4.home
             self._streams["HOME_POSITION"].due_us = time_us
@@ -149,7 +149,7 @@ class Channel:
         self.socket.close()
 
     def _addresses(self) -> list[Address]:
-        """Return to whom to send; forgets clients that have gone silent."""
+        """Return the receivers, and forget clients that are silent."""
         now_s = time.monotonic()
         for address in [a for a, p in self._peers.items() if now_s - p.heard_s > _FORGET_PEER_AFTER_S]:
             del self._peers[address]

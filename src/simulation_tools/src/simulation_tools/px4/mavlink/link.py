@@ -120,8 +120,8 @@ class MavlinkLink:
     def poll(self, time_us: int, until: Callable[[], bool] = lambda: False) -> None:
         """Handle every message that is there, without waiting. time_us: simulation time now.
 
-        until: asked after each datagram; when it says so the rest stays unread until the next call. That is
-        how a simulator in lockstep takes in no more than what led to the setpoint it waits for.
+        until: called after each datagram. When it returns True, the rest stays unread until the next call. So
+        a simulator in lockstep reads no further than the setpoint that it waits for.
         """
         self._time_us = time_us
         for channel in self._channels:
@@ -136,7 +136,7 @@ class MavlinkLink:
             self._warn("bad", "MAVLink: received data that is no valid MAVLink 2 message; it is ignored")
 
     def send_due(self, time_us: int) -> None:
-        """Send what the streams' rates ask for at this simulation time."""
+        """Send the streamed messages that are due at this simulation time."""
         for channel in self._channels:
             channel.send_due(time_us)
 
@@ -145,7 +145,7 @@ class MavlinkLink:
         return wait_readable(self._sockets, timeout_s)
 
     def reset(self) -> None:
-        """Simulation time has jumped back."""
+        """Start again after simulation time has jumped back."""
         for channel in self._channels:
             channel.reset()
 
@@ -185,7 +185,7 @@ class MavlinkLink:
     def _offer(
         self, channel: Channel, m: common.MAVLink_message, read: Callable[[], Setpoint | AttitudeSetpoint]
     ) -> None:
-        """Hand a setpoint on, if the message is one and is for us."""
+        """Pass a setpoint on, if the message holds one and is addressed to us."""
         try:
             if self._is_for_us(channel, m) and self._px4.offer_setpoint(read()):
                 self.statistics.setpoints += 1
@@ -259,7 +259,7 @@ class MavlinkLink:
             channel.reply(answer, sender)
 
     def _rc_override(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
-        """PX4 would fly by it; there is no remote control here."""
+        """Warn once: PX4 would fly by it, but there is no remote control here."""
         if self._is_for_us(channel, m):
             self._warn(
                 "rc", "MAVLink: RC_CHANNELS_OVERRIDE is ignored; the PX4 stand-in has no remote control"

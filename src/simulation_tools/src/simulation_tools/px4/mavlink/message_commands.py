@@ -1,4 +1,4 @@
-"""The commands about messages themselves: requests, intervals, capabilities. The link's own business."""
+"""The commands about messages: requests, intervals, capabilities. The link answers them itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MAVLink's parameter protocol: list, read and set, with types; every write is answered by the value then."""
+"""MAVLink's parameter protocol: list, read and set, with types. A write is answered with the new value."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NO_INDEX = 65535
 
 
 class ParameterProtocol:
-    """Answers the messages of the protocol. `complain` is called with why a value was not taken."""
+    """Answers the messages of the protocol. `complain` is called with the reason when a value is refused."""
 
     def __init__(self, parameters: Px4Parameters, complain: Callable[[str], None]) -> None:
         self._parameters = parameters

@@ -37,7 +37,7 @@ def from_global_target(
 ) -> Setpoint:
     """Read SET_POSITION_TARGET_GLOBAL_INT, altitude over sea or over home (NED); raises SetpointError.
 
-    A position counts whole or, with any of its axes masked, not at all.
+    If any axis of the position is masked, the whole position is ignored.
     """
     position = UNSET
     if not m.type_mask & 0b111:

@@ -52,7 +52,7 @@ class ShapeFactory:
         return self._shared(key, partial(self._compound, placed))
 
     def unseen(self) -> int:
-        """Return the visual shape of what has none: PyBullet would draw its collision shape in white."""
+        """Return an invisible shape for a body without visuals; else PyBullet draws its collision shape."""
         return self._shared("unseen", self._unseen)
 
     def visual(self, placed: Sequence[PlacedVisual]) -> int:
@@ -154,7 +154,7 @@ class ShapeFactory:
 
 def _drawn(geometry: Geometry) -> TriangleMesh:
     mesh = mesh_of(geometry, DRAWN_SAGITTA_M)
-    if isinstance(geometry, Plane):  # infinite to the touch, but drawn in its size
+    if isinstance(geometry, Plane):  # infinite for collisions, but drawn in its size
         return TriangleMesh(mesh.vertices * (0.5 * max(geometry.size_m) / PLANE_HALF_SIZE_M), mesh.triangles)
     return mesh
 

@@ -188,7 +188,7 @@ def _load(path: str) -> TriangleMesh:
         vertices, triangles = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces, np.int32)
         if loaded.units:  # of COLLADA only; its <up_axis> is ignored, as Gazebo and RViz do
             vertices = vertices * trimesh.units.unit_conversion(loaded.units, "meters")
-    except Exception as error:  # trimesh's readers raise whatever their input makes them stumble over
+    except Exception as error:  # trimesh's readers raise many kinds of errors
         raise MeshError(f"{path}: The mesh cannot be read: {str(error) or type(error).__name__}.") from None
     if not len(triangles) or len(triangles) > MAX_TRIANGLES:
         raise MeshError(

@@ -35,7 +35,7 @@ def _brightness(path: str) -> np.ndarray:
             if side == height and 3 <= side <= MAX_SIDE and not (side - 1) & (side - 2):
                 wide = picture.mode.startswith("I") or picture.mode == "F"
                 return np.asarray(picture if wide else picture.convert("L"), float)
-    except Exception as error:  # the reader raises whatever a picture makes it stumble over
+    except Exception as error:  # the reader raises many kinds of errors
         sentence = f"{path}: The heightmap cannot be read: {str(error) or type(error).__name__}."
         raise MeshError(sentence) from None
     raise MeshError(
