@@ -26,7 +26,7 @@ from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.free_ports import free_ports
 from master_thesis.flight.launched_graph import Graph
 from simulation_tools.geometry import Pose
-from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP
+from simulation_tools.px4_ports import own_ports
 from simulation_tools.simulation import Simulation
 
 LAUNCH = """<launch>
@@ -120,7 +120,7 @@ class _Soak:
         self._graph, self._simulation, self._rng = graph, simulation, rng
         self._metrics = GraphSoak()
         self._talk = Talk(rng)
-        fcu_ports = (ports[0] + OFFBOARD_PORT_STEP, ports[1] + GCS_PORT_STEP, ports[0])
+        fcu_ports = (*own_ports(*ports[:2]), ports[0])
         self._nonsense: dict[str, Callable[[], None]] = {
             **self._talk.nonsense,
             "garbage over UDP": lambda: _send_garbage(rng, fcu_ports),

@@ -2,7 +2,7 @@
 
 Every datagram is read on its own: whole messages in it are decoded, anything else (garbage, truncated or
 corrupted messages) is counted and skipped, so that it can never spoil the next datagram. Whole messages of
-types that are not in the dialect are no fault of anybody's: newer flight controllers send them.
+types that are not in the dialect are skipped without counting: newer flight controllers send them.
 """
 
 from __future__ import annotations
@@ -20,9 +20,6 @@ from simulation_tools.bounds import fit_float32
 from simulation_tools.errors import SimulationToolsError
 
 Address = Tuple[str, int]
-# How far PX4's own ports lie from those on which its clients listen.
-OFFBOARD_PORT_STEP = 14580 - 14540
-GCS_PORT_STEP = 18570 - 14550
 MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
 _OVERHEAD_V1, _OVERHEAD_V2, _SIGNATURE = 8, 12, 13
 _SIGNED = 1  # the only incompatibility flag that MAVLink 2 has

@@ -8,6 +8,7 @@ import numpy as np
 import rospy
 
 from simulation_tools.px4.mavlink.link import MavlinkLink
+from simulation_tools.px4_ports import GCS_PORT, MAVROS_PORT
 from simulation_tools.px4_sitl.hil_sensors import HilParameters
 from simulation_tools.px4_sitl.own_links import OwnLinks
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl
@@ -30,7 +31,9 @@ def simulation_with_autopilot(
     autopilot = choice("autopilot", str(rospy.get_param("~autopilot", "standin")), AUTOPILOTS)
     if autopilot == "px4":
         return _with_real_px4(parameters, pacing), OwnLinks()
-    ports = mavlink_ports(rospy.get_param("~offboard_port", 14540), rospy.get_param("~gcs_port", 14550))
+    ports = mavlink_ports(
+        rospy.get_param("~offboard_port", MAVROS_PORT), rospy.get_param("~gcs_port", GCS_PORT)
+    )
     simulation = Simulation(parameters)
     simulation.warm_up()
     assert simulation.px4 is not None  # without another autopilot, the stand-in flies

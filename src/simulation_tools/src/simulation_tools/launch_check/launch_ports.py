@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from simulation_tools import values
-from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP, open_udp
+from simulation_tools.mavlink import open_udp
+from simulation_tools.px4_ports import own_ports
 from simulation_tools.px4_sitl.simulator_link import SimulatorLink
 
 HOST = "127.0.0.1"
@@ -29,8 +30,8 @@ def check_ports_are_free(
     if autopilot == "px4":
         SimulatorLink(values.port("simulator_port", simulator_port)).close()
         return
-    _check_udp(offboard + OFFBOARD_PORT_STEP if offboard else 0, "the offboard API")
-    _check_udp(ground + GCS_PORT_STEP if ground else 0, "ground stations")
+    for port, purpose in zip(own_ports(offboard, ground), ("the offboard API", "ground stations")):
+        _check_udp(port, purpose)
 
 
 def _check_udp(port: int, purpose: str) -> None:

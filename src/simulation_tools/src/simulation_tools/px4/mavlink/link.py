@@ -13,7 +13,7 @@ from typing import Callable
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.mavlink import GCS_PORT_STEP, OFFBOARD_PORT_STEP, Address, wait_readable
+from simulation_tools.mavlink import Address, wait_readable
 from simulation_tools.px4.mavlink import telemetry
 from simulation_tools.px4.mavlink.channel import Channel
 from simulation_tools.px4.mavlink.file_transfer import refuse_file_transfer
@@ -29,6 +29,7 @@ from simulation_tools.px4.mavlink.setpoint_messages import (
 from simulation_tools.px4.modes import Result, Severity
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
+from simulation_tools.px4_ports import GCS_PORT, MAVROS_PORT, own_ports
 
 # The types of PX4's custom mode live in the upper bytes of custom_mode.
 _MAIN_SHIFT, _SUB_SHIFT = 16, 24
@@ -55,8 +56,8 @@ class MavlinkLink:
     def __init__(
         self,
         px4: Px4,
-        offboard_port: int = 14540,
-        gcs_port: int = 14550,
+        offboard_port: int = MAVROS_PORT,
+        gcs_port: int = GCS_PORT,
         host: str = "127.0.0.1",
         offboard_local_port: int | None = None,
         gcs_local_port: int | None = None,
@@ -66,10 +67,11 @@ class MavlinkLink:
         offboard_port, gcs_port: where the clients listen; 0: answer only clients that send heartbeats.
         Local ports: by default as far from the clients' as PX4's, 14580 and 18570; 0 takes a free one.
         """
+        own_offboard_port, own_gcs_port = own_ports(offboard_port, gcs_port)
         if offboard_local_port is None:
-            offboard_local_port = offboard_port + OFFBOARD_PORT_STEP if offboard_port else 0
+            offboard_local_port = own_offboard_port
         if gcs_local_port is None:
-            gcs_local_port = gcs_port + GCS_PORT_STEP if gcs_port else 0
+            gcs_local_port = own_gcs_port
         self._px4 = px4
         self._time_us = 0
         self.statistics = LinkStatistics()
