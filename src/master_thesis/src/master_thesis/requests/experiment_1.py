@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Mapping
 
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
+from master_thesis.requests.common import choices_of, limits_of
 from master_thesis.requests.free_places import check_course
-from master_thesis.requests.limits import limits_of
 from master_thesis.worlds import scenario
 
 
@@ -32,27 +32,21 @@ def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
     name = str(asked.get("scenario", ""))
     if name:
         scenario.choose("scenario", name, scenario.SCENARIOS)
-    algorithm = scenario.choose("algorithm", str(asked.get("algorithm", "improved")), scenario.ALGORITHMS)
+    choices = choices_of(asked)
     avoidance = str(asked.get("avoidance", scenario.CEPA))
-    lidar = scenario.lidar(str(asked.get("lidar", "ust")))
-    scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
     scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), scenario.POSE_SOURCES)
     world = scenario.absolute("world", str(asked.get("world", "")))
     start = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
     goal = scenario.place("goal", asked.get("goal", "40 0 2"))
     flown = scenario.Scenario(name or world.stem, world, start, goal)
-    model = str(asked.get("model", "iris"))
-    description = RunDescription(
-        experiment=str(asked.get("experiment", "experiment_1")),
-        scenario=flown,
-        algorithm=algorithm if avoidance == scenario.CEPA else avoidance.split()[-1],
-        lidar=lidar,
-        seed=scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
-        model=model,
-    )
+    description = RunDescription(str(asked.get("experiment", "experiment_1")), flown, **choices)
+    if avoidance != scenario.CEPA:
+        description = replace(description, algorithm=avoidance.split()[-1])
     speed_m_s = scenario.number("speed", asked.get("speed", 2.0), *scenario.SPEEDS_M_S)
     limits = limits_of(asked, PhaseLimits)
     limits = limits.for_way(math.dist(start[:2], goal[:2]), speed_m_s)
     if not name:  # the places of Experiment 1 are known to be free
-        check_course(flown, model, lidar, [goal], keep_m if avoidance == scenario.CEPA else 0.0)
+        check_course(
+            flown, description.model, description.lidar, [goal], keep_m if avoidance == scenario.CEPA else 0.0
+        )
     return GoalFlight(description, limits)

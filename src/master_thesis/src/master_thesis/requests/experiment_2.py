@@ -9,7 +9,7 @@ from cepa import CepaError, CepaParameters
 from master_thesis.errors import FlightError
 from master_thesis.experiment_2.description import TrialDescription
 from master_thesis.experiment_2.trial import TrialParameters
-from master_thesis.requests.limits import limits_of
+from master_thesis.requests.common import choices_of, limits_of
 from master_thesis.worlds import placements, scenario
 
 LONGEST_LOOK_S = 8.0
@@ -32,18 +32,8 @@ def read(asked: Mapping[str, Any], cepa: CepaParameters) -> Trial:
         MasterThesisError: one sentence.
     """
     name = scenario.choose("scenario", str(asked.get("scenario", "columns")), placements.SCENARIOS)
-    lidar = scenario.lidar(str(asked.get("lidar", "ust")))
-    algorithm = scenario.choose("algorithm", str(asked.get("algorithm", "improved")), scenario.ALGORITHMS)
-    scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
-    description = TrialDescription(
-        scenario=name,
-        algorithm=algorithm,
-        lidar=lidar,
-        seed=scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
-        world=scenario.absolute("world", str(asked.get("world", ""))),
-        cepa=cepa,
-        model=str(asked.get("model", "iris")),
-    )
+    world = scenario.absolute("world", str(asked.get("world", "")))
+    description = TrialDescription(name, world=world, cepa=cepa, **choices_of(asked))
     look_s = scenario.number("look", asked.get("look_s", 0.0), 0.0, LONGEST_LOOK_S)
     return Trial(description, limits_of(asked, TrialParameters), look_s)
 

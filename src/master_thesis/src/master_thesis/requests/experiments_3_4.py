@@ -11,8 +11,8 @@ from inspection_tools import InspectionToolsError, read_mission, way_m
 from master_thesis.errors import ScenarioError
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
+from master_thesis.requests.common import choices_of, limits_of
 from master_thesis.requests.free_places import check_course
-from master_thesis.requests.limits import limits_of
 from master_thesis.worlds import scenario
 
 LONGEST_S = 86_400.0
@@ -35,8 +35,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     Raises:
         MasterThesisError, SimulationToolsError: one sentence.
     """
-    lidar = scenario.lidar(str(asked.get("lidar", "ust")))
-    scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
+    choices = choices_of(asked)
     sources = scenario.MAPPING_POSE_SOURCES
     scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), sources)
     world = scenario.absolute("world", str(asked.get("world", "")))
@@ -44,20 +43,12 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     mission = scenario.absolute("mission", str(asked.get("mission", "")))
     places = [waypoint.position_m for waypoint in _waypoints(mission)]
     flown = scenario.Scenario(world.stem, world, start, places[-1], mission)
-    model = str(asked.get("model", "iris"))
-    description = RunDescription(
-        experiment=str(asked.get("experiment", "experiment_3")),
-        scenario=flown,
-        algorithm=scenario.choose("algorithm", str(asked.get("algorithm", "improved")), scenario.ALGORITHMS),
-        lidar=lidar,
-        seed=scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
-        model=model,
-    )
+    description = RunDescription(str(asked.get("experiment", "experiment_3")), flown, **choices)
     speed_m_s = scenario.number("speed", asked.get("speed", 1.0), *scenario.SPEEDS_M_S)
     limits = limits_of(asked, PhaseLimits)
     limits = limits.for_way(way_m(_waypoints(mission), start[:3]), speed_m_s)
     duration_s = scenario.number("duration", asked.get("duration", 0.0), 0.0, LONGEST_S)
-    check_course(flown, model, lidar, sorted(set(places)), keep_m)
+    check_course(flown, description.model, description.lidar, sorted(set(places)), keep_m)
     return MissionFlight(description, limits, duration_s or math.inf)
 
 

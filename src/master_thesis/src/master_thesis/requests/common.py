@@ -1,0 +1,32 @@
+"""What every experiment is asked for alike: algorithm, lidar, seed, model, and how long a phase may last."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any, Mapping, TypeVar
+
+from master_thesis.worlds import scenario
+
+Limits = TypeVar("Limits", bound=Any)
+
+
+def choices_of(asked: Mapping[str, Any]) -> dict[str, Any]:
+    """Return algorithm, lidar, seed and model by these names; raises ScenarioError.
+
+    `mavros` is checked, too.
+    """
+    scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
+    return {
+        "algorithm": scenario.choose(
+            "algorithm", str(asked.get("algorithm", "improved")), scenario.ALGORITHMS
+        ),
+        "lidar": scenario.lidar(str(asked.get("lidar", "ust"))),
+        "seed": scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
+        "model": str(asked.get("model", "iris")),
+    }
+
+
+def limits_of(asked: Mapping[str, Any], kind: type[Limits]) -> Limits:
+    """Return the limits, a dataclass, of those values that name its fields; raises FlightError."""
+    names = [field.name for field in fields(kind)]
+    return kind(**{name: asked[name] for name in names if name in asked})
