@@ -75,7 +75,7 @@ def fly_all(given: argparse.Namespace) -> dict:
 
 def fly(name: str, algorithm: str, seed: int, goal_x_m: float = 40.0) -> dict:
     """Fly one scenario once; return the metrics of the flight."""
-    return fly_scenario(scenario_parameters(name, algorithm, seed, goal_x_m)).figures
+    return fly_scenario(scenario_parameters(name, algorithm, seed, goal_x_m)).metrics
 
 
 def summary(flown: Sequence[dict]) -> dict:

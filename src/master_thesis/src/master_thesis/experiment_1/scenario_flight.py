@@ -24,11 +24,11 @@ WORLDS = Path(__file__).resolve().parents[3] / "worlds"
 class ScenarioFlight:
     """What came of a flight.
 
-    figures: arrival, computation time, way and clearance by name. path: (n, 4) of time in s and true x, y, z
+    metrics: arrival, computation time, way and clearance by name. path: (n, 4) of time in s and true x, y, z
     in m, from sending the goal to landing. emergencies_xy: (k, 2) where the emergency avoidance answered.
     """
 
-    figures: dict
+    metrics: dict
     path: np.ndarray
     emergencies_xy: np.ndarray
 
@@ -54,20 +54,20 @@ def fly_scenario(parameters: ClosedLoopParameters) -> ScenarioFlight:
     description = RunDescription(
         "experiment_1", flown, parameters.algorithm, simulation.lidar, simulation.seed
     )
-    metrics = flight_metrics(log, outcome, goal)
-    figures = {
+    found = flight_metrics(log, outcome, goal)
+    metrics = {
         "reached_goal": outcome.reached_goal,
         "collision": outcome.collision,
-        "computation_ms": metrics["cepa_computation_ms"]["mean"],
-        "computation_p99_ms": metrics["cepa_computation_ms"]["p99"],
-        "directions": metrics["cepa_directions_tested"]["mean"],
-        "flight_time_s": metrics["flight_time_s"],
-        "path_length_m": metrics["path_length_m"],
+        "computation_ms": found["cepa_computation_ms"]["mean"],
+        "computation_p99_ms": found["cepa_computation_ms"]["p99"],
+        "directions": found["cepa_directions_tested"]["mean"],
+        "flight_time_s": found["flight_time_s"],
+        "path_length_m": found["path_length_m"],
         "clearance_m": least(clearances_of_flight(description, log, outcome)),
-        "emergencies": metrics["emergencies"],
+        "emergencies": found["emergencies"],
     }
     start_s, _ = flight_interval_s(log, outcome)
     path = log.between(start_s, outcome.times_s.get(Phase.LANDING, np.inf))[:, :4]
     times_s = [row[0] for row in log.decisions if row[4] and row[0] >= start_s]
     places = np.column_stack([np.interp(times_s, path[:, 0], path[:, axis]) for axis in (1, 2)])
-    return ScenarioFlight(figures, path, places)
+    return ScenarioFlight(metrics, path, places)

@@ -45,7 +45,7 @@ def make(name: str, algorithm: str, seed: int, goal_x_m: float) -> dict:
     flight = fly_scenario(scenario_parameters(name, algorithm, seed, goal_x_m))
     every = max(1, round(len(flight.path) / (PATH_POSES_PER_S * (flight.path[-1, 0] - flight.path[0, 0]))))
     return {
-        **flight.figures,
+        **flight.metrics,
         "path_xy": flight.path[::every, 1:3].round(3),
         "emergencies_xy": flight.emergencies_xy.round(3),
     }
