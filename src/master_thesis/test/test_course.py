@@ -9,11 +9,11 @@ TREE, GROUND, UAV = "tree_007::link::trunk", "ground_plane::link::floor", "iris:
 
 
 @pytest.fixture
-def experiment():
+def run():
     limits = PhaseLimits(2.0, ready_timeout_s=30.0, flight_timeout_s=60.0, landing_timeout_s=20.0)
-    run = Course(limits, uav="iris")
-    run.on_time(0.0)
-    return run
+    course = Course(limits, uav="iris")
+    course.on_time(0.0)
+    return course
 
 
 def fly(run):
@@ -23,22 +23,22 @@ def fly(run):
     run.on_goal_reached(30.0, True)
 
 
-def test_the_course_of_a_successful_run(experiment):
+def test_the_course_of_a_successful_run(run):
     # Given a run that waits, nothing is asked for until the UAV is ready
-    assert experiment.on_time(5.0) == []
+    assert run.on_time(5.0) == []
     # When it hovers, the goal is sent, once
-    experiment.on_ready(True)
-    assert experiment.on_time(10.0) == [Action.SEND_GOAL]
-    assert experiment.on_time(10.1) == []
+    run.on_ready(True)
+    assert run.on_time(10.0) == [Action.SEND_GOAL]
+    assert run.on_time(10.1) == []
     # When it is there, it hovers for two seconds and is then told to land, once
-    experiment.on_goal_reached(30.0, True)
-    assert experiment.on_time(31.9) == []
-    assert experiment.on_time(32.0) == [Action.LAND]
-    assert experiment.on_time(33.0) == []
+    run.on_goal_reached(30.0, True)
+    assert run.on_time(31.9) == []
+    assert run.on_time(32.0) == [Action.LAND]
+    assert run.on_time(33.0) == []
     # When it disarms, the run is over
-    assert experiment.on_armed(33.0, True) == []
-    assert experiment.on_armed(38.0, False) == [Action.FINISH]
-    outcome = experiment.outcome
+    assert run.on_armed(33.0, True) == []
+    assert run.on_armed(38.0, False) == [Action.FINISH]
+    outcome = run.outcome
     assert outcome.success
     assert outcome.times_s == {
         Phase.WAITING: 0.0,
@@ -49,145 +49,126 @@ def test_the_course_of_a_successful_run(experiment):
     }
 
 
-def test_a_goal_reached_before_it_was_sent_does_not_count(experiment):
-    experiment.on_goal_reached(1.0, True)
-    assert not experiment.outcome.reached_goal
-    assert experiment.phase is Phase.WAITING
+def test_a_goal_reached_before_it_was_sent_does_not_count(run):
+    run.on_goal_reached(1.0, True)
+    assert not run.outcome.reached_goal
+    assert run.phase is Phase.WAITING
 
 
-def test_leaving_the_goal_again_does_not_unreach_it(experiment):
-    fly(experiment)
-    experiment.on_goal_reached(30.5, False)
-    assert experiment.outcome.reached_goal
+def test_leaving_the_goal_again_does_not_unreach_it(run):
+    fly(run)
+    run.on_goal_reached(30.5, False)
+    assert run.outcome.reached_goal
 
 
-def test_a_uav_that_never_gets_ready_ends_the_run(experiment):
-    assert experiment.on_time(29.9) == []
-    assert experiment.on_time(30.0) == [Action.FINISH]
-    assert experiment.outcome.failure == "Still waiting for the hover after 30 s."
-    assert not experiment.outcome.success
+def test_a_uav_that_never_gets_ready_ends_the_run(run):
+    assert run.on_time(29.9) == []
+    assert run.on_time(30.0) == [Action.FINISH]
+    assert run.outcome.failure == "Still waiting for the hover after 30 s."
+    assert not run.outcome.success
 
 
-def test_why_the_uav_does_not_hover_is_said_if_it_is_known(experiment):
-    experiment.on_waiting("no home position yet")
-    experiment.on_time(0.0)
-    assert experiment.on_time(30.0) == [Action.FINISH]
-    assert experiment.outcome.failure == "Still waiting for the hover after 30 s: no home position yet."
+def test_why_the_uav_does_not_hover_is_said_if_it_is_known(run):
+    run.on_waiting("no home position yet")
+    run.on_time(0.0)
+    assert run.on_time(30.0) == [Action.FINISH]
+    assert run.outcome.failure == "Still waiting for the hover after 30 s: no home position yet."
 
 
 def test_what_a_flight_waits_for_in_vain_is_said_by_name():
-    experiment = Course(PhaseLimits(ready_timeout_s=30.0), "iris")
-    experiment.on_ready(False, awaited="SLAM")
-    experiment.on_time(0.0)
-    assert experiment.on_time(30.0) == [Action.FINISH]
-    assert experiment.outcome.failure == "Still waiting for SLAM after 30 s."
+    run = Course(PhaseLimits(ready_timeout_s=30.0), "iris")
+    run.on_ready(False, awaited="SLAM")
+    run.on_time(0.0)
+    assert run.on_time(30.0) == [Action.FINISH]
+    assert run.outcome.failure == "Still waiting for SLAM after 30 s."
 
 
-def test_a_flight_that_ends_before_its_goal_says_how_far_away_it_was(experiment):
-    experiment.on_ready(True)
-    experiment.on_time(10.0)
-    experiment.on_distance(12.34)
-    experiment.on_time(70.0)
-    assert experiment.outcome.failure == "Still flying to the goal after 60 s, 12.3 m from it."
+def test_a_flight_that_ends_before_its_goal_says_how_far_away_it_was(run):
+    run.on_ready(True)
+    run.on_time(10.0)
+    run.on_distance(12.34)
+    run.on_time(70.0)
+    assert run.outcome.failure == "Still flying to the goal after 60 s, 12.3 m from it."
 
 
-def test_a_uav_that_is_stuck_lands_and_ends(experiment):
-    experiment.on_ready(True)
-    experiment.on_time(10.0)
-    assert experiment.on_time(70.0) == [Action.LAND]
-    assert experiment.on_armed(75.0, False) == [Action.FINISH]
-    outcome = experiment.outcome
+def test_a_uav_that_is_stuck_lands_and_ends(run):
+    run.on_ready(True)
+    run.on_time(10.0)
+    assert run.on_time(70.0) == [Action.LAND]
+    assert run.on_armed(75.0, False) == [Action.FINISH]
+    outcome = run.outcome
     assert outcome.failure == "Still flying to the goal after 60 s."
     assert outcome.landed
     assert not outcome.reached_goal
     assert not outcome.success
 
 
-def test_a_landing_that_does_not_end_ends_the_run(experiment):
-    fly(experiment)
-    experiment.on_time(32.0)
-    assert experiment.on_time(52.0) == [Action.FINISH]
-    assert experiment.outcome.failure == "Still landing after 20 s."
+def test_a_landing_that_does_not_end_ends_the_run(run):
+    fly(run)
+    run.on_time(32.0)
+    assert run.on_time(52.0) == [Action.FINISH]
+    assert run.outcome.failure == "Still landing after 20 s."
 
 
-def test_touching_an_obstacle_is_a_collision_in_every_phase(experiment):
-    experiment.on_contact(UAV, TREE)
-    assert experiment.outcome.collision
-    assert experiment.outcome.failure == f"The UAV touched {TREE}."
-
-
-def test_the_obstacle_is_named_whichever_side_it_stands_on(experiment):
-    experiment.on_contact(TREE, UAV)
-    experiment.on_contact(UAV, TREE)
-    assert experiment.outcome.touched == (TREE,)
-
-
-@pytest.mark.parametrize("pair", [(UAV, GROUND), (GROUND, UAV)])
-def test_the_ground_is_no_obstacle_while_taking_off_and_landing(experiment, pair):
-    experiment.on_contact(*pair)
-    fly(experiment)
-    experiment.on_time(32.0)
-    experiment.on_contact(*pair)
-    assert not experiment.outcome.collision
-
-
-@pytest.mark.parametrize("pair", [(UAV, GROUND), (GROUND, UAV)])
-def test_the_ground_is_an_obstacle_in_flight(experiment, pair):
-    experiment.on_ready(True)
-    experiment.on_time(10.0)
-    experiment.on_contact(*pair)
-    assert experiment.outcome.touched == (GROUND,)
+def test_an_obstacle_is_named_once_whichever_side_it_stands_on(run):
+    run.on_contact(TREE, UAV)
+    run.on_contact(UAV, TREE)
+    assert run.outcome.touched == (TREE,)
+    assert run.outcome.collision
+    assert run.outcome.failure == f"The UAV touched {TREE}."
 
 
 FLOOR, SHELF = "floor::link::c", "shelf::link::board"
 
 
 @pytest.mark.parametrize("contact", [(UAV, FLOOR, 1.0), (FLOOR, UAV, -1.0)])
-def test_the_ground_is_what_carries_the_uav_whatever_its_name(experiment, contact):
+def test_the_ground_is_what_carries_the_uav_whatever_its_name(run, contact):
     # Given a floor on which the UAV stands, and which a rotor scrapes while it takes off
-    experiment.on_contact(*contact)
-    experiment.on_contact("iris::rotor_1::disc", FLOOR, 0.1)
-    fly(experiment)
-    experiment.on_time(32.0)
+    run.on_contact(*contact)
+    run.on_contact("iris::rotor_1::disc", FLOOR, 0.1)
+    fly(run)
+    run.on_time(32.0)
     # When it lands on something else
-    experiment.on_contact(UAV, SHELF, 0.8)
+    run.on_contact(UAV, SHELF, 0.8)
     # Then both are ground, and no collision
-    assert not experiment.outcome.collision
-    assert experiment.outcome.ground == ("ground_plane", "floor", "shelf")
+    assert not run.outcome.collision
+    assert run.outcome.ground == ("ground_plane", "floor", "shelf")
 
 
-def test_what_is_touched_sideways_or_from_below_is_no_ground(experiment):
-    experiment.on_contact(UAV, TREE, 0.0)
-    experiment.on_contact(UAV, SHELF, -1.0)  # a board over its head
-    assert experiment.outcome.touched == (TREE, SHELF)
-    assert experiment.outcome.ground == ("ground_plane",)
+def test_what_is_touched_sideways_or_from_below_is_no_ground(run):
+    run.on_contact(UAV, GROUND)  # by its name it is
+    run.on_contact(UAV, TREE, 0.0)
+    run.on_contact(UAV, SHELF, -1.0)  # a board over its head
+    assert run.outcome.touched == (TREE, SHELF)
+    assert run.outcome.ground == ("ground_plane",)
 
 
-def test_a_floor_of_any_name_is_an_obstacle_in_flight(experiment):
-    experiment.on_contact(UAV, FLOOR, 1.0)
-    experiment.on_ready(True)
-    experiment.on_time(10.0)
-    experiment.on_contact(UAV, FLOOR, 1.0)
-    assert experiment.outcome.touched == (FLOOR,)
+@pytest.mark.parametrize("pair", [(UAV, GROUND), (GROUND, UAV), (UAV, FLOOR)])
+def test_the_ground_is_an_obstacle_in_flight(run, pair):
+    run.on_contact(*pair, 1.0 if pair[0] is UAV else -1.0)
+    run.on_ready(True)
+    run.on_time(10.0)
+    run.on_contact(*pair)
+    assert run.outcome.touched == (pair[pair[0] is UAV],)
 
 
-def test_disarming_in_flight_is_a_failure(experiment):
-    experiment.on_ready(True)
-    experiment.on_time(10.0)
-    assert experiment.on_armed(15.0, False) == [Action.FINISH]
-    assert experiment.outcome.failure == "The flight controller disarmed while flying to the goal, at 15.0 s."
+def test_disarming_in_flight_is_a_failure(run):
+    run.on_ready(True)
+    run.on_time(10.0)
+    assert run.on_armed(15.0, False) == [Action.FINISH]
+    assert run.outcome.failure == "The flight controller disarmed while flying to the goal, at 15.0 s."
 
 
-def test_being_disarmed_before_the_flight_is_how_every_run_starts(experiment):
-    assert experiment.on_armed(0.5, False) == []
-    assert experiment.phase is Phase.WAITING
+def test_being_disarmed_before_the_flight_is_how_every_run_starts(run):
+    assert run.on_armed(0.5, False) == []
+    assert run.phase is Phase.WAITING
 
 
-def test_an_interruption_ends_the_run_with_its_sentence(experiment):
-    assert experiment.abort(3.0, "Interrupted by the user.") == [Action.FINISH]
-    assert experiment.abort(3.1, "Something else.") == []
-    assert experiment.outcome.failure == "Interrupted by the user."
-    assert not experiment.outcome.reached_goal
+def test_an_interruption_ends_the_run_with_its_sentence(run):
+    assert run.abort(3.0, "Interrupted by the user.") == [Action.FINISH]
+    assert run.abort(3.1, "Something else.") == []
+    assert run.outcome.failure == "Interrupted by the user."
+    assert not run.outcome.reached_goal
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), "two", None, True, [2.0]])

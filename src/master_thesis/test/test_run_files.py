@@ -2,6 +2,7 @@
 
 import json
 import math
+import threading
 from datetime import datetime
 
 import numpy as np
@@ -64,7 +65,7 @@ def description(worlds_folder):
     return RunDescription("experiment_1", scenario("empty", worlds_folder), "improved", "ust", seed=3)
 
 
-def test_figures_of_merit_of_a_straight_flight(description):
+def test_metrics_of_a_straight_flight(description):
     monitor, asked = fly_straight()
     assert [action.name for action in asked] == ["SEND_GOAL", "LAND", "FINISH"]
     metrics = flight_metrics(monitor.log, monitor.course.outcome, (40.0, 0.0, 2.0))
@@ -89,7 +90,7 @@ def test_a_flight_cut_short_is_measured_to_its_end(description):
     assert metrics["failure"] == "The run was interrupted before its end."
 
 
-def test_a_run_that_never_flew_has_a_report_too(tmp_path, description):
+def test_a_run_that_never_flew_has_a_summary_too(tmp_path, description):
     monitor = Monitor(PhaseLimits(), "iris")
     monitor.abort("The simulator ended.")
     wall = monitor.wall_metrics(0.0)
@@ -101,7 +102,7 @@ def test_a_run_that_never_flew_has_a_report_too(tmp_path, description):
     assert "failure" in run_summary.headline(content)
 
 
-def test_wall_figures(description):
+def test_wall_metrics(description):
     monitor, _ = fly_straight()
     monitor.on_performance(
         {
@@ -155,32 +156,14 @@ def test_all_files_of_a_run(tmp_path, description):
     assert np.hypot(hits["x_m"] - 10.0, hits["y_m"]) == pytest.approx(3.0, abs=0.002)
 
 
-def test_an_interrupt_leaves_the_numbers_and_no_half_file(tmp_path, description):
-    monitor, _ = fly_straight()
+def test_nothing_is_written_to_a_folder_that_is_sealed(tmp_path):
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
-    flown = folder, description, monitor.log, monitor.course.outcome
-    content = run_files.write_numbers(*flown, monitor.wall_metrics(100.0))
-    before = sorted(path.name for path in folder.path.iterdir())
-
-    def interrupt(done, of):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_files.complete_run(*flown, content, interrupt)
-    assert sorted(path.name for path in folder.path.iterdir()) == before
-    assert json.loads((folder.path / "result.json").read_text())["success"] is True
-
-
-def test_a_write_that_is_interrupted_leaves_nothing(tmp_path, monkeypatch):
-    folder = RunFolder(tmp_path, "experiment_1", datetime.now())
-
-    def interrupt(descriptor):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("os.fsync", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        folder.write_bytes("flight.png", b"picture")
-    assert list(folder.path.iterdir()) == []
+    folder.write_bytes("result.json", b"{}")
+    folder.seal(1.0)
+    late = threading.Thread(target=folder.write_bytes, args=("flight.png", b"picture"), daemon=True)
+    late.start()
+    late.join(0.2)
+    assert [path.name for path in folder.path.iterdir()] == ["result.json"]
 
 
 def test_clearance_along_a_path_past_a_tree(tmp_path, worlds_folder, description):
