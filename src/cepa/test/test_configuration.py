@@ -3,7 +3,6 @@
 import ast
 import dataclasses
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 import yaml
@@ -63,10 +62,3 @@ def test_the_yaml_file_holds_every_default_but_slower_detours_and_says_what_it_d
     assert config["algorithm"] in ALGORITHMS
     lines = [line for line in path.read_text().splitlines() if line.split("#")[0].strip()]
     assert all("Default" in line or "default" in line for line in lines), lines
-
-
-@pytest.mark.parametrize("path", sorted((PACKAGE / "launch").glob("*.launch")), ids=lambda path: path.name)
-def test_every_argument_of_a_launch_file_is_documented(path):
-    arguments = ElementTree.parse(path).getroot().findall("arg")
-    assert arguments
-    assert [argument.get("name") for argument in arguments if not argument.get("doc")] == []
