@@ -158,9 +158,9 @@ def test_all_files_of_a_run(tmp_path, description):
 
 def test_nothing_is_written_to_a_folder_that_is_sealed(tmp_path):
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
-    folder.write_bytes("result.json", b"{}")
+    folder.write_files({"result.json": b"{}"})
     folder.seal(1.0)
-    late = threading.Thread(target=folder.write_bytes, args=("flight.png", b"picture"), daemon=True)
+    late = threading.Thread(target=folder.write_files, args=({"flight.png": b"picture"},), daemon=True)
     late.start()
     late.join(0.2)
     assert [path.name for path in folder.path.iterdir()] == ["result.json"]

@@ -15,8 +15,6 @@ from master_thesis.doctor.snapshot import Autopilot, Parameter, Recording, Scan,
 SCANS_KEPT, EVERY_LATER_SCAN = 50, 20
 """Of each topic the first scans are kept, and later one of so many."""
 
-TRANSFORMS = ("/tf", "/tf_static")
-
 
 @dataclass
 class _Heard:

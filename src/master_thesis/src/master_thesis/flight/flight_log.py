@@ -44,15 +44,6 @@ class Series:
         """Append one row of several that may share a stamp (contacts)."""
         self.rows.append(values)
 
-    def clear(self) -> None:
-        """Forget every row, as after a clock that jumped back."""
-        self.rows.clear()
-
-    def column(self, name: str) -> np.ndarray:
-        """Return one column (n,)."""
-        index = self.columns.index(name)
-        return np.array([row[index] for row in self.rows])
-
     def array(self, *names: str) -> np.ndarray:
         """Return the named columns (n, len(names)) as floats."""
         indices = [self.columns.index(name) for name in names]
@@ -100,12 +91,6 @@ class FlightLog:
         if not self.scans or t_s - self.scans[-1].t_s >= self.scan_period_s - 1e-6:
             ranges = np.asarray(ranges_m, dtype=np.float32)
             self.scans.append(LoggedScan(t_s, ranges, angle_min_rad, angle_increment_rad))
-
-    def clear(self) -> None:
-        """Forget everything, as after a clock that jumped back."""
-        for series in self.series().values():
-            series.clear()
-        self.scans.clear()
 
     def between(self, start_s: float, end_s: float) -> np.ndarray:
         """Return the true poses (n, 8: t, position, quaternion xyzw) with start <= t <= end."""

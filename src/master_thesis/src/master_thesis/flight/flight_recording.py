@@ -1,4 +1,4 @@
-"""A flight as SLAM sees it, kept in one file: every scan, odometry with the attitude, and the truth.
+"""A flight as SLAM sees it, recorded: every scan, odometry with the attitude, and the truth.
 
 One recorded flight serves every variant of SLAM. The ground truth steers it, so it does not depend on what
 SLAM makes of it.
@@ -6,13 +6,11 @@ SLAM makes of it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any, Iterator, NamedTuple, Sequence
+from dataclasses import dataclass
+from typing import Iterator, NamedTuple, Sequence
 
 import numpy as np
 
-from master_thesis.errors import FlightError
 from simulation_tools.geometry import Pose
 from simulation_tools.sensors.lidar import Lidar
 
@@ -70,38 +68,9 @@ class FlightRecording:
 
     def one_of(self, scans: int) -> FlightRecording:
         """Return a recording of every n-th scan, as a slower lidar would give; scans: this n."""
-        return self._taken(np.arange(0, len(self), scans))
-
-    def between(self, start_s: float, end_s: float) -> FlightRecording:
-        """Return the scans with start <= t <= end."""
-        return self._taken(np.flatnonzero((self.times_s >= start_s) & (self.times_s <= end_s)))
-
-    def _taken(self, rows: np.ndarray) -> FlightRecording:
+        rows = slice(None, None, scans)
         series = (self.times_s[rows], self.ranges_m[rows], self.odometry[rows], self.truth[rows])
         return FlightRecording(self.name, self.lidar, *series)
-
-    def save(self, path: Path) -> None:
-        """Write it as a numpy archive (.npz)."""
-        lidar = {f"lidar_{f.name}": getattr(self.lidar, f.name) for f in fields(LidarGeometry)}
-        series = {name: getattr(self, name) for name in ("times_s", "ranges_m", "odometry", "truth")}
-        np.savez(path, name=self.name, **lidar, **series)
-
-    @classmethod
-    def load(cls, path: Path) -> FlightRecording:
-        """Read what `save` wrote.
-
-        Raises:
-            FlightError: the file is missing, or is no recording.
-        """
-        try:
-            with np.load(path, allow_pickle=False) as archive:
-                lidar = LidarGeometry(*(_plain(archive[f"lidar_{f.name}"]) for f in fields(LidarGeometry)))
-                series = (archive[name] for name in ("times_s", "ranges_m", "odometry", "truth"))
-                return cls(str(archive["name"]), lidar, *series)
-        except OSError as error:
-            raise FlightError(f"The recording {path} cannot be read: {error.strerror or error}.") from None
-        except (KeyError, ValueError):
-            raise FlightError(f"{path} is no recording of a flight; record one anew.") from None
 
 
 class FlightRecorder:
@@ -135,7 +104,3 @@ def _row(pose: Pose) -> tuple:
 def _pose(row: Sequence[float]) -> Pose:
     x, y, z, qx, qy, qz, qw = row
     return Pose((x, y, z), (qx, qy, qz, qw))
-
-
-def _plain(value: np.ndarray) -> Any:
-    return tuple(value.tolist()) if value.ndim else float(value)

@@ -53,10 +53,6 @@ class RunFolder:
         writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
         return self._write(name, text.getvalue().encode("utf-8"))
 
-    def write_bytes(self, name: str, content: bytes) -> Path:
-        """Write any other file."""
-        return self._write(name, content)
-
     def write_files(self, contents: Mapping[str, bytes]) -> None:
         """Write several files, by name."""
         for name, content in contents.items():
