@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""sitl.launch and tools.launch in flight: ready, TF, commands, bad commands, deaths, landings, reset."""
+"""sitl.launch and tools.launch in flight: ready, TF, commands, bad commands, deaths, landings."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from mavros_msgs.srv import ParamSet, SetMode
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
-from std_srvs.srv import Empty, Trigger
+from std_srvs.srv import Trigger
 
 YAW = 0.5  # at the start
 HIGH_M = 2.5  # above the hover height: PX4's landing takes 7 s from there, longer than any node is away
@@ -286,7 +286,7 @@ class TestMavrosPublisher(unittest.TestCase):
         uri = rosgraph.Master("/test").lookupNode(node)
         return xmlrpc.client.ServerProxy(uri).getPid("/test")[2]
 
-    def test_h_somebody_elses_landing_is_left_alone_until_restart_or_reset(self):
+    def test_h_somebody_elses_landing_is_left_alone_until_restart(self):
         rospy.ServiceProxy("/mavros/set_mode", SetMode)(0, "AUTO.LAND")
         seen = len(self.ready)
         self.assertTrue(self.eventually(lambda: not self.state.armed, 30.0, self.fly))
@@ -297,11 +297,7 @@ class TestMavrosPublisher(unittest.TestCase):
         self.assertNotIn(True, armed)
         self.assertTrue(rospy.ServiceProxy("/mavros_publisher/restart", Trigger)().success)
         self.assertTrue(self.eventually(lambda: self.state.armed and self.place[2] > 0.5, 30.0))
-        # And a reset of the simulation is a new flight
-        rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()
-        self.assertTrue(self.eventually(lambda: self.place[2] < 0.2))
-        self.assertTrue(self.eventually(lambda: self.ready[-1] and self.place[2] > 1.5, 40.0))
-        self.assertLess(math.hypot(*self.place[:2]), 0.1)
+        self.assertTrue(self.eventually(lambda: self.ready[-1], 40.0))
 
     def test_z_wind_tilts_the_hovering_uav_and_can_be_tuned(self):
         client = Client("/gazebo", timeout=5.0)
