@@ -9,19 +9,15 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import dataclass, field
-from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any, Callable, Mapping, Sequence
-from xmlrpc.client import Fault, ProtocolError, ServerProxy, Transport
 
 import rosgraph
 import rospkg
 
+from node_tools.ros_servers import UNREACHABLE, server
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, check_arguments, nodes_of
-
-PATIENCE_S = 3.0
-_UNREACHABLE = (OSError, Fault, ProtocolError, rosgraph.MasterException)
 
 
 @dataclass(frozen=True)
@@ -80,10 +76,10 @@ def check(launch: Launch) -> None:
 
 def check_nothing_runs(files: Sequence[Path], master_uri: str) -> None:
     """Raise LaunchError when a node that these files start runs already: ROS would end the first one."""
-    master = _proxy(master_uri)
+    master = server(master_uri)
     try:
         code, _, state = master.getSystemState("/check_launch")
-    except (*_UNREACHABLE, ValueError):
+    except (*UNREACHABLE, ValueError):
         return  # no master: nothing runs
     if code != 1:
         return
@@ -116,21 +112,9 @@ def _occupied(node: str, file: Path, master_uri: str) -> str:
 def _answers(master: Any, node: str) -> bool:
     try:
         code, _, uri = master.lookupNode("/check_launch", node)
-        return code == 1 and _proxy(uri).getPid("/check_launch")[0] == 1
-    except (*_UNREACHABLE, ValueError):
+        return code == 1 and server(uri).getPid("/check_launch")[0] == 1
+    except (*UNREACHABLE, ValueError):
         return False
-
-
-class _ImpatientTransport(Transport):
-    def make_connection(self, host: tuple[str, dict[str, str]] | str) -> HTTPConnection:
-        connection = super().make_connection(host)
-        connection.timeout = PATIENCE_S
-        return connection
-
-
-def _proxy(uri: str) -> Any:
-    """Return what calls the methods of an XML-RPC server, which only the server knows."""
-    return ServerProxy(uri, transport=_ImpatientTransport())
 
 
 def run(

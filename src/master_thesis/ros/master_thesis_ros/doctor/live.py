@@ -8,7 +8,6 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Iterator
-from xmlrpc.client import Fault, ProtocolError, ServerProxy, Transport
 
 import rosgraph
 import roslib.message
@@ -17,6 +16,7 @@ import rospy
 from master_thesis.doctor.snapshot import Graph, Launched, Node
 from master_thesis.errors import MasterThesisError
 from master_thesis_ros.doctor.recorder import Recorder
+from node_tools.ros_servers import UNREACHABLE, server
 
 NOT_LISTENED_TO = (
     "sensor_msgs/Image",
@@ -25,9 +25,6 @@ NOT_LISTENED_TO = (
     "nav_msgs/OccupancyGrid",
 )
 """Types that no check looks at; a subscriber would make a camera render."""
-
-PING_S = 3.0
-_UNREACHABLE = (OSError, Fault, ProtocolError, rosgraph.MasterException)
 
 
 class GraphError(MasterThesisError):
@@ -39,7 +36,7 @@ def look(listen_s: float) -> Graph:
     master = rosgraph.Master("/doctor")
     try:
         master.getPid()
-    except _UNREACHABLE:
+    except UNREACHABLE:
         uri = rosgraph.get_master_uri()
         raise GraphError(
             f"No ROS master answers at {uri}: start a launch file, or set ROS_MASTER_URI."
@@ -113,11 +110,11 @@ def _node(master: rosgraph.Master, name: str) -> Node | None:
     """Return a node, and whether its own server answers; None if it took its leave meanwhile."""
     try:
         uri = master.lookupNode(name)
-    except _UNREACHABLE:
+    except UNREACHABLE:
         return None
     try:
-        code, _, pid = _proxy(uri).getPid("/doctor")
-    except _UNREACHABLE:
+        code, _, pid = server(uri).getPid("/doctor")
+    except UNREACHABLE:
         return Node(name, False)
     return Node(name, code == 1, _package(pid))
 
@@ -135,8 +132,8 @@ def _launched(master: rosgraph.Master) -> Iterator[Launched]:
     """Yield what every roslaunch of this graph says of its nodes."""
     for uri in (_parameter(master, "/roslaunch/uris", {}) or {}).values():
         try:
-            code, _, (alive, dead) = _proxy(uri).list_processes()
-        except (*_UNREACHABLE, ValueError):
+            code, _, (alive, dead) = server(uri).list_processes()
+        except (*UNREACHABLE, ValueError):
             continue  # it ended without a word; its nodes are told of by their own silence
         if code == 1:
             yield from (Launched(_name(name), True, int(starts)) for name, starts in alive if _is_node(name))
@@ -155,17 +152,5 @@ def _is_node(process: str) -> bool:
 def _parameter(master: rosgraph.Master, name: str, default: Any) -> Any:
     try:
         return master.getParam(name)
-    except _UNREACHABLE:
+    except UNREACHABLE:
         return default
-
-
-def _proxy(uri: str) -> Any:
-    """Return a node's XML-RPC server, whose calls give up in time: a hung one accepts, and never answers."""
-    return ServerProxy(uri, transport=_ImpatientTransport())
-
-
-class _ImpatientTransport(Transport):
-    def make_connection(self, host: Any) -> Any:
-        connection = super().make_connection(host)
-        connection.timeout = PING_S
-        return connection

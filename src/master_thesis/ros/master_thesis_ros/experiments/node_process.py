@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
-from typing import Any
-from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
 
 from master_thesis.flight import processes
+from node_tools.ros_servers import UNREACHABLE, server
 
 
 class NodeProcess:
@@ -48,7 +47,6 @@ class NodeProcess:
     def _find(self) -> int | None:
         try:
             address = rosgraph.Master(rospy.get_name()).lookupNode(self._node)
-            answer: Any = ServerProxy(address).getPid(rospy.get_name())
-            return int(answer[2])
-        except (OSError, rosgraph.MasterException, ValueError):
+            return int(server(address).getPid(rospy.get_name())[2])
+        except (*UNREACHABLE, ValueError):
             return None
