@@ -72,7 +72,7 @@ def refusals(master_of_module):
         words = (arg,) if arg.startswith("_world") else (world, arg)
         name = f"__name:=refused_{number}"
         started[case] = master_of_module.start(
-            *("rosrun", "master_thesis", "experiment", name, *words), stdout=PIPE, stderr=STDOUT, text=True
+            *("rosrun", "master_thesis", "experiment_1", name, *words), stdout=PIPE, stderr=STDOUT, text=True
         )
     said = {case: process.communicate(timeout=100.0)[0] for case, process in started.items()}
     return {case: (started[case].returncode, said[case]) for case in REFUSED}
