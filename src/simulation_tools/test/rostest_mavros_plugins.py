@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from pathlib import Path
 
 import rosgraph
@@ -18,15 +17,12 @@ from mavros_msgs.msg import (
     VFR_HUD,
     Altitude,
     AttitudeTarget,
-    EstimatorStatus,
     GlobalPositionTarget,
     HomePosition,
     PositionTarget,
     RCOut,
     State,
-    SysStatus,
     Thrust,
-    TimesyncStatus,
     Waypoint,
     WaypointList,
 )
@@ -39,13 +35,12 @@ from mavros_msgs.srv import (
     ParamPush,
     SetMavFrame,
     SetMode,
-    VehicleInfoGet,
     WaypointClear,
     WaypointPull,
     WaypointPush,
 )
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix, TimeReference
+from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
 from std_srvs.srv import Trigger
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -54,8 +49,6 @@ from mavros_test_case import MavrosTestCase
 
 HEARD = {
     "state": State,
-    "sys_status": SysStatus,
-    "estimator_status": EstimatorStatus,
     "local_position/pose": PoseStamped,
     "global_position/local": Odometry,
     "global_position/raw/fix": NavSatFix,
@@ -71,8 +64,6 @@ HEARD = {
     "setpoint_raw/target_attitude": AttitudeTarget,
     "rc/out": RCOut,
     "mission/waypoints": WaypointList,
-    "time_reference": TimeReference,
-    "timesync_status": TimesyncStatus,
 }
 LATITUDE, LONGITUDE, ALTITUDE_M = 47.397742, 8.545594, 488.0  # the world's origin
 GEOID_M = 47.3  # the sea's height over the ellipsoid there
@@ -181,22 +172,6 @@ class TestMavrosPlugins(MavrosTestCase):
         self.assertAlmostEqual(local.pose.pose.position.x, east - home.x, delta=0.15)
         self.assertAlmostEqual(local.pose.pose.position.y, north - home.y, delta=0.15)
 
-    def test_b_what_the_flight_controller_says_of_itself(self):
-        for name in ("sys_status", "estimator_status", "rc/out", "time_reference", "timesync_status"):
-            self.assertTrue(self.eventually(lambda name=name: self.last(name) is not None), name)
-        self.assertGreater(self.last("sys_status").voltage_battery, 14000)
-        self.assertTrue(self.last("estimator_status").pos_horiz_abs_status_flag)
-        self.assertEqual(list(self.last("rc/out").channels), [900] * 4 + [0] * 12)
-        reference = self.last("time_reference")
-        self.assertEqual((reference.source, time.gmtime(reference.time_ref.to_sec()).tm_year), ("fcu", 2021))
-        status = self.last("timesync_status")
-        self.assertAlmostEqual(1e-9 * status.observed_offset_ns, 0.0, delta=0.2)  # one clock
-        vehicle_info = self.service("vehicle_info_get", VehicleInfoGet)
-        info = vehicle_info(0, 0, False).vehicles[0]
-        self.assertEqual((info.sysid, info.compid, info.autopilot, info.available_info), (1, 1, 12, 3))
-        self.assertEqual(info.flight_sw_version, 0x010C0000)
-        self.assertFalse(vehicle_info(9, 9, False).success)
-
     def test_d_missions_are_refused_in_words(self):
         self.assertTrue(self.eventually(lambda: self.last("mission/waypoints") is not None))
         self.assertEqual(self.last("mission/waypoints").waypoints, [])
@@ -249,25 +224,6 @@ class TestMavrosPlugins(MavrosTestCase):
             self.assertTrue(set_frame(8).success)
             self.assertEqual(rospy.get_param(f"/mavros/{plugin}/mav_frame"), "BODY_NED")
             self.assertTrue(set_frame(1).success)
-
-    def test_f_bad_setpoints_do_not_count(self):
-        nan_attitude, infinite = PoseStamped(), Vector3Stamped()
-        nan_attitude.pose.orientation.w, infinite.vector.x = math.nan, math.inf
-        nowhere = GeoPoseStamped()
-        nowhere.pose.position.latitude = 91.0
-        level = PoseStamped()
-        level.pose.orientation.w = 1.0
-        for messages in (
-            {"setpoint_attitude/attitude": nan_attitude, "setpoint_attitude/thrust": Thrust(thrust=0.5)},
-            {"setpoint_attitude/attitude": level, "setpoint_attitude/thrust": Thrust(thrust=1.5)},
-            {"setpoint_accel/accel": infinite, "setpoint_position/global": nowhere},
-            {"setpoint_raw/global": GlobalPositionTarget(coordinate_frame=77, latitude=LATITUDE)},
-        ):
-            publish = lambda all=messages: [self.publish(*one) for one in all.items()]  # noqa: E731
-            self.eventually(lambda: False, 0.1, publish)
-            self.assertTrue(self.ask_for_mode(0, "OFFBOARD").mode_sent)
-            self.eventually(lambda: False, 0.2, publish)
-            self.assertEqual(self.last("state").mode, "AUTO.LOITER", messages)
 
     def test_y_further_setpoints_fly(self):
         """Global setpoints, then an acceleration and an attitude; PX4's targets beside them."""

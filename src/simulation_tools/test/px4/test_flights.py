@@ -1,12 +1,10 @@
-"""How it flies: hover thrust and accuracy, setpoints in every form."""
+"""How it flies: hover accuracy, and setpoints in every form."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
-from bodies import GRAVITY
 from flight import NO_NOISE, Flight
 
 from simulation_tools.px4.setpoint import Setpoint
@@ -15,16 +13,6 @@ LIDAR_WEIGHTS_KG = {"urg": 0.16, "ust": 0.13, "utm": 0.21, "puck": 0.59, "tim": 
 NORTH = math.pi / 2  # heading in ENU
 
 pytestmark = pytest.mark.flight
-
-
-@pytest.mark.parametrize("extra_kg", [0.13, 0.80])
-def test_hover_thrust_is_that_of_the_closed_form(extra_kg):
-    flight = Flight.of_iris(extra_kg, noise=NO_NOISE)
-    flight.take_off(2.0, seconds=25.0)
-    expected = flight.airframe.hover_command(1.5 + extra_kg, GRAVITY)
-    assert flight.px4.commands == pytest.approx(np.full(4, expected), abs=0.003)
-    speeds = flight.airframe.rotor_states
-    assert np.sum(5.84e-6 * speeds**2) == pytest.approx((1.5 + extra_kg) * GRAVITY, rel=0.005)
 
 
 def test_hover_wanders_as_px4s_does():

@@ -87,32 +87,6 @@ def test_setpoints_are_reported_at_receipt_with_their_stamp(ready, frame):
     assert setup.stamps == [1234]
 
 
-def test_a_whole_flight_over_mavlink(ready):
-    setup, client = ready
-
-    def stream():
-        if setup.flight.body.time_us % 40_000 == 0:
-            client.velocity(frame=1, mask=0b0000_1001_1111_1000, z=-2.0)
-        if setup.flight.body.time_us % 1_000_000 == 0:
-            client.heartbeat()
-
-    setup.run(0.1, stream)
-    client.command(176, 1, 6)
-    setup.run(0.02, stream)
-    client.command(400, 1)
-    setup.run(14.0, stream)
-    assert setup.flight.body.position[2] == pytest.approx(2.0, abs=0.1)
-    states = {m.landed_state for m in client.take("EXTENDED_SYS_STATE")}
-    assert states == {1, 2}
-    client.velocity(frame=8, vx=1.0)  # the position setpoints' yaw of 0 is north, y in ENU
-    setup.run(0.9)
-    assert setup.flight.body.velocity[1] > 0.3
-    setup.run(1.0)
-    assert setup.flight.px4.status.mode is Mode.AUTO_LAND  # the stream has stopped
-    setup.run(1.1)
-    assert client.take("HEARTBEAT")[-1].system_status == 5
-
-
 def test_attitude_targets_are_taken(ready):
     setup, client = ready
     target = mavlink.MAVLink_set_attitude_target_message
