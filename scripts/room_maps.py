@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Write the map of each package's rooms into its pages, from the first lines of the docstrings.
+"""Write the map of each package's folders and modules into its page, from the first lines of the docstrings.
 
 usage: room_maps.py
 
-A room is a folder of Python modules. The map lists the rooms of a library and of its edge to ROS, and the
-modules that stand in the library's own folder.
+The map lists the folders of a library and of its ROS side, and the modules in the library's own folder. In
+this script a folder of Python modules is called a room.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The emergency avoidance: flee from what is within r_LB (thesis 6.1.2), but into nothing else (6.2.2)."""
+"""The emergency avoidance: flee from obstacles within r_LB (thesis 6.1.2), but not into others (6.2.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drops beams that end on floor or ceiling because the lidar leans with its UAV.
+"""Drops beams that end on floor or ceiling because the lidar tilts with its UAV.
 
 A beam that ends on floor or ceiling tells nothing about obstacles at the UAV's height, so it is dropped. It
 has shown only that its direction is free up to its end. If the UAV can stop within that distance, the

@@ -1,4 +1,4 @@
-"""A full turn of beams out of any field of view (thesis, 5.2.2), with the added beams marked as unseen."""
+"""Extends a scan of any field of view to 360 degrees, and marks the added beams as unseen (thesis, 5.2.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that are replaced whole or not at all, and values as JSON holds them."""
+"""Files that are written completely or not at all, and values in a form that JSON can hold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TF look-ups that never wait: an unknown transform is asked for again with the next message.
+"""TF look-ups that never wait: the next message asks again for a transform that was unknown.
 
 A look-up with a time-out waits for ROS time. It blocks for ever while the clock stands still, as in lockstep.
 """

@@ -1,4 +1,4 @@
-"""Warnings that come at most once in a while, however often their cause comes."""
+"""Warnings that are repeated at a limited rate, however often their cause occurs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A dynamic_reconfigure server that refuses values beyond a limit, and knows groups in groups."""
+"""A dynamic_reconfigure server that refuses values beyond a limit, and has nested groups."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The nodes that lead the experiments: they follow the flight, give orders, and write the results."""
+"""The nodes that control the experiments: they follow the flight, give orders, and write the results."""

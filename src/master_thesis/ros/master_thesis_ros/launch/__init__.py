@@ -1,1 +1,1 @@
-"""Launches: checks of what is asked for, times of a start, and how a launch ends."""
+"""Launches: checks of their arguments, times of a start, and how a launch ends."""

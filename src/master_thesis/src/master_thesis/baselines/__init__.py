@@ -1,4 +1,4 @@
-"""Other ways to steer, with which CEPA is compared, each in its plain published form.
+"""Other avoidance algorithms to compare CEPA with, each in its plain published form.
 
 They answer the same question as CEPA's algorithms (scan, reference velocity and own velocity in, velocity
 out), so that the closed loop flies them unchanged. None of them is the authors' own code.

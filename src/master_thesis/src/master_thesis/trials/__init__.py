@@ -1,1 +1,1 @@
-"""Trials run in several processes and are kept: an interrupted run goes on, a failed trial is repeated."""
+"""Trials in several processes, with kept results: an interrupted run continues, a failed one is repeated."""

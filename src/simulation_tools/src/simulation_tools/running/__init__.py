@@ -1,1 +1,1 @@
-"""A simulation in time: the loop that paces it, lockstep, performance, Gazebo's services."""
+"""A simulation that runs in time: the loop that paces it, lockstep, performance, Gazebo's services."""
