@@ -19,7 +19,7 @@ from gridslam.logs.carmen import (
     read_log,
 )
 
-INTEL = Path(__file__).resolve().parents[4] / "shared/data/intel_keyframes.log.gz"
+INTEL = Path(__file__).resolve().parents[5] / "shared/data/intel_keyframes.log.gz"
 FLASER = "FLASER 3 1.00 2.50 81.83 0.5 0.25 0.1 0.4 0.2 0.05 976052857.295471 nohost 0.98"
 ROBOTLASER = (
     "ROBOTLASER1 0 -1.0 2.0 1.0 30.0 0.01 0 3 1.0 2.0 31.0 2 7 8 0.5 0.25 0.1 0.4 0.2 0.05 "

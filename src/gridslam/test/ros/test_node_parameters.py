@@ -14,7 +14,7 @@ from gridslam import ParameterError, SlamParameters
 parameters = pytest.importorskip(
     "gridslam_ros.parameters", reason="the workspace is not built, or not sourced"
 )
-PACKAGE = Path(__file__).resolve().parents[1]
+PACKAGE = Path(__file__).resolve().parents[2]
 YAML = PACKAGE / "config/gridslam.yaml"
 GMAPPING = {  # wiki.ros.org/gmapping and slam_gmapping.cpp; test_slam_parameters.py has the filter's
     "throttle_scans": 1,

@@ -13,7 +13,7 @@ from gridslam.evaluation import Relations, poses_at, read_relations, read_tum, r
 from gridslam.evaluation.command import main
 from gridslam.trajectory import Trajectory
 
-DATA = Path(__file__).resolve().parents[4] / "shared/data"
+DATA = Path(__file__).resolve().parents[5] / "shared/data"
 
 
 def trajectory(*rows):

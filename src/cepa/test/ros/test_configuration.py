@@ -9,7 +9,7 @@ import yaml
 
 from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters
 
-PACKAGE = Path(__file__).resolve().parents[1]
+PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def as_config(parameters):

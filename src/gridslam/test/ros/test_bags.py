@@ -19,7 +19,7 @@ rosbag = pytest.importorskip("rosbag", reason="needs ROS")
 carmen_bags = pytest.importorskip(
     "gridslam_ros.carmen_bags", reason="the workspace is not built, or not sourced"
 )
-INTEL = Path(__file__).resolve().parents[4] / "shared/data"
+INTEL = Path(__file__).resolve().parents[5] / "shared/data"
 LIDAR_ON_ROBOT_M = 0.2
 
 

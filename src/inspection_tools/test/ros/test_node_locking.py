@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-NODES = sorted((Path(__file__).resolve().parents[1] / "nodes").iterdir())
+NODES = sorted((Path(__file__).resolve().parents[2] / "nodes").iterdir())
 
 
 def dotted(expression) -> str:

@@ -71,7 +71,7 @@ def test_live_limits_are_the_librarys(node):
 
 
 def test_shipped_configuration_is_valid_and_says_the_defaults():
-    shipped = yaml.safe_load((HERE.parent / "config" / "tools.yaml").read_text())
+    shipped = yaml.safe_load((HERE.parents[1] / "config" / "tools.yaml").read_text())
     assert shipped.keys() == CONFIGS.keys()
     for node, values in shipped.items():
         parameter_class = CONFIGS[node][1]
