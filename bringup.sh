@@ -119,7 +119,7 @@ run_tests() {
   exec .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder "$@"
 }
 
-# run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py; without a name every one that is no helper (_*.py), brief
+# run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py; without a name all of them (but __init__.py), in brief
 run_benchmarks() {
   local name='[!_]*' benchmarks benchmark code=0
   [[ ${1:-} != --soak* ]] || set -- sim "$@"

@@ -18,8 +18,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import chi2
 
-from benchmarks._results import Results, table
-from benchmarks._trials import AGAIN, interrupted, trial_options
+from benchmarks.shared.results import Results, table
+from benchmarks.shared.trials import AGAIN, interrupted, trial_options
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.folder import CampaignFolder
 from master_thesis.campaign.reading import read_campaign

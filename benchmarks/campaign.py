@@ -17,7 +17,7 @@ from typing import Sequence
 
 import pandas as pd
 
-from benchmarks._results import Results, options, table
+from benchmarks.shared.results import Results, options, table
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.folder import COSTS, TABLE, CampaignFolder
 from master_thesis.campaign.reading import campaign_of

@@ -22,9 +22,9 @@ from typing import Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks import _places
-from benchmarks._flights import Question, record
-from benchmarks._results import Results, options, table
+from benchmarks.shared import places as forests
+from benchmarks.shared.flights import Question, record
+from benchmarks.shared.results import Results, options, table
 from cepa import ALGORITHMS, CepaParameters, Improved
 from cepa.algorithm import Algorithm
 from master_thesis.campaign.trial import steering
@@ -87,11 +87,11 @@ def measure_worst(name: str, places: int) -> dict:
     """Ask at many places of one of the worst worlds; return the improved algorithm's metrics."""
     parameters, half_xy_m = WORST[name]
     rng = np.random.default_rng(1)
-    text = _places.hallway(HALLWAY_WIDTH_M) if name == "hallway" else _places.thicket(rng, THICKET_SPACING_M)
+    text = forests.hallway(HALLWAY_WIDTH_M) if name == "hallway" else forests.thicket(rng, THICKET_SPACING_M)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.world"
         path.write_text(text, encoding="utf-8")
-        questions = _places.questions(str(path), rng, places, half_xy_m, parameters.r_lb)
+        questions = forests.questions(str(path), rng, places, half_xy_m, parameters.r_lb)
     return replay(Improved(parameters), questions, REPLAYS)
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from typing import Sequence
 
-from benchmarks._results import Results, table
-from benchmarks._trials import run_all, trial_options
+from benchmarks.shared.results import Results, table
+from benchmarks.shared.trials import run_all, trial_options
 from master_thesis.experiment_2.variations import (
     Flown,
     fly_variation,

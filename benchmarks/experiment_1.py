@@ -15,8 +15,8 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks._results import Results, table
-from benchmarks._trials import run_all, trial_options
+from benchmarks.shared.results import Results, table
+from benchmarks.shared.trials import run_all, trial_options
 from master_thesis.experiment_1.scenario_flight import fly_scenario, scenario_parameters
 from master_thesis.files import replace_file
 from master_thesis.report.sections.experiment_1_pictures import times_figure

@@ -18,10 +18,10 @@ from typing import Mapping, Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks._anchors import HEADING, Anchor, sources
-from benchmarks._px4_picture import png
-from benchmarks._results import ROOT, Results, options, table
-from benchmarks._step_response import (
+from benchmarks.shared.anchors import HEADING, Anchor, sources
+from benchmarks.shared.results import ROOT, Results, options, table
+from benchmarks.simulator.px4_picture import png
+from benchmarks.simulator.step_response import (
     COLUMNS,
     MANOEUVRES,
     TAKEOFF,

@@ -24,9 +24,9 @@ from typing import Any, Callable, Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks import _sim_graph, _sim_soak, _sim_soak_graph
-from benchmarks._anchors import HEADING, Anchor, sources
-from benchmarks._results import Results, options, table
+from benchmarks.shared.anchors import HEADING, Anchor, sources
+from benchmarks.shared.results import Results, options, table
+from benchmarks.simulator import graph, soak, soak_graph
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
@@ -37,7 +37,7 @@ from simulation_tools.world.world import PhysicsWorld
 
 PARTS = ("inprocess", "raycast", "world_size", "graph", "start")
 SCANS = 3000
-SOAKS = {"soak": (60.0, _sim_soak), "soak_graph": (10.0, _sim_soak_graph)}
+SOAKS = {"soak": (60.0, soak), "soak_graph": (10.0, soak_graph)}
 """By name: simulated minutes, and who flies."""
 TREES_PER_M2 = 0.06
 """Of Experiment 1's forest."""
@@ -92,11 +92,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _soak(kind: str, given: argparse.Namespace) -> None:
     """Fly one of the soaks, print and write."""
-    minutes, soak = SOAKS[kind]
+    minutes, flights = SOAKS[kind]
     with Results(f"sim_{kind}", given.results, vars(given)) as results:
-        metrics = soak.soak(given.minutes or minutes, given.seed)
+        metrics = flights.soak(given.minutes or minutes, given.seed)
         results.add(f"sim.{kind}", metrics)
-        print(soak.summary(metrics))
+        print(flights.summary(metrics))
 
 
 def measure_inprocess(flights: int = 3) -> dict:
@@ -178,7 +178,7 @@ def _tree(number: int, xy_m: np.ndarray) -> Model:
 
 def measure_graph() -> dict:
     """Fly the graph in lockstep as fast as possible."""
-    return {f"graph.{name}": value for name, value in _sim_graph.measure_speed().items()}
+    return {f"graph.{name}": value for name, value in graph.measure_speed().items()}
 
 
 MEASURES = {
@@ -186,7 +186,7 @@ MEASURES = {
     "raycast": measure_raycast,
     "world_size": measure_world_size,
     "graph": measure_graph,
-    "start": _sim_graph.measure_start,
+    "start": graph.measure_start,
 }
 
 

@@ -23,8 +23,8 @@ from typing import Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks._anchors import HEADING, Anchor, sources
-from benchmarks._results import ROOT, Results, options, table
+from benchmarks.shared.anchors import HEADING, Anchor, sources
+from benchmarks.shared.results import ROOT, Results, options, table
 
 DATA = ROOT.parent / "shared/data"
 GMAPPING = {
@@ -71,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def measure(name: str, seed: int, *data: Path) -> dict:
     """Return the metrics of one run, in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks._slam_run", name, str(seed), *map(str, data)]
+    command = [sys.executable, "-m", "benchmarks.shared.slam_run", name, str(seed), *map(str, data)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
     return json.loads(done.stdout)
 

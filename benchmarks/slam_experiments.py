@@ -15,8 +15,8 @@ import itertools
 from pathlib import Path
 from typing import Sequence
 
-from benchmarks._results import Results, table
-from benchmarks._trials import run_all, trial_options
+from benchmarks.shared.results import Results, table
+from benchmarks.shared.trials import run_all, trial_options
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight, medians
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of

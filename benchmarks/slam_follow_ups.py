@@ -15,8 +15,8 @@ import itertools
 from dataclasses import dataclass
 from typing import Sequence
 
-from benchmarks._results import Results, table
-from benchmarks._trials import run_all, trial_options
+from benchmarks.shared.results import Results, table
+from benchmarks.shared.trials import run_all, trial_options
 from benchmarks.slam_experiments import SEEDS
 from gridslam.evaluation import Walls
 from gridslam.trajectory import Trajectory

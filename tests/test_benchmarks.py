@@ -16,10 +16,13 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-from benchmarks import _places, _results, _sim_graph, avoidance, px4, sim, slam  # noqa: E402
-from benchmarks._flights import Question  # noqa: E402
-from benchmarks._trials import run_all, trial_options  # noqa: E402
+from benchmarks import avoidance, px4, sim, slam  # noqa: E402
 from benchmarks.cepa import replay  # noqa: E402
+from benchmarks.shared import places  # noqa: E402
+from benchmarks.shared.flights import Question  # noqa: E402
+from benchmarks.shared.results import Results, merge, table  # noqa: E402
+from benchmarks.shared.trials import run_all, trial_options  # noqa: E402
+from benchmarks.simulator import graph  # noqa: E402
 from cepa import CepaParameters, Improved, LaserScan2D  # noqa: E402
 from master_thesis.campaign.reading import read_campaign  # noqa: E402
 from master_thesis.trials.trial import Trial  # noqa: E402
@@ -27,8 +30,8 @@ from master_thesis.trials.trial import Trial  # noqa: E402
 
 def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):
     path = tmp_path / "benchmarks.json"
-    _results.merge(path, {"sim.graph.rtf": 5.0, "cepa.empty": {"speedup": 900.0, "old": 1}})
-    _results.merge(path, {"cepa.empty": {"speedup": 950.0}, "cepa.first_call_s": np.float64(0.2)})
+    merge(path, {"sim.graph.rtf": 5.0, "cepa.empty": {"speedup": 900.0, "old": 1}})
+    merge(path, {"cepa.empty": {"speedup": 950.0}, "cepa.first_call_s": np.float64(0.2)})
     assert json.loads(path.read_text()) == {
         "sim": {"graph": {"rtf": 5.0}},
         "cepa": {"empty": {"speedup": 950.0}, "first_call_s": 0.2},
@@ -38,7 +41,7 @@ def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):
 def test_benchmarks_that_end_at_once_lose_nothing(tmp_path):
     path = tmp_path / "benchmarks.json"
     with ThreadPoolExecutor(8) as pool:
-        list(pool.map(lambda n: _results.merge(path, {f"many.k{n}": n}), range(40)))
+        list(pool.map(lambda n: merge(path, {f"many.k{n}": n}), range(40)))
     assert json.loads(path.read_text()) == {"many": {f"k{n}": n for n in range(40)}}
 
 
@@ -46,13 +49,13 @@ def test_a_damaged_file_is_refused_and_left_as_it_is(tmp_path):
     path = tmp_path / "benchmarks.json"
     path.write_text("[1]")
     with pytest.raises(ValueError, match="holds no JSON object"):
-        _results.merge(path, {"a": 1})
+        merge(path, {"a": 1})
     assert path.read_text() == "[1]"
     assert not list(tmp_path.glob(".benchmarks.json.*"))
 
 
 def test_a_run_that_fails_writes_nothing(tmp_path):
-    results = _results.Results("cepa", tmp_path)
+    results = Results("cepa", tmp_path)
     results.add("cepa.first_call_s", 0.2)
     with pytest.raises(ZeroDivisionError), results:
         _ = 1 / 0
@@ -60,7 +63,7 @@ def test_a_run_that_fails_writes_nothing(tmp_path):
 
 
 def test_a_run_is_recorded_with_machine_and_load(tmp_path):
-    with _results.Results("cepa", tmp_path, {"places": 3}) as results:
+    with Results("cepa", tmp_path, {"places": 3}) as results:
         results.add("cepa.first_call_s", 0.2)
     written = json.loads((tmp_path / "benchmarks.json").read_text())
     run = written["runs"]["cepa"]
@@ -71,7 +74,7 @@ def test_a_run_is_recorded_with_machine_and_load(tmp_path):
 
 
 def test_tables_are_markdown():
-    lines = _results.table(("", "ms"), [("a", 1.5), ("longer", 22)]).splitlines()
+    lines = table(("", "ms"), [("a", 1.5), ("longer", 22)]).splitlines()
     assert lines == ["|        |  ms |", "| ------ | --: |", "| a      | 1.5 |", "| longer |  22 |"]
 
 
@@ -145,9 +148,9 @@ def test_the_graphs_latency_is_that_of_a_flight_in_real_time_without_lockstep(mo
         def close(self):
             pass
 
-    monkeypatch.setattr(_sim_graph, "Graph", Flight)
-    monkeypatch.setattr(_sim_graph, "LOAD_S", 0.01)
-    started, fast = _sim_graph.measure_start(), _sim_graph.measure_speed()
+    monkeypatch.setattr(graph, "Graph", Flight)
+    monkeypatch.setattr(graph, "LOAD_S", 0.01)
+    started, fast = graph.measure_start(), graph.measure_speed()
     assert (started["graph.latency_ms"], started["graph.latency_p99_ms"]) == (5.5, 9.5)
     assert {"real_time_factor:=1.0", "lockstep:=false"} <= set(flown[0])
     assert not any("latency" in name for name in fast)
@@ -229,12 +232,12 @@ def test_a_benchmark_with_failed_trials_ends_and_resumes_with_them(tmp_path):
 
 def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):
     path = tmp_path / "hallway.world"
-    path.write_text(_places.hallway(2.4))
-    questions = _places.questions(str(path), np.random.default_rng(1), 20, (15.0, 0.6), 0.5)
+    path.write_text(places.hallway(2.4))
+    questions = places.questions(str(path), np.random.default_rng(1), 20, (15.0, 0.6), 0.5)
     ranges = np.array([question.scan.ranges for question in questions])
     assert ranges.min() > 0.5
     across = (ranges[:, :720] + ranges[:, 720:]).min(axis=1)  # opposite beams; wider where a door is
-    assert np.median(across) == pytest.approx(2.4, abs=6 * _places.NOISE_M)
+    assert np.median(across) == pytest.approx(2.4, abs=6 * places.NOISE_M)
 
 
 def test_a_replay_counts_what_the_algorithm_says():

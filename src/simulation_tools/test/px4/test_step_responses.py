@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from flight import NO_NOISE, Flight
 
-from benchmarks._step_response import (
+from benchmarks.simulator.step_response import (
     COLUMNS,
     MANOEUVRES,
     Manoeuvre,

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from benchmarks._step_response import COLUMNS, MANOEUVRES, TAKEOFF, Manoeuvre, quantity_of
+from benchmarks.simulator.step_response import COLUMNS, MANOEUVRES, TAKEOFF, Manoeuvre, quantity_of
 
 OURS, THEIRS = "#1f3b73", "#ea580c"
 PANELS = (

@@ -11,7 +11,7 @@ import pytest
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from simulation_tools.simulation import SimulationParameters
 
-WORLDS = Path(__file__).resolve().parents[1] / "worlds"
+WORLDS = Path(__file__).resolve().parents[2] / "worlds"
 SPEED_M_S = 2.0
 ATTACK_S = 5.0
 

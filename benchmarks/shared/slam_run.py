@@ -1,7 +1,7 @@
 """One log through gridslam, in a process of its own, so that its memory and time can be measured.
 
-    python -m benchmarks._slam_run intel 1 DATA      the Intel Research Lab, seed 1
-    python -m benchmarks._slam_run beams360 1        a simulated hold, seen with 360 beams
+    python -m benchmarks.shared.slam_run intel 1 DATA      the Intel Research Lab, seed 1
+    python -m benchmarks.shared.slam_run beams360 1        a simulated hold, seen with 360 beams
 
 prints metrics as JSON.
 """
@@ -19,7 +19,7 @@ from typing import Any, Iterable, Sequence
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "src/gridslam" / part) for part in ("src", "test")]
 
 from gridslam import GridSlam, PlanarScan, SlamParameters, se2  # noqa: E402

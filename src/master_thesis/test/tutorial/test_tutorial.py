@@ -13,9 +13,9 @@ import pytest
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.vehicle.uav import load_uav
 
-PAGE = Path(__file__).parents[1] / "doc/tutorial.md"
+PAGE = Path(__file__).parents[2] / "doc/tutorial.md"
 FILES = dict(re.findall(r"^`(\S+)`\n\n```\w+\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S))
-MODELS = Path(__file__).parents[2] / "simulation_tools/models"
+MODELS = Path(__file__).parents[3] / "simulation_tools/models"
 WORLD, LIDAR = "~/tutorial/yard.world", "~/tutorial/models/lidar_mine/model.sdf"
 NODE = "src/my_avoidance/nodes/potential_field"
 PATIENCE_S = 60.0

@@ -22,7 +22,7 @@ from master_thesis.doctor.finding import (
 )
 from master_thesis.doctor.machine import Machine, geoid_path, look_at, requirements
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 ROS = {"ROS_MASTER_URI": "http://localhost:11311"}
 WELL = Machine(
     root="/ws",

@@ -24,7 +24,7 @@ from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Row, Trial, file_digest, several_versions
 from master_thesis.trials.workers import ThisProcess, open_workers
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 PATIENCE_S = 60.0
 
 

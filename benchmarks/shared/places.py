@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from benchmarks._flights import Question
+from benchmarks.shared.flights import Question
 from cepa import LaserScan2D
 from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, Surroundings, write_world
 from simulation_tools.sdf.parser import load_world

@@ -16,7 +16,7 @@ from master_thesis.campaign.trial import lidar_data
 from master_thesis.campaign.tuning import objective, tune
 from master_thesis.errors import CampaignError
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 FOREST = {"world": "random_forest"}
 BY_100 = {"from": 1, "to": 100, "steps": 100}
 

@@ -28,7 +28,7 @@ from master_thesis.trials.workers import INTERRUPTED, ThisProcess
 
 pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 FOREST = {"world": "random_forest", "density_per_m2": 0.16}
 SHORT = {"seeds": 2, "trials": {**FOREST, "distance_m": 8, "speed_m_s": 4, "algorithm": ["none", "improved"]}}
 TUNING = {

@@ -21,7 +21,7 @@ from typing import Callable
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks._sim_soak import AREA_X_M, AREA_Y_M, GOAL_CLEARANCE_M
+from benchmarks.simulator.soak import AREA_X_M, AREA_Y_M, GOAL_CLEARANCE_M
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.free_ports import free_ports
 from master_thesis.flight.launched_graph import Graph
@@ -115,7 +115,7 @@ class _Soak:
 
     def __init__(self, graph: Graph, simulation: Simulation, rng: np.random.Generator, ports: list[int]):
         # Not before a graph is there: the other benchmarks need no ROS
-        from benchmarks._sim_soak_talk import Talk
+        from benchmarks.simulator.soak_talk import Talk
 
         self._graph, self._simulation, self._rng = graph, simulation, rng
         self._metrics = GraphSoak()

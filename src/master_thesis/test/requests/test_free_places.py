@@ -10,7 +10,7 @@ from master_thesis.errors import ScenarioError
 from master_thesis.requests.free_places import check_course
 from master_thesis.worlds.scenario import Scenario
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 WORLD = """<sdf version="1.6"><world name="one_column">
 <model name="ground_plane"><static>true</static><link name="link"><collision name="c"><geometry><plane>
 <normal>0 0 1</normal><size>50 50</size></plane></geometry></collision></link></model>

@@ -22,7 +22,7 @@ from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
 from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Failed, Row
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 PATIENCE_S = 250.0
 
 

@@ -7,7 +7,7 @@ import os
 import sys
 from typing import Any, Sequence
 
-from benchmarks._results import options
+from benchmarks.shared.results import options
 from master_thesis.trials.run import run_trials
 from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Trial, several_versions

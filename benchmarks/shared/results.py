@@ -18,7 +18,7 @@ from master_thesis.files import plain, replace_file
 from master_thesis.results.run_folder import machine, versions
 from master_thesis.results.sources import commit
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "results"
 
 

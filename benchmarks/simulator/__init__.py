@@ -1,0 +1,1 @@
+"""What the benchmarks `sim` and `px4` measure: the graph, the soaks, the step responses."""
