@@ -19,6 +19,7 @@ pytestmark = pytest.mark.ros
 for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
     pytest.importorskip(module, reason="needs ROS's message packages")
 
+from genpy import Time  # noqa: E402
 from mavros_msgs.msg import (  # noqa: E402
     HomePosition,
     OverrideRCIn,
@@ -335,6 +336,14 @@ def test_the_clocks(uas):
     status = uas.topics["timesync_status"].last
     assert (status.remote_timestamp_ns, status.round_trip_time_ms) == (70 * 10**9, 4.0)
     assert status.observed_offset_ns == status.estimated_offset_ns == 7 * 10**9 - 2_000_000
+
+
+def test_a_question_at_time_zero_is_answered_by_no_question(uas, monkeypatch):
+    """In TIMESYNC zero is a question: two peers whose clocks stand at zero would ask each other for ever."""
+    SysTimePlugin(uas)
+    monkeypatch.setattr("rospy.get_rostime", Time)
+    uas.client.hear(common.MAVLink_timesync_message(0, 123))
+    assert uas.client.sent[-1].tc1 > 0
 
 
 def test_remote_control(uas):

@@ -95,6 +95,21 @@ def test_every_velocity_is_answered_with_its_stamp_from_the_first_on():
             assert i == 0 or not any(isinstance(a, (SendVelocity, SendPosition)) for a in poses)
 
 
+def test_a_command_waits_for_the_pose_that_it_is_judged_by():
+    """In lockstep the command may come sooner than MAVROS's messages of the same time."""
+    bench = Bench()
+    first = bench.publisher.patience_s(500 * MS)
+    assert 0.0 < first < 0.1
+    bench.publisher.on_clock(600 * MS)
+    bench.publisher.on_local_pose(600 * MS, bench.pose)
+    assert bench.publisher.patience_s(650 * MS) == 0.0
+    assert bench.publisher.patience_s(690 * MS) > first
+    bench.publisher.on_local_pose(630 * MS, bench.pose)
+    assert bench.publisher.patience_s(690 * MS) == 0.0
+    bench.publisher.on_clock(2000 * MS)  # MAVROS is away: nobody waits
+    assert bench.publisher.patience_s(2000 * MS) == 0.0
+
+
 def test_in_flight_velocities_are_handed_on_and_never_positions(bench):
     bench.fly()
     bench.commands = True

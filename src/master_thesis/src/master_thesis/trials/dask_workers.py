@@ -9,13 +9,14 @@ import os
 import signal
 import uuid
 from pathlib import Path
-from typing import Any, Callable, Iterator, Sequence
+from typing import Any, Callable, Iterator, Sequence, TypeVar
 
 import dask
 from distributed import Client, LocalCluster, as_completed
 
 from master_thesis.errors import TrialsError
-from master_thesis.trials.workers import Result, Task
+
+Task, Result = TypeVar("Task"), TypeVar("Result")
 
 ALLOWED_FAILURES = 10
 """How many workers may die over one trial before it is given up."""

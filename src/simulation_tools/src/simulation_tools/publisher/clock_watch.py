@@ -59,6 +59,14 @@ class ClockWatch:
         slack_ns = round(p.command_timeout_s / _NS)
         return min(max(stamp_ns, time_ns - slack_ns), time_ns + slack_ns)
 
+    def has_poses_until(self, stamp_ns: int, p: PublisherParameters) -> bool:
+        """Whether the poses that belong to a time have come: the newest is at most `pose_age_s` older.
+
+        A lag of the flight controller's clock behind ROS's does not count.
+        """
+        age_ns = stamp_ns - self.newest_ns - max(self._lag_ns, 0.0)
+        return self.newest_ns != 0 and age_ns * _NS <= p.pose_age_s
+
     def poses_missing(self, p: PublisherParameters) -> bool:
         """Whether poses came, and have stopped."""
         return self._silence_s > p.pose_timeout_s

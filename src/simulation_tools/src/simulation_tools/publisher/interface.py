@@ -38,9 +38,11 @@ class PublisherParameters:
     retry_period_s: between requests to the flight controller. They are repeated only if a later state says
     that they had no effect, or none came for state_patience_s: PX4 tells its state once a second.
     min_stream_s: of streaming before OFFBOARD is asked for. stream_gap_s: when no command has been answered
-    for this long, each pose is, so that the stream never breaks. pose_timeout_s: so long without a pose means
-    that MAVROS is away. jump_back_s: a pose this much older than the last means that the clock was reset.
-    wait_report_s: after waiting this long for the same thing, say so, and again after as long.
+    for this long, each pose is, so that the stream never breaks. pose_age_s: a pose that is older than the
+    command by more than this is too old to judge the command by, see `SetpointPublisher.patience_s`.
+    pose_timeout_s: so long without a pose means that MAVROS is away. jump_back_s: a pose this much older than
+    the last means that the clock was reset. wait_report_s: after waiting this long for the same thing, say
+    so, and again after as long.
 
     needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as its
     position can be trusted; a vehicle that is armed earlier starts in a failsafe. Without satellites there
@@ -64,6 +66,7 @@ class PublisherParameters:
     min_stream_s: float = 0.1
     climb_gain: float = 2.0
     decision_delay_s: float = 0.1
+    pose_age_s: float = 0.07
     pose_timeout_s: float = 0.5
     jump_back_s: float = 1.0
     wait_report_s: float = 10.0

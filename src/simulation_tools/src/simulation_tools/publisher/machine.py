@@ -31,6 +31,8 @@ from simulation_tools.publisher.waiting import Waiting
 
 _NS = 1e-9
 _BEFORE_NS = 1_000_000
+_POSE_PATIENCE_S = 0.2
+_FIRST_POSE_PATIENCE_S = 0.01  # nobody knows when the first one comes
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 
@@ -97,6 +99,16 @@ class SetpointPublisher:
             # Not stamped as the pose: a scan may have the same stamp, and lockstep waits for its own answer.
             actions += self._answer(stamp_ns, stamp_ns - _BEFORE_NS, by_pose=True)
         return actions
+
+    def patience_s(self, stamp_ns: int) -> float:
+        """Return how long, in wall time, a command of this stamp should wait for the next pose.
+
+        A simulation in lockstep may be faster than MAVROS's messages. Then a command waits for the pose by
+        which it is judged, so that no decision depends on which message came first.
+        """
+        if self._poses_missing or self._clock.has_poses_until(stamp_ns, self.parameters):
+            return 0.0
+        return _POSE_PATIENCE_S if self._clock.newest_ns else _FIRST_POSE_PATIENCE_S
 
     def on_velocity(self, stamp_ns: int, frame_id: str, linear: Vector3, yaw_rate: float) -> list[Action]:
         """Take in a velocity command (FLU, levelled); it is always answered, whatever it holds."""

@@ -191,6 +191,14 @@ def test_timesync_is_answered_with_boot_time(ready):
     assert answers[0].tc1 == pytest.approx(1000 * setup.flight.body.time_us, abs=5e7)
 
 
+def test_timesync_at_time_zero_is_answered_by_no_question(ready):
+    setup, client = ready
+    client.take("TIMESYNC")
+    client.send(mavlink.MAVLink_timesync_message(0, 777))
+    setup.link.poll(0)
+    assert [m.tc1 for m in client.take("TIMESYNC") if m.ts1 == 777] == [1]
+
+
 def test_there_is_no_mission(ready):
     setup, client = ready
     client.send(mavlink.MAVLink_mission_request_list_message(1, 1))

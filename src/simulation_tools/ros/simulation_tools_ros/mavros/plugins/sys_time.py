@@ -49,7 +49,8 @@ class SysTimePlugin:
     def _on_timesync(self, message: common.MAVLink_message) -> None:
         now_ns = rospy.get_rostime().to_nsec()
         if message.tc1 == 0:
-            self._uas.client.send(common.MAVLink_timesync_message(now_ns, message.ts1))
+            # Zero would ask again: while simulated time stands at zero, the two would never stop to answer
+            self._uas.client.send(common.MAVLink_timesync_message(max(now_ns, 1), message.ts1))
         elif message.tc1 > 0:
             observation = self._offset.add(message.ts1, message.tc1, now_ns)
             self._status.publish(lambda: self._status_message(observation))

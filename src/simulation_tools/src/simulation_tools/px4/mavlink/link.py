@@ -269,7 +269,8 @@ class MavlinkLink:
 
     def _timesync(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if m.tc1 == 0:
-            channel.reply(common.MAVLink_timesync_message(1000 * self._time_us, m.ts1), sender)
+            now_ns = max(1000 * self._time_us, 1)  # zero would be a question, not an answer
+            channel.reply(common.MAVLink_timesync_message(now_ns, m.ts1), sender)
 
     def _ping(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if m.target_system == 0 and m.target_component == 0:
