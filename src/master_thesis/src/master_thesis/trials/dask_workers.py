@@ -16,7 +16,8 @@ from distributed import Client, LocalCluster, as_completed
 
 from master_thesis.errors import TrialsError
 
-Task, Result = TypeVar("Task"), TypeVar("Result")
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 ALLOWED_FAILURES = 10
 """How many workers may die over one trial before it is given up."""
