@@ -39,7 +39,7 @@ EXTENSIONS = {
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
     parser = trial_options(__doc__ or "")
-    parser.add_argument("--seeds", type=int, metavar="N", help="forests, 50 unless said otherwise")
+    parser.add_argument("--seeds", type=int, metavar="N", help="number of forests (default: 50)")
     parser.add_argument("--smallest", action="store_true", help="seconds of flight, as the file has it")
     given = parser.parse_args(arguments)
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else None)

@@ -172,9 +172,9 @@ def draw_extensions():
         outline = view.emergency_outline(aware, (speed, 0.0))
         zone.plot(*outline.T, color=str(shade), label=f"{speed:g} m/s")
     zone.add_patch(plt.Circle((0.0, 0.0), aware.body_radius, color="#8c6d4f", alpha=0.4))
-    zone.set(title="emergency at an own speed ahead of", xlabel="x, m", ylabel="y, m", aspect="equal")
-    zone.legend(frameon=False, fontsize=7, loc="upper right")
-    zone.set(xlim=(-0.7, 3.2), ylim=(-1.0, 1.0))
+    zone.set(title="edge of an emergency, by the speed ahead", xlabel="x, m", ylabel="y, m", aspect="equal")
+    zone.legend(frameon=False, fontsize=7, loc="upper center", ncol=4)
+    zone.set(xlim=(-0.7, 2.7), ylim=(-0.7, 1.0))
     _draw_leaning(side)
     return figure
 

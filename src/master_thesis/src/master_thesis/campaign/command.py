@@ -42,7 +42,9 @@ def _parser(tuning: bool) -> argparse.ArgumentParser:
     )
     parser = argparse.ArgumentParser(prog=command, description=what)
     parser.add_argument("file", type=Path, help="YAML file, or the name of a shipped campaign")
-    parser.add_argument("--workers", type=_positive, metavar="N", help="processes (default: one a core)")
+    parser.add_argument(
+        "--workers", type=_positive, metavar="N", help="number of processes (default: one for each core)"
+    )
     parser.add_argument("--scheduler", metavar="WHERE", help="Dask scheduler: tcp://host:port, or its file")
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER", help=f"folder for the results (default: {RESULTS}/NAME)"
