@@ -18,7 +18,7 @@ usage() {
   cat <<'TEXT'
 ./bringup.sh                                     fly Experiment 1 in the forest; print where the results are
 ./bringup.sh <launch file> [arg:=value ...]      start a launch file of master_thesis with its arguments
-./bringup.sh test [pytest arguments]             run every test, three at a time; arguments go to pytest (-n 0: one at a time)
+./bringup.sh test [pytest arguments]             run every test, four at a time; arguments go to pytest (-n 0: one at a time)
 ./bringup.sh bench [name [arguments]]            run all benchmarks, or one (NAME --help prints its arguments)
 ./bringup.sh report [--quick] [--only NAME ...]  fly every experiment of the thesis; write our results beside the thesis's as HTML
 ./bringup.sh setup                               set up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
@@ -114,9 +114,9 @@ run_tests() {
   rm -rf logs/test
   export ROS_HOME=$root/logs/test ROS_LOG_DIR=$root/logs/test/log PATH="$root/.venv/bin:$PATH"
   mkdir -p "$ROS_LOG_DIR"
-  # Three at a time on two cores: half of a test's time is waiting for processes and clocks.
+  # Four at a time on two cores: half of a test's time is waiting for processes and clocks.
   # The order of the files is conftest.py's. The caller's arguments win: -n 0 for --pdb, ...
-  exec .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder "$@"
+  exec .venv/bin/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder "$@"
 }
 
 # run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py; without a name all of them (but __init__.py), in brief
