@@ -46,7 +46,8 @@ class PublisherParameters:
 
     needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as its
     position can be trusted; a vehicle that is armed earlier starts in a failsafe. Without satellites there
-    may never be one.
+    may never be one. time_is_simulated: commands may wait for their poses, see
+    `SetpointPublisher.patience_s`.
     """
 
     hover_height_m: float = 2.0
@@ -71,6 +72,7 @@ class PublisherParameters:
     jump_back_s: float = 1.0
     wait_report_s: float = 10.0
     needs_home: bool = True
+    time_is_simulated: bool = False
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

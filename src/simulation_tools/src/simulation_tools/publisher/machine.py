@@ -104,9 +104,12 @@ class SetpointPublisher:
         """Return how long, in wall time, a command of this stamp should wait for the next pose.
 
         A simulation in lockstep may be faster than MAVROS's messages. Then a command waits for the pose by
-        which it is judged, so that no decision depends on which message came first.
+        which it is judged, so that no decision depends on which message came first. A real UAV never waits:
+        its commands may be stamped by another computer, and its poses may come over a slow link.
         """
-        if self._poses_missing or self._clock.has_poses_until(stamp_ns, self.parameters):
+        if not self.parameters.time_is_simulated or self._poses_missing:
+            return 0.0
+        if self._clock.has_poses_until(stamp_ns, self.parameters):
             return 0.0
         return _POSE_PATIENCE_S if self._clock.newest_ns else _FIRST_POSE_PATIENCE_S
 
