@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Sequence
 
-from cepa import Decision, Improved, LaserScan2D
+from cepa import Cloud, Decision, Improved, LaserScan2D, Motion
 from cepa.algorithm import Algorithm
 from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.course import Phase
@@ -27,11 +27,16 @@ class Recorder(Algorithm):
         self._algorithm = algorithm
 
     def steer(
-        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+        self,
+        scan: LaserScan2D,
+        v_ref_xy: Sequence[float],
+        v_uav_xy: Sequence[float] = (0.0, 0.0),
+        motion: Motion | None = None,
+        cloud: Cloud | None = None,
     ) -> Decision:
         """Let the algorithm answer."""
         self.questions.append(Question(scan, tuple(v_ref_xy), tuple(v_uav_xy)))
-        return self._algorithm.steer(scan, v_ref_xy, v_uav_xy)
+        return self._algorithm.steer(scan, v_ref_xy, v_uav_xy, motion, cloud)
 
 
 def record(parameters: ClosedLoopParameters) -> list[Question]:

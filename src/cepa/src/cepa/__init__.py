@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason
-from cepa.errors import AttitudeError, CepaError, ParameterError, ScanError, VelocityError
+from cepa.errors import AttitudeError, CepaError, MotionError, ParameterError, ScanError, VelocityError
 from cepa.improved import Improved
 from cepa.levelling import LidarAttitude, levelled
+from cepa.motion import Cloud, Motion
 from cepa.original import Original
 from cepa.parameters import SLOW_DETOURS, CepaParameters
 from cepa.scan import LaserScan2D
@@ -20,10 +21,13 @@ __all__ = [
     "AttitudeError",
     "CepaError",
     "CepaParameters",
+    "Cloud",
     "Decision",
     "Improved",
     "LaserScan2D",
     "LidarAttitude",
+    "Motion",
+    "MotionError",
     "Original",
     "ParameterError",
     "Reason",

@@ -11,6 +11,7 @@ import numpy as np
 
 from cepa.decision import Decision, Reason, Vector2
 from cepa.errors import VelocityError
+from cepa.motion import Cloud, Motion
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid, LaserScan2D
 
@@ -37,21 +38,36 @@ class Reference:
 
 
 class Algorithm(ABC):
-    """Base class of ``Original`` and ``Improved``."""
+    """Base class of every algorithm that steers by a scan."""
+
+    wants_cloud = False
+    """Whether ``steer`` uses a cloud when there is one; making one takes time."""
 
     def __init__(self, parameters: CepaParameters | None = None):
         self.parameters = parameters or CepaParameters()
-        self._grid = Grid(1, 2.0 * math.pi)  # until the first scan comes
+        self.reset()
 
     @abstractmethod
     def steer(
-        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+        self,
+        scan: LaserScan2D,
+        v_ref_xy: Sequence[float],
+        v_uav_xy: Sequence[float] = (0.0, 0.0),
+        motion: Motion | None = None,
+        cloud: Cloud | None = None,
     ) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame.
+
+        motion: what algorithms that remember need; without it they know the scan only. cloud: for those that
+        climb. Algorithms of the thesis use neither.
 
         Raises:
             VelocityError: a velocity is not two finite numbers, or is faster than anything flies.
         """
+
+    def reset(self) -> None:
+        """Forget what was kept of earlier scans."""
+        self._grid = Grid(1, 2.0 * math.pi)  # until the first scan comes
 
     def beams(self, scan: LaserScan2D) -> Beams:
         """Return the scan's normal form, and keep the grid that belongs to it."""

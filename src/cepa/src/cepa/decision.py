@@ -44,3 +44,5 @@ class Decision:
     """In an emergency: what the original algorithm answers (the red arrow of figure 8.6)."""
     emergency_improved_xy: Vector2 | None = None
     """In an emergency met by ``Improved``: what it answers (the green arrow)."""
+    climb_m_s: float | None = None
+    """Vertical velocity to fly, m/s upwards; None: the reference's."""

@@ -19,3 +19,7 @@ class VelocityError(CepaError):
 
 class AttitudeError(CepaError):
     """An attitude or a height of a lidar that makes no sense."""
+
+
+class MotionError(CepaError):
+    """A pose, a velocity or a cloud that makes no sense."""

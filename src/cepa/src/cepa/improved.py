@@ -11,6 +11,7 @@ from cepa.algorithm import Algorithm, Reference, hover, velocity
 from cepa.decision import Decision, Reason, Vector2
 from cepa.emergency import improved_flight, is_emergency, original_flight
 from cepa.kernels.improved import best_velocity, intrusion, valid_directions
+from cepa.motion import Cloud, Motion
 from cepa.scan import Beams, LaserScan2D
 
 Weights = Tuple[float, float, float]
@@ -25,7 +26,12 @@ class Improved(Algorithm):
     """
 
     def steer(
-        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+        self,
+        scan: LaserScan2D,
+        v_ref_xy: Sequence[float],
+        v_uav_xy: Sequence[float] = (0.0, 0.0),
+        motion: Motion | None = None,
+        cloud: Cloud | None = None,
     ) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
 

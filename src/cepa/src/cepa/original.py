@@ -12,6 +12,7 @@ from cepa.cushion import original_cushion
 from cepa.decision import Decision, Reason
 from cepa.emergency import is_emergency, original_flight
 from cepa.kernels.original import best_of_all, weight
+from cepa.motion import Cloud, Motion
 from cepa.scan import Beams, LaserScan2D
 
 
@@ -19,7 +20,12 @@ class Original(Algorithm):
     """CEPA as proposed: every beam's direction is tried at every speed, with the cushion of equation 6.2."""
 
     def steer(
-        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = (0.0, 0.0)
+        self,
+        scan: LaserScan2D,
+        v_ref_xy: Sequence[float],
+        v_uav_xy: Sequence[float] = (0.0, 0.0),
+        motion: Motion | None = None,
+        cloud: Cloud | None = None,
     ) -> Decision:
         """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from cepa import CepaParameters, Decision, LaserScan2D, Reason
 from cepa.algorithm import Algorithm, velocity
+from cepa.motion import Cloud, Motion
 from master_thesis.baselines.sectors import Sectors
 from master_thesis.errors import FlightError
 
@@ -62,7 +63,12 @@ class CollisionPrevention(Algorithm):
         self._sectors = Sectors(self._p.bins)
 
     def steer(
-        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = HOVER
+        self,
+        scan: LaserScan2D,
+        v_ref_xy: Sequence[float],
+        v_uav_xy: Sequence[float] = HOVER,
+        motion: Motion | None = None,
+        cloud: Cloud | None = None,
     ) -> Decision:
         """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError."""
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")

@@ -16,6 +16,7 @@ import numpy as np
 
 from cepa import CepaParameters, Decision, LaserScan2D, Reason
 from cepa.algorithm import Algorithm, velocity
+from cepa.motion import Cloud, Motion
 from cepa.scan import Beams
 from master_thesis.baselines.sectors import Sectors, angle_between
 from master_thesis.errors import FlightError
@@ -65,7 +66,12 @@ class VfhPlus(Algorithm):
         self._last_rad: float | None = None
 
     def steer(
-        self, scan: LaserScan2D, v_ref_xy: Sequence[float], v_uav_xy: Sequence[float] = HOVER
+        self,
+        scan: LaserScan2D,
+        v_ref_xy: Sequence[float],
+        v_uav_xy: Sequence[float] = HOVER,
+        motion: Motion | None = None,
+        cloud: Cloud | None = None,
     ) -> Decision:
         """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError."""
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")

@@ -15,7 +15,7 @@ from typing import Callable, Protocol, Sequence, Tuple
 
 import numpy as np
 
-from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters, LaserScan2D, LidarAttitude, levelled
+from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters, LaserScan2D, LidarAttitude, Motion, levelled
 from cepa.algorithm import Algorithm
 from inspection_tools import (
     LidarMedianFilter,
@@ -36,7 +36,7 @@ from master_thesis.flight.course import Action, Outcome, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.publisher_link import PublisherLink
-from simulation_tools.geometry import Pose
+from simulation_tools.geometry import Pose, rotate
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
 from simulation_tools.sensors.odometry import OdometrySample
@@ -136,8 +136,7 @@ class ClosedLoop:
         self.publisher = PublisherLink(px4, parameters.publisher)
         self.newest_scan: LaserScan2D | None = None  # as CEPA got it: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
-        self._v_uav = (0.0, 0.0)
-        self._own_pose = Pose.identity()
+        self._odometry = OdometrySample(Pose.identity(), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         self._finished = False
         self._begun = False
 
@@ -179,7 +178,7 @@ class ClosedLoop:
         return output
 
     def _on_pose(self, t_s: float, truth: Pose, odometry: OdometrySample) -> None:
-        self._v_uav, self._own_pose = odometry.linear_velocity_m_s[:2], odometry.pose
+        self._odometry = odometry
         self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
         pose = truth if self.parameters.pose_source == "ground_truth" else odometry.pose
         reached = self._follow_mission(t_s, pose)
@@ -221,9 +220,11 @@ class ClosedLoop:
         started = time.thread_time()  # CPU time of this thread: other work of the machine does not count
         if self._cepa.parameters.levelling:
             scan = self._levelled(scan)
-        decision = self._cepa.steer(scan, self._v_ref[:2], self._v_uav)
+        own_velocity = self._odometry.linear_velocity_m_s[:2]
+        decision = self._cepa.steer(scan, self._v_ref[:2], own_velocity, self._motion(t_s))
         computation_ms = 1e3 * (time.thread_time() - started)
-        velocity = (*decision.velocity_xy, self._v_ref[2])
+        climb = self._v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
+        velocity = (*decision.velocity_xy, climb)
         yaw_rate = self._yaw_regulator.update(decision.velocity_xy, self._v_ref[:2])
         self.publisher.on_velocity(time_us, velocity, yaw_rate)
         self.log.add_scan(t_s, ranges, lidar.angle_min, lidar.angle_increment)
@@ -238,12 +239,20 @@ class ClosedLoop:
             decision.reason.value,
         )
 
+    def _motion(self, t_s: float) -> Motion:
+        body = self._odometry.pose
+        lidar = body @ self.lidar.pose_in_body
+        velocity = rotate(body.orientation_xyzw, self._odometry.linear_velocity_m_s)
+        return Motion(t_s, lidar.position_m, lidar.orientation_xyzw, velocity, self._v_ref[2])
+
     def _levelled(self, scan: LaserScan2D) -> LaserScan2D:
-        body, mount = self._own_pose, self.lidar.pose_in_body
+        body, mount = self._odometry.pose, self.lidar.pose_in_body
         attitude = LidarAttitude.of_mounted(
             body.position_m[2], body.orientation_xyzw, mount.position_m, mount.orientation_xyzw
         )
-        return levelled(scan, attitude, self._cepa.parameters, math.hypot(*self._v_uav))
+        return levelled(
+            scan, attitude, self._cepa.parameters, math.hypot(*self._odometry.linear_velocity_m_s[:2])
+        )
 
     def _watch(self, output: StepOutput) -> None:
         for contact in output.contacts:

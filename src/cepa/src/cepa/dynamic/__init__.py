@@ -1,0 +1,1 @@
+"""CEPA that knows what it flies: candidates rolled through the UAV's response, memory, ways out."""

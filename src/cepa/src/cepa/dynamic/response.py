@@ -1,0 +1,93 @@
+"""How the UAV follows a commanded velocity: a linear loop with limits, and how far it strays from it.
+
+Per horizontal axis, with e = commanded velocity - v:
+
+    q = p e + I - d a,  dI = i e dt,  da = (q - a) dt / lag,  dv = a dt
+
+That is PX4's velocity loop (P, I and D on a measured acceleration) behind an attitude with a lag.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg import expm
+
+from cepa.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class ResponseModel:
+    """The velocity loop of a UAV in the plane. Raises ParameterError for a model that makes no sense."""
+
+    p: float = 1.8
+    """1/s: acceleration for an error of 1 m/s (PX4's MPC_XY_VEL_P_ACC)."""
+    i: float = 0.4
+    """1/s2: its growth per second (MPC_XY_VEL_I_ACC)."""
+    d: float = 0.2
+    """Damping by the own acceleration (MPC_XY_VEL_D_ACC)."""
+    lag_s: float = 0.16
+    """Time constant from the wanted to the flown acceleration: the attitude."""
+    acceleration_max_m_s2: float = 6.0
+    """The greatest acceleration that is counted on; the UAV must have it."""
+    error_m_s2: float = 0.25
+    """Bound of the disturbing acceleration (gusts, and what this model leaves out) that it must withstand."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not isinstance(value, (int, float)) or isinstance(value, bool) or not math.isfinite(value):
+                raise ParameterError(f"response_{field.name} must be a finite number, not {value!r}.")
+        for name in ("p", "lag_s", "acceleration_max_m_s2"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"response_{name} must be greater than 0, not {getattr(self, name)}.")
+        for name in ("i", "d", "error_m_s2"):
+            if not getattr(self, name) >= 0.0:
+                raise ParameterError(f"response_{name} must be at least 0, not {getattr(self, name)}.")
+        if not (1.0 + self.d) * self.p > self.i * self.lag_s:
+            raise ParameterError(
+                f"The response model is unstable: (1 + d) p must be greater than i lag, but "
+                f"{(1.0 + self.d) * self.p:.3g} <= {self.i * self.lag_s:.3g}; lower response_i or the lag."
+            )
+
+    def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return A (4, 4) and B (4,) of dx/dt = A x + B u; x = (position, v, a, I)."""
+        a = np.array(
+            [
+                [0.0, 1.0, 0.0, 0.0],
+                [0.0, 0.0, 1.0, 0.0],
+                [0.0, -self.p / self.lag_s, -(1.0 + self.d) / self.lag_s, 1.0 / self.lag_s],
+                [0.0, -self.i, 0.0, 0.0],
+            ]
+        )
+        return a, np.array([0.0, 0.0, self.p / self.lag_s, self.i])
+
+    def transition(self, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return F (4, 4) and G (4,) of x(t + step) = F x(t) + G u for a command u that stays."""
+        return _transition(self, step_s)
+
+    def tube_m(self, step_s: float, steps: int) -> np.ndarray:
+        """Return how far the UAV can stray from its predicted path, m, after 0, 1, ... ``steps`` steps.
+
+        It is the error's bound times the integral of abs(h), with h the position after a unit impulse of
+        acceleration. No disturbance within the bound leads farther, whatever it does in time.
+        """
+        fine = 20
+        f, _ = self.transition(step_s / fine)
+        state = np.array([0.0, 1.0, 0.0, 0.0])  # an impulse of acceleration is a step of velocity
+        responses = np.empty(steps * fine + 1)
+        for k in range(responses.size):
+            responses[k] = abs(state[0])
+            state = f @ state
+        area = np.concatenate(([0.0], np.cumsum(0.5 * (responses[1:] + responses[:-1])) * step_s / fine))
+        return self.error_m_s2 * area[::fine]
+
+
+@lru_cache(maxsize=64)
+def _transition(model: ResponseModel, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+    a, b = model.dynamics()
+    whole = expm(np.block([[a, b[:, None]], [np.zeros((1, 5))]]) * step_s)
+    return whole[:4, :4].copy(), whole[:4, 4].copy()

@@ -1,0 +1,86 @@
+"""Where the lidar is and how it moves, for algorithms that remember."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Tuple
+
+import numpy as np
+
+from cepa.errors import MotionError
+
+Vector3 = Tuple[float, float, float]
+Quaternion = Tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The lidar's pose and velocity in the odometry's frame at a scan's stamp, and the vertical reference.
+
+    Raises MotionError for what is not finite, or an orientation that is none.
+    """
+
+    stamp_s: float
+    """s: of the scan."""
+    position_m: Vector3
+    """m: of the lidar in the odometry's frame, z up."""
+    orientation_xyzw: Quaternion
+    """Of the lidar's frame in the odometry's; a unit quaternion."""
+    velocity_m_s: Vector3
+    """m/s: of the UAV along the axes of the odometry's frame."""
+    climb_ref_m_s: float = 0.0
+    """m/s: vertical part of the reference velocity, upwards."""
+    age_s: float = 0.0
+    """s: how much older than the scan pose and velocity are."""
+
+    def __post_init__(self) -> None:
+        numbers = (self.stamp_s, *self.position_m, *self.velocity_m_s, self.climb_ref_m_s, self.age_s)
+        if not all(map(math.isfinite, numbers)):
+            raise MotionError(f"The UAV's motion must be finite, not {numbers}; check the odometry.")
+        if not abs(math.hypot(*self.orientation_xyzw) - 1.0) < 0.01:
+            raise MotionError(f"The lidar's orientation is no unit quaternion: {self.orientation_xyzw}.")
+        if not self.age_s >= 0.0:
+            raise MotionError(f"The odometry is {-self.age_s:.3g} s newer than the scan; check its stamps.")
+
+    @property
+    def yaw_rad(self) -> float:
+        """Direction of the lidar's x axis in the odometry's plane."""
+        x, y, z, w = self.orientation_xyzw
+        return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
+
+    def rotation(self) -> np.ndarray:
+        """Return the matrix (3, 3) that turns the lidar's frame into the odometry's."""
+        x, y, z, w = self.orientation_xyzw
+        return np.array(
+            [
+                [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+                [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+                [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+            ]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """What a lidar or camera saw in three dimensions. Raises MotionError for points of a wrong shape."""
+
+    points_m: np.ndarray
+    """(n, 3) m, in the lidar's frame; rows that are not finite are no returns."""
+    elevation_rad: tuple[float, float]
+    """Lowest and highest direction that it looks in, in the lidar's frame."""
+    range_min_m: float
+    range_max_m: float
+    azimuth_rad: tuple[float, float] = (-math.pi, math.pi)
+    """First and last direction around its z axis."""
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.points_m)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise MotionError(f"A cloud must hold rows of x, y and z, not an array of shape {points.shape}.")
+        if not 0.0 <= self.range_min_m < self.range_max_m:
+            raise MotionError(
+                f"A cloud's ranges must fulfil 0 <= min < max, not {self.range_min_m} and {self.range_max_m}."
+            )
+        if not self.elevation_rad[0] < self.elevation_rad[1]:
+            raise MotionError(f"A cloud's elevations must rise, not {self.elevation_rad}.")
