@@ -45,6 +45,7 @@ LANDING_S = (1.5, 2.5)
 """So long do setpoints stop when the UAV hovers at its goal: the failsafe begins, and ends again."""
 
 GUST_M_S = 3.0
+NO_LIMITS = PhaseLimits(flight_timeout_s=999_999.0)
 BLIND_SHARE = 1 / 3
 CLOCK_M_S = 0.01
 CLOCK_HAND = (
@@ -107,7 +108,7 @@ class FaultyLoop(ClosedLoop):
 def soak(minutes: float, seed: int) -> dict:
     """Fly for that long in simulated time; return the metrics."""
     rng = np.random.default_rng(seed)
-    parameters = replace(scenario_parameters("forest", seed=seed), goal_xyz_m=None, limits=_endless())
+    parameters = replace(scenario_parameters("forest", seed=seed), goal_xyz_m=None, limits=NO_LIMITS)
     loop = FaultyLoop(parameters, rng)
     with loop:
         loop.run_to(Phase.FLYING)
@@ -214,11 +215,6 @@ def summary(metrics: dict) -> str:
         f"memory: {metrics['memory_end_mb']:.0f} MB at the end, {growth_mb:+.1f} MB since a tenth of it\n"
         f"drift between clock and physics: {metrics['clock_drift_ms']:.3g} ms"
     )
-
-
-def _endless() -> PhaseLimits:
-    """Limits that no soak reaches."""
-    return PhaseLimits(flight_timeout_s=999_999.0)
 
 
 def _resident_mb() -> float:

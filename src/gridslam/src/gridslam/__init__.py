@@ -5,7 +5,6 @@ from gridslam.filter.particle_filter import GridSlam, ScanUpdate
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
-from gridslam.trajectory import Trajectory
 
 __all__ = [
     "GridSlam",
@@ -18,5 +17,4 @@ __all__ = [
     "SlamError",
     "SlamParameters",
     "StateError",
-    "Trajectory",
 ]

@@ -9,31 +9,23 @@ from inspection_tools.errors import (
     VelocityError,
 )
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
-from inspection_tools.mission import Mission, MissionStatus, Waypoint, parse_mission, read_mission, way_m
-from inspection_tools.padding import UNSEEN_INTENSITY, LidarPadding, PaddedScan, PaddingParameters
+from inspection_tools.mission import Mission, Waypoint, parse_mission, read_mission, way_m
+from inspection_tools.padding import LidarPadding, PaddingParameters
 from inspection_tools.pairing import ReferencePairing
-from inspection_tools.position_controller import (
-    PositionCommand,
-    PositionController,
-    PositionControllerParameters,
-)
+from inspection_tools.position_controller import PositionController, PositionControllerParameters
 from inspection_tools.scan import ScanGeometry
 from inspection_tools.yaw_regulator import YawRegulator, YawRegulatorParameters
 
 __all__ = [
-    "UNSEEN_INTENSITY",
     "InspectionToolsError",
     "LidarMedianFilter",
     "LidarPadding",
     "MedianFilterParameters",
     "Mission",
     "MissionError",
-    "MissionStatus",
-    "PaddedScan",
     "PaddingParameters",
     "ParameterError",
     "PoseError",
-    "PositionCommand",
     "PositionController",
     "PositionControllerParameters",
     "ReferencePairing",

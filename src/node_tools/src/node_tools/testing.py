@@ -43,14 +43,13 @@ class Input:
 
 
 class Output:
-    """Collects what a node publishes; known to be connected unless told otherwise."""
+    """Collects what a node publishes; known to be connected."""
 
-    def __init__(self, topic: str, message_type: Any, connected: bool = True) -> None:
+    def __init__(self, topic: str, message_type: Any) -> None:
         self.messages: list[Any] = []
         self._topic = topic
         self._subscriber = rospy.Subscriber(topic, message_type, self.messages.append, tcp_nodelay=True)
-        if connected:
-            wait_until(lambda: self._subscriber.get_num_connections() > 0, f"a publisher of {topic}")
+        wait_until(lambda: self._subscriber.get_num_connections() > 0, f"a publisher of {topic}")
 
     def next(self) -> Any:
         """Wait for a message and take it."""

@@ -12,7 +12,7 @@ from simulation_tools.geometry import IDENTITY, ORIGIN, Pose, Vector3
 
 
 class Px4Error(SimulationToolsError):
-    """The flight controller was asked for something that it cannot do."""
+    """The flight controller cannot do what it was asked for."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,14 @@ class Autopilot(Protocol):
     """A flight controller in lockstep with the physics."""
 
     def is_ready(self) -> bool:
-        """Whether simulated time may begin; asked again and again at t = 0, where the world waits."""
+        """Whether simulated time may begin. The simulator asks repeatedly while it waits at t = 0."""
         ...
 
     def begin(self, state: VehicleState) -> None:
-        """Start to think about a state; `step` asks for the answer after the simulator's other work.
+        """Start to compute the answer to a state.
 
-        May do nothing, and may not be called at all.
+        `step` takes the answer after the simulator's other work. An autopilot may do nothing here, and the
+        simulator need not call it.
         """
         ...
 

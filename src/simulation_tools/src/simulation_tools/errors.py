@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class SimulationToolsError(Exception):
-    """Base of every error this package raises on purpose; its text is one clear sentence for the user."""
+    """Base of this package's errors. The text is one clear sentence for the user."""

@@ -34,7 +34,7 @@ class GeodeticOrigin:
             )
 
     def moved(self, position_enu_m: Vector3) -> GeodeticOrigin:
-        """Return the origin of a frame that begins at a place of this one; its altitude is at most 10 km."""
+        """Return the origin of a frame whose zero is a place in this frame. Its altitude is at most 10 km."""
         east_m, north_m, up_m = position_enu_m
         altitude_m = min(max(self.altitude_m + up_m, -_ALTITUDE_MAX_M), _ALTITUDE_MAX_M)
         return GeodeticOrigin(*self.to_global(north_m, east_m), altitude_m)
@@ -57,7 +57,7 @@ class GeodeticOrigin:
         cosine = math.sin(here) * math.sin(there) + math.cos(here) * math.cos(there) * math.cos(turned)
         north = math.cos(here) * math.sin(there) - math.sin(here) * math.cos(there) * math.cos(turned)
         east = math.cos(there) * math.sin(turned)
-        # The angle from the origin by both functions: either alone is ill-conditioned somewhere.
+        # Compute the angle from both sine and cosine, because each alone is ill-conditioned somewhere.
         sine = math.hypot(north, east)
         k = math.atan2(sine, cosine) / sine if sine > 0.0 else 1.0
         return k * north * EARTH_RADIUS_M, k * east * EARTH_RADIUS_M

@@ -49,7 +49,7 @@ def quaternion_conjugate(q: Quaternion) -> Quaternion:
 
 
 def quaternion_normalised(q: Sequence[float]) -> Quaternion:
-    """Scale to unit length; raises ValueError when there is no direction to keep (zero, NaN or infinite)."""
+    """Scale to unit length. Raises ValueError for zero, NaN and infinity."""
     x, y, z, w = (float(component) for component in q)
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not 1e-9 < length < math.inf:
@@ -102,7 +102,7 @@ def rpy_from_quaternion(q: Quaternion) -> Vector3:
     sin_pitch = max(-1.0, min(1.0, 2.0 * (w * y - x * z)))
     cos_pitch_squared = (1.0 - 2.0 * (y * y + z * z)) ** 2 + (2.0 * (x * y + w * z)) ** 2
     if cos_pitch_squared < 1e-14:
-        # Only yaw -+ roll is defined here: give it all to yaw.
+        # Only yaw -+ roll is defined here. Take roll as zero.
         return (0.0, math.copysign(0.5 * math.pi, sin_pitch), wrap_angle(2.0 * math.atan2(z, w)))
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     # atan2 keeps its accuracy near +-90 degrees, where asin loses half of the digits.

@@ -174,7 +174,7 @@ def test_rotors_are_read_by_number_and_placed_from_the_centre_of_mass():
     assert [rotor.direction for rotor in airframe.rotors] == [1.0, -1.0]
     assert airframe.rotors[0].position_m == pytest.approx((0.1 - centre, 0.0, 0.04))
     assert airframe.rotor_joints == {"joint_0", "joint_1"}
-    assert airframe.rotors[0].max_thrust_n == 4.0
+    assert (airframe.rotors[0].thrust_linear, airframe.rotors[0].top) == (4.0, 1.0)
 
 
 def test_gazebos_motor_model_and_body_drag_are_read():

@@ -2,18 +2,15 @@
 
 from gridslam.evaluation.map_error import MapAccuracy, map_error
 from gridslam.evaluation.map_picture import draw_map_error, map_error_figure
-from gridslam.evaluation.relations import RelationErrors, Relations, read_relations, relation_errors
+from gridslam.evaluation.relations import Relations, read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import TrajectoryError, trajectory_error
 from gridslam.evaluation.tum import poses_at, read_tum, write_tum
-from gridslam.evaluation.wall_fit import WallFit
 from gridslam.evaluation.walls import WallPoints, Walls, read_walls
 
 __all__ = [
     "MapAccuracy",
-    "RelationErrors",
     "Relations",
     "TrajectoryError",
-    "WallFit",
     "WallPoints",
     "Walls",
     "draw_map_error",

@@ -32,11 +32,6 @@ class TilePool:
         return self.capacity - 1 - int(self.tiles.free[TILES])
 
     @property
-    def used_ends(self) -> int:
-        """Number of entries of ends in use, the empty one left out."""
-        return self.capacity - 1 - int(self.tiles.free[ENDS])
-
-    @property
     def surfaces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What scan matching looks at: occupied, ends and means."""
         return self.tiles.occupied, self.tiles.ends, self.tiles.means
@@ -118,10 +113,10 @@ class TilePool:
         return pool
 
 
-def require_indices(indices: np.ndarray, greatest: int, name: str, least: int = 0) -> None:
-    """Raise ValueError unless all are whole numbers from ``least`` to ``greatest``: a kernel trusts them."""
+def require_indices(indices: np.ndarray, greatest: int, name: str) -> None:
+    """Raise ValueError unless all are whole numbers from 0 to ``greatest``: a kernel trusts them."""
     whole = indices.dtype.kind in "iu"
-    if not whole or (indices.size and not (indices.min() >= least and indices.max() <= greatest)):
+    if not whole or (indices.size and not (indices.min() >= 0 and indices.max() <= greatest)):
         raise ValueError(f"{name} point at what is not there")
 
 

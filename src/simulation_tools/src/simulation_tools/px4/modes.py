@@ -57,12 +57,6 @@ MAIN_MODES = frozenset(mode.value[0] for mode in Mode)
 BY_CUSTOM_MODE = {mode.custom_mode: mode for mode in Mode}
 
 
-def label_of(custom_mode: int) -> str:
-    """Return MAVROS's name of a custom mode; ``CMODE(n)`` when it is unknown, as MAVROS does."""
-    mode = BY_CUSTOM_MODE.get(custom_mode)
-    return mode.label if mode else f"CMODE({custom_mode})"
-
-
 class Result(enum.IntEnum):
     """MAVLink's MAV_RESULT of a command."""
 

@@ -181,7 +181,6 @@ class Px4:
             controls_attitude=not (commander.mode is Mode.OFFBOARD and self._offboard_is_rates),
             landed_state=self._landed_state(),
             position_valid=self.estimate_valid,
-            takeoff_state=self._control.takeoff.state,
             hover_thrust=self._control.position.hover_thrust,
             battery_remaining=self._battery,
         )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Sequence
 
 from simulation_tools.geometry import Quaternion, Vector3, rotate
-from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
+from simulation_tools.ned_frames import enu_to_ned, flu_to_frd, yaw_to_ned
 
 NAN = math.nan
 UNSET: Vector3 = (NAN, NAN, NAN)
@@ -79,11 +79,6 @@ class AttitudeSetpoint:
     rates: Vector3 = UNSET
     thrust: float = 0.0
     time_boot_ms: int = 0
-
-    @classmethod
-    def from_enu(cls, attitude_xyzw: Quaternion, thrust: float, time_boot_ms: int = 0) -> AttitudeSetpoint:
-        """Hold an attitude of FLU in ENU at a thrust of 0..1."""
-        return cls(attitude_to_ned(attitude_xyzw), thrust=thrust, time_boot_ms=time_boot_ms)
 
     @property
     def asks_something(self) -> bool:

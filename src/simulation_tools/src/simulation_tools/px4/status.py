@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simulation_tools.px4.control.takeoff import TakeoffState
 from simulation_tools.px4.modes import ARMED_FLAG, STABILISED_FLAG, LandedState, Mode
 
 
@@ -20,7 +19,6 @@ class Px4Status:
     controls_attitude: bool
     landed_state: LandedState
     position_valid: bool
-    takeoff_state: TakeoffState
     hover_thrust: float
     battery_remaining: float
 

@@ -29,11 +29,11 @@ class HilParameters:
     """The sensors of a PX4 in the loop.
 
     origin: where the world's origin lies on earth. magnetic_field_ned_gauss: of the earth there. *_noise:
-    standard deviations of white noise; none may be zero, since PX4 takes a value that stays the same for 100
-    samples for a dead sensor's. gps_rate_hz, gps_delay_s: PX4 expects a GPS to be late by EKF2_GPS_DELAY,
-    0.11 s. accelerometer_limit_m_s2: no sample is beyond it on any axis. PX4's accelerometers measure up to
-    16 g (157 m/s2), count a greater sample as clipped, and the first of the three takes its sign for the
-    opposite one.
+    standard deviations of white noise; none may be zero, because PX4 declares a sensor dead if its value
+    stays the same for 100 samples. gps_rate_hz, gps_delay_s: PX4 expects a GPS to be late by EKF2_GPS_DELAY,
+    0.11 s. accelerometer_limit_m_s2: no sample exceeds it on any axis. PX4's accelerometers measure up to 16
+    g (157 m/s2) and count a greater sample as clipped. The first of the three even reads it with the
+    opposite sign.
     """
 
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
@@ -72,7 +72,7 @@ class HilSensors:
         self._impact = np.zeros(3)
 
     def restart(self) -> None:
-        """Forget what was measured: a PX4 that has just been started knows no past."""
+        """Forget what was measured: a PX4 that has just started has no past."""
         self._past.clear()
         self._impact = np.zeros(3)
         self._gps_schedule.restart()
@@ -103,10 +103,11 @@ class HilSensors:
         )
 
     def _felt(self, force_m_s2: np.ndarray) -> np.ndarray:
-        """Return what the accelerometer feels of a specific force, FRD.
+        """Return the part of a specific force that the accelerometer measures, FRD.
 
-        Rigid bodies stop within one step, at 18 g from 0.7 m/s; legs and mounts that bend take longer. What
-        is beyond the limit is felt in the next samples, so that their sum still tells the change of velocity.
+        A rigid body stops within one step, at 18 g from 0.7 m/s. Real legs and mounts bend, so they take
+        longer. What exceeds the limit is added to the next samples. So their sum still equals the change of
+        velocity.
         """
         wanted = force_m_s2 + self._impact
         limit = self._parameters.accelerometer_limit_m_s2
@@ -115,7 +116,7 @@ class HilSensors:
         return felt
 
     def gps(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_gps_message | None:
-        """Return HIL_GPS when one is due, of where the vehicle was gps_delay_s ago; call it at every step."""
+        """Return HIL_GPS, if one is due, for the place of gps_delay_s ago. Call it at every step."""
         self._past.append((time_us, state))
         measured_us = time_us - round(1e6 * self._parameters.gps_delay_s)
         while len(self._past) > 1 and self._past[1][0] <= measured_us:
@@ -176,5 +177,5 @@ def _int16(values: list[int]) -> list[int]:
 
 
 def _pascal_per_metre(altitude_m: float) -> float:
-    """Return by how much pressure falls with height there."""
+    """Return how fast pressure falls with height at this altitude."""
     return pressure_pa(altitude_m - 0.5) - pressure_pa(altitude_m + 0.5)

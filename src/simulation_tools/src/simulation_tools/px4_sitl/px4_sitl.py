@@ -14,7 +14,7 @@ from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
 from simulation_tools.px4_sitl.simulator_link import SimulatorLink, how_to_start
 
 ROTORS = 4
-_REAL_PACE_S = 0.004  # before its first answer PX4 still starts, by the wall clock
+_REAL_PACE_S = 0.004  # wall time; PX4 is still starting before its first answer
 _PATIENCE_S = 0.5
 _REMINDER_S = 10.0  # wall time
 
@@ -22,17 +22,17 @@ _REMINDER_S = 10.0  # wall time
 class Px4Sitl:
     """An `Autopilot` whose commands come from the PX4 at the other end of a link.
 
-    Each instant is sent as HIL_SENSOR, as soon as it is known (`begin`), and `step` waits for the
-    HIL_ACTUATOR_CONTROLS made from it: meanwhile the simulator reads and publishes its other sensors. Without
-    PX4 the rotors stand still and the world goes on. A PX4 that stops answering (a debugger's breakpoint)
-    nearly stops simulated time: the last commands hold, one step at each time-out.
+    `begin` sends HIL_SENSOR as soon as an instant is known. Then the simulator reads and publishes its other
+    sensors. `step` waits for the HIL_ACTUATOR_CONTROLS that answers. Without PX4 the rotors stand still and
+    the world goes on. If PX4 stops answering (for example at a debugger's breakpoint), simulated time nearly
+    stops: each time-out advances it by one step with the last commands.
 
-    PX4's clock begins with the first measurement, and follows the messages' stamps. Simulated time therefore
-    waits at 0 for PX4, so that the two clocks are one; a PX4 that comes later, after another has ended, has a
-    clock that lags. It must never go back, and PX4 cannot be rebooted over this link: a reset of the
-    simulation closes the link, and PX4 has to be started again.
+    PX4's clock begins with the first measurement and follows the messages' stamps. So simulated time waits
+    at 0 for PX4, and both clocks agree. The clock of a second PX4, which connects after the first has ended,
+    lags behind. PX4's clock must never go back, and PX4 cannot be rebooted over this link. So a reset of the
+    simulation closes the link, and the user starts PX4 again.
 
-    patience_s: how long, in wall time, time waits for PX4 before that is an error.
+    patience_s: wall time after which a missing PX4 is an error.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Px4Sitl:
         return self._in_lockstep
 
     def is_ready(self) -> bool:
-        """Whether PX4 is there. Raises Px4Error when it has not come for `patience_s`."""
+        """Whether PX4 has connected. Raises Px4Error if it has not within `patience_s`."""
         if self._link.connected or self._link.accept():
             self._waits_since_s = None
             return True
@@ -106,7 +106,7 @@ class Px4Sitl:
         return self._commands
 
     def _remind(self) -> None:
-        """Say now and then that PX4 is missing."""
+        """Warn from time to time that PX4 is missing."""
         if time.monotonic() - self._reminded_s > _REMINDER_S:
             self._reminded_s = time.monotonic()
             self.on_warning(f"No PX4 is connected. {how_to_start(self._link.port)}")
@@ -130,7 +130,7 @@ class Px4Sitl:
                 return
 
     def _heed(self, message: common.MAVLink_message) -> bool:
-        """Handle one message; True when it answers the newest measurement."""
+        """Handle one message. Return True if it answers the newest measurement."""
         kind = message.get_type()
         if kind == "HIL_ACTUATOR_CONTROLS":
             self._in_lockstep = True
@@ -159,7 +159,10 @@ class Px4Sitl:
         self._sensors.restart()
 
     def reset(self) -> None:
-        """Close the link to this PX4: its clock and estimate cannot go back. The next PX4 starts anew."""
+        """Close the link to this PX4, because its clock and estimate cannot go back.
+
+        The next PX4 starts from zero.
+        """
         self._clock_us = -1
         self._forget_px4()
         if self._link.connected:

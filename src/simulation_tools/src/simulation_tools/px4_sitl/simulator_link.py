@@ -1,8 +1,8 @@
 """The TCP link on which PX4 SITL looks for its simulator: MAVLink 2, one PX4 at a time.
 
-PX4 connects, and tries again until a simulator listens. It sends a heartbeat and asks for messages once, then
-one HIL_ACTUATOR_CONTROLS for every HIL_SENSOR. It never connects twice: when a connection ends, PX4 has to be
-started again, and the link waits for that.
+PX4 tries to connect until a simulator listens. First it sends a heartbeat and asks for messages. Then it
+answers every HIL_SENSOR with one HIL_ACTUATOR_CONTROLS. It never connects twice. When a connection ends, the
+link waits until the user has started PX4 again.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from simulation_tools.mavlink import LinkError, why_not_bound
 DEFAULT_PORT = 4560
 _SYSTEM, _COMPONENT = 1, 200  # the ids that Gazebo's plugin uses
 _CHUNK = 65536
-_SEND_PATIENCE_S = 1.0  # a PX4 that reads nothing for this long counts as gone
+_SEND_PATIENCE_S = 1.0  # if PX4 reads nothing for this long, the connection is closed
 
 
 class SimulatorLink:
     """Listens on `host:port` (0: a free one, see `port`) and talks to the PX4 that connects.
 
-    `on_warning` is called with a sentence when a connection is lost. Raises LinkError when the port cannot
-    be had.
+    `on_warning` is called with a sentence when a connection is lost. Raises LinkError if the port is not
+    available.
     """
 
     def __init__(self, port: int = DEFAULT_PORT, host: str = "127.0.0.1") -> None:
@@ -44,7 +44,7 @@ class SimulatorLink:
         return self._peer is not None
 
     def accept(self) -> bool:
-        """Take the connection of a PX4 that waits for one; False when none does. Never waits."""
+        """Accept the connection of a waiting PX4. Return False if there is none. This never blocks."""
         try:
             peer, _ = self._server.accept()
         except OSError:
@@ -70,7 +70,7 @@ class SimulatorLink:
             self._lose()
 
     def receive(self, timeout_s: float) -> list[common.MAVLink_message]:
-        """Return the messages that are there, waiting at most so long, in wall time, for the first."""
+        """Return the messages that have arrived; wait at most this long, in wall time, for the first one."""
         end = time.monotonic() + timeout_s
         while self._peer is not None:
             readable, _, _ = select.select([self._peer], [], [], max(end - time.monotonic(), 0.0))
@@ -94,7 +94,7 @@ class SimulatorLink:
         return good
 
     def disconnect(self) -> None:
-        """Close the connection, if there is one, and wait for another."""
+        """Close the connection, if there is one. Another PX4 may connect then."""
         if self._peer is not None:
             self._peer.close()
             self._peer = None

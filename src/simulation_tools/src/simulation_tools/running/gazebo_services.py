@@ -40,7 +40,7 @@ class Answer:
 class GazeboServices:
     """Answers requests of any thread between two steps of a running simulation.
 
-    on_change is called, in the simulation's thread, after a model came, went or was put elsewhere.
+    on_change is called, in the simulation's thread, after a model was added, deleted or moved.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class GazeboServices:
         self._on_change = on_change
 
     def spawn(self, name: str, xml: str, pose: Pose, reference: str) -> Answer:
-        """Put a new model into the world; an empty name means the name that its SDF gives it."""
+        """Put a new model into the world. If the name is empty, the model takes the name in its SDF."""
 
         def parse_and_spawn() -> Answer:
             # Parsed in the caller's thread, so that a long file does not hold up the simulation
@@ -70,11 +70,11 @@ class GazeboServices:
         return self._answer_between_steps(lambda: self._delete(name))
 
     def get_state(self, name: str, reference: str) -> Answer:
-        """Return a model's state relative to an entity, as seen from it."""
+        """Return a model's state relative to an entity, in that entity's axes."""
         return self._answer_between_steps(lambda: self._get_state(name, reference))
 
     def set_state(self, name: str, state: BodyState, reference: str) -> Answer:
-        """Put a model somewhere, at a speed; pose and velocities are in the reference's axes."""
+        """Set a model's pose and velocities, given in the axes of the reference."""
         return self._answer_between_steps(lambda: self._set_state(name, state, reference))
 
     def world_properties(self) -> Answer:

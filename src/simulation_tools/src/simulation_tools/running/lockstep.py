@@ -1,4 +1,4 @@
-"""Lockstep: after a scan, simulated time waits for what the other nodes make of it."""
+"""Lockstep: after a scan, simulated time waits for the other nodes' answers to it."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ LOOK_PERIOD_S = 0.02
 """While lockstep waits, it looks this often for requests, a pause and the end."""
 
 START_RETRY_S = 0.2
-"""The first scan is published again after this time, until the nodes that answer it have started."""
+"""The first scan is repeated at this period until the nodes that answer it have started."""
 
 START_PATIENCE_S = 15.0
-"""If nobody has answered the first scan after this time, a warning tells what is missing."""
+"""If the first scan has no answer after this time, a warning says what is missing."""
 
 
 class Barrier:
@@ -68,14 +68,14 @@ class SetpointInput(Protocol):
         """Sleep until input is there (True) or the time is over."""
 
     def poll(self, time_us: int, until: Callable[[], bool] = ...) -> None:
-        """Handle all input that is there, or stop early when `until` says so after a datagram."""
+        """Handle all input that has arrived. Stop early if `until` returns True after a datagram."""
 
 
 class Lockstep:
     """Waits for the answers to a scan.
 
-    attend: called again and again meanwhile; returns whether the simulation is paused. While it is paused,
-    no answer is late. is_interrupted: whether to stop waiting at once (a reset, or the end).
+    attend: called repeatedly during the wait; returns whether the simulation is paused. A pause does not
+    count as waiting time. is_interrupted: whether to stop waiting at once (after a reset, or at the end).
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Lockstep:
         self._is_interrupted = is_interrupted
 
     def wait(self, time_us: int, timeout_s: float) -> bool:
-        """Wait for the answers to the scan of time_us; False when the time is over, or interrupted.
+        """Wait for the answers to the scan of time_us. Return False after a time-out or an interruption.
 
         MAVLink input is applied up to the setpoint that answers the scan, and no further.
         """
@@ -118,7 +118,7 @@ class Lockstep:
     def wait_for_first(
         self, time_us: int, publish_again: Callable[[], None], warn: Callable[[str], None]
     ) -> None:
-        """Wait for the answers to the first scan, publishing it again and again.
+        """Publish the first scan repeatedly until it is answered.
 
         The nodes that answer it may still be starting.
         """

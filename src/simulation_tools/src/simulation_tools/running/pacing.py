@@ -10,7 +10,7 @@ from typing import Callable
 from simulation_tools.running.requests import RunLoopError
 
 FORGIVEN_LAG_S = 0.1
-"""If the loop is further behind the wall clock than this, it does not catch up: no sprint after a stall."""
+"""If the loop is further behind the wall clock than this, it does not try to catch up."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class PacingParameters:
 
     real_time_factor: simulated seconds per wall second, 0 = as fast as possible. lockstep: wait after each
     scan for the setpoint made from it. participants: names of further acknowledgements to wait for.
-    lockstep_timeout_s: how long a scan's answers are waited for, wall time. Then the miss is counted and time
-    goes on.
+    lockstep_timeout_s: wall time to wait for the answers to a scan. After it the loop counts a miss and goes
+    on.
     """
 
     real_time_factor: float = 1.0
@@ -53,13 +53,13 @@ class Pacer:
         self._anchor = (0.0, 0)
 
     def restart(self, time_us: int) -> None:
-        """Count from this moment: simulated time `time_us` belongs to the wall time that it is."""
+        """Start again: simulated time `time_us` belongs to the present wall time."""
         self._anchor = (self._clock.now(), time_us)
 
     def due_s(self, time_us: int, real_time_factor: float) -> float:
         """Return the wall time at which simulated time may pass `time_us`; -inf: at once.
 
-        It starts counting again when the loop is too late to catch up.
+        If the loop is too late to catch up, counting starts again.
         """
         if real_time_factor == 0.0:
             return -math.inf

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 LATENCIES_KEPT = 32768
-"""So many of the newest latencies count for the percentiles: 13 minutes of a 40 Hz lidar."""
+"""Number of newest latencies in the percentiles: 13 minutes of a 40 Hz lidar."""
 
 
 @dataclass(frozen=True)
 class PerformanceFigures:
-    """A snapshot. Latencies are NaN while there are none.
+    """A snapshot. Latencies are NaN until the first one is measured.
 
     real_time_factor: simulated seconds per wall second since the snapshot before, pauses left out;
     real_time_factor_mean: the same since the start (or reset). setpoint_latency_ms_*: wall time from
@@ -45,7 +45,7 @@ class LatencyMeter:
     def on_scan(self, stamp_ms: int, wall_s: float) -> None:
         """Note that scan(stamp_ms) is being published."""
         self._published[stamp_ms] = wall_s
-        while len(self._published) > 64:  # scans that nobody answered
+        while len(self._published) > 64:  # scans without an answer
             del self._published[next(iter(self._published))]
 
     def on_setpoint(self, stamp_ms: int, wall_s: float) -> None:
@@ -56,7 +56,7 @@ class LatencyMeter:
             self.count += 1
 
     def percentiles_ms(self, *percentages: float) -> list[float]:
-        """Return percentiles of the latencies kept; NaN while there are none."""
+        """Return percentiles of the kept latencies; NaN if there are none."""
         kept = self._latencies_ms[: self.count]
         return np.percentile(kept, percentages).tolist() if self.count else [math.nan] * len(percentages)
 

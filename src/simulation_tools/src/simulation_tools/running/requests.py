@@ -42,14 +42,14 @@ class Requests:
             raise RunLoopError(f"The simulator did not answer within {timeout_s:g} s.") from error
 
     def serve(self) -> None:
-        """Run every function that waits. The owner's thread calls this between two steps."""
+        """Run all waiting functions. The owner's thread calls this between two steps."""
         while not self._waiting.empty():
             function, future = self._waiting.get()
             if not future.set_running_or_notify_cancel():
                 continue  # the caller has given up
             try:
                 future.set_result(function())
-            except Exception as error:  # whatever it is, it belongs to the caller
+            except Exception as error:  # the caller gets every exception
                 future.set_exception(error)
 
     def close(self) -> None:

@@ -16,13 +16,13 @@ from simulation_tools.running.requests import Requests
 from simulation_tools.simulation import PhysicsDivergedError, Simulation, StepOutput
 
 IDLE_S = 0.005
-"""A paused or waiting loop sleeps this long before it looks for requests again."""
+"""A paused or waiting loop checks for requests at this period."""
 
 LOOK_PERIOD_S = 0.05
-"""A loop that waits for its next step looks this often for requests and for the end."""
+"""A loop that waits for its next step checks for requests and for the end at this period."""
 
 RELAPSE_US = 2_000_000
-"""If physics diverges again this soon after a reset, further resets do not help."""
+"""If physics diverges again within this time after a reset, another reset would not help."""
 
 REPORT_PERIOD_S = 1.0
 """Wall time between two reports of the performance figures."""
@@ -41,10 +41,10 @@ class Link(SetpointInput, Protocol):
 
 
 class Output(Protocol):
-    """What is told of the simulation's progress, in the simulation's thread."""
+    """Receives the simulation's outputs, in the simulation's thread."""
 
     def publish(self, output: StepOutput) -> None:
-        """Publish what the sensors of one instant say."""
+        """Publish the measurements of one instant."""
 
     def report(self, figures: PerformanceFigures, paused: bool) -> None:
         """Publish performance figures; called about once a second of wall time, while paused too."""
@@ -53,10 +53,9 @@ class Output(Protocol):
 class RunLoop:
     """Steps a simulation until it is told to stop.
 
-    The thread that makes it owns the simulation and must be the one that calls `run`. A request that fails
-    carries its exception back to its caller; the loop goes on. `on_warning` is called with a sentence when
-    lockstep does not get what it waits for, and when the physics diverged; `on_divergence` must reset the
-    simulation then.
+    The thread that makes it owns the simulation and must be the one that calls `run`. If a request fails,
+    its caller gets the exception and the loop goes on. `on_warning` is called with a sentence when lockstep
+    misses an answer and when the physics diverges. `on_divergence` must then reset the simulation.
     """
 
     def __init__(
@@ -102,7 +101,7 @@ class RunLoop:
         self._lockstep.barrier.acknowledge(participant, stamp_us // 1000)
 
     def set_pacing(self, pacing: PacingParameters) -> None:
-        """Follow other rules from now on; the participants stay. Within `call` only."""
+        """Change the pacing; the participants stay the same. Within `call` only."""
         self._pacing = replace(pacing, participants=self._pacing.participants)
         self._pacer.restart(self._simulation.time_us)
 
@@ -112,7 +111,7 @@ class RunLoop:
         self._pacer.restart(self._simulation.time_us)
 
     def restart(self) -> None:
-        """Begin again at the simulation's time, as after its reset, with new figures. Within `call` only."""
+        """Begin again at the simulation's time, with new figures, as after a reset. Within `call` only."""
         self.meter.clear()
         self._restarted = True
 
@@ -145,7 +144,7 @@ class RunLoop:
             self._recover(error, self.on_divergence)
 
     def _recover(self, error: PhysicsDivergedError, reset: Callable[[], None]) -> None:
-        """Reset a simulation whose physics diverged. Pause it as well when a reset has just not helped."""
+        """Reset a simulation whose physics diverged. If the last reset did not help, pause it too."""
         relapse = self._has_recovered and self._simulation.time_us < RELAPSE_US
         self._has_recovered = True
         reset()
@@ -199,7 +198,7 @@ class RunLoop:
         self._link.send_due(output.time_us)
 
     def _pace(self, time_us: int) -> None:
-        """Sleep until it is time for the next step; a setpoint that comes meanwhile is received at once."""
+        """Sleep until the next step is due. A setpoint that arrives during the sleep is handled at once."""
         due_s = self._pacer.due_s(time_us, self._pacing.real_time_factor)
         while not (self.paused or self._is_interrupted()):
             remaining_s = due_s - self._clock.now()
@@ -220,7 +219,7 @@ class RunLoop:
         self._lockstep.barrier.on_setpoint(time_boot_ms)
 
     def _attend(self) -> bool:
-        """Serve other threads, and report now and then; returns whether the loop is paused."""
+        """Serve other threads and report periodically. Return whether the loop is paused."""
         self._requests.serve()
         now_s = self._clock.now()
         if now_s - self._reported_s >= REPORT_PERIOD_S:

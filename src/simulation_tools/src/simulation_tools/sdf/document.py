@@ -1,4 +1,4 @@
-"""One XML file, read safely. It remembers which of its elements were read.
+"""One XML file, read safely. The document remembers which of its elements were read.
 
 A reader asks a `Node` for its children by tag. Afterwards `Document.unsupported` names every element that was
 not read, in one sentence. So an element can be unsupported, but is never dropped silently.
@@ -17,7 +17,7 @@ from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.checks import Check
 from simulation_tools.sdf.safe_xml import MAX_FILE_BYTES, SdfError, parse_xml
 
-LINES_NAMED = 3  # of each unsupported element; a forest may repeat it for every tree
+LINES_NAMED = 3  # of each unsupported element, because a forest may repeat it for every tree
 
 
 class Document:
@@ -102,23 +102,26 @@ class Node:
         return found
 
     def children_unmarked(self, *tags: str) -> list[Node]:
-        """Return the children without saying that they are understood; `understood` says so later."""
+        """Return the children without marking them as understood.
+
+        The caller marks them later with `understood`.
+        """
         return [Node(element, self.document) for element in self._element if element.tag in tags]
 
     def understood(self) -> Node:
-        """Say that this element is supported, and return it."""
+        """Mark this element as supported, and return it."""
         self.document.understand(self._element)
         return self
 
     def child(self, tag: str) -> Node | None:
-        """Return the only child with this tag, or None; two are an error."""
+        """Return the only child with this tag, or None. Two such children are an error."""
         found = self.children(tag)
         if len(found) > 1:
             raise found[1].error(f"{self.label} has a second <{tag}>")
         return found[0] if found else None
 
     def required(self, tag: str) -> Node:
-        """Return the only child with this tag; none is an error."""
+        """Return the only child with this tag. Its absence is an error."""
         node = self.child(tag)
         if node is None:
             raise self.error(f"{self.label} has no <{tag}>")
@@ -138,7 +141,7 @@ class Node:
                 self.document.understand(element, whole=True)
 
     def accept_value(self, tag: str, *values: str) -> None:
-        """Accept a child with one of these values; any other value is named in the warning."""
+        """Accept a child with one of these values. The warning names any other value."""
         for node in self.children_unmarked(tag):
             if (node._element.text or "").strip().lower() in values:
                 node.understood()
@@ -159,7 +162,7 @@ class Node:
 
     # -- values ----------------------------------------------------------------------------------------------
     def attribute(self, name: str, default: str | None = None) -> str:
-        """Return an attribute's text; without a default it must be there and not empty."""
+        """Return an attribute's text. Without a default the attribute must exist and not be empty."""
         value = self._element.get(name, default)
         if value is None or (default is None and not value.strip()):
             raise self.error(f'<{self.tag}> has no attribute "{name}"')
@@ -167,7 +170,7 @@ class Node:
 
     @property
     def text(self) -> str:
-        """The element's own text, stripped; an empty one is an error."""
+        """The element's own text, stripped. An empty text is an error."""
         text = (self._element.text or "").strip()
         if not text:
             raise self.error(f"<{self.tag}> is empty")
@@ -243,7 +246,7 @@ class Node:
 
 
 def unique(nodes: list[Node]) -> dict[str, Node]:
-    """Return nodes by their name attribute; two of one name are an error."""
+    """Return nodes by their name attribute. Two nodes of the same name are an error."""
     by_name: dict[str, Node] = {}
     for node in nodes:
         name = node.attribute("name")

@@ -1,4 +1,4 @@
-"""The tree of coordinate frames that a model defines, and putting one model on another."""
+"""The tree of coordinate frames of a model, and how one model is attached to another."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ OPTICAL = Pose(orientation_xyzw=(-0.5, 0.5, -0.5, 0.5))
 class Frame:
     """An edge of the frame tree. pose: of the child in the parent, a moving joint at its zero position.
 
-    joint: the revolute joint that moves the child, None where the edge is rigid. With the joint at the angle
-    a the child's pose in the parent is `at_angle` (a).
+    joint: the revolute joint that moves the child, None if the edge is rigid.
     """
 
     parent: str
@@ -43,9 +42,10 @@ def joint_rotation(joint: Joint, angle_rad: float) -> Pose:
 def model_frames(model: Model) -> list[Frame]:
     """Return every frame of a model as an edge from its parent, parents before children.
 
-    The root is the first link; links without a joint hang on it. Links are called as in the file, sensors
-    ``link/sensor``, the optical frame of a camera ``link/sensor_optical``, joints by their name (a leaf on
-    their child link, where the axis is), so that each frame has one parent, as TF wants it.
+    The root is the first link. It is also the parent of every link without a joint. A link has its name in
+    the file, a sensor is called ``link/sensor``, and the optical frame of a camera ``link/sensor_optical``.
+    A joint has its own name; its frame is a leaf on the child link, at the axis. So each frame has one
+    parent, as TF demands.
     """
     links = {link.name: link for link in model.links}
     joint_to = {joint.child: joint for joint in model.joints}
@@ -91,8 +91,8 @@ def attach(model: Model, payload: Model, link: str = "base_link", pose: Pose = I
     """Return the model with a payload (e.g. a lidar) fixed to one of its links.
 
     pose: of the payload's model frame in that link's frame. The payload's links keep their names, its first
-    one is joined by a fixed joint ``<link>_joint``. Its mass becomes part of the model's. Raises SdfError
-    when the link does not exist or a name would stand twice.
+    one is joined by a fixed joint ``<link>_joint``. Its mass is added to the model's. Raises SdfError if the
+    link does not exist or if a name would occur twice.
     """
     links = {own.name: own for own in model.links}
     if link not in links:

@@ -65,7 +65,7 @@ def _nested_include(node: Node, include: Include) -> Model:
 class _Frames:
     """The named frames of a model: links, ``<frame>``s, joints and nested models, resolved on demand.
 
-    Where a link has the name of a joint, the name means the link.
+    If a link and a joint have the same name, the name means the link.
     """
 
     def __init__(self, model: Node, nested: Sequence[Model]) -> None:
@@ -103,7 +103,7 @@ class _Frames:
 
 
 def _usual_frame(node: Node) -> str:
-    """Return the frame in which a link, ``<frame>`` or joint stands that names none itself."""
+    """Return the frame of a link, ``<frame>`` or joint that does not name one itself."""
     if node.tag == "joint":
         return node.required("child").text
     return node.attribute("attached_to", "") if node.tag == "frame" else ""
@@ -141,7 +141,7 @@ def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
 def _shapes(
     node: Node, tag: str, read: Callable, frames: _Frames, link: Pose, model_path: Sequence[Path]
 ) -> tuple:
-    """Read the collisions or visuals of a link, but for those whose kind of geometry is not supported."""
+    """Read the collisions or visuals of a link; skip unsupported kinds of geometry."""
     found = []
     for child in unique(node.children(tag)).values():
         geometry = read_geometry(child.required("geometry"), model_path)
@@ -244,7 +244,7 @@ def _with_axis(node: Node, joint: Joint, kind: str) -> Joint:
         friction = dynamics.value("friction", 0.0, NOT_NEGATIVE)
         for tag in ("spring_reference", "spring_stiffness"):
             dynamics.accept_value(tag, *ZERO)
-    # A hinge without play is how older models write a fixed joint.
+    # Older models write a fixed joint as a hinge whose limits are equal.
     kind = "fixed" if lower == upper == 0.0 else "revolute"
     return replace(
         joint,

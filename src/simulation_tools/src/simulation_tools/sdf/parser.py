@@ -25,7 +25,7 @@ from simulation_tools.sdf.shapes import read_colour, unit_vector
 SUPPORTED_VERSIONS = ("1.4", "1.5", "1.6", "1.7")
 MAX_INCLUDE_DEPTH = 16
 MAX_INCLUDED_FILES = 5000
-"""In all. Files that each include ten others would be read ten times more often at every depth."""
+"""The limit of a whole request. If each file includes ten others, every level has ten times as many files."""
 
 PathLike = Union[str, Path]
 
@@ -94,7 +94,7 @@ def _only_model(found: list[Model | Light], source: str) -> Model:
 
 
 class _Reader:
-    """Follows the files of one request; `trail` keeps an include from leading back to itself."""
+    """Follows the files of one request. `trail` detects an include that leads back to itself."""
 
     def __init__(self, model_path: Sequence[PathLike] | None) -> None:
         if model_path is None:
@@ -146,7 +146,7 @@ class _Reader:
             self.trail.pop()
 
     def models_of(self, document: Document) -> list[Model | Light]:
-        """Read every model and light of a document; its warning goes to the first model."""
+        """Read every model and light of a document. The first model gets the document's warning."""
         root = _root(document)
         found: list[Model | Light] = [
             read_model(child, self.model_path, self._include) for child in root.children("model")

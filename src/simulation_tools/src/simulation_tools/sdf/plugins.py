@@ -5,8 +5,8 @@ from __future__ import annotations
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import Plugin
 
-# Plugins whose work another part of the simulator does, by the name of their library. Any other plugin is
-# kept all the same, but named in the document's warning: nothing here will act on it.
+# Plugins, by the name of their library, whose work another part of the simulator does. Any other plugin is
+# kept too, but it has no effect, and the document's warning names it.
 KNOWN_LIBRARIES = frozenset(
     {
         "libgazebo_motor_model.so",
@@ -29,7 +29,7 @@ KNOWN_LIBRARIES = frozenset(
 
 
 def read_plugins(node: Node) -> tuple[Plugin, ...]:
-    """Return the plugins of an element; the unknown ones stay marked as not understood."""
+    """Return the plugins of an element. Unknown ones stay marked as not understood."""
     known: list[Plugin] = []
     unknown: list[Plugin] = []
     for plugin in node.children_unmarked("plugin"):

@@ -1,4 +1,4 @@
-"""XML from anywhere, without the ways in which it can hurt: entities, document types, networks, size."""
+"""Parses XML of unknown origin safely: no entities, no document types, no network, a limited size."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class SdfError(SimulationToolsError):
 def parse_xml(text: bytes, name: str) -> etree._Element:
     """Return the root element. name: stands for the path in errors. Raises SdfError.
 
-    No entity is expanded and no document type loaded: a description needs neither, an attacker does.
+    No entity is expanded and no document type is loaded. A description needs neither, and attacks use both.
     """
     if len(text) > MAX_FILE_BYTES:
         raise SdfError(f"{name}:1: The text is larger than {MAX_FILE_BYTES // 2**20} MB.")

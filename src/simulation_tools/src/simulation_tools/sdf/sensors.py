@@ -20,7 +20,7 @@ from simulation_tools.sdf.elements import (
 )
 from simulation_tools.sdf.plugins import read_plugins
 
-MAX_BEAMS = 100_000  # of one lidar; five times a 128-channel scanner's, and far from filling the memory
+MAX_BEAMS = 100_000  # of one lidar: five times those of a 128-channel scanner
 MAX_PIXELS = 8192
 
 
@@ -72,7 +72,7 @@ def _read_ray(node: Node, pose: Pose) -> RaySensor:
 def _read_axis(node: Node) -> ScanAxis:
     samples = int(node.required_value("samples", whole_number(1, MAX_BEAMS)))
     low, high = node.required_value("min_angle"), node.required_value("max_angle")
-    # SDF's resolution other than 1 interpolates further beams between the measured ones.
+    # In SDF a resolution other than 1 interpolates more beams between the measured ones.
     node.accept_value("resolution", "1", "1.0")
     if samples > 1 and low >= high:
         raise node.error(f"<min_angle> ({low:g}) must be smaller than <max_angle> ({high:g})")

@@ -48,7 +48,7 @@ GAZEBO_COLOURS: dict[str, Rgba] = {
 def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry | None:
     """Read ``<geometry>``; the mesh file, if any, must exist.
 
-    Returns None for ``<empty/>`` and for unsupported kinds, which stay for the document's warning.
+    Returns None for ``<empty/>`` and for unsupported kinds, which the document's warning names.
     """
     node.accept("empty")
     if not node.children_unmarked(*KINDS) and not node.is_leaf:
@@ -129,7 +129,7 @@ def read_surface(node: Node | None) -> Surface:
     ode = outer.child("ode") if outer is not None else None
     if ode is not None:
         friction = ode.value("mu", friction, NOT_NEGATIVE)
-        # PyBullet knows one coefficient: a second one must be equal, or the warning names it.
+        # PyBullet has one coefficient. If a second one differs, the warning names it.
         for second in ode.children_unmarked("mu2"):
             if second.checked_number(NOT_NEGATIVE) == friction:
                 second.understood()

@@ -1,8 +1,8 @@
 """SDF to URDF: the `robot_description` of a model, so that RViz's RobotModel shows what the simulator flies.
 
-The links are called as the frames that `tf_publisher` sends, so no robot_state_publisher is needed; one
-that is there computes the same transforms from the same joint states. URDF puts a link's frame where its
-joint is; where SDF has the joint elsewhere, a link between them, named like the joint, makes up for it.
+The links have the names of the frames that `tf_publisher` sends, so no robot_state_publisher is needed. If
+one runs, it computes the same transforms from the same joint states. In URDF a link's frame is at its joint.
+If the joint is elsewhere in SDF, an extra link with the joint's name lies between parent and child.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def _add_joint(
 
 
 def _add_moving(robot: etree._Element, frame: Frame, joint: Joint, prefix: str) -> None:
-    """Add a revolute joint; the child's frame may lie elsewhere than the joint."""
+    """Add a revolute joint. The child's frame need not be at the joint."""
     child = prefix + frame.child
     carrier = child if joint.pose == IDENTITY else prefix + joint.name
     kind = "revolute" if math.isfinite(joint.upper_rad - joint.lower_rad) else "continuous"

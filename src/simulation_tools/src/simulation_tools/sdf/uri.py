@@ -1,4 +1,4 @@
-"""Where a uri in a description file points to, and what it must not point to.
+"""Finds the file that a uri in a description means, and refuses files outside the model folders.
 
 ``model://name/...`` is looked up in the folders of the model path. ``file://`` and relative uris must end
 inside the model path or the folder of the file that names them, whatever ``..`` or symbolic links they go
@@ -15,11 +15,11 @@ MODEL_PATH_VARIABLE = "GAZEBO_MODEL_PATH"
 
 
 class UriError(ValueError):
-    """A uri cannot be followed. The text is half a sentence; the caller adds file and line."""
+    """A uri cannot be followed. The text is a clause; the caller adds file and line."""
 
 
 def model_path_from_environment() -> tuple[Path, ...]:
-    """Return the folders of ``GAZEBO_MODEL_PATH`` and, behind them, the models of this source tree."""
+    """Return the folders of ``GAZEBO_MODEL_PATH``, followed by the model folder of this source tree."""
     folders = [Path(folder) for folder in os.environ.get(MODEL_PATH_VARIABLE, "").split(os.pathsep) if folder]
     shipped = Path(__file__).resolve().parents[3] / "models"
     if shipped.is_dir() and shipped not in folders:
@@ -81,6 +81,6 @@ def _existing(path: Path, roots: Iterable[Path], uri: str) -> Path:
 
 
 def _is_within(path: Path, root: Path) -> bool:
-    # Both the folder as it is named and what it links to: a devel space is made of links.
+    # Check the folder itself and the target of its link, because a devel space consists of links.
     real_root = root.resolve()
     return path == real_root or real_root in path.parents

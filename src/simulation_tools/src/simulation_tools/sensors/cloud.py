@@ -12,14 +12,14 @@ from simulation_tools.sensors.lidar import Rays, all_directions, measured, reach
 
 
 class Cloud(NamedTuple):
-    """What one turn met. points_m: float32 (n, 3) in the lidar's frame; rings: uint16 (n,), 0 the lowest."""
+    """The points of one turn. points_m: float32 (n, 3), lidar's frame; rings: uint16 (n,), 0 the lowest."""
 
     points_m: np.ndarray
     rings: np.ndarray
 
 
 class CloudLidar:
-    """All channels of one lidar. Beams that measure nothing give no point."""
+    """All channels of one lidar. A beam that hits nothing gives no point."""
 
     def __init__(self, sensor: RaySensor, rng: np.random.Generator) -> None:
         """Aim the beams. rng: source of the noise."""

@@ -1,4 +1,4 @@
-"""An inertial measurement unit: what gyroscopes and accelerometers feel, with white noise.
+"""An inertial measurement unit: gyroscopes and accelerometers with white noise.
 
 Accelerometers feel *specific force*: acceleration less gravity, so (0, 0, +g) at rest and zero in free fall.
 That is what ``sensor_msgs/Imu.linear_acceleration`` holds.
@@ -50,7 +50,10 @@ class Imu:
         angular_velocity_rad_s: Vector3,
         angular_acceleration_rad_s2: Vector3 = ORIGIN,
     ) -> ImuSample:
-        """Measure. orientation: of the body in the world; the rest at the body's origin, in body axes."""
+        """Measure. orientation: of the body in the world.
+
+        The other values: at the body's origin, in body axes.
+        """
         arm, axes = self.pose_in_body.position_m, self.pose_in_body.orientation_xyzw
         turning = cross(angular_acceleration_rad_s2, arm)
         centripetal = cross(angular_velocity_rad_s, cross(angular_velocity_rad_s, arm))

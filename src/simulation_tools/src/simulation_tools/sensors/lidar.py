@@ -1,4 +1,4 @@
-"""A scanning lidar: what its beams would measure, by REP-117.
+"""A scanning lidar: the ranges that its beams measure, by REP-117.
 
 The beams lie in the x-y plane of the lidar's own frame and tilt with the UAV. The ranges of a scan are the
 true distances plus Gaussian noise, rounded to the sensor's resolution; +inf means nothing within range_max,
@@ -17,7 +17,7 @@ from simulation_tools.sdf.elements import RaySensor, ScanAxis
 
 
 class Rays(Protocol):
-    """What a lidar needs of the world (see `world.rays.RayScene.cast`)."""
+    """The part of the world that a lidar uses (see `world.rays.RayScene.cast`)."""
 
     def cast(
         self, origins: np.ndarray, directions: np.ndarray, max_range_m: float, ignore_model: str | None
@@ -63,7 +63,10 @@ class Lidar:
 
 
 def reach_m(sensor: RaySensor) -> float:
-    """Return how far to look: what is just beyond range_max may be measured within it, up to five sigma."""
+    """Return the distance to search.
+
+    Noise may bring what lies up to five sigma beyond range_max into range.
+    """
     return sensor.range_max_m + abs(sensor.noise.mean) + 5.0 * sensor.noise.stddev
 
 
@@ -71,7 +74,7 @@ def measured(ranges: np.ndarray, sensor: RaySensor, rng: np.random.Generator) ->
     """Turn true ranges, float32 (n,), into measured ones, in place: with noise, resolution and limits."""
     too_close = ranges < sensor.range_min_m
     if sensor.noise.stddev > 0.0:
-        # Always one number per beam: the noise of a beam must not depend on what the others see.
+        # Always draw one number per beam, so that a beam's noise does not depend on what other beams hit.
         noise = rng.standard_normal(len(ranges), np.float32)
         ranges += noise * np.float32(sensor.noise.stddev)
     if sensor.noise.mean:
@@ -79,7 +82,7 @@ def measured(ranges: np.ndarray, sensor: RaySensor, rng: np.random.Generator) ->
     if sensor.range_resolution_m > 0.0:
         np.rint(ranges / np.float32(sensor.range_resolution_m), out=ranges)
         ranges *= np.float32(sensor.range_resolution_m)
-    # What is truly within the sensor's reach stays within it, whatever the noise says.
+    # Noise must not move a range that is truly within the sensor's limits out of them.
     np.maximum(ranges, np.float32(sensor.range_min_m), out=ranges)
     ranges[ranges > sensor.range_max_m] = np.inf
     ranges[too_close] = -np.inf

@@ -1,4 +1,4 @@
-"""Odometry that drifts as a real one does: without bound, but never in jumps.
+"""Odometry that drifts like a real one: without bound, but never in jumps.
 
 The UAV's own motion is measured with a scale error, a heading bias and white noise, all of which grow with
 the way travelled, not with time: a UAV that hovers does not drift. Height, roll and pitch
@@ -25,7 +25,7 @@ from simulation_tools.geometry import (
 from simulation_tools.world.kinematics import BodyState
 
 TELEPORT_SPEED_M_S = 100.0
-"""A faster move was made by hand (``/gazebo/set_model_state``): no odometry measures that."""
+"""A faster move comes from a call (``/gazebo/set_model_state``), and odometry does not measure it."""
 
 
 class OdometryError(SimulationToolsError):
@@ -36,10 +36,10 @@ class OdometryError(SimulationToolsError):
 class OdometryParameters:
     """How odometry drifts.
 
-    scale_error: measured way over true way, less one. heading_bias_rad_per_m: turns to the left that are not
-    there. position_noise_m_per_sqrt_m: standard deviation along x and along y after one metre.
-    heading_noise_rad_per_sqrt_m and heading_noise_rad_per_sqrt_rad: of the heading after one metre travelled,
-    after one radian turned.
+    scale_error: measured way over true way, less one. heading_bias_rad_per_m: measured turn to the left
+    while flying straight. position_noise_m_per_sqrt_m: standard deviation along x and along y after one
+    metre. heading_noise_rad_per_sqrt_m and heading_noise_rad_per_sqrt_rad: standard deviation of the heading
+    after one metre travelled, and after one radian turned.
     """
 
     scale_error: float = 0.01
@@ -88,7 +88,7 @@ class DriftingOdometry:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the way so far and start at the initial pose again."""
+        """Forget the path so far and start at the initial pose again."""
         x, y, _ = self._initial_pose.position_m
         self._true_xy = self._xy = (x, y)
         self._true_yaw = self._yaw = self._initial_pose.yaw_rad
@@ -122,7 +122,7 @@ class DriftingOdometry:
         p = self._parameters
         root = math.sqrt(way)
         step_noise = p.position_noise_m_per_sqrt_m * root
-        # The true step, seen from the true heading and laid off along the believed one.
+        # Turn the true step from the true heading to the measured heading.
         error = self._yaw - start_yaw
         c, s = math.cos(error), math.sin(error)
         scale = 1.0 + p.scale_error

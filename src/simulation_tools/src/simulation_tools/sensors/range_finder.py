@@ -1,4 +1,4 @@
-"""A range finder: one distance, the least that its narrow bundle of beams meets."""
+"""A range finder: one distance, the least of a narrow bundle of beams."""
 
 from __future__ import annotations
 

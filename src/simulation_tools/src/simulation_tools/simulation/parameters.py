@@ -31,8 +31,9 @@ class SimulationParameters:
     is at this height. seed: of every random stream.
     lidar_range_max_m: replaces the lidar's own greatest range when positive. px4_parameters: those that
     differ from PX4's defaults, by name. time_step_s: of physics and flight controller, whole milliseconds.
-    level_lidar: start with the lidar's gimbal levelling. static_models: nothing of the world file moves,
-    whatever it says; models that are spawned later do. sensors: models of further sensors on the UAV.
+    level_lidar: start with the lidar's gimbal levelling. static_models: models of the world file do not
+    move, even if the file says so; models that are spawned later may. sensors: models of further sensors on
+    the UAV.
     origin: where the world's origin lies on earth.
     """
 

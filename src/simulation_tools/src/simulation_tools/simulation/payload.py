@@ -1,7 +1,7 @@
 """The further sensors of a UAV: range finders, cameras, barometers, three-dimensional lidars.
 
-They are opt-in: each says when it is due, and measures only if it is read then. Each has a random
-stream of its own, so that reading one or not changes nothing else.
+A sensor measures only if somebody reads it when it is due. Each has its own random stream, so reading one
+sensor does not change the others.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Device = Union[RangeFinder, CloudLidar, Camera, Barometer]
 
 
 class PayloadError(SimulationToolsError):
-    """The further sensors of a UAV cannot be together."""
+    """The further sensors of a UAV contradict each other."""
 
 
 class PayloadSensor:
@@ -57,7 +57,7 @@ def payload_sensors(
 ) -> tuple[PayloadSensor, ...]:
     """Return the further sensors of a UAV.
 
-    place: tells where a sensor is in the world now. rng: gives each sensor, by its name, its random stream.
+    place: returns a sensor's present pose in the world. rng: returns the random stream of a sensor's name.
     """
 
     def look(device: Device) -> Callable[[MountedSensor], Reading]:
@@ -75,7 +75,7 @@ def payload_sensors(
 
 
 def further_sensors(uav: Uav) -> list[tuple[Link, Sensor]]:
-    """Return (link, sensor) of what is simulated on demand; PayloadError when two are called alike."""
+    """Return (link, sensor) of all sensors measured on demand; PayloadError if two have the same name."""
     found = [pair for pair in _sensors(uav.model) if kind_of(pair[1])]
     names = [sensor.name for _, sensor in found]
     for name in names:
@@ -109,7 +109,7 @@ def kind_of(sensor: Sensor) -> str:
 
 
 def has_camera(model: Model) -> bool:
-    """Whether a model carries a camera, which wants the world to be drawn."""
+    """Whether a model carries a camera. A camera needs a world with visual shapes."""
     return bool(model.sensors(CameraSensor))
 
 

@@ -8,9 +8,9 @@ import numpy as np
 
 
 class RandomStreams:
-    """Independent random generators by name, spawned from one seed; `rewind` makes them repeat themselves.
+    """Independent random generators by name, spawned from one seed.
 
-    Adding a name at the end changes none of the streams before it.
+    `rewind` makes them repeat. A new name at the end of the list does not change the streams before it.
     """
 
     def __init__(self, seed: int, names: Sequence[str]):

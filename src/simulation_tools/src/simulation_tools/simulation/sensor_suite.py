@@ -1,4 +1,4 @@
-"""The sensors of the simulated UAV: which one is due at an instant, and what it says then."""
+"""The sensors of the simulated UAV: which one is due at an instant, and what it measures."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ POSE_RATE_HZ = 100.0
 
 
 class StepOutput(NamedTuple):
-    """What the sensors say at one instant; None where none is due.
+    """The measurements of one instant; None for a sensor that is not due.
 
     scan: float32 ranges (beams,) in metres by REP-117. odometry: pose in `odom` and body twist, with drift.
     ground_truth: the same in `world`, true. contacts: of the UAV, right now. payload: the further sensors
-    that are due; each one measures when it is read.
+    that are due. Each one measures when somebody reads it.
     """
 
     time_us: int
@@ -79,12 +79,14 @@ class SensorSuite:
             schedule.restart()
 
     def aim_lidar(self) -> None:
-        """Turn the lidar as the gimbal stands."""
+        """Turn the lidar to the gimbal's present angles."""
         if self.lidar is not None and self._lidar_mount is not None:
             self.lidar.pose_in_body = self._pose_in_body(self._lidar_mount)
 
     def read(self, time_us: int, body: BodyState, specific_force_m_s2: Vector3) -> StepOutput:
-        """Return what the sensors that are due say; odometry and ground truth also come with every scan.
+        """Return the measurements of all sensors that are due.
+
+        Odometry and ground truth also come with every scan.
 
         body: of the UAV now. specific_force_m_s2: what its accelerometer feels, body axes.
         """
@@ -122,6 +124,9 @@ class SensorSuite:
         return due
 
     def _pose_in_body(self, mount: MountedSensor) -> Pose:
-        """Return where a sensor is in the UAV's model frame, as the gimbal stands if that carries it."""
+        """Return a sensor's pose in the UAV's model frame.
+
+        If the gimbal carries it, its present angles count.
+        """
         gimbal = self._gimbal
         return gimbal.turned(mount.pose) if gimbal and mount.link in gimbal.carries else mount.pose

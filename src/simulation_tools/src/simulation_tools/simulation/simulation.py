@@ -36,7 +36,7 @@ from simulation_tools.world.shapes.meshes import standing_height_m
 from simulation_tools.world.world import PhysicsWorld
 
 IRIS = "iris"
-"""The model whose rotors turn where the UAV is a static model: a lidar on a stand."""
+"""If the UAV is a static model (a lidar on a stand), the rotors of this model turn instead."""
 
 WATCH_PERIOD_US = 100_000
 """Time between two checks that no body is absurdly far or fast."""
@@ -98,7 +98,7 @@ class Simulation:
         self._begin()
 
     def _stand_in(self) -> Px4:
-        """Return PX4's stand-in, with the hover thrust that an airframe file would give it.
+        """Return the PX4 stand-in with the hover thrust that an airframe file would set.
 
         PX4's estimator finds the hover thrust in flight too, but only after the UAV has sunk by a metre.
         """
@@ -130,7 +130,7 @@ class Simulation:
         self.world.settings.time_step_s = time_step_s
 
     def step(self) -> StepOutput:
-        """Advance by one time step: flight controller, rotors, physics, and what the sensors then see."""
+        """Advance by one time step: flight controller, rotors, physics, then the sensors."""
         q = self._body.pose.orientation_xyzw
         velocity = self._body.linear_velocity_m_s
         commands = self.autopilot.step(self._state())
@@ -152,11 +152,11 @@ class Simulation:
         return self.sense()
 
     def sense(self) -> StepOutput:
-        """Return what the sensors that are due say now; at a scan odometry and ground truth always are."""
+        """Return the measurements that are due now. Odometry and ground truth come with every scan."""
         return self._sensors.read(self.time_us, self._body, self._specific_force)
 
     def _state(self) -> VehicleState:
-        """Return what the flight controller's sensors feel now."""
+        """Return the UAV's present state for the flight controller."""
         body, q = self._body, self._body.pose.orientation_xyzw
         turning = rotate_inverse(q, body.angular_velocity_rad_s)
         return VehicleState(self.time_us, body.pose, body.linear_velocity_m_s, turning, self._specific_force)
@@ -173,7 +173,10 @@ class Simulation:
         )
 
     def joint_angles(self) -> dict[str, float]:
-        """Return the angle of every joint that moves, rad, by `model::joint`; a gimbal's once it was used."""
+        """Return the angle of every joint that moves, rad, by `model::joint`.
+
+        A gimbal's joints count once it was used.
+        """
         angles = self.world.joint_angles()
         if self.gimbal is not None and self.gimbal.used:
             for joint, angle in zip(self.gimbal.joint_names, self.gimbal.angles_rad):
@@ -203,7 +206,10 @@ class Simulation:
         )
 
     def reset(self) -> None:
-        """Go back to t = 0: same poses, rebooted flight controller, same noise; the flight repeats itself."""
+        """Go back to t = 0 with the same poses, a rebooted flight controller and the same noise.
+
+        The flight repeats.
+        """
         self._streams.rewind()
         self.world.reset()
         self.airframe.reset()
@@ -213,7 +219,8 @@ class Simulation:
     def warm_up(self) -> None:
         """Fly for a second, then reset, so that everything is compiled and loaded before it is needed.
 
-        This does nothing with another autopilot than the stand-in, which would see time go back.
+        With another autopilot than the stand-in this does nothing, because that autopilot would see time go
+        back.
         """
         if self.px4 is None:
             return
@@ -230,7 +237,10 @@ class Simulation:
         self.models_moved()
 
     def models_moved(self) -> None:
-        """Read the UAV's state again after something moved it between two steps: no IMU feels such a move."""
+        """Read the UAV's state again after a call has moved it between two steps.
+
+        The IMU must not measure this move.
+        """
         self._body = self.world.get_state(self.uav_name)
 
     def close(self) -> None:

@@ -118,7 +118,7 @@ class Airframe:
 
     @property
     def rotor_joints(self) -> frozenset[str]:
-        """Names of the joints whose spin this class stands for; the physics treats them as fixed."""
+        """Names of the rotor joints. This class models their spin; the physics treats them as fixed."""
         return frozenset(rotor.joint for rotor in self.rotors)
 
     @property

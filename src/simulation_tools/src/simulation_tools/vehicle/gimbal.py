@@ -1,8 +1,8 @@
 """A gimbal that keeps a lidar level while the UAV leans (thesis, 9.2.4).
 
 Two hinges, roll outside and pitch inside, as the SDF model describes them. The gimbal measures its own
-attitude and its motors are far quicker than the airframe, so it is exact within its limits and its rate. What
-it carries does not move its centre of mass: for the physics the hinges always stand at zero.
+attitude, and its motors are much faster than the airframe. So it is exact within its limits and its rate.
+The physics ignores its motion: there the hinges always stay at zero.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Gimbal:
 
     @property
     def is_active(self) -> bool:
-        """Whether it turns, or is still on its way back to zero."""
+        """Whether it levels, or still turns back to zero."""
         return self.level or self.angles_rad != (0.0, 0.0)
 
     def switch(self, level: bool) -> None:
@@ -75,7 +75,7 @@ class Gimbal:
             self._turn = self._turn @ place @ joint_rotation(joint, angle) @ place.inverse()
 
     def turned(self, pose: Pose) -> Pose:
-        """Return where something that it carries is now; poses in the model frame, the given one at zero."""
+        """Return the present pose of what it carries, from its pose with the hinges at zero (model frame)."""
         return self._turn @ pose if self.angles_rad != (0.0, 0.0) else pose
 
     def reset(self, level: bool) -> None:

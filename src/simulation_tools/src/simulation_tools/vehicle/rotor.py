@@ -47,11 +47,6 @@ class Rotor:
                 f"rotor {self.joint}: its thrust must be positive, torque and drag not negative"
             )
 
-    @property
-    def max_thrust_n(self) -> float:
-        """Thrust at full command, still air."""
-        return self.thrust_quadratic * self.top**2 + self.thrust_linear * self.top
-
     def command_for_thrust(self, thrust_n: float) -> float:
         """Return the steady command in 0..1 that gives a thrust (closed form; clipped)."""
         if self.thrust_quadratic:

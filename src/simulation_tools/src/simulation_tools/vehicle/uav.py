@@ -14,7 +14,7 @@ from simulation_tools.sdf.parser import PathLike, load_model
 from simulation_tools.sdf.uri import MODEL_PATH_VARIABLE, model_path_from_environment
 
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
-"""The lidars of thesis tables 8.2 and D.1; each is the model `lidar_<name>`, as one's own is."""
+"""The lidars of thesis tables 8.2 and D.1. Each is a model `lidar_<name>`; a user's own lidar is one, too."""
 
 NO_LIDAR = ("", "none")
 RANGE_PLUGIN = "libgazebo_ros_range.so"
@@ -33,7 +33,7 @@ SensorKind = TypeVar("SensorKind", bound=Sensor)
 
 @dataclass(frozen=True)
 class MountedSensor(Generic[SensorKind]):
-    """A sensor and where it sits.
+    """A sensor and where it is mounted.
 
     frame: TF name. pose: of the sensor in the model frame, all joints at zero. link: that carries it.
     """
@@ -64,8 +64,8 @@ def load_uav(
 
     model: a name in the model path, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`, or NAME
     for another model lidar_NAME of the model path; None: the model as it is. range_max_m: replaces the
-    lidar's own range when it is positive. sensors: further models (range_finder, camera, ...), which say
-    where they sit. Raises SdfError or UavError.
+    lidar's own range when it is positive. sensors: further models (range_finder, camera, ...); their SDF
+    says where they are mounted. Raises SdfError or UavError.
     """
     carrier = load_model(_location(model), model_path)
     if lidar is not None:
@@ -107,12 +107,12 @@ def with_lidar_range(model: Model, range_max_m: float) -> Model:
 
 
 def _location(model: str) -> str:
-    """Return where a model is; a bare name means a model of the model path, as in Gazebo's tools."""
+    """Return a model's uri. As in Gazebo's tools, a bare name means a model of the model path."""
     return model if "/" in model or model.endswith(".sdf") else f"model://{model}"
 
 
 def _first_lidar(model: Model) -> MountedSensor[RaySensor] | None:
-    """Return the lidar whose scan is published: the first one, flat ones before others."""
+    """Return the lidar whose scan is published: the first flat one, else the first one."""
     lidars = [
         (link, sensor)
         for link, sensor in model.sensors(RaySensor)

@@ -1,11 +1,10 @@
-"""What an SDF file says, as frozen dataclasses: checked, with every ``<include>`` and pose resolved.
+"""The content of an SDF file as frozen dataclasses: checked, with every ``<include>`` and pose resolved.
 
 Lengths in metres, angles in radians, masses in kilograms. Each class's docstring names its poses' frame,
 whatever ``frame`` attribute the file used. Defaults are those of the SDF 1.6 specification.
 """
 
 from simulation_tools.sdf.elements.model import (
-    UNSET_PHYSICS,
     Inertial,
     Joint,
     Light,
@@ -43,7 +42,6 @@ from simulation_tools.sdf.elements.shapes import (
 __all__ = [
     "DEFAULT_SURFACE",
     "NO_NOISE",
-    "UNSET_PHYSICS",
     "AirPressureSensor",
     "Box",
     "CameraSensor",

@@ -42,8 +42,8 @@ class Joint:
     """A joint between two links of a model (parent may be ``"world"``).
 
     kind: ``"fixed"`` or ``"revolute"``. pose: of the joint in the child link's frame. axis: unit vector in
-    the joint's frame. lower_rad, upper_rad: limits, infinite when there are none. damping: N m s/rad.
-    friction: torque up to which the joint does not turn, N m.
+    the joint's frame. lower_rad, upper_rad: limits, infinite if there are none. damping: N m s/rad.
+    friction: the joint does not turn below this torque, N m.
     """
 
     name: str
@@ -114,7 +114,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Physics:
-    """What ``<physics>`` says about time: step in seconds, real-time factor (0: as fast as possible)."""
+    """The timing in ``<physics>``: step in seconds, real-time factor (0: as fast as possible)."""
 
     max_step_size_s: float | None = None
     real_time_factor: float | None = None

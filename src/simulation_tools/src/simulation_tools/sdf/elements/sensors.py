@@ -1,4 +1,4 @@
-"""The sensors of SDF, and the plugins that tell more about them."""
+"""The sensors of SDF, and the plugins that add to them."""
 
 from __future__ import annotations
 
