@@ -21,6 +21,7 @@ setup(
             "master_thesis.results",
             "master_thesis.trials",
             "master_thesis.worlds",
+            "master_thesis.worlds.drawn",
             "master_thesis_ros",
             "master_thesis_ros.doctor",
             "master_thesis_ros.experiments",

@@ -5,12 +5,9 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from master_thesis.campaign.axes import DRAWN_DISTANCE_M
 from master_thesis.campaign.command import main
-from master_thesis.campaign.places import CLEAR_M, MIXED_SPACINGS_M, SPACING_M, hallway_sdf, place_of, plant
 from master_thesis.campaign.reading import SHIPPED, campaign_of, read_campaign
 from master_thesis.campaign.trial import lidar_data
 from master_thesis.campaign.tuning import objective, tune
@@ -133,51 +130,7 @@ def test_blocks_share_what_both_name_and_may_have_more_seeds():
     assert campaign.varied == ("speed_m_s",)
 
 
-# -- worlds and trials --------------------------------------------------------------------------------------
-
-
-def test_a_denser_forest_is_the_sparser_one_with_more_trunks():
-    sparse, dense = (plant(np.random.default_rng(3), SPACING_M, trees) for trees in (20, 64))
-    assert (len(sparse), len(dense)) == (20, 64)  # 0.16 per m2 of 20 x 20 m
-    assert np.array_equal(dense[:20], sparse)
-    gaps = np.hypot(*(dense[:, None, :2] - dense[None, :, :2]).transpose(2, 0, 1))
-    assert gaps[~np.eye(64, dtype=bool)].min() >= SPACING_M
-    assert np.abs(dense[:, 0] - 13.0).max() <= 13.0 - CLEAR_M
-
-
-@pytest.mark.parametrize("width_m", [1.6, 3.0])
-def test_a_hallway_is_passable_and_as_wide_as_it_says(width_m, tmp_path):
-    from master_thesis.worlds.floor_plan import outlines
-    from simulation_tools.sdf.parser import load_world
-
-    path = tmp_path / "hallway.world"
-    path.write_text(hallway_sdf(np.random.default_rng(5), width_m, 26.0))
-    shapes = {outline.name.split("::")[0]: outline.outline_xy for outline in outlines(load_world(str(path)))}
-    assert shapes["left"][:, 1].min() == pytest.approx(width_m / 2)
-    assert shapes["right"][:, 1].max() == pytest.approx(-width_m / 2)
-    cabinets = [corners for name, corners in shapes.items() if name.startswith("cabinet")]
-    assert len(cabinets) >= 3
-    for cabinet in cabinets:
-        assert width_m / 2 - np.abs(cabinet[:, 1]).min() == pytest.approx(0.4)
-    edges = sorted((cabinet[:, 0].min(), cabinet[:, 0].max()) for cabinet in cabinets)
-    assert min(b[0] - a[1] for a, b in zip(edges, edges[1:])) > 2.0  # no two stand opposite each other
-
-
-def test_the_same_seed_gives_the_same_place():
-    for world in ("random_forest", "mixed_forest"):
-        settings = campaign_of({"trials": {"world": world}}, "x").combinations[0]
-        assert place_of(settings, 7) == place_of(settings, 7) != place_of(settings, 8)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_a_mixed_forest_has_room_at_start_and_goal_and_between_its_trunks(seed):
-    rng = np.random.default_rng(seed)
-    trunks = plant(rng, rng.uniform(*MIXED_SPACINGS_M))
-    gaps = np.hypot(*(trunks[:, None, :2] - trunks[None, :, :2]).transpose(2, 0, 1))
-    assert np.min(gaps[~np.eye(len(trunks), dtype=bool)]) >= MIXED_SPACINGS_M[0]
-    for end_x in (0.0, DRAWN_DISTANCE_M):
-        assert np.min(np.hypot(trunks[:, 0] - end_x, trunks[:, 1])) >= CLEAR_M
-    assert len(trunks) > 15
+# -- trials -----------------------------------------------------------------------------------------------
 
 
 def test_the_lidars_data_are_the_thesiss():

@@ -11,6 +11,7 @@ from gridslam import SlamError, SlamParameters
 from master_thesis.baselines import BASELINES
 from master_thesis.errors import CampaignError
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
+from master_thesis.worlds.drawn.overhead import OBSTACLES
 from master_thesis.worlds.experiment_1 import GOAL_X_M
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, LIDARS
 from master_thesis.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS
@@ -21,10 +22,15 @@ Settings = Mapping[str, Any]
 
 KINDS = ("flight", "mapping")
 FOREST, MIXED_FOREST, HALLWAY, HOLD = "random_forest", "mixed_forest", "random_hallway", "beamed_hold"
-FLIGHT_WORLDS = (FOREST, MIXED_FOREST, HALLWAY, *EXPERIMENT_WORLDS)
+SPACED_FOREST, THICK_FOREST, DEAD_ENDS, OFFICE = "spaced_forest", "thick_forest", "dead_ends", "office"
 MAPPING_WORLDS = (HOLD, "room", "hold", "hold_middle")
-DRAWN_DISTANCE_M = 26.0
+DRAWN_DISTANCES_M = {
+    **dict.fromkeys((FOREST, MIXED_FOREST, HALLWAY, SPACED_FOREST, OFFICE, *OBSTACLES), 26.0),
+    DEAD_ENDS: 34.0,
+    THICK_FOREST: 54.0,
+}
 """From start to goal in a world drawn at random; in the experiments' own as there."""
+FLIGHT_WORLDS = (*DRAWN_DISTANCES_M, *EXPERIMENT_WORLDS)
 STEERING = (*ALGORITHMS, *BASELINES)
 CEPA_PREFIX, SLAM_PREFIX = "cepa.", "slam."
 
@@ -70,7 +76,7 @@ _FLIGHT = (
     Axis("world", str, choices=FLIGHT_WORLDS),
     Axis("density_per_m2", float, 0.10, bounds=(0.0, 0.16), worlds=(FOREST,)),
     Axis("width_m", float, 3.0, bounds=(1.2, 20.0), worlds=(HALLWAY,)),
-    Axis("distance_m", float, bounds=(6.5, 40.0)),
+    Axis("distance_m", float, bounds=(6.5, 60.0)),
     Axis("algorithm", str, "improved", choices=STEERING),
     Axis("speed_m_s", float, 2.0, bounds=(0.2, 8.0)),
     *_COMMON,
@@ -125,7 +131,7 @@ def with_defaults(kind: str, given: Settings) -> Settings:
     }
     settings: dict[str, Any] = {**defaults, **{n: v for n, v in given.items() if n in defaults}, **parameters}
     if kind == "flight" and settings["distance_m"] is None:
-        settings["distance_m"] = DRAWN_DISTANCE_M if world in (FOREST, MIXED_FOREST, HALLWAY) else GOAL_X_M
+        settings["distance_m"] = DRAWN_DISTANCES_M.get(world, GOAL_X_M)
     if kind == "mapping" and settings["speed_m_s"] is None:
         settings["speed_m_s"] = SCENARIOS[scenario_name(world)].speed_m_s
     _check_parameters(settings)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cepa.algorithm import Algorithm
+from master_thesis.campaign.places import STUCK_S
 from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.course import Phase
@@ -15,8 +16,6 @@ from master_thesis.results.clearance import FARTHEST_M, measured, thinned
 from master_thesis.results.metrics import path_length_m
 from simulation_tools.geometry import Pose
 
-STUCK_S = 12.0
-"""A flight that comes no nearer to the goal for so long is stuck."""
 CLEARANCE_STEP_M = 0.05
 
 
@@ -42,17 +41,19 @@ class Flight:
         return path_length_m(self.poses[:, 1:4])
 
 
-def fly_to_goal(parameters: ClosedLoopParameters, steering: Algorithm | None = None) -> Flight:
+def fly_to_goal(
+    parameters: ClosedLoopParameters, steering: Algorithm | None = None, stuck_s: float = STUCK_S
+) -> Flight:
     """Fly to `parameters.goal_xyz_m`; steering: in place of the algorithm by its name.
 
-    It ends at the goal, at the first contact, or after STUCK_S without progress.
+    It ends at the goal, at the first contact, or after stuck_s without coming nearer to the goal.
 
     Raises:
         FlightError: the UAV never hovered over the start.
     """
     with ClosedLoop(parameters, steering) as loop:
         begin(loop)
-        watch = _Watch(loop)
+        watch = _Watch(loop, stuck_s)
         loop.run(until=watch.over)
         return flight_of(loop)
 
@@ -67,7 +68,8 @@ def begin(loop: ClosedLoop) -> None:
 class _Watch:
     """Ends a flight at the goal, at the first contact, or when it is stuck."""
 
-    def __init__(self, loop: ClosedLoop) -> None:
+    def __init__(self, loop: ClosedLoop, stuck_s: float) -> None:
+        self._stuck_s = stuck_s
         assert loop.parameters.goal_xyz_m is not None
         self._goal_xy = loop.parameters.goal_xyz_m[:2]
         self._nearest_m, self._since_s = math.inf, loop.time_s
@@ -78,7 +80,7 @@ class _Watch:
         distance_m = math.hypot(self._goal_xy[0] - x, self._goal_xy[1] - y)
         if distance_m < self._nearest_m - 0.1:
             self._nearest_m, self._since_s = distance_m, loop.time_s
-        return is_over(loop) or loop.time_s - self._since_s > STUCK_S
+        return is_over(loop) or loop.time_s - self._since_s > self._stuck_s
 
 
 def is_over(loop: ClosedLoop) -> bool:

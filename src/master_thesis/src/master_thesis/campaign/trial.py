@@ -82,7 +82,7 @@ def _flown(case: Case) -> FlightOutcome:
             position_controller=PositionControllerParameters(max_speed=speed_m_s),
             limits=PhaseLimits(flight_timeout_s=PATIENCE * straight_s),
         )
-        flight = fly_to_goal(parameters, steering(settings["algorithm"], cepa))
+        flight = fly_to_goal(parameters, steering(settings["algorithm"], cepa), place.stuck_s)
     return outcome_of(flight, straight_s)
 
 

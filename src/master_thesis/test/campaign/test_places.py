@@ -1,0 +1,172 @@
+"""Places drawn at random: the same for the same seed, clear at start and goal, and with a way through."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from master_thesis.campaign.places import place_of
+from master_thesis.campaign.reading import campaign_of
+from master_thesis.worlds.drawn.dead_ends import DEPTHS_M, dead_ends_sdf
+from master_thesis.worlds.drawn.forests import (
+    MIXED_SPACINGS_M,
+    SPACING_M,
+    THICK_DENSITY_PER_M2,
+    THICK_HALF_WIDTH_M,
+    plant,
+    plant_thick,
+)
+from master_thesis.worlds.drawn.free_way import distance_m, way_exists
+from master_thesis.worlds.drawn.hallway import hallway_sdf
+from master_thesis.worlds.drawn.materials import CLEAR_M
+from master_thesis.worlds.drawn.office import DOOR_M, office_sdf
+from master_thesis.worlds.drawn.overhead import OBSTACLES
+from master_thesis.worlds.floor_plan import Outline, outlines_of_file
+from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
+
+FLAT = (FLIGHT_HEIGHT_M,)
+HEIGHTS = np.arange(0.6, 3.5, 0.1)
+"""At which a UAV may fly over and under things; FLIGHT_HEIGHT_M is the middle."""
+HALF_WIDTHS_M = {
+    "spaced_forest": 10.0,
+    "thick_forest": THICK_HALF_WIDTH_M,
+    "dead_ends": 8.0,
+    "office": 7.5,
+    **dict.fromkeys(OBSTACLES, 4.0),
+}
+"""How far to the side the UAV stays between its way and the world's end."""
+
+
+def settings_of(world):
+    return campaign_of({"trials": {"world": world}}, "x").combinations[0]
+
+
+def shapes_in(place, folder):
+    return outlines_of_file(place.world_file(folder))
+
+
+# -- each kind of place -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("world", ["random_forest", "mixed_forest", "random_hallway", *HALF_WIDTHS_M])
+def test_the_same_seed_gives_the_same_place(world):
+    settings = settings_of(world)
+    assert place_of(settings, 7) == place_of(settings, 7) != place_of(settings, 8)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("world", HALF_WIDTHS_M)
+def test_a_place_is_clear_at_start_and_goal_and_has_a_way(world, seed, tmp_path):
+    place = place_of(settings_of(world), seed)
+    shapes = shapes_in(place, tmp_path)
+    ends = np.array([(0.0, 0.0), (place.distance_m, 0.0)])
+    clear_m = 1.5 if world == "office" else 2.0
+    assert min(distance_m(ends, shape.outline_xy).min() for shape in shapes) >= clear_m
+    heights = HEIGHTS if world in OBSTACLES else FLAT
+    beyond_m = 2.5 if world == "office" else 0.0
+    assert way_exists(shapes, place.distance_m, HALF_WIDTHS_M[world], heights, beyond_m=beyond_m)
+
+
+@pytest.mark.parametrize("world", ["beams", "overhangs", "low_walls", "cables"])
+def test_the_way_past_an_obstacle_from_wall_to_wall_leads_over_or_under_it(world, tmp_path):
+    place = place_of(settings_of(world), 3)
+    shapes = shapes_in(place, tmp_path)
+    assert sum("obstacle" in shape.name for shape in shapes) >= 3
+    assert not way_exists(shapes, place.distance_m, 4.0, FLAT)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_dead_ends_lie_on_the_straight_way_and_are_as_deep_as_they_say(seed, tmp_path):
+    path = tmp_path / "dead_ends.world"
+    path.write_text(dead_ends_sdf(np.random.default_rng(seed), 34.0))
+    shapes = outlines_of_file(path)
+    backs = [shape.outline_xy for shape in shapes if shape.name.endswith("back")]
+    sides = [shape.outline_xy for shape in shapes if shape.name.endswith("left")]
+    assert 2 <= len(backs) == len(sides)
+    for back, side in zip(backs, sides):
+        assert back[:, 1].min() < -0.3 < 0.3 < back[:, 1].max()
+        longest = np.linalg.norm(side - np.roll(side, 1, axis=0), axis=1).max()
+        assert DEPTHS_M[0] <= longest <= DEPTHS_M[1]
+        assert side[:, 0].min() < back[:, 0].min()
+
+
+def test_an_office_has_doors_that_a_uav_passes_and_walls_that_it_does_not(tmp_path):
+    path = tmp_path / "office.world"
+    path.write_text(office_sdf(np.random.default_rng(2), 26.0))
+    shapes = outlines_of_file(path)
+    assert way_exists(shapes, 26.0, 7.5, FLAT, DOOR_M / 2 - 0.06, 2.5)
+    assert not way_exists(shapes, 26.0, 7.5, FLAT, DOOR_M / 2 + 0.01, 2.5)
+
+
+def test_a_thick_forest_is_as_dense_as_the_issue_says():
+    trunks = plant_thick(np.random.default_rng(1), 54.0)
+    assert len(trunks) / (48.0 * 30.0) == pytest.approx(THICK_DENSITY_PER_M2, abs=1e-3)
+    assert 0.25 <= trunks[:, 2].min() < 0.35
+    assert 0.9 < trunks[:, 2].max() <= 1.0
+    gaps = np.hypot(*(trunks[:, None, :2] - trunks[None, :, :2]).transpose(2, 0, 1))
+    assert np.any(gaps + 9.0 * np.eye(len(trunks)) < trunks[:, 2] + trunks[:, None, 2])
+
+
+# -- ways ---------------------------------------------------------------------------------------------------
+
+
+def wall(y_low, y_high, bottom_m=0.0, top_m=4.0):
+    """Return a wall across the way, 0.2 m thick, 5 m ahead."""
+    corners = np.array([(5.0, y_low), (5.2, y_low), (5.2, y_high), (5.0, y_high)])
+    return Outline("wall", corners, bottom_m, top_m)
+
+
+@pytest.mark.parametrize(("gap_m", "found"), [(0.95, False), (1.05, True)])
+def test_a_gap_is_a_way_when_it_leaves_half_a_metre_to_both_sides(gap_m, found):
+    walls = [wall(-3.0, 1.0 - gap_m / 2), wall(1.0 + gap_m / 2, 3.0)]
+    assert way_exists(walls, 10.0, 3.0, FLAT) is found
+
+
+@pytest.mark.parametrize(("bottom_m", "found"), [(1.55, False), (1.65, True)])
+def test_a_way_may_lead_below(bottom_m, found):
+    hanging = wall(-3.0, 3.0, bottom_m, 6.0)  # the lowest height is 1.1 m
+    assert way_exists([hanging], 10.0, 3.0, np.arange(1.1, 2.95, 0.1)) is found
+
+
+def test_the_distance_from_a_polygon():
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    points = np.array([(0.5, 0.5), (2.0, 0.5), (0.5, -3.0), (4.0, 5.0)])
+    assert distance_m(points, square) == pytest.approx([0.0, 1.0, 3.0, 5.0])
+
+
+# -- forests and hallways -----------------------------------------------------------------------------------
+
+
+def test_a_denser_forest_is_the_sparser_one_with_more_trunks():
+    sparse, dense = (plant(np.random.default_rng(3), SPACING_M, 26.0, trees) for trees in (20, 64))
+    assert (len(sparse), len(dense)) == (20, 64)  # 0.16 per m2 of 20 x 20 m
+    assert np.array_equal(dense[:20], sparse)
+    gaps = np.hypot(*(dense[:, None, :2] - dense[None, :, :2]).transpose(2, 0, 1))
+    assert gaps[~np.eye(64, dtype=bool)].min() >= SPACING_M
+    assert np.abs(dense[:, 0] - 13.0).max() <= 13.0 - CLEAR_M
+
+
+@pytest.mark.parametrize("width_m", [1.6, 3.0])
+def test_a_hallway_is_passable_and_as_wide_as_it_says(width_m, tmp_path):
+    path = tmp_path / "hallway.world"
+    path.write_text(hallway_sdf(np.random.default_rng(5), width_m, 26.0))
+    shapes = {outline.name.split("::")[0]: outline.outline_xy for outline in outlines_of_file(path)}
+    assert shapes["left"][:, 1].min() == pytest.approx(width_m / 2)
+    assert shapes["right"][:, 1].max() == pytest.approx(-width_m / 2)
+    cabinets = [corners for name, corners in shapes.items() if name.startswith("cabinet")]
+    assert len(cabinets) >= 3
+    for cabinet in cabinets:
+        assert width_m / 2 - np.abs(cabinet[:, 1]).min() == pytest.approx(0.4)
+    edges = sorted((cabinet[:, 0].min(), cabinet[:, 0].max()) for cabinet in cabinets)
+    assert min(b[0] - a[1] for a, b in zip(edges, edges[1:])) > 2.0  # no two stand opposite each other
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_mixed_forest_has_room_at_start_and_goal_and_between_its_trunks(seed):
+    rng = np.random.default_rng(seed)
+    trunks = plant(rng, rng.uniform(*MIXED_SPACINGS_M), 26.0)
+    gaps = np.hypot(*(trunks[:, None, :2] - trunks[None, :, :2]).transpose(2, 0, 1))
+    assert np.min(gaps[~np.eye(len(trunks), dtype=bool)]) >= MIXED_SPACINGS_M[0]
+    for end_x in (0.0, 26.0):
+        assert np.min(np.hypot(trunks[:, 0] - end_x, trunks[:, 1])) >= CLEAR_M
+    assert len(trunks) > 15
