@@ -125,6 +125,14 @@ def quaternion_from_rotation_vector(v: Sequence[float]) -> Quaternion:
     return (factor * v[0], factor * v[1], factor * v[2], math.cos(0.5 * angle))
 
 
+def rotation_vector_from_quaternion(q: Quaternion) -> Vector3:
+    """Axis times angle of a unit quaternion, the angle in [0, pi]."""
+    x, y, z, w = q if q[3] >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
+    sine = math.sqrt(x * x + y * y + z * z)
+    factor = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
+    return (factor * x, factor * y, factor * z)
+
+
 def rotation_matrix(q: Quaternion) -> np.ndarray:
     """Rotation matrix (3, 3) of a unit quaternion: parent coordinates = R @ child coordinates."""
     x, y, z, w = q

@@ -173,6 +173,25 @@ def test_a_model_that_moves_is_drawn_anew_and_one_that_rests_is_not(fly):
     assert not of(log, "visuals")
 
 
+WALKER = """<sdf version="1.6"><actor name="walker"><script><trajectory id="0" type="walk">
+<waypoint><time>0</time><pose>5 0 1 0 0 0</pose></waypoint>
+<waypoint><time>1</time><pose>7 0 1 0 0 0</pose></waypoint>
+<waypoint><time>2</time><pose>9 0 1 0 0 0</pose></waypoint></trajectory></script></actor></sdf>"""
+
+
+def test_an_actor_is_drawn_where_it_is_and_told_with_its_speed(fly):
+    simulation, output, log = fly()
+    simulation.world.spawn(parse_model(WALKER, "walker", ()), "walker", Pose())
+    output.publish_visuals()
+    run(simulation, output, 250)
+    states = of(log, "model_states")[-1]
+    index = states.name.index("walker")
+    assert states.pose[index].position.x == pytest.approx(7.0, abs=1e-3)
+    assert states.twist[index].linear.x == pytest.approx(2.0, abs=1e-3)
+    drawn = [marker for marker in of(log, "visuals")[-1].markers if marker.ns == "walker"]
+    assert [marker.pose.position.x for marker in drawn] == pytest.approx([7.0], abs=0.3)
+
+
 def test_a_deleted_model_is_erased(fly):
     simulation, output, log = fly()
     simulation.world.spawn(parse_model(BALL, "ball", ()), "ball", Pose((5.0, 0.0, 5.0)))

@@ -111,7 +111,7 @@ def test_a_bad_model_is_refused_with_place_and_reason(body, line, saying):
         ("<urdf/>", 1, "must start with <sdf>"),
         ("<sdf><model name='m'/></sdf>", 1, 'no attribute "version"'),
         ("<sdf version='2.0'><model name='m'/></sdf>", 1, "version 2.0 is not supported"),
-        ("<sdf version='1.6'></sdf>", 1, "neither a <model> nor a <light>"),
+        ("<sdf version='1.6'></sdf>", 1, "no <model>, <actor> or <light>"),
         ("<sdf version='1.6'><light name='l' type='point'/></sdf>", 1, "exactly one <model>, not 0"),
     ],
 )

@@ -154,7 +154,7 @@ class GazeboOutput:
                 continue
             pose = world.get_state(name).pose
             markers += model_markers(model, self._frames.world, pose, moves_with_frame=False)
-            if not model.static:
+            if model.script is not None or not model.static:
                 self._moving_poses[name] = pose
         self._topics.visuals.publish(all_markers(markers, replace=bool(gone)))
 

@@ -168,6 +168,17 @@ class Node:
             raise self.error(f'<{self.tag}> has no attribute "{name}"')
         return value.strip()
 
+    def number_attribute(self, name: str, default: float, check: Check) -> float:
+        """Return an attribute's number after a check."""
+        text = self.attribute(name, str(default))
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and check.holds(value)):
+            raise self.error(f'The attribute "{name}" must be {check.wanted}, not "{text[:60]}"')
+        return value
+
     @property
     def text(self) -> str:
         """The element's own text, stripped. An empty text is an error."""

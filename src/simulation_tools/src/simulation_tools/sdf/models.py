@@ -30,7 +30,7 @@ ZERO = ("0", "0.0", "-0.0", "")
 
 def read_model(node: Node, model_path: Sequence[Path], include: Include) -> Model:
     """Read a model whole; include: follows a nested ``<include>``. Raises SdfError."""
-    name = _name(node)
+    name = checked_name(node)
     node.accept("allow_auto_disable", "enable_wind")
     pose, frame = node.pose()
     if frame not in ("", "world"):
@@ -109,7 +109,8 @@ def _usual_frame(node: Node) -> str:
     return node.attribute("attached_to", "") if node.tag == "frame" else ""
 
 
-def _name(node: Node) -> str:
+def checked_name(node: Node) -> str:
+    """Return an element's name; SdfError when it cannot be one."""
     name = node.attribute("name")
     if not NAME.fullmatch(name) or name == "world":
         raise node.error(f'"{name}" cannot be the name of a <{node.tag}>')
@@ -121,7 +122,7 @@ def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
     node.accept_value("self_collide", *NO)
     node.accept_value("kinematic", *NO)
     node.accept_empty("velocity_decay")
-    name = _name(node)
+    name = checked_name(node)
     pose = frames.in_model(name, node)
     return Link(
         name=name,
@@ -153,14 +154,14 @@ def _shapes(
 
 def _read_collision(node: Node, pose: Pose, geometry: Geometry) -> Collision:
     node.accept("max_contacts", "laser_retro")
-    return Collision(_name(node), pose, geometry, read_surface(node.child("surface")))
+    return Collision(checked_name(node), pose, geometry, read_surface(node.child("surface")))
 
 
 def _read_visual(node: Node, pose: Pose, geometry: Geometry) -> Visual:
     node.accept("cast_shadows", "laser_retro", "meta")
     red, green, blue, alpha = read_material(node.child("material"))
     alpha *= 1.0 - min(max(node.value("transparency", 0.0), 0.0), 1.0)
-    return Visual(_name(node), pose, geometry, (red, green, blue, alpha))
+    return Visual(checked_name(node), pose, geometry, (red, green, blue, alpha))
 
 
 def _read_joints(
@@ -169,7 +170,7 @@ def _read_joints(
     joints = [joint for model in nested for joint in _flattened_joints(model)]
     parent_of = {joint.child: joint.parent for joint in joints}
     for name, child in unique(node.children("joint")).items():
-        joint = _read_joint(child, _name(child), frames, links)
+        joint = _read_joint(child, checked_name(child), frames, links)
         if joint.child in parent_of:
             raise child.error(
                 f'The link "{joint.child}" is already joined to "{parent_of[joint.child]}"; '

@@ -1,10 +1,10 @@
 """SDF 1.6 files to `World` and `Model`: includes followed, numbers checked, before anything is built.
 
 Supported: world, include, static and dynamic models (nested ones are flattened to ``outer::inner`` names),
-links, fixed and revolute joints, poses in other frames, inertia, shapes and meshes, lidars, IMUs, cameras,
-barometers, lights, plugins. The rest is named in one warning per file; hints that only concern drawing,
-sleeping or GUIs (``cast_shadows``, ``visualize``, ``allow_auto_disable``, ``<gui>``, ``<scene>`` ...) have no
-meaning here and are accepted.
+actors, links, fixed and revolute joints, poses in other frames, inertia, shapes and meshes, lidars, IMUs,
+cameras, barometers, lights, plugins. The rest is named in one warning per file; hints that only concern
+drawing, sleeping or GUIs (``cast_shadows``, ``visualize``, ``allow_auto_disable``, ``<gui>``, ``<scene>``
+...) have no meaning here and are accepted.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Sequence, Union
 
 from simulation_tools.sdf import uri
+from simulation_tools.sdf.actors import read_actor
 from simulation_tools.sdf.checks import NOT_NEGATIVE, POSITIVE
 from simulation_tools.sdf.document import Document, Node
 from simulation_tools.sdf.elements import Light, Model, Physics, World
@@ -110,6 +111,7 @@ class _Reader:
         node.accept("gui", "scene")
         inner = [self._include(child) for child in node.children("include")]
         models = [read_model(child, self.model_path, self._include) for child in node.children("model")]
+        models += [read_actor(child, self.model_path, self._include) for child in node.children("actor")]
         models += [item for item in inner if isinstance(item, Model)]
         lights = [read_light(child) for child in node.children("light")]
         lights += [item for item in inner if isinstance(item, Light)]
@@ -151,9 +153,10 @@ class _Reader:
         found: list[Model | Light] = [
             read_model(child, self.model_path, self._include) for child in root.children("model")
         ]
+        found += [read_actor(child, self.model_path, self._include) for child in root.children("actor")]
         found += [read_light(child) for child in root.children("light")]
         if not found:
-            raise root.error("The file holds neither a <model> nor a <light>")
+            raise root.error("The file holds no <model>, <actor> or <light>")
         warnings = document.unsupported()
         if warnings and isinstance(found[0], Model):
             found[0] = replace(found[0], warnings=_without_repeats([*warnings, *found[0].warnings]))

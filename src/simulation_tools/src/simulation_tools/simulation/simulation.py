@@ -257,5 +257,7 @@ def _world_of(parameters: SimulationParameters, uav_name: str) -> World:
             f'{parameters.world} already holds a model named "{uav_name}", as the UAV is called.'
         )
     if parameters.static_models:
-        return replace(world, models=tuple(replace(model, static=True) for model in world.models))
+        return replace(
+            world, models=tuple(replace(model, static=True, script=None) for model in world.models)
+        )
     return world

@@ -9,7 +9,7 @@ controller's theory assumes.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import permutations
 from typing import Iterable, Sequence
@@ -96,7 +96,8 @@ class Part:
 
     The frame of a base part (parent -1) is the model frame; that of any other the frame of the joint that
     carries it. mass: None for what cannot move. parent: index of the carrying part in its assembly.
-    weightless: the mass of its links that have no weight, None if all have.
+    weightless: the mass of its links that have no weight, None if all have. scripted: of an actor, which
+    nothing pushes but which its script puts elsewhere at every step.
     """
 
     pose: Pose
@@ -107,6 +108,7 @@ class Part:
     weightless: MassProperties | None = None
     parent: int = -1
     joint: Joint | None = None
+    scripted: bool = False
 
 
 def assemblies(model: Model, rigid_joints: frozenset[str] = frozenset()) -> list[tuple[Part, ...]]:
@@ -117,7 +119,8 @@ def assemblies(model: Model, rigid_joints: frozenset[str] = frozenset()) -> list
     rigid_joints: names of joints to treat as fixed. A static model is one part that cannot move.
     """
     if model.static:
-        return [(_part(model, list(model.links), IDENTITY, fixed=True),)]
+        part = _part(model, list(model.links), IDENTITY, fixed=True)
+        return [(replace(part, scripted=model.script is not None),)]
     groups = _rigid_groups(model, rigid_joints)
     moving = [joint for joint in model.joints if not _is_rigid(joint, rigid_joints)]
     carried = {_group_of(joint.child, groups): joint for joint in moving}

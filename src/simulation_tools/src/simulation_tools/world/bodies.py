@@ -40,6 +40,11 @@ class Body:
     spheres: tuple[tuple[Vector3, float], ...] = ()
     collision: PlacedCollision | None = None
 
+    @property
+    def stands(self) -> bool:
+        """Whether nothing but a service moves the body."""
+        return self.collision is not None and not self.parts[0].scripted
+
 
 class BodyFactory:
     """Creates bodies in one PyBullet client. draw: give them visual shapes too (for the GUI)."""

@@ -79,9 +79,9 @@ class Clearances:
             for name, body in self._owners.values()
             if name not in passed_over and any(shape >= 0 for shape in body.shapes)
         ]
-        standing = tuple(body for body in bodies if body.collision is not None)
+        standing = tuple(body for body in bodies if body.stands)
         boxes = np.array([self._box(body) for body in standing]).reshape(-1, 2, 3)
-        moving = tuple(body for body in bodies if body.collision is None)
+        moving = tuple(body for body in bodies if not body.stands)
         return _Surroundings(standing, boxes[:, 0], boxes[:, 1], moving)
 
     def _distance(self, own: OwnShape, other: Body, limit_m: float) -> float:

@@ -64,8 +64,24 @@ def link_state_of(client: int, body: Body, part: int, link_in_part: Pose) -> Bod
             body.uid, part, computeLinkVelocity=1, computeForwardKinematics=1, physicsClientId=client
         )
         centre, velocity, spin = state[0], state[6], state[7]
+    return _carried(pose, centre, velocity, tuple(spin))
+
+
+def carried_state(carrier: BodyState, place: Pose) -> BodyState:
+    """Return the state of a frame at a fixed place in a moving one."""
+    return _carried(
+        carrier.pose @ place,
+        carrier.pose.position_m,
+        carrier.linear_velocity_m_s,
+        carrier.angular_velocity_rad_s,
+    )
+
+
+def _carried(pose: Pose, centre: Vector3, velocity: Vector3, spin: Vector3) -> BodyState:
+    """Return the state of a frame at a pose, of a body whose centre has a velocity and a spin."""
     arm = [there - middle for there, middle in zip(pose.position_m, centre)]
-    return BodyState(pose, tuple(v + w for v, w in zip(velocity, cross(spin, arm))), tuple(spin))
+    (vx, vy, vz), (wx, wy, wz) = velocity, cross(spin, arm)
+    return BodyState(pose, (vx + wx, vy + wy, vz + wz), spin)
 
 
 def place(client: int, body: Body, frame: Pose, state: BodyState | None) -> None:

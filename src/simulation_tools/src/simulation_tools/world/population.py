@@ -9,11 +9,16 @@ from simulation_tools.sdf.elements import Model
 from simulation_tools.world.assembly import MassProperties, Part
 from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import WorldError
+from simulation_tools.world.scripted_motion import ScriptedMotion
 
 
 @dataclass
 class SpawnedModel:
-    """A model in the world. pose: where its fixed parts stand; PyBullet knows where the others are."""
+    """A model in the world.
+
+    pose: where its fixed parts stand; PyBullet knows where the others are. motion: of an actor, which began
+    at began_us.
+    """
 
     model: Model
     rigid_joints: frozenset[str]
@@ -22,6 +27,8 @@ class SpawnedModel:
     assemblies: list[tuple[Part, ...]]
     bodies: list[list[Body]]  # of each assembly
     mass: MassProperties
+    motion: ScriptedMotion | None = None
+    began_us: int = 0
 
     @property
     def base(self) -> Body | None:
@@ -37,7 +44,8 @@ class Population:
     """The models by name, oldest first, and what follows from them.
 
     owner: name of the model and body of each PyBullet uid. movers: the bases that move. hinged: bodies with
-    joints. lifts: (body, PyBullet's link, mass) of every part that has no weight.
+    joints. lifts: (body, PyBullet's link, mass) of every part that has no weight. actors: the models that a
+    script moves.
     """
 
     def __init__(self) -> None:
@@ -47,6 +55,7 @@ class Population:
         self.lifts: dict[str, list[tuple[Body, int, MassProperties]]] = {}
         self.hinged: dict[str, list[Body]] = {}
         self.movers: dict[str, Body] = {}
+        self.actors: dict[str, SpawnedModel] = {}
 
     def find(self, name: str) -> SpawnedModel:
         """Return a model; WorldError when there is none of that name."""
@@ -69,6 +78,8 @@ class Population:
         ]
         if spawned.base is not None:
             self.movers[name] = spawned.base
+        if spawned.motion is not None:
+            self.actors[name] = spawned
         if hinged:
             self.hinged[name] = hinged
         if lifts:
@@ -78,10 +89,10 @@ class Population:
         """Forget a model."""
         for body in self.models.pop(name).all_bodies():
             del self.owner[body.uid]
-        for known in (self.lifts, self.hinged, self.movers):
+        for known in (self.lifts, self.hinged, self.movers, self.actors):
             known.pop(name, None)
 
     def clear(self) -> None:
         """Forget all models."""
-        for known in (self.models, self.owner, self.lifts, self.hinged, self.movers):
+        for known in (self.models, self.owner, self.lifts, self.hinged, self.movers, self.actors):
             known.clear()

@@ -22,6 +22,7 @@ from simulation_tools.world.drawing import draw
 from simulation_tools.world.engine import WorldError, connect, pybullet
 from simulation_tools.world.kinematics import (
     BodyState,
+    carried_state,
     joint_angles_of,
     link_state_of,
     model_frame,
@@ -31,7 +32,8 @@ from simulation_tools.world.kinematics import (
 )
 from simulation_tools.world.overlaps import Overlap, overlaps
 from simulation_tools.world.population import Population, SpawnedModel
-from simulation_tools.world.rays import RayScene
+from simulation_tools.world.rays import PoseSource, RayScene
+from simulation_tools.world.scripted_motion import ScriptedMotion
 from simulation_tools.world.settings import PhysicsSettings
 from simulation_tools.world.shapes.meshes import TriangleMesh, joined
 
@@ -54,6 +56,7 @@ class PhysicsWorld:
         gui: show PyBullet's window. drawn: give bodies visual shapes even without the window, for `draw`.
         """
         self.rays = RayScene()
+        self._time_us = 0  # since the start or the last reset; scripts follow it
         self._there = Population()
         self._states: dict[str, BodyState] = {}
         self._client = connect(gui)
@@ -89,9 +92,12 @@ class PhysicsWorld:
         meshes = [[part_mesh(part) for part in assembly] for assembly in parts]
         bodies = self._build(name, parts, pose)
         mass = combined((link.inertial, link.pose) for link in model.links)
-        self._there.add(name, SpawnedModel(model, rigid_joints, pose, pose, parts, bodies, mass))
+        motion = None if model.script is None else ScriptedMotion(model.script)
+        spawned = SpawnedModel(model, rigid_joints, pose, pose, parts, bodies, mass, motion, self._time_us)
+        self._there.add(name, spawned)
         self._clearances.forget()
         self._put_into_rays(name, meshes)
+        self._follow_script(name, spawned)
 
     def delete(self, name: str) -> None:
         """Take a model out of the world."""
@@ -148,7 +154,8 @@ class PhysicsWorld:
                     if link.name == link_name:
                         place = part.pose.inverse() @ link.pose
                         if part.mass is None:
-                            return BodyState(spawned.pose @ link.pose)
+                            base = self.get_state(name) if part.scripted else BodyState(spawned.pose)
+                            return carried_state(base, link.pose)
                         return link_state_of(self._client, bodies[0], index - 1, place)
         raise WorldError(f'The model "{name}" has no link "{link_name}".')
 
@@ -190,8 +197,11 @@ class PhysicsWorld:
         for lifts in self._there.lifts.values():
             for lift in lifts:
                 self._hold_up(*lift)
-        pybullet.stepSimulation(physicsClientId=self._client)
+        self._time_us += round(1e6 * self.settings.time_step_s)
         self._states.clear()
+        for name, actor in self._there.actors.items():
+            self._follow_script(name, actor)
+        pybullet.stepSimulation(physicsClientId=self._client)
 
     def beyond_reason(self) -> str | None:
         """Return a model whose place is not a number, or that is absurdly far or fast; None: all is well."""
@@ -238,13 +248,14 @@ class PhysicsWorld:
 
     # -- life ------------------------------------------------------------------------------------------------
     def reset(self) -> None:
-        """Put every model back where it was spawned, at rest, as in a world built anew."""
+        """Put every model back where it was spawned, at rest, as in a world built anew; so do scripts."""
         spawned = list(self._there.models.items())
         pybullet.resetSimulation(physicsClientId=self._client)
         self._factory.shapes.forget()
         self._configure()
         self._there.clear()
         self._states.clear()
+        self._time_us = 0
         self._clearances.forget()
         self.rays.clear()
         for name, old in spawned:
@@ -275,6 +286,18 @@ class PhysicsWorld:
             body.uid, link, force, centre.position_m, frame, physicsClientId=self._client
         )
 
+    def _follow_script(self, name: str, spawned: SpawnedModel) -> None:
+        """Put an actor where its script has it now; any other model stays where it is."""
+        if spawned.motion is None:
+            return
+        state = spawned.motion.state(1e-6 * (self._time_us - spawned.began_us))
+        if state is None:
+            return
+        spawned.pose = state.pose
+        for body in spawned.all_bodies():
+            place(self._client, body, state.pose, None)
+        self._states[name] = state
+
     def _build(self, name: str, parts: list[tuple[Part, ...]], pose: Pose) -> list[list[Body]]:
         built: list[list[Body]] = []
         try:
@@ -293,14 +316,17 @@ class PhysicsWorld:
             for index, (part, mesh) in enumerate(zip(parts, group)):
                 if mesh is None:
                     continue
-                if part.mass is None:
-                    standing.append(mesh.transformed(spawned.pose))
+                if part.scripted or part.mass is not None:
+                    moving.append((mesh, self._pose_source(spawned, bodies[0], index)))
                 else:
-                    body = bodies[0]
-                    moving.append(
-                        (mesh, lambda body=body, link=index - 1: part_pose(self._client, body, link))
-                    )
+                    standing.append(mesh.transformed(spawned.pose))
         self.rays.put(name, joined(standing) if standing else None, moving)
+
+    def _pose_source(self, spawned: SpawnedModel, body: Body, index: int) -> PoseSource:
+        """Return what tells where a part of a body is; an actor's only part is where the model is."""
+        if spawned.motion is not None:
+            return lambda: spawned.pose
+        return lambda: part_pose(self._client, body, index - 1)
 
     def _ask_state(self, name: str) -> BodyState:
         spawned = self._there.find(name)

@@ -13,6 +13,7 @@ from simulation_tools.sdf.elements.model import (
     Physics,
     World,
 )
+from simulation_tools.sdf.elements.script import Script, Trajectory, Waypoint
 from simulation_tools.sdf.elements.sensors import (
     NO_NOISE,
     AirPressureSensor,
@@ -63,9 +64,12 @@ __all__ = [
     "RaySensor",
     "Rgba",
     "ScanAxis",
+    "Script",
     "Sensor",
     "Sphere",
     "Surface",
+    "Trajectory",
     "Visual",
+    "Waypoint",
     "World",
 ]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from simulation_tools.geometry import IDENTITY, Pose, Vector3
+from simulation_tools.sdf.elements.script import Script
 from simulation_tools.sdf.elements.sensors import Plugin, Sensor
 from simulation_tools.sdf.elements.shapes import Collision, Rgba, Visual
 
@@ -73,7 +74,8 @@ class Light:
 class Model:
     """A model. pose: in the world frame. source: the file (or name) it was read from.
 
-    warnings: one sentence per file that names what this package does not support in it.
+    warnings: one sentence per file that names what this package does not support in it. script: of an actor,
+    which is static for the physics.
     """
 
     name: str
@@ -84,6 +86,7 @@ class Model:
     plugins: tuple[Plugin, ...] = ()
     source: str = ""
     warnings: tuple[str, ...] = ()
+    script: Script | None = None
 
     def link(self, name: str) -> Link:
         """Return the link of that name; KeyError when there is none."""
