@@ -45,7 +45,7 @@ def pose_message(pose: Pose) -> PoseMessage:
 
 
 def pose_from_message(message: PoseMessage) -> Pose:
-    """Return the pose that a message holds; ValueError, with a clause that says why, when it holds none."""
+    """Return the pose in a message. Raises ValueError, whose text is a clause, if it is not a pose."""
     p, q = message.position, message.orientation
     return Pose.checked((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
@@ -64,7 +64,7 @@ def twist_message(linear: Sequence[float], angular: Sequence[float]) -> Twist:
 
 
 def twist_from_message(message: Twist) -> tuple:
-    """Return (linear, angular) as tuples; ValueError when they cannot be speeds."""
+    """Return (linear, angular) as tuples. Raises ValueError if they cannot be speeds."""
     linear = (message.linear.x, message.linear.y, message.linear.z)
     angular = (message.angular.x, message.angular.y, message.angular.z)
     if not are_sane(linear + angular):
@@ -83,7 +83,7 @@ def transform_message(edge: Edge) -> TransformStamped:
 
 
 def scan_message(time_us: int, ranges: np.ndarray, lidar: Lidar, frame_id: str) -> LaserScan:
-    """Return a sensor_msgs/LaserScan; all beams of a scan are taken at once."""
+    """Return a sensor_msgs/LaserScan. All beams of a scan are measured at the same instant."""
     return LaserScan(
         header=Header(stamp=stamp(time_us), frame_id=frame_id),
         angle_min=lidar.angle_min,
@@ -117,7 +117,7 @@ def joint_state_message(time_us: int, angles_rad: dict[str, float]) -> JointStat
 
 
 def angles_from_message(message: JointState) -> dict[str, float]:
-    """Return the angle of each joint by its name; ValueError, with a clause that says why, otherwise."""
+    """Return the angle of each joint by its name. Raises ValueError, whose text is a clause."""
     if len(message.name) != len(message.position):
         raise ValueError(f"it names {len(message.name)} joints and {len(message.position)} angles")
     if not are_sane(message.position):

@@ -1,7 +1,7 @@
-"""Refuses to launch what roslaunch would misunderstand: unknown arguments, and nodes that run already.
+"""Refuses launches with unknown arguments, and launches that would end running nodes.
 
-roslaunch makes a parameter of a command's output. When the command fails it gives up, and starts nothing.
-So a launch file with `check_launch` as a parameter's command is checked however it is called.
+A launch file can set a parameter from a command's output. If the command fails, roslaunch gives up and
+starts nothing. So a launch file with `check_launch` as such a command is checked in every launch.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from simulation_tools.launch_check.launch_files import LaunchError, check_argume
 class Launch:
     """A call of roslaunch.
 
-    files: launch files. given: arguments. starts: whether it starts nodes. master_uri: where.
+    files: launch files. given: arguments. starts: whether it starts nodes. master_uri: its master.
     """
 
     files: tuple[Path, ...]
@@ -34,7 +34,7 @@ class Launch:
 
 
 def launch_of(words: Sequence[str]) -> Launch | None:
-    """Return what a process with this command line launches; None if it is no roslaunch or cannot be told."""
+    """Return the launch of a process with this command line; None if it is no roslaunch or is not clear."""
     program = next((index for index, word in enumerate(words[:2]) if Path(word).name == "roslaunch"), None)
     if program is None:
         return None
@@ -68,19 +68,19 @@ def check(launch: Launch) -> None:
     Raises:
         LaunchError: one sentence.
     """
-    if len(launch.files) == 1:  # with several, roslaunch gives each the arguments of all
+    if len(launch.files) == 1:  # roslaunch gives each of several files the arguments of all
         check_arguments(launch.files[0], launch.given)
     if launch.starts:
         check_nothing_runs(launch.files, launch.master_uri)
 
 
 def check_nothing_runs(files: Sequence[Path], master_uri: str) -> None:
-    """Raise LaunchError when a node that these files start runs already: ROS would end the first one."""
+    """Raise LaunchError if a node of these files runs already, because ROS would end the running one."""
     master = server(master_uri)
     try:
         code, _, state = master.getSystemState("/check_launch")
     except (*UNREACHABLE, ValueError):
-        return  # no master: nothing runs
+        return  # no master, so nothing runs
     if code != 1:
         return
     registered = {node for part in state for _, nodes in part for node in nodes}
@@ -126,7 +126,7 @@ def run(
     """
     launch = launch_of(command_line(os.getppid()))
     if launch is None:
-        return 0  # rostest, or a program that launches by itself: there is no command line of roslaunch
+        return 0  # rostest, or a program that calls roslaunch's API: no command line of roslaunch exists
     try:
         checks(launch)
     except expected as error:

@@ -1,4 +1,4 @@
-"""Reads parameters of this package's nodes; a wrong one becomes an error of one sentence."""
+"""Reads parameters of this package's nodes. A wrong one gives an error of one sentence."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from simulation_tools.values import ParameterError
 
 @contextmanager
 def reading_parameters(node: str) -> Iterator[None]:
-    """Turn the error of a parameter's conversion into a ParameterError."""
+    """Turn a conversion error of a parameter into a ParameterError."""
     try:
         yield
     except (TypeError, ValueError) as error:

@@ -1,8 +1,8 @@
-"""MAVLink 2 over UDP: what the flight controller's side and the ground's side share.
+"""MAVLink 2 over UDP: the shared part of the flight controller's side and the client's side.
 
-Every datagram is read on its own: whole messages in it are decoded, anything else (garbage, truncated or
-corrupted messages) is counted and skipped, so that it can never spoil the next datagram. Whole messages of
-types that are not in the dialect are skipped without counting: newer flight controllers send them.
+Every datagram is decoded alone, so a bad one cannot spoil the next. Garbage and truncated or corrupted
+messages are counted and skipped. Messages of types that are not in the dialect are skipped without counting,
+because newer flight controllers send them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class LinkError(SimulationToolsError):
 class Codec:
     """Packs and decodes messages for one sender identity.
 
-    bad: how often something came that is no message. unknown: how many messages of unknown types came.
+    bad: number of pieces that are no message. unknown: number of messages of unknown types.
     """
 
     def __init__(self, system_id: int, component_id: int) -> None:
@@ -71,7 +71,7 @@ class Codec:
 
 
 def _frame_length(data: bytes, start: int) -> int:
-    """Return the length of the message that seems to start here; 0 when none does."""
+    """Return the length of the message that seems to start here; 0 if there is none."""
     if len(data) - start < 3:
         return 0
     if data[start] == MAGIC_V1:
@@ -84,8 +84,8 @@ def _frame_length(data: bytes, start: int) -> int:
 def _is_unknown(data: bytes, start: int, end: int) -> bool:
     """Whether a message of a type that is not in the dialect lies between `start` and `end`.
 
-    Its checksum cannot be tested without knowing the type. What follows must look like a message, or be
-    nothing: else this may be garbage that hides good messages.
+    Without the type its checksum cannot be tested. So the rest must be empty or look like a message. Else
+    this may be garbage that hides good messages.
     """
     if end == start or end > len(data) or (end < len(data) and data[end] not in (MAGIC_V1, MAGIC_V2)):
         return False
@@ -114,7 +114,7 @@ def open_udp(host: str, port: int, purpose: str) -> socket.socket:
 
 
 def why_not_bound(error: OSError | OverflowError) -> str:
-    """Return why a port cannot be had, and what to do about it."""
+    """Return why a port is not available, and what to do about it."""
     number = getattr(error, "errno", None)
     if number == errno.EADDRINUSE:
         advice = "stop the program that uses the port (another simulator?) or choose another port"
@@ -126,20 +126,20 @@ def why_not_bound(error: OSError | OverflowError) -> str:
 
 
 def receive_all(udp: socket.socket) -> Iterator[tuple[bytes, Address]]:
-    """Yield the datagrams that are there, without waiting."""
+    """Yield the datagrams that have arrived, without waiting."""
     while True:
         try:
             yield udp.recvfrom(_MAX_DATAGRAM)
         except BlockingIOError:
             return
         except ConnectionError:
-            continue  # an earlier datagram reached no program at the other side
+            continue  # no program received an earlier datagram
         except OSError:
             return  # closed
 
 
 def send(udp: socket.socket, packet: bytes, address: Address) -> bool:
-    """Send a datagram; False if the system refuses it: a full buffer, or no receiver."""
+    """Send a datagram. Return False if the system refuses it (full buffer, no receiver)."""
     try:
         udp.sendto(packet, address)
     except OSError:
@@ -171,7 +171,7 @@ def parameter_to_wire(value: float, is_integer: bool) -> float:
 
 
 def parameter_from_wire(value: float, kind: int) -> float | int:
-    """Return a parameter's value; kind: MAV_PARAM_TYPE. Raises ValueError for a type PX4 does not have."""
+    """Return a parameter's value. kind: MAV_PARAM_TYPE. Raises ValueError for a type that PX4 lacks."""
     if kind == common.MAV_PARAM_TYPE_INT32:
         return struct.unpack("<i", struct.pack("<f", value))[0]
     if kind == common.MAV_PARAM_TYPE_REAL32:

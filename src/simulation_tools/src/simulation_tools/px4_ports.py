@@ -9,7 +9,7 @@ GCS_PORT_STEP = 18570 - GCS_PORT
 
 
 def own_ports(offboard_port: int, gcs_port: int) -> tuple[int, int]:
-    """Return the ports to which PX4 itself is bound, from those of its clients; 0: any that is free."""
+    """Return the ports that PX4 itself binds, from those of its clients; 0: any that is free."""
     return (
         offboard_port + OFFBOARD_PORT_STEP if offboard_port else 0,
         gcs_port + GCS_PORT_STEP if gcs_port else 0,

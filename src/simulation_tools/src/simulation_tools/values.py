@@ -1,4 +1,4 @@
-"""Checks of values that a user gives: parameters of a node, arguments of a launch file."""
+"""Checks of user input: parameters of a node, arguments of a launch file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ParameterError(SimulationToolsError):
 
 
 def number(name: str, given: Any, least: float = -MAX_MAGNITUDE, most: float = MAX_MAGNITUDE) -> float:
-    """Return what was given as a number within limits; ParameterError otherwise."""
+    """Return the given value as a number within limits; ParameterError otherwise."""
     try:
         value = float(given)
     except (TypeError, ValueError):
@@ -30,7 +30,7 @@ def number(name: str, given: Any, least: float = -MAX_MAGNITUDE, most: float = M
 
 
 def port(name: str, given: Any) -> int:
-    """Return what was given as a UDP or TCP port; 0: any that is free. ParameterError otherwise."""
+    """Return the given value as a UDP or TCP port; 0: any that is free. ParameterError otherwise."""
     try:
         value = float(given)
     except (TypeError, ValueError):
@@ -53,7 +53,7 @@ def mavlink_ports(offboard: Any, ground_station: Any) -> tuple[int, int]:
 
 
 def choice(name: str, given: str, choices: Sequence[str]) -> str:
-    """Return what was given if it is one of the choices; ParameterError otherwise."""
+    """Return the given value if it is one of the choices; ParameterError otherwise."""
     if given not in choices:
         raise ParameterError(f'There is no {name} "{given}"; choose one of {", ".join(choices)}.')
     return given

@@ -1,1 +1,1 @@
-"""The node `gazebo`: its parameters, and what it publishes and when."""
+"""The node `gazebo`: its parameters, topics and services."""

@@ -1,4 +1,4 @@
-"""Which autopilot flies the simulated UAV, by the node's parameters."""
+"""Chooses the autopilot of the simulated UAV by the node's parameters."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def simulation_with_autopilot(
 ) -> tuple[Simulation, Link]:
     """Return the simulation and the MAVLink link of its flight controller.
 
-    ~autopilot: standin or px4, real PX4 SITL on TCP port ~simulator_port. Raises SimulationToolsError when
-    something about them is wrong.
+    ~autopilot: standin, or px4 for real PX4 SITL on TCP port ~simulator_port. Raises SimulationToolsError if
+    a parameter is wrong.
     """
     autopilot = choice("autopilot", str(rospy.get_param("~autopilot", "standin")), AUTOPILOTS)
     if autopilot == "px4":
@@ -36,7 +36,7 @@ def simulation_with_autopilot(
     )
     simulation = Simulation(parameters)
     simulation.warm_up()
-    assert simulation.px4 is not None  # without another autopilot, the stand-in flies
+    assert simulation.px4 is not None  # None: the stand-in flies
     link = MavlinkLink(simulation.px4, *ports)
     link.on_warning = rospy.logwarn
     return simulation, link

@@ -54,7 +54,7 @@ def _shape(visual: Visual) -> Marker:
     marker = Marker(action=Marker.ADD, color=ColorRGBA(*visual.rgba))
     geometry = visual.geometry
     if isinstance(geometry, Box):
-        # RViz lights a CUBE from one side, and leaves the others black; the boxes of a list it does not.
+        # RViz draws all but one side of a single CUBE black. It draws the boxes of a list correctly.
         marker.type, marker.scale = Marker.CUBE_LIST, Vector3(*geometry.size_m)
         marker.points = [Point(0.0, 0.0, 0.0)]
     elif isinstance(geometry, Cylinder):

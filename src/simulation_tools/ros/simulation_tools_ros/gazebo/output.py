@@ -1,7 +1,7 @@
-"""What the `gazebo` node publishes and when: order, rates and conditions.
+"""Publishes the simulator's outputs: their order, rates and conditions.
 
-Publishers are handed in (anything with `publish` and `get_num_connections`), so this needs the message
-classes but no running ROS.
+The caller passes the publishers (anything with `publish` and `get_num_connections`). So this module needs
+message classes, but no running ROS.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from simulation_tools_ros.gazebo.markers import all_markers, model_markers
 from simulation_tools_ros.gazebo.payload_output import PayloadOutput
 
 CONTACT_PERIOD_US = 50_000
-"""A contact that lasts is published at 20 Hz; one that begins or ends at once."""
+"""A lasting contact is published at 20 Hz. Its begin and its end are published at once."""
 
 VISIBLE_MOVE_M = 1e-3
 
 HELD_US = 28_000
-"""Streams that hold back their messages do so until the next scan, or for so long."""
+"""A stream that holds back its messages sends them with the next scan, or after this time."""
 
 
 class Publisher(Protocol):
@@ -62,9 +62,10 @@ class Topics:
 class GazeboOutput:
     """Publishes the simulator's outputs; all calls come from the simulation's thread.
 
-    Order at one instant: clock, joints, odometry, ground truth, IMU, contacts, further sensors, and the scan
-    last, so that a node that works on the scan has the rest already. Streams that hold back their messages
-    send poses just before the scan. They send the rest after it, while other nodes work on the scan.
+    Order at one instant: clock, joints, odometry, ground truth, IMU, contacts, further sensors, scan. The
+    scan comes last, so a node that gets it has the other messages already. Streams that hold back their
+    messages send poses just before the scan. They send the rest after it, while other nodes work on the
+    scan.
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class GazeboOutput:
         self.restart()
 
     def restart(self) -> None:
-        """Begin again at the simulation's time, as after its reset; tells the clock at once."""
+        """Begin again at the simulation's time, as after a reset. Publish the clock at once."""
         self._model_states_due_us = self._simulation.time_us
         self._touching: frozenset = frozenset()
         self._contact_due_us = 0
@@ -159,7 +160,7 @@ class GazeboOutput:
         self._topics.visuals.publish(all_markers(markers, replace=bool(gone)))
 
     def _publish_joints(self, time_us: int) -> None:
-        """Publish the angle of every joint in the world that moves, called as Gazebo calls it."""
+        """Publish the angle of every moving joint in the world, with Gazebo's joint names."""
         if not self._topics.joint_states.get_num_connections():
             return
         angles = self._simulation.joint_angles()

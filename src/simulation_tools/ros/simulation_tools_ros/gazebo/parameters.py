@@ -60,7 +60,7 @@ def simulation_parameters() -> SimulationParameters:
 
 
 def pacing_parameters() -> PacingParameters:
-    """Read how time runs from the node's private parameters; dynamic_reconfigure adds factor and pause."""
+    """Read the pacing from the node's private parameters. dynamic_reconfigure adds factor and pause."""
     return PacingParameters(
         real_time_factor=number("real_time_factor", 1.0, least=0.0),
         lockstep=bool(rospy.get_param("~lockstep", False)),

@@ -1,4 +1,4 @@
-"""Topics of the further sensors, named like the sensors. A sensor measures only for subscribers."""
+"""Topics of the further sensors, named like the sensors. A sensor measures only if it has subscribers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from simulation_tools.simulation.payload import PayloadSensor
 from simulation_tools_ros.conversions import stamp
 
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("ring", "<u2"), ("padding", "<u2")])
-"""How a point of a cloud lies in its message."""
+"""Memory layout of a point in a cloud's message."""
 
 
 class PayloadOutput:
@@ -36,7 +36,7 @@ class PayloadOutput:
             self._publish[sensor.name](time_us, sensor)
 
     def _publisher_of(self, sensor: PayloadSensor, advertise: Callable) -> Callable:
-        """Return what publishes a sensor's readings."""
+        """Return the function that publishes a sensor's readings."""
         device, name, frame = sensor.device, sensor.name, self._prefix + sensor.mount.frame
         if isinstance(device, Camera):
             frame = self._prefix + optical_frame(f"{sensor.mount.link}/{name}")
@@ -58,7 +58,7 @@ class PayloadOutput:
 
 
 def _camera(frame: str, image: Any, info: Any, camera: Camera) -> Callable:
-    """Return what publishes a camera's picture and optics with one stamp."""
+    """Return the function that publishes a camera's picture and optics with one stamp."""
 
     def publish(time_us: int, sensor: PayloadSensor) -> None:
         header = Header(stamp=stamp(time_us), frame_id=frame)
@@ -89,7 +89,7 @@ def pressure_message(header: Header, pressure_pa: float, barometer: Barometer) -
 
 
 def cloud_message(header: Header, cloud: Cloud, _lidar: CloudLidar | None = None) -> PointCloud2:
-    """Return a sensor_msgs/PointCloud2 of x, y, z and ring; what measured nothing is not in it."""
+    """Return a sensor_msgs/PointCloud2 of x, y, z and ring, without beams that hit nothing."""
     points = np.zeros(len(cloud.rings), POINT)
     for column, name in enumerate("xyz"):
         points[name] = cloud.points_m[:, column]

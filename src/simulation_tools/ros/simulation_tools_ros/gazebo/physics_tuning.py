@@ -18,7 +18,7 @@ FACTOR, RATE = 1, 2  # levels of Physics.cfg
 
 
 class PhysicsTuning:
-    """Keeps the simulation and what rqt_reconfigure shows of it the same. pause: what stops simulated time.
+    """Keeps the simulation and its values in rqt_reconfigure equal. pause: stops simulated time.
 
     At the start the simulation's own gravity, wind and contacts replace those on the parameter server, which
     may be from an earlier world.
@@ -33,11 +33,11 @@ class PhysicsTuning:
         self._server = TuningServer(PhysicsConfig, self._on_change)
 
     def show_pause(self, paused: bool) -> None:
-        """Show in the configuration that a service has paused the simulation, or ended the pause."""
+        """Show in the configuration that a service has paused or resumed the simulation."""
         self._server.update_configuration({"pause": paused})
 
     def _in_force(self) -> dict[str, float]:
-        """Return what the world's physics are at present, by the parameters' names."""
+        """Return the present settings of the world's physics by the parameters' names."""
         settings = self._simulation.world.settings
         solver = settings.solver
         by_axis = zip("xyz", settings.gravity_m_s2, self._simulation.wind_m_s)

@@ -54,12 +54,12 @@ class Services:
         """Offer the services.
 
         Args:
-            simulation: what they look at and change.
+            simulation: what the services read and change.
             loop: runs every change between two steps.
-            output: publishes what the world looks like after a change.
+            output: publishes the world's visuals after a change.
             reset: resets the whole simulation.
-            pause: pauses it, or lets it run.
-            show_pause: tells dynamic_reconfigure's clients about a pause.
+            pause: pauses or resumes it.
+            show_pause: shows a pause to dynamic_reconfigure's clients.
         """
         self._simulation = simulation
         self._loop = loop
@@ -89,7 +89,7 @@ class Services:
     # -- services of the whole simulation --------------------------------------------------------------------
 
     def _between_steps(self, action: Callable[[], None]) -> EmptyResponse:
-        """Run an action in the simulation's thread; an Empty service can report by the log only."""
+        """Run an action in the simulation's thread. An Empty service can report an error only in the log."""
         try:
             self._loop.call(action)
         except SimulationToolsError as error:
@@ -165,7 +165,7 @@ class Services:
 
 
 def _respond(response_class: Any, action: Callable[[], Answer]) -> Any:
-    """Turn an answer into a response; numbers that are no pose or twist make a refusal, not a traceback."""
+    """Turn an answer into a response. Refuse numbers that are no pose or twist."""
     try:
         answer = action()
     except ValueError as error:

@@ -23,7 +23,7 @@ def advertise_topics(holds: bool) -> Topics:
     """Advertise the simulator's topics.
 
     Args:
-        holds: messages between two scans go out with the second scan, as lockstep allows.
+        holds: messages between two scans are sent with the second scan; lockstep allows this.
     """
 
     def advertise(name: str, message_class: type, latch: bool = False) -> rospy.Publisher:

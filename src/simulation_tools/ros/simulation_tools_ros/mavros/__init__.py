@@ -1,1 +1,1 @@
-"""The node `mavros`: its plugins, and what they share."""
+"""The node `mavros`: its plugins and their shared parts."""

@@ -21,8 +21,8 @@ from simulation_tools_ros.mavros.plugins.vehicle_info import VehicleInfoPlugin
 from simulation_tools_ros.mavros.plugins.vfr_hud import VfrHudPlugin
 from simulation_tools_ros.mavros.plugins.waypoint import WaypointPlugin
 
-# The order is that of advertising. Services that clients wait for and that end a flight come first: a client
-# that finds the first services finds the others a moment later.
+# The plugins advertise in this order. Services that clients wait for, and that end a flight, come first. A
+# client that finds them finds the others a moment later.
 PLUGINS = (
     SysStatusPlugin,
     CommandPlugin,

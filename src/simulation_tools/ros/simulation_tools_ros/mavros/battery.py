@@ -18,7 +18,7 @@ _TECHNOLOGIES = {
 
 
 def system_battery_message(status: common.MAVLink_message, header: Header) -> BatteryState:
-    """SYS_STATUS to BatteryState: what MAVROS publishes until the first BATTERY_STATUS."""
+    """SYS_STATUS to BatteryState, as MAVROS publishes it until the first BATTERY_STATUS."""
     message = _discharging(header)
     message.voltage = 1e-3 * status.voltage_battery
     message.current = -1e-2 * status.current_battery
@@ -28,7 +28,7 @@ def system_battery_message(status: common.MAVLink_message, header: Header) -> Ba
 
 
 def battery_message(battery: common.MAVLink_message, header: Header) -> BatteryState:
-    """BATTERY_STATUS to BatteryState; the voltage is the cells' together."""
+    """BATTERY_STATUS to BatteryState; the voltage is the sum of the cells."""
     message = _discharging(header)
     message.current = math.nan if battery.current_battery == -1 else -1e-2 * battery.current_battery
     message.percentage = 1e-2 * battery.battery_remaining

@@ -32,7 +32,7 @@ def connection(client: FcuClient) -> DiagnosticStatus:
 def heartbeats(
     heartbeat: common.MAVLink_message, count: int, arrivals_s: Sequence[float], now_s: float
 ) -> DiagnosticStatus:
-    """Report how often heartbeats come; arrivals_s, now_s: ROS's time of the newest ones, and now."""
+    """Report the rate of heartbeats. arrivals_s: ROS time of the newest ones; now_s: ROS time now."""
     window_s = now_s - arrivals_s[0] if arrivals_s else 0.0
     rate_hz = len(arrivals_s) / window_s if window_s > 0.0 else 0.0
     values = {"Heartbeats since startup": count, "Frequency (Hz)": f"{rate_hz:.3f}"}

@@ -1,4 +1,4 @@
-"""What MAVROS's plugins share: the link, ROS's names, the clock, and what was heard last."""
+"""The shared part of MAVROS's plugins: link, ROS names, clock, and the newest messages."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ REFUSALS_EVERY_S = 1.0  # of one topic, wall time
 
 
 class Topic:
-    """A publisher that makes a message only if it has subscribers; a latched one always."""
+    """A publisher that builds a message only if it has subscribers or is latched."""
 
     def __init__(self, publisher: rospy.Publisher, latch: bool) -> None:
         self._publisher = publisher
@@ -40,7 +40,7 @@ class Topic:
 
 @dataclass
 class Heard:
-    """The flight controller's newest messages that several plugins need; None: not received yet."""
+    """The flight controller's newest messages for several plugins; None: not received yet."""
 
     time_boot_ms: int = 0
     heartbeat: Any = None
@@ -51,7 +51,7 @@ class Heard:
 
     @property
     def attitude_or_level(self) -> Quaternion:
-        """The attitude; level and facing east before it is known."""
+        """The attitude. Before it is known: level and facing east."""
         return self.attitude or (0.0, 0.0, 0.0, 1.0)
 
 
@@ -65,9 +65,10 @@ class Timer:
 
 
 def number(name: str, default: float) -> float:
-    """Return a parameter of the node. If it is no number, warn and return the default, as MAVROS does.
+    """Return a parameter of the node.
 
-    MAVROS's own px4_config.yaml holds one: angular_velocity_stdev is "0.0003490659 // 0.02 degrees".
+    If it is no number, warn and return the default, as MAVROS does. MAVROS's own px4_config.yaml contains
+    such a value: angular_velocity_stdev is "0.0003490659 // 0.02 degrees".
     """
     value = rospy.get_param(name, default)
     if isinstance(value, (int, float)):
@@ -79,12 +80,12 @@ def number(name: str, default: float) -> float:
 class Uas:
     """The flight controller as the plugins see it.
 
-    Handlers and timers run in the node's one thread that polls the client; subscribers and services run in
-    threads of their own. Stamps are the flight controller's clock, which is ROS's in simulation.
+    Handlers and timers run in the thread that polls the client. Subscribers and services run in threads of
+    their own. Stamps are in the flight controller's time, which is ROS's in simulation.
     """
 
     def __init__(self, client: FcuClient) -> None:
-        """Read ~geoid_height: the geoid's over the ellipsoid where it flies, m."""
+        """Read ~geoid_height: height of the geoid over the ellipsoid at the place of flight, m."""
         self.client = client
         self.geoid_height_m = number("~geoid_height", 0.0)
         self.heard = Heard()
@@ -122,20 +123,20 @@ class Uas:
         return stamp_from_us(1000 * ms) if ms else rospy.get_rostime()
 
     def note_time(self, time_boot_ms: int) -> None:
-        """Keep the flight controller's clock; when it jumps back, forget what was before."""
+        """Note the flight controller's time. If it jumps back, forget all earlier messages."""
         if time_boot_ms < self.heard.time_boot_ms - 1000:
             rospy.logwarn("The flight controller's clock jumped back: mavros forgets what it heard before.")
             self.heard = Heard(heartbeat=self.heard.heartbeat)
         self.heard.time_boot_ms = max(time_boot_ms, self.heard.time_boot_ms)
 
-    # Work of one's own
+    # Timers and jobs
 
     def every(self, period_s: float, callback: Callable[[float], None]) -> None:
-        """Call `callback` (with the wall time, s) at a period, for the first time at once."""
+        """Call `callback` (with the wall time, s) at once and then periodically."""
         self._timers.append(Timer(period_s, callback))
 
     def run_timers(self) -> float:
-        """Call what is due; returns for how long nothing is, s of wall time."""
+        """Call all timers that are due. Return the wall time until the next one, s."""
         now_s = time.monotonic()
         for timer in self._timers:
             if now_s >= timer.due_s:
@@ -144,11 +145,11 @@ class Uas:
         return min((timer.due_s for timer in self._timers), default=math.inf) - now_s
 
     def on_connection(self, job: Callable[[], object]) -> None:
-        """Do a job, which may block, whenever the flight controller is there again."""
+        """Do a job, which may block, whenever the flight controller connects."""
         self._connection_jobs.append(job)
 
     def connected(self) -> None:
-        """Start what is to be done when the flight controller is there."""
+        """Start the jobs for a new connection."""
         threading.Thread(target=self._run_connection_jobs, name="connection", daemon=True).start()
 
     def _run_connection_jobs(self) -> None:
@@ -159,10 +160,11 @@ class Uas:
     # Setpoints and commands
 
     def send_setpoint(self, topic: str, header: Header | None, build: Callable) -> None:
-        """Build a setpoint's MAVLink message and send it; refuse a message that is no setpoint.
+        """Build a setpoint's MAVLink message and send it.
 
-        build: returns the message for a time_boot_ms, which is the stamp's, or now for a stamp of zero; its
-        ValueError says why it makes none.
+        Refuse a message that is no setpoint. build: returns the message for a time_boot_ms (the stamp, or
+        the present time if the stamp is zero). If the message is no setpoint, it raises ValueError with the
+        reason.
         """
         stamp = header.stamp if header is not None and not header.stamp.is_zero() else rospy.get_rostime()
         try:
@@ -175,7 +177,7 @@ class Uas:
         if not self.client.send(message):
             rospy.logwarn_throttle(1.0, f"A setpoint on {topic} could not be sent to the flight controller.")
 
-    # What is heard
+    # Messages from the flight controller
 
     def _on_attitude(self, message: common.MAVLink_message) -> None:
         self.note_time(message.time_boot_ms)
@@ -209,4 +211,4 @@ def diagonal(*variances: float) -> list[float]:
 
 
 UNKNOWN = diagonal(-1.0, 0.0, 0.0)
-"""The covariance matrix by which MAVROS says that a covariance is unknown."""
+"""MAVROS's matrix for an unknown covariance."""

@@ -1,4 +1,4 @@
-"""Carries out what the state machine of `mavros_publisher` wants done."""
+"""Carries out the actions of `mavros_publisher`'s state machine."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ class Actions:
     """Publishes setpoints, asks MAVROS for modes and arming, and publishes the status.
 
     Publishes: mavros/setpoint_raw/local (velocities, frame BODY_NED), mavros/setpoint_position/local; ready
-    (Bool, latched); waiting_for (std_msgs/String, latched): what it waits for, empty: for nothing. Calls:
-    mavros/set_mode, mavros/cmd/arming.
+    (Bool, latched); waiting_for (std_msgs/String, latched): the reason for waiting; empty if it does not
+    wait. Calls: mavros/set_mode, mavros/cmd/arming.
     """
 
     def __init__(self, base_frame: str) -> None:
         """base_frame: the frame that velocity setpoints name."""
         self._base_frame = base_frame
-        self._said: dict[str, float] = {}  # when a repeated sentence was said last, wall time
+        self._said: dict[str, float] = {}  # wall time of each repeated sentence's last log message
         self._requests = RequestThread()
         self._do: dict[type, Callable[[Any], None]] = {
             SendVelocity: self._send_velocity,
@@ -92,9 +92,9 @@ class Actions:
         message.pose.orientation = Quaternion(*quaternion_from_rpy(0.0, 0.0, action.yaw))
         self._position.publish(message)
 
-    # In lockstep, time waits for the setpoint that is sent after a request, so that the request takes effect
-    # at the same instant every time. If MAVROS hangs, the node waits for it once, and then sends setpoints
-    # without the answer.
+    # In lockstep, simulated time waits for the setpoint after the request. So the request takes effect at
+    # the same instant in every flight. If MAVROS hangs, the node waits once and then sends setpoints without
+    # an answer.
 
     def _request_mode(self, action: RequestMode) -> None:
         self._requests.ask(
@@ -120,7 +120,7 @@ class Actions:
     def _log(self, action: Log) -> None:
         text = f"mavros_publisher: {action.text}"
         if action.repeated:
-            # rospy throttles by the place in the code: one sentence would silence all others.
+            # rospy throttles by the line of code, so one sentence would silence all others.
             if time.monotonic() - self._said.get(text, -math.inf) > 1.0:
                 self._said[text] = time.monotonic()
                 rospy.logwarn(text)

@@ -1,4 +1,4 @@
-"""Blocking calls, made outside the callbacks that ask for them."""
+"""Makes blocking calls outside the callbacks that ask for them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Callable
 
 
 class RequestThread:
-    """Makes one call at a time in its own thread. A call reports its own faults and must not raise.
+    """Makes one call at a time in its own thread.
 
-    To be used by one thread at a time.
+    A call reports its own errors and must not raise. Only one thread may use it at a time.
     """
 
     def __init__(self) -> None:
@@ -20,9 +20,10 @@ class RequestThread:
         threading.Thread(target=self._work, name="requests", daemon=True).start()
 
     def ask(self, call: Callable[[], None], patience_s: float) -> bool:
-        """Let the thread make a call, and wait for its end for a short time; returns whether it has ended.
+        """Start a call in the thread and wait shortly for its end.
 
-        While an earlier call hangs, a new call is not made, and False comes back at once: ask again later.
+        Return whether it has ended. While an earlier call hangs, no new call is made and the result is
+        False. The caller then asks again later.
         """
         if not self._idle.is_set():
             return False

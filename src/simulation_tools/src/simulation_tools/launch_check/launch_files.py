@@ -1,6 +1,6 @@
-"""What a roslaunch file takes and starts, from its XML: roslaunch ignores arguments that it does not know.
+"""Reads a roslaunch file's arguments and nodes, because roslaunch ignores unknown arguments.
 
-Conditions (if, unless) are not weighed: a file may start fewer nodes than it names.
+Conditions (if, unless) are ignored, so a file may start fewer nodes than listed.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def arguments_of(path: Path) -> tuple[Argument, ...]:
 
 
 def check_arguments(path: Path, given: Mapping[str, str]) -> None:
-    """Check what was given to a launch file on the command line: names, and the kind of each value.
+    """Check a launch file's arguments from the command line: names, and the type of each value.
 
-    An argument whose default is true or false, or a number, takes nothing else.
+    An argument whose default is a truth value or a number accepts only this type.
 
     Raises:
         LaunchError: a sentence that names what is wrong, and what may have been meant.
@@ -85,8 +85,8 @@ def _is_number(text: str | None) -> bool:
 def nodes_of(path: Path, find: Callable[[str], str], namespace: str = "/") -> frozenset[str]:
     """Return the full names of the nodes that a launch file and those that it includes may start.
 
-    find: returns a package's folder; what it raises, or an include whose place depends on arguments, leaves
-    that include out.
+    find: returns a package's folder. If it raises, or if an include's path depends on arguments, the include
+    is left out.
     """
     return frozenset(_nodes(_root(path), find, namespace.rstrip("/") + "/"))
 

@@ -1,4 +1,4 @@
-"""Whether the ports that a launch needs are free, told before anything starts."""
+"""Checks before the start that the ports of a launch are free."""
 
 from __future__ import annotations
 

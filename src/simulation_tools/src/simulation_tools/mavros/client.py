@@ -1,7 +1,7 @@
 """A MAVLink client of one flight controller, as MAVROS is one: messages in and out, commands, parameters.
 
-How long to wait for an answer is wall time: it does not depend on how fast simulated time runs, or whether it
-runs. Whether the other side is there at all is told in its own time (see `connection`).
+Time-outs of answers are wall time, because they must not depend on the speed of simulated time. `connection`
+says whether the flight controller is there, in the flight controller's time.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
 from simulation_tools.mavros.fcu_url import parse_fcu_url
 
 _PARAMETER_TRIES, _LIST_REQUESTS, _LIST_ROUNDS = 10, 4, 12  # over a network that loses messages
-_SET_TRIES = 3  # a value other than the one sent: a refusal, or a late answer to an earlier question
+_SET_TRIES = 3  # another value than the one sent: a refusal, or a late answer to an earlier question
 
 Handler = Callable[[common.MAVLink_message], None]
 
@@ -69,7 +69,7 @@ def custom_mode(name: str) -> int | None:
 
 
 class FcuClient:
-    """One connection. `poll` must be called by one thread; every other method by any."""
+    """One connection. Only one thread may call `poll`; any thread may call the other methods."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class FcuClient:
         self._acks: dict[int, int] = {}
         self._parameters: dict[str, float] = {}
         self._fresh: set[str] = set()
-        self._indices: set[int] = set()  # of the parameters that have come since the list was asked for
+        self._indices: set[int] = set()  # of the parameters received since the last request for the list
         self._count = 0
         self._command_lock = threading.Lock()
 
@@ -141,9 +141,10 @@ class FcuClient:
                     self._handle(message)
 
     def _is_from_target(self, message: common.MAVLink_message, address: Address) -> bool:
-        """Whether the flight controller sent it; only the heartbeat of an autopilot tells its port.
+        """Whether the flight controller sent it.
 
-        Its host is the URL's. System id 1 proves nothing: nearly every script uses it for itself, too.
+        An autopilot's heartbeat from the URL's host tells the port. System id 1 proves nothing, because
+        nearly every script uses it, too.
         """
         target = (self.target.system_id, self.target.component_id)
         if address[0] != self._remote[0]:
@@ -157,7 +158,7 @@ class FcuClient:
         return address == self._remote
 
     def send(self, message: common.MAVLink_message) -> bool:
-        """Send a message to the flight controller; False when the system would not take it."""
+        """Send a message to the flight controller. Return False if the system refuses it."""
         with self._send_lock:
             return send(self._socket, self._codec.pack(message), self._remote)
 
@@ -175,7 +176,7 @@ class FcuClient:
         )
 
     def command(self, command: int, *params: float) -> int | None:
-        """Send COMMAND_LONG and wait for its answer: MAV_RESULT, or None when none came in time.
+        """Send COMMAND_LONG and return the answer, a MAV_RESULT; None without an answer in time.
 
         NaN means "not given" to many commands. Raises ValueError for a number too large for MAVLink.
         """
@@ -195,19 +196,19 @@ class FcuClient:
                 return self._acks.pop(command, None)
 
     def set_mode(self, base_mode: int, custom: int) -> None:
-        """Send SET_MODE. As in MAVROS, the answer is not waited for."""
+        """Send SET_MODE. As in MAVROS, do not wait for the answer."""
         flags = base_mode or common.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
         self.send(common.MAVLink_set_mode_message(self.target.system_id, flags, custom))
 
     def get_parameter(self, name: str) -> float | None:
-        """Ask for a parameter's value; None when no answer comes, as for an unknown name."""
+        """Return a parameter's value; None without an answer, for example for an unknown name."""
         request = common.MAVLink_param_request_read_message(
             self.target.system_id, self.target.component_id, name.encode("ascii", "replace"), -1
         )
         return self._exchange_parameter(name, request)
 
     def set_parameter(self, name: str, value: float) -> float | None:
-        """Change a parameter; returns its value afterwards, None when no answer comes.
+        """Change a parameter. Return its value afterwards; None without an answer.
 
         An int goes out as INT32, a float as REAL32. Raises ValueError for a value that does not fit.
         """
@@ -227,7 +228,7 @@ class FcuClient:
         return now
 
     def pull_parameters(self) -> dict[str, float]:
-        """Ask for the whole list, then for what was lost on the way; returns what has come."""
+        """Ask for all parameters, then for those that were lost on the way. Return those received."""
         with self._answers:
             self._parameters.clear()
             self._indices.clear()
@@ -246,7 +247,7 @@ class FcuClient:
             return dict(self._parameters)
 
     def _wait_for_list(self, quiet_s: float) -> list[int]:
-        """Wait until nothing more comes for a while, or all is there; return the missing indices."""
+        """Wait until the list is complete or no more messages come. Return the missing indices."""
         with self._answers:
             count = -1
             while len(self._indices) != count and (count < 0 or count != self._count):

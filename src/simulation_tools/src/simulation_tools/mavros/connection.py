@@ -1,4 +1,4 @@
-"""Whether the flight controller is there, told by its heartbeats and its own clock."""
+"""Tells by heartbeats, in the flight controller's own time, whether it is connected."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Callable
 from pymavlink.dialects.v20 import common
 
 _JUMP_BACK_MS = 1000
-"""A clock that is so much earlier has been set back; less is a message that was late."""
+"""A clock that goes back by more than this was reset. By less, it is a late message."""
 
 
 class Connection:
-    """Counts how long no heartbeat has come, in the flight controller's time.
+    """Measures the time since the last heartbeat, in the flight controller's time.
 
-    A slow simulation sends everything, its heartbeat too, less often than once a second of wall time. When no
-    message comes at all, the flight controller's time is unknown: then the wall clock counts.
+    A slow simulation sends its heartbeats less often than once a second of wall time. Without any message
+    the flight controller's time is unknown, so the wall clock counts.
     """
 
     def __init__(self, timeout_s: float, wall_clock: Callable[[], float] = time.monotonic) -> None:
-        """timeout_s: how long a connection lasts without heartbeats."""
+        """timeout_s: time without heartbeats after which the connection is lost."""
         self._timeout_s = timeout_s
         self._wall_clock = wall_clock
         self._heard_s = -math.inf  # wall time

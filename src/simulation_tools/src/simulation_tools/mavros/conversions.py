@@ -52,8 +52,8 @@ def position_target(
 ) -> common.MAVLink_message:
     """Build SET_POSITION_TARGET_LOCAL_NED from ENU values, or FLU ones for the body frames.
 
-    Raises ValueError, one sentence, for a frame that does not exist and for values that are not finite as
-    float32; a masked value is sent as zero, whatever it was.
+    Raises ValueError, one sentence, for an unknown frame and for values that are not finite as float32. A
+    masked value is sent as zero.
     """
     if frame not in BODY_FRAMES | LOCAL_FRAMES:
         raise ValueError(f"the coordinate frame {frame} is none of 1, 7, 8 and 9")
@@ -95,7 +95,7 @@ def pose_target(
 def heading_enu(orientation_xyzw: Sequence[float]) -> float:
     """Return a pose's heading, counter-clockwise from east.
 
-    A quaternion of zeros, which many scripts leave in, means east: MAVROS takes it for no rotation.
+    A quaternion of zeros, the default of a message, means east: MAVROS reads it as no rotation.
     """
     x, y, z, w = orientation_xyzw
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
@@ -146,7 +146,7 @@ def global_pose_target(
 ) -> common.MAVLink_message:
     """Build the setpoint of a pose on earth, altitude above mean sea level: place and heading.
 
-    Here MAVROS takes a quaternion of zeros for north.
+    Here MAVROS reads a quaternion of zeros as north.
     """
     require_finite(orientation_xyzw)
     w, x, y, z = attitude_to_ned(orientation_xyzw)
@@ -203,6 +203,6 @@ def attitude_target(
 
 
 def require_finite(values: Sequence[float]) -> None:
-    """Raise ValueError when one of the values is NaN, infinite, or so large that MAVLink cannot carry it."""
+    """Raise ValueError if a value is NaN, infinite, or too large for MAVLink."""
     if not fit_float32(values):
         raise ValueError("it holds NaN, infinity or a number beyond 3.4e38")

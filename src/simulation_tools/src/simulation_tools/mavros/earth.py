@@ -35,7 +35,7 @@ class GeodeticPoint:
         )
 
     def enu_to(self, other: GeodeticPoint) -> Vector3:
-        """Return where another place lies from here: east, north, up, in m; up is this place's."""
+        """Return the vector from here to another place: east, north and up at this place, m."""
         x, y, z = (there - here for there, here in zip(other.to_ecef(), self.to_ecef()))
         latitude, longitude = math.radians(self.latitude_deg), math.radians(self.longitude_deg)
         outwards = math.cos(longitude) * x + math.sin(longitude) * y

@@ -1,4 +1,4 @@
-"""Where the flight controller is: MAVROS's `fcu_url`, and the addresses it stands for."""
+"""MAVROS's `fcu_url`: the addresses of the flight controller and of this node."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from simulation_tools.mavlink import Address, LinkError
 
 _URL = re.compile(r"udp://(?P<host>[\w.-]*):(?P<port>\d+)@(?P<remote_host>[\w.-]+):(?P<remote_port>\d+)/?")
-_FIND_A_ROUTE = 9  # any port does: nothing is sent
+_FIND_A_ROUTE = 9  # any port, because nothing is sent
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,9 @@ class Endpoints:
 def parse_fcu_url(url: str) -> Endpoints:
     """Read MAVROS's ``udp://[host]:port@remote_host:remote_port``; raises LinkError.
 
-    Without the first host the local address is the one that reaches the remote host: for a flight controller
-    on this machine the loopback, which no other machine can reach. ``0.0.0.0`` listens on every network.
+    Without the first host the local address is that of the network that leads to the remote host. For a
+    flight controller on this machine it is the loopback, which no other machine can reach. ``0.0.0.0``
+    listens on every network.
     """
     match = _URL.fullmatch(url)
     if match is None or int(match["port"]) > 65535 or not 0 < int(match["remote_port"]) <= 65535:

@@ -1,7 +1,7 @@
 """The mission protocol's client: reads, writes and clears the flight controller's list of waypoints.
 
 https://mavlink.io/en/services/mission.html. Times are wall times. A flight controller without missions
-refuses what is written; the error is its reason.
+refuses uploads; the error gives its reason.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _INT32_MAX = 2**31 - 1
 
 
 class MissionError(SimulationToolsError):
-    """The flight controller did not do what was asked of it; the text says why."""
+    """The flight controller refused a request. The text says why."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,10 @@ class MissionItem:
 
 
 class MissionClient:
-    """One transfer at a time; its methods block and may be called by any thread but the client's own."""
+    """Makes one transfer at a time. Its methods block. Any thread but the client's own may call them."""
 
     def __init__(self, client: FcuClient, timeout_s: float = 1.0, tries: int = 3) -> None:
-        """timeout_s: of each of the tries to get an answer."""
+        """timeout_s: of each try to get an answer."""
         self._client = client
         self._timeout_s = timeout_s
         self._tries = tries
@@ -104,7 +104,7 @@ class MissionClient:
             _require_accepted(self._ask(ask, lambda m: m.get_type() == "MISSION_ACK"))
 
     def set_current(self, seq: int) -> None:
-        """Choose the item that is flown to; raises MissionError."""
+        """Choose the item to fly to; raises MissionError."""
         with self._lock:
             ask = common.MAVLink_mission_set_current_message(*self._target, seq)
             self._ask(ask, lambda m: m.get_type() == "MISSION_CURRENT" and m.seq == seq)
@@ -157,7 +157,7 @@ class MissionClient:
     def _ask(
         self, message: common.MAVLink_message, is_answer: Callable[[common.MAVLink_message], bool]
     ) -> common.MAVLink_message:
-        """Send a message until an answer comes; raises MissionError when none does."""
+        """Send a message repeatedly until an answer comes; raises MissionError if none does."""
         self._answers = queue.Queue()
         self._listening = True
         try:
@@ -186,7 +186,7 @@ class MissionClient:
 
 
 def _scale(frame: int) -> float:
-    """Return what MISSION_ITEM_INT's x and y are multiplied by."""
+    """Return the factor of MISSION_ITEM_INT's x and y."""
     return 1e4 if frame in _LOCAL_FRAMES else 1e7
 
 

@@ -1,7 +1,7 @@
-"""How the flight controller's clock lies to ours: MAVROS's filter of TIMESYNC exchanges.
+"""The offset of the flight controller's clock from ours: MAVROS's filter of TIMESYNC exchanges.
 
-Double exponential smoothing, whose gains fall while it converges. An exchange counts when it came back soon
-enough and does not contradict what is known; too many contradictions in a row start the filter again.
+The filter is a double exponential smoothing. Its gains fall while it converges. An exchange counts if the
+answer is quick and near the estimate. Too many outliers in a row restart the filter.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ class ClockOffset:
         self.reset()
 
     def reset(self) -> None:
-        """Know nothing."""
+        """Forget all exchanges."""
         self._offset_ns = self._skew_ns = 0.0
         self._count = self._deviations = 0
 
     def add(self, sent_ns: int, remote_ns: int, received_ns: int) -> Observation:
-        """Take in an exchange: when it left and came back by our clock, and what the other one said."""
+        """Take in an exchange: times of sending and receiving by our clock, and the other clock's time."""
         p = self._parameters
         observed_ns = (sent_ns + received_ns - 2 * remote_ns) // 2
         round_trip_ns = received_ns - sent_ns
@@ -71,7 +71,7 @@ class ClockOffset:
         self._deviations = 0
 
     def _gain(self) -> float:
-        """Return the gain of offset and skew alike; between the two it falls along a sigmoid."""
+        """Return the gain of offset and skew. It falls along a sigmoid from its first to its last value."""
         p = self._parameters
         if self._count >= p.convergence_window:
             return p.gain_final

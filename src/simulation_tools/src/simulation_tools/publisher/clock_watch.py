@@ -1,21 +1,21 @@
-"""ROS's clock beside the stamps of the poses: jumps, silence, and clocks that do not agree."""
+"""Compares ROS's clock with the stamps of the poses: jumps, silence, and clocks that do not agree."""
 
 from __future__ import annotations
 
 from simulation_tools.publisher.interface import Action, Log, PublisherParameters
 
 _NS = 1e-9
-_DRIFT = 0.01  # of one clock against the other, at most
-_DISAGREEMENT_S = 2.0  # the two clocks arrive by different ways: a shorter difference may be a late message
+_DRIFT = 0.01  # greatest difference between the clocks
+_DISAGREEMENT_S = 2.0  # a smaller difference may be a late message
 
 
 class ClockWatch:
-    """Knows how late it is. `newest_ns`: greatest stamp of a pose, 0: none has come.
+    """Tells the time.
 
-    ROS's clock may be unknown (0), as in a closed loop without ROS; the poses alone tell the time then.
-    Stamps may lag behind it for good, where the flight controller's clock began later. So a pose is late by
-    what its lag exceeds the least lag so far: the poses of a MAVROS that hung and goes on are old, and come
-    all at once.
+    `newest_ns`: greatest stamp of a pose, 0: none has come. ROS's clock may be unknown (0), as in a closed
+    loop without ROS. Then only the poses tell the time. The stamps may always lag behind ROS's clock, if the
+    flight controller's clock began later. So a pose's delay is its lag less the least lag so far. After
+    MAVROS has hung, its poses arrive together and are old.
     """
 
     def __init__(self) -> None:
@@ -32,13 +32,16 @@ class ClockWatch:
         self._complain_at_s = 0.0
 
     def on_clock(self, now_ns: int, p: PublisherParameters) -> bool:
-        """Take in ROS's time; True when it has jumped back."""
+        """Take in ROS's time. Return True if it has jumped back."""
         jumped = (self._clock_ns - now_ns) * _NS > p.jump_back_s
         self._clock_ns = now_ns
         return jumped
 
     def on_pose(self, stamp_ns: int, p: PublisherParameters) -> bool:
-        """Take in a pose's stamp; True when it has jumped back, and then `restart` before the next one."""
+        """Take in a pose's stamp.
+
+        Return True if it has jumped back; then call `restart` before the next one.
+        """
         if (self.newest_ns - stamp_ns) * _NS > p.jump_back_s:
             return True
         now_ns = self._clock_ns or stamp_ns
@@ -52,7 +55,7 @@ class ClockWatch:
         return False
 
     def answered_at_ns(self, stamp_ns: int, p: PublisherParameters) -> int:
-        """Return the time at which a command is answered: its stamp, unless it is far off the time."""
+        """Return the time for a command: its stamp, unless that is far from the present time."""
         if not self.newest_ns:
             return stamp_ns
         time_ns = max(self.newest_ns, self._clock_ns)
@@ -60,7 +63,7 @@ class ClockWatch:
         return min(max(stamp_ns, time_ns - slack_ns), time_ns + slack_ns)
 
     def has_poses_until(self, stamp_ns: int, p: PublisherParameters) -> bool:
-        """Whether the poses that belong to a time have come: the newest is at most `pose_age_s` older.
+        """Whether the poses of a time have come: the newest is at most `pose_age_s` older.
 
         A lag of the flight controller's clock behind ROS's does not count.
         """

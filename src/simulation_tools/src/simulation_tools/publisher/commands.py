@@ -1,4 +1,4 @@
-"""The newest velocity and position command: which ones are accepted, and the setpoint that follows."""
+"""Accepts or refuses velocity and position commands, and makes setpoints of the newest ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NS = 1e-9
 
 @dataclass(frozen=True)
 class Command:
-    """A command; `yaw` is the rate of a velocity command and the heading of a position command."""
+    """A command. `yaw` is a velocity command's yaw rate or a position command's heading."""
 
     stamp_ns: int
     vector: Vector3
@@ -29,12 +29,12 @@ class Command:
 
     @property
     def is_zero(self) -> bool:
-        """Whether it asks to stand still."""
+        """Whether it asks for a stop."""
         return not (any(self.vector) or self.yaw)
 
 
 class Commands:
-    """Holds the newest command of each kind. Without a fresh command the hover point is flown."""
+    """Holds the newest command of each kind. Without a fresh command the UAV holds the hover point."""
 
     def __init__(self, hover: Hover, poses: History) -> None:
         self._hover = hover
@@ -42,14 +42,17 @@ class Commands:
         self.forget()
 
     def forget(self) -> None:
-        """Hold no commands."""
+        """Forget all commands."""
         self._velocity: Command | None = None
         self._position: Command | None = None
 
     def take_velocity(
         self, command: Command, frame_id: str, now_ns: int | None, p: PublisherParameters
     ) -> list[Action]:
-        """Take in a velocity command, FLU, levelled, or say why not; now_ns: None if unknown."""
+        """Take in a velocity command (FLU, levelled), or return why it is refused.
+
+        now_ns: None if unknown.
+        """
         if frame_id not in ("", p.base_frame):
             text = f"a velocity command in the unknown frame {frame_id!r} is refused; it must be in"
             return [Log(f"{text} {p.base_frame!r}.", repeated=True)]
@@ -64,7 +67,7 @@ class Commands:
         return []
 
     def take_position(self, stamp_ns: int, position: Vector3, heading: float) -> list[Action]:
-        """Take in a position command, ENU and heading from east, or say why not."""
+        """Take in a position command (ENU, heading from east), or return why it is refused."""
         if not are_sane((*position, heading)):
             text = "a position command with NaN, infinity or an absurd number is refused."
             return [Log(text, repeated=True)]
@@ -72,9 +75,9 @@ class Commands:
         return []
 
     def setpoint(self, now_ns: int, newest_ns: int, stamp_ns: int, p: PublisherParameters) -> Action | None:
-        """Return the setpoint that the command in use asks for; None to hover.
+        """Return the setpoint of the command in use; None to hover. newest_ns: stamp of the newest pose.
 
-        newest_ns: stamp of the newest pose. Sets or releases the hover point as the command says.
+        The command may set or release the hover point.
         """
         hover = self._hover
         command = self._position if p.use_position_setpoint else self._velocity

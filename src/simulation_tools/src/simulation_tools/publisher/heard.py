@@ -1,4 +1,4 @@
-"""What the publisher has heard of the flight controller, and what it still lacks."""
+"""The newest messages from the flight controller, and which ones are missing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ _NS = 1e-9
 
 
 class Known(NamedTuple):
-    """What was known at one time; None: nothing yet. landed: MAV_LANDED_STATE. home: True if there is one."""
+    """The messages known at one time; None: not received.
+
+    landed: MAV_LANDED_STATE. home: True if there is one.
+    """
 
     pose: Pose | None
     state: FcuState | None
@@ -21,7 +24,7 @@ class Known(NamedTuple):
 
 
 class Heard:
-    """The last messages of each kind."""
+    """Keeps the last messages of each kind."""
 
     def __init__(self) -> None:
         self.poses, self.states, self.landed, self.homes = History(), History(), History(), History()
@@ -37,12 +40,12 @@ class Heard:
         return Known(*(h.at(then_ns) for h in (self.poses, self.states, self.landed, self.homes)))
 
     def state_newer_than(self, stamp_ns: int, now_ns: int, p: PublisherParameters) -> bool:
-        """Whether the state that had surely arrived by now was sent after a time."""
+        """Whether the newest state that has surely arrived by now was sent after a time."""
         newest_ns = self.states.stamp_at(now_ns - p.decision_delay_s / _NS)
         return newest_ns is not None and newest_ns > stamp_ns
 
     def lacking(self, p: PublisherParameters) -> str:
-        """Return what is missing before the UAV flies by setpoints, in words; empty: nothing."""
+        """Return in words what is missing for a flight by setpoints; empty: nothing."""
         state = self.states.newest()
         if state is None:
             return "no `state` from MAVROS yet"

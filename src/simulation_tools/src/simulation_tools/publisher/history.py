@@ -21,7 +21,7 @@ class History:
         return self._item_at(stamp_ns)[1]
 
     def stamp_at(self, stamp_ns: float) -> int | None:
-        """Return the stamp of what `at` returns."""
+        """Return the stamp of the value that `at` returns."""
         return self._item_at(stamp_ns)[0]
 
     def _item_at(self, stamp_ns: float) -> tuple[int | None, Any]:

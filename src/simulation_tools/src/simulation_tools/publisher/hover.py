@@ -1,4 +1,4 @@
-"""The point at which the UAV is to hover, and whether it hovers there."""
+"""The hover point, and whether the UAV hovers there."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from simulation_tools.publisher.history import History
 from simulation_tools.publisher.interface import PublisherError, PublisherParameters, SendPosition
 
 _NS = 1e-9
-_SPEED_WINDOW_S = 0.2  # poses this far apart tell the speed
+_SPEED_WINDOW_S = 0.2  # time between the two poses that give the speed
 
 
 class _Lasting:
-    """Measures for how long a condition has been true."""
+    """Measures how long a condition has been true."""
 
     def __init__(self) -> None:
         self._since_ns: int | None = None
 
     def lasts_s(self, now_ns: int, is_so: bool) -> float:
-        """Take in whether it is true now; return for how long it has been, negative: it is not."""
+        """Take in whether it is true now. Return how long it has been true; negative: it is false."""
         if not is_so:
             self._since_ns = None
             return -1.0
@@ -29,9 +29,9 @@ class _Lasting:
 
 
 class Hover:
-    """Holds a point and a heading, or nothing; judges by the poses that have surely arrived.
+    """Holds a point and a heading, or nothing. It uses only poses that have surely arrived.
 
-    `point`: position (ENU, m) and heading (rad from east); None: nothing is held.
+    `point`: position (ENU, m) and heading (rad from east); None: there is no hover point.
     """
 
     def __init__(self, poses: History) -> None:
@@ -39,7 +39,7 @@ class Hover:
         self.release()
 
     def release(self) -> None:
-        """Hold nothing from now on."""
+        """Give up the hover point."""
         self.point: tuple[Vector3, float] | None = None
         self._aims_above = False
         self._close, self._settled = _Lasting(), _Lasting()
@@ -56,14 +56,17 @@ class Hover:
         return self.point
 
     def climb_over(self, pose: Pose, least_z_m: float) -> None:
-        """Hold the place of a pose from now on, no lower than a height; to be flown as a take-off is."""
+        """Hold the place of a pose, no lower than a height, and climb there as in a take-off."""
         self.release()
         x, y, z = pose.position_m
         self.point = ((x, y, max(z, least_z_m)), pose.yaw_rad)
         self._aims_above = True
 
     def setpoint(self, now_ns: int, stamp_ns: int, p: PublisherParameters) -> SendPosition:
-        """Return the point; after a climb, above it by a multiple of what is missing to it."""
+        """Return the setpoint for the point.
+
+        During a climb it lies above the point by a multiple of the missing height.
+        """
         (x, y, z), yaw = self._held
         if self._aims_above:
             missing_m = z - self._poses.at(now_ns - p.decision_delay_s / _NS).position_m[2]
@@ -71,7 +74,7 @@ class Hover:
         return SendPosition(stamp_ns, (x, y, z), yaw)
 
     def reached(self, now_ns: int, p: PublisherParameters) -> bool:
-        """Tell whether the UAV hovers at the point: close to it for a moment, or not far off for a while."""
+        """Return whether the UAV hovers: close to the point for a moment, or near it for longer."""
         slow = self.speed_m_s(now_ns, p) <= p.ready_speed_m_s
         distance_m = self.distance_m(now_ns, p)
         close_s = self._close.lasts_s(now_ns, slow and distance_m <= p.ready_distance_m)
@@ -79,12 +82,12 @@ class Hover:
         return close_s >= p.ready_time_s or settled_s >= p.settled_time_s
 
     def distance_m(self, now_ns: int, p: PublisherParameters) -> float:
-        """Return how far the UAV is from the point."""
+        """Return the UAV's distance from the point."""
         here = self._poses.at(now_ns - p.decision_delay_s / _NS)
         return math.dist(here.position_m, self._held[0])
 
     def speed_m_s(self, now_ns: int, p: PublisherParameters) -> float:
-        """Return the UAV's mean speed over the last 0.2 s; infinity when it is not known."""
+        """Return the UAV's mean speed over the last 0.2 s; infinity if it is unknown."""
         then_ns = now_ns - p.decision_delay_s / _NS
         here, before = self._poses.at(then_ns), self._poses.at(then_ns - _SPEED_WINDOW_S / _NS)
         if before is None:

@@ -1,4 +1,4 @@
-"""What the publisher's state machine is told and what it wants done: parameters, messages, actions."""
+"""The state machine's interface: parameters, messages and actions."""
 
 from __future__ import annotations
 
@@ -19,34 +19,35 @@ class PublisherError(SimulationToolsError):
 
 @dataclass(frozen=True)
 class PublisherParameters:
-    """How the publisher flies.
+    """The parameters of the publisher.
 
-    hover_height_m: over the ground at the place of take-off, where the pose's origin stands
-    ground_clearance_m high. command_timeout_s: an older command is replaced by hover.
-    use_position_setpoint: hand on positions instead of velocities. base_frame: the only frame, besides
-    none, in which velocities are taken.
+    hover_height_m: over the ground at the place of take-off. ground_clearance_m: height of the pose's origin
+    while the UAV stands. command_timeout_s: instead of an older command the UAV hovers.
+    use_position_setpoint: send positions instead of velocities. base_frame: the only frame, besides none, in
+    which velocities are taken.
 
-    ready_distance_m, ready_speed_m_s, ready_time_s: to be this close to the hover point and this slow for
-    this long counts as hovering. settled_distance_m, settled_time_s: so does to be this close and this slow
-    for this longer time, because a drifting estimate may keep a UAV away from its point forever.
-    climb_gain: how much further than the hover point a take-off aims, per metre that is missing; PX4 starts
-    with a guess of the hover thrust and would climb the last half metre very slowly.
+    ready_distance_m, ready_speed_m_s, ready_time_s: the UAV hovers if it is this close to the hover point
+    and this slow for this time. settled_distance_m, settled_time_s: it also hovers if it is within this
+    greater distance for this longer time, because a drifting estimate may keep it away from its point for
+    ever. climb_gain: during a take-off the setpoint is higher than the hover point by this much for each
+    metre that is missing. PX4 starts with a guess of the hover thrust, so without this gain it would climb
+    the last half metre very slowly.
 
     hold_speed_m_s: a command of zero brakes a UAV that is faster than this. A slower UAV holds its position
     instead, because with a velocity of zero it would sink when the hover thrust is wrong.
 
-    retry_period_s: between requests to the flight controller. They are repeated only if a later state says
-    that they had no effect, or none came for state_patience_s: PX4 tells its state once a second.
-    min_stream_s: of streaming before OFFBOARD is asked for. stream_gap_s: when no command has been answered
-    for this long, each pose is, so that the stream never breaks. pose_age_s: a pose that is older than the
-    command by more than this is too old to judge the command by, see `SetpointPublisher.patience_s`.
-    pose_timeout_s: so long without a pose means that MAVROS is away. jump_back_s: a pose this much older than
-    the last means that the clock was reset. wait_report_s: after waiting this long for the same thing, say
-    so, and again after as long.
+    retry_period_s: least time between two requests to the flight controller. A request is repeated only if a
+    later state shows that it had no effect, or if no state came for state_patience_s (PX4 sends its state
+    once a second). min_stream_s: setpoints stream for this time before the request for OFFBOARD.
+    stream_gap_s: if no command came for this time, each pose triggers a setpoint, so that the stream never
+    breaks. pose_age_s: if the newest pose is older than a command by more than this, the command waits, see
+    `SetpointPublisher.patience_s`. pose_timeout_s: after this time without a pose MAVROS counts as lost.
+    jump_back_s: if a pose is older than the last one by this much, the clock was reset. wait_report_s:
+    period of the log message that says what the node waits for.
 
-    needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as its
-    position can be trusted; a vehicle that is armed earlier starts in a failsafe. Without satellites there
-    may never be one. time_is_simulated: commands may wait for their poses, see
+    needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as it
+    trusts its position. A vehicle that is armed earlier starts in a failsafe. Without satellites there may
+    never be a home position. time_is_simulated: commands may wait for their poses, see
     `SetpointPublisher.patience_s`.
     """
 
@@ -113,21 +114,21 @@ class RequestArm:
 
 @dataclass(frozen=True)
 class AnnounceReady:
-    """Say whether the UAV takes commands."""
+    """Publish whether the UAV takes commands."""
 
     ready: bool
 
 
 @dataclass(frozen=True)
 class AnnounceStatus:
-    """Say what is waited for, in words; empty: for nothing."""
+    """Publish in words what the node waits for; empty: for nothing."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Log:
-    """Say a sentence; repeated: it may come with every message, so throttle it."""
+    """Log a sentence. repeated: it may come with every message, so it must be throttled."""
 
     text: str
     is_warning: bool = True
@@ -139,7 +140,7 @@ Action = Union[SendVelocity, SendPosition, RequestMode, RequestArm, AnnounceRead
 
 @dataclass(frozen=True)
 class FcuState:
-    """What MAVROS's State says; system_status is MAV_STATE."""
+    """MAVROS's State; system_status is MAV_STATE."""
 
     connected: bool
     armed: bool
@@ -153,8 +154,8 @@ class FcuState:
 
     @property
     def failsafe(self) -> bool:
-        """Whether the flight controller flies by itself because something is lost.
+        """Whether a failsafe flies the UAV.
 
-        In OFFBOARD it obeys, whatever else its status says.
+        In OFFBOARD the flight controller obeys setpoints, whatever its status is.
         """
         return self.armed and self.system_status == _CRITICAL and self.mode != OFFBOARD

@@ -1,12 +1,12 @@
-"""The state machine of `mavros_publisher` (thesis, 5.2.1): gets the UAV to hover, then hands setpoints on.
+"""The state machine of `mavros_publisher` (thesis, 5.2.1): hovers, then passes setpoints on.
 
-There is no ROS here. Messages come in through `on_...`, and each call returns what is to be done, in order.
-The node does it through MAVROS; the closed loop without ROS does it directly. Frames ENU and FLU; times are
-stamps in nanoseconds of ROS time.
+There is no ROS here. Messages come in through `on_...`. Each call returns the actions to carry out, in
+order. The node carries them out through MAVROS, the closed loop without ROS directly. Frames are ENU and
+FLU. Times are stamps in nanoseconds of ROS time.
 
-Lockstep asks for two things. Every velocity command stamped t is answered by a setpoint stamped t, from the
-very first. And a decision must not depend on which of two messages happened to arrive first. So decisions
-look at the state and pose of `decision_delay_s` ago, which have surely arrived.
+Lockstep makes two demands. Every velocity command stamped t gets a setpoint stamped t, from the first
+command on. And a decision must not depend on the order in which two messages arrive. So decisions use the
+state and pose of `decision_delay_s` ago, which have surely arrived.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from simulation_tools.publisher.waiting import Waiting
 _NS = 1e-9
 _BEFORE_NS = 1_000_000
 _POSE_PATIENCE_S = 0.2
-_FIRST_POSE_PATIENCE_S = 0.01  # nobody knows when the first one comes
+_FIRST_POSE_PATIENCE_S = 0.01  # the first one may come at any time
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 
@@ -51,11 +51,11 @@ class SetpointPublisher:
 
     @property
     def phase(self) -> Phase:
-        """What the publisher is doing."""
+        """The present phase."""
         return self._phases.phase
 
     def restart(self) -> None:
-        """Begin again: take off if the UAV stands on the ground, take over if it flies."""
+        """Begin again: take off if the UAV stands on the ground, else take over in flight."""
         self._phases.restart(self.parameters)
         self._heard.forget()
         self._clock.restart()
@@ -67,7 +67,10 @@ class SetpointPublisher:
     # Messages
 
     def on_clock(self, now_ns: int) -> list[Action]:
-        """Take in ROS's time; it tells of a reset long before the first pose does, and of missing poses."""
+        """Take in ROS's time.
+
+        It shows a reset long before the first pose does, and it shows missing poses.
+        """
         if self._clock.on_clock(now_ns, self.parameters):
             return self._start_again()
         return [*self._watch_poses(), *self._report_waiting(now_ns)]
@@ -88,7 +91,7 @@ class SetpointPublisher:
         return []
 
     def on_local_pose(self, stamp_ns: int, pose: Pose) -> list[Action]:
-        """Take in the pose in the local frame; it tells the time and keeps the stream going."""
+        """Take in the pose in the local frame. It gives the time and keeps the stream of setpoints alive."""
         actions = []
         if self._clock.on_pose(stamp_ns, self.parameters):
             actions = self._start_again()
@@ -96,16 +99,17 @@ class SetpointPublisher:
         self._heard.poses.add(stamp_ns, pose)
         gap_s = math.inf if self._sent_ns is None else (stamp_ns - self._sent_ns) * _NS
         if self._answers_poses or gap_s >= self.parameters.stream_gap_s:
-            # Not stamped as the pose: a scan may have the same stamp, and lockstep waits for its own answer.
+            # The stamp differs from the pose's, because lockstep may wait for the answer to a scan of that
+            # stamp.
             actions += self._answer(stamp_ns, stamp_ns - _BEFORE_NS, by_pose=True)
         return actions
 
     def patience_s(self, stamp_ns: int) -> float:
-        """Return how long, in wall time, a command of this stamp should wait for the next pose.
+        """Return the wall time for which a command of this stamp should wait for the next pose.
 
-        A simulation in lockstep may be faster than MAVROS's messages. Then a command waits for the pose by
-        which it is judged, so that no decision depends on which message came first. A real UAV never waits:
-        its commands may be stamped by another computer, and its poses may come over a slow link.
+        A simulation in lockstep may be faster than MAVROS's messages. Then a command waits for its pose, so
+        that no decision depends on the order of messages. On a real UAV commands never wait: another
+        computer may have stamped them, and poses may come over a slow link.
         """
         if not self.parameters.time_is_simulated or self._poses_missing:
             return 0.0
@@ -114,7 +118,7 @@ class SetpointPublisher:
         return _POSE_PATIENCE_S if self._clock.newest_ns else _FIRST_POSE_PATIENCE_S
 
     def on_velocity(self, stamp_ns: int, frame_id: str, linear: Vector3, yaw_rate: float) -> list[Action]:
-        """Take in a velocity command (FLU, levelled); it is always answered, whatever it holds."""
+        """Take in a velocity command (FLU, levelled). Every command gets an answer."""
         now_ns = self._clock.answered_at_ns(stamp_ns, self.parameters)
         command = Command(stamp_ns, linear, yaw_rate)
         # Without poses the time is not known, so a stamp in the future cannot be recognised
@@ -125,7 +129,7 @@ class SetpointPublisher:
         return actions + self._answer(now_ns, stamp_ns, by_pose=False)
 
     def on_position(self, stamp_ns: int, position: Vector3, yaw: float) -> list[Action]:
-        """Take in a position command (ENU, heading from east); the next pose is answered by it."""
+        """Take in a position command (ENU, heading from east). The next pose triggers its setpoint."""
         return self._commands.take_position(stamp_ns, position, yaw)
 
     # Decisions
@@ -135,7 +139,7 @@ class SetpointPublisher:
         return self._clock.poses_missing(self.parameters)
 
     def _watch_poses(self) -> list[Action]:
-        """Take no commands while MAVROS is away, and say so every second."""
+        """Take no commands while poses are missing, and warn every second."""
         if self.phase in (Phase.WAITING, Phase.IDLE):
             return []
         actions = self._clock.complaints(self.parameters)
@@ -144,13 +148,13 @@ class SetpointPublisher:
         return actions
 
     def _report_waiting(self, now_ns: int) -> list[Action]:
-        """Publish what is waited for when that changes, and log it when it lasts."""
+        """Publish the reason for waiting when it changes. Log it if it lasts."""
         period_s = math.inf if self.phase is Phase.YIELDED else self.parameters.wait_report_s
         return self._waiting.report(now_ns, self.phase.value, self.waiting_for, period_s)
 
     @property
     def waiting_for(self) -> str:
-        """What must happen before commands are taken, in words; empty: they are taken, or all is over."""
+        """The reason for waiting, in words; empty: commands are taken, or the flight is over."""
         if self.phase in (Phase.FLYING, Phase.IDLE):
             return ""
         if self._poses_missing:
@@ -162,7 +166,7 @@ class SetpointPublisher:
         return [Log("the clock jumped back: starting again."), AnnounceReady(False)]
 
     def _answer(self, now_ns: int, stamp_ns: int, by_pose: bool) -> list[Action]:
-        """Return what is to be done now; the last action is a setpoint of the given stamp."""
+        """Return the present actions. The last one is a setpoint with the given stamp."""
         self._answers_poses = by_pose
         p = self.parameters
         began_ns = now_ns if self._stream_began_ns is None else self._stream_began_ns
@@ -173,7 +177,7 @@ class SetpointPublisher:
         return [*actions, self._setpoint(now_ns, stamp_ns)]
 
     def _setpoint(self, now_ns: int, stamp_ns: int) -> Action:
-        """Return what to send now."""
+        """Return the setpoint to send."""
         stamp_ns = max(stamp_ns, 0)
         if self.phase is Phase.FLYING:
             commanded = self._commands.setpoint(now_ns, self._clock.newest_ns, stamp_ns, self.parameters)

@@ -1,4 +1,4 @@
-"""What the publisher is doing, and what leads from one phase to the next."""
+"""The phases of the publisher and the transitions between them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NS = 1e-9
 
 
 class Phase(enum.Enum):
-    """What the publisher is doing."""
+    """A phase of the publisher. The value is its description in the log."""
 
     WAITING = "waiting for the flight controller"
     TAKING_OFF = "taking off"
@@ -35,14 +35,14 @@ class Phase(enum.Enum):
 
 
 class Phases:
-    """Knows the phase of the flight. `advance` takes it forward; every call returns what is to be done."""
+    """Holds the present phase. `advance` makes the transitions. Every call returns actions."""
 
     def __init__(self, heard: Heard, hover: Hover) -> None:
         self._heard = heard
         self._hover = hover
 
     def restart(self, p: PublisherParameters) -> None:
-        """Begin again: take off if the UAV stands on the ground, take over if it flies."""
+        """Begin again: take off if the UAV stands on the ground, else take over in flight."""
         self.phase = Phase.WAITING
         self._requested_ns: int | None = None
         self._hover.release()
@@ -54,9 +54,9 @@ class Phases:
     def advance(
         self, now_ns: int, known: Known, stream_began_ns: int, poses_missing: bool, p: PublisherParameters
     ) -> list[Action]:
-        """Take the phase forward by what was known `decision_delay_s` ago.
+        """Make the transitions by the messages known `decision_delay_s` ago.
 
-        stream_began_ns: when the first setpoint was sent. poses_missing: poses came, and come no more.
+        stream_began_ns: time of the first setpoint. poses_missing: poses came earlier and have stopped.
         """
         pose, state, landed, home = known
         if pose is None or state is None or landed is None or not state.connected:
@@ -79,7 +79,7 @@ class Phases:
         return actions
 
     def return_to(self, pose: Pose) -> list[Action]:
-        """Hover over a pose before commands count again. The UAV flew without setpoints and may be low."""
+        """Hover over a pose before taking commands again. The UAV flew without setpoints and may be low."""
         self.phase = Phase.RETURNING
         self._requested_ns = None
         self._hover.climb_over(pose, self._hover_z_m)
@@ -122,7 +122,7 @@ class Phases:
         if state.in_offboard:
             return self._enter_flying(None, "hovering, ready.") if self._hover.reached(now_ns, p) else []
         if not (state.armed or self._may_arm):
-            self._aim_over(pose, p)  # an estimate that has just begun still moves
+            self._aim_over(pose, p)  # a new estimate still moves
             return []
         return self._request(now_ns, p, RequestMode(OFFBOARD), RequestArm()) if has_streamed else []
 
@@ -155,7 +155,7 @@ class Phases:
         return []
 
     def _end_flight(self) -> list[Action]:
-        """Take off again after the flight controller's own landing; any other landing ends the flight."""
+        """Take off again after a failsafe's landing. Any other landing ends the flight."""
         if not self._was_failsafe:
             return self._enter_idle()
         self.phase = Phase.WAITING
@@ -164,7 +164,7 @@ class Phases:
     # Entering a phase
 
     def _enter_flying(self, pose: Pose | None, text: str) -> list[Action]:
-        """pose: where to hold until a command comes; None keeps the hover point."""
+        """pose: the UAV holds it until a command comes; None keeps the hover point."""
         self.phase = Phase.FLYING
         self._requested_ns = None
         if pose is not None:
@@ -185,7 +185,7 @@ class Phases:
         return [AnnounceReady(False), Log(text, is_warning=False)]
 
     def _request(self, now_ns: int, p: PublisherParameters, *requests: Action) -> list[Action]:
-        """Return the requests, unless they were made just now or their result is not known yet."""
+        """Return the requests, unless they were just made or their result is not known yet."""
         if self._requested_ns is not None:
             since_s = (now_ns - self._requested_ns) * _NS
             told = self._heard.state_newer_than(self._requested_ns, now_ns, p)

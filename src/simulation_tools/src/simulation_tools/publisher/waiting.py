@@ -1,4 +1,4 @@
-"""Reports what the publisher waits for: when that changes, and again when it lasts long."""
+"""Reports the reason for waiting: when it changes, and again if it lasts long."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ _NS = 1e-9
 
 
 class Waiting:
-    """Remembers what is waited for, and since when."""
+    """Remembers the reason for waiting, and since when it holds."""
 
     def __init__(self) -> None:
         self._reason: str | None = None
         self._since_ns = self._said_ns = 0
 
     def report(self, now_ns: int, doing: str, reason: str, period_s: float) -> list[Action]:
-        """Return what is to be said at a time of ROS's clock.
+        """Return the actions at a time of ROS's clock.
 
-        doing: what goes on meanwhile. reason: why it is not over; empty: nothing is waited for.
+        doing: the present phase, in words. reason: why it goes on; empty: the publisher does not wait.
         """
         if reason != self._reason or now_ns < self._said_ns:
             self._reason, self._since_ns, self._said_ns = reason, now_ns, now_ns

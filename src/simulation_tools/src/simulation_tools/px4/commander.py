@@ -58,10 +58,10 @@ class Commander:
         self._landed_us = 0
         self._flown = False
 
-    # What happens
+    # Inputs
 
     def setpoint_received(self, now_us: int) -> None:
-        """Note an offboard setpoint that asks for something."""
+        """Note a complete offboard setpoint."""
         self._setpoint_us = now_us
 
     def ground_station_heard(self, now_us: int) -> None:
@@ -71,7 +71,7 @@ class Commander:
     def update(
         self, now_us: int, estimate: np.ndarray, position_valid: bool, landed: bool, maybe_landed: bool
     ) -> None:
-        """Take in the estimate (record of ESTIMATE_DTYPE, shape (1,)) and the land detector, and decide."""
+        """Decide, from the estimate (record of ESTIMATE_DTYPE, shape (1,)) and the land detector."""
         self._now_us = now_us
         self._position = estimate["position"][0]
         self._yaw_rad = float(estimate["yaw"][0])
@@ -86,15 +86,15 @@ class Commander:
 
     @property
     def mode(self) -> Mode:
-        """What flies."""
+        """The mode that flies."""
         return self._failsafe.mode
 
     @property
     def failsafe(self) -> bool:
-        """Whether a failsafe has chosen what flies."""
+        """Whether a failsafe has chosen the mode that flies."""
         return self._failsafe.active
 
-    # What is asked for
+    # Requests
 
     def request_mode(self, main: int, sub: int) -> Result:
         """Answer DO_SET_MODE with PX4's custom main and sub mode."""
@@ -125,7 +125,7 @@ class Commander:
         return result
 
     def reposition(self, target: Reposition) -> None:
-        """Give hold another place, if hold is what flies."""
+        """Give hold another place, if hold flies."""
         if self.mode is Mode.AUTO_LOITER:
             self.reposition_target = target
             self.mode_entries += 1
@@ -138,7 +138,7 @@ class Commander:
             self._set_home()
         else:
             self.home, self.home_yaw_rad = np.array(position_ned_m, float), 0.0
-            self._home_is_fixed = True  # arming at another place does not move it
+            self._home_is_fixed = True  # arming at another place does not move home
         return Result.ACCEPTED
 
     def takeoff_finished(self) -> None:
@@ -198,7 +198,7 @@ class Commander:
         self._home_is_fixed = False
 
     def _choose_mode(self) -> None:
-        """Let the failsafe choose what flies."""
+        """Let the failsafe choose the mode that flies."""
         before = self.mode
         situation = Situation(
             self._now_us, self.armed, self._landed, self.offboard_available, self._ground_station_is_there
@@ -213,7 +213,7 @@ class Commander:
         return heard is not None and self._now_us - heard <= 1e6 * self._parameters["COM_DL_LOSS_T"]
 
     def _watch_landing(self, landed: bool) -> None:
-        """Notice take-off and landing, and disarm some time after a landing or an arming without take-off."""
+        """Note take-off and landing. Disarm some time after a landing, or after arming without a take-off."""
         p = self._parameters
         if landed and not self._landed:
             self._landed_us = self._now_us

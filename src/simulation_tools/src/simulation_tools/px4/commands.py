@@ -1,6 +1,6 @@
-"""What the flight controller does for each MAV_CMD, and the answer that PX4 gives.
+"""Carries out each MAV_CMD and gives PX4's answer.
 
-Commands about messages and intervals are the link's (`message_commands.py`).
+The link answers commands about messages and intervals (`message_commands.py`).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ALTITUDE_MAX_M = 1e5
 
 
 class Commands:
-    """Carries out commands. A number that makes no sense is refused."""
+    """Carries out commands. It refuses numbers that make no sense."""
 
     def __init__(
         self,
@@ -34,9 +34,9 @@ class Commands:
         say: Say,
         set_cruise_speed: Callable[[float], None],
     ) -> None:
-        """origin: tells where the local frame begins on earth.
+        """origin: returns the local frame's origin on earth.
 
-        set_cruise_speed: of the automatic modes, m/s; NaN for the parameter's.
+        set_cruise_speed: sets the speed of the automatic modes, m/s; NaN: the parameter's.
         """
         self._commander = commander
         self._get_origin = origin

@@ -1,9 +1,9 @@
-"""What PX4 believes about the vehicle: the truth in NED and FRD with errors like those of PX4's EKF2.
+"""The estimator's stand-in: the truth in NED and FRD, with errors like those of PX4's EKF2.
 
-The local frame begins where the vehicle stands at power-on, as EKF2's does. Position and velocity carry the
-error of a steady Kalman filter that follows inertial data and is corrected by noisy positions. That error
-wanders over seconds, and the error in velocity is the one that moves the error in position. The attitude's
-error wanders, too; rates and accelerations carry white noise. Delays are left out: EKF2 makes up for them.
+As in EKF2, the local frame begins at the vehicle's place at power-on. Position and velocity carry the error
+of a steady Kalman filter that follows inertial data and is corrected by noisy positions. That error drifts
+over seconds, and the velocity's error is the rate of the position's error. The attitude's error drifts, too.
+Rates and accelerations carry white noise. There are no delays, because EKF2 compensates for them.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ SAMPLE_PERIOD_S = 0.05
 GAINS = (0.507, 0.465, 0.167, 0.441)
 """1/s, 1, 1/s2, 1/s: how position and velocity follow the errors in measured position and velocity.
 
-The steady solution of the Riccati equation for what EKF2 believes by default: accelerations to 0.35 m/s2 in
-10 ms, GPS to 0.5 m and 0.3 m/s. Heights count as much here: the reference's wander as fast.
+The steady solution of the Riccati equation for EKF2's default noise: 0.35 m/s2 of acceleration in 10 ms, 0.5
+m and 0.3 m/s of GPS. Heights have the same gains, because the reference's heights drift as fast.
 """
 
 # Standard deviation of the estimate's error over that of the measured positions, by the Lyapunov equation.
@@ -51,9 +51,9 @@ _VELOCITY_SHARE = 0.0272  # 1/s
 
 @dataclass(frozen=True)
 class EstimatorNoise:
-    """Standard deviations of what the filter is given, and of the errors that do not come from it.
+    """Standard deviations of the filter's input, and of the other errors.
 
-    position_*_m: of each measured position, white; `estimated_*` is what the filter makes of it.
+    position_*_m: white noise of each measured position. `estimated_*`: of the filter's output.
     """
 
     position_xy_m: float = 0.106
@@ -177,7 +177,7 @@ class Estimator:
     GRAVITY_M_S2 = 9.80665
 
     def __init__(self, noise: EstimatorNoise, rng: np.random.Generator) -> None:
-        """rng: its state at this call is where every `reset` starts again, so that flights repeat exactly."""
+        """rng: every `reset` goes back to its state at this call, so that flights repeat exactly."""
         self._rng = rng
         self._first_rng_state = rng.bit_generator.state
         self._sigmas = np.array([getattr(noise, name) for name in EstimatorNoise.__dataclass_fields__])

@@ -1,11 +1,11 @@
-"""Which mode flies: the mode that was asked for, or what PX4 does instead when something is lost.
+"""Chooses the mode that flies: the requested one, or a failsafe's when something is lost.
 
-PX4 keeps two modes apart. The *main mode* was requested. The *navigation mode* is what flies. They differ
-only in a failsafe. When the lost link or stream is back, they are the same again. There is one exception:
-a return after the loss of a link becomes the main mode.
+PX4 has two modes. The *main mode* was requested. The *navigation mode* flies. They differ only in a
+failsafe. When the lost link or stream is back, they are equal again. There is one exception: a return after
+the loss of a link becomes the main mode.
 
-There is no remote control here, so its signal counts as lost from the start. PX4 would then also return from
-a hold in the air when it hears no ground station; here it does so if NAV_DLL_ACT asks for it.
+There is no remote control here, so its signal counts as lost from the start. Real PX4 would then also return
+from a hold in the air when it hears no ground station. Here it does so only if NAV_DLL_ACT asks for it.
 """
 
 from __future__ import annotations
@@ -30,14 +30,15 @@ _OFFBOARD_LOSS_ACTIONS: dict[float, Mode | None] = {
     1: Mode.AUTO_LOITER,
     2: Mode.AUTO_RTL,
 }
-_SAME_FAILSAFE_S = 30.0  # a failsafe that comes back sooner continues the last one's waiting time
+_SAME_FAILSAFE_S = 30.0  # if a failsafe returns within this time, it continues the last one's waiting time
 
 
 @dataclass(frozen=True)
 class Situation:
     """The inputs of the decision.
 
-    now_us: simulation time. has_setpoints: offboard setpoints come. has_ground_station: its heartbeats come.
+    now_us: simulation time. has_setpoints: offboard setpoints arrive. has_ground_station: its heartbeats
+    arrive.
     """
 
     now_us: int
@@ -49,7 +50,7 @@ class Situation:
 
 @dataclass(frozen=True)
 class _Loss:
-    """A loss, and the mode that answers it; None: the mode stays. wait_s: how long to hold first."""
+    """A loss and the mode that it causes; None: the mode stays. wait_s: time of hold before."""
 
     reason: str
     action: Mode | None
@@ -102,7 +103,7 @@ class Failsafe:
         return main_mode
 
     def _loss(self, main_mode: Mode, situation: Situation) -> _Loss | None:
-        """Return what the main mode lacks, or None."""
+        """Return the main mode's loss, or None."""
         p = self._parameters
         if main_mode is Mode.OFFBOARD:
             if situation.has_setpoints:

@@ -1,11 +1,11 @@
 """PX4's land detector for multirotors: ground contact, then maybe landed, then landed.
 
-Ground contact: sinking is asked for (until landed), thrust is low, nothing moves. Maybe landed: thrust is
-minimal and nothing turns. Each stage must hold for a third of LNDMC_TRIG_TIME; leaving one is immediate.
+Ground contact: the setpoint asks to sink (until landed), thrust is low, nothing moves. Maybe landed: thrust
+is minimal and nothing turns. Each stage must last for a third of LNDMC_TRIG_TIME. It ends at once.
 
-Sinking is asked for by a velocity setpoint of at least 0.9 MPC_LAND_SPEED downwards. With a smaller one, or
-with a position below the ground, the vehicle stands there "in the air" forever, as on PX4. Attitude and rates
-setpoints have no speed: for them low thrust is enough.
+A setpoint asks to sink if its downward velocity is at least 0.9 MPC_LAND_SPEED. With a smaller one, or with a
+position below the ground, the vehicle counts as in the air for ever, as in PX4. Attitude and rates setpoints
+have no speed, so for them low thrust is enough.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ import numpy as np
 from simulation_tools.px4.parameters import Px4Parameters
 
 _LAND_SPEED_SHARE = 0.9  # of MPC_LAND_SPEED: a velocity setpoint that asks to land
-_JUST_LANDED_S = 2.0  # for this time the limits of motion are wider, because the rotors still spool down
+_JUST_LANDED_S = 2.0  # while the rotors spool down, the limits of motion are wider for this time
 _JUST_LANDED_SLACK = 2.5
 _MANUAL_THRUST_SLACK = 0.01
 
 
 @dataclass
 class _Stage:
-    """A condition that must hold for a time before it counts."""
+    """A condition that must be true for some time before it counts."""
 
     state: bool = True
     held_s: float = 0.0
@@ -46,22 +46,22 @@ class LandDetector:
     def reset(self) -> None:
         """Stand on the ground."""
         self._contact, self._maybe, self._landed = _Stage(), _Stage(), _Stage()
-        self._maybe_for_s = _JUST_LANDED_S  # it has stood there for long
+        self._maybe_for_s = _JUST_LANDED_S  # it has been on the ground for long
         self._in_descent = self._hover_thrust_known = False
 
     @property
     def ground_contact(self) -> bool:
-        """Whether something stops the vehicle from sinking."""
+        """Whether the ground stops the vehicle from sinking."""
         return self._contact.state
 
     @property
     def maybe_landed(self) -> bool:
-        """Whether it stands, most likely."""
+        """Whether it most likely stands on the ground."""
         return self._maybe.state
 
     @property
     def landed(self) -> bool:
-        """Whether it stands."""
+        """Whether it stands on the ground."""
         return self._landed.state
 
     def update(
@@ -76,8 +76,8 @@ class LandDetector:
     ) -> None:
         """Take in one instant.
 
-        estimate: record of ESTIMATE_DTYPE, shape (1,). sinking_m_s: the velocity setpoint down, NaN when none
-        is set; None when the climb rate is not controlled. thrust, hover_thrust: 0..1.
+        estimate: record of ESTIMATE_DTYPE, shape (1,). sinking_m_s: the downward velocity setpoint; NaN: not
+        set; None: the climb rate is not controlled. thrust, hover_thrust: 0..1.
         """
         if not armed:
             self.reset()

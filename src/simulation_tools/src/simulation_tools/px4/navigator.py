@@ -1,7 +1,7 @@
 """Setpoints of the automatic modes: hold, take-off, land and return.
 
-Targets are approached along a reference point that is limited in speed, acceleration and jerk, as by PX4's
-trajectory generator; it waits for a vehicle that falls behind.
+A reference point moves towards the target with limited speed, acceleration and jerk, like PX4's trajectory
+generator. It waits for a vehicle that falls behind.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from simulation_tools.px4.modes import Mode, Severity
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.return_home import ReturnHome
 
-_TAKEOFF_SLACK_M = 0.1  # PX4 says nothing about an altitude that is too low by less than this
-_STANDING_SPEED_M_S = 0.7  # downwards; a climb starts from it, so that it begins without a step
+_TAKEOFF_SLACK_M = 0.1  # PX4 sends no text if an altitude is too low by less than this
+_STANDING_SPEED_M_S = 0.7  # downwards; a climb starts from this speed, so that it begins without a step
 
 
 class Navigator:
@@ -50,14 +50,14 @@ class Navigator:
         self._cruise_speed_m_s = speed_m_s
 
     def enter(self, commander: Commander, estimate: np.ndarray, landed: bool) -> None:
-        """Start the commander's mode, with what it was asked for, from where the vehicle is."""
+        """Start the commander's mode and its request, from the vehicle's place."""
         mode = commander.mode
         took_off = self._mode is Mode.AUTO_TAKEOFF and self.finished
         self._mode = mode
         self.finished = False
         self._idle = landed and mode is not Mode.AUTO_TAKEOFF
         if took_off and mode is Mode.AUTO_LOITER:
-            return  # hold at the take-off's target, not where the take-off ended
+            return  # hold at the take-off's target, not at the place where the take-off ended
         for axis, position, velocity in zip(self._axes, *estimate[["position", "velocity"]][0].tolist()):
             axis.start(position, velocity)
         self._yaw = self._wanted_yaw = float(estimate["yaw"][0])
@@ -86,13 +86,13 @@ class Navigator:
         self._target[2] = -(altitude_m if altitude_m > lowest_m else lowest_m)
 
     def stand(self, position: np.ndarray) -> None:
-        """Begin a take-off's climb here, position (3,); call it until the vehicle may leave the ground."""
+        """Begin a take-off's climb at this position (3,). Call it until the vehicle may leave the ground."""
         for axis, start in zip(self._axes, position.tolist()):
             axis.start(start)
         self._axes[2].velocity = _STANDING_SPEED_M_S
 
     def update(self, estimate: np.ndarray, home: np.ndarray, landed: bool, dt_s: float) -> np.ndarray | None:
-        """Return the setpoint record, shape (1,), the same each time; None: stand on the ground."""
+        """Return the setpoint record, shape (1,), always the same object; None: stay on the ground."""
         position = estimate["position"][0]
         if self._mode is Mode.AUTO_RTL:
             self._follow_return(estimate, landed, dt_s)
@@ -111,7 +111,7 @@ class Navigator:
             setpoint["velocity"][2] = self._landing_speed(float(home[2] - position[2]))
         if self._mode is Mode.AUTO_TAKEOFF:
             self.finished = abs(self._target[2] - position[2]) <= self._parameters["NAV_MC_ALT_RAD"]
-            # It climbs by velocity alone: its speed grows from zero, and no height is missing at first.
+            # The climb follows a velocity only, which grows from zero. At first no height is missing.
             if home[2] - position[2] < self._parameters["MPC_LAND_ALT1"]:
                 self._axes[2].position = float(position[2])
         return self.setpoint
@@ -124,7 +124,7 @@ class Navigator:
 
     @property
     def is_landing(self) -> bool:
-        """Whether it sinks until it stands."""
+        """Whether it sinks to land."""
         if self._idle:
             return False
         returning = self._mode is Mode.AUTO_RTL and self._return_home.is_landing
@@ -137,7 +137,7 @@ class Navigator:
         return float(np.interp(height_m, heights, (p["MPC_LAND_SPEED"], p["MPC_Z_VEL_MAX_DN"])))
 
     def _stopping_point(self) -> np.ndarray:
-        """Where the reference comes to rest when it brakes at once."""
+        """The place where the reference would stop if it braked now."""
         p = self._parameters
         velocity = [axis.velocity for axis in self._axes]
         vertical = p["MPC_ACC_DOWN_MAX" if velocity[2] < 0.0 else "MPC_ACC_UP_MAX"]
@@ -149,11 +149,11 @@ class Navigator:
         return np.array(point)
 
     def _stretch(self, position: np.ndarray) -> float:
-        """Return how fast the reference's time runs: slower, the farther the vehicle has fallen behind."""
+        """Return the rate of the reference's time: the farther the vehicle is behind, the slower."""
         north, east, _ = self._axes
         behind = (north.position - position[0], east.position - position[1])
         if behind[0] * north.velocity + behind[1] * east.velocity <= 0.0:
-            return 1.0  # it is ahead
+            return 1.0  # the vehicle is ahead
         return 1.0 - min(math.hypot(*behind) / self._parameters["MPC_XY_ERR_MAX"], 1.0)
 
     def _turn(self, dt_s: float) -> float:

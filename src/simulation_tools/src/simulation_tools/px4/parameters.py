@@ -12,7 +12,7 @@ from simulation_tools.px4.parameter_table import PARAMETER_TABLE
 
 @dataclass(frozen=True)
 class ParameterSpec:
-    """What is known about one parameter; its type is the type of the default."""
+    """The description of one parameter. Its type is the type of the default."""
 
     name: str
     default: float
@@ -27,7 +27,7 @@ class ParameterSpec:
 
 
 class Px4Parameters:
-    """The values of all parameters. `revision` rises with every change, so that users notice and reload."""
+    """The values of all parameters. `revision` rises with every change, so that users can reload."""
 
     def __init__(self, overrides: Mapping[str, float] | None = None) -> None:
         """overrides: values that differ from PX4's defaults; raises Px4Error when one is not allowed."""
@@ -54,7 +54,7 @@ class Px4Parameters:
             raise Px4Error(f"PX4 has no parameter {name!r} here") from None
 
     def spec(self, name: str) -> ParameterSpec:
-        """Return what is known about a parameter; raises Px4Error."""
+        """Return a parameter's description; raises Px4Error."""
         self[name]
         return self._specs[name]
 

@@ -3,7 +3,8 @@
 A step runs the parts in the order of PX4's work queues: rates and mixer on the newest gyro sample first, then
 the attitude controller, then, at about 125 Hz, everything that waits for a position estimate. So a position
 setpoint reaches the rotors two steps later, as in PX4. Attitude, velocity and position reach the controllers
-one sample after the gyro's, because EKF2 integrates first. The measured peak tilts show this delay.
+one sample later than the gyro's rates, because EKF2 integrates first. The measured peak tilts show this
+delay.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ POSITION_PERIOD_US = 8_000
 class Px4:
     """One flight controller; an `Autopilot`.
 
-    `on_statustext` (severity, text) is called for what PX4 would say to a ground station.
+    `on_statustext` (severity, text) is called with PX4's messages for a ground station.
     """
 
     def __init__(
@@ -91,7 +92,7 @@ class Px4:
     # Input
 
     def offer_setpoint(self, setpoint: Setpoint | AttitudeSetpoint) -> bool:
-        """Take in an offboard setpoint; returns False for one that asks for nothing and so counts as none."""
+        """Take in an offboard setpoint. Return False if it asks for nothing; then it does not count."""
         if not setpoint.asks_something:
             return False
         self._commander.setpoint_received(self._time_us)
@@ -139,7 +140,7 @@ class Px4:
 
     @property
     def armed_since_us(self) -> int | None:
-        """Since when the rotors may turn; None: they may not."""
+        """Time since which the rotors may turn; None: they may not."""
         return self._commander.armed_us if self._commander.armed else None
 
     @property
@@ -154,7 +155,7 @@ class Px4:
 
     @property
     def follows_position(self) -> bool:
-        """Whether the position controller flies, not an attitude or rates of a client."""
+        """Whether the position controller flies, instead of a client's attitude or rates."""
         is_offboard = self._commander.mode is Mode.OFFBOARD
         return not (is_offboard and isinstance(self._offboard, AttitudeSetpoint))
 
@@ -222,7 +223,7 @@ class Px4:
         return commands
 
     def _navigate(self, dt_s: float) -> None:
-        """Run everything that waits for a position estimate, down to the attitude and thrust setpoint."""
+        """Run everything that needs a position estimate, down to the attitude and thrust setpoint."""
         commander, estimate = self._commander, self._known
         detector = self._control.land_detector
         commander.update(self._time_us, estimate, self.estimate_valid, detector.landed, detector.maybe_landed)
@@ -235,7 +236,7 @@ class Px4:
         self._battery = max(self._battery - drained, 0.01 * self.parameters["SIM_BAT_MIN_PCT"])
 
     def _active_setpoint(self, dt_s: float) -> np.ndarray | AttitudeSetpoint | None:
-        """Return what the flying mode asks for: a setpoint record, an attitude, or None for nothing."""
+        """Return the mode's setpoint: a setpoint record, an attitude, or None."""
         commander = self._commander
         if commander.mode is Mode.OFFBOARD and self._offboard is not None:
             if isinstance(self._offboard, AttitudeSetpoint):

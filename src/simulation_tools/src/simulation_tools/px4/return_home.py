@@ -1,4 +1,4 @@
-"""AUTO.RTL: climb to the return altitude, fly home, sink and wait if that is asked for, land.
+"""AUTO.RTL: climb to the return altitude, fly home, sink, wait if required, land.
 
 Near home the return altitude is lower: within RTL_MIN_DIST it follows a cone (RTL_CONE_ANG), and over home
 the vehicle hardly climbs. A vehicle that stands on the ground stays there.
@@ -21,7 +21,7 @@ _NO_DELAY_S = 0.01
 
 
 class Leg(enum.Enum):
-    """Where on its way home the vehicle is."""
+    """The legs of the way home."""
 
     CLIMB = "climb"
     RETURN = "return"
@@ -47,12 +47,12 @@ class ReturnHome:
 
     @property
     def is_landing(self) -> bool:
-        """Whether it is to sink until it stands."""
+        """Whether it sinks to land."""
         return self._leg is Leg.LAND
 
     @property
     def is_landed(self) -> bool:
-        """Whether there is nothing to do but to stand."""
+        """Whether it has landed."""
         return self._leg is Leg.LANDED
 
     def start(
@@ -79,7 +79,7 @@ class ReturnHome:
             self._enter(self._next(), position, yaw_rad)
 
     def _reached(self, position: np.ndarray, yaw_rad: float, dt_s: float) -> bool:
-        """Whether position, heading and, for a loiter, time are as they should be."""
+        """Whether position, heading and, for a loiter, time have reached the target."""
         p = self._parameters
         aside_m = math.hypot(*(self.target - position)[:2])
         near = aside_m <= p["NAV_ACC_RAD"] and abs(self.target[2] - position[2]) <= p["NAV_MC_ALT_RAD"]
@@ -140,8 +140,9 @@ class ReturnHome:
 def return_z(position: np.ndarray, home: np.ndarray, parameters: Px4Parameters) -> float:
     """Return the height at which to fly home, NED z; never below the vehicle.
 
-    Within NAV_ACC_RAD of home: two metres of height for each metre of distance. Farther away at least twice
-    NAV_ACC_RAD. Up to RTL_MIN_DIST the cone's height at this distance, when that is less than RTL_RETURN_ALT.
+    Within NAV_ACC_RAD of home the height is twice the distance. Farther away it is at least twice
+    NAV_ACC_RAD. Up to RTL_MIN_DIST it is the cone's height at this distance, if that is less than
+    RTL_RETURN_ALT.
     """
     p = parameters
     distance_m = math.hypot(*(home - position)[:2])

@@ -1,4 +1,4 @@
-"""What the PX4 stand-in says about itself."""
+"""The status of the PX4 stand-in."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from simulation_tools.px4.modes import ARMED_FLAG, STABILISED_FLAG, LandedState,
 
 @dataclass(frozen=True)
 class Px4Status:
-    """What the flight controller says about itself."""
+    """A snapshot of the flight controller's state."""
 
     time_us: int
     mode: Mode

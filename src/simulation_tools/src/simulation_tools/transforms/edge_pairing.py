@@ -1,9 +1,8 @@
-"""Which transforms `tf_publisher` sends, and when: the pairing of odometry and ground truth by stamp.
+"""The transforms of `tf_publisher`: pairs odometry and ground truth by stamp.
 
-`base_frame` may have one parent only, so the ground truth goes out as its inverse, `base_frame` -> `world`,
-in the same message and with the same stamp as `odom` -> `base_frame`. The two arrive as
-separate ROS messages, in either order; either source may be missing (no odometry running, or a real UAV
-without ground truth).
+In TF `base_frame` may have one parent only. So the ground truth is published as its inverse, `base_frame` ->
+`world`, in the same message and with the same stamp as `odom` -> `base_frame`. The two arrive as separate
+ROS messages in any order. Either source may be missing (no odometry, or a real UAV without ground truth).
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 from simulation_tools.geometry import Pose
 
 ABSENT_AFTER_NS = 500_000_000
-"""A source that has said nothing for this long is not waited for."""
+"""After this time without a message the other source does not wait for this one."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +35,11 @@ class Edge:
 
 
 class EdgePairer:
-    """Pairs odometry and ground truth of one stamp; each call returns the edges that are due now, often none.
+    """Pairs odometry and ground truth of one stamp.
 
-    A stamp is published at most once and stamps only rise, because tf2 rejects repeated ones. When a source's
-    own stamps go back (reset, bag loop), everything is forgotten and `jumps_back` counts it.
+    Each call returns the edges that are due, often none. A stamp is published at most once, and stamps only
+    rise, because tf2 rejects repeated ones. If a source's stamps go back (reset, bag loop), the class
+    forgets everything and counts it in `jumps_back`.
     """
 
     def __init__(self, frames: FrameNames | None = None):
@@ -73,7 +73,7 @@ class EdgePairer:
         partner = self._waiting.get(other)
         if partner is not None and partner.stamp_ns == stamp_ns:
             return self._publish(edge, partner)
-        # The source's last edge, if its partner was lost: one edge is better than none.
+        # The source's last edge, if its partner was lost, because one edge is better than none.
         unpaired = [
             old for old in (self._waiting.get(source),) if old is not None and old.stamp_ns < stamp_ns
         ]

@@ -1,4 +1,4 @@
-"""Which frames of an SDF model stand still and which turn, by what joint states say (thesis, 9.2.4)."""
+"""Static and moving frames of an SDF model, by its joint states (thesis, 9.2.4)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from simulation_tools.transforms.edge_pairing import Edge
 class JointFrames:
     """The frames of one model as edges for /tf_static and /tf.
 
-    A joint's frame stands at zero in `static_edges` until a joint state names the joint; from then on it
-    comes from `on_joint_states` only, because TF wants a frame to be either of the two.
+    A joint's frame is in `static_edges`, at zero, until a joint state names the joint. From then on it comes
+    from `on_joint_states` only, because TF does not allow a frame to be both.
     """
 
     def __init__(
@@ -21,8 +21,8 @@ class JointFrames:
     ) -> None:
         """Begin. base_frame: TF name of the model frame. prefix: goes before all other names.
 
-        moving: names of joints that turn from the start, whose states are sure to come. name: of the model in
-        joint states that call a joint `model::joint`; empty: the one in the SDF.
+        moving: names of joints that are moving from the start, because their states will surely come. name:
+        of the model in joint states that call a joint `model::joint`; empty: the one in the SDF.
         """
         self._root = root_link(model)
         self._frames = model_frames(model)
@@ -33,7 +33,7 @@ class JointFrames:
         self._newest_ns = -1
 
     def static_edges(self) -> list[Edge]:
-        """Return every frame that stands still, parents before children."""
+        """Return every static frame, parents before children."""
         edges = [Edge(0, self._base_frame, self._prefix + self._root.name, self._root.pose)]
         for frame in self._frames:
             if frame.joint is None or frame.joint.name not in self.moving:
@@ -43,8 +43,8 @@ class JointFrames:
     def on_joint_states(self, stamp_ns: int, angles_rad: Mapping[str, float]) -> list[Edge]:
         """Take the angles of joints, called `joint` or `model::joint`; return the edges that turned.
 
-        When `moving` has grown by that, `static_edges` must be published anew. A stamp is answered once; one
-        that is older than the newest means that the clock jumped back.
+        If `moving` has grown, the caller must publish `static_edges` again. Each stamp is used once. A stamp
+        older than the newest means that the clock jumped back.
         """
         if stamp_ns == self._newest_ns:
             return []

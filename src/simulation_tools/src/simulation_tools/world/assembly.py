@@ -1,8 +1,8 @@
 """From links and joints to rigid parts: links that are joined rigidly move as one body.
 
-Links that fixed joints connect (or by joints that the caller declares rigid, e.g. rotors whose spin
-the airframe model owns) are lumped into one part with their common mass, centre of mass and inertia. Fewer
-bodies make the physics faster and stiffer: a lumped quadrotor is a single free body, as the flight
+Fixed joints connect links rigidly. So do joints that the caller declares rigid, for example rotors whose
+spin the airframe model computes. Such links become one part with their common mass, centre of mass and
+inertia. Fewer bodies make the physics faster and stiffer. A quadrotor then is one free body, as the flight
 controller's theory assumes.
 """
 
@@ -33,8 +33,7 @@ class MassProperties:
     def principal(self) -> tuple[Pose, tuple[float, float, float]]:
         """Return the frame of the principal axes at the centre of mass, and the moments about them.
 
-        The axes are those closest to the frame's own, so a body whose products of inertia vanish keeps its
-        axes.
+        The axes are those closest to the frame's own. So a body without products of inertia keeps its axes.
         """
         inertia = self.inertia_kg_m2
         centre = tuple(self.centre_m.tolist())
@@ -92,12 +91,13 @@ class PlacedVisual:
 
 @dataclass(frozen=True)
 class Part:
-    """Links that move as one. pose: of the part's frame in the model frame, all joints at zero.
+    """Links that move as one.
 
-    The frame of a base part (parent -1) is the model frame; that of any other the frame of the joint that
-    carries it. mass: None for what cannot move. parent: index of the carrying part in its assembly.
-    weightless: the mass of its links that have no weight, None if all have. scripted: of an actor, which
-    nothing pushes but which its script puts elsewhere at every step.
+    pose: of the part's frame in the model frame, all joints at zero. The frame of a base part (parent -1) is
+    the model frame. The frame of any other part is that of the joint that carries it. mass: None if it
+    cannot move. parent: index of the carrying part in its assembly. weightless: the mass of its links that
+    have no weight, None if all have. scripted: of an actor. Nothing pushes it; its script moves it at every
+    step.
     """
 
     pose: Pose

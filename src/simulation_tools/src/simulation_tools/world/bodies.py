@@ -1,11 +1,11 @@
 """Rigid parts as PyBullet bodies.
 
-PyBullet reports the pose of a body's *inertial* frame (centre of mass, principal axes); everything else here
-uses the part's own frame, which for a base is the model frame. `Body` keeps the two apart.
+PyBullet reports the pose of a body's *inertial* frame (centre of mass, principal axes). Everything else here
+uses the part's own frame, which for a base is the model frame. `Body` converts between the two.
 
-A part that cannot move becomes one PyBullet body per collision shape, as plain (maximal coordinate) rigid
-bodies. Measured with 300 of them, a step takes 17 us, against 60 us as multibodies. And a contact then names
-its shape by itself.
+A part that cannot move becomes one plain (maximal coordinate) PyBullet body per collision shape. With 300 of
+them a step takes 17 us, against 60 us with multibodies (measured). In addition, a contact then identifies its
+shape.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class BodyFactory:
             return self._fixed_bodies(assembly[0], pose)
         return [self._moving_body(assembly, pose)]
 
-    # -- what cannot move ------------------------------------------------------------------------------------
+    # -- fixed parts -----------------------------------------------------------------------------------------
     def _fixed_bodies(self, part: Part, pose: Pose) -> list[Body]:
         bodies = []
         unseen = self.shapes.unseen() if self._draw else -1
@@ -94,13 +94,13 @@ class BodyFactory:
             bodies.append(Body(uid, (part,), Pose(), Pose()))
         return bodies
 
-    # -- what moves ------------------------------------------------------------------------------------------
+    # -- moving parts ----------------------------------------------------------------------------------------
     def _moving_body(self, parts: tuple[Part, ...], pose: Pose) -> Body:
         base, inner = parts[0], parts[1:]
         mass, inertial, _ = _inertia(base)
         shapes = [self.shapes.moving(part.collisions) for part in parts]
         visuals = [self._visual(part) for part in parts]
-        # A part's frame hangs in its parent's, a base's is the model frame.
+        # A part's frame is given in its parent's; a base's is the model frame.
         hinges = [parts[part.parent].pose.inverse() @ part.pose for part in inner]
         inertials = [_inertia(part)[1] for part in inner]
         uid = pybullet.createMultiBody(
@@ -138,7 +138,7 @@ class BodyFactory:
         return self.shapes.visual(part.visuals) if part.visuals else self.shapes.unseen()
 
     def _set_dynamics(self, uid: int, index: int, part: Part) -> None:
-        # Two commands: PyBullet sends everything that comes along with a damping to the base.
+        # Two commands, because PyBullet applies everything in a command with a damping to the base.
         pybullet.changeDynamics(
             uid, index, localInertiaDiagonal=_inertia(part)[2], physicsClientId=self._client
         )
@@ -156,7 +156,7 @@ class BodyFactory:
         pybullet.changeDynamics(
             uid, index, jointDamping=part.joint.damping, physicsClientId=self._client, **limits
         )
-        # PyBullet brakes every new joint with a motor: dry friction is one that wants no speed.
+        # PyBullet brakes every new joint with a motor. A motor with target speed zero is dry friction.
         pybullet.setJointMotorControl2(
             uid, index, pybullet.VELOCITY_CONTROL, force=part.joint.friction, physicsClientId=self._client
         )
@@ -186,7 +186,7 @@ def _sphere_around(mesh: TriangleMesh | None) -> tuple[Vector3, float]:
 
 
 def _inertia(part: Part) -> tuple[float, Pose, Vector3]:
-    """Return mass, inertial frame in the part's frame, and principal moments; zero for what cannot move."""
+    """Return mass, inertial frame in the part's frame, and principal moments; zero for a fixed part."""
     if part.mass is None:
         return 0.0, Pose(), (0.0, 0.0, 0.0)
     frame, moments = part.mass.principal()

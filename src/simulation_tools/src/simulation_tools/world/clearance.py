@@ -45,7 +45,7 @@ class Clearances:
         self._surroundings: dict[frozenset[str], _Surroundings] = {}
 
     def forget(self) -> None:
-        """Note that a body came, went, or (a fixed one) was moved."""
+        """Note that a body was added or removed, or that a fixed one was moved."""
         self._surroundings.clear()
 
     def least(self, own: Sequence[OwnShape], passed_over: frozenset[str], max_distance_m: float) -> float:
@@ -65,7 +65,7 @@ class Clearances:
         for shape in own if bodies else ():
             centre = shape.pose.transform(np.array(shape.centre_m))
             gaps = np.linalg.norm(np.maximum(np.maximum(lows - centre, centre - highs), 0.0), axis=1)
-            # Nearest box first: a good bound early spares the exact distance to most of the others.
+            # Start with the nearest box. An early good bound spares the exact distance to most other bodies.
             for index in np.argsort(gaps):
                 limit = min(best, max_distance_m)
                 if gaps[index] - shape.radius_m > limit:

@@ -48,7 +48,7 @@ def contacts_of(
         for point in pybullet.getContactPoints(bodyA=body.uid, physicsClientId=client):
             other_name, other = owners[point[2]]
             distance, force = point[8], point[9]
-            # Bullet keeps points that are merely near, up to 2 cm; they carry no force.
+            # Bullet also reports points that are only near, up to 2 cm. They carry no force.
             if other_name == name or (distance > 0.0 and force <= 0.0):
                 continue
             found.append(
@@ -67,7 +67,7 @@ def contacts_of(
 def _full_name(client: int, model: str, body: Body, link: int, position_m: Vector3) -> str:
     shape = body.collision
     if shape is None:
-        # PyBullet tells the part but not which of its shapes: the one whose surface is nearest to the point.
+        # PyBullet reports the part, but not the shape. Take the shape whose surface is nearest to the point.
         point = (part_pose(client, body, link).inverse() @ Pose(position_m)).position_m
         shape = min(body.parts[link + 1].collisions, key=lambda shape: abs(distance_to(shape, point)))
     return f"{model}::{shape.link}::{shape.collision.name}"

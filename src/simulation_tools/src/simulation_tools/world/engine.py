@@ -1,7 +1,6 @@
 """PyBullet, imported without the text that it prints.
 
-The library writes its build time to the C level's standard error when it is loaded, where no Python
-redirection catches it.
+On loading, the library writes its build time to C's standard error, which Python cannot redirect.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ __all__ = ["WorldError", "connect", "pybullet"]
 
 
 class WorldError(SimulationToolsError):
-    """The world cannot do what it was asked to."""
+    """The world cannot do what a caller asked for."""
 
 
 def connect(gui: bool) -> int:
@@ -52,7 +51,7 @@ def connect(gui: bool) -> int:
 
 
 def _display_answers() -> bool:
-    # PyBullet ends the whole process when there is no display, so ask first.
+    # Without a display PyBullet ends the whole process, so check first.
     try:
         x11 = ctypes.CDLL("libX11.so.6")
     except OSError:

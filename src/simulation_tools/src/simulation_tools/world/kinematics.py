@@ -1,4 +1,4 @@
-"""Where PyBullet's bodies are and how they move, in terms of model frames instead of centres of mass."""
+"""Poses and velocities of PyBullet's bodies, for model frames instead of centres of mass."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def state_of(client: int, body: Body) -> BodyState:
     """Return the state of the model frame that a moving body's base carries."""
     pose = model_frame(client, body)
     velocity, spin = pybullet.getBaseVelocity(body.uid, physicsClientId=client)
-    # The centre of mass moves with the velocity; the model's origin, seen from there, turns about it.
+    # PyBullet's velocity is the centre of mass's. The model's origin also turns about it.
     arm = rotate(pose.orientation_xyzw, body.to_inertial.position_m)
     wx, wy, wz = cross(spin, arm)
     return BodyState(pose, (velocity[0] - wx, velocity[1] - wy, velocity[2] - wz), spin)

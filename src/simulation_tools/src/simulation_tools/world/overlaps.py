@@ -1,4 +1,4 @@
-"""Which models are inside each other at the start, before physics pushes them apart."""
+"""Finds models that are inside each other at the start, before physics pushes them apart."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import pybullet
 
 TOUCHING_M = 0.01
-"""A shape that is no deeper inside another than this stands on it, or leans against it."""
+"""A shape that is inside another by less than this only stands on it or leans against it."""
 NAMED = 3
-"""So many pairs are named in a sentence."""
+"""Number of pairs in a sentence."""
 
 
 class Overlap(NamedTuple):
-    """Two models, one of which can move at least, and how deep they are inside each other."""
+    """Two models, at least one of which can move, and how deep they are inside each other."""
 
     first: str
     second: str
@@ -26,8 +26,8 @@ class Overlap(NamedTuple):
 def overlaps(client: int, owners: Mapping[int, tuple[str, Body]]) -> list[Overlap]:
     """Return the overlaps of models in one PyBullet client, the deepest first.
 
-    owners: name of the model and body of each PyBullet uid. The function only asks for distances; the
-    engine's contacts stay as they are.
+    owners: name of the model and body of each PyBullet uid. The function only computes distances. The
+    engine's contacts do not change.
     """
     deepest: dict[tuple[str, str], float] = {}
     for first, second in _near(client, owners):

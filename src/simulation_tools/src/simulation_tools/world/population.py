@@ -1,4 +1,4 @@
-"""The models that are in a world, and which of their bodies need work at every step."""
+"""The models of a world, and those of their bodies that need work at every step."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from simulation_tools.world.scripted_motion import ScriptedMotion
 class SpawnedModel:
     """A model in the world.
 
-    pose: where its fixed parts stand; PyBullet knows where the others are. motion: of an actor, which began
-    at began_us.
+    pose: of its fixed parts; PyBullet has the poses of the others. motion: of an actor, which began at
+    began_us.
     """
 
     model: Model
@@ -32,7 +32,7 @@ class SpawnedModel:
 
     @property
     def base(self) -> Body | None:
-        """The body whose base carries the model frame and moves; None when that is fixed."""
+        """The moving body whose base carries the model frame; None if that base is fixed."""
         return None if self.assemblies[0][0].mass is None else self.bodies[0][0]
 
     def all_bodies(self) -> list[Body]:
@@ -51,7 +51,7 @@ class Population:
     def __init__(self) -> None:
         self.models: dict[str, SpawnedModel] = {}
         self.owner: dict[int, tuple[str, Body]] = {}
-        # By the model's name; a model that has none of it is not in these
+        # By the model's name. A model without such bodies is not in it
         self.lifts: dict[str, list[tuple[Body, int, MassProperties]]] = {}
         self.hinged: dict[str, list[Body]] = {}
         self.movers: dict[str, Body] = {}

@@ -1,9 +1,8 @@
-"""What a ray hits: Embree scenes of all shapes.
+"""Casts rays: Embree scenes of all shapes.
 
-All static shapes form one scene in world coordinates, committed once. A shape that moves keeps its own small
-scene in its own coordinates, also committed once: moving costs nothing, and the few rays that pass near it
-are turned into its frame. That is exact, and cheaper than building a new tree of moved triangles for every
-scan.
+All static shapes form one scene in world coordinates, built once. A shape that moves has its own small scene
+in its own coordinates, also built once. So a motion costs nothing. The few rays that pass near it are
+transformed to its frame. This is exact, and cheaper than a new scene for every scan.
 """
 
 from __future__ import annotations
@@ -47,8 +46,8 @@ class RayScene:
     ) -> None:
         """Put a model, or replace it.
 
-        standing: what does not move, in world coordinates. moving: rigid meshes in their own frames, each
-        with a source of its pose in the world.
+        standing: the mesh of all fixed shapes, in world coordinates. moving: rigid meshes in their own
+        frames, each with a function that returns its pose in the world.
         """
         self.remove(model)
         if standing is not None:
@@ -101,7 +100,7 @@ class RayScene:
         return ranges
 
     def static_scene(self, without: str | None = None) -> EmbreeScene | None:
-        """Return Embree's scene of what stands, but for one model; None when there is nothing."""
+        """Return Embree's scene of all fixed shapes except one model's; None if there is none."""
         if without not in self._static_scenes:
             meshes = [mesh for name, mesh in self._static.items() if name != without]
             self._static_scenes[without] = _scene_of(joined(meshes)) if meshes else None
@@ -111,7 +110,7 @@ class RayScene:
 def _scene_of(mesh: TriangleMesh) -> EmbreeScene:
     scene = EmbreeScene(robust=True)  # watertight: no ray slips through between two triangles
     EmbreeMesh(scene, mesh.vertices.astype(np.float32), np.ascontiguousarray(mesh.triangles, np.int32))
-    # The first query commits the scene: pay for it now, not in the first scan.
+    # The first query builds the scene. Do it here, so that the first scan is not late.
     scene.run(np.zeros((1, 3), np.float32), np.array(((0.0, 0.0, 1.0),), np.float32), query="DISTANCE")
     return scene
 
@@ -137,7 +136,7 @@ def _rays_near(
     centre: np.ndarray, radius_m: float, origins: np.ndarray, directions: np.ndarray, ranges: np.ndarray
 ) -> np.ndarray:
     """Return the indices of the rays that pass through a sphere before their range ends."""
-    # A hair more than the radius, so that single precision never loses a grazing ray.
+    # Slightly more than the radius, so that single precision does not lose a grazing ray.
     radius = 1.001 * radius_m + 1e-3
     to_centre = centre.astype(np.float32) - origins
     distance_squared = np.einsum("ij,ij->i", to_centre, to_centre)

@@ -11,7 +11,7 @@ from simulation_tools.world.engine import WorldError, pybullet
 
 @dataclass(frozen=True)
 class ContactSolver:
-    """How contacts are solved; the defaults are PyBullet's own. Raises WorldError for what makes no sense.
+    """Parameters of the contact solver; the defaults are PyBullet's. Raises WorldError for bad values.
 
     iterations: rounds in each step (Gazebo's sor_pgs_iters). residual_m_s: error of a round below which the
     solver stops early (sor_pgs_rms_error_tol). cfm: constraint force mixing, 0 is hard. erp: error reduction
@@ -34,9 +34,10 @@ class ContactSolver:
 
 
 class PhysicsSettings:
-    """The settings of one PyBullet client; each may be changed between two steps, and counts from the next.
+    """The settings of one PyBullet client.
 
-    Raises WorldError for a value that makes no sense; the old one stays then.
+    A change between two steps counts from the next step on. A bad value raises WorldError and changes
+    nothing.
     """
 
     def __init__(self, client: int, gravity_m_s2: Vector3, time_step_s: float):
@@ -46,7 +47,7 @@ class PhysicsSettings:
         self.time_step_s = time_step_s
 
     def apply(self) -> None:
-        """Send all settings to PyBullet, as is necessary after it has been reset."""
+        """Send all settings to PyBullet. This is necessary after its reset."""
         self.gravity_m_s2, self.time_step_s = self._gravity_m_s2, self._time_step_s
         self.solver = self._solver
 

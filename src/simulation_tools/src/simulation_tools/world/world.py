@@ -1,7 +1,7 @@
 """The physical world: models in PyBullet, and the scene that their shapes form for rays.
 
-World frame ENU, model frames FLU, SI units, quaternions xyzw. A model's state is that of its *model frame*,
-not of its centre of mass, which is what PyBullet itself reports.
+World frame ENU, model frames FLU, SI units, quaternions xyzw. A model's state is that of its *model frame*.
+(PyBullet itself reports the centre of mass.)
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class PhysicsWorld:
         try:
             self.settings = PhysicsSettings(self._client, world.gravity_m_s2, time_step_s)
             self._configure()
-            # The window draws a picture per body while a world is built, unless it is told not to.
+            # While a world is built, the window would draw a picture for each new body.
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             for model in world.models:
                 self.spawn(model, model.name, model.pose)
@@ -88,7 +88,7 @@ class PhysicsWorld:
         if unknown:
             raise WorldError(f'The model "{name}" has no joint "{unknown[0]}".')
         parts = assemblies(model, rigid_joints)
-        # Meshes may be unreadable: find out before anything is built.
+        # Read the meshes first, because one may be unreadable.
         meshes = [[part_mesh(part) for part in assembly] for assembly in parts]
         bodies = self._build(name, parts, pose)
         mass = combined((link.inertial, link.pose) for link in model.links)
@@ -160,7 +160,7 @@ class PhysicsWorld:
         raise WorldError(f'The model "{name}" has no link "{link_name}".')
 
     def set_state(self, name: str, state: BodyState) -> None:
-        """Put a model somewhere, with a velocity (for what is not fixed). Its joints keep their angles."""
+        """Set a model's pose and, if it is not fixed, its velocities. Its joints keep their angles."""
         spawned = self._there.find(name)
         numbers = (*state.pose.position_m, *state.linear_velocity_m_s, *state.angular_velocity_rad_s)
         if not all(map(math.isfinite, (*numbers, *state.pose.orientation_xyzw))):
@@ -204,7 +204,7 @@ class PhysicsWorld:
         pybullet.stepSimulation(physicsClientId=self._client)
 
     def beyond_reason(self) -> str | None:
-        """Return a model whose place is not a number, or that is absurdly far or fast; None: all is well."""
+        """Return a model whose place is NaN, or that is absurdly far or fast; None: there is none."""
         for name in self._there.movers:
             state = self.get_state(name)
             if not are_sane(
@@ -213,7 +213,7 @@ class PhysicsWorld:
                 return name
         return None
 
-    # -- what touches, what is near --------------------------------------------------------------------------
+    # -- contacts and distances ------------------------------------------------------------------------------
     def contacts(self, name: str) -> list[Contact]:
         """Return where a model touches others, as the last step found it."""
         return contacts_of(self._client, name, self._there.find(name).all_bodies(), self._there.owner)
@@ -223,7 +223,7 @@ class PhysicsWorld:
     ) -> float:
         """Return the least distance between a model's collision shapes and any other model's.
 
-        pose: a pose to test the model at; None: its own pose. Negative inside another shape, inf beyond
+        pose: test the model at this pose; None: its own pose. Negative inside another shape, inf beyond
         max_distance_m. ignore: names of models that do not count.
         """
         spawned = self._there.find(name)
@@ -237,7 +237,7 @@ class PhysicsWorld:
         return self._clearances.least(own, frozenset((name, *ignore)), max_distance_m)
 
     def overlaps(self) -> list[Overlap]:
-        """Return which models are inside each other, of which one can move at least; the deepest first."""
+        """Return pairs of models that are inside each other and of which one can move; the deepest first."""
         return overlaps(self._client, self._there.owner)
 
     def draw(
@@ -278,7 +278,7 @@ class PhysicsWorld:
         )
 
     def _hold_up(self, body: Body, link: int, weightless: MassProperties) -> None:
-        """Cancel the weight of a part that has none: PyBullet's gravity pulls every body."""
+        """Cancel the gravity on a part without weight, because PyBullet's gravity acts on every body."""
         force = [-weightless.mass_kg * pull for pull in self.settings.gravity_m_s2]
         centre = part_pose(self._client, body, link) @ Pose(tuple(weightless.centre_m.tolist()))
         frame = pybullet.WORLD_FRAME

@@ -35,8 +35,8 @@ _BROADCAST = (0, 0)
 class CommandPlugin:
     """Serves cmd/{arming,command,command_int,set_home,takeoff,land}.
 
-    A result is the flight controller's MAV_RESULT, 4 (failed) when it does not answer. As in MAVROS, the
-    answers to command_int and to broadcasts are not waited for.
+    A result is the flight controller's MAV_RESULT, or 4 (failed) without an answer. As in MAVROS,
+    command_int and broadcasts do not wait for an answer.
     """
 
     def __init__(self, uas: Uas) -> None:

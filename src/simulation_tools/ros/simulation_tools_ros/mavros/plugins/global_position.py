@@ -33,9 +33,9 @@ _INT32_MAX = 2**31 - 1
 class GlobalPositionPlugin:
     """Publishes global_position/{global,local,rel_alt,compass_hdg,raw/fix,raw/gps_vel,raw/satellites}.
 
-    And gp_origin (latched), when the flight controller tells it; takes set_gp_origin. Altitudes are above the
-    ellipsoid, ~geoid_height over those of the flight controller. Parameters: ~global_position/{frame_id,
-    child_frame_id,rot_covariance,gps_uere,use_relative_alt,tf/global_frame_id}.
+    Publishes gp_origin (latched) when the flight controller sends it. Takes set_gp_origin. Altitudes are
+    above the ellipsoid: ~geoid_height more than those of the flight controller. Parameters:
+    ~global_position/{frame_id, child_frame_id,rot_covariance,gps_uere,use_relative_alt,tf/global_frame_id}.
     """
 
     def __init__(self, uas: Uas) -> None:
@@ -46,9 +46,9 @@ class GlobalPositionPlugin:
         self._rotation_covariance = number("~global_position/rot_covariance", 99999.0)
         self._range_error_m = number("~global_position/gps_uere", 1.0)
         self._uses_relative_altitude = bool(_parameter("use_relative_alt", True))
-        self._heard: Heard | None = None  # to which the two below belong
+        self._heard: Heard | None = None  # belongs to the next two fields
         self._raw: NavSatFix | None = None
-        self._origin: GeodeticPoint | None = None  # of odometry's frame: home, or the first fix
+        self._origin: GeodeticPoint | None = None  # of the odometry's frame: home, or the first fix
         self._advertise()
         uas.subscribe("global_position/set_gp_origin", GeoPointStamped, self._on_set_origin)
         uas.client.on("GPS_RAW_INT", self._on_raw)
@@ -96,7 +96,7 @@ class GlobalPositionPlugin:
         return fix
 
     def _raw_velocity_message(self, gps: common.MAVLink_message) -> TwistStamped:
-        """ENU; the receiver tells no vertical speed."""
+        """ENU; the receiver sends no vertical speed."""
         speed_m_s, course_rad = 0.01 * gps.vel, math.radians(0.01 * gps.cog)
         twist = TwistStamped(header=Header(stamp=stamp_from_us(gps.time_usec), frame_id=self._frame_id))
         twist.twist.linear.x = speed_m_s * math.sin(course_rad)

@@ -32,7 +32,7 @@ class HomePositionPlugin:
         uas.serve("home_position/req_update", Trigger, self._on_request)
 
     def _on_home(self, home: common.MAVLink_message) -> None:
-        """MAVROS turns the orientation to ENU, and leaves the body's axes as PX4's: forward, right, down."""
+        """MAVROS turns the orientation to ENU but keeps PX4's body axes: forward, right, down."""
         message = HomePosition(header=Header(stamp=self._uas.now))
         message.geo.latitude = 1e-7 * home.latitude
         message.geo.longitude = 1e-7 * home.longitude
@@ -44,7 +44,7 @@ class HomePositionPlugin:
         self._home.publish(lambda: message)
 
     def _on_set(self, message: HomePosition) -> None:
-        """PX4 does not act on SET_HOME_POSITION; cmd/set_home is what it understands."""
+        """PX4 ignores SET_HOME_POSITION. It understands cmd/set_home."""
         place, p, q, a = message.geo, message.position, message.orientation, message.approach
         altitude_m = place.altitude - self._uas.geoid_height_m
         position, approach = (p.x, p.y, p.z), (a.x, a.y, a.z)

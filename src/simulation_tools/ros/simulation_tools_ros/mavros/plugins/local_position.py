@@ -28,8 +28,9 @@ from simulation_tools_ros.mavros.uas import Heard, Uas, stamp_from_ms, stamp_fro
 class LocalPositionPlugin:
     """Publishes local_position/{pose,velocity_local,velocity_body,odom}.
 
-    As in MAVROS, {pose_cov,velocity_body_cov,accel} come of LOCAL_POSITION_NED_COV, which PX4 does not have:
-    they are silent until the stand-in is asked for it (set_message_interval 64); odom then comes of it, too.
+    As in MAVROS, {pose_cov,velocity_body_cov,accel} come from LOCAL_POSITION_NED_COV, which PX4 does not
+    have. They are silent until a client asks the stand-in for it (set_message_interval 64). Then odom comes
+    from it, too.
     Parameters: ~local_position/frame_id, ~local_position/tf/child_frame_id.
     """
 

@@ -30,8 +30,8 @@ from simulation_tools_ros.mavros.uas import Uas
 class ParamPlugin:
     """Serves param/{get,set,pull,push}; publishes param/param_value.
 
-    get and set ask the flight controller itself each time. pull copies all parameters to ~param, push sends
-    those there to the flight controller.
+    get and set always ask the flight controller. pull copies all its parameters to ~param. push sends the
+    parameters in ~param to the flight controller.
     """
 
     def __init__(self, uas: Uas) -> None:
@@ -91,7 +91,7 @@ class ParamPlugin:
         unknown = sorted(set(wanted) - set(known))
         if unknown:
             rospy.logwarn(f"param/push: the flight controller has no parameter {', '.join(unknown)}.")
-        # Those that are as they should be need not be sent.
+        # Send only values that differ.
         transferred = sum(
             known[name] == value or self._set(name, value)[0]
             for name, value in wanted.items()
@@ -107,9 +107,10 @@ class ParamPlugin:
         return False
 
     def _set(self, name: str, wanted: float) -> tuple[bool, float | None]:
-        """Set a parameter; returns whether it is as wanted, and its value, None when there was no answer.
+        """Set a parameter.
 
-        The type is the flight controller's: a whole number may stand for a float parameter.
+        Return whether it has the wanted value, and its value (None without an answer). The flight controller
+        decides on the type: a whole number may be the value of a float parameter.
         """
         known = self._client.get_parameter(name)
         if known is None:
@@ -124,7 +125,7 @@ class ParamPlugin:
         except ValueError as error:
             rospy.logwarn(f"The parameter {name} is not set: {error}.")
             return False, known
-        # A float comes back as the float32 it was sent as.
+        # A float comes back rounded to float32.
         success = value is not None and abs(value - wanted) <= 1e-6 * max(1.0, abs(wanted))
         return success, value
 
@@ -135,7 +136,7 @@ def value_message(value: float) -> ParamValue:
 
 
 def value_of(message: ParamValue) -> float:
-    """Return the value that a ParamValue stands for, as MAVROS reads it: the integer unless it is zero."""
+    """Return the value of a ParamValue as MAVROS reads it: the integer unless it is zero."""
     if message.integer != 0:
         return int(message.integer)
     return float(message.real) if message.real != 0.0 else 0

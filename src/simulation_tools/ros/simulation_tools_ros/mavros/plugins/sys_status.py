@@ -1,4 +1,4 @@
-"""MAVROS's plugin `sys_status`: connection, state, mode, battery, what the flight controller says."""
+"""MAVROS's plugin `sys_status`: connection, state, mode, battery and status texts."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ _SET_MESSAGE_INTERVAL, _ACCEPTED = 511, 0
 class SysStatusPlugin:
     """Publishes state (latched), extended_state, sys_status, battery, estimator_status, statustext/recv.
 
-    And /diagnostics. Serves set_mode, set_stream_rate, set_message_interval. Parameter: ~conn/heartbeat_rate.
+    It also publishes /diagnostics. Serves set_mode, set_stream_rate, set_message_interval. Parameter:
+    ~conn/heartbeat_rate.
     """
 
     def __init__(self, uas: Uas) -> None:
@@ -47,7 +48,7 @@ class SysStatusPlugin:
         self._heartbeats_s: deque[float] = deque(maxlen=_HEARTBEATS_KEPT)
         self._heartbeat_count = 0
         self._published_state: tuple | None = None
-        self._heard: Heard | None = None  # to which the two below belong
+        self._heard: Heard | None = None  # belongs to the next two fields
         self._sys_status = None
         self._battery_status = None
         self._advertise()
@@ -91,7 +92,7 @@ class SysStatusPlugin:
         self._publish_state()
 
     def _publish_state(self, only_changes: bool = False) -> None:
-        """Publish the state: with each heartbeat, and when the heartbeats stop."""
+        """Publish the state with each heartbeat, and when the heartbeats stop."""
         message = self._state_message()
         content = (message.connected, message.armed, message.mode, message.system_status)
         if only_changes and content == self._published_state:
@@ -186,7 +187,7 @@ class SysStatusPlugin:
         return StreamRateResponse()
 
     def _on_message_interval(self, request: MessageIntervalRequest) -> MessageIntervalResponse:
-        """Other than MAVROS's, the answer is the flight controller's: false for what it does not stream."""
+        """Unlike MAVROS, return PX4's own answer: false for a message that it does not stream."""
         rate_hz = request.message_rate
         if not math.isfinite(rate_hz):
             rospy.logwarn(f"set_message_interval is refused: {rate_hz} is no rate.")

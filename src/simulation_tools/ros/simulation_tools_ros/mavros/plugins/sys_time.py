@@ -17,7 +17,7 @@ _A_CLOCK_THAT_WAS_SET_US = 1234567890 * 1_000_000  # in 2009
 class SysTimePlugin:
     """Publishes time_reference and timesync_status.
 
-    Stamps do not depend on the offset it measures: in simulation the flight controller's clock is ROS's.
+    Stamps do not depend on the measured offset, because in simulation the flight controller's clock is ROS's.
     Parameters: ~conn/timesync_rate (Hz of wall time, 0: none), ~time/time_ref_source.
     """
 
@@ -42,14 +42,14 @@ class SysTimePlugin:
         return TimeReference(Header(stamp=self._uas.now), time_ref, self._source)
 
     def _ask(self, _now_s: float) -> None:
-        """Send our time; only this plugin reads the answer."""
+        """Send our time. Only this plugin reads the answer."""
         if self._status.wanted and self._uas.client.connected:
             self._uas.client.send(common.MAVLink_timesync_message(0, rospy.get_rostime().to_nsec()))
 
     def _on_timesync(self, message: common.MAVLink_message) -> None:
         now_ns = rospy.get_rostime().to_nsec()
         if message.tc1 == 0:
-            # Zero would ask again: while simulated time stands at zero, the two would never stop to answer
+            # A zero means a question. While simulated time is zero, the two sides would answer for ever
             self._uas.client.send(common.MAVLink_timesync_message(max(now_ns, 1), message.ts1))
         elif message.tc1 > 0:
             observation = self._offset.add(message.ts1, message.tc1, now_ns)

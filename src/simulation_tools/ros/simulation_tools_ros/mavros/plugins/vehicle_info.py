@@ -1,4 +1,4 @@
-"""What MAVROS knows of vehicles; part of its plugin `sys_status`."""
+"""MAVROS's information on vehicles; part of its plugin `sys_status`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TRIES = 3
 
 
 class VehicleInfoPlugin:
-    """Serves vehicle_info_get. Only the flight controller is heard, so it is the one vehicle."""
+    """Serves vehicle_info_get. The flight controller is the only vehicle that the node listens to."""
 
     def __init__(self, uas: Uas) -> None:
         self._uas = uas

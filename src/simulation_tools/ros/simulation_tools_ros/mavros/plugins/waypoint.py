@@ -1,4 +1,4 @@
-"""MAVROS's plugin `waypoint`: missions, as far as the flight controller has any."""
+"""MAVROS's plugin `waypoint`: the flight controller's mission."""
 
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ from simulation_tools_ros.mavros.uas import Uas
 class WaypointPlugin:
     """Publishes mission/{waypoints,reached} (latched); serves mission/{pull,push,clear,set_current}.
 
-    The list is read when the flight controller is there, and is empty where it has no mission. What the
-    flight controller refuses (the stand-in flies no missions) is success false, and its reason in the log.
+    The node reads the list when the flight controller connects. Without a mission the list is empty. If the
+    flight controller refuses a request (the stand-in flies no missions), success is false and the log gives
+    the reason.
     """
 
     def __init__(self, uas: Uas) -> None:
@@ -100,7 +101,7 @@ class WaypointPlugin:
 
     @staticmethod
     def _try(service: str, do: Callable[[], None]) -> bool:
-        """Tell whether it could be done; the log says why not."""
+        """Return whether the request succeeded. If not, log the reason."""
         try:
             do()
         except MissionError as error:

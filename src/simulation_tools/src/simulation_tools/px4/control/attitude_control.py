@@ -91,7 +91,7 @@ def _rates_setpoint(
         if abs(turn[1]) <= 1.0 - 1e-5 and abs(turn[2]) <= 1.0 - 1e-5:
             reduced = _multiply(turn, q)
 
-    # What is left to the full attitude is a turn about the thrust axis: take a part of it.
+    # The rest of the way to the full attitude is a turn about the thrust axis. Take a part of it.
     mix = _multiply((reduced[0], -reduced[1], -reduced[2], -reduced[3]), qd)
     sign = -1.0 if mix[0] < 0.0 else 1.0
     mix_w = min(max(sign * mix[0], -1.0), 1.0)
@@ -134,8 +134,8 @@ def _torques(
 ) -> None:
     """Rate PID: fill out (3,), normalised torques.
 
-    rates, wanted: rad/s FRD. saturation (3, 2): whether the mixer could not give more of an axis in the
-    negative and positive direction. integrate: false on the ground.
+    rates, wanted: rad/s FRD. saturation (3, 2): for each axis, whether the mixer is at its limit in the
+    negative and in the positive direction. integrate: false on the ground.
     """
     gains, state = gain_records[0], states[0]
     for i in range(3):
@@ -157,7 +157,7 @@ def _torques(
                 error = min(error, 0.0)
             if saturation[i, 0]:
                 error = max(error, 0.0)
-            # Less integral at large errors: else it bounces back after a flip.
+            # Less integral at large errors, because else the UAV bounces back after a flip.
             factor = max(0.0, 1.0 - (error / _FULL_INTEGRAL_RATE_ERROR) ** 2)
             integral = state.integral[i] + factor * gains.i[i] * error * dt
             state.integral[i] = min(max(integral, -gains.integral_max[i]), gains.integral_max[i])
@@ -167,7 +167,7 @@ def _torques(
 def low_pass(cutoff_hz: float, sample_rate_hz: float) -> tuple[float, float, float, float, float]:
     """Coefficients b0, b1, b2, a1, a2 of a second-order Butterworth low pass (bilinear transform).
 
-    A cut-off of 0, or one at which the sampling leaves nothing to filter, lets everything pass.
+    A cut-off of 0, or one above half of the sample rate, lets everything pass.
     """
     if cutoff_hz <= 0.0 or cutoff_hz >= 0.5 * sample_rate_hz:
         return (1.0, 0.0, 0.0, 0.0, 0.0)

@@ -1,7 +1,7 @@
-"""From what the flying mode asks for to rotor commands: PX4's controllers, take-off and land detection.
+"""From a mode's setpoint to rotor commands: PX4's controllers, take-off and land detection.
 
-Rates and mixer run on every gyro sample, the attitude controller after them, and whatever needs a position at
-half that rate; `Px4` calls them in that order.
+`Px4` calls them in this order: rates and mixer at every gyro sample, then the attitude controller, then, at
+half that rate, everything that needs a position.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
 
-_PRESS_DOWN_M_S2 = 100.0  # an acceleration setpoint that means: no thrust
-_HOVER_ESTIMATE_ABOVE_M = 1.0  # over home; lower, the ground's effect would be taken for thrust
+_PRESS_DOWN_M_S2 = 100.0  # acceleration setpoint for no thrust
+_HOVER_ESTIMATE_ABOVE_M = 1.0  # over home; lower, the ground effect would disturb the estimate
 
 
 class FlightControl:
@@ -39,8 +39,9 @@ class FlightControl:
         self._hover = HoverThrustEstimator(parameters)
         self._press_down = np.zeros(1, SETPOINT_DTYPE)
         fill(self._press_down, Setpoint(acceleration=(0.0, 0.0, _PRESS_DOWN_M_S2)))
-        # When an automatic take-off has waited for the spool-up, PX4's ramp begins with a cycle that has no
-        # setpoint yet. It asks for hover thrust, too short to move; the land detector calls it a take-off.
+        # After the spool-up of an automatic take-off, PX4's ramp begins with one cycle without a setpoint.
+        # This cycle asks for hover thrust. It is too short to move the UAV, but the land detector reports a
+        # take-off.
         self._nothing = np.zeros(1, SETPOINT_DTYPE)
         fill(self._nothing, Setpoint())
         self._ramped = np.zeros(1, SETPOINT_DTYPE)
@@ -82,7 +83,7 @@ class FlightControl:
         commander: Commander,
         dt_s: float,
     ) -> None:
-        """Set attitude and thrust for what the flying mode asks for; None: stay on the ground."""
+        """Set attitude and thrust for the mode's setpoint; None: stay on the ground."""
         self._body_rates = None
         sinking_m_s: float | None = math.nan
         if isinstance(setpoint, AttitudeSetpoint):
@@ -134,13 +135,13 @@ class FlightControl:
         self._thrust = float(control.output["thrust"][0])
 
     def _without_feed_forward(self, setpoint: np.ndarray) -> np.ndarray:
-        """Return a setpoint whose vertical acceleration does not go round the ramp of the take-off."""
+        """Return the setpoint without vertical acceleration, which would bypass the take-off's ramp."""
         self._ramped[:] = setpoint
         self._ramped["acceleration"][0, 2] = math.nan
         return self._ramped
 
     def _follow_attitude(self, setpoint: AttitudeSetpoint) -> None:
-        """Hand an attitude or body rates setpoint on to the inner controllers."""
+        """Pass an attitude or body rates setpoint on to the inner controllers."""
         output = self.position.output[0]
         self._thrust = min(max(setpoint.thrust, 0.0), 1.0)
         output["thrust"] = self._thrust
@@ -153,7 +154,7 @@ class FlightControl:
             output["yaw_rate"] = 0.0 if math.isnan(setpoint.rates[2]) else setpoint.rates[2]
 
     def _estimate_hover_thrust(self, estimate: np.ndarray, commander: Commander, dt_s: float) -> None:
-        """Feed the hover thrust estimator from the first climb through a metre over home to the landing."""
+        """Update the hover thrust estimator, from the first climb through 1 m over home until landing."""
         hover, home = self._hover, commander.home
         if self.land_detector.landed:
             self._high_enough = False

@@ -2,7 +2,7 @@
 
 Model: hover thrust h is constant; acceleration upwards = g (thrust / h - 1). The measurement noise is learnt
 from the residuals (Akhlaghi et al., "Adaptive adjustment of noise covariance in Kalman filter for dynamic
-state estimation", 2017); outliers are gated, and a gate that stays shut widens the state's variance.
+state estimation", 2017). A gate rejects outliers. If it rejects for long, the state's variance grows.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _VALID_AFTER_S = 2.0
 
 
 class HoverThrustEstimator:
-    """`hover_thrust` is to be used while `valid`."""
+    """Estimates `hover_thrust`. Use it only while `valid`."""
 
     def __init__(self, parameters: Px4Parameters) -> None:
         self._parameters = parameters
@@ -35,7 +35,7 @@ class HoverThrustEstimator:
         self._good_for_s = 0.0
 
     def invalidate(self) -> None:
-        """Stop, on the ground: the value is kept but no longer valid."""
+        """Stop, on the ground. The value stays, but is not valid any more."""
         self.valid = False
         self._good_for_s = 0.0
 

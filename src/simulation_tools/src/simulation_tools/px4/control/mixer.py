@@ -1,7 +1,7 @@
 """PX4's multirotor mixer: torques and thrust in, one command 0..1 per rotor out, desaturated.
 
-When a rotor would leave 0..1, thrust is lowered first, then roll and pitch are reduced, and yaw, mixed last,
-is reduced most readily; thrust is never raised to help ("air mode" off). Structure as PX4's MultirotorMixer.
+If a rotor would leave 0..1, thrust is lowered first. Then roll and pitch are reduced. Yaw is mixed last and
+reduced most. Thrust is never raised to help ("air mode" off). Structure as PX4's MultirotorMixer.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Sequence
 import numpy as np
 from numba import njit
 
-# Where PX4 believes the rotors of a wide quadrotor to be, (x forward, y right) in metres and the direction of
-# turning: front right ccw, rear left ccw, front left cw, rear right cw. Airframe 10016 flies with this one.
+# PX4's rotor positions of a wide quadrotor, (x forward, y right) in metres, and the direction of turning:
+# front right ccw, rear left ccw, front left cw, rear right cw. Airframe 10016 flies with this one.
 QUAD_WIDE = (
     (0.1515, 0.245, 1.0),
     (-0.1515, -0.1875, 1.0),
@@ -40,7 +40,7 @@ def mixing_matrix(rotors: Sequence[Sequence[float]]) -> np.ndarray:
 
 @njit(cache=True)
 def _gain(direction: np.ndarray, outputs: np.ndarray, low: float, high: float) -> float:
-    """Return how much of a direction brings the outputs between low and high, as well as one number can."""
+    """Return the multiple of a direction that brings the outputs closest to the interval low..high."""
     least = 0.0
     most = 0.0
     for i in range(outputs.shape[0]):
@@ -59,7 +59,7 @@ def _gain(direction: np.ndarray, outputs: np.ndarray, low: float, high: float) -
 def _desaturate(
     direction: np.ndarray, outputs: np.ndarray, low: float, high: float, reduce_only: bool
 ) -> None:
-    """Move the outputs along a direction towards low..high; what does not fit is shared between both ends."""
+    """Move the outputs along a direction into low..high. Share what does not fit between both ends."""
     gain = _gain(direction, outputs, low, high)
     if reduce_only and gain > 0.0:
         return
@@ -97,7 +97,7 @@ def _mix(
         saturation[axis, 1] = False
     for i in range(n):
         if outputs[i] < _LOW:
-            # Lowering this rotor further is impossible: say for which direction of each axis that matters.
+            # This rotor cannot go lower. Mark the direction of each axis for which this matters.
             for axis in range(3):
                 if columns[axis, i] > 0.0:
                     saturation[axis, 0] = True

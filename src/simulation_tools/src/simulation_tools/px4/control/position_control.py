@@ -1,8 +1,8 @@
 """PX4's position and velocity control: setpoint and estimate in, attitude and thrust setpoint out (NED).
 
 Position P, velocity PID that gives an acceleration, thrust vector with limited tilt, and the attitude that
-points along it with the wanted yaw. Structure and saturation as PX4's PositionControl; the law is the one
-measured on real PX4: v = P e_p, a = P e_v + I - D dv/dt.
+points along it with the wanted yaw. Structure and saturation are those of PX4's PositionControl. The control
+law was measured on real PX4: v = P e_p, a = P e_v + I - D dv/dt.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ GAINS_DTYPE = np.dtype(
 
 LIMITS_DTYPE = np.dtype(
     [
-        ("speed_up", np.float64),  # m/s; below zero while the take-off ramp still presses down
+        ("speed_up", np.float64),  # m/s; below zero at the start of the take-off ramp
         ("speed_down", np.float64),
         ("tilt", np.float64),  # rad
         ("thrust_min", np.float64),
@@ -49,7 +49,7 @@ STATE_DTYPE = np.dtype(
     ]
 )
 
-# What the controller is asked for; NaN where nothing is asked.
+# The controller's setpoint; NaN: not set.
 SETPOINT_DTYPE = np.dtype(
     [
         ("position", np.float64, (3,)),
@@ -60,7 +60,7 @@ SETPOINT_DTYPE = np.dtype(
     ]
 )
 
-# What it answers, the input of the attitude controller.
+# The controller's output, which is the input of the attitude controller.
 ATTITUDE_SETPOINT_DTYPE = np.dtype(
     [
         ("attitude", np.float64, (4,)),  # FRD in NED, w x y z
@@ -78,7 +78,7 @@ ATTITUDE_SETPOINT_DTYPE = np.dtype(
 def _limit_xy(
     preferred_x: float, preferred_y: float, extra_x: float, extra_y: float, limit: float
 ) -> tuple[float, float]:
-    """Add two horizontal velocities within a limit; the preferred one is reduced last."""
+    """Add two horizontal velocities within a limit. Reduce the preferred one last."""
     sum_x, sum_y = preferred_x + extra_x, preferred_y + extra_y
     if math.hypot(sum_x, sum_y) <= limit:
         return sum_x, sum_y
@@ -129,7 +129,7 @@ def _velocity_setpoint(setpoint: Any, estimate: Any, gains: Any, limits: Any, ou
     out[0] = x if asked[0] else math.nan
     out[1] = y if asked[1] else math.nan
     z = towards[2] + extra[2]
-    # The upper bound first: while the take-off ramp presses down it lies beyond the lower one.
+    # Apply the upper bound first. At the start of the take-off ramp it lies beyond the lower one.
     z = -limits.speed_up if z < -limits.speed_up else min(z, max(limits.speed_down, -limits.speed_up))
     out[2] = z if asked[2] else math.nan
 
@@ -150,7 +150,7 @@ def _thrust_vector(
             y / horizontal * math.sin(tilt_max),
             math.cos(tilt_max),
         )
-    # Hover thrust is what gives one gravity.
+    # Hover thrust gives an acceleration of one gravity.
     collective = acceleration[2] * hover_thrust / GRAVITY_M_S2 - hover_thrust
     collective = min(collective / z, -thrust_min)
     out[0], out[1], out[2] = x * collective, y * collective, z * collective
@@ -216,7 +216,7 @@ def _update(
     thrust = out.thrust_vector
     _thrust_vector(out.acceleration, state.hover_thrust, limits.tilt, limits.thrust_min, thrust)
 
-    # Vertical anti-windup: stop at either end of the thrust.
+    # Vertical anti-windup: stop integrating at either limit of the thrust.
     if (thrust[2] >= -limits.thrust_min and error[2] >= 0.0) or (
         thrust[2] <= -gains.thrust_max and error[2] <= 0.0
     ):
@@ -228,7 +228,7 @@ def _update(
     if horizontal > left:
         thrust[0] *= left / horizontal
         thrust[1] *= left / horizontal
-    # Horizontal anti-windup by tracking (Rundqwist, 1990): the integrator follows what could be had.
+    # Horizontal anti-windup by tracking (Rundqwist, 1990): the integrator follows the possible thrust.
     for i in range(2):
         if not math.isnan(out.velocity[i]):
             had = thrust[i] * GRAVITY_M_S2 / state.hover_thrust
@@ -281,20 +281,20 @@ class PositionControl:
         self.set_hover_thrust(self._parameters["MPC_THR_HOVER"])
 
     def reset_integral(self) -> None:
-        """Forget the velocity integrators: on the ground they would wind up."""
+        """Reset the velocity integrators, because they would wind up on the ground."""
         self._state["integral"] = 0.0
 
     @property
     def hover_thrust(self) -> float:
-        """The thrust, 0..1, that is taken for one gravity."""
+        """The assumed hover thrust, 0..1."""
         return float(self._state["hover_thrust"][0])
 
     def set_hover_thrust(self, hover_thrust: float) -> None:
-        """Take another hover thrust, before the flight."""
+        """Set the hover thrust before the flight."""
         self._state["hover_thrust"] = min(max(hover_thrust, 0.1), 0.9)
 
     def update_hover_thrust(self, hover_thrust: float) -> None:
-        """Take another hover thrust in flight; the integrator takes up the change: thrust does not jump."""
+        """Change the hover thrust in flight. The integrator compensates, so thrust does not jump."""
         state = self._state[0]
         old, new = float(state["hover_thrust"]), min(max(hover_thrust, 0.1), 0.9)
         wanted = float(self.output["acceleration"][0, 2])

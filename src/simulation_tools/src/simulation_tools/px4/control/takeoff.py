@@ -52,9 +52,9 @@ class Takeoff:
             self.state = TakeoffState.DISARMED
 
     def speed_limit(self, wanted_m_s: float, dt_s: float) -> float:
-        """Return the upward speed limit, m/s; negative while the ramp still presses down, then wanted_m_s.
+        """Return the upward speed limit, m/s: first negative, then rising to wanted_m_s.
 
-        The ramp starts where the velocity controller's proportional part just takes away one gravity.
+        At the ramp's start the velocity controller's proportional part just cancels one gravity.
         """
         start = -_GRAVITY / max(self._parameters["MPC_Z_VEL_P_ACC"], 0.01)
         if self.state < TakeoffState.RAMPUP:

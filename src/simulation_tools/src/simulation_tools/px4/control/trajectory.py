@@ -24,7 +24,7 @@ class SmoothAxis:
     ) -> tuple[float, float, float, float]:
         """Return the signed jerk and T1, T2, T3, seconds, of the fastest way to a velocity."""
         a, gap = self.acceleration, wanted_velocity - self.velocity
-        # The velocity that taking away the acceleration at once would end at.
+        # The final velocity if the acceleration is reduced at once.
         direction = math.copysign(1.0, gap - a * abs(a) / (2.0 * jerk_max))
         jerk = direction * jerk_max
         # Unlimited: rise to the peak from which falling to zero again ends at the wanted velocity.
@@ -58,7 +58,7 @@ class SmoothAxis:
 def speed_that_stops_within(distance_m: float, acceleration_max: float, jerk_max: float) -> float:
     """Return the speed from which a point stops within a distance, limited in acceleration and jerk.
 
-    The time that the acceleration takes to build up counts twice, as PX4 does it: on the safe side.
+    As in PX4, the time to build up the acceleration counts twice, for safety.
     """
     b = 4.0 * acceleration_max**2 / jerk_max
     return 0.5 * (-b + math.sqrt(b * b + 8.0 * acceleration_max * max(distance_m, 0.0)))

@@ -59,7 +59,7 @@ class Channel:
         self._streams = {name: Stream(round(1e6 / rate)) for name, rate in rates_hz.items()}
         self._next_due_us = 0
         self._heartbeat_content: tuple | None = None
-        self._home: object = None  # as it was last streamed
+        self._home: object = None  # the last one that was streamed
         self.codec = Codec(int(px4.parameters["MAV_SYS_ID"]), int(px4.parameters["MAV_COMP_ID"]))
         self.socket = open_udp(host, local_port, purpose)
 
@@ -75,7 +75,7 @@ class Channel:
             stream.due_us = 0
 
     def receive(self, until: Callable[[], bool]) -> Iterator[tuple[common.MAVLink_message, Address]]:
-        """Yield every message that is there, with its sender, until `until` says so after a datagram."""
+        """Yield every message with its sender. Stop early if `until` returns True after a datagram."""
         for datagram, address in receive_all(self.socket):
             for message in self.codec.decode(datagram):
                 yield message, address
@@ -116,7 +116,7 @@ class Channel:
         for name, stream in self._streams.items():
             if not stream.period_us or time_us < stream.due_us:
                 continue
-            # Keep the phase, but do not catch up after a pause.
+            # Keep the phase of the stream, but do not catch up after a pause.
             late = time_us - stream.due_us >= stream.period_us
             stream.due_us = time_us + stream.period_us if late else stream.due_us + stream.period_us
             if status is not None and (everything or name == "HEARTBEAT"):
@@ -133,7 +133,7 @@ class Channel:
         return stream.period_us if stream else 0
 
     def set_interval(self, name: str, interval_us: float) -> bool:
-        """Change a rate: > 0 interval, 0 the default, -1 stop. False when PX4 would not."""
+        """Change a rate: > 0 interval, 0 the default, -1 stop. Return False if PX4 would refuse."""
         if name == "HEARTBEAT" or not telemetry.can_build(name) or not interval_us <= 1e9:
             return False
         if interval_us == 0:
@@ -159,7 +159,7 @@ class Channel:
         return addresses
 
     def _send_together(self, messages: list[common.MAVLink_message], addresses: list[Address]) -> None:
-        """Send messages of one instant in few datagrams: each of them wakes its receiver."""
+        """Send messages of one instant in few datagrams, because each datagram wakes its receiver."""
         datagram = b""
         for packet in map(self.codec.pack, messages):
             if len(datagram) + len(packet) > _MAX_DATAGRAM:

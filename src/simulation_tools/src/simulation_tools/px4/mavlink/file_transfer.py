@@ -24,9 +24,10 @@ _PAYLOAD_BYTES = 251
 def refuse_file_transfer(
     m: common.MAVLink_file_transfer_protocol_message,
 ) -> common.MAVLink_message | None:
-    """Return the answer to a request; None for what is itself an answer.
+    """Return the answer to a request; None if the message is an answer.
 
-    To end all sessions succeeds, since there are none. Everything else is an unknown command.
+    The request to end all sessions succeeds, because there are none. Any other request is an unknown
+    command.
     """
     sequence, session, opcode, _, _, _, offset = _HEADER.unpack_from(bytes(m.payload))
     if opcode in (ACK, NAK):

@@ -2,7 +2,7 @@
 
 Port conventions of PX4 SITL: the offboard API is bound to 14580 and talks to 14540 (MAVROS:
 ``udp://:14540@``), the ground station's to 18570 and talks to 14550. Any other client that sends a heartbeat
-to either port is served as well. The clock of everything is simulation time.
+to either port is served as well. All times are simulation time.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _NOT_GIVEN = (0x7FF80000, 0x7FFFFFFF)  # latitude or longitude of COMMAND_INT
 
 @dataclass
 class LinkStatistics:
-    """What has come in so far."""
+    """Counts of received messages."""
 
     messages: int = 0
     setpoints: int = 0
@@ -47,10 +47,10 @@ class LinkStatistics:
 
 
 class MavlinkLink:
-    """Connects a `Px4` with its clients. Not thread-safe: the thread that steps the Px4 calls it.
+    """Connects a `Px4` with its clients. Not thread-safe: only the thread that steps the Px4 may call it.
 
-    `on_setpoint` is called at the receipt of each setpoint that counts, with its `time_boot_ms`.
-    `on_warning` is called once per kind of trouble, with a sentence.
+    `on_setpoint` is called for each accepted setpoint with its `time_boot_ms`. `on_warning` is called once
+    per kind of trouble, with a sentence.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class MavlinkLink:
         """Open both ports; raises LinkError when one is taken.
 
         offboard_port, gcs_port: where the clients listen; 0: answer only clients that send heartbeats.
-        Local ports: by default as far from the clients' as PX4's, 14580 and 18570; 0 takes a free one.
+        Local ports: by default PX4's, 14580 and 18570, moved by as much as the clients'; 0: a free one.
         """
         own_offboard_port, own_gcs_port = own_ports(offboard_port, gcs_port)
         if offboard_local_port is None:
@@ -120,10 +120,11 @@ class MavlinkLink:
         }
 
     def poll(self, time_us: int, until: Callable[[], bool] = lambda: False) -> None:
-        """Handle every message that is there, without waiting. time_us: simulation time now.
+        """Handle every message that has arrived, without waiting.
 
-        until: called after each datagram. When it returns True, the rest stays unread until the next call. So
-        a simulator in lockstep reads no further than the setpoint that it waits for.
+        time_us: simulation time now. until: called after each datagram. If it returns True, the rest stays
+        unread until the next call. So a simulator in lockstep reads no further than the setpoint that it
+        waits for.
         """
         self._time_us = time_us
         for channel in self._channels:
@@ -157,7 +158,7 @@ class MavlinkLink:
             channel.close()
         self._px4.on_statustext = lambda severity, text: None
 
-    # Incoming messages
+    # Received messages
 
     def _heartbeat(self, channel: Channel, message: common.MAVLink_message, sender: Address) -> None:
         is_ground_station = message.type == common.MAV_TYPE_GCS
@@ -200,7 +201,7 @@ class MavlinkLink:
         self.statistics.refused_setpoints += 1
 
     def _command_is_for_us(self, channel: Channel, m: common.MAVLink_message) -> bool:
-        """Unlike other messages, a command to all systems (0) counts only if it asks who is there."""
+        """Unlike other messages, a command to all systems (0) counts only if it asks for identification."""
         to_all = m.target_system == 0 and m.command != common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES
         return not to_all and self._is_for_us(channel, m)
 
@@ -226,7 +227,7 @@ class MavlinkLink:
     def _command(
         self, channel: Channel, m: common.MAVLink_message, params: tuple[float, ...], sender: Address
     ) -> None:
-        """Carry out a command and acknowledge it; the message that it asks for goes out afterwards."""
+        """Carry out a command and acknowledge it. Then send the message that it asks for."""
         after = None
         if self._message_commands.handles(m.command):
             after, result = self._message_commands.handle(channel, m.command, params)
@@ -261,7 +262,7 @@ class MavlinkLink:
             channel.reply(answer, sender)
 
     def _rc_override(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
-        """Warn once: PX4 would fly by it, but there is no remote control here."""
+        """Warn once that there is no remote control here. Real PX4 would fly by it."""
         if self._is_for_us(channel, m):
             self._warn(
                 "rc", "MAVLink: RC_CHANNELS_OVERRIDE is ignored; the PX4 stand-in has no remote control"
@@ -269,7 +270,7 @@ class MavlinkLink:
 
     def _timesync(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if m.tc1 == 0:
-            now_ns = max(1000 * self._time_us, 1)  # zero would be a question, not an answer
+            now_ns = max(1000 * self._time_us, 1)  # a zero means a question
             channel.reply(common.MAVLink_timesync_message(now_ns, m.ts1), sender)
 
     def _ping(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
@@ -287,10 +288,10 @@ class MavlinkLink:
         if answer is not None:
             channel.reply(answer, sender)
 
-    # Words
+    # Status texts
 
     def _say(self, severity: Severity, text: str) -> None:
-        """Tell every ground station; 50 bytes is all that one STATUSTEXT holds."""
+        """Tell every ground station. One STATUSTEXT holds 50 bytes."""
         message = common.MAVLink_statustext_message(int(severity), text.encode("ascii", "replace")[:50])
         for channel in self._channels:
             channel.send_to_ground_stations(message)

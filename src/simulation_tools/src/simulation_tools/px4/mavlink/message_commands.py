@@ -12,7 +12,7 @@ from simulation_tools.px4.mavlink.channel import Channel
 from simulation_tools.px4.modes import Result
 from simulation_tools.px4.px4 import Px4
 
-# A message to send after the acknowledgement (None: nothing), and the acknowledgement's result.
+# The message to send after the acknowledgement (None: nothing), and the acknowledgement's result.
 Answer = Tuple["common.MAVLink_message | None", Result]
 _FIXED = {
     common.MAV_CMD_GET_HOME_POSITION: "HOME_POSITION",
@@ -54,7 +54,7 @@ class MessageCommands:
         return None, Result.ACCEPTED if done else Result.FAILED
 
     def _get_interval(self, channel: Channel, params: Sequence[float]) -> Answer:
-        """PX4 answers for any number, with an interval of 0 for what it does not stream."""
+        """PX4 answers for any number. The interval of a message that it does not stream is 0."""
         number = int(params[0]) if math.isfinite(params[0]) and 0 <= params[0] < 65536 else None
         if number is None:
             return None, Result.DENIED

@@ -1,7 +1,7 @@
 """MAVLink's mission protocol for a flight controller that flies no missions.
 
-Its lists of mission items, fence points and rally points are empty, as PX4's are before an upload. Nothing
-can be uploaded, and the client is told so.
+Its lists of mission items, fence points and rally points are empty, like PX4's before an upload. It refuses
+every upload.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from simulation_tools.autopilot import Px4Error
 from simulation_tools.mavlink import decode_text, parameter_from_wire, parameter_to_wire
 from simulation_tools.px4.parameters import Px4Parameters
 
-HASH_NAME = "_HASH_CHECK"  # a name that PX4 answers with a checksum over all values, for caches
+HASH_NAME = "_HASH_CHECK"  # PX4 answers this name with a checksum of all values, for clients' caches
 _NO_INDEX = 65535
 
 
@@ -28,7 +28,7 @@ class ParameterProtocol:
         return map(self.value, self._parameters)
 
     def read(self, m: common.MAVLink_param_request_read_message) -> common.MAVLink_message | None:
-        """Answer PARAM_REQUEST_READ, by index or name; None, as PX4, for what does not exist."""
+        """Answer PARAM_REQUEST_READ, by index or name; None for an unknown one, as in PX4."""
         name = self._parameters.name_at(m.param_index) if m.param_index >= 0 else decode_text(m.param_id)
         if name == HASH_NAME:
             return self._hash()

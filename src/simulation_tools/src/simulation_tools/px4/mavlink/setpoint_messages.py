@@ -18,7 +18,7 @@ _ATTITUDE_IGNORE, _THROTTLE_IGNORE = 128, 64
 
 
 class SetpointError(Px4Error):
-    """A message is no setpoint; the text is what PX4 tells the ground stations, empty for nothing."""
+    """A message is no setpoint. The text is PX4's status text for ground stations; empty: no text."""
 
 
 def from_local_target(m: common.MAVLink_set_position_target_local_ned_message) -> Setpoint:
@@ -71,7 +71,7 @@ def from_attitude_target(m: common.MAVLink_set_attitude_target_message) -> Attit
 
 
 def _setpoint(m: common.MAVLink_message, position: Vector3, body: bool, name: str) -> Setpoint:
-    """Read what both position messages share; raises SetpointError."""
+    """Read the common fields of both position messages; raises SetpointError."""
     mask = m.type_mask
     acceleration = _unmasked((m.afx, m.afy, m.afz), mask >> 6, together=body)
     if mask & _FORCE_SET and acceleration != UNSET:
@@ -88,7 +88,7 @@ def _setpoint(m: common.MAVLink_message, position: Vector3, body: bool, name: st
 
 
 def _unmasked(values: Vector3, mask: int, together: bool = False) -> Vector3:
-    """Replace what the mask's lowest bits ignore by NaN; together: all of it when one is ignored."""
+    """Replace values that the mask's lowest bits ignore by NaN; together: one ignored value makes all NaN."""
     if together and mask & 0b111:
         return UNSET
     x, y, z = (NAN if mask >> i & 1 else _sane(value) for i, value in enumerate(values))

@@ -35,7 +35,7 @@ OFFBOARD_RATES_HZ = {
     "BATTERY_STATUS": 0.5,
 }
 
-# A ground station's link is slower; nothing on it steers.
+# A ground station's link is slower, because it does not control the flight.
 GROUND_RATES_HZ = {name: min(rate, 10.0) for name, rate in OFFBOARD_RATES_HZ.items() if name != "TIMESYNC"}
 
 Builder = Callable[[Px4, Px4Status], "common.MAVLink_message | None"]
@@ -44,10 +44,10 @@ _BUILDERS: Mapping[str, Builder] = {**telemetry_motion.BUILDERS, **telemetry_sta
 
 
 def build(name: str, px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    """Return a message by its MAVLink name; None when there is nothing to say yet (no position, no home)."""
+    """Return a message by its MAVLink name; None if it is not possible yet (no position, no home)."""
     return _BUILDERS[name](px4, status)
 
 
 def can_build(name: str) -> bool:
-    """Whether a message of that name is known here."""
+    """Whether a message of this name is known here."""
     return name in _BUILDERS

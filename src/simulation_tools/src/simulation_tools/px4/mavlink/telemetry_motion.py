@@ -1,4 +1,4 @@
-"""Telemetry of how the vehicle moves and what it is asked to do: NED and FRD, simulation time."""
+"""Telemetry of the vehicle's motion and its setpoints: NED and FRD, simulation time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simulation_tools.px4.status import Px4Status
 _NAN = math.nan
 _UNKNOWN_U16 = 65535
 _CLEARANCE_ON_GROUND_M = 0.1  # PX4's EKF2_MIN_RNG
-# As PX4 SITL's receiver says: mm over the ground, mm of height, mm/s, 1e-5 degrees
+# The accuracy of PX4 SITL's receiver: horizontal mm, vertical mm, mm/s, 1e-5 degrees
 _GPS_ACCURACIES = (299, 399, 250, 2864788)
 _ALL_BUT_AIRSPEED = 7167  # HIGHRES_IMU's fields that are new
 
@@ -49,7 +49,7 @@ def _highres_imu(px4: Px4, status: Px4Status) -> common.MAVLink_message:
         *estimate["specific_force"].tolist(),
         *estimate["rates"].tolist(),
         *_magnetic_field(estimate["attitude"].tolist()),
-        pressure_pa,  # MAVLink says hPa; PX4 sends Pa, and MAVROS hands it on
+        pressure_pa,  # MAVLink's unit is hPa, but PX4 sends Pa, and MAVROS passes it on
         0.0,
         altitude,
         20.0,
@@ -78,7 +78,7 @@ def _local_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | Non
 
 
 def _local_position_with_covariance(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    """On request only: PX4 has no such message, MAVROS takes pose_cov and accel from it."""
+    """Only on request. PX4 does not have this message; MAVROS takes pose_cov and accel from it."""
     if not status.position_valid:
         return None
     estimate, noise = px4.estimate[0], px4.estimator_noise
@@ -182,7 +182,7 @@ def _attitude_target(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 
 def _position_target_global(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    """Return where an automatic mode flies to; PX4 sends it in those modes alone."""
+    """Return an automatic mode's target. PX4 sends it only in those modes."""
     if not (status.mode.is_auto and status.armed and status.position_valid):
         return None
     north, east, down = px4.active_setpoint["position"][0].tolist()
@@ -201,11 +201,11 @@ def _position_target_global(px4: Px4, status: Px4Status) -> common.MAVLink_messa
 
 
 def _position_target(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    """Return what the position controller follows; NaN, and masked, where it follows nothing."""
+    """Return the position controller's setpoint. What it does not follow is NaN and masked."""
     if not px4.follows_position:
         return None
     motion = _followed_motion(px4)
-    # A position that is followed asks for a velocity; on the ground PX4 follows none.
+    # A position setpoint gives a velocity setpoint. On the ground PX4 follows none.
     asked = px4.active_setpoint["position"][0].tolist()
     position = [_NAN if math.isnan(speed) else where for where, speed in zip(asked, motion)]
     mask = sum(1 << bit for bit, value in enumerate((*position, *motion[:6])) if math.isnan(value))
@@ -215,7 +215,7 @@ def _position_target(px4: Px4, status: Px4Status) -> common.MAVLink_message | No
 
 
 def _followed_motion(px4: Px4) -> list[float]:
-    """Velocity and acceleration (NED), yaw and yaw rate that the position controller follows."""
+    """The position controller's setpoints of velocity and acceleration (NED), yaw and yaw rate."""
     target = px4.attitude_setpoint[0]
     return [
         *target["velocity"].tolist(),

@@ -29,11 +29,11 @@ class ShapeFactory:
     def __init__(self, client: int) -> None:
         self._client = client
         self._mesh_folder: tempfile.TemporaryDirectory | None = None
-        # PyBullet never frees a used collision shape, so equal ones are shared.
+        # PyBullet never frees a used collision shape, so equal shapes are shared.
         self._shapes: dict[Hashable, int] = {}
 
     def close(self) -> None:
-        """Remove what was written for PyBullet to read."""
+        """Remove the files written for PyBullet."""
         if self._mesh_folder is not None:
             self._mesh_folder.cleanup()
             self._mesh_folder = None
@@ -43,11 +43,11 @@ class ShapeFactory:
         self._shapes.clear()
 
     def standing(self, geometry: Geometry) -> int:
-        """Return the collision shape of something fixed; a mesh counts by its surface."""
+        """Return the collision shape of a fixed part. A mesh keeps its surface."""
         return self._shared(geometry, partial(self._standing, geometry))
 
     def moving(self, placed: Sequence[PlacedCollision]) -> int:
-        """Return the collision shape of a part that moves, -1 for none; a mesh counts by its convex hull."""
+        """Return the collision shape of a moving part; -1: none. A mesh becomes its convex hull."""
         key = tuple((item.collision.geometry, item.pose) for item in placed)
         return self._shared(key, partial(self._compound, placed))
 
@@ -138,7 +138,7 @@ class ShapeFactory:
         return {**entry, **primitive}
 
     def _mesh_file(self, geometry: Geometry) -> str:
-        # Always by way of an OBJ of our own: PyBullet's readers know fewer formats than trimesh.
+        # Always write an OBJ file, because PyBullet reads fewer formats than trimesh.
         return self._write_obj(mesh_of(geometry))
 
     def _write_obj(self, mesh: TriangleMesh) -> str:

@@ -19,9 +19,9 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Model, Plane, Sphere
 from simulation_tools.world.shapes.terrain import MeshError, heights_of
 
-DRAWN_SAGITTA_M = 0.01  # the same for pictures, whose time goes with the number of triangles
-SAGITTA_M = 0.001  # how deep a facet's middle may lie under the true surface: well below any lidar's noise
-PLANE_HALF_SIZE_M = 2000.0  # a plane is infinite; no lidar here sees a tenth as far
+DRAWN_SAGITTA_M = 0.01  # the same for pictures, which take time for each triangle
+SAGITTA_M = 0.001  # greatest depth of a facet's middle under the true surface: well below any lidar's noise
+PLANE_HALF_SIZE_M = 2000.0  # stands for an infinite plane; no lidar here sees a tenth as far
 MAX_TRIANGLES = 2_000_000
 
 

@@ -1,4 +1,4 @@
-"""The frame of a plugin's setpoints, as MAVROS's parameters and services `mav_frame` name it."""
+"""The frame of a plugin's setpoints: MAVROS's parameters and services `mav_frame`."""
 
 from __future__ import annotations
 

@@ -22,8 +22,9 @@ from simulation_tools_ros.mavros.uas import Uas
 class SetpointAttitudePlugin:
     """Takes setpoint_attitude/thrust with setpoint_attitude/cmd_vel or, by parameter, /attitude.
 
-    A thrust and a rate (or attitude) make one setpoint, and are used once: so it goes out at the rate of the
-    slower of the two. A thrust outside 0..1 is refused. Parameters: ~setpoint_attitude/use_quaternion (false:
+    A thrust and a rate (or attitude) together make one setpoint, and each message is used once. So setpoints
+    have the rate of the slower topic. A thrust outside 0..1 is refused. Parameters:
+    ~setpoint_attitude/use_quaternion (false:
     cmd_vel, true: attitude), ~setpoint_attitude/reverse_thrust.
     """
 
@@ -40,7 +41,7 @@ class SetpointAttitudePlugin:
 
     def _send_attitude(self, message: PoseStamped, thrust: Thrust) -> None:
         q = message.pose.orientation
-        # MAVROS takes a quaternion of zeros for no rotation.
+        # MAVROS reads a quaternion of zeros as no rotation.
         attitude = (q.x, q.y, q.z, q.w) if any((q.x, q.y, q.z, q.w)) else IDENTITY_QUATERNION
         self._uas.send_setpoint(
             "setpoint_attitude/attitude",
@@ -49,7 +50,7 @@ class SetpointAttitudePlugin:
         )
 
     def _send_rates(self, message: TwistStamped, thrust: Thrust) -> None:
-        """MAVROS turns these rates as a vector of ENU, not of FLU: x is PX4's pitch rate, y its roll rate."""
+        """MAVROS converts these rates from ENU, not from FLU: x is PX4's pitch rate, y its roll rate."""
         w = message.twist.angular
         rates_flu = (w.y, -w.x, w.z)
         self._uas.send_setpoint(
@@ -72,7 +73,7 @@ class SetpointAttitudePlugin:
 
 
 class Pair:
-    """Calls `use` with the newest message of each of two topics once both have brought a new one."""
+    """Calls `use` with the newest messages of two topics, when both have a new one."""
 
     def __init__(self, use: Callable[[Any, Any], None]) -> None:
         self._use = use

@@ -18,8 +18,8 @@ from simulation_tools_ros.mavros.uas import Uas
 class SetpointPositionPlugin:
     """Takes setpoint_position/{local,global,global_to_local}.
 
-    global's altitude is above mean sea level; global_to_local's is above the ellipsoid, as that of
-    global_position/global. As with MAVROS, global_to_local wants stamps that rise.
+    The altitude of global is above mean sea level. That of global_to_local is above the ellipsoid, like that
+    of global_position/global. As in MAVROS, the stamps of global_to_local must rise.
     """
 
     def __init__(self, uas: Uas) -> None:
@@ -67,9 +67,9 @@ class SetpointPositionPlugin:
         )
 
     def _to_local(self, goal: Any) -> tuple[float, float, float]:
-        """Return a place on earth in the local frame, ENU, from where the UAV is in both.
+        """Return a place on earth in the local frame, ENU.
 
-        Raises ValueError when that is not known.
+        The UAV's position in both frames connects them. Raises ValueError if that position is not known.
         """
         here, local = self._uas.heard.global_position, self._uas.heard.local_position
         if here is None or local is None:

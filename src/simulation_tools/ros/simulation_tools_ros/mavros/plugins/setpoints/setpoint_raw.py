@@ -15,9 +15,9 @@ from simulation_tools_ros.mavros.uas import Uas, number, stamp_from_ms
 
 
 class SetpointRawPlugin:
-    """Takes setpoint_raw/{local,global,attitude}; publishes what PX4 follows: target_{local,global,attitude}.
+    """Takes setpoint_raw/{local,global,attitude}; publishes PX4's targets: target_{local,global,attitude}.
 
-    Parameter: ~setpoint_raw/thrust_scaling, by which a thrust is multiplied before it is cut to 0..1.
+    Parameter: ~setpoint_raw/thrust_scaling, factor of a thrust before it is clipped to 0..1.
     """
 
     def __init__(self, uas: Uas) -> None:
@@ -112,7 +112,7 @@ def attitude_message(target: common.MAVLink_message) -> AttitudeTarget:
 
 
 def _motion_enu(target: common.MAVLink_message) -> dict:
-    """Return what both position targets share."""
+    """Return the common fields of both position targets."""
     return {
         "velocity": Vector3(*enu_to_ned((target.vx, target.vy, target.vz))),
         "acceleration_or_force": Vector3(*enu_to_ned((target.afx, target.afy, target.afz))),
@@ -122,7 +122,7 @@ def _motion_enu(target: common.MAVLink_message) -> dict:
 
 
 def _motion(message: Any) -> tuple:
-    """Return what both position setpoints share, as the conversions take it."""
+    """Return the common fields of both position setpoints, as arguments of the conversions."""
     velocity, acceleration = _xyz(message.velocity), _xyz(message.acceleration_or_force)
     return velocity, acceleration, message.yaw, message.yaw_rate
 
