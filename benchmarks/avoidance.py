@@ -1,156 +1,90 @@
-"""The campaign `avoidance`, flights through random forests: does CEPA collide, arrive, or get stuck?
+"""Flights through places that tuning never saw: does an algorithm touch anything, arrive, or get stuck?
 
-It is `config/campaigns/avoidance.yaml` of master_thesis. The improved algorithm must never collide at 2 m/s.
---resume goes on from an interrupted run.
+Each row is a campaign file of master_thesis (`config/campaigns/avoidance_ROW.yaml`). --rows flies some of
+them. --resume goes on from an interrupted run.
 
-Keys: cepa.campaign.{original, improved, improved_velocity_aware, improved_levelling}.{all, 1_m_s, ...}, where
-each speed counts the same forests, and cepa.campaign.improved_at_2_m_s, in four times as many. Each has
-collisions per km with their exact 95 % interval, share stuck and time to goal. The campaign's own files are
-in results/avoidance.
+- mixed: `config/campaigns/avoidance.yaml`, the improved and the original algorithm in random forests. The
+  improved one must never collide at 2 m/s. Keys: cepa.campaign.{original, improved, improved_velocity_aware,
+  improved_levelling}.{all, 1_m_s, ...}, and cepa.campaign.improved_at_2_m_s, with collisions per km.
+- spaced, thick, dead_ends, ...: keys avoidance.PLACE.SPEED.ALGORITHM.{flights, contacts, reached, time_ratio,
+  clearance_m, computation_ms}. The table of goals says what `dynamic` is to reach and whether it does.
+
+The campaigns' own files are in results/avoidance (mixed) and results/avoidance/ROW.
 """
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 from typing import Sequence
 
-import numpy as np
-import pandas as pd
-from scipy.stats import chi2
-
-from benchmarks.shared.results import Results, table
+from benchmarks.avoidance_rows import judging, mixed_forests
+from benchmarks.avoidance_rows.judging import Verdict
+from benchmarks.avoidance_rows.rows import ROWS, Row
+from benchmarks.shared.results import Results
 from benchmarks.shared.trials import AGAIN, interrupted, trial_options
 from master_thesis.campaign.campaign import Campaign
-from master_thesis.campaign.folder import CampaignFolder
+from master_thesis.campaign.folder import CampaignFolder, Flown
 from master_thesis.campaign.reading import read_campaign
 from master_thesis.campaign.summary import write_summary
 from master_thesis.trials.workers import open_workers
 
 BRIEF_SEEDS = 4
-SAFE_SPEED_M_S = 2.0
-SAFE = f"improved_at_{SAFE_SPEED_M_S:g}_m_s"
-EXTENSIONS = {
-    "velocity_aware": "cepa.velocity_aware_emergency",
-    "levelling": "cepa.levelling",
-}
-"""The improved algorithm's extensions that are off by default."""
+MIXED = "mixed"
+BY_NAME = {row.name: row for row in ROWS}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
+    names = [MIXED, *BY_NAME]
     parser = trial_options(__doc__ or "")
-    parser.add_argument("--seeds", type=int, metavar="N", help="number of forests (default: 50)")
-    parser.add_argument("--smallest", action="store_true", help="seconds of flight, as the file has it")
+    parser.add_argument("--rows", nargs="+", choices=names, default=names, help="what to fly (default: all)")
+    parser.add_argument("--seeds", type=int, metavar="N", help="number of places, instead of the files'")
+    parser.add_argument("--smallest", action="store_true", help="seconds of flight, as the files have it")
     given = parser.parse_args(arguments)
-    seeds = given.seeds or (BRIEF_SEEDS if given.brief else None)
-    campaign = read_campaign(Path("avoidance"), given.smallest, seeds)
+    verdicts: list[Verdict] = []
+    for name in given.rows:
+        if name == MIXED:
+            fly_mixed(given)
+        else:
+            verdicts += fly_row(BY_NAME[name], given)
+    if verdicts:
+        print(f"\n{judging.verdicts_table(verdicts)}")
+
+
+def fly_mixed(given: argparse.Namespace) -> None:
+    """Fly the random forests of the thesis's algorithms."""
     with Results("avoidance", given.results, vars(given)) as results:
-        path = given.results / "avoidance"
-        try:
-            with CampaignFolder(path, campaign, not given.resume) as folder:
-                with open_workers(given.workers) as workers:
-                    flown = folder.fly(workers)
-                print(f"{write_summary(campaign, folder, flown)}\n\n{path}")
-        except KeyboardInterrupt:
-            interrupted()
-        if flown.failed:
-            raise SystemExit(f"{len(flown.failed)} of {len(campaign)} trials failed; {AGAIN}")
-        found = {name: metrics(flights) for name, flights in sets(campaign, flown.trials).items()}
+        campaign, flown = fly("avoidance", given.results / "avoidance", given)
+        print(f"\n{mixed_forests.judge(campaign, flown.trials, results)}")
+
+
+def fly_row(row: Row, given: argparse.Namespace) -> list[Verdict]:
+    """Fly a row; return how its goals were met."""
+    with Results(row.campaign, given.results, vars(given)) as results:
+        _, flown = fly(row.campaign, given.results / "avoidance" / row.name, given)
+        sets = judging.sets(row, flown.trials)
+        found = {name: judging.metrics(flights, flown.computation_ms) for name, flights in sets.items()}
         for name, values in found.items():
-            results.add(f"cepa.campaign.{name}", values)
-        print(f"\n{as_table(found)}\n{failures(flown.trials)}")
+            results.add(judging.key(*name), values)
+        print(f"\n{row.what}\n\n{judging.as_table(found)}")
+        return judging.verdicts(row, flown.trials, flown.computation_ms)
 
 
-def names(trials: pd.DataFrame) -> pd.Series:
-    """Return for each trial the algorithm, with its extension if it had one."""
-    found = trials["algorithm"].astype(str)
-    for name, column in EXTENSIONS.items():
-        found = found.where(~trials[column].astype(bool), found + f"_{name}")
-    return found
-
-
-def sets(campaign: Campaign, trials: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """Return the flights by key: improved at 2 m/s in all forests, others where all speeds flew."""
-    of = names(trials)
-    found = {SAFE: trials[(of == "improved") & (trials["speed_m_s"] == SAFE_SPEED_M_S)]}
-    shared = trials["replicate"] < campaign.seeds
-    for name in dict.fromkeys(of):
-        mine = trials[(of == name) & shared]
-        found[f"{name}.all"] = mine
-        found.update({f"{name}.{speed:g}_m_s": flights for speed, flights in mine.groupby("speed_m_s")})
-    return found
-
-
-def metrics(flights: pd.DataFrame) -> dict:
-    """Return the metrics of some flights."""
-    kilometres = 1e-3 * flights["path_length_m"].sum()
-    collisions = int(flights["collision"].sum())
-    arrived = flights[flights["reached"].astype(bool)]
-    times, straight = arrived["flight_time_s"], arrived["time_over_straight"]
-    return {
-        "flights": len(flights),
-        "distance_km": kilometres,
-        "collisions": collisions,
-        "collisions_per_km": collisions / kilometres,
-        "collisions_per_km_95": rate_interval(collisions, kilometres),
-        "stuck": flights["stuck"].mean(),
-        "reached": flights["reached"].mean(),
-        "time_to_goal_s": {"mean": times.mean(), "std": np.std(times)} if len(arrived) else None,
-        "time_over_straight": straight.median() if len(arrived) else None,
-        "clearance_m": {
-            "least": flights["min_clearance_m"].min(),
-            "median": flights["min_clearance_m"].median(),
-        },
-        "flights_with_emergency": (flights["emergencies"] > 0).mean(),
-    }
-
-
-def rate_interval(events: int, exposure: float, confidence: float = 0.95) -> tuple[float, float]:
-    """Return the exact (Garwood 1936) confidence interval of a Poisson rate: events per unit of exposure."""
-    tail = (1.0 - confidence) / 2.0
-    low = chi2.ppf(tail, 2 * events) / 2.0 if events else 0.0
-    return float(low / exposure), float(chi2.ppf(1.0 - tail, 2 * events + 2) / 2.0 / exposure)
-
-
-def as_table(found: dict[str, dict]) -> str:
-    """Return the metrics as a table; time: over that of a straight flight at full speed, median."""
-    header = (
-        "flights",
-        "number",
-        "km",
-        "collisions",
-        "per km",
-        "95 %",
-        "stuck",
-        "time/straight",
-        "clearance [m]",
-    )
-    return table(header, [(name.replace(".", ", "), *_row(values)) for name, values in found.items()])
-
-
-def _row(values: dict) -> tuple[str, ...]:
-    low, high = values["collisions_per_km_95"]
-    longer, clearance = values["time_over_straight"], values["clearance_m"]
-    return (
-        f"{values['flights']}",
-        f"{values['distance_km']:.2f}",
-        f"{values['collisions']}",
-        f"{values['collisions_per_km']:.2f}",
-        f"{low:.2f} to {high:.2f}",
-        f"{values['stuck']:.1%}",
-        f"{longer:.2f}" if longer else "-",
-        f"{max(clearance['least'], 0.0):.2f}, median {clearance['median']:.2f}",
-    )
-
-
-def failures(trials: pd.DataFrame) -> str:
-    """Return a line for each flight that did not arrive."""
-    lost = trials.assign(flown_by=names(trials))[~trials["reached"].astype(bool)]
-    return "\n".join(
-        f"forest {f['replicate']:3d}, {f['flown_by']}, {f['speed_m_s']:g} m/s: "
-        f"{'collision' if f['collision'] else 'stuck'} after {f['flight_time_s']:.1f} s"
-        for f in lost.to_dict("records")
-    )
+def fly(name: str, path: Path, given: argparse.Namespace) -> tuple[Campaign, Flown]:
+    """Fly a campaign in a folder; if trials fail, or after Ctrl-C, it ends the process with a sentence."""
+    seeds = given.seeds or (BRIEF_SEEDS if given.brief else None)
+    campaign = read_campaign(Path(name), given.smallest, seeds)
+    try:
+        with CampaignFolder(path, campaign, not given.resume) as folder:
+            with open_workers(given.workers) as workers:
+                flown = folder.fly(workers)
+            print(f"{write_summary(campaign, folder, flown)}\n\n{path}")
+    except KeyboardInterrupt:
+        interrupted()
+    if flown.failed:
+        raise SystemExit(f"{len(flown.failed)} of {len(campaign)} trials failed; {AGAIN}")
+    return campaign, flown
 
 
 if __name__ == "__main__":

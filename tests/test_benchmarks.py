@@ -16,7 +16,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-from benchmarks import avoidance, px4, sim, slam  # noqa: E402
+from benchmarks import px4, sim, slam  # noqa: E402
+from benchmarks.avoidance_rows import judging, mixed_forests, rows  # noqa: E402
 from benchmarks.cepa import replay  # noqa: E402
 from benchmarks.shared import places  # noqa: E402
 from benchmarks.shared.flights import Question  # noqa: E402
@@ -159,8 +160,8 @@ def test_the_graphs_latency_is_that_of_a_flight_in_real_time_without_lockstep(mo
 # Garwood's limits for 0, 1 and 10 events at 95 % as every table of them has it
 @pytest.mark.parametrize(("events", "low", "high"), [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.39)])
 def test_the_confidence_interval_is_garwoods(events, low, high):
-    assert avoidance.rate_interval(events, 1.0) == pytest.approx((low, high), abs=5e-3)
-    assert avoidance.rate_interval(events, 4.0)[1] == pytest.approx(high / 4.0, abs=2e-3)
+    assert mixed_forests.rate_interval(events, 1.0) == pytest.approx((low, high), abs=5e-3)
+    assert mixed_forests.rate_interval(events, 4.0)[1] == pytest.approx(high / 4.0, abs=2e-3)
 
 
 def flight(end, path_length_m, flight_time_s=13.0, **more):
@@ -192,7 +193,7 @@ def test_flights_are_counted_by_what_flew_where_every_speed_did():
         flight("stuck", 9.0, **{"cepa.levelling": True}),
         flight("collision", 4.0, algorithm="original"),
     ]
-    sets = avoidance.sets(campaign, pd.DataFrame(rows))
+    sets = mixed_forests.sets(campaign, pd.DataFrame(rows))
     assert {name: len(flights) for name, flights in sets.items()} == {
         "improved_at_2_m_s": 2,
         "improved.all": 2,
@@ -203,7 +204,7 @@ def test_flights_are_counted_by_what_flew_where_every_speed_did():
         "original.all": 1,
         "original.2_m_s": 1,
     }
-    assert avoidance.failures(pd.DataFrame(rows)).splitlines() == [
+    assert mixed_forests.failures(pd.DataFrame(rows)).splitlines() == [
         "forest   0, improved_levelling, 2 m/s: stuck after 13.0 s",
         "forest   0, original, 2 m/s: collision after 13.0 s",
     ]
@@ -211,12 +212,67 @@ def test_flights_are_counted_by_what_flew_where_every_speed_did():
 
 def test_collisions_count_by_what_was_flown():
     rows = [flight("goal", 30.0), flight("goal", 26.0, 26.0), flight("collision", 4.0)]
-    metrics = avoidance.metrics(pd.DataFrame(rows))
+    metrics = mixed_forests.metrics(pd.DataFrame(rows))
     assert metrics["collisions_per_km"] == pytest.approx(1 / 0.06)
     assert metrics["reached"] == pytest.approx(2 / 3)
     assert metrics["stuck"] == 0.0
     assert metrics["time_to_goal_s"]["mean"] == pytest.approx(19.5)
     assert metrics["time_over_straight"] == pytest.approx(1.5)  # of 1 and 2: 26 m at 2 m/s take 13 s
+
+
+# Clopper's and Pearson's limits: closed form for no event and for every event
+@pytest.mark.parametrize(
+    ("events", "low", "high"), [(0, 0.0, 1 - 0.025 ** (1 / 50)), (50, 0.025 ** (1 / 50), 1.0)]
+)
+def test_the_interval_of_a_share_is_clopper_and_pearsons(events, low, high):
+    assert judging.share_interval(events, 50) == pytest.approx((low, high))
+
+
+ROW = rows.Row("thick", "thick forests", (rows.Goal((2.0,), 0.75, 0.05, 1.4, no_slower=True),), p99_ms=2.0)
+
+
+def row_flights(end="goal", flight_time_s=16.0, computation_ms=1.0, **more):
+    """Four flights of the judged algorithm, of which the last ends so; three of improved."""
+    common = {"world": "thick_forest", "flight_time_s": flight_time_s}
+    common["time_over_straight"] = flight_time_s / 13.0
+    flights = [flight("goal", 26.0, **common, replicate=i, algorithm="dynamic") for i in range(3)]
+    flights.append(flight(end, 26.0, **common, replicate=3, algorithm="dynamic", **more))
+    flights += [flight("goal", 26.0, 17.0, world="thick_forest", replicate=i) for i in range(3)]
+    flown = pd.DataFrame(flights)
+    flown["index"] = np.arange(len(flown))
+    return flown, {i: [computation_ms] * 9 for i in range(4)}
+
+
+def test_a_row_counts_by_place_speed_and_algorithm():
+    flown, computation_ms = row_flights("collision")
+    sets = judging.sets(ROW, flown)
+    assert {name: len(flights) for name, flights in sets.items()} == {
+        ("thick_forest", 2.0, "dynamic"): 4,
+        ("thick_forest", 2.0, "improved"): 3,
+    }
+    metrics = judging.metrics(sets["thick_forest", 2.0, "dynamic"], computation_ms)
+    assert (metrics["flights"], metrics["contacts"], metrics["reached"]) == (4, 1, 0.75)
+    assert metrics["time_ratio"] == pytest.approx(16.0 / 13.0)
+    assert metrics["computation_ms"] == {"p50": 1.0, "p99": 1.0}
+    assert judging.key("thick_forest", 2.0, "dynamic") == "avoidance.thick_forest.2_m_s.dynamic"
+
+
+@pytest.mark.parametrize(
+    ("flown", "missed"),
+    [
+        ({}, []),
+        ({"end": "collision"}, ["no contact"]),
+        ({"min_clearance_m": 0.049}, ["clearance at least 0.05 m"]),
+        ({"flight_time_s": 18.0}, ["time / improved's at most 1"]),
+        ({"flight_time_s": 19.0}, ["time / straight at most 1.4", "time / improved's at most 1"]),
+        ({"computation_ms": 2.1}, ["p99 of computation at most 2 ms"]),
+    ],
+)
+def test_a_goal_is_met_or_missed(flown, missed):
+    found = judging.verdicts(ROW, *row_flights(**flown))
+    assert [verdict.goal for verdict in found if not verdict.met] == missed
+    assert len(found) == 6
+    assert judging.verdicts_table(found).count("missed") == len(missed)
 
 
 def test_a_benchmark_with_failed_trials_ends_and_resumes_with_them(tmp_path):
@@ -275,7 +331,7 @@ def test_cepa_is_benchmarked(tmp_path):
 
 @pytest.mark.flight
 def test_the_campaign_is_flown(tmp_path):
-    written, said = run("avoidance", tmp_path, "--smallest", "--workers", "1")
+    written, said = run("avoidance", tmp_path, "--smallest", "--workers", "1", "--rows", "mixed", "thick")
     campaign = written["cepa"]["campaign"]
     for name in ("improved", "original", "improved_velocity_aware", "improved_levelling"):
         assert campaign[name]["all"]["flights"] == 2
@@ -284,6 +340,10 @@ def test_the_campaign_is_flown(tmp_path):
     assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (8.0 - 0.2)
     assert (tmp_path / "avoidance/flights.png").read_bytes().startswith(b"\x89PNG")
     assert "improved, all" in said
+    thick = written["avoidance"]["thick_forest"]["4_m_s"]["improved"]
+    assert thick["flights"] == 1
+    assert thick["computation_ms"]["p99"] > 0.0
+    assert "thick forests" in said
 
 
 @pytest.mark.flight

@@ -94,7 +94,7 @@ def test_the_command_tells_mistakes_and_where(tmp_path, capsys):
     damaged, unknown, wrong = capsys.readouterr().err.splitlines()
     assert damaged.startswith(f"campaign: {path}: line 2 is no YAML")
     assert (
-        "There is no campaign file nowhere; give a YAML file, or one of avoidance, avoidance_forest"
+        "There is no campaign file nowhere; give a YAML file, or one of avoidance, avoidance_dead_ends"
         in unknown
     )
     assert wrong.startswith(f"campaign: {path}: There is no world 'moon'")

@@ -26,6 +26,7 @@ class Flight:
     end: "goal", "collision" or "stuck". time_s: until then. poses: true, (n, 8: t, position, quaternion).
     clearance_m: least distance between the UAV's shape and anything but the ground, up to FARTHEST_M.
     emergencies: scans that the emergency avoidance answered. mass_kg: of the UAV with its lidar.
+    computation_ms: CPU time of each answer of the algorithm (n,).
     """
 
     end: str
@@ -34,6 +35,7 @@ class Flight:
     clearance_m: float
     emergencies: int
     mass_kg: float
+    computation_ms: np.ndarray
 
     @property
     def path_length_m(self) -> float:
@@ -94,13 +96,15 @@ def flight_of(loop: ClosedLoop) -> Flight:
     outcome, log = loop.outcome, loop.log
     start_s = outcome.times_s[Phase.FLYING]
     poses = log.between(start_s, loop.time_s)
+    decisions = [row for row in log.decisions if row[0] >= start_s]
     return Flight(
         end="collision" if outcome.touched else "goal" if outcome.reached_goal else "stuck",
         time_s=float(poses[-1, 0] - start_s),
         poses=poses,
         clearance_m=_clearance_m(loop, poses),
-        emergencies=sum(bool(row[4]) for row in log.decisions if row[0] >= start_s),
+        emergencies=sum(bool(row[4]) for row in decisions),
         mass_kg=float(loop.simulation.world.mass_kg(loop.simulation.uav_name)),
+        computation_ms=np.array([row[1] for row in decisions], dtype=float),
     )
 
 

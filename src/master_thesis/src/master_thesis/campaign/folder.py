@@ -6,7 +6,7 @@ import dataclasses
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Iterable, Sequence
+from typing import Any, Iterable, Mapping, Sequence
 
 import pandas as pd
 
@@ -23,17 +23,21 @@ from master_thesis.trials.trial import Failed, Row, Trial, several_versions
 from master_thesis.trials.workers import Workers
 
 FINISHED, TABLE, COSTS, DESCRIPTION = "trials.jsonl", "trials.csv", "costs.csv", "campaign.json"
+NO_COLUMNS = ("metrics", "computation_ms")
+"""What an outcome has besides the table's columns."""
 
 
 @dataclass(frozen=True)
 class Flown:
     """What a run of a campaign left.
 
-    trials: a row for each case that finished or failed. failed: those that raised; a second call tries them
-    again. mixture: a sentence, if different versions of the code computed the rows.
+    trials: a row for each case that finished or failed. computation_ms: the sample of computation times of
+    each flight, by the case's index. failed: those that raised; a second call tries them again. mixture: a
+    sentence, if different versions of the code computed the rows.
     """
 
     trials: pd.DataFrame
+    computation_ms: Mapping[int, Sequence[float]]
     failed: Sequence[Failed] = ()
     mixture: str | None = None
 
@@ -95,7 +99,8 @@ class CampaignFolder:
         finally:
             finished = [row for row in map(self._store.get, self._trials) if row is not None]
             trials = self._write_tables(finished, failed)
-        return Flown(trials, failed, several_versions(finished))
+        times = {int(row.name): row.result.get("computation_ms", ()) for row in finished}
+        return Flown(trials, times, failed, several_versions(finished))
 
     def _write_tables(self, finished: Iterable[Row], failed: Iterable[Failed]) -> pd.DataFrame:
         """Write trials.csv, which does not depend on who flew, and costs.csv. Return the first."""
@@ -149,5 +154,5 @@ def columns_of(campaign: Campaign) -> list[str]:
     names = ["index", "replicate"]
     names += [name for name in axes_of(campaign.kind) if any(name in s for s in campaign.combinations)]
     for outcome in (LidarData, *outcomes):
-        names += [f.name for f in dataclasses.fields(outcome) if f.name != "metrics" and f.name not in names]
+        names += [f.name for f in dataclasses.fields(outcome) if f.name not in (*NO_COLUMNS, *names)]
     return [*names, "error", "commit"]

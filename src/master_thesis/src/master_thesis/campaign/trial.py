@@ -7,7 +7,9 @@ import tempfile
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Sequence
+
+import numpy as np
 
 from cepa import ALGORITHMS, CepaParameters
 from cepa.algorithm import Algorithm
@@ -26,6 +28,7 @@ from simulation_tools.vehicle.uav import load_uav
 
 PATIENCE = 10.0
 """A flight is given up after this many times what its straight way takes at full speed."""
+COMPUTATION_STEP = 10
 LIDAR_POWER_W = {"urg": 2.5, "ust": 3.6, "utm": 8.0, "puck": 8.0, "tim": 4.0, "m8": 15.0}
 """Thesis, table D.1; range, rate and weight stand in the lidars' SDF files."""
 
@@ -42,7 +45,11 @@ class LidarData:
 
 @dataclass(frozen=True)
 class FlightOutcome:
-    """What came of a flight to a goal, as columns of the table."""
+    """What came of a flight to a goal, as columns of the table.
+
+    computation_ms: every tenth of the algorithm's computation times in ascending order. It is no column,
+    because it differs from run to run.
+    """
 
     reached: bool
     collision: bool
@@ -53,6 +60,7 @@ class FlightOutcome:
     min_clearance_m: float
     emergencies: int
     mass_kg: float
+    computation_ms: Sequence[float]
 
     def columns(self) -> dict:
         """Return all values by column."""
@@ -120,6 +128,7 @@ def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
         min_clearance_m=flight.clearance_m,
         emergencies=flight.emergencies,
         mass_kg=flight.mass_kg,
+        computation_ms=np.sort(flight.computation_ms)[COMPUTATION_STEP // 2 :: COMPUTATION_STEP].tolist(),
     )
 
 
