@@ -4,7 +4,10 @@ Per horizontal axis, with e = commanded velocity - v:
 
     q = p e + I - d a,  dI = i e dt,  da = (q - a) dt / lag,  dv = a dt
 
-That is PX4's velocity loop (P, I and D on a measured acceleration) behind an attitude with a lag.
+That is PX4's velocity loop (P, I and D on a measured acceleration) behind an attitude with a lag. The
+defaults have no I and no D, because they predict better so: PX4's integral makes up for the drag of the air,
+which this model does not have either (doc/how_it_works.md has the measurements). Keep I = 0 in predictions
+where i = 0.
 """
 
 from __future__ import annotations
@@ -23,17 +26,17 @@ from cepa.errors import ParameterError
 class ResponseModel:
     """The velocity loop of a UAV in the plane. Raises ParameterError for a model that makes no sense."""
 
-    p: float = 1.8
-    """1/s: acceleration for an error of 1 m/s (PX4's MPC_XY_VEL_P_ACC)."""
-    i: float = 0.4
-    """1/s2: its growth per second (MPC_XY_VEL_I_ACC)."""
-    d: float = 0.2
-    """Damping by the own acceleration (MPC_XY_VEL_D_ACC)."""
-    lag_s: float = 0.16
+    p: float = 1.5
+    """1/s: acceleration for an error of 1 m/s."""
+    i: float = 0.0
+    """1/s2: its growth per second."""
+    d: float = 0.0
+    """Damping by the own acceleration. Only p / (1 + d), i / (1 + d) and lag / (1 + d) matter."""
+    lag_s: float = 0.12
     """Time constant from the wanted to the flown acceleration: the attitude."""
     acceleration_max_m_s2: float = 6.0
     """The greatest acceleration that is counted on; the UAV must have it."""
-    error_m_s2: float = 0.25
+    error_m_s2: float = 0.5
     """Bound of the disturbing acceleration (gusts, and what this model leaves out) that it must withstand."""
 
     def __post_init__(self) -> None:
