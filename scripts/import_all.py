@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def main(folders: list[str]) -> None:
-    """Import the packages of these folders, but for modules that need ROS: it may not be there yet."""
+    """Import the packages of these folders, except modules that need ROS, which may not be installed yet."""
     for folder in map(Path, folders):
         if not (folder / "__init__.py").is_file():
             continue

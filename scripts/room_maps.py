@@ -41,7 +41,7 @@ def room_map(package: str) -> str:
 
 
 def name_from(package: str) -> str:
-    """Return the way from a package's page to its folder."""
+    """Return the relative path from a package's page to its folder."""
     return "../" if PAGES[package].parent.name == "doc" else ""
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Print where a run's results lie and its headline figures; exit with 0 only if it did what it should.
+"""Print a run's result folder and main figures. Exit with 0 only if the run succeeded.
 
 usage: summarise.py RESULT_JSON    (with the workspace's environment)
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import signal
 
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C during the imports below: the end, without a traceback
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C during the slow imports: no traceback
 
 import json
 import sys
@@ -23,7 +23,9 @@ def headline(result: dict) -> str:
     if result["experiment"] == "experiment_2":
         return trial_summary.headline(result)
     if result["experiment"] in ("experiment_3", "experiment_4"):
-        from master_thesis.experiments_3_4 import slam_summary  # half a second, for these two only
+        from master_thesis.experiments_3_4 import (
+            slam_summary,  # takes half a second, and only these two need it
+        )
 
         return slam_summary.headline(result)
     return run_summary.headline(result)

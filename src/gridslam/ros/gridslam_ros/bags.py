@@ -28,24 +28,24 @@ DAMAGE = (
     LookupError,
     struct.error,
 )
-"""What rosbag and message classes raise for bytes that make no sense."""
+"""The exceptions of rosbag and message classes for damaged bytes."""
 TF_TOPICS = ("/tf", "/tf_static", "tf", "tf_static")
 
 
 class BagError(SlamError):
-    """A bag that cannot be read or written, or lacks what is needed."""
+    """A bag cannot be read or written, or lacks a topic."""
 
 
 @dataclass
 class BagCount:
-    """What became of a bag's scans."""
+    """Counts of a bag's scans."""
 
     read: int = 0
     without_tf: int = 0
     skipped: int = 0
-    """Left out by throttle_scans, or because they were out of order."""
+    """Left out by throttle_scans, or out of order."""
     begun_anew: int = 0
-    """How often the clock went back."""
+    """Number of times that the clock went back."""
 
 
 def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
@@ -68,7 +68,7 @@ def scan_topic_of(bag: rosbag.Bag, topic: str) -> str:
     """Return the topic as the bag has it.
 
     Raises:
-        BagError: there are no scans on it; the sentence names the topics that have some.
+        BagError: there are no scans on it. The sentence names the topics with scans.
     """
     try:
         topics = bag.get_type_and_topic_info().topics
@@ -83,12 +83,12 @@ def scan_topic_of(bag: rosbag.Bag, topic: str) -> str:
 
 
 class BagScans:
-    """The LaserScan messages of a topic. Each comes as soon as the bag's TF has reached its stamp.
+    """The LaserScan messages of a topic. Each is yielded when the bag's TF has reached its stamp.
 
     Args:
         topic: of the scans.
         frames: learn the bag's TF.
-        count: counts what becomes of the scans.
+        count: takes the counts of the scans.
         say: is called with a sentence when something is odd.
         start_anew: is called with the seconds that the clock has gone back by, before the next scan.
         throttle: one of so many scans is yielded.
@@ -127,7 +127,7 @@ class BagScans:
 
     def _messages(self, bag: rosbag.Bag) -> Iterator[tuple]:
         """Yield (topic, message) of scans and TF."""
-        # Read raw, because rosbag makes message classes of its own, which tf2 warns of, and arrays are faster
+        # Read raw messages: tf2 warns of rosbag's own message classes, and arrays are faster
         scan_type = numpy_msg(LaserScan)
         try:
             for name, (_, data, *_), _ in bag.read_messages(topics=[self._topic, *TF_TOPICS], raw=True):

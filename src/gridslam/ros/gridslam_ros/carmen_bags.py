@@ -36,7 +36,7 @@ from node_tools.conversions import set_yaw, xyz, xyzw
 
 RANGE_MIN_M = 0.02
 SAME = 0.01
-"""m, rad: a lidar whose pose on the robot varies by less is fixed to it."""
+"""m, rad: if the lidar's pose on the robot varies by less, it is fixed to the robot."""
 
 
 def carmen_to_bag(argv: list[str] | None = None) -> int:
@@ -83,7 +83,7 @@ def _parser(name: str, description: str) -> argparse.ArgumentParser:
 
 
 def _run(name: str, convert: Callable[[], str], target: str) -> int:
-    """Convert into a file beside the target, and rename it at the end. A fault leaves no half of it."""
+    """Convert into a file beside the target, and rename it at the end. So a fault leaves no partial file."""
     try:
         print(f"{name}: {convert()} in {target}")
     except SlamError as error:
@@ -116,7 +116,7 @@ def _write_bag(arguments: argparse.Namespace, target: str) -> str:
 
 
 def _lidar_pose(log: str) -> np.ndarray:
-    """Return the pose of the lidar on the robot. Logs with corrected poses do not tell it."""
+    """Return the pose of the lidar on the robot. It cannot be told from logs with corrected poses."""
     poses = [
         se2.between(record.robot_in_odom, record.lidar_in_odom)
         for record in read_log(log)

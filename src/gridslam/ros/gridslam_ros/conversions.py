@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 CLOSURE_WIDTH_M, CLOSURE_COLOUR = 0.2, (0.08, 0.6, 0.24, 1.0)
 NumpyGridMessage = numpy_msg(GridMessage)
-"""GridMessage with an array as its data, which is sent at once instead of cell by cell."""
+"""GridMessage whose data is an array. It is sent at once instead of cell by cell."""
 
 
 def header_of(stamp_s: float, frame: str) -> Header:
@@ -44,7 +44,7 @@ def grid_of(message: GridMessage) -> OccupancyGrid:
     """Return the map of a message.
 
     Raises:
-        MapError: it makes no sense; a turned one is refused too.
+        MapError: it makes no sense, or is turned.
     """
     info = message.info
     if abs(info.origin.orientation.z) > 1e-9:
@@ -72,7 +72,7 @@ def path_message(trajectory: Trajectory, header: Header) -> Path:
 
 
 def closures_message(closures: Sequence[Closure], trajectory: Trajectory, header: Header) -> Marker:
-    """Return the closed loops as lines. Each joins two points of the path that are the same place."""
+    """Return the closed loops as lines. Each line joins two points of the path at the same place."""
     marker = Marker(header=header, ns="closures", type=Marker.LINE_LIST)
     if not closures:
         marker.action = Marker.DELETE

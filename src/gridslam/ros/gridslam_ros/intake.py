@@ -1,4 +1,4 @@
-"""What comes in, in order, for the node and the replay of bags: strays, and clocks that have gone back."""
+"""Orders the scans for the node and the replay of bags: finds strays, and clocks that went back."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from gridslam_ros.odometry_frames import BACK_NS, OdometryFrames
 
 
 class Intake:
-    """Lets scans in by their stamps, and begins anew only when the clock really has gone back.
+    """Accepts scans by their stamps, and starts anew only if the clock really went back.
 
     A scan that is more than BACK_NS older than the newest is either a stray or the first one after a reset.
-    Strays come from a driver's default message or a second publisher. The scan is held until that is clear.
-    If TF has gone back too, or a later scan is old as well, there was a reset. If the next scan is in order,
-    the held one was a stray.
+    Strays come from a driver's default message or a second publisher. This scan is held back at first. If TF
+    has gone back too, or a later scan is old as well, there was a reset. If the next scan is in order, the
+    held one was a stray.
 
     Args:
-        frames: the transforms; `add_transforms` hands them on.
-        throttle: one of so many scans is let in.
+        frames: the transforms; `add_transforms` passes them on.
+        throttle: accept one of this many scans.
         say: is called with a sentence about scans that are left out.
-        receive: is called with each scan that is let in. Their stamps ascend until ``start_anew``, except
+        receive: is called with each accepted scan. Their stamps ascend until ``start_anew``, except
             after a scan that was far ahead of the others.
-        leave_out: is called with each scan that is not.
+        leave_out: is called with each refused scan.
         start_anew: is called with the seconds that the clock has gone back by.
     """
 
@@ -48,7 +48,7 @@ class Intake:
         self._tf_resets = self._frames.resets
 
     def add_transforms(self, transforms: Sequence[TransformStamped]) -> int | None:
-        """Take in what /tf says; returns the stamp (ns) of an odometry's edge in it."""
+        """Take in a message of /tf. Return the stamp (ns) of an odometry's edge in it."""
         stamp_ns = self._frames.add(transforms)
         if self._held is not None and self._tf_is_back_at(_stamp_ns(self._held)):
             self._go_back()
@@ -70,7 +70,7 @@ class Intake:
             self._let_in(scan)
 
     def drop_held(self) -> None:
-        """Leave out the scan that is held. Call it when no more scans will come, as at the end of a bag."""
+        """Leave out the held scan. Call it when no more scans will come, as at the end of a bag."""
         if self._held is not None:
             stray, self._held = self._held, None
             seconds = (self._newest_ns - _stamp_ns(stray)) * 1e-9
@@ -89,7 +89,7 @@ class Intake:
             self._leave_out(scan)  # the same stray again
 
     def _tf_is_back_at(self, stamp_ns: int) -> bool:
-        """Whether TF has gone back to about this stamp since the newest scan; late is not back."""
+        """Whether TF has gone back to about this stamp since the newest scan. A late TF does not count."""
         frames = self._frames
         is_back = frames.doubtful_ns is not None or frames.resets != self._tf_resets
         return is_back and self._tf_is_at(stamp_ns)
@@ -100,7 +100,7 @@ class Intake:
         return tf_ns is not None and abs(tf_ns - stamp_ns) <= BACK_NS
 
     def _newest_was_ahead(self, stamp_ns: int) -> bool:
-        """Whether the newest scan is the stray, not one of this stamp: TF has never reached its stamp."""
+        """Whether the newest scan was the stray, and not this one: TF has never reached its stamp."""
         tf_ns = self._frames.newest_ns
         return (
             0 <= self._before_ns < stamp_ns < self._newest_ns - BACK_NS

@@ -1,4 +1,4 @@
-"""When TF map -> odom goes out, and with which stamp: driven by messages, so that a clock may stand still."""
+"""Publishes TF map -> odom. Messages trigger it, so it works while the clock stands still."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PlanarPose = Tuple[float, float, float]
 """x, y in m and yaw in rad."""
 
 APART_NS = 1000
-"""TF refuses two transforms of one stamp. So a correction is stamped at least so much later."""
+"""TF refuses two transforms of one stamp. So a correction is stamped later by at least this."""
 
 
 class MapToOdom:
@@ -26,8 +26,8 @@ class MapToOdom:
     Args:
         publisher: of TFMessage.
         frames: names of map and odom.
-        period_s: between two transforms at least, unless one corrects the other; 0 publishes none at all.
-        delay_s: how far ahead of the message that led to it a transform is stamped.
+        period_s: least time between two transforms, except corrections; 0: publish none.
+        delay_s: a transform's stamp is this much later than the message that triggered it.
     """
 
     def __init__(self, publisher: rospy.Publisher, frames: tuple[str, str], period_s: float, delay_s: float):
@@ -39,12 +39,12 @@ class MapToOdom:
         self.restart(None)
 
     def restart(self, pose: PlanarPose | None) -> None:
-        """Begin anew with this odom in map (x, y, yaw), or with none until ``correct`` tells of one."""
+        """Start anew with this odom in map (x, y, yaw), or without one until ``correct`` is called."""
         with self._lock:
             self._pose, self._last_ns = pose, None
 
     def correct(self, pose: PlanarPose, stamp_ns: int) -> None:
-        """Publish a new odom in map, known since a message of this stamp."""
+        """Publish a new odom in map, computed from a message of this stamp."""
         with self._lock:
             before, self._pose = self._pose, pose
             self._publish(
@@ -52,7 +52,7 @@ class MapToOdom:
             )
 
     def keep_up(self, stamp_ns: int) -> None:
-        """Publish the last one again if its time has come at this stamp."""
+        """Publish the last one again if it is due at this stamp."""
         with self._lock:
             if self._pose is not None:
                 self._publish(self._pose, stamp_ns)

@@ -19,9 +19,9 @@ Pose = Tuple[Tuple[float, float, float], Tuple[float, float, float, float]]
 
 CACHE_S = 120.0
 BACK_NS = 1_000_000_000
-"""A stamp so much older than the last is from another time: a simulator's reset, a bag played again."""
+"""If a stamp is older than the last by this much, the clock went back: a reset, or a bag played again."""
 HELD_MAX = 100
-"""Messages of another time that are held at most."""
+"""Greatest number of held messages."""
 UNIT_TOLERANCE = 4e-3
 """Error of a quaternion's norm; tf2 refuses a greater one."""
 AUTHORITY = "gridslam"
@@ -32,10 +32,10 @@ class FrameError(SlamError):
 
 
 class OdometryFrames:
-    """The transforms heard so far, between the odometry's, the base's and the lidar's frame.
+    """The received transforms between the odometry's, the base's and the lidar's frame.
 
-    An edge of odometry that is more than BACK_NS older than the last is held, with its message. If a later
-    one is old as well, the clock has gone back. If the next one is in order, the held one was a stray.
+    If an edge of odometry is more than BACK_NS older than the last, its message is held back. If a later one
+    is old as well, the clock has gone back. If the next one is in order, the held one was a stray.
 
     Args:
         odom_frame: the odometry's frame.
@@ -48,7 +48,7 @@ class OdometryFrames:
         self._say = say
         self._buffer = tf2_py.BufferCore(rospy.Duration(CACHE_S))
         self.resets = 0
-        """How often moving transforms were forgotten."""
+        """Number of times that moving transforms were forgotten."""
         self._forget()
 
     def _forget(self) -> None:
@@ -57,11 +57,11 @@ class OdometryFrames:
         self.newest_ns: int | None = None
         """The newest stamp of odometry."""
         self.doubtful_ns: int | None = None
-        """The stamp of odometry that is held."""
+        """The stamp of the held odometry."""
 
     def add(self, transforms: Sequence[TransformStamped], static: bool = False) -> int | None:
-        """Take in what /tf or /tf_static says; returns the stamp (ns) of an odometry's edge in it."""
-        # map -> odom is not odometry, whoever publishes it
+        """Take in a message of /tf or /tf_static. Return the stamp (ns) of an odometry's edge in it."""
+        # map -> odom is never odometry
         edges = [edge for edge in transforms if _names(edge)[1] != self.odom_frame and self._is_sound(edge)]
         if static:
             for edge in edges:
@@ -125,13 +125,13 @@ class OdometryFrames:
         return False
 
     def know(self, scan: LaserScan) -> bool:
-        """Whether TF has reached the scan's stamp, so that a later look-up would give the same."""
+        """Whether TF has reached the scan's stamp. Then a later look-up gives the same result."""
         try:
             newest = self._buffer.get_latest_common_time(self.odom_frame, scan.header.frame_id.lstrip("/"))
             base = self._buffer.get_latest_common_time(self.odom_frame, self.base_frame)
         except tf2_py.TransformException:
             return False
-        # Zero: only static transforms, which hold at any time
+        # Zero: there are only static transforms, which hold at any time
         return all(time.is_zero() or time >= scan.header.stamp for time in (newest, base))
 
     def look_up(self, scan: LaserScan) -> tuple[Pose, Pose]:

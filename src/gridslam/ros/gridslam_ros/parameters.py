@@ -1,4 +1,4 @@
-"""The node's parameters: the filter's, the loop closure's, and those that only a node has."""
+"""The node's parameters: the filter's, the loop closure's, and the node's own."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CLOSURE_PREFIX = "closure_"
 
 @dataclass(frozen=True)
 class NodeParameters:
-    """The parameters of slam_gmapping's node under the same names, and new ones.
+    """The parameters of slam_gmapping's node, with the same names, and new ones.
 
     Raises ParameterError, in one sentence, for values that make no sense.
     """
@@ -31,19 +31,19 @@ class NodeParameters:
     odom_frame: str = "odom"
     """Frame of the odometry."""
     throttle_scans: int = 1
-    """One of so many scans is used."""
+    """Use one of this many scans."""
     map_update_interval: float = 5.0
-    """s: between two maps at least, by the scans' stamps."""
+    """s: least time between two maps, by the scans' stamps."""
     transform_publish_period: float = 0.05
-    """s: between two map -> odom at least; 0: none is published."""
+    """s: least time between two map -> odom; 0: none is published."""
     tf_delay: float | None = None
-    """s: how far ahead map -> odom is stamped. None: transform_publish_period."""
+    """s: map -> odom is stamped ahead by this. None: transform_publish_period."""
     levelling: bool = True
     """Undo the lean of the base frame in the scans."""
     floor_z: float = 0.0
-    """m: height of the floor in odom_frame, to drop beams that hit it; NaN: not known, none is dropped."""
+    """m: height of the floor in odom_frame, to drop beams that hit it; NaN: unknown, none is dropped."""
     starting_map: str = ""
-    """Path of a map's YAML file to begin with; empty: none."""
+    """Path of the YAML file of a starting map; empty: none."""
     starting_pose: tuple = ()
     """x, y in m and yaw in rad of the base in the map at the first scan; empty: as odometry has it."""
     localisation_only: bool = False
@@ -95,7 +95,7 @@ class NodeParameters:
 
     @property
     def ahead_s(self) -> float:
-        """How far ahead of the message that led to it map -> odom is stamped."""
+        """The stamp of map -> odom is ahead of the triggering message's by this."""
         return self.transform_publish_period if self.tf_delay is None else self.tf_delay
 
     @property
@@ -122,7 +122,7 @@ def sort_parameters(given: dict) -> tuple[NodeParameters, SlamParameters, dict, 
 
 
 def without_effect(given: dict) -> str:
-    """Return a sentence about the given parameters that change nothing; empty when there are none."""
+    """Return a sentence about given parameters without effect; empty if there are none."""
     names = [name for name in SAMPLED_LIKELIHOOD if name in given]
     if not names:
         return ""
@@ -133,7 +133,7 @@ def without_effect(given: dict) -> str:
 
 
 def clamped(slam: SlamParameters) -> str:
-    """Return a sentence about parameters that count less than they say; empty when there are none."""
+    """Return a sentence about parameters that are clipped; empty if there are none."""
     if slam.maxUrange is None or slam.maxRange is None or slam.maxUrange <= slam.maxRange:
         return ""
     return f"maxUrange {slam.maxUrange:g} is more than maxRange; it is taken as {slam.maxRange:g}."

@@ -1,4 +1,4 @@
-"""Tells each fault once. Sentences that differ only in numbers and names are one fault."""
+"""Reports each fault once. Sentences that differ only in numbers and names are one fault."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ _PARTICULARS = re.compile(r'"[^"]*"|\d+')
 
 
 def kind_of(sentence: object) -> str:
-    """Return what sentences about the same fault have in common."""
+    """Return the part that sentences about the same fault have in common."""
     return _PARTICULARS.sub("", str(sentence))
 
 
 class Remarks:
-    """For a command: says the first fault of each kind, and at the end how often it came.
+    """For a command: prints the first fault of each kind, and at the end their counts.
 
     Args:
         write: shows a sentence to the user.
@@ -32,7 +32,7 @@ class Remarks:
             self._write(str(sentence))
 
     def sum_up(self) -> None:
-        """Say how often each kind came, of those that came more than once."""
+        """Print the count of each kind that came more than once."""
         for sentence, times in self._times.values():
             if times > 1:
                 self._write(f"This came {times} times: {sentence}")

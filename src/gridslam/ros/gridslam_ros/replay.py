@@ -1,4 +1,4 @@
-"""The command gridslam_replay: a bag through SLAM as fast as it goes, and everything written down."""
+"""The command gridslam_replay: maps a bag as fast as possible and writes all results."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _value(word: str, value: str) -> Any:
 
 @contextlib.contextmanager
 def writable(folder: Path) -> Iterator[None]:
-    """Make sure that files can be written into a folder; a new one that stays empty is removed again.
+    """Check that files can be written into a folder. Remove a new folder again.
 
     Raises:
         BagError: they cannot.
@@ -110,10 +110,7 @@ def writable(folder: Path) -> Iterator[None]:
 
 
 class Replay:
-    """One run over one bag.
-
-    Raises SlamError, in one sentence, for what cannot be done.
-    """
+    """One run over one bag. Raises SlamError with one sentence."""
 
     def __init__(self, bag: str, topic: str, given: dict):
         settings, parameters, _, unknown = sort_parameters(given)

@@ -1,4 +1,4 @@
-"""A bounded queue of scans that wait for their transforms and for their turn. It never blocks."""
+"""A bounded queue of scans that wait for their transforms and for SLAM. It never blocks."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections import deque
 from typing import Callable, NamedTuple
 
 WAITING_MAX = 200
-"""Scans that wait for TF at most; it may be seconds late."""
+"""Greatest number of scans that wait for TF, which may be seconds late."""
 READY_MAX = 40
-"""Scans with known transforms that may wait for their turn; older ones are left out.
-
-Most scans take a millisecond. So the queue soon makes up for a halt of a second at 40 Hz.
+"""Greatest number of scans that wait for SLAM; older ones are left out. Most scans take a millisecond. So
+SLAM catches up soon after a pause of one second at 40 Hz.
 """
 
 
@@ -20,17 +19,17 @@ class Taken(NamedTuple):
     scan: object | None
     """The oldest scan that is ready, if any is."""
     too_late: list
-    """Scans left out because their turn would have come too late."""
+    """Scans left out because SLAM was busy for too long."""
     without_tf: list
-    """Scans left out because their transforms never came. They are not ready, but the newest scan is."""
+    """Scans left out because their transforms never came, although those of the newest scan did."""
 
 
 class ScanQueue:
     """Scans in the order in which they came. Any object may stand for a scan.
 
     Args:
-        waiting_max: scans that wait at most; None: any number, as for a bag.
-        ready_max: scans that are ready and wait at most; None: any number.
+        waiting_max: greatest number of waiting scans; None: no limit, as for a bag.
+        ready_max: greatest number of waiting scans that are ready; None: no limit.
     """
 
     def __init__(self, waiting_max: int | None = WAITING_MAX, ready_max: int | None = READY_MAX):

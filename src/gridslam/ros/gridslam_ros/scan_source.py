@@ -1,4 +1,4 @@
-"""From a LaserScan message and TF to what the filter takes; the node and the replay of bags share it."""
+"""Turns a LaserScan message and TF into the filter's input, for the node and the replay of bags."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ScanSource:
     Args:
         frames: the transforms.
         say: is called with a sentence when something about the scans is odd.
-        levelling: whether the base frame's lean, and the floor, are taken into account.
+        levelling: whether to correct for the base frame's lean and to drop beams at the floor.
         floor_z_m: height of the floor in the odometry's frame; None: unknown, no beam is dropped for it.
     """
 
@@ -33,7 +33,7 @@ class ScanSource:
         self._frames = frames
         self._say = say
         self._levelling, self._floor_z_m = levelling, floor_z_m
-        self._lidar: tuple[str, int] | None = None  # its frame, and how many beams
+        self._lidar: tuple[str, int] | None = None  # its frame and number of beams
 
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
         """Return (levelled scan, base in odom as x, y, yaw) of a message whose frames are known.

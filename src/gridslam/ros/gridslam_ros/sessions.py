@@ -1,4 +1,4 @@
-"""Makes the sessions that parameters ask for: new, on a given map, or from a saved state."""
+"""Makes sessions by the parameters: new, on a given map, or from a saved state."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Sessions:
         given: parameters by name.
         say: is called with a sentence when something is odd.
 
-    Raises SlamError, in one sentence, for what cannot be.
+    Raises SlamError with one sentence.
     """
 
     def __init__(self, given: dict, say: Callable[[str], None]):
@@ -28,7 +28,7 @@ class Sessions:
         self._starting_map = read_map(self._settings.starting_map) if self._settings.starting_map else None
 
     def first(self) -> SlamSession:
-        """Return the session that a run begins with, and again when the clock has gone back."""
+        """Return the session for the start of a run, and for a restart after the clock went back."""
         settings = self._settings
         if settings.continue_from_state:
             return self.saved(settings.state_file, settings.starting_pose)
@@ -43,13 +43,13 @@ class Sessions:
 
     @property
     def again(self) -> str:
-        """What ``first`` means when it is called again."""
+        """Describes a second call of ``first``, for messages."""
         if self._settings.continue_from_state:
             return "SLAM begins again with the saved state"
         return f"{'localisation' if self._settings.localisation_only else 'mapping'} starts anew"
 
     def saved(self, path: str, starting_pose: tuple = ()) -> SlamSession:
-        """Return the session saved in a file; say which of the given parameters have no effect."""
+        """Return the session saved in a file. Report given parameters without effect."""
         session = SlamSession.load(
             path,
             self._say,
@@ -78,7 +78,7 @@ def kept_by_state(given: dict, session: SlamSession) -> list[str]:
         kept += [CLOSURE_PREFIX + name for name in closure if closure[name] != getattr(theirs, name, None)]
     if session.localisation_only and "localisation_only" in given and not settings.localisation_only:
         kept.append("localisation_only")
-    if settings.starting_pose and session.slam is not None:  # else it begins there
+    if settings.starting_pose and session.slam is not None:  # else the session begins there
         kept.append("starting_pose")
     if settings.starting_map:
         kept.append("starting_map")

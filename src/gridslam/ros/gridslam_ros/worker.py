@@ -11,16 +11,16 @@ from gridslam_ros.scan_queue import ScanQueue
 
 
 class Worker:
-    """Does one thing after the other: first questions, then upkeep if it is due, then scans.
+    """Does one thing at a time: first questions, then upkeep if it is due, then scans.
 
     Args:
         wakened: its lock guards the queue; notify it when a scan or a transform has come.
         queue: the scans.
         is_ready: whether a scan's transforms are known.
-        on_scan: is called with each scan whose turn it is.
-        on_left_out: is called with what the queue left out: scans too late, and scans without TF.
-        upkeep: is called with whether scans are waiting; returns something to do now, or None.
-        on_failure: is called with an exception that none of them should have raised.
+        on_scan: is called with each scan in turn.
+        on_left_out: is called with the scans that the queue left out: too late, and without TF.
+        upkeep: is called with whether scans are waiting; returns a job to do now, or None.
+        on_failure: is called with an unexpected exception of one of them.
     """
 
     def __init__(

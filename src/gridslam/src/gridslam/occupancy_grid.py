@@ -1,4 +1,4 @@
-"""An occupancy grid as ROS has it: what is published, saved, and given as a starting map."""
+"""An occupancy grid in ROS's form, for publishing, saving and as a starting map."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gridslam.errors import MapError
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 
 CELLS_MAX = 420_000_000
-"""Of a whole map, each a byte: a square kilometre of cells of 5 cm, and its edges."""
+"""Greatest number of cells of a map, each a byte: a square kilometre of cells of 5 cm, and its edges."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import builtins  # for `str`, which is one of gmapping's names here
+import builtins  # for `str`, which here is a parameter of gmapping
 import math
 import sys
 from dataclasses import dataclass, fields
@@ -18,12 +18,12 @@ WHOLE = ("kernelSize", "iterations", "lskip", "particles", "seed", "threads")
 POSITIVE = ("sigma", "lstep", "astep", "lsigma", "ogain", "delta", "maxUrange", "maxRange")
 NOT_NEGATIVE = ("srr", "srt", "str", "stt", "linearUpdate", "angularUpdate")
 BOX = {"xmin": -100.0, "ymin": -100.0, "xmax": 100.0, "ymax": 100.0}
-"""m: slam_gmapping's defaults; here they count for the sides that are not given, if any side is."""
+"""m: slam_gmapping's defaults. If the user gives any side, they are the defaults of the others."""
 
 
 @dataclass(frozen=True)
 class SlamParameters:
-    """The parameters of the particle filter; what a launch file for slam_gmapping sets means the same here.
+    """The parameters of the particle filter. They have the same meaning as in slam_gmapping.
 
     Raises ParameterError, in one sentence, for values that make no sense alone or together.
     """
@@ -31,7 +31,7 @@ class SlamParameters:
     maxUrange: float | None = None
     """m: beams are used up to here, maxRange at most. A longer beam up to maxRange only frees cells."""
     maxRange: float | None = None
-    """m: a longer reading is no return and says nothing. None: the scan's range_max."""
+    """m: a longer reading counts as no return and has no effect. None: the scan's range_max."""
     sigma: float = 0.05
     """m2: a beam d from the map scores exp(-d^2 / sigma) in scan matching."""
     kernelSize: int = 1
@@ -41,7 +41,7 @@ class SlamParameters:
     astep: float = 0.05
     """rad: first step of the scan matcher's search."""
     iterations: int = 5
-    """How often the scan matcher halves its steps; beyond 2, Gauss-Newton does what smaller steps would."""
+    """Number of times that the scan matcher halves its steps. Beyond 2, Gauss-Newton replaces them."""
     lsigma: float = 0.075
     """m2: a beam d from the map has the log-likelihood -d^2 / lsigma."""
     ogain: float = 3.0
@@ -49,7 +49,7 @@ class SlamParameters:
     lskip: int = 0
     """Beams skipped after each one that scan matching uses."""
     minimumScore: float = 0.0
-    """A scan that matches with a lower score is placed by odometry alone; at most the number of beams."""
+    """Least score of a match, up to the number of beams. With a lower score odometry alone gives the pose."""
     srr: float = 0.1
     """Odometry: deviation of a translation, m per m."""
     srt: float = 0.2
@@ -69,7 +69,7 @@ class SlamParameters:
     particles: int = 30
     """Number of particles."""
     xmin: float | None = None
-    """m: the published map covers at least xmin to xmax, ymin to ymax. All None: what was seen."""
+    """m: the published map covers at least xmin to xmax, ymin to ymax. All None: only what was seen."""
     ymin: float | None = None
     """m"""
     xmax: float | None = None
@@ -79,9 +79,9 @@ class SlamParameters:
     delta: float = 0.05
     """m: size of a cell."""
     occ_thresh: float = 0.25
-    """A cell is occupied when a greater share of the beams that met it ended there."""
+    """A cell is occupied if more than this share of the beams that met it ended there."""
     llsamplerange: float = 0.01
-    """m. Accepted as the next three are, and without effect, as in gmapping; see doc/how_it_works.md."""
+    """m. Without effect, like the next three and as in gmapping; see doc/how_it_works.md."""
     llsamplestep: float = 0.01
     """m"""
     lasamplerange: float = 0.005
@@ -152,13 +152,13 @@ class SlamParameters:
 
     @property
     def box(self) -> tuple[float, float, float, float] | None:
-        """(xmin, ymin, xmax, ymax), m, which the map spans at least; None: whatever was seen."""
+        """(xmin, ymin, xmax, ymax), m: least extent of the map; None: only what was seen."""
         if self.xmin is None or self.ymin is None or self.xmax is None or self.ymax is None:
             return None
         return self.xmin, self.ymin, self.xmax, self.ymax
 
     def ranges_for(self, range_max_m: float) -> tuple[float, float]:
-        """Return (usable, greatest) range in metres for a lidar that sees ``range_max_m`` far."""
+        """Return (usable, greatest) range in metres for a lidar with the range ``range_max_m``."""
         greatest = range_max_m - 0.01 if self.maxRange is None else self.maxRange
         usable = greatest if self.maxUrange is None else self.maxUrange
         return min(usable, greatest), greatest

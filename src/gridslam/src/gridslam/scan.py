@@ -1,4 +1,4 @@
-"""One planar scan of any lidar, as the filter takes it."""
+"""One planar scan of any lidar, the filter's input."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BEAMS_MAX = 100_000
 
 @dataclass(frozen=True, eq=False)
 class PlanarScan:
-    """One scan, levelled: what the lidar's mounting and the vehicle's attitude do to it is already undone.
+    """One levelled scan, already corrected for the lidar's mounting and the vehicle's attitude.
 
     Beams may be in any order and at any spacing. Raises ScanError when the scan cannot be interpreted.
     """
@@ -30,7 +30,7 @@ class PlanarScan:
     lidar_in_base: tuple[float, float, float]
     """x, y in m and yaw in rad of the lidar's levelled frame in the base frame."""
     range_max_m: float
-    """m: how far the lidar sees."""
+    """m: the lidar's range."""
 
     def __post_init__(self) -> None:
         angles, ranges = _vector(self.angles_rad, "angles_rad"), _vector(self.ranges_m, "ranges_m")

@@ -43,7 +43,7 @@ def inverse(pose: ArrayLike) -> np.ndarray:
 
 
 def between(first: ArrayLike, second: ArrayLike) -> np.ndarray:
-    """Return ``second`` as seen from ``first``, both given in one frame."""
+    """Return ``second`` in the frame of ``first``, both given in one frame."""
     return compose(inverse(first), second)
 
 

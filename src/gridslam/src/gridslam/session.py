@@ -36,14 +36,14 @@ FILTER, ODOMETRY, CLOSER, CLOSER_PARAMETERS = "filter", "odometry.json", "closer
 
 
 class SlamSession:
-    """A `GridSlam` fed with scans and odometry as they come, with loop closure when asked for.
+    """A `GridSlam` with the scans and odometry of a run, and optional loop closure.
 
     Args:
         parameters: of the filter.
         loop_closure: parameters of the loop closer; None: none.
-        starting_map: to begin with; None: an empty one.
-        starting_pose: of the base in the map at the first scan; None: that of odometry. Map and odometry then
-            begin as one frame.
+        starting_map: the first map; None: an empty one.
+        starting_pose: of the base in the map at the first scan; None: that of odometry. Map and odometry
+            then begin as one frame.
         localisation_only: the starting map stays as it is.
         say: is called with a sentence when something about the odometry is odd.
 
@@ -67,10 +67,10 @@ class SlamSession:
         self._odometry = ContinuousOdometry(say)
         self._closer = None if loop_closure is None else _closer(loop_closure)
         self._slam: GridSlam | None = None
-        self._mapped: GridSlam | None = None  # whose map is taken over at the first scan
+        self._mapped: GridSlam | None = None  # its map is taken over at the first scan
 
     def process(self, scan: PlanarScan, base_in_odom: Sequence[float]) -> ScanUpdate | None:
-        """Take in one scan; returns None while the vehicle has not moved enough since the last.
+        """Take in one scan. Return None if the vehicle has not moved enough since the last one.
 
         Raises:
             ScanError: the scan or the odometry makes no sense.
@@ -84,7 +84,7 @@ class SlamSession:
         return update
 
     def finish(self) -> None:
-        """Correct the path by all closures together; call it when the last scan has come."""
+        """Correct the path by all closures. Call this after the last scan."""
         if self._closer is not None and self._slam is not None:
             self._closer.finish(self._slam)
 
@@ -101,7 +101,7 @@ class SlamSession:
             self._mapped = None
         return slam
 
-    # what it knows
+    # Results
 
     @property
     def parameters(self) -> SlamParameters:
@@ -120,7 +120,7 @@ class SlamSession:
 
     @property
     def odom_in_continuous(self) -> np.ndarray:
-        """(3,) pose of the odometry's frame since its last jump, in the frame that it began with."""
+        """(3,) pose of the odometry's frame since its last jump, in its first frame."""
         return self._odometry.odom_in_continuous
 
     @property
@@ -130,7 +130,7 @@ class SlamSession:
 
     @property
     def map_to_odom(self) -> tuple[float, float, float] | None:
-        """Pose of the odometry's frame in the map (x, y, yaw); None if only the first scan will tell."""
+        """Pose of the odometry's frame in the map (x, y, yaw); None if the first scan must decide it."""
         if self._slam is None:
             return (0.0, 0.0, 0.0) if self._starting_pose is None else None
         odom = se2.compose(self._slam.map_to_odom, self._odometry.odom_in_continuous)
@@ -152,7 +152,7 @@ class SlamSession:
         return np.zeros((0, 3)) if self._slam is None else self._slam.particle_poses
 
     def trajectory(self) -> Trajectory:
-        """Return the best particle's path as it is now, at the scans that were integrated."""
+        """Return the best particle's present path, at the integrated scans."""
         if self._slam is None:
             return Trajectory(np.zeros(0), np.zeros((0, 3)))
         return self._slam.trajectory()
@@ -167,10 +167,10 @@ class SlamSession:
             raise StateError("There is no map before the first scan.")
         return self._slam.grid()
 
-    # saved and continued
+    # Saved states
 
     def save(self, path: str | Path) -> None:
-        """Write the complete state; a run that goes on from it equals one that was never interrupted.
+        """Write the complete state. A run from this state equals one that was never interrupted.
 
         Raises:
             StateError: there is nothing to save yet, or the file cannot be written.
@@ -200,15 +200,16 @@ class SlamSession:
         starting_pose: tuple[float, float, float] | None = None,
         threads: int | None = None,
     ) -> SlamSession:
-        """Return the session that was saved; its parameters are those of then.
+        """Return a saved session with its saved parameters.
 
         Args:
             path: of the state.
             say: as for a new session.
-            localisation_only: find the way on the map of a state that was still mapping, and leave that map
-                as it is. The path begins anew.
-            starting_pose: where the vehicle is at the first scan then; None: where the state has it.
-            threads: for this run; None: as many as then.
+            localisation_only: use the saved map for localisation only and do not change it. The path begins
+                anew.
+            starting_pose: with localisation_only, the vehicle's pose at the first scan; None: the saved
+                pose.
+            threads: for this run; None: the saved number.
 
         Raises:
             StateError: the file cannot be read, or holds no state.
@@ -241,7 +242,7 @@ class SlamSession:
 
 
 def closure_parameters(given: dict) -> LoopClosureParameters:
-    """Return the loop closer's parameters, of those given by name and the defaults.
+    """Return the loop closer's parameters from given values by name and the defaults.
 
     Raises:
         ParameterError: one is unknown or makes no sense.
@@ -267,6 +268,6 @@ def _closer_parameters_in(state: zipfile.ZipFile) -> LoopClosureParameters | Non
 
 
 def _closer(parameters: LoopClosureParameters) -> LoopCloser:
-    from gridslam.loop_closure import LoopCloser  # only where it is asked for: it slows the start
+    from gridslam.loop_closure import LoopCloser  # only if it is used, because it slows the start
 
     return LoopCloser(parameters)

@@ -1,4 +1,4 @@
-"""Every particle's path; particles share the ancestors that they have in common."""
+"""Every particle's path. Particles share the nodes of their common past."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Trajectory:
     """(k, 3) x, y, yaw"""
 
     def filled(self, stamps_s: np.ndarray, base_in_odom: np.ndarray) -> np.ndarray:
-        """Return the poses in the map (n, 3) at other stamps, from odometry (n, 3) there.
+        """Return the poses in the map (n, 3) at other stamps, from the odometry (n, 3) at these stamps.
 
-        Between two poses of the trajectory the motion is that of odometry. Odometry's error in between is
-        spread evenly over the time. ``stamps_s`` (n,) must ascend and hold the trajectory's.
+        Between two poses of the trajectory the motion is odometry's, and its error is spread evenly over the
+        time. ``stamps_s`` (n,) must ascend and contain the trajectory's.
 
         Raises:
             StateError: they do not.
@@ -72,7 +72,7 @@ class TrajectoryTree:
         self.leaves = [Node(tuple(pose), parent) for pose, parent in zip(poses.tolist(), self.leaves)]
 
     def resample(self, parents: np.ndarray) -> None:
-        """Let particle i have the path of particle parents[i]."""
+        """Give particle i the path of particle parents[i]."""
         self.leaves = [self.leaves[parent] for parent in parents.tolist()]
 
     def path(self, particle: int) -> np.ndarray:
@@ -84,7 +84,7 @@ class TrajectoryTree:
         return np.array(poses[::-1]).reshape(-1, 3)
 
     def replace(self, poses: np.ndarray) -> None:
-        """Let all particles have one path (k, 3)."""
+        """Give all particles one path (k, 3)."""
         node = None
         for pose in poses.tolist():
             node = Node(tuple(pose), node)
@@ -116,10 +116,10 @@ class TrajectoryTree:
     def from_arrays(
         cls, node_poses: np.ndarray, node_parents: np.ndarray, leaves: np.ndarray, stamps_s: np.ndarray
     ) -> TrajectoryTree:
-        """Return the tree that `to_arrays` has described.
+        """Return the tree from the output of `to_arrays`.
 
         Raises:
-            ValueError: it describes none, or paths that are not as long as there are stamps.
+            ValueError: the arrays are no tree, or a path is not as long as there are stamps.
         """
         if node_poses.shape != (len(node_parents), 3) or not np.isfinite(node_poses).all():
             raise ValueError("the path's nodes are no poses")

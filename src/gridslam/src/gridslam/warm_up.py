@@ -28,6 +28,8 @@ def warm_up() -> float:
 
 
 if __name__ == "__main__":
-    from gridslam.loop_closure.warm_up import warm_up_loop_closure  # not for the node: it slows the start
+    from gridslam.loop_closure.warm_up import (
+        warm_up_loop_closure,  # imported here, because it would slow the node's start
+    )
 
     print(f"gridslam's kernels are ready after {warm_up() + warm_up_loop_closure():.1f} s.")

@@ -1,1 +1,1 @@
-"""What this package's nodes share: conversions of messages, parameters, warnings, clock watch."""
+"""Shared by this package's nodes: conversions of messages, frames, pose source, terminal."""

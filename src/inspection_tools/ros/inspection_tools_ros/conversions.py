@@ -1,4 +1,4 @@
-"""From messages to the library's types; every fault of a message becomes one sentence."""
+"""Converts messages to the library's types. Every fault of a message gives an error of one sentence."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GREATEST_SPEED_M_S = 1e6
 def scan_geometry(scan: LaserScan) -> ScanGeometry:
     """Return the geometry of a sensor_msgs/LaserScan whose array lengths agree with its angles.
 
-    A full turn may leave out the beam at angle_max, which is that at angle_min (as Velodyne's driver does).
+    A full turn may lack the beam at angle_max, which equals that at angle_min (Velodyne's driver does this).
 
     Raises:
         ScanError: no beams, impossible angles, or lengths that disagree.

@@ -1,4 +1,4 @@
-"""Takes velocities and poses of other frames to a node's own, by TF."""
+"""Transforms velocities and poses to a node's frame by TF."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Vector2 = Tuple[float, float]
 
 
 class Frames:
-    """The newest transforms between frames. It subscribes to TF with the first question."""
+    """The newest transforms between frames. It subscribes to TF at the first look-up."""
 
     def __init__(self) -> None:
         self._transforms: NewestTransforms | None = None
 
     def listen(self) -> NewestTransforms:
-        """Subscribe to TF at once, so that the first question can be answered."""
+        """Subscribe to TF at once, so that the first look-up can succeed."""
         if self._transforms is None:
             self._transforms = NewestTransforms(listen_to_moving=True)
         return self._transforms
@@ -34,7 +34,7 @@ class Frames:
         return found.translation_m, normalised(found.rotation_xyzw)
 
     def turn(self, vector_xy: Vector2, target: str, source: str) -> Vector2:
-        """Return a levelled vector (x, y) of ``source`` as it reads in ``target``: turned by yaw only.
+        """Return a levelled vector (x, y) of ``source`` in ``target``, rotated by yaw only.
 
         Raises:
             FrameError, PoseError: as ``look_up``.

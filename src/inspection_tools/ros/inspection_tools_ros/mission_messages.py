@@ -1,4 +1,4 @@
-"""Between a mission's messages and its waypoints."""
+"""Converts between a mission's messages and its waypoints."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def waypoint_of(pose: Pose, tolerance_m: float, hold_s: float) -> Waypoint:
 
 
 def setpoint(position_m: Vector3, yaw_rad: float | None) -> Pose:
-    """Return the pose to fly to; without a heading its orientation is that of yaw 0."""
+    """Return the pose to fly to. Without a heading its yaw is 0."""
     pose = Pose(position=Point(*position_m))
     set_yaw(pose.orientation, yaw_rad or 0.0)
     return pose
 
 
 def plan(waypoints: Sequence[Waypoint], frame: str) -> PoseArray:
-    """Return the mission for RViz: each pose looks along its heading, or else on to the next."""
+    """Return the mission for RViz. Each pose points along its heading, or to the next waypoint."""
     headings = headings_shown(waypoints)
     poses = [setpoint(waypoint.position_m, yaw) for waypoint, yaw in zip(waypoints, headings)]
     message = PoseArray(poses=poses)

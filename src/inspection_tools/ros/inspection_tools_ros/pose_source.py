@@ -1,4 +1,4 @@
-"""Where a node's poses come from: odometry, ground truth, or odometry corrected by SLAM."""
+"""The source of a node's poses: odometry, ground truth, or odometry corrected by SLAM."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class PoseSource:
     """The source that the private parameters pose_source and {base, odom, map, world}_frame name.
 
     Attributes:
-        topic: of nav_msgs/Odometry: odometry, or ground_truth.
-        goal_frame: in which poses and goals are: odom, world or map.
+        topic: of nav_msgs/Odometry: odometry, or ground_truth. goal_frame: the frame of poses and goals:
+            odom, world or map.
 
     Raises:
         ParameterError: there is no such source.
@@ -62,7 +62,7 @@ class PoseSource:
         return (x, y, z), yaw_of(multiply(turn, orientation))
 
     def _map_to_odom(self) -> tuple[Vector3, Quaternion]:
-        """The newest correction by SLAM. It does not wait: the next pose asks again."""
+        """The newest correction by SLAM. This never waits, because the next pose asks again."""
         try:
             return self._frames.look_up(self._map_frame, self._odom_frame)
         except FrameError as error:

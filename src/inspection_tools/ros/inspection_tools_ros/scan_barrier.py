@@ -8,12 +8,11 @@ from std_msgs.msg import Header
 
 
 class ScanBarrier:
-    """What has been heard of the newest scan's instant.
+    """The messages of the newest scan's instant.
 
     Attributes:
-        scan: header of the newest scan.
-        pose: the newest pose.
-        answered: stamp of the pose that the position controller answered last.
+        scan: header of the newest scan. pose: the newest pose. answered: stamp of the pose that the position
+            controller answered last.
     """
 
     def __init__(self) -> None:
@@ -23,13 +22,13 @@ class ScanBarrier:
         self._unheard: Header | None = None  # of a scan whose new setpoint has not arrived yet
 
     def complete(self) -> bool:
-        """Tell whether scan, pose and the position controller's answer to the pose are of one instant."""
+        """Return whether scan, pose and the position controller's answer to the pose are of one instant."""
         if self.scan is None or self.pose is None or self._unheard is not None:
             return False
         return self.scan.stamp == self.pose.header.stamp == self.answered
 
     def decided(self, new_setpoint: bool) -> Header | None:
-        """Return what may be acknowledged at once: a scan after which there is no new setpoint."""
+        """Return the scan to acknowledge at once, if there is no new setpoint."""
         header, self.answered = self.scan, None
         if not new_setpoint:
             return header
@@ -37,6 +36,6 @@ class ScanBarrier:
         return None
 
     def heard(self) -> Header | None:
-        """The setpoint has arrived; return the scan that waited for it."""
+        """Return the scan that waited for the setpoint, which has arrived."""
         header, self._unheard = self._unheard, None
         return header

@@ -30,7 +30,10 @@ class Terminal:
         tty.setcbreak(self._file)
 
     def keys(self, timeout_s: float) -> str:
-        """Return the keys pressed since the last call, waiting so long (wall time) for the first."""
+        """Return the keys pressed since the last call.
+
+        Wait at most this long (wall time) for the first one.
+        """
         if not select.select([self._file], [], [], timeout_s)[0]:
             return ""
         data = os.read(self._file, 64)

@@ -1,7 +1,7 @@
 """Sliding median over neighbouring beams, and optionally over the last scans (thesis, 5.2.2).
 
 Order of the readings (REP-117): -inf (too close) is smaller than every range, +inf (no return) larger,
-and NaN (invalid) is absent: it has no vote.
+and NaN (invalid) has no vote.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ MAX_SCANS = 15
 
 @dataclass(frozen=True)
 class MedianFilterParameters:
-    """What the median is taken over.
+    """The size of the median's window.
 
     An obstacle that is k beams wide keeps its full width if k > window / 2. Otherwise it vanishes. So the
-    default of 3 loses single beams only. Within 1.2 m, at 0.35 degrees, these are things thinner than 1.5 cm.
-    It takes a third off the lidar's Gaussian noise: the median of three readings has 1 - sqrt(3) / pi of one
-    reading's variance. A new obstacle is seen `scans // 2` scans later. The default of 1 adds no delay.
+    default of 3 only loses single beams. Within 1.2 m, at 0.35 degrees, these are obstacles thinner than 1.5
+    cm. The default reduces the lidar's Gaussian noise by a third: the median of three readings has 1 -
+    sqrt(3) / pi of one reading's variance. A new obstacle is seen `scans // 2` scans later. The default of 1
+    adds no delay.
 
     Attributes:
         window: Beams, odd; the beam itself and (window - 1) / 2 on each side. 1 leaves out the neighbours.
@@ -50,13 +51,14 @@ class MedianFilterParameters:
 class LidarMedianFilter:
     """Median filter of one lidar's scans.
 
-    In doubt the filter sees an obstacle. Its rules:
-      - The result is always one of the readings: of an even number of votes the nearer of the middle two.
-      - A valid beam stays valid, however many of its neighbours are NaN.
-      - A NaN takes the median of its window, unless invalid readings outnumber the valid ones there.
-      - At the edges of a limited field of view the window is cut off; a full circle wraps.
-      - Finite readings outside the limits: above range_max is no return (+inf), between 0 and range_min is
-        too close (-inf), zero or less is a driver's error code (NaN).
+    In doubt it prefers the obstacle. Its rules:
+
+    - The result is always one of the readings: with an even number of votes the nearer of the middle two.
+    - A valid beam stays valid, however many of its neighbours are NaN.
+    - A NaN takes the median of its window, unless invalid readings outnumber the valid ones there.
+    - At the edges of a limited field of view the window is cut off. A full circle wraps.
+    - Finite readings outside the limits: above range_max is no return (+inf), between 0 and range_min is too
+      close (-inf), zero or less is a driver's error code (NaN).
     """
 
     def __init__(self, parameters: MedianFilterParameters | None = None):
@@ -66,7 +68,7 @@ class LidarMedianFilter:
 
     @property
     def parameters(self) -> MedianFilterParameters:
-        """The parameters in use; setting them keeps as much of the history as still applies."""
+        """The present parameters. A change keeps the part of the history that still applies."""
         return self._parameters
 
     @parameters.setter
@@ -86,7 +88,7 @@ class LidarMedianFilter:
 
         Args:
             ranges: (beams,) metres, REP-117; not changed.
-            geometry: Of this scan; another one than the last scan's clears the history.
+            geometry: Of this scan. A geometry other than the last scan's clears the history.
             range_min_m: The lidar's least range.
             range_max_m: The lidar's greatest range.
 
@@ -94,7 +96,7 @@ class LidarMedianFilter:
             (beams,) float32, metres, REP-117.
 
         Raises:
-            ScanError: wrong length or limits; the history is then as before.
+            ScanError: wrong length or limits. The history does not change then.
         """
         check_range_limits(range_min_m, range_max_m)
         if np.shape(ranges) != (geometry.beams,):
@@ -127,7 +129,7 @@ def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.n
         half = min(half, (beams - 1) // 2)  # so that no beam votes twice
     extended = [_extend(scan, half, wraps) for scan in scans]
     votes = np.stack([scan[shift : shift + beams] for scan in extended for shift in range(2 * half + 1)])
-    votes.sort(axis=0)  # NaN comes last
+    votes.sort(axis=0)  # NaN is sorted to the end
     valid = len(votes) - np.isnan(votes).sum(axis=0)
     beam = np.arange(beams)
     median = votes[np.maximum(valid - 1, 0) // 2, beam]

@@ -22,11 +22,11 @@ class Waypoint:
 
     Attributes:
         position_m: (x, y, z) in the poses' frame.
-        yaw_rad: Heading that is sent with the setpoint, or None for any. With position setpoints the UAV
-            turns to it. Under the yaw regulator the UAV looks where it flies. The mission does not wait for
-            the heading.
-        tolerance_m: The UAV has arrived when it is nearer than this (in space).
-        hold_s: Time that the UAV must stay without a break; 0 passes through.
+        yaw_rad: Heading of the setpoint, or None for any. With position setpoints the UAV turns to it. With
+            the yaw regulator the UAV turns to its direction of flight. The mission does not wait for the
+            heading.
+        tolerance_m: The UAV has arrived if it is nearer than this (in space).
+        hold_s: Time that the UAV must stay there without a break; 0: it flies on at once.
 
     Raises:
         ParameterError: a value out of range.
@@ -47,9 +47,10 @@ class Waypoint:
 
 
 def headings_shown(waypoints: Sequence[Waypoint]) -> list[float]:
-    """Return where an arrow at each waypoint points, rad: its own yaw, or else the way on to the next place.
+    """Return the heading of an arrow at each waypoint, rad: its yaw, or else towards the next place.
 
-    The last arrow points along the way to its place. So does an arrow whose next place lies above or below.
+    Without a yaw, the last arrow points along the leg to its place. So does an arrow whose next place is
+    straight above or below.
     """
     legs = zip(waypoints, [*waypoints[1:], waypoints[-1]])
     ways = [_way(here.position_m, there.position_m) for here, there in legs]
@@ -62,7 +63,7 @@ def headings_shown(waypoints: Sequence[Waypoint]) -> list[float]:
 
 
 def _way(here_m: tuple, there_m: tuple) -> float | None:
-    """Heading from one place to another, rad; None where one lies above the other."""
+    """Heading from one place to another, rad; None if one is straight above the other."""
     ahead_m, left_m = there_m[0] - here_m[0], there_m[1] - here_m[1]
     return math.atan2(left_m, ahead_m) if math.hypot(ahead_m, left_m) > 1e-3 else None
 
@@ -73,13 +74,13 @@ class MissionStatus:
 
     Attributes:
         target: The waypoint to fly to; after the end the last one.
-        reached: How many waypoints are done.
-        of: How many there are.
-        distance_m: From the pose to the target (as it was before this pose), m.
-        holding_s: For how long the UAV has been there.
-        target_changed: Whether `target` is another one than after the last pose, or the first one.
-        done: Whether all of them are done.
-        stalled: Whether the target has not been reached in the mission's patience.
+        reached: Number of waypoints done.
+        of: Number of all waypoints.
+        distance_m: From this pose to the target before this pose, m.
+        holding_s: Time that the UAV has been there.
+        target_changed: Whether `target` is new with this pose.
+        done: Whether all waypoints are done.
+        stalled: Whether the mission's patience is over before the target is reached.
     """
 
     target: Waypoint
@@ -93,16 +94,16 @@ class MissionStatus:
 
 
 class Mission:
-    """Flies one list of waypoints. Poses and their stamps drive it; nothing waits on a clock."""
+    """Flies one list of waypoints. Poses and their stamps drive it, not a clock."""
 
     def __init__(self, waypoints: Sequence[Waypoint], patience_s: float = math.inf, reached: int = 0):
         """Begin at the first waypoint that is not reached yet.
 
         Args:
             waypoints: To fly to, in this order.
-            patience_s: A waypoint that is not reached within this time has stalled the mission; the time that
-                it is held does not count.
-            reached: How many waypoints are done already, fewer than there are.
+            patience_s: If a waypoint is not reached within this time, the mission has stalled. The time of
+                hold does not count.
+            reached: Number of waypoints that are done already; at least one must be left.
 
         Raises:
             MissionError: there is no waypoint, or none that is not reached.
@@ -113,23 +114,24 @@ class Mission:
             raise MissionError(f"Of {len(waypoints)} waypoints {reached} cannot be done already.")
         self._waypoints = tuple(waypoints)
         self._patience_s = patience_s
-        self._under_way_s: float | None = None  # since when the target is flown to
+        self._under_way_s: float | None = None  # start of the flight to the target
         self._reached = reached
         self._told = -1
         self._arrived_s: float | None = None
         self._stamp_s: float | None = None
 
     def update(self, stamp_s: float, position_m: Sequence[float]) -> MissionStatus:
-        """Take a pose in; at most one waypoint gets done by it.
+        """Take in a pose.
 
-        A pose older than the last one (a clock that jumped back) only starts hold and patience anew.
+        At most one waypoint is done by it. A pose older than the last one (a clock that jumped back) only
+        restarts hold and patience.
 
         Args:
             stamp_s: The pose's time.
             position_m: (x, y, z) in the waypoints' frame.
 
         Raises:
-            PoseError: a value is not finite; the state is then as before.
+            PoseError: a value is not finite. The state does not change then.
         """
         if not all(math.isfinite(value) for value in (stamp_s, *position_m)):
             raise PoseError("The pose has a value that is not finite.")
@@ -186,9 +188,9 @@ def read_mission(path: str | Path) -> tuple[Waypoint, ...]:
     """Return the waypoints of a YAML file: see `parse_mission` for its form.
 
     Raises:
-        MissionError: it cannot be read, or makes no sense; the sentence names the file.
+        MissionError: it cannot be read or makes no sense. The sentence names the file.
     """
-    import yaml  # only where a file is read
+    import yaml  # only if a file is read
 
     try:
         content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
@@ -205,17 +207,17 @@ def read_mission(path: str | Path) -> tuple[Waypoint, ...]:
 
 
 def parse_mission(content: object) -> tuple[Waypoint, ...]:
-    """Return the waypoints (a tuple) of what a YAML file holds.
+    """Return the waypoints (a tuple) from the content of a YAML file.
 
     The content is a list of waypoints, or a mapping with these keys:
       - `waypoints`: the list. Each entry is "x y z" or "x y z yaw", as text, as a list, or as a mapping with
         these keys and a `tolerance` and `hold` of its own.
-      - `tolerance`, `hold`: of the waypoints that give none.
-      - `laps`: how often the list is flown.
+      - `tolerance`, `hold`: for waypoints without their own.
+      - `laps`: number of times to fly the list.
     Units are metres, radians and seconds.
 
     Raises:
-        MissionError: one sentence that says what is wrong with which waypoint.
+        MissionError: one sentence that names the waypoint and the fault.
     """
     if isinstance(content, Mapping):
         unknown = sorted(set(content) - {"waypoints", "tolerance", "hold", "laps"}, key=str)

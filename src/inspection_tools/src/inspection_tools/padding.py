@@ -12,7 +12,7 @@ from inspection_tools.errors import ParameterError, ScanError
 from inspection_tools.scan import ScanGeometry, check_range_limits
 
 UNSEEN_INTENSITY = -1.0
-"""LaserScan.intensities of a beam that no lidar looked along."""
+"""LaserScan.intensities of a beam outside the lidar's field of view."""
 
 MAX_VALUE_M = 1000.0
 
@@ -22,8 +22,8 @@ class PaddingParameters:
     """The value of the added beams.
 
     Attributes:
-        value: "range_max" (the lidar's greatest range), "inf" (no return), "nan" (invalid: claims nothing),
-            or a range in metres, as a number or its text.
+        value: "range_max" (the lidar's greatest range), "inf" (no return), "nan" (invalid), or a range in
+            metres, as a number or text.
 
     Raises:
         ParameterError: anything else.
@@ -43,7 +43,7 @@ class PaddingParameters:
         check_number("value", number, 0.0, MAX_VALUE_M)
 
     def range_m(self, range_max_m: float) -> float:
-        """Return the range of an added beam of a lidar that reaches `range_max_m`."""
+        """Return the range of an added beam of a lidar with the range `range_max_m`."""
         return range_max_m if self.value == "range_max" else float(self.value)
 
 
@@ -54,8 +54,8 @@ class PaddedScan:
     Attributes:
         ranges: (n,) float32, metres.
         seen: (n,) bool; False where a beam was added.
-        geometry: Of the n beams. Starts within one beam of -180 degrees (+180 for a negative increment)
-            whenever that keeps the source's beams together.
+        geometry: Of the n beams. It starts within one beam of -180 degrees (+180 for a negative increment),
+            unless that would split the source's beams.
         first_beam: Index of the source's first beam.
     """
 
@@ -73,13 +73,13 @@ class PaddedScan:
         """Return the (n,) float32 intensities: the source's, or 0 without a source, and -1 where unseen."""
         result = np.where(self.seen, np.float32(0.0), np.float32(UNSEEN_INTENSITY))
         if source is not None and len(source):
-            beams = min(len(source), self.geometry.beams)  # what goes beyond a turn repeats the first beams
+            beams = min(len(source), self.geometry.beams)  # beams beyond a turn repeat the first ones
             result[self.first_beam : self.first_beam + beams] = source[:beams]
         return result
 
 
 class LidarPadding:
-    """Pads the scans of one lidar; keeps no state but its parameters."""
+    """Pads the scans of one lidar. Its only state is its parameters."""
 
     def __init__(self, parameters: PaddingParameters | None = None):
         self.parameters = parameters or PaddingParameters()
@@ -87,10 +87,10 @@ class LidarPadding:
     def pad(
         self, ranges: np.ndarray, geometry: ScanGeometry, range_min_m: float, range_max_m: float
     ) -> PaddedScan:
-        """Return a full turn that holds `ranges` unchanged.
+        """Return a full turn that contains `ranges` unchanged.
 
-        A scan of more than a turn (such as a first beam repeated at the end) has its repeated directions
-        merged: the nearer reading stays, NaN gives way to any other.
+        In a scan of more than a turn (for example, with the first beam repeated at the end) repeated
+        directions are merged: the nearer reading counts, and NaN never counts.
 
         Args:
             ranges: (beams,) metres, REP-117.
@@ -125,9 +125,9 @@ class LidarPadding:
 
 
 def _beams_before(geometry: ScanGeometry, turn: int) -> int:
-    """How many beams to add before the first, so that the turn starts at -180 degrees where it can."""
+    """Number of beams to add before the first, so that the turn starts at -180 degrees if possible."""
     missing = max(turn - geometry.beams, 0)
     sign = math.copysign(1.0, geometry.angle_increment_rad)
     room_rad = math.pi + sign * geometry.angle_min_rad
-    rounding = 0.001  # beams; float32 angles must not cost the last beam
+    rounding = 0.001  # beams; rounded float32 angles must not lose the last beam
     return min(max(math.floor(room_rad / abs(geometry.angle_increment_rad) + rounding), 0), missing)

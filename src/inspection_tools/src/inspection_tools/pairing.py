@@ -1,4 +1,4 @@
-"""Pairs each command with the reference from which it was made, by their stamps."""
+"""Pairs each command with its reference by their stamps."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Pair = Tuple[Any, Optional[Reference]]
 
 
 class ReferencePairing:
-    """Finds the reference of a command: the one of its own stamp, or else the newest.
+    """Finds the reference of a command: the one with the same stamp, else the newest.
 
-    Reference and command come over different connections, so a command may overtake its own reference. If
+    Reference and command come over different connections, so a command may arrive before its reference. If
     the source shares stamps with the commands, the command waits for its reference. So the outcome does not
-    depend on which message was faster. If the next command comes first, the waiting one is released with the
-    newest reference. So every command gets its answer, and in order.
+    depend on the order of arrival. If the next command comes first, the waiting one gets the newest
+    reference. So every command is answered, and in order.
 
     Stamps are whole nanoseconds. Values may be anything.
     """
@@ -34,18 +34,19 @@ class ReferencePairing:
         self._held: tuple[int, Any] | None = None
 
     def offer_reference(self, stamp_ns: int, value: Any) -> list[Pair]:
-        """Take in a reference; return the (command, reference) pairs that it completes, at most one."""
+        """Take in a reference. Return the (command, reference) pairs that it completes, at most one."""
         if self._references and stamp_ns < self._references[-1][0]:
-            self._references.clear()  # its clock jumped back
+            self._references.clear()  # the source's clock jumped back
         self._references.append((stamp_ns, value))
         if self._held is None or stamp_ns < self._held[0]:
             return []
         return self._release()
 
     def offer_command(self, stamp_ns: int, command: Any) -> list[Pair]:
-        """Take in a command; return the (command, reference) pairs that are complete now, oldest first.
+        """Take in a command.
 
-        A reference is a (stamp_ns, value), or None where there is none.
+        Return the complete (command, reference) pairs, oldest first. A reference is a (stamp_ns, value), or
+        None if there is none.
         """
         released = self._release()
         newest_ns = self._references[-1][0] if self._references else None

@@ -11,10 +11,10 @@ from inspection_tools.errors import ParameterError, PoseError
 from inspection_tools.geometry import Vector3
 
 FARTHEST_M = 1e6
-"""A setpoint beyond this is a mistake, not a place to fly to."""
+"""A setpoint beyond this is refused as a mistake."""
 
 MAX_TIME_STEP_S = 0.1
-"""A longer gap between poses counts as this, so that the velocity never jumps after a gap."""
+"""A longer gap between poses counts as this long, so that the velocity never jumps after a gap."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class PositionControllerParameters:
 
     Far from the setpoint the UAV flies at the speed limit. Nearer to it the speed falls with constant
     `braking_deceleration`, and in the end in proportion to the distance (`gain`). Both parts meet without a
-    kink at the distance braking_deceleration / gain^2. The vertical axis works alike, on its own.
+    kink at the distance braking_deceleration / gain^2. The vertical axis works in the same way,
+    independently.
 
     Attributes:
         max_speed: Horizontal speed limit, m/s.
@@ -34,7 +35,7 @@ class PositionControllerParameters:
         max_vertical_speed: m/s.
         max_vertical_acceleration: Limit of every change, and twice the approach's deceleration, m/s^2.
         vertical_gain: 1/s.
-        goal_tolerance: Nearer than this (in space) is reached, m.
+        goal_tolerance: The setpoint is reached if it is nearer than this (in space), m.
         goal_hysteresis: It stays reached until the distance exceeds tolerance + hysteresis, m.
 
     Raises:
@@ -75,7 +76,7 @@ class PositionCommand:
     Attributes:
         velocity_m_s: (x, y, z) in the levelled body frame: rotated from the pose's frame by yaw only.
         goal_reached: Whether the setpoint is reached (False without one).
-        clock_jumped_back: Whether this pose was older than the last one, so that the velocity started anew.
+        clock_jumped_back: Whether this pose was older than the last one. Then the velocity started anew.
     """
 
     velocity_m_s: Vector3
@@ -119,7 +120,7 @@ class PositionController:
             self._goal_reached = False
 
     def reset(self) -> None:
-        """Start anew from rest, as after a clock that jumped back; the setpoint stays."""
+        """Start anew from rest, as after a clock that jumped back. The setpoint stays."""
         self._stamp_s: float | None = None
         self._velocity_m_s = (0.0, 0.0, 0.0)  # in the poses' frame
         self._goal_reached = False
@@ -152,7 +153,7 @@ class PositionController:
         return PositionCommand(_level(self._velocity_m_s, yaw_rad), self._goal_reached, jumped_back)
 
     def _step_towards(self, error_m: Vector3, step_s: float) -> Vector3:
-        """Velocity after this step: that of the approach, within the acceleration limits."""
+        """Velocity after this step: the approach's velocity within the acceleration limits."""
         p = self.parameters
         distance_m = math.hypot(error_m[0], error_m[1])
         speed = approach_speed(distance_m, p.max_speed, p.braking_deceleration, p.gain)
@@ -182,9 +183,9 @@ class PositionController:
 
 
 def approach_speed(distance_m: float, max_speed_m_s: float, deceleration_m_s2: float, gain: float) -> float:
-    """Speed at `distance_m` from the goal: proportional, then of constant deceleration, then the limit.
+    """Speed at `distance_m` from the goal: proportional, then constant deceleration, then the limit.
 
-    From a speed v beyond the proportional part the way to the goal is v^2 / (2 a) + a / (2 gain^2).
+    From a speed v beyond the proportional part, the distance to the goal is v^2 / (2 a) + a / (2 gain^2).
     """
     joint_m = deceleration_m_s2 / gain**2
     if distance_m <= joint_m:

@@ -1,4 +1,4 @@
-"""Where the beams of a planar scan point, and whether a scan can be used."""
+"""The directions of a planar scan's beams, and checks of a scan."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from inspection_tools.errors import ScanError
 
 FULL_TURN_RAD = 2.0 * math.pi
 SEAM_TOLERANCE_BEAMS = 0.05
-"""How far a full turn may be from a whole number of increments (float32 rounding is below 0.001)."""
+"""Tolerance of a full turn against a whole number of increments (float32 rounding is below 0.001)."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class ScanGeometry:
     def closes_circle(self) -> bool:
         """Whether the last beam and the first are neighbours (or the same direction).
 
-        They are not where a scan goes on beyond a turn: its last beam points elsewhere.
+        If a scan continues beyond a turn, they are not: its last beam points elsewhere.
         """
         gap_beams = FULL_TURN_RAD / abs(self.angle_increment_rad) - (self.beams - 1)
         return -0.5 < gap_beams < 1.5

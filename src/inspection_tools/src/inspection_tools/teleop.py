@@ -39,15 +39,15 @@ _FACTORS = {"q": 1.1, "z": 1.0 / 1.1}
 
 @dataclass(frozen=True)
 class TeleopParameters:
-    """How keys and sticks become velocities.
+    """Converts keys and sticks to velocities.
 
     Attributes:
         speed: Horizontal speed of a key or a full stick, m/s.
         climb_speed: Vertical speed of a key or a full stick, m/s.
-        hold_time: A key counts as pressed for this long, s; longer than a keyboard waits before it repeats a
-            key that is held. A joystick silent for longer counts as released.
+        hold_time: A key counts as pressed for this long, s. This must be longer than the keyboard's delay
+            before it repeats a held key. A joystick that is silent for longer counts as released.
         axis_ahead, axis_left, axis_up: Axes of the joystick, positive ahead, to the left and up.
-        dead_zone: Sticks moved less than this share of their way count as released.
+        dead_zone: A stick moved by less than this share counts as released.
 
     Raises:
         ParameterError: a value out of range, or one axis for two directions.
@@ -74,7 +74,7 @@ class TeleopParameters:
 
 
 class KeyboardPilot:
-    """Keys in, velocities out. Times are seconds on any clock that only goes on."""
+    """Converts keys to velocities. Times are seconds of any monotonic clock."""
 
     def __init__(self, parameters: TeleopParameters | None = None):
         self._parameters = parameters or TeleopParameters()
@@ -88,7 +88,10 @@ class KeyboardPilot:
         return min(self._factor * self._parameters.speed, FASTEST_M_S)
 
     def press(self, key: str, now_s: float) -> bool:
-        """Take one key. A key without a meaning returns False and stops the UAV: the pilot may panic."""
+        """Take one key.
+
+        For a key without a meaning stop the UAV and return False, because the pilot may panic.
+        """
         if key in _FACTORS:
             self._factor = min(max(self._factor * _FACTORS[key], 0.05), 10.0)
             return True
@@ -105,7 +108,7 @@ class KeyboardPilot:
 
 
 class JoystickPilot:
-    """Sticks in, velocities out. Times are seconds on any clock that only goes on."""
+    """Converts sticks to velocities. Times are seconds of any monotonic clock."""
 
     def __init__(self, parameters: TeleopParameters | None = None):
         self._parameters = parameters or TeleopParameters()
@@ -116,7 +119,7 @@ class JoystickPilot:
         """Take the sticks' positions, each -1 to 1.
 
         Raises:
-            ParameterError: the joystick lacks an axis of the parameters; its last positions are forgotten.
+            ParameterError: the joystick lacks an axis of the parameters. Its last positions are forgotten.
         """
         p = self._parameters
         self._until_s = -math.inf
@@ -139,7 +142,7 @@ class JoystickPilot:
         return (share * ahead, share * left, p.climb_speed * up)
 
     def _moved(self, axis: int) -> float:
-        """Return how far a stick is moved beyond the dead zone, -1 to 1; 0 if that is no number."""
+        """Return a stick's position beyond the dead zone, -1 to 1; 0 if it is NaN."""
         value, dead = self._axes[axis], self._parameters.dead_zone
         if not math.isfinite(value) or abs(value) <= dead:
             return 0.0

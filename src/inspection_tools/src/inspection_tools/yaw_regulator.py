@@ -21,9 +21,9 @@ class YawRegulatorParameters:
         max_yaw_rate: rad/s.
         speed_on: The regulator switches on above this horizontal speed, m/s.
         speed_off: It switches off below this one, m/s; less than `speed_on`.
-        turn_margin: rad. The sense of turn is kept until the direction is this angle past the exact rear.
-            Otherwise noise would turn the UAV to and fro.
-        reference_max_age: An older reference velocity counts as none, s.
+        turn_margin: rad. The UAV keeps its sense of turn until the direction is this angle past the exact
+            rear. Otherwise noise would turn the UAV to and fro.
+        reference_max_age: An older reference velocity is ignored, s.
 
     Raises:
         ParameterError: a value out of range, or thresholds the wrong way round.
@@ -52,7 +52,7 @@ class YawRegulatorParameters:
 class YawRegulator:
     """P-regulator of the angle between the UAV's front and its direction of travel.
 
-    Its only state are hystereses: moving or not, reference wanted or not, and the sense of turn.
+    Its state consists of hystereses: moving or not, reference wanted or not, and the sense of turn.
     """
 
     def __init__(self, parameters: YawRegulatorParameters | None = None):
@@ -70,8 +70,8 @@ class YawRegulator:
 
         Args:
             velocity_m_s: (x, y) of the velocity that will be flown, levelled body frame.
-            reference_m_s: (x, y) of the velocity that was wanted, same frame. If only the flown velocity is
-                zero, the UAV turns on the spot towards the wanted one. The lidar may then see a way.
+            reference_m_s: (x, y) of the wanted velocity, same frame. If only the flown velocity is zero, the
+                UAV turns on the spot towards the wanted one. The lidar may then see a free path.
 
         Raises:
             VelocityError: a component is not finite; the state is then as before.
@@ -93,7 +93,7 @@ class YawRegulator:
     def _turn_towards(self, direction: Sequence[float]) -> float:
         p = self.parameters
         error_rad = math.atan2(direction[1], direction[0])
-        if error_rad == -math.pi:  # atan2(-0.0, -1): the rear is one direction, and its tie goes left
+        if error_rad == -math.pi:  # atan2(-0.0, -1): at the exact rear turn left
             error_rad = math.pi
         past_rear = abs(error_rad) > math.pi - p.turn_margin and error_rad * self._sense < 0.0
         if past_rear:

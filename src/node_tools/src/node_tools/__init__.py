@@ -1,1 +1,1 @@
-"""The edge to ROS that every node of the workspace shares; it knows no UAV and no message of ours."""
+"""The shared edge to ROS of all nodes. It knows no UAV and none of our messages."""

@@ -1,13 +1,11 @@
-"""A publisher that sends in the thread that publishes, and never waits for a subscriber.
+"""A publisher that sends in the publishing thread and never waits for a subscriber.
 
-rospy gives each subscriber of a queued topic a thread of its own. So a message on its way from scan to
-setpoint waits for one more thread in each node, and a clock with eight listeners costs the simulator 0.45 ms.
-Without a queue, a subscriber that hangs holds up the node. Here the publishing thread itself writes as much
-as the socket takes (0.14 ms for the eight). The rest waits for the next message. If too much waits, the
-oldest messages are dropped.
-
-Each message wakes its listeners, which push a busy publisher aside on a machine of few cores. A publisher
-that holds its messages back sends several at once.
+For a topic with a queue, rospy gives each subscriber its own thread. So each node on the way from scan to
+setpoint adds a wait for one more thread, and a clock with eight subscribers costs the simulator 0.45 ms.
+Without a queue, a subscriber that hangs blocks the node. Here the publishing thread itself writes as much as
+the socket takes (0.14 ms for the eight). The rest waits for the next message. If too much waits, the oldest
+messages are dropped. On a machine with few cores, each message wakes its subscribers, which take the core
+from a busy publisher. So a publisher can hold messages back and send several at once.
 """
 
 from __future__ import annotations
@@ -22,18 +20,18 @@ from rospy.exceptions import TransportTerminated
 
 
 class DirectConnection:
-    """Wraps a subscriber's transport as rospy's own queued connection does, without a thread.
+    """Wraps a subscriber's transport like rospy's own queued connection, but without a thread.
 
     Args:
         connection: rospy's transport to one subscriber.
-        queue_size: messages kept for a subscriber that does not read; the oldest are dropped.
-        holds: nothing goes out before `flush`.
+        queue_size: messages kept for a subscriber that does not read. The oldest are dropped.
+        holds: send nothing before `flush`.
     """
 
     def __init__(self, connection: Any, queue_size: int, holds: bool = False) -> None:
         self._connection = connection
         self._holds = holds
-        self._rest = b""  # of a message that has been sent in part
+        self._rest = b""  # the rest of a partly sent message
         self._waiting: deque[bytes] = deque(maxlen=queue_size)
 
     def __getattr__(self, name: str) -> Any:
@@ -42,7 +40,7 @@ class DirectConnection:
         return getattr(self._connection, name)
 
     def write_data(self, data: bytes) -> bool:
-        """Send one message, or keep it; TransportTerminated when the subscriber has gone."""
+        """Send one message, or keep it; TransportTerminated if the subscriber has gone."""
         connection = self._connection
         if connection.done or connection.socket is None:
             raise TransportTerminated("connection closed")
@@ -54,7 +52,7 @@ class DirectConnection:
         return True
 
     def flush(self) -> None:
-        """Send what waits, as far as the socket takes it; TransportTerminated when the subscriber is gone."""
+        """Send waiting data as far as the socket takes it; TransportTerminated if the subscriber has gone."""
         while self._rest or self._waiting:
             if not self._rest:
                 self._rest = b"".join(self._waiting)
@@ -65,7 +63,7 @@ class DirectConnection:
                 break
 
     def _send(self, data: bytes) -> int:
-        """Return how much of it the socket took."""
+        """Return how many bytes the socket took."""
         try:
             return self._connection.socket.send(data, socket.MSG_DONTWAIT)
         except BlockingIOError:
@@ -76,15 +74,15 @@ class DirectConnection:
 
 
 class DirectPublisher(rospy.Publisher):
-    """A rospy.Publisher whose messages go out in the thread that publishes; for a few kilobytes each.
+    """A rospy.Publisher that sends in the publishing thread, for messages of a few kilobytes.
 
-    A slow subscriber gets the rest with the next message. So use it only for topics that go on.
+    A slow subscriber gets the rest with the next message. So use it only for topics with regular messages.
 
     Args:
         name: of the topic.
         data_class: of its messages.
-        queue_size: messages kept for a slow subscriber; the oldest are dropped.
-        holds: messages go out with the next `flush`.
+        queue_size: messages kept for a slow subscriber. The oldest are dropped.
+        holds: send messages only at the next `flush`.
     """
 
     def __init__(self, name: str, data_class: Any, queue_size: int, holds: bool = False) -> None:
@@ -94,7 +92,7 @@ class DirectPublisher(rospy.Publisher):
         self.impl.add_connection = lambda connection: add(DirectConnection(connection, queue_size, holds))
 
     def flush(self) -> None:
-        """Send every subscriber what waits for it."""
+        """Send every subscriber its waiting messages."""
         for connection in list(self.impl.connections):
             with contextlib.suppress(TransportTerminated):  # rospy drops it at the next message
                 connection.flush()

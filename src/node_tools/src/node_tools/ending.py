@@ -1,11 +1,10 @@
-"""How a process ends: at once, whatever it is doing when SIGINT or SIGTERM comes.
+"""Ends a process at once on SIGINT or SIGTERM, whatever it is doing.
 
-Python raises KeyboardInterrupt in the middle of an import. rospy's own handler closes topics from within the
-main thread, and may wait for ever for a lock that this thread holds. An interpreter that ends while threads
-of rospy, numba or BLAS live sometimes never does. Therefore a thread of its own waits for the signal, closes
-what is open, and ends the process without the interpreter's own end.
-
-This module is the first import of every node's executable, so it imports little itself.
+Python raises KeyboardInterrupt even in the middle of an import. rospy's own handler closes topics in the
+main thread, and may wait for ever for a lock that this thread holds. The interpreter's own exit sometimes
+hangs while threads of rospy, numba or BLAS live. Therefore a separate thread waits for the signal, closes
+what is open, and ends the process without the interpreter's exit. This module is the first import of every
+node's executable, so it imports little itself.
 """
 
 from __future__ import annotations
@@ -16,13 +15,13 @@ import sys
 import threading
 from typing import Callable
 
-# dynamic_reconfigure asks rospkg for a manifest, and rospkg asks rosdep where that is installed: every node
-# would say that rosdep was never initialised. No node needs it.
+# dynamic_reconfigure asks rospkg for a manifest, and rospkg asks rosdep if it is installed. Then every node
+# would print that rosdep was never initialised. No node needs rosdep.
 sys.modules.setdefault("rosdep2", None)  # type: ignore[arg-type]
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 CLOSING_S = 0.8
-"""Wall time after which the process ends, even if something still closes."""
+"""Wall time after which the process ends, even if closing is not finished."""
 
 
 class Ending:
@@ -31,7 +30,7 @@ class Ending:
     def __init__(self) -> None:
         self._received = threading.Event()
         self._act: Callable[[int], None] = lambda number: os._exit(128 + number)  # nothing is open yet
-        # Later threads inherit this mask. So a signal always comes to the thread that waits for it.
+        # Later threads inherit this mask. So only the waiting thread gets the signal.
         signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         threading.Thread(target=self._wait_for_signal, name="ending", daemon=True).start()
 
@@ -45,13 +44,13 @@ class Ending:
         return self._received.wait(timeout_s)
 
     def closes_by(self, close: Callable[[], None], code: int = 0) -> None:
-        """Call `close` on a signal from now on, and then end with this exit code."""
+        """From now on a signal calls `close` and then ends the process with this exit code."""
         self._act = lambda number: leave(code, close)
 
     def main_thread_closes(self, within_s: float | None = CLOSING_S) -> None:
-        """Leave the end to the main thread, which looks at `received`.
+        """Leave the end to the main thread, which checks `received`.
 
-        within_s: wall time after which the process ends nevertheless; None: the main thread has its time.
+        within_s: wall time after which the process ends anyway; None: no limit.
         """
         self._act = lambda number: None if within_s is None else exit_later(0, within_s)
 
@@ -73,12 +72,12 @@ def leave(code: int, close: Callable[[], None] = lambda: None) -> None:
 
 
 def silence_threads() -> None:
-    """Let threads end without a traceback. rospy closes sockets to which other threads still listen."""
+    """Suppress tracebacks of threads, because rospy closes sockets that other threads still read."""
     threading.excepthook = lambda _: None
 
 
 def exit_later(code: int, after_s: float = CLOSING_S) -> None:
-    """End the process after this wall time, whatever its threads wait for by then."""
+    """End the process after this wall time, even if its threads still wait."""
     timer = threading.Timer(after_s, os._exit, (code,))
     timer.daemon = True
     timer.start()

@@ -1,4 +1,4 @@
-"""TF look-ups that never wait: the next message asks again for a transform that was unknown.
+"""TF look-ups that never wait. If a transform is unknown, the next message asks again.
 
 A look-up with a time-out waits for ROS time. It blocks for ever while the clock stands still, as in lockstep.
 """
@@ -20,7 +20,7 @@ class FrameError(Exception):
 
 
 class Transform(NamedTuple):
-    """Takes coordinates of one frame to another: first turned, then moved."""
+    """Transforms coordinates from one frame to another: rotation, then translation."""
 
     translation_m: tuple[float, float, float]
     rotation_xyzw: tuple[float, float, float, float]
@@ -43,7 +43,7 @@ class NewestTransforms:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all transforms, as after a clock that jumped back; static ones come again at once."""
+        """Forget all transforms, as after a clock that jumped back. Static ones come again at once."""
         for subscriber in self._subscribers:
             subscriber.unregister()
         import tf2_ros  # slow to import, and not every node needs it

@@ -1,4 +1,4 @@
-"""How a node starts and runs: one sentence instead of a traceback, and a clean end."""
+"""Starts and runs a node: one sentence instead of a traceback, and a clean end."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ import rospy
 from node_tools.ending import Ending, exit_later, leave, silence_threads
 
 HEARD_AFTER_S = 0.3
-"""Wall time until whoever listens to /rosout is connected to a new node."""
+"""Wall time until subscribers of /rosout are connected to a new node."""
 RETRY_S, REMINDER_S = 1.0, 10.0  # wall time
 LAST_ANSWER_S = 0.15  # wall time
 LAST_CALLBACK_S = 0.4  # wall time
 LOOK_S = 0.25
-"""Wall time between two looks whether ROS has told the node to end."""
+"""Wall time between two checks whether ROS has told the node to end."""
 
 RunNode = Callable[[Ending], Optional[int]]
-"""Runs a node in the main thread until it is over, the signals say so, or ROS shuts down.
-
-It may return an exit code.
+"""Runs a node in the main thread until it is done, a signal comes, or ROS shuts down. It may return an exit
+code.
 """
 Errors = Union[Type[Exception], Tuple[Type[Exception], ...]]
 
@@ -30,7 +29,7 @@ class Lock(Protocol):
     """A lock of any kind."""
 
     def acquire(self, blocking: bool = ..., timeout: float = ...) -> bool:
-        """Take it; False if that took too long."""
+        """Take it; return False after a time-out."""
 
 
 class CallbackNode(Protocol):
@@ -38,11 +37,11 @@ class CallbackNode(Protocol):
 
     @property
     def _lock(self) -> Lock:
-        """Is held while a callback publishes."""
+        """Held while a callback publishes."""
 
 
 def cannot_start(error: Exception) -> str:
-    """Return the sentence about a fault that the user can mend in the node's parameters."""
+    """Return the sentence about a fault in the node's parameters."""
     name = rospy.get_name()
     return f"{name} cannot start: {error} Change it in the launch file, or by rosparam set under {name}."
 
@@ -56,8 +55,8 @@ def run(
 ) -> None:
     """Make a node, run it until it is told to end, and end the process.
 
-    A fault at the start becomes one sentence and exit code 1. With the parameter ~keep_trying the node tries
-    again, and repeats the sentence every `REMINDER_S`, until it can start.
+    A fault at the start gives one sentence and exit code 1. With the parameter ~keep_trying the node tries
+    again until it can start, and repeats the sentence every `REMINDER_S`.
 
     Args:
         name: the node's name.
@@ -79,7 +78,7 @@ def run(
             raise
         leave(0, _take_leave)
     ending.main_thread_closes()
-    if ending.received:  # while the line before was not yet reached
+    if ending.received:  # before the line above was reached
         leave(0, _take_leave)
     leave(_run(run_node, ending, errors), _take_leave)
 
@@ -100,7 +99,7 @@ def _run(run_node: RunNode, ending: Ending, errors: Errors) -> int:
 def spinning(
     node: CallbackNode, period_s: float = LOOK_S, watch: Callable[[], None] = lambda: None
 ) -> RunNode:
-    """Return what lets a node's callbacks come until it is told to end.
+    """Return a function that serves a node's callbacks until it is told to end.
 
     Args:
         node: works in its callbacks.
@@ -111,7 +110,7 @@ def spinning(
     def close() -> None:
         silence_threads()
         exit_later(0)  # `watch` may wait for the lock
-        # No callback may be under way when rospy closes the topics that it publishes on.
+        # No callback may run while rospy closes the topics that it publishes.
         node._lock.acquire(timeout=LAST_CALLBACK_S)
 
     rospy.on_shutdown(close)
@@ -132,7 +131,7 @@ def give_up(sentence: str) -> None:
 def _make_at_last(
     make: Callable[[], RunNode], errors: Errors, explain: Callable[[Exception], str]
 ) -> RunNode:
-    """Return what `make` returns, once nothing is wrong any more."""
+    """Return the result of `make`, as soon as it raises no error."""
     reminded_s = -math.inf
     while True:
         try:
@@ -148,7 +147,7 @@ def _make_at_last(
 
 
 def _take_leave() -> None:
-    """Tell the master. Whoever told the node to end (rosnode kill) waits for an answer, so give it."""
+    """Tell the master, and answer the caller that told the node to end (rosnode kill waits for it)."""
     told_by_ros = rospy.core.is_shutdown_requested()
     rospy.signal_shutdown("the node ends")
     if told_by_ros:  # another thread is shutting down

@@ -14,14 +14,14 @@ Parameters = TypeVar("Parameters", bound=Any)
 def read_values(defaults: Mapping[str, Any]) -> dict[str, Any]:
     """Return the private parameters of these names, or their defaults.
 
-    YAML does not know which type is wanted. So a whole number becomes a float where the default is one, and a
-    number becomes a str where the default is one.
+    YAML does not know the wanted type. So if the default is a float, a whole number becomes a float. If the
+    default is a str, a number becomes a str.
     """
     return {name: _like(default, rospy.get_param("~" + name, default)) for name, default in defaults.items()}
 
 
 def write_values(values: Mapping[str, Any]) -> None:
-    """Set the private parameters. dynamic_reconfigure reads them, and converts no types."""
+    """Set the private parameters. dynamic_reconfigure reads them without converting types."""
     for name, value in values.items():
         rospy.set_param("~" + name, value)
 
@@ -62,15 +62,15 @@ def serve(
     apply: Callable[[Parameters], None],
     errors: type[Exception],
 ) -> Any:
-    """Return a dynamic_reconfigure server; a set that makes no sense is refused, and the last one stays.
+    """Return a dynamic_reconfigure server. It refuses a bad set of parameters and keeps the last one.
 
     Args:
-        config_type: module that a .cfg file became.
-        parameters: the set that holds now.
-        read: makes a set of a configuration, or raises one of `errors`.
-        write: makes a configuration of a set.
+        config_type: module generated from a .cfg file.
+        parameters: the present set.
+        read: turns a configuration into a set, or raises one of `errors`.
+        write: turns a set into a configuration.
         apply: is called with each new set.
-        errors: base class of what `read` raises.
+        errors: base class of the errors of `read`.
     """
     from node_tools.tuning_server import TuningServer  # slow to import
 

@@ -1,4 +1,4 @@
-"""The XML-RPC servers of masters, nodes and roslaunch: asked with patience, but not for ever."""
+"""Calls XML-RPC servers of masters, nodes and roslaunch with a time-out."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ import rosgraph
 
 PATIENCE_S = 3.0
 UNREACHABLE = (OSError, Fault, ProtocolError, rosgraph.MasterException)
-"""What a call raises when nobody answers, or no longer."""
+"""Exceptions of a call without an answer."""
 
 
 def server(uri: str) -> Any:
-    """Return what calls the methods of an XML-RPC server; a hung one accepts calls and never answers."""
+    """Return a proxy of an XML-RPC server.
+
+    It has a time-out, because a hung server accepts calls and never answers.
+    """
     return ServerProxy(uri, transport=_ImpatientTransport())
 
 

@@ -1,4 +1,4 @@
-"""Watches the stamps of messages: stamps of another clock, and a clock that jumped back."""
+"""Watches the stamps of messages: finds stamps of another clock, and a clock that jumped back."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STANDS_STILL_S = 1.0
 
 
 class StampWatch:
-    """Tells which stamps a node takes."""
+    """Decides which stamps a node accepts."""
 
     def __init__(self, warnings: ThrottledWarnings) -> None:
         self._warnings = warnings
@@ -24,7 +24,7 @@ class StampWatch:
         self._ran_at_s = -math.inf
 
     def is_ahead(self, stamp: rospy.Time, what: str) -> bool:
-        """Return whether a stamp lies far ahead of ROS time, and warn of it: drop its message then.
+        """Return whether a stamp is far ahead of ROS time, and warn. The caller then drops the message.
 
         No stamp is ahead while ROS time is zero or stands still, as when a bag is played without --clock.
         """
@@ -42,7 +42,7 @@ class StampWatch:
         return True
 
     def went_back(self, stamp: rospy.Time) -> bool:
-        """Take in the next message's stamp; warn and return True if it is older than the last one's."""
+        """Take in the next message's stamp. Warn and return True if it is older than the last one's."""
         stamp_ns = stamp.to_nsec()
         back_ns = 0 if self._last_ns is None else self._last_ns - stamp_ns
         self._last_ns = stamp_ns

@@ -1,4 +1,4 @@
-"""For tests of nodes: send a message, and wait in wall time for what comes of it."""
+"""For tests of nodes: sends a message, and waits in wall time for its effect."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import rospy
 from rosgraph_msgs.msg import Log
 
 TIMEOUT_S = 30.0
-"""Only a test that fails waits so long."""
+"""Only a test that fails waits this long."""
 QUIET_S = 0.3
-"""How long a topic is watched before it counts as quiet."""
+"""Time without messages after which a topic counts as quiet."""
 
 
 def wait_until(condition: Callable[[], Any], what: str, timeout_s: float = TIMEOUT_S) -> None:

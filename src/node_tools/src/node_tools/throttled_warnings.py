@@ -1,4 +1,4 @@
-"""Warnings that are repeated at a limited rate, however often their cause occurs."""
+"""Warnings with a limited rate, however often their cause occurs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NUMBERS = re.compile(r"\d+")
 
 
 class ThrottledWarnings:
-    """Says each fault once in `PERIOD_S`. Sentences that differ only in numbers are one fault."""
+    """Logs each fault once in `PERIOD_S`. Sentences that differ only in numbers are one fault."""
 
     def __init__(self) -> None:
         self._said_at_s: dict[str, float] = {}

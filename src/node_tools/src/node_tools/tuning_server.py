@@ -11,13 +11,13 @@ from dynamic_reconfigure.server import Server
 class TuningServer(Server):
     """dynamic_reconfigure's server with two differences.
 
-    It refuses a value beyond its limits with a sentence, and the old value stays. The original silently moves
-    the value to the limit, where it may mean something else. It also understands requests with the state of
-    nested groups, as `dynparam load` sends them. The original fails at these.
+    It refuses a value beyond its limits with a sentence, and the old value stays. The original silently
+    clips the value to the limit, where it may have another meaning. It also understands requests with the
+    state of nested groups, as `dynparam load` sends them. The original fails on these.
     """
 
     def update_configuration(self, changes: Mapping[str, Any]) -> Any:
-        """Apply those of the changes that are within their limits."""
+        """Apply the changes that are within their limits."""
         return super().update_configuration({k: v for k, v in changes.items() if self._is_allowed(k, v)})
 
     def _is_allowed(self, name: str, value: Any) -> bool:

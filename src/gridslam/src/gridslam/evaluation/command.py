@@ -1,4 +1,4 @@
-"""The command ``rosrun gridslam gridslam_evaluate``: judges trajectories and maps."""
+"""The command ``rosrun gridslam gridslam_evaluate``: measures errors of trajectories and maps."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gridslam.evaluation.walls import read_walls
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code: 0, or 1 with one sentence on stderr."""
+    """Run the command. Return the exit code: 0, or 1 with one sentence on stderr."""
     options = _parser().parse_args(arguments)
     try:
         for output in (options.json, getattr(options, "picture", None)):
@@ -110,7 +110,7 @@ def _positive(text: str) -> float:
 
 
 def _refuse_unwritable(path: Path | None) -> None:
-    """Make sure, before the work, that its result can be written."""
+    """Check before the work that the result can be written."""
     if path is None:
         return
     if path.is_dir():

@@ -1,4 +1,4 @@
-"""How far an occupancy grid is from the true world: the map error of a simulated run."""
+"""The map error of a simulated run: distance of an occupancy grid from the true walls."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def map_error(
         walls: the true walls, in the world's frame.
         map_in_world: pose (x m, y m, yaw rad) of the map's frame in the world.
         seen_within_m: a piece of true wall counts as seen if an occupied cell is this near.
-        wall_length_min_m: walls shorter than this are not judged for straightness.
+        wall_length_min_m: walls shorter than this get no measure of straightness.
         wall_gate_m: cells farther from their wall than this do not count for its straightness.
 
     Raises:
@@ -81,7 +81,7 @@ def map_error(
     samples, lengths = walls.samples(grid.resolution_m)
     seen = cKDTree(points).query(samples, distance_upper_bound=seen_within_m)[0] <= seen_within_m
     fits: list[WallFit] = []
-    if isinstance(walls, Walls):  # points do not tell which of them make a wall
+    if isinstance(walls, Walls):  # bare points do not form walls
         fits = wall_fits(walls, points, distance, nearest, wall_length_min_m, wall_gate_m)
     return MapAccuracy(
         occupied_cells=len(points),

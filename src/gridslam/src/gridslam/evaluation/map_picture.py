@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # matplotlib takes half a second to import
 GREY_UNKNOWN, GREY_FREE, GREY_OCCUPIED = 0.80, 1.0, 0.0
 TRUE_WALL = "#e8711a"  # mid grey in print, where the map itself is black and white
 MARGIN_M = 1.0
-PLAN_PIXELS = (700, 470)  # about what the plan has of the picture, in x and y
+PLAN_PIXELS = (700, 470)  # the plan's approximate share of the picture, in x and y
 
 
 def draw_map_error(
@@ -33,7 +33,7 @@ def draw_map_error(
     estimate: Trajectory | None = None,
     truth: Trajectory | None = None,
 ) -> None:
-    """Write the picture of `map_error_figure` as PNG, whatever the file's ending."""
+    """Write the picture of `map_error_figure` as PNG. The file's ending does not matter."""
     figure = map_error_figure(grid, walls, accuracy, map_in_world, estimate, truth)
     figure.savefig(path, dpi=120, format="png")
 
@@ -46,7 +46,7 @@ def map_error_figure(
     estimate: Trajectory | None = None,
     truth: Trajectory | None = None,
 ) -> Figure:
-    """Return map, true walls and both paths; beside them how far the occupied cells are off."""
+    """Return a figure with map, true walls and both paths, and beside them the cells' errors."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 5.0), layout="constrained")

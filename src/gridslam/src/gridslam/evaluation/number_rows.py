@@ -16,12 +16,12 @@ from gridslam.errors import EvaluationError
 def read_rows(path: Path, form: str, columns: Sequence[int]) -> np.ndarray:
     """Read the rows of numbers in a file, plain or .gz: (n, k) float64, finite, n >= 1.
 
-    Numbers are divided by blanks or commas; # begins a comment; a table with commas may have a heading.
+    Blanks or commas separate numbers. # begins a comment. A table with commas may have a heading.
 
     Args:
         path: the file.
-        form: what each line must hold, for the sentence that refuses another.
-        columns: how many numbers a line may have; all lines have the same.
+        form: description of a line's content, for errors.
+        columns: allowed numbers per line; all lines have the same.
 
     Raises:
         EvaluationError: the file cannot be read, or holds something else; the sentence names the line.

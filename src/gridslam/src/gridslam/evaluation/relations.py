@@ -1,7 +1,8 @@
 """Errors of a trajectory by hand-verified relative poses.
 
-R. Kuemmerle et al., "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27 (2009): what counts
-is the difference between the relative pose of two moments as estimated and as verified by a human.
+R. Kuemmerle et al., "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27 (2009). A human has
+verified the relative pose of two moments. The error is the difference of the estimated relative pose from
+it.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Relations:
         return Relations(self.stamps_s[chosen], self.second_in_first[chosen])
 
     def within(self, first_s: float, last_s: float) -> Relations:
-        """Return those of which both moments lie in a span of time, give or take 1 ms."""
+        """Return those of which both moments lie in a span of time (within 1 ms)."""
         chosen = (
             (self.stamps_s >= first_s - EXACT_WITHIN_S) & (self.stamps_s <= last_s + EXACT_WITHIN_S)
         ).all(axis=1)
@@ -52,9 +53,9 @@ class RelationErrors:
     """Mean and standard deviation of the errors over the relations, and of their squares."""
 
     relations: int
-    """How many the trajectory was judged by."""
+    """Number of relations that were compared."""
     relations_outside: int
-    """How many were left out, because one of their moments lies outside the trajectory's time."""
+    """Number of relations left out, because one of their moments is outside the trajectory's time."""
     translation_mean_m: float
     translation_std_m: float
     translation_squared_mean_m2: float
@@ -76,10 +77,10 @@ def read_relations(path: Path) -> Relations:
 
 
 def relation_errors(trajectory: Trajectory, relations: Relations) -> RelationErrors:
-    """Judge a trajectory, interpolated at the moments of those relations that lie in its time.
+    """Compare a trajectory, interpolated at the moments, with the relations in its time.
 
     Raises:
-        EvaluationError: there is no relation to judge it by.
+        EvaluationError: there is no relation to compare with.
     """
     if not len(relations):
         raise EvaluationError("There is no relation to judge the trajectory by.")

@@ -87,7 +87,7 @@ def trajectory_error(
 
 
 class _Evo:
-    """evo's parts that are used here, imported only when something is judged."""
+    """The parts of evo used here. They are imported on first use."""
 
     def __init__(self) -> None:
         from evo import EvoException

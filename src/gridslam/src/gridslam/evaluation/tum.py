@@ -20,7 +20,7 @@ def write_tum(path: Path, trajectory: Trajectory) -> None:
 
 
 def read_tum(path: Path) -> Trajectory:
-    """Read a trajectory; of poses in space it keeps x, y and yaw; of poses with one stamp the first.
+    """Read a trajectory. Keep x, y and yaw of poses in space. Keep the first of poses with one stamp.
 
     Raises:
         EvaluationError: the file cannot be read, or is not in TUM form, or its stamps go back in time.
@@ -40,7 +40,7 @@ def read_tum(path: Path) -> Trajectory:
 
 
 def poses_at(trajectory: Trajectory, stamps_s: np.ndarray) -> np.ndarray:
-    """Return the poses at any stamps, (n, 3): interpolated, yaw the short way round; held at the ends."""
+    """Return the poses (n, 3) at any stamps: interpolated (yaw the short way), constant beyond the ends."""
     x, y, yaw = np.asarray(trajectory.poses_in_map).T
     own = trajectory.stamps_s
     columns = [np.interp(stamps_s, own, values) for values in (x, y, np.unwrap(yaw))]

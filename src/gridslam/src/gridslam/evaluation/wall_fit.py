@@ -1,4 +1,4 @@
-"""How straight a map's walls are: lines fitted to the occupied cells of each true wall."""
+"""Straightness of a map's walls: fits a line to the occupied cells of each true wall."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 
 from gridslam.evaluation.walls import Walls
 
-FIT_CELLS_MIN = 8  # a line through fewer cells says nothing about a wall
-FIT_SHARE_MIN = 0.75  # nor do cells along less than this share of the shortest wall that is judged
+FIT_CELLS_MIN = 8  # with fewer cells a fitted line means nothing
+FIT_SHARE_MIN = 0.75  # the cells must cover at least this share of the shortest measured wall
 NEIGHBOURS_WITHIN_M = 0.3
 
 
@@ -51,7 +51,7 @@ def wall_fits(
         points: (p, 2) occupied cells' centres, m, in the frame of the walls.
         distance: (p,) their distance to the nearest wall, m.
         nearest: (p,) that wall segment's index.
-        length_min_m: shorter walls are not judged.
+        length_min_m: shorter walls are left out.
         gate_m: cells farther from their wall than this do not count.
     """
     directions = _double_angles(points)
@@ -74,9 +74,9 @@ def wall_fits(
 
 
 def _double_angles(points: np.ndarray) -> np.ndarray:
-    """Return where each cell's neighbours lie: the sum of d^2 (cos 2a, sin 2a) over them, (p, 2).
+    """Return the sum of d^2 (cos 2a, sin 2a) over each cell's neighbours, (p, 2).
 
-    Doubled, opposite directions are one, and directions at right angles are opposite.
+    With doubled angles opposite directions are equal, and directions at right angles are opposite.
     """
     pairs = cKDTree(points).query_pairs(NEIGHBOURS_WITHIN_M, output_type="ndarray")
     x, y = (points[pairs[:, 1]] - points[pairs[:, 0]]).T

@@ -25,7 +25,7 @@ class Walls:
     ends_m: (n, 4) float64, x1, y1, x2, y2 of each segment; metres. Curved walls come as short segments;
     segments of length 0 are left out.
 
-    Raises EvaluationError when that is not what it is given.
+    Raises EvaluationError for any other input.
     """
 
     ends_m: np.ndarray
@@ -77,8 +77,8 @@ class Walls:
     def straight_walls(self) -> list[np.ndarray]:
         """Return the indices of the segments of each straight wall.
 
-        Segments on one line, with short gaps between them, are one wall, so that a wall broken by beams is
-        judged over its whole length.
+        Segments on one line with short gaps are one wall. So a wall broken by beams is measured over its
+        whole length.
         """
         return [wall for line in self._same_lines() for wall in self._split_at_gaps(line)]
 

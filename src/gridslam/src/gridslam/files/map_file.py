@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from PIL.Image import Image as PillowImage
 
 FREE_AT_MOST, OCCUPIED_AT_LEAST = 25, 65
-"""Occupancies, as map_saver divides them."""
+"""map_saver's limits of occupancy."""
 GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
-"""As map_saver writes them. What lies between is unknown; the grey of unknown is just above the second."""
+"""As map_saver writes them. Between them a cell is unknown; the grey of unknown is just above the second."""
 _PILLOW_LIMIT = threading.Lock()
-"""Held while Pillow's limit of an image's size is off."""
+"""Locked while Pillow's limit of an image's size is off."""
 MODES = ("trinary", "scale", "raw")
 
 
@@ -83,7 +83,7 @@ def write_map(
 
 
 def write_picture(path: str | Path, grid: OccupancyGrid) -> None:
-    """Write the map as a picture for people (PNG and what else Pillow knows by the ending)."""
+    """Write the map as a picture for people: PNG, or another format that Pillow knows by the ending."""
     from PIL import Image
 
     try:
@@ -96,7 +96,7 @@ def read_map(path: str | Path) -> OccupancyGrid:
     """Read a map by its YAML file: any image that Pillow reads, in map_server's three modes.
 
     Raises:
-        MapError: a file cannot be read, or says what makes no sense; a turned map (yaw) is refused too.
+        MapError: a file cannot be read or makes no sense, or the map is turned (yaw).
     """
     path = Path(path)
     facts = _facts_of(path)
@@ -149,9 +149,9 @@ def _greys_in(path: Path) -> np.ndarray:
 
 
 def _opened(path: Path) -> PillowImage:
-    """Return Pillow's image, not decoded yet, without Pillow's limit of its size.
+    """Return Pillow's image, not decoded yet, without Pillow's limit of size.
 
-    Maps are larger than pictures. But Pillow's limit is one for the whole process, and others rely on it.
+    Maps are larger than pictures. But the limit is global in the process, and other code relies on it.
     """
     from PIL import Image
 
@@ -164,7 +164,7 @@ def _opened(path: Path) -> PillowImage:
 
 
 def _cells(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
-    """Return (h, w) int8 cells, row 0 on top. Whole greys go through a table, which saves memory."""
+    """Return (h, w) int8 cells, row 0 on top. A table converts whole greys, which saves memory."""
     if greys.dtype == np.uint8:
         return _occupancy(np.arange(256.0), facts, path)[greys]
     return _occupancy(greys, facts, path)

@@ -32,7 +32,7 @@ DAMAGE = (
     zipfile.BadZipFile,
     zlib.error,
 )
-"""What reading a damaged or foreign file may raise."""
+"""The exceptions for a damaged or foreign file."""
 
 
 def write(state: FilterState, path: str | Path) -> None:
@@ -69,8 +69,8 @@ def read(path: str | Path, threads: int | None = None, name: str | Path | None =
 
     Args:
         path: of the file.
-        threads: of the filter from now on; None: as many as when it was saved. The result is the same.
-        name: of the file in sentences; None: its path.
+        threads: number for the filter; None: as many as when it was saved. The result does not depend on it.
+        name: the file's name in errors; None: its path.
 
     Raises:
         StateError: the file cannot be read, or holds no complete state.

@@ -1,4 +1,4 @@
-"""A scan as the kernels take it: in cells, in the base frame."""
+"""A scan as the kernels' input: in cells, in the base frame."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from gridslam.scan import PlanarScan
 THIN_SPACING = 0.5
 """Cells: beams that end within this on one surface are averaged for scan matching."""
 THIN_DEPTH = 2.0
-"""Cells: how much their ranges may differ."""
+"""Cells: greatest difference of their ranges."""
 BACK_STEP = math.sqrt(2.0)
-"""Cells: the cell this much before a beam's end must not be occupied where the beam is to fit."""
+"""Cells: where a beam fits, the cell this much before its end is not occupied."""
 ALONG_WEIGHT = 0.1
-"""Weight of an offset along a flat surface, beside one across it. The map has only samples of it."""
+"""Weight of an offset along a flat surface; across it: 1. The map has only samples of the surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +29,11 @@ class Beams:
     lidar: np.ndarray
     """(2,) where the beams begin."""
     ends: np.ndarray
-    """(n, 2) where they end, or where maxUrange does."""
+    """(n, 2) their ends, cut off at maxUrange."""
     hits: np.ndarray
     """(n,) bool: whether a beam ends at something."""
     matching: np.ndarray
-    """(m, 7) what scan matching needs of the hits, see kernels/matching.py."""
+    """(m, 7) the hits for scan matching, see kernels/nearest.py."""
 
     @classmethod
     def from_scan(cls, scan: PlanarScan, parameters: SlamParameters) -> Beams:

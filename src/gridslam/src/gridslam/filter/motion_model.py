@@ -1,7 +1,7 @@
-"""gmapping's odometry motion model: how far the true motion may be from what odometry says.
+"""gmapping's odometry motion model: the uncertainty of the true motion, given odometry.
 
 gmapping draws new noise at every scan. So a lidar with four times the rate halves the uncertainty of the same
-way. Here the deviations of all steps add up. So a way is as uncertain as if it were one step.
+path. Here the deviations of all steps add up, so a path is as uncertain as one step.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DEVIATION_MIN = (1e-4, 1e-4, 1e-5)
 
 
 class Motion:
-    """What odometry said since the last processed scan, and how far it may be off."""
+    """The odometry since the last processed scan, and its uncertainty."""
 
     def __init__(self, base_in_odom: np.ndarray, stamp_s: float):
         self.start = np.array(base_in_odom, float)
@@ -42,7 +42,7 @@ class Motion:
 
     @property
     def step(self) -> np.ndarray:
-        """(3,) the pose now, seen from the start."""
+        """(3,) the present pose in the frame of the start."""
         return se2.between(self.start, self.now)
 
     @property
@@ -61,10 +61,10 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Where the particles may be by odometry alone, in the map frame."""
+    """The particles' poses by odometry alone, in the map frame."""
 
     predicted: np.ndarray
-    """(particles, 3) as odometry says."""
+    """(particles, 3) by odometry without noise."""
     drawn: np.ndarray
     """(particles, 3) drawn from the motion model."""
     information: np.ndarray

@@ -26,7 +26,7 @@ from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory, TrajectoryTree
 
 START_DEVIATION = (0.1, 0.1, 0.05)
-"""m, m, rad: how well a starting pose on a given map is known."""
+"""m, m, rad: uncertainty of a starting pose on a given map."""
 
 WEIGHT_SMOOTHING = 15.0
 """Log-likelihoods are divided by ogain times this (gmapping: times the number of particles)."""
@@ -34,14 +34,14 @@ WEIGHT_SMOOTHING = 15.0
 
 @dataclass(frozen=True)
 class ScanUpdate:
-    """What a processed scan has changed."""
+    """The result of a processed scan."""
 
     stamp_s: float
     """s: the scan's."""
     base_in_map: tuple[float, float, float]
     """x, y in m and yaw in rad of the best particle."""
     neff: float
-    """How many equal particles would say as much as the weighted ones, before resampling."""
+    """Effective number of particles, before resampling."""
     resampled: bool
     """Whether the particles were resampled."""
     matched: bool
@@ -51,11 +51,11 @@ class ScanUpdate:
 
 
 class GridSlam:
-    """SLAM with a planar lidar and odometry; give it every scan, with the odometry at the scan's stamp.
+    """SLAM with a planar lidar and odometry. Give it every scan, with the odometry at the scan's stamp.
 
     Args:
         parameters: of the filter.
-        starting_map: what is known of the surroundings; None: nothing.
+        starting_map: a known map; None: there is none.
         starting_pose: of the base in the map at the first scan, x, y in m and yaw in rad.
         localisation_only: the starting map stays as it is.
         keep_scans: keep every processed scan, which `adopt` needs; memory grows with the path.
@@ -95,7 +95,7 @@ class GridSlam:
     # The filter
 
     def process(self, scan: PlanarScan, base_in_odom: Sequence[float] | np.ndarray) -> ScanUpdate | None:
-        """Take in a scan; returns None while there was not enough motion (or time) since the last.
+        """Take in a scan. Return None if there was not enough motion (or time) since the last one.
 
         Raises:
             ScanError: the odometry is not a finite pose.
@@ -110,7 +110,7 @@ class GridSlam:
         return self._step(scan, self._motion)
 
     def _begin(self, scan: PlanarScan, odometry: np.ndarray) -> ScanUpdate:
-        """Take in the first scan: there is a map to match it against only if one was given."""
+        """Take in the first scan. It is matched only if there is a starting map."""
         self._motion = Motion(odometry, scan.stamp_s)
         if self._starting_map is not None:
             self._motion.deviations += START_DEVIATION
@@ -120,7 +120,7 @@ class GridSlam:
         return self._update(scan, np.full(len(self._poses), 1.0 / len(self._poses)), False, True)
 
     def _step(self, scan: PlanarScan, motion: Motion) -> ScanUpdate:
-        """One step of the filter, in the words of algorithm 1 of the 2007 paper."""
+        """One step of the filter; the names are those of algorithm 1 in the 2007 paper."""
         beams = Beams.from_scan(scan, self.parameters)
         prediction = predict(self._poses, motion, self._rng)
         noise = self._rng.standard_normal(self._poses.shape)
@@ -171,7 +171,7 @@ class GridSlam:
             resampling.entropy(weights),
         )
 
-    # What it knows
+    # Results
 
     @property
     def best_particle(self) -> int:
@@ -232,7 +232,7 @@ class GridSlam:
     # Corrections from outside, and saved states
 
     def adopt(self, poses_in_map: np.ndarray) -> None:
-        """Let all particles take a corrected trajectory (k, 3); the map is made anew from the scans along it.
+        """Give all particles a corrected trajectory (k, 3), and build the map anew from the scans along it.
 
         Raises:
             StateError: the scans were not kept, or the poses are not one finite pose for each of them.
@@ -253,7 +253,7 @@ class GridSlam:
         self._log_likelihoods[:] = 0.0
 
     def state(self) -> FilterState:
-        """Return the complete state; a filter made from it equals one that was never interrupted."""
+        """Return the complete state. A filter made from it continues as if it was never interrupted."""
         return FilterState(
             self.parameters,
             self._starting_map,
@@ -293,7 +293,10 @@ class GridSlam:
         return slam
 
     def take_over_map(self, other: GridSlam) -> None:
-        """Let all particles have the map of another filter's best one; the other is not used any more."""
+        """Give all particles the map of another filter's best one.
+
+        The caller must not use the other filter again.
+        """
         other._maps.resample(np.full(other.parameters.particles, other.best_particle))
         self._maps = other._maps
 

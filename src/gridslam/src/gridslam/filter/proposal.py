@@ -1,7 +1,7 @@
-"""The improved proposal: poses from the Gaussian that motion and scan give together (2007, section III-B).
+"""The improved proposal: draws poses from the Gaussian of motion and scan (2007, section III-B).
 
-The paper samples the product of both densities around the scan matcher's mode to get its mean and covariance.
-Here the optimiser gives both: the maximum of the product, and the inverse of the information there.
+The paper samples the product of both densities around the scan matcher's mode. The samples give its mean and
+covariance. Here the optimiser gives both: the product's maximum, and the inverse of its information.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from gridslam.filter.scan_matcher import BEAM_DEVIATION_M, Matches
 from gridslam.kernels.least_squares import scatter
 
 SPREAD = 1.0
-"""Deviations of the Gaussian by which particles are scattered."""
+"""Number of deviations by which particles are scattered."""
 
 
 def propose(matches: Matches, noise: np.ndarray, delta_m: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The best particle's map as an occupancy grid, drawn anew only where it has changed."""
+"""The best particle's map as an occupancy grid. Only changed tiles are drawn again."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Renderer:
         """Tiles drawn by the last call."""
 
     def render(self, maps: TileMaps, particle: int) -> OccupancyGrid:
-        """Return a particle's map: all that was seen, and at least what xmin to ymax ask for."""
+        """Return a particle's map: everything seen, and at least the box xmin to ymax."""
         self._cover_box(maps)
         table = maps.tables[particle]
         if self._corner is None or table.shape != self._shown.shape or (self._corner != maps.corner).any():
@@ -44,7 +44,7 @@ class Renderer:
             maps.cover(box[:2], box[2:])
 
     def _cut(self, maps: TileMaps, table: np.ndarray) -> OccupancyGrid:
-        """Return the part of the canvas that is worth publishing."""
+        """Return the part of the canvas to publish."""
         delta, box = self._parameters.delta, self._parameters.box
         ends = []
         seen = np.nonzero(table != EMPTY)

@@ -1,4 +1,4 @@
-"""Weights of particles, and which of them live on."""
+"""Weights of particles, and resampling."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def normalised(log_weights: np.ndarray, gain: float) -> np.ndarray:
 
 
 def effective_number(weights: np.ndarray) -> float:
-    """Return N_eff = 1 / sum of squared weights: how many equal particles say as much (2007, equation 20)."""
+    """Return the effective number of particles N_eff = 1 / sum of squared weights (2007, equation 20)."""
     return float(1.0 / np.sum(weights**2))
 
 

@@ -1,9 +1,10 @@
-"""The pose of every particle at which a scan fits its map best.
+"""Scan matching: finds the pose of every particle at which a scan fits its map best.
 
-Most of the odometry's error is the same for every particle. So its correction is searched for once, in the
-map of the best particle: by hill climbing (gmapping's score and steps) from several drawn motions, then by
-Gauss-Newton on the means of the hits. Every particle begins there and is refined against its own map. If a
-particle's map disagrees, it climbs from its own drawn motion. If the scan fits too little of the map, all do.
+Most of the odometry's error is the same for every particle. So one search in the best particle's map finds
+the common correction: hill climbing (gmapping's score and steps) from several drawn motions, then
+Gauss-Newton on the means of the hits. Every particle starts there and is refined against its own map. If a
+particle's map disagrees, it climbs from its own drawn motion. If the scan fits too little of the map, all
+particles do.
 """
 
 from __future__ import annotations
@@ -22,22 +23,22 @@ from gridslam.parameters import SlamParameters
 REFINE_SIGMA_M2 = 0.02
 """m2: a beam d from the map has the weight exp(-d^2 / this) in Gauss-Newton."""
 LOOKS = 6
-"""How often Gauss-Newton looks for the points of a particle's map that are nearest."""
+"""Number of times that Gauss-Newton searches for the nearest points of a particle's map."""
 COMMON_LOOKS = 12
 """The same for the common correction, so that each particle needs few."""
 BEAM_DEVIATION_M = 0.02
-"""m: error of a beam's end where map and pose are right. It weighs beams against odometry."""
+"""m: error of a beam's end at the right pose in a right map. It weighs beams against odometry."""
 CANDIDATES = 7
-"""Motions from which the common correction is searched for: odometry's own, and drawn ones."""
+"""Number of motions at which the search for the common correction starts: odometry's and drawn ones."""
 CANDIDATES_EVERY = 6
-"""The search takes every sixth beam, or more of them, so that CANDIDATES_BEAMS are left."""
+"""The search uses every sixth beam, or more beams if that leaves fewer than CANDIDATES_BEAMS."""
 CANDIDATES_BEAMS = 40
 HALVINGS_MAX = 2
 """Gauss-Newton does the rest of gmapping's ``iterations``."""
 EXPECTED_SHARE = 0.85
-"""A particle with less than this share of the best one's score looks for a correction of its own."""
+"""A particle with less than this share of the best one's score searches for its own correction."""
 AMBIGUOUS_SHARE = 0.6
-"""A scan of which less than this share fits the map may fit in several ways."""
+"""If less than this share of a scan fits the map, it may fit in several ways."""
 NULL_LIKELIHOOD_M2 = 0.5
 """m2: squared distance that counts for a beam without a point of the map near it (gmapping's)."""
 
@@ -64,7 +65,7 @@ class ScanMatcher:
     def match(
         self, maps: TileMaps, prediction: Prediction, best: int, beams: Beams, workers: Workers
     ) -> Matches:
-        """Match one scan against every particle's map; ``best`` is the particle to begin with."""
+        """Match one scan against every particle's map. ``best`` is the particle for the common correction."""
         predicted, drawn = maps.to_cells(prediction.predicted), maps.to_cells(prediction.drawn)
         drawn[:, 2] = predicted[:, 2] + se2.wrap(drawn[:, 2] - predicted[:, 2])
         motions = Motions(predicted, drawn, self._priors(prediction.information))
@@ -89,7 +90,7 @@ class ScanMatcher:
     def _common_correction(
         self, maps: TileMaps, motions: Motions, best: int, beams: Beams
     ) -> tuple[np.ndarray, float]:
-        """Return what the best particle's correction makes of every prediction, and its score."""
+        """Apply the best particle's correction to every prediction; return the poses and the score."""
         predicted, drawn, priors = motions
         steps = se2.between(predicted[: CANDIDATES - 1], drawn[: CANDIDATES - 1])
         candidates = np.vstack((predicted[best], se2.compose(predicted[best], steps)))

@@ -9,14 +9,14 @@ from gridslam.filter.tile_map import TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 
 BEAMS = 10
-"""A known cell counts as if this many beams had met it."""
+"""A known cell counts like one that this many beams have met."""
 OCCUPIED_MIN = 65
 """Occupancy from which a cell of the given map is a wall (map_server's)."""
 RESOLUTION_TOLERANCE = 1e-3
 
 
 def check(grid: OccupancyGrid, delta_m: float) -> None:
-    """Refuse a grid that no maps with cells of this size can begin with.
+    """Refuse a grid that cannot be the start of maps with cells of this size.
 
     Raises:
         MapError: the grid's cells are not of that size.

@@ -1,4 +1,4 @@
-"""What a filter's next step depends on: the complete state, to be saved and continued."""
+"""The complete state of a filter, to save it and go on."""
 
 from __future__ import annotations
 

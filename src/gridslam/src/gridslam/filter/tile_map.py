@@ -1,7 +1,8 @@
-"""Every particle's map, made of tiles that particles share for as long as they agree.
+"""Every particle's map, made of tiles.
 
-A particle owns only a table of tile indices. Resampling copies tables. A tile is copied when a particle
-writes into it and others share it (copy on write, by reference counts).
+Particles share a tile until one of them changes it. A particle owns only a table of tile indices. Resampling
+copies tables. If a particle writes into a tile that others share, it gets a copy (copy on write, by
+reference counts).
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
 from gridslam.occupancy_grid import CELLS_MAX
 
 ROOM = 6
-"""Tiles of room on each side when the tables grow."""
+"""Extra tiles on each side when the tables grow."""
 RESERVE = 1024
-"""Tiles to make room for, besides one for each place in a table, when the pool has to grow."""
+"""When the pool grows, room is made for this many tiles besides one for each place in a table."""
 TABLE_MAX = CELLS_MAX // SIDE**2
-"""Greatest number of tiles that one particle's table may span: the drawn map has a byte for each cell."""
+"""Greatest number of tiles in one particle's table, because the drawn map has a byte for each cell."""
 
 FAR = 1e12
 """Tiles: farther than any map reaches, but still within whole numbers."""
@@ -36,7 +37,7 @@ class TileMaps:
         self.tables = np.zeros((particles, 1, 1), np.int32)
         """(particles, h, w) tile indices."""
         self.corner = np.zeros(2, np.int64)
-        """Where the window's lower left tile is: x, y, in tiles from the map's origin."""
+        """Position of the window's lower left tile: x, y, in tiles from the map's origin."""
         self.stamp = 0
         """How many times a particle's map was written."""
         self._board = np.zeros(0, np.uint8)
@@ -54,7 +55,7 @@ class TileMaps:
         return scaled
 
     def cover(self, low_xy_m: ArrayLike, high_xy_m: ArrayLike) -> None:
-        """Let the window hold a box in the map frame; raises MapError when that is absurdly large."""
+        """Let the window cover a box in the map frame. Raises MapError if the box is absurdly large."""
         tile_m = SIDE * self.delta_m
         low = np.floor(np.clip(np.asarray(low_xy_m) / tile_m - 0.5, -FAR, FAR)).astype(np.int64)
         high = np.ceil(np.clip(np.asarray(high_xy_m) / tile_m + 0.5, -FAR, FAR)).astype(np.int64)
@@ -82,12 +83,12 @@ class TileMaps:
         self.tables, self.corner = tables, low
 
     def resample(self, parents: np.ndarray) -> None:
-        """Let particle i have the map of particle parents[i]; no tile is copied."""
+        """Give particle i the map of particle parents[i]. No tile is copied."""
         self.tables = self.tables[parents]
         self.pool.count_references(self.tables)
 
     def prepare(self, poses: np.ndarray, beams: Beams) -> None:
-        """Let the window hold what beams (in the base frame) reach from poses (particles, 3) in the map."""
+        """Let the window cover all beams (base frame) at poses (particles, 3) in the map."""
         reach_m = self.delta_m * float(np.hypot(*np.vstack((beams.ends, beams.lidar)).T).max() + 2.0)
         self.cover(poses[:, :2].min(axis=0) - reach_m, poses[:, :2].max(axis=0) + reach_m)
 
@@ -113,7 +114,7 @@ class TileMaps:
         self.stamp += len(self.tables)
 
     def _reserve_board(self, points: np.ndarray) -> None:
-        """Let the board be as large as the tiles around the beams, however they are turned."""
+        """Make the board large enough for the beams at any heading."""
         span = 2.0 * float(np.hypot(*(points[1:] - points[0]).T).max(initial=0.0))
         size = int(span / SIDE + 4.0) ** 2 * SIDE**2
         if self._board.size < size:
@@ -139,7 +140,7 @@ class TileMaps:
         self.pool.count_references(self.tables)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return all that the maps hold as arrays, without the tiles that nobody uses."""
+        """Return the maps' content as arrays, without unused tiles."""
         used = np.unique(self.tables)
         used = used[used != EMPTY]
         return {
@@ -150,7 +151,7 @@ class TileMaps:
         }
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
-        """Become what `to_arrays` has described; tiles may get other indices, which changes no result.
+        """Take over the output of `to_arrays`. Tiles may get other indices, which changes no result.
 
         Raises:
             ValueError: it describes no maps of so many particles.

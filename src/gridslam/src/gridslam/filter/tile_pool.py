@@ -1,4 +1,4 @@
-"""The tiles that all maps are made of: which are in use, how often, and room for more."""
+"""The tiles of all maps: which are in use, by how many tables, and room for more."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES, Tiles
 
 TILES_FIRST = 2048
-"""Tiles of the first pool; memory is only taken by those that are used."""
+"""Tiles of the first pool. Only used tiles take memory."""
 ARRAYS = ("references", "stamps", "visits", "occupied", "ends", "end_references", "hits", "means")
 SAVED = ("stamps", "visits", "occupied", "ends")
 SAVED_ENDS = ("hits", "means")
@@ -17,9 +17,9 @@ class TilePool:
     """Tiles of SIDE x SIDE cells and entries of ends, each used by one or several, or free."""
 
     def __init__(self, capacity: int = TILES_FIRST):
-        """Tile 0 and ends 0 are those in which nothing was ever seen; they are never written."""
+        """Tile 0 and ends 0 are empty for ever; nothing writes to them."""
         self.tiles = _tiles(capacity)
-        """What the kernels work on."""
+        """The kernels' arrays."""
 
     @property
     def capacity(self) -> int:
@@ -33,7 +33,7 @@ class TilePool:
 
     @property
     def surfaces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What scan matching looks at: occupied, ends and means."""
+        """The input of scan matching: occupied, ends and means."""
         return self.tiles.occupied, self.tiles.ends, self.tiles.means
 
     def reserve(self, count: int) -> None:
@@ -41,7 +41,7 @@ class TilePool:
         if self.tiles.free.min() >= count:
             return
         old, more = self.capacity, max(self.capacity, count)
-        for name in ARRAYS:  # one after the other, so that only one is in memory twice
+        for name in ARRAYS:  # one at a time, so that only one is in memory twice
             array = getattr(self.tiles, name)
             grown = np.zeros((old + more, *array.shape[1:]), array.dtype)
             grown[:old] = array
@@ -57,7 +57,10 @@ class TilePool:
         self.tiles = self.tiles._replace(free_tiles=stacks[TILES], free_ends=stacks[ENDS])
 
     def take(self, count: int, stamp: int) -> np.ndarray:
-        """Return so many empty tiles, each with ends of its own; `count_references` must follow."""
+        """Return this many empty tiles, each with its own ends.
+
+        The caller must then call `count_references`.
+        """
         tiles = self.tiles
         tiles.free[:] -= count
         taken = tiles.free_tiles[tiles.free[TILES] : tiles.free[TILES] + count].copy()
@@ -70,7 +73,7 @@ class TilePool:
         return taken
 
     def count_references(self, tables: np.ndarray) -> None:
-        """Count the references in these tables, which are all. Unused tiles and ends become free."""
+        """Count the references in all tables. Unused tiles and ends become free."""
         tiles = self.tiles
         references = np.bincount(tables.ravel(), minlength=self.capacity)
         references[EMPTY] = 0
@@ -87,7 +90,7 @@ class TilePool:
         before[:] = now
 
     def to_arrays(self, used: np.ndarray) -> dict[str, np.ndarray]:
-        """Return what the used tiles (n,) hold, for `from_arrays`."""
+        """Return the content of the used tiles (n,), for `from_arrays`."""
         ends, which = np.unique(np.append(self.tiles.ends[used], EMPTY), return_inverse=True)
         arrays = {f"tile_{name}": getattr(self.tiles, name)[used] for name in SAVED}
         arrays["tile_ends"] = which[:-1].astype(np.int32)
@@ -95,7 +98,7 @@ class TilePool:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> TilePool:
-        """Return a pool with what `to_arrays` has described; `count_references` must follow.
+        """Return a pool from the output of `to_arrays`. The caller must then call `count_references`.
 
         Raises:
             ValueError: it describes no tiles.
@@ -121,7 +124,7 @@ def require_indices(indices: np.ndarray, greatest: int, name: str) -> None:
 
 
 def _tiles(capacity: int) -> Tiles:
-    """Return the arrays for so many tiles and entries of ends, all but the first ones free."""
+    """Return arrays for this many tiles and entries of ends. All but the first are free."""
     cells, free = SIDE * SIDE, np.arange(capacity - 1, EMPTY, -1, dtype=np.int32)
     return Tiles(
         references=np.zeros(capacity, np.int32),

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Callable, NamedTuple
 
 LOOK_EVERY_S = 0.5
-"""Between two measurements of how busy the machine is."""
+"""Time between two measurements of the machine's load."""
 
 
 class Workers:
@@ -19,7 +19,7 @@ class Workers:
 
     Args:
         threads: their number; 0: as many as cores are free.
-        free_cores: tells how many there are.
+        free_cores: returns the number of free cores.
     """
 
     def __init__(self, threads: int, free_cores: Callable[[], int] | None = None):
@@ -28,7 +28,7 @@ class Workers:
         self._pool: ThreadPoolExecutor | None = None
 
     def share(self, particles: int, kernel: Callable, *arguments: Any) -> None:
-        """Call kernel(first, last, *arguments) for ranges that make up all particles; wait for all."""
+        """Call kernel(first, last, *arguments) for ranges that together hold all particles; wait for all."""
         threads = min(self._count(), self._threads_max, particles)
         if threads <= 1:
             kernel(0, particles, *arguments)
@@ -52,10 +52,10 @@ class Usage(NamedTuple):
 
 
 class FreeCores:
-    """How many cores this process could keep busy: those that idle, and those that it uses itself.
+    """Number of cores that this process could use: idle ones, and those that it uses already.
 
     Args:
-        read: returns the machine's usage now; None where the system does not tell.
+        read: returns the machine's present usage; None if the system does not report it.
     """
 
     def __init__(self, read: Callable[[], Usage | None] | None = None):
@@ -77,7 +77,7 @@ class FreeCores:
 
 
 def usage() -> Usage | None:
-    """Return how busy machine and process have been, as Linux tells; None where it does not."""
+    """Return the usage of machine and process from Linux; None if there is none."""
     try:
         with open("/proc/stat") as lines:
             words = lines.readline().split()

@@ -1,1 +1,1 @@
-"""Turns the scans of any lidar and the odometry of any vehicle into what the filter takes."""
+"""Turns the scans of any lidar and the odometry of any vehicle into the filter's input."""

@@ -1,4 +1,4 @@
-"""Rotations in three dimensions: quaternions (x, y, z, w), roll, pitch and yaw as REP-103 means them."""
+"""Rotations in three dimensions: quaternions (x, y, z, w), and roll, pitch and yaw by REP-103."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Odometry as a filter needs it: without jumps."""
+"""Removes jumps from odometry for the filter."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from gridslam import se2
 from gridslam.errors import ScanError
 
 FASTEST_MPS, FASTEST_RADPS = 20.0, 12.0
-"""No vehicle of ours moves or turns faster; odometry that does has jumped."""
+"""If odometry moves or turns faster than this, it has jumped."""
 LEEWAY_M, LEEWAY_RAD = 0.5, 0.5
 """Error that odometry may have from one reading to the next."""
 
 
 class ContinuousOdometry:
-    """Odometry without its jumps (a reset, a wheel in the air): during one the vehicle counts as at rest."""
+    """Odometry without jumps (a reset, a wheel in the air). During a jump the vehicle counts as at rest."""
 
     def __init__(self, say: Callable[[str], None]):
         self._say = say
@@ -26,7 +26,7 @@ class ContinuousOdometry:
         self.odom_in_continuous = np.zeros(3)
 
     def follow(self, stamp_s: float, base_in_odom: ArrayLike) -> np.ndarray:
-        """Return the base in a frame in which it never jumps; at first that is the odometry's own.
+        """Return the base in a frame in which it never jumps. At first this is the odometry's own frame.
 
         Raises:
             ScanError: the pose is not finite.
@@ -56,7 +56,7 @@ class ContinuousOdometry:
         self.odom_in_continuous = se2.compose(at_rest, se2.inverse(base_in_odom))
 
     def state(self) -> dict:
-        """Return what ``restore`` takes."""
+        """Return the input of ``restore``."""
         last_s, last = (None, None) if self._last is None else (self._last[0], self._last[1].tolist())
         return {"last_s": last_s, "last": last, "odom": self.odom_in_continuous.tolist()}
 

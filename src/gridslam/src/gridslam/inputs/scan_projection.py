@@ -1,7 +1,7 @@
-"""From any planar lidar, however it is mounted and however the UAV leans, to a levelled `PlanarScan`.
+"""From the scan of any planar lidar, mounted anyhow on a leaning UAV, to a levelled `PlanarScan`.
 
-Each beam is turned by the lidar's mounting and by the attitude of the base frame, and seen from above. So
-walls keep their places. The floor would become a wall that is not there, so beams that hit it are dropped.
+Each beam is rotated by the lidar's mounting and by the attitude of the base frame, and projected from above.
+So walls keep their places. Beams that hit the floor are dropped, because they would show as walls.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ LidarPose = Union[np.ndarray, Tuple[Sequence[float], Sequence[float]]]
 """A (4, 4) matrix, or translation (x, y, z) and unit quaternion (x, y, z, w)."""
 
 FLOOR_CLEARANCE_M = 0.15
-"""A beam that ends lower than this over the floor (or than half the lidar's height) has hit it."""
+"""A beam that ends less than this (or half the lidar's height) above the floor has hit it."""
 STEEPEST_RAD = math.radians(45.0)
-"""A beam that points further up or down than this says nothing of walls (ceiling, floor)."""
+"""A beam steeper than this sees ceiling or floor, not walls."""
 
 
 def project(
@@ -35,10 +35,10 @@ def project(
     height_m: float | None = None,
     stamp_s: float = 0.0,
 ) -> PlanarScan:
-    """Return a scan as seen from above, in the levelled base frame.
+    """Return a scan projected from above, in the levelled base frame.
 
-    Ranges mean what REP-117 says: +inf no return (kept), -inf too close and NaN invalid (dropped). Finite
-    ranges above ``range_max_m`` are older drivers' no return; those below ``range_min_m`` are dropped.
+    Ranges follow REP-117: +inf no return (kept), -inf too close and NaN invalid (dropped). Older drivers
+    report no return by a finite range above ``range_max_m``. Ranges below ``range_min_m`` are dropped.
 
     Args:
         ranges_m: (n,) as measured along the beams.
@@ -92,7 +92,7 @@ def _directions(
 
 
 def _hits_floor(ranges_m: np.ndarray, slopes: np.ndarray, lidar_height_m: float) -> np.ndarray:
-    """Return (n,) whether a return came from the floor; a lidar that is not above it sees none."""
+    """Return (n,) whether a return came from the floor. A lidar that is not above the floor sees none."""
     if lidar_height_m <= 0.0:
         return np.zeros(ranges_m.shape, dtype=bool)
     climbs_m = np.zeros(ranges_m.shape)
@@ -101,7 +101,7 @@ def _hits_floor(ranges_m: np.ndarray, slopes: np.ndarray, lidar_height_m: float)
 
 
 def _mounting(lidar_in_base: LidarPose) -> tuple[np.ndarray, np.ndarray]:
-    """Return (3, 3) rotation and (3,) translation of either form of a pose."""
+    """Return the (3, 3) rotation and (3,) translation of a pose in either form."""
     if isinstance(lidar_in_base, tuple) and len(lidar_in_base) == 2:
         translation_xyz = np.asarray(lidar_in_base[0], dtype=np.float64)
         rotation = matrix_of_quaternion(lidar_in_base[1])

@@ -1,7 +1,7 @@
 """The board on which the beams of a scan are counted, before the counts go to a particle's tiles.
 
-It has one byte for each cell around the beams, row by row, and knows no tiles. A tile adds its part of the
-board in words of eight cells.
+It has one byte for each cell around the beams, row by row. A tile adds its part of the board in words of
+eight cells.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from gridslam.kernels.tiles import COUNT_MAX, SIDE, SIDE_BITS
 
 ROW_BITS = 32
 ROW = float(1 << ROW_BITS)
-"""Rows are followed along a beam in this fraction of a cell, as numbers of fixed point."""
+"""Unit of the row along a beam: this fraction of a cell, in fixed-point numbers."""
 WORD_BITS = 3
-"""A word holds so many cells: 2 to the power of this."""
+"""A word holds 2 to the power of this many cells."""
 ROW_WORDS = SIDE >> WORD_BITS
 SEVEN_BITS = np.uint64(0x7F7F7F7F7F7F7F7F)
 TOP_BITS = np.uint64(0x8080808080808080)
@@ -24,7 +24,7 @@ GATHER = np.uint64(0x0102040810204080)
 
 @njit(cache=True, nogil=True)
 def tiles_around(lidar: np.ndarray, ends: np.ndarray) -> tuple[int, int, int, int]:
-    """Return the tiles (first x, first y, last x, last y) that hold beams, with a cell to spare."""
+    """Return the tiles (first x, first y, last x, last y) that hold beams, with a margin of one cell."""
     low_x, low_y, high_x, high_y = lidar[0], lidar[1], lidar[0], lidar[1]
     for i in range(ends.shape[0]):
         low_x, high_x = min(low_x, ends[i, 0]), max(high_x, ends[i, 0])
@@ -35,7 +35,7 @@ def tiles_around(lidar: np.ndarray, ends: np.ndarray) -> tuple[int, int, int, in
 
 @njit(cache=True, nogil=True)
 def _most_in_neighbours(lidar: np.ndarray, ends: np.ndarray, parts: int) -> int:
-    """Return how many beams two neighbouring sectors hold at most, of every ``parts``-th beam."""
+    """Return the greatest number of beams in two neighbouring sectors, counting every ``parts``-th beam."""
     most = 0
     for part in range(parts):
         right, up, left, down = 0, 0, 0, 0
@@ -51,10 +51,10 @@ def _most_in_neighbours(lidar: np.ndarray, ends: np.ndarray, parts: int) -> int:
 
 @njit(cache=True, nogil=True)
 def parts_of(lidar: np.ndarray, ends: np.ndarray) -> int:
-    """Return in how many parts beams must be counted, every n-th beam at a time, so that no count overflows.
+    """Return the number of parts in which beams must be counted, so that no count overflows.
 
-    Sectors are the four directions along an axis, up to the diagonals. A cell, the lidar's own apart, is only
-    met by beams of one sector, or of two that are neighbours.
+    Part k holds every n-th beam from the k-th on. A sector is a quarter turn around an axis, up to the
+    diagonals. A cell other than the lidar's own meets only beams of one sector, or of two neighbouring ones.
     """
     parts, most = 1, _most_in_neighbours(lidar, ends, 1)
     while most > COUNT_MAX:
@@ -70,7 +70,7 @@ def count_beam(
     """Count a beam in the cells from the lidar's on to the one before its end's.
 
     ``board`` (cells,) uint8 has cell x, y at y * stride + x - origin. Nearly every beam begins in ``home``,
-    the lidar's own cell. It is left out here. The return value tells whether the beam counts there.
+    the lidar's own cell, which is not counted here. The return value says whether the beam counts there.
     """
     steep = abs(end[1] - lidar[1]) > abs(end[0] - lidar[0])
     if steep:
@@ -89,7 +89,7 @@ def count_beam(
     first, last = (start + 1, stop - 1) if stop > start else (stop + 1, start - 1)
     fixed, step = np.int64((y0 + (first + 0.5 - x0) * slope) * ROW), np.int64(slope * ROW)
     cell = first * along - origin
-    if steep:  # two loops, so that a multiplication by one is spared
+    if steep:  # two loops, to save a multiplication by one
         for _ in range(last - first + 1):
             board[np.uint64(cell + (fixed >> ROW_BITS))] += np.uint8(1)
             fixed += step
@@ -104,7 +104,7 @@ def count_beam(
 
 @njit(cache=True, nogil=True, inline="always")
 def is_crossed(words: np.ndarray, stride: int) -> bool:
-    """Tell whether any of a tile's cells on the board was counted."""
+    """Return whether any of a tile's cells on the board was counted."""
     for row in range(SIDE):
         counted = np.uint64(0)
         for word in range(ROW_WORDS):
@@ -116,11 +116,11 @@ def is_crossed(words: np.ndarray, stride: int) -> bool:
 
 @njit(cache=True, nogil=True, inline="always")
 def counted(words: np.ndarray, first: int) -> np.uint64:
-    """Return which of a row's cells have been counted, as bits."""
+    """Return bits of a row's counted cells."""
     bits = np.uint64(0)
     for word in range(ROW_WORDS):
         more = words[first + word]
-        # the top bit of each byte that is not 0; the product gathers them in its own top byte
+        # the top bit of each nonzero byte; the product collects them in its top byte
         tops = ((((more & SEVEN_BITS) + SEVEN_BITS) | more) & TOP_BITS) >> np.uint64(7)
         bits |= ((tops * GATHER) >> np.uint64(56)) << np.uint64(word << WORD_BITS)
     return bits
@@ -128,7 +128,7 @@ def counted(words: np.ndarray, first: int) -> np.uint64:
 
 @njit(cache=True, nogil=True)
 def add(words: np.ndarray, stride: int, cells: np.ndarray) -> bool:
-    """Add eight cells at once to those of a tile; where one would overflow, add nothing and return False."""
+    """Add eight cells at a time to those of a tile. If one would overflow, add nothing and return False."""
     carried = np.uint64(0)
     for row in range(SIDE):
         for word in range(ROW_WORDS):

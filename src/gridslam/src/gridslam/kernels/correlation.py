@@ -1,8 +1,8 @@
 """Correlation of a local map with another over a window of poses (Olson 2009), by multi-resolution search.
 
 A table holds two values for each cell, each 0..255: how well a point fits there (`FITS`), and how much it
-contradicts what was seen there (`CLASHES`). A pose's score is the share of the comparisons that agree:
-fits / max(fits + clashes, least), where what the other map has not seen counts for nothing.
+contradicts free space there (`CLASHES`). A pose's score is the share of comparisons that agree: fits /
+max(fits + clashes, least). Cells that the other map has not seen do not count.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from numba import njit
 FITS, CLASHES = 0, 1
 FULL = 255.0
 BLOCK, PAIR = 8, 2
-"""Cells along the sides of what is bounded at once: first blocks of shifts, then pairs of pairs in them."""
+"""Side, in shifts, of the squares that share a bound: first blocks, then 2 x 2 squares in them."""
 
 
 @njit(cache=True, nogil=True)
 def mark_free(lidar_xy: np.ndarray, ends_xy: np.ndarray, hits: np.ndarray, free: np.ndarray) -> None:
     """Mark in ``free`` (h, w) the cells that beams cross; all in cells from the table's corner.
 
-    A beam that hit something (``hits``) is taken as free up to two cells before its end only.
+    A beam that hit something (``hits``) is free only up to two cells before its end.
     """
     height, width = free.shape
     for beam in range(ends_xy.shape[0]):
@@ -36,7 +36,7 @@ def mark_free(lidar_xy: np.ndarray, ends_xy: np.ndarray, hits: np.ndarray, free:
 
 @njit(cache=True, nogil=True)
 def stamp_fits(cells: np.ndarray, profile: np.ndarray, fits: np.ndarray) -> None:
-    """Let the cells (h, w) about each point's cell (n, 2: x, y) fit as well as a square ``profile`` says."""
+    """Write a square ``profile`` of fits into the cells (h, w) around each point's cell (n, 2: x, y)."""
     height, width = fits.shape
     reach = profile.shape[0] // 2
     for i in range(cells.shape[0]):
@@ -48,7 +48,10 @@ def stamp_fits(cells: np.ndarray, profile: np.ndarray, fits: np.ndarray) -> None
 
 @njit(cache=True, nogil=True)
 def _sums(table: np.ndarray, cells: np.ndarray, dx: int, dy: int) -> tuple[float, float]:
-    """Sum both values at every point (n, 2) of integer cells, moved by dx, dy; outside nothing is known."""
+    """Sum both values at every point (n, 2) of integer cells, moved by dx, dy.
+
+    Points outside count as zero.
+    """
     height, width = table.shape[:2]
     fits = clashes = 0
     for i in range(cells.shape[0]):

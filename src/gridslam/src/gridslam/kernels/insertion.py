@@ -1,8 +1,8 @@
-"""What a scan changes in a particle's tiles.
+"""Enters a scan into a particle's tiles.
 
-A beam is a line from the lidar's cell to the cell of its end. It meets each cell column along its major axis
-once, at the row in which it crosses the column's middle. Beams are first counted on a board, which is then
-added to the tiles. So a tile is looked up once for all beams that cross it.
+A beam is a line from the lidar's cell to the cell of its end. Along its major axis it meets each column of
+cells once, at the row where it crosses the column's middle. Beams are first counted on a board, which is
+then added to the tiles. So each tile is looked up once for all beams that cross it.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from gridslam.kernels.tiles import (
 
 
 class BeamEnds(NamedTuple):
-    """A scan's beams, in cells, and what it needs to enter them."""
+    """A scan's beams, in cells, and scratch arrays."""
 
     points: np.ndarray
     """(n + 1, 2) the lidar and the beams' ends, in the base frame."""
@@ -51,7 +51,7 @@ class BeamEnds(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def place(pose: np.ndarray, points: np.ndarray, placed: np.ndarray) -> None:
-    """Write points (n, 2), given in the frame of a pose (3,), where the pose puts them."""
+    """Transform points (n, 2) from the frame of a pose (3,) into ``placed``."""
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     for i in range(points.shape[0]):
         placed[i, 0] = pose[0] + cos * points[i, 0] - sin * points[i, 1]
@@ -62,7 +62,10 @@ def place(pose: np.ndarray, points: np.ndarray, placed: np.ndarray) -> None:
 def _count(
     tile: int, cell: int, more_visits: int | np.int64, more_hits: int, entry: int, tiles: Tiles
 ) -> np.int64:
-    """Add to a cell's counts, halving them if they would overflow; keep its bit; return its hits."""
+    """Add to a cell's counts, and update its bit.
+
+    Halve the counts if they would overflow. Return its hits.
+    """
     met = np.int64(tiles.visits[tile, cell]) + more_visits
     ended = np.int64(tiles.hits[entry, cell]) + more_hits
     while met > COUNT_MAX:
@@ -78,7 +81,7 @@ def _count(
 
 @njit(cache=True, nogil=True)
 def _clear_bits(tile: int, words: np.ndarray, stride: int, entry: int, tiles: Tiles) -> None:
-    """Clear the bits of cells that were counted and that too few of their beams have hit."""
+    """Clear the bits of counted cells in which too few beams have ended."""
     visits, occupied, hits = tiles.visits, tiles.occupied, tiles.hits
     for row in range(SIDE):
         if occupied[tile, row] == 0:
@@ -94,7 +97,7 @@ def _clear_bits(tile: int, words: np.ndarray, stride: int, entry: int, tiles: Ti
 
 @njit(cache=True, nogil=True)
 def _add_one_by_one(tile: int, board: np.ndarray, at: int, stride: int, tiles: Tiles) -> None:
-    """Add to a tile what was counted on its part of the board, where some count would overflow."""
+    """Add a tile's part of the board cell by cell, because some count would overflow."""
     for row in range(SIDE):
         for column in range(SIDE):
             more = np.int64(board[at + row * stride + column])
@@ -104,7 +107,7 @@ def _add_one_by_one(tile: int, board: np.ndarray, at: int, stride: int, tiles: T
 
 @njit(cache=True, nogil=True, inline="always")
 def _moved(mean: float, value: float, number: int | np.int64) -> np.uint16:
-    """Return a mean of ``number`` values, in parts of a cell, of which the last is new."""
+    """Return the mean of ``number`` values, in parts of a cell, after adding the last one."""
     old = float(mean)
     return np.uint16(min(old + (value * PARTS - old) / number + 0.5, PARTS - 1.0))
 
@@ -129,7 +132,7 @@ def _add_board(
     board: np.ndarray,
     tiles: Tiles,
 ) -> None:
-    """Add what was counted on the board to the tiles of a box, and clear it."""
+    """Add the board's counts to the tiles of a box, and clear the board."""
     words, row_words = board.view(np.uint64), stride >> WORD_BITS
     left, low, right, high = box
     for y in range(low, high + 1):
@@ -140,7 +143,7 @@ def _add_board(
                 continue
             tile = own_tile(table, y, x, stamp, tiles)
             if not add(part, row_words, tiles.visits[tile].view(np.uint64)):
-                if tiles.ends[tile] != EMPTY:  # hits are about to be halved
+                if tiles.ends[tile] != EMPTY:  # the next count halves the hits
                     own_ends(tile, tiles)
                 _add_one_by_one(tile, board, at, stride, tiles)
             if tiles.ends[tile] != EMPTY:
@@ -150,7 +153,7 @@ def _add_board(
 
 @njit(cache=True, nogil=True)
 def _add_at_home(table: np.ndarray, stamp: int, lidar: np.ndarray, count: int, tiles: Tiles) -> None:
-    """Add to the lidar's own cell so many beams that begin there."""
+    """Add this many beams to the lidar's own cell, where they begin."""
     x, y = int(lidar[0]), int(lidar[1])
     tile = own_tile(table, y >> SIDE_BITS, x >> SIDE_BITS, stamp, tiles)
     if tiles.ends[tile] != EMPTY:  # hits may be halved
@@ -200,11 +203,9 @@ def insert_scan(
     """Enter a scan into the maps of all particles from ``particle`` on.
 
     A beam visits the cells that it crosses, and also hits the cell of its end. ``tables`` (particles, h, w)
-    and ``poses`` (particles, 3) are the particles' maps and places. ``stamp`` + p marks what particle p has
-    written.
-
-    Returns the number of particles. If free tiles or ends may not suffice, it stops before and returns the
-    particle to go on with.
+    and ``poses`` (particles, 3) are the particles' maps and poses. ``stamp`` + p marks the tiles written by
+    particle p. Returns the number of particles. If there may be too few free tiles or ends for a particle,
+    it stops before that particle and returns its index.
     """
     for p in range(particle, tables.shape[0]):
         place(poses[p], scan.points, scan.placed)

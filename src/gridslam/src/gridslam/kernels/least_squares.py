@@ -1,4 +1,4 @@
-"""The pose that suits points of a map and a prior best: normal equations of three unknowns."""
+"""Least squares for the pose that fits a map's points and a prior best: three unknowns."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def linearise(
         i = which[k]
         rx, ry, qx, qy, nx, ny, d2 = offset(x, y, cos, sin, beams, i, points[k, 0], points[k, 1])
         weight, along = math.exp(-d2 / sigma), beams[i, 6]
-        # what an offset counts: weight (n n' + along t t'), with the tangent t = (-ny, nx)
+        # cost of an offset: weight (n n' + along t t'), with the tangent t = (-ny, nx)
         mxx = weight * (nx * nx + along * ny * ny)
         myx = weight * (1.0 - along) * nx * ny
         myy = weight * (ny * ny + along * nx * nx)
@@ -75,7 +75,7 @@ def add_prior(
 
 @njit(cache=True, nogil=True)
 def factor(a: np.ndarray, lower: np.ndarray) -> None:
-    """Write the Cholesky factor of a symmetric 3 x 3 matrix, of which the lower triangle is read."""
+    """Write the Cholesky factor of a symmetric 3 x 3 matrix. Only its lower triangle is read."""
     for i in range(3):
         for j in range(i + 1):
             value = a[i, j]

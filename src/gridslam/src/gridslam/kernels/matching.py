@@ -16,11 +16,11 @@ from gridslam.kernels.nearest import NearestPoints, ParticleMap, find_points, me
 CONVERGED_CELLS = 0.03
 CONVERGED_RAD = 3e-4
 STEPS_HELD = 2
-"""Gauss-Newton's steps towards the same points of the map, before the nearest ones are looked for again."""
+"""Number of Gauss-Newton steps before the nearest points of the map are searched for again."""
 
 
 class Search(NamedTuple):
-    """What a match is made with; lengths in cells, areas in square cells."""
+    """Settings of a match; lengths in cells, areas in square cells."""
 
     kernel: int
     score_sigma: float
@@ -35,7 +35,7 @@ class Search(NamedTuple):
 
 
 class Motions(NamedTuple):
-    """What odometry says of every particle's pose; cells and rad."""
+    """Every particle's pose by odometry; cells and rad."""
 
     predicted: np.ndarray
     """(particles, 3)"""
@@ -46,12 +46,12 @@ class Motions(NamedTuple):
 
 
 class Matches(NamedTuple):
-    """What a scan says of every particle's pose."""
+    """Every particle's pose after matching."""
 
     poses: np.ndarray
-    """(particles, 3) cells and rad: the most likely pose, or the drawn one where the scan does not match."""
+    """(particles, 3) cells and rad: the most likely pose, or the drawn one if the scan does not match."""
     scores: np.ndarray
-    """(particles,) how well the scan fits at best; it matches above minimumScore."""
+    """(particles,) best score; the scan matches if it is above minimumScore."""
     log_likelihoods: np.ndarray
     """(particles,) of the scan at the poses."""
     factors: np.ndarray
@@ -62,7 +62,7 @@ class Matches(NamedTuple):
 def climb(
     start: np.ndarray, beams: np.ndarray, every: int, grid: ParticleMap, search: Search, halvings: int
 ) -> tuple[float, float, float, float]:
-    """Hill climbing over the score: the best of six steps, and halved steps where none is better.
+    """Hill climbing over the score: take the best of six steps; halve the steps if none is better.
 
     Returns the pose (x, y, yaw) and its score; ``start`` is a pose (3,).
     """
@@ -102,11 +102,11 @@ def refine(
 ) -> int:
     """Move ``pose`` (3,) by Gauss-Newton to the maximum of score and prior.
 
-    The map's nearest points are looked for at most ``looks`` times; ``nearby`` takes those found last.
+    The map's nearest points are searched for at most ``looks`` times; ``nearby`` takes the last ones.
     ``prior`` (3, 3) is the information of ``prior_pose``, in units of one beam's. ``lower`` (3, 3) becomes
     the Cholesky factor of the information at the maximum.
 
-    Returns how many points were found.
+    Returns the number of points found.
     """
     information, gradient, start = np.empty((3, 3)), np.empty(3), np.empty(3)
     found = 0
@@ -155,10 +155,10 @@ def find_mode(
     looks: int,
     mode: np.ndarray,
 ) -> float:
-    """Climb from every candidate (c, 3) with every ``every``-th beam, and refine the best end with all.
+    """Climb from every candidate (c, 3) with every ``every``-th beam; refine the best result with all beams.
 
-    ``predicted`` (3,) and ``prior`` (3, 3) are those of the particle whose map it is; ``mode`` (3,) takes the
-    pose. Returns its score.
+    ``predicted`` (3,) and ``prior`` (3, 3) belong to the map's particle. ``mode`` (3,) takes the pose.
+    Returns its score.
     """
     top = -1.0
     for c in range(candidates.shape[0]):

@@ -1,8 +1,8 @@
-"""The point of a map that is nearest to where a beam ends, and what it says of a pose.
+"""Finds the point of a map nearest to a beam's end, and scores a pose by such points.
 
 Everything is in cells from the corner of the particle's table and radians. ``beams`` (n, 7) hold, in the base
-frame: the beam's end x, y; a step of sqrt(2) cells along the beam, x, y; the normal of the surface it hit, x,
-y; and how much an offset along that surface counts (1: as much as across, where the surface is not known).
+frame: the beam's end x, y; a step of sqrt(2) cells along the beam, x, y; the normal of the surface that it
+hit, x, y; the weight of an offset along that surface (1, like across it, if the surface is unknown).
 
 """
 
@@ -19,11 +19,11 @@ from gridslam.kernels.tiles import MASK, PARTS, SIDE, SIDE_BITS
 PART = 1.0 / PARTS
 """Cells: unit of the means."""
 MARGIN = 3
-"""Cells, beyond kernelSize, that a search may look away from a beam's end."""
+"""Cells: a search may go beyond kernelSize from a beam's end by this much."""
 
 
 class ParticleMap(NamedTuple):
-    """One particle's map, as far as scan matching looks at it; see `Tiles`."""
+    """The parts of a particle's map that scan matching uses; see `Tiles`."""
 
     table: np.ndarray
     """(h, w) the particle's tiles."""
@@ -33,7 +33,7 @@ class ParticleMap(NamedTuple):
 
 
 class NearestPoints(NamedTuple):
-    """Room for the points of a map that are nearest to beams' ends."""
+    """Arrays for the points of a map that are nearest to beams' ends."""
 
     points: np.ndarray
     """(n, 2)"""
@@ -99,7 +99,7 @@ def nearest(
 def look(
     beams: np.ndarray, i: int, x: float, y: float, cos: float, sin: float, grid: ParticleMap, kernel: int
 ) -> tuple[float, float, float, float, float]:
-    """Return (d2, rx, ry, px, py) of a beam: its end's offset from the map, and where its end is."""
+    """Return (d2, rx, ry, px, py) of a beam: its end's offset from the map, and its end."""
     px = x + cos * beams[i, 0] - sin * beams[i, 1]
     py = y + sin * beams[i, 0] + cos * beams[i, 1]
     least = kernel + MARGIN
@@ -125,9 +125,9 @@ def score(
     sigma: float,
     least: float,
 ) -> float:
-    """Sum of exp(-d2 / sigma) over every ``every``-th beam that has a point of the map near.
+    """Sum of exp(-d2 / sigma) over every ``every``-th beam with a point of the map nearby.
 
-    A sum that cannot exceed ``least`` any more is not completed.
+    The sum stops early when it cannot exceed ``least`` any more.
     """
     cos, sin = math.cos(yaw), math.sin(yaw)
     total, left = 0.0, (beams.shape[0] + every - 1) // every
@@ -145,9 +145,9 @@ def score(
 def find_points(
     x: float, y: float, yaw: float, beams: np.ndarray, grid: ParticleMap, kernel: int, nearby: NearestPoints
 ) -> int:
-    """Write the point of the map nearest to each beam's end, of those that have one; return their number.
+    """Write the map's nearest point to each beam's end into ``nearby``; return the number of points.
 
-    ``nearby`` takes the points and their beams.
+    Beams without a point nearby are left out.
     """
     points, which = nearby
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -184,9 +184,9 @@ def measure(
     likelihood_sigma: float,
     missed: float,
 ) -> tuple[float, float]:
-    """Return the score and the log-likelihood of a pose, by points that `find_points` has found near it.
+    """Return the score and the log-likelihood of a pose, by the points of `find_points`.
 
-    The latter is the sum of -d2 / likelihood_sigma, or of ``missed`` where the map has no point near.
+    The log-likelihood is the sum of -d2 / likelihood_sigma, and of ``missed`` for a beam without a point.
     """
     points, which = nearby
     cos, sin = math.cos(yaw), math.sin(yaw)

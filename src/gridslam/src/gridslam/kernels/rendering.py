@@ -1,4 +1,4 @@
-"""From beam counts to what is published."""
+"""Turns beam counts into the cells of an occupancy grid."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def render_changed(
     shown_stamps: np.ndarray,
     canvas: np.ndarray,
 ) -> int:
-    """Draw the tiles that are not in the canvas (h * SIDE, w * SIDE) int8 yet; return their number.
+    """Draw the tiles that have changed on a canvas (h * SIDE, w * SIDE) int8; return their number.
 
-    ``shown`` (h, w) and ``shown_stamps`` (h, w) say which tile is drawn where, and its content's stamp.
+    ``shown`` (h, w) and ``shown_stamps`` (h, w) hold the tile drawn at each place, and its stamp.
     """
     drawn = 0
     for y in range(table.shape[0]):

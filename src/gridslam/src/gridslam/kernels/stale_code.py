@@ -1,7 +1,7 @@
-"""Throws away machine code that numba kept of kernels that have changed.
+"""Deletes numba's cached machine code of changed kernels. numba checks only a kernel's own file for changes.
 
-numba compares a kernel with its own file only. A kernel that calls one of another file would go on with the
-old code of that one. So all kernels of a folder count as one: when any source differs, all is compiled anew.
+If a kernel calls one of another file, it would keep the old code of that one. So all kernels of a folder
+count as one: if any source differs, all are compiled anew.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ DIGEST_FILE = "kernels.sha256"
 
 
 def discard_stale_code(folder: Path) -> None:
-    """Delete numba's files in ``folder/__pycache__`` unless they are of the sources that lie in ``folder``.
+    """Delete numba's files in ``folder/__pycache__`` unless they belong to the present sources in ``folder``.
 
-    A folder that cannot be written is left alone: numba keeps nothing there either.
+    A read-only folder is left alone, because numba writes nothing there either.
     """
     cache = folder / "__pycache__"
     digest = _digest(folder)

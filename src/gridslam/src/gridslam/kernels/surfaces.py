@@ -11,15 +11,15 @@ import numpy as np
 from numba import njit
 
 STEP_MAX = 3.0
-"""Cells between neighbours on one surface, at least."""
+"""Cells: neighbours closer than this are always on one surface."""
 SLANT_MAX = 7.0
-"""Greatest distance between neighbours on one surface, as a multiple of that across their bearing."""
+"""Greatest distance of neighbours on one surface, as a multiple of their distance across the bearing."""
 TURN_MAX = 0.1
-"""rad: greatest angle between neighbours on one surface that are farther apart than that."""
+"""rad: greatest angle between neighbours on one surface that are farther apart."""
 NEIGHBOURS = 2
-"""Points on either side that a surface is fitted to, even if they are farther away than REACH."""
+"""A surface is fitted to at least this many points on either side, even beyond REACH."""
 REACH = 3.0
-"""Cells to either side that a surface is fitted to."""
+"""Cells: a surface is fitted to the points within this distance on either side."""
 POINTS_MIN = 4
 FLATNESS_MAX = 0.03
 """Greatest ratio of a flat surface's variances across and along it."""
@@ -58,7 +58,7 @@ def thin_out(
 
 @njit(cache=True, nogil=True, inline="always")
 def _are_neighbours(points: np.ndarray, i: int, j: int) -> bool:
-    """Whether two points that follow each other may lie on one surface."""
+    """Whether two successive points may lie on one surface."""
     xi, yi, xj, yj = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
     distance = math.hypot(xi - xj, yi - yj)
     near = min(math.hypot(xi, yi), math.hypot(xj, yj))
@@ -68,7 +68,7 @@ def _are_neighbours(points: np.ndarray, i: int, j: int) -> bool:
 
 @njit(cache=True, nogil=True)
 def surface_normals(points: np.ndarray, along: np.ndarray, normals: np.ndarray, flat: np.ndarray) -> None:
-    """Fit a line to every point and its neighbours; write its normal (n, 2), and whether it is flat (n,).
+    """Fit a line to every point and its neighbours. Write the normals (n, 2), and which points are flat (n,).
 
     ``along`` (n,) bool is scratch: whether a point is on one surface with the one before it.
     """

@@ -1,7 +1,7 @@
-"""Tiles of cells, and how a particle gets a tile of its own before it writes into it.
+"""Tiles of cells, and copy on write: a particle gets its own tile before it writes into it.
 
-A tile is SIDE x SIDE cells. Each cell counts how many beams met it (visits). Where beams ended in a tile, it
-has an entry of ends, too: each cell's hits, and their mean. Tiles may share ends, as tables may share tiles.
+A tile is SIDE x SIDE cells. Each cell counts the beams that met it (visits). If beams ended in a tile, it
+also has an entry of ends: each cell's hits, and their mean. Tiles may share ends, as tables may share tiles.
 So beams that only cross a tile copy no ends.
 """
 
@@ -19,11 +19,11 @@ MASK = SIDE - 1
 COUNT_MAX = 255
 """Greatest count of a cell; visits and hits are halved before they exceed it."""
 PARTS = 65536
-"""Parts of a cell in which the means of its hits are kept."""
+"""Resolution of the means: parts of a cell."""
 FULLNESS = 0.1
-"""A cell that more than this share of its beams hit is occupied to the scan matcher."""
+"""If more than this share of a cell's beams ended in it, scan matching takes it as occupied."""
 EMPTY = 0
-"""Index of the tile in which nothing was ever seen, and of the ends that no beam has."""
+"""Index of the empty tile and of the empty ends."""
 TILES, ENDS = 0, 1
 
 
@@ -31,19 +31,19 @@ class Tiles(NamedTuple):
     """Arrays of a pool of tiles; the first axis is the tile, the entry of ends, or the place in a stack."""
 
     references: np.ndarray
-    """(tiles,) in how many tables a tile is."""
+    """(tiles,) number of tables that hold a tile."""
     stamps: np.ndarray
     """(tiles,) when a tile was last written."""
     visits: np.ndarray
     """(tiles, SIDE * SIDE) uint8, row by row."""
     occupied: np.ndarray
-    """(tiles, SIDE) one bit for each cell of a row that the scan matcher takes for occupied."""
+    """(tiles, SIDE) a bit for each cell of a row: occupied for the scan matcher."""
     ends: np.ndarray
-    """(tiles,) which entry of ends a tile has."""
+    """(tiles,) index of a tile's entry of ends."""
     end_references: np.ndarray
-    """(ends,) how many tiles have an entry."""
+    """(ends,) number of tiles that have an entry."""
     hits: np.ndarray
-    """(ends, SIDE * SIDE) uint8: how many beams ended in a cell."""
+    """(ends, SIDE * SIDE) uint8: number of beams that ended in a cell."""
     means: np.ndarray
     """(ends, SIDE * SIDE, 2) mean x, y of the hits from the cell's corner, in 1 / PARTS of a cell."""
     free_tiles: np.ndarray
@@ -51,12 +51,12 @@ class Tiles(NamedTuple):
     free_ends: np.ndarray
     """Stack of unused entries of ends."""
     free: np.ndarray
-    """(2,) how many there are on either stack: TILES, ENDS."""
+    """(2,) number of entries on each stack: TILES, ENDS."""
 
 
 @njit(cache=True, nogil=True, inline="always")
 def own_tile(table: np.ndarray, row: int, column: int, stamp: int, tiles: Tiles) -> int:
-    """Return a tile that a table has for its own at a place, a copy if others have it too; stamp it."""
+    """Return a table's own tile at a place, and stamp it. If other tables share the tile, copy it first."""
     tile = table[row, column]
     if tile == EMPTY or tiles.references[tile] > 1:
         tiles.free[TILES] -= 1
@@ -77,7 +77,7 @@ def own_tile(table: np.ndarray, row: int, column: int, stamp: int, tiles: Tiles)
 
 @njit(cache=True, nogil=True, inline="always")
 def own_ends(tile: int, tiles: Tiles) -> int:
-    """Return the entry of ends that a tile has for its own, copied if others have it too."""
+    """Return a tile's own entry of ends. If other tiles share the entry, copy it first."""
     entry = tiles.ends[tile]
     if entry == EMPTY or tiles.end_references[entry] > 1:
         tiles.free[ENDS] -= 1

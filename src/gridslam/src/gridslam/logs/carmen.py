@@ -1,4 +1,4 @@
-"""Logs of the CARMEN toolkit: the form in which the field's classic datasets come.
+"""Logs of the CARMEN toolkit, the format of the field's classic datasets.
 
 Each line is a message: its name, its numbers, then ipc_timestamp, host name, logger_timestamp. FLASER,
 ROBOTLASER1 and ODOM are read. Other messages (PARAM, SYNC, RLASER, ...) and comments are skipped.
@@ -17,11 +17,11 @@ import numpy as np
 from gridslam.errors import SlamError
 
 RANGE_MAX_M = 80.0
-"""FLASER does not say how far its lidar sees; this is the SICK LMS's."""
+"""FLASER does not give the lidar's range; this is the SICK LMS's."""
 NO_RETURN_BEYOND_M = 1.83
-"""The SICK reports 81.83 where there was no return."""
+"""The SICK reports 81.83 for no return."""
 STEPS_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 541: 0.5, 1081: 0.25}
-"""Number of readings -> degrees from beam to beam, where CARMEN leaves it to convention."""
+"""Number of readings -> degrees from beam to beam, by CARMEN's convention."""
 
 
 class CarmenError(SlamError):
@@ -30,7 +30,7 @@ class CarmenError(SlamError):
 
 @dataclass(frozen=True, eq=False)
 class CarmenScan:
-    """One scan with the poses that odometry gave to robot and lidar."""
+    """One scan with the odometry's poses of robot and lidar."""
 
     stamp_s: float
     """s: the ipc_timestamp."""
@@ -57,7 +57,7 @@ class CarmenOdometry:
 
 
 def flaser_angles(count: int) -> tuple[float, float]:
-    """Return (angle_min, angle_increment) in rad that a FLASER message of so many readings means."""
+    """Return (angle_min, angle_increment) in rad of a FLASER message with this many readings."""
     step_rad = math.radians(STEPS_DEG[count]) if count in STEPS_DEG else math.pi / count
     span_deg = {401: 100.0, 541: 270.0, 1081: 270.0}.get(count, 180.0)
     return -math.radians(span_deg) / 2.0, step_rad
@@ -68,7 +68,7 @@ def read_log(path: str | Path, range_max_m: float | None = None) -> Iterator[Car
 
     Args:
         path: of the log.
-        range_max_m: how far the lidar sees; None: 80 m for FLASER, what the message says for ROBOTLASER1.
+        range_max_m: the lidar's range; None: 80 m for FLASER, the message's for ROBOTLASER1.
 
     Raises:
         CarmenError: the file cannot be read, or a line cannot be understood; names both.
@@ -92,7 +92,7 @@ def read_log(path: str | Path, range_max_m: float | None = None) -> Iterator[Car
 
 
 def format_scan(scan: CarmenScan) -> str:
-    """Return the scan as a line: FLASER where its convention says all, ROBOTLASER1 elsewhere."""
+    """Return the scan as a line: FLASER if its convention fits, else ROBOTLASER1."""
     far_m = scan.range_max_m + NO_RETURN_BEYOND_M
     invalid = np.isnan(scan.ranges_m) | np.isneginf(scan.ranges_m)
     readings = np.where(invalid, 0.0, np.minimum(scan.ranges_m, far_m))

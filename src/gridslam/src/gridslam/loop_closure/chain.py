@@ -1,6 +1,6 @@
-"""The filter's path as a chain of nodes: what each step measured, and how well.
+"""The filter's path as a chain of nodes: each step with its measurement and covariance.
 
-A step's covariance is that of its error in the frame of the node it leads to (x, y in m, yaw in rad).
+A step's covariance describes its error in the frame of its later node (x, y in m, yaw in rad).
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from gridslam.loop_closure.refinement import normal_matrix
 from gridslam.scan import PlanarScan
 
 STEP_SIGMA_MIN_M, STEP_SIGMA_MIN_RAD = 0.002, 0.0005
-SCAN_SPACING_M = 0.25  # scans nearer together add nothing to a local map
+SCAN_SPACING_M = 0.25  # closer scans add nothing to a local map
 
 
 class Chain:
-    """Follows a filter's best path. It keeps the steps as they were measured, before any correction."""
+    """Follows a filter's best path. It keeps the measured steps, without corrections."""
 
     def __init__(self, parameters: LoopClosureParameters) -> None:
         self._parameters = parameters
         self.stamps_s = np.empty(0)
         self.poses = np.empty((0, 3))
-        """(k, 3) nodes in the map, as the filter has them now."""
+        """(k, 3) the nodes' present poses in the map."""
         self.steps = np.empty((0, 3))
-        """(k - 1, 3) each node but the first, seen from the one before it."""
+        """(k - 1, 3) each node but the first, in the frame of the one before it."""
         self.covariances = np.empty((0, 3, 3))
         """(k - 1, 3, 3) of the steps' errors."""
         self.way_m = np.zeros(0)
@@ -41,7 +41,7 @@ class Chain:
         return len(self.poses)
 
     def follow(self, stamps_s: np.ndarray, poses_in_map: np.ndarray, scans: list[PlanarScan]) -> None:
-        """Take over the filter's path (k, 3) and scans; steps since the last correction may have changed."""
+        """Take over the filter's path (k, 3) and scans. Steps since the last correction may have changed."""
         for scan in scans[len(self._surfaces) :]:
             surface = surface_points(scan, self._parameters.range_m)
             self._surfaces.append(surface)
@@ -58,7 +58,7 @@ class Chain:
         self.way_m = np.concatenate([[0.0], np.cumsum(np.hypot(self.steps[:, 0], self.steps[:, 1]))])
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the input of `from_arrays`. The filter has the scans; the next `follow` brings them."""
+        """Return the input of `from_arrays`, without the scans, which come with the next `follow`."""
         return {
             "stamps_s": self.stamps_s,
             "poses": self.poses,
@@ -96,7 +96,7 @@ class Chain:
         self.covariances, self.way_m, self._settled = covariances, way_m, int(settled)
 
     def _first_changed(self, poses_in_map: np.ndarray) -> int:
-        """Return the first step that has changed, because another particle has become the best one."""
+        """Return the first changed step. Steps change when another particle becomes the best one."""
         known = len(self.poses)
         changed = np.flatnonzero((np.asarray(poses_in_map)[:known] != self.poses).any(axis=1))
         first = known if not len(changed) else int(changed[0])
@@ -110,7 +110,7 @@ class Chain:
     def _step_covariances(self, steps: np.ndarray, first: int) -> np.ndarray:
         """Return the covariances of the steps to nodes from `first` on, by odometry and matching.
 
-        Along a bare wall matching tells nothing, so the covariance of odometry stays.
+        Along a bare wall matching measures nothing, so the covariance of odometry remains.
         """
         information = np.array(self._informations[first : first + len(steps)]).reshape(-1, 3, 3)
         return np.linalg.inv(information + np.linalg.inv(self._odometry_covariances(steps)))
@@ -126,25 +126,26 @@ class Chain:
         return covariances
 
     def held_covariances(self) -> np.ndarray:
-        """Return the covariances (k - 1, 3, 3) of the steps that closures are weighed against.
+        """Return the covariances (k - 1, 3, 3) of the steps for weighing against closures.
 
-        Matches against one map have similar errors, so the path bends less than `covariances` say. Where the
-        filter has come back to a place, its steps also contain its own correction of the way there. So they
-        are trusted like odometry only. A closure then undoes that correction, and not the way before.
+        Matches against one map have similar errors, so the path bends less than `covariances` allow. When
+        the filter comes back to a place, its steps also contain its own correction of the drift. So these
+        steps are trusted only like odometry. A closure then replaces that correction, and leaves the earlier
+        path alone.
         """
         back = self._is_back()[1:, None, None]
         held = self._parameters.step_share**2 * self.covariances
         return np.where(back, self._odometry_covariances(self.steps), held)
 
     def _is_back(self) -> np.ndarray:
-        """Tell of each node (k,) whether there is one nearby that was left behind long before."""
+        """Return for each node (k,) whether a node from long before is nearby."""
         p = self._parameters
         nearby = cKDTree(self.poses[:, :2]).query_ball_point(self.poses[:, :2], p.place_radius_m)
         oldest = np.array([min(nodes) for nodes in nearby])
         return self.way_m[oldest] < self.way_m - p.separation_m
 
     def local_map(self, anchor: int, behind_m: float, ahead_m: float) -> LocalMap:
-        """Build the map of what was seen from `behind_m` of path before a node to `ahead_m` after it."""
+        """Build the local map of the path from `behind_m` before a node to `ahead_m` after it."""
         way = self.way_m - self.way_m[anchor]
         nodes = self._thinned(np.flatnonzero((way >= -behind_m) & (way <= ahead_m)), anchor)
         p = self._parameters
@@ -169,6 +170,6 @@ class Chain:
 
 
 def match_information(matrix: np.ndarray, points: int, parameters: LoopClosureParameters) -> np.ndarray:
-    """Return the information (3, 3) of a match from its sum of J^T J over so many points."""
+    """Return the information (3, 3) of a match from its sum of J^T J over this many points."""
     independent = min(1.0, parameters.match_points / max(1, points))
     return independent * matrix / parameters.match_sigma_m**2

@@ -1,4 +1,4 @@
-"""Loop closure: revisited places are found, tested, and the path is corrected where they say so."""
+"""Loop closure: finds and tests revisited places, and corrects the path."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 
 CHAIN = "chain_"
-"""Prefix of the names of the chain's parts in a saved state."""
+"""Prefix of the chain's arrays in a saved state."""
 REFINEMENT_GATE_M = 0.2
 
 
 class Slam(Protocol):
-    """What a filter must offer: its path, the scans along it, and to take over a corrected path."""
+    """The interface of a filter: its path, the scans along it, and a way to correct the path."""
 
     def trajectory(self) -> Trajectory:
         """Return the best path."""
@@ -41,7 +41,7 @@ class Slam(Protocol):
 class LoopCloser:
     """Watches a filter that keeps its scans, and corrects it.
 
-    Raises SlamError if GTSAM is not installed, so that this does not happen in flight.
+    Raises SlamError at once if GTSAM is not installed, instead of in flight.
     """
 
     def __init__(self, parameters: LoopClosureParameters | None = None) -> None:
@@ -53,23 +53,23 @@ class LoopCloser:
         self._counted: list[Match] = []
         self._searched_m = 0.0
         self._agreed = False
-        """Whether the last search has found a place again where the path has it."""
+        """Whether the last search found a place again, and the path agreed with it."""
 
     @property
     def parameters(self) -> LoopClosureParameters:
-        """What it was made with."""
+        """Its parameters."""
         return self._parameters
 
     @property
     def closures(self) -> list[Closure]:
-        """The closures that count now. A closure that later ones contradict counts no more."""
+        """The closures that count at present. A closure stops counting when later ones contradict it."""
         return [self._closure(match) for match in self._counted]
 
     def update(self, slam: Slam) -> Closure | None:
-        """Look for a revisited place; call it after each scan that the filter has processed.
+        """Search for a revisited place.
 
-        Returns the newest closure if new ones count now, else None. If they move the path, the filter has
-        adopted the corrected one.
+        Call this after each scan that the filter has processed. Returns the newest closure if there are new
+        ones, else None. If they move the path, the filter has adopted the corrected path.
         """
         self._follow(slam)
         way_m = self._chain.way_m[-1]
@@ -86,13 +86,13 @@ class LoopCloser:
         return self._closure(new[-1]) if new else None
 
     def finish(self, slam: Slam) -> None:
-        """Let the filter adopt the path as all closures together have it; call it when the log has ended."""
+        """Give the filter the path corrected by all closures. Call this at the end of the log."""
         self._follow(slam)
         if self._counted:
             self._correct(slam)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the complete state but the parameters, for `from_arrays`; the filter has its own."""
+        """Return the closer's complete state without parameters, for `from_arrays`."""
         matches, index = self._matches, {id(match): i for i, match in enumerate(self._matches)}
         return {
             **{CHAIN + name: values for name, values in self._chain.to_arrays().items()},
@@ -107,7 +107,7 @@ class LoopCloser:
         }
 
     def from_arrays(self, arrays: Mapping[str, np.ndarray], path_nodes: int) -> None:
-        """Go on from what `to_arrays` has returned, on a filter's path of so many nodes.
+        """Go on from the output of `to_arrays`, on a filter's path of this many nodes.
 
         Raises:
             KeyError: something lacks in it.
@@ -133,7 +133,7 @@ class LoopCloser:
         self._chain.follow(trajectory.stamps_s, trajectory.poses_in_map, slam.processed_scans())
 
     def _search(self) -> bool:
-        """Compare the newest local map with earlier ones of the place; tell whether a match was found."""
+        """Compare the newest local map with earlier ones of the place. Return whether a match was found."""
         newer = len(self._chain) - 1
         places = self._places(newer)
         if not places:
@@ -148,7 +148,7 @@ class LoopCloser:
         return bool(found)
 
     def _places(self, newer: int) -> list[int]:
-        """Return the nodes of earlier passes that came nearest to a node, nearest first."""
+        """Return the nearest node of each earlier pass, nearest first."""
         chain, p = self._chain, self._parameters
         distance = np.hypot(*(chain.poses[:, :2] - chain.poses[newer, :2]).T)
         near = (chain.way_m < chain.way_m[newer] - p.separation_m) & (distance < p.place_radius_m)
@@ -225,7 +225,7 @@ class LoopCloser:
         return [self._matches[i] for i in kept]
 
     def _is_off(self, match: Match) -> bool:
-        """Tell whether the path as it is now is off from what a match has measured."""
+        """Return whether the present path differs from a match's measurement."""
         here = se2.between(self._chain.poses[match.older], self._chain.poses[match.newer])
         return math.dist(here[:2], match.newer_in_older[:2]) > self._parameters.correction_min_m
 

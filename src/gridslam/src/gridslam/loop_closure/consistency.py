@@ -1,8 +1,8 @@
-"""Which matches agree with each other: pairwise consistency maximisation.
+"""Finds the matches that agree with each other: pairwise consistency maximisation.
 
 J. G. Mangelson et al., "Pairwise consistent measurement set maximization for robust multi-robot map merging"
-(ICRA 2018): two matches and the path between their ends make a loop, which must close within its uncertainty;
-the largest set in which all pairs do so counts.
+(ICRA 2018). Two matches and the path between their ends form a loop. It must close within its uncertainty.
+The matches that count are the largest set in which all pairs close.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gridslam.loop_closure.pose_graph import carry
 
 
 class MeasuredPath:
-    """The path as its steps measured it, without any correction, and how its uncertainty grows along it."""
+    """The path of the measured steps without corrections, and its growing uncertainty."""
 
     def __init__(self, chain: Chain) -> None:
         start, steps = chain.poses[0], chain.steps
@@ -39,7 +39,7 @@ class MeasuredPath:
 
 
 def contradictions(path: MeasuredPath, first: Match, others: Sequence[Match]) -> np.ndarray:
-    """Return the chi-square (n,) of the loop that a match makes with each of the others.
+    """Return the chi-square (n,) of a match's loop with each of the others.
 
     first.newer -> first.older (match) -> other.older (path) -> other.newer (match) -> first.newer (path)
     """
@@ -62,9 +62,10 @@ def contradictions(path: MeasuredPath, first: Match, others: Sequence[Match]) ->
 
 
 def largest_consistent(consistent: np.ndarray) -> list[int]:
-    """Return the indices of the largest set whose members are all consistent, by a symmetric (n, n) bool.
+    """Return the indices of the largest set whose members are all consistent.
 
-    The greedy search of Pattabiraman et al. (2015) for large cliques, from every member that could do better.
+    consistent: symmetric (n, n) bool. This is the greedy search of Pattabiraman et al. (2015) for large
+    cliques, from every member that could give a larger one.
     """
     count = len(consistent)
     linked = consistent & ~np.eye(count, dtype=bool)
@@ -86,7 +87,7 @@ def largest_consistent(consistent: np.ndarray) -> list[int]:
 def supported(
     matches: Sequence[Match], chosen: Sequence[int], way_m: np.ndarray, within_m: float
 ) -> list[int]:
-    """Return the chosen matches that another one supports: their newer nodes are near along the path."""
+    """Return the chosen matches with another one whose newer node is near along the path."""
     ways = np.array([way_m[matches[i].newer] for i in chosen])
     newer = np.array([matches[i].newer for i in chosen])
     kept = []

@@ -1,4 +1,4 @@
-"""What was seen along a stretch of the path: points with normals, and a table to correlate others with."""
+"""A local map of a stretch of the path: points with normals, and a table for correlation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gridslam.kernels.correlation import CLASHES, FITS, mark_free, stamp_fits
 from gridslam.scan import PlanarScan
 
 MARGIN_CELLS = 8
-NEIGHBOUR_GAP_M = 0.3  # ends of beams farther apart than this, or than a tenth of the range, are two surfaces
+NEIGHBOUR_GAP_M = 0.3  # if ends are farther apart (or a tenth of the range), they are on two surfaces
 NEIGHBOUR_GAP_SHARE = 0.1
 PROFILE_SIGMAS = 3.6  # 255 exp(-3.6^2 / 2) rounds to 0
 
@@ -46,7 +46,7 @@ def surface_points(scan: PlanarScan, range_m: float) -> SurfacePoints:
 
 
 def _normals(points: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """Fit a line to each point and up to three neighbours on both sides, as far as they are near it."""
+    """Fit a line to each point and up to three near neighbours on both sides."""
     count = len(points)
     gap = np.maximum(NEIGHBOUR_GAP_M, NEIGHBOUR_GAP_SHARE * ranges)
     sums = np.zeros((count, 6))  # number, x, y, xx, xy, yy of the neighbours, from the point itself
@@ -71,8 +71,8 @@ def _normals(points: np.ndarray, ranges: np.ndarray) -> np.ndarray:
 class LocalMap:
     """A stretch of the path as a map of its own, in the frame of one node, its anchor.
 
-    surface: points, thinned. table: (h, w, 2) uint8, how well a point fits (FITS) and contradicts (CLASHES);
-    its cell [0, 0] has its corner at `origin_xy_m`, cells are `resolution_m`.
+    surface: points, thinned. table: (h, w, 2) uint8, FITS and CLASHES of a point in each cell. The corner of
+    cell [0, 0] is at `origin_xy_m`; the cells' size is `resolution_m`.
     """
 
     anchor: int
@@ -137,7 +137,7 @@ def _table(
 
 
 def _profile(resolution_m: float, blur_m: float) -> np.ndarray:
-    """How well the cells about a point fit, 0..255: a Gaussian, up to where it is nothing."""
+    """The fits, 0..255, of the cells around a point: a Gaussian, cut off where it rounds to zero."""
     reach = math.ceil(PROFILE_SIGMAS * blur_m / resolution_m)
     offset = np.arange(-reach, reach + 1) * resolution_m
     squared = offset[:, None] ** 2 + offset[None, :] ** 2
@@ -145,7 +145,7 @@ def _profile(resolution_m: float, blur_m: float) -> np.ndarray:
 
 
 def _thin(points: np.ndarray, normals: np.ndarray, spacing_m: float) -> SurfacePoints:
-    """Keep one point, the middle one, of those in a square of spacing_m that face the same quarter."""
+    """In each square of spacing_m keep the middle one of the points with normals in the same quadrant."""
     quarter = np.where(
         np.isfinite(normals[:, 0]),
         np.floor((np.arctan2(normals[:, 1], normals[:, 0]) + math.pi / 4) / (math.pi / 2)),

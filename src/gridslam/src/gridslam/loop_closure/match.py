@@ -1,4 +1,4 @@
-"""What loop closure finds: matches, which are candidates, and closures, which count."""
+"""Results of loop closure: matches are candidates, closures count."""
 
 from __future__ import annotations
 

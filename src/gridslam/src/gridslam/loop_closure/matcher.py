@@ -1,7 +1,7 @@
-"""Finds where one local map lies on another: correlative scan matching (Olson, ICRA 2009).
+"""Finds the pose of one local map on another: correlative scan matching (Olson, ICRA 2009).
 
-Every pose of a window is judged, however far from the prediction. So a second place that fits as well is
-noticed. Upper bounds of whole blocks of poses save most of the work and change no result.
+It scores every pose of a window, however far from the prediction. So it notices a second pose that fits as
+well. Upper bounds of whole blocks of poses save most of the work and change no result.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ NOTHING_LEFT_OUT = np.zeros(3)
 
 @dataclass(frozen=True)
 class Window:
-    """The poses that are searched: a prediction (x m, y m, yaw rad) and how far to every side of it."""
+    """The window of a search: a prediction (x m, y m, yaw rad) and the distance to every side of it."""
 
     predicted: np.ndarray
     reach_m: float
@@ -43,7 +43,7 @@ class Optimum:
 class Correlation:
     """One search of a window for the pose at which two local maps agree best.
 
-    overlap_min: share of the query's points that must be comparable; with fewer, the score falls.
+    overlap_min: share of the query's points that should be comparable. With fewer the score falls.
     """
 
     def __init__(self, reference: LocalMap, query: LocalMap, window: Window, overlap_min: float):
@@ -58,14 +58,14 @@ class Correlation:
         corners = np.stack([se2.transform(pose, query.origin_xy_m[None])[0] for pose in poses])
         self._cells = np.floor((moved - reference.origin_xy_m) / cell).astype(np.int64)
         self._corners = (corners - reference.origin_xy_m) / cell
-        share = len(points) / max(1, len(query.surface.points_xy_m))  # both maps' points count alike
+        share = len(points) / max(1, len(query.surface.points_xy_m))  # both maps' points have equal weight
         self._back = _spread(reference.points_in_cells, round(share * len(reference.surface.points_xy_m)))
         self._pairs = pooled(reference.table, PAIR)
         self._bounds = block_bounds(pooled(reference.table, BLOCK), self._cells, self._half, self._least)
         self._order = np.argsort(-self._bounds, axis=None, kind="stable")
 
     def best(self, score_min: float) -> Optimum | None:
-        """Return the best pose, without a rival yet; None when none scores more than `score_min`."""
+        """Return the best pose, without a rival yet; None if no pose scores more than `score_min`."""
         score, angle, dx, dy = self._search(NOTHING_LEFT_OUT, score_min)
         if score <= score_min:
             return None
@@ -110,8 +110,8 @@ def correlate(
     """Search a window for the pose at which two local maps agree best; None: none scores over `score_min`.
 
     Rivals are searched `rival_distance_m` or farther from the best pose. A rival with less than `rival_share`
-    of the best score is reported with that share. Rivals need an overlap of `rival_overlap_min` only (None:
-    of `overlap_min`), because little of the true place may have been seen again so far.
+    of the best score is reported with that share. Rivals only need an overlap of `rival_overlap_min` (None:
+    `overlap_min`), because the UAV may have seen little of the true place again so far.
     """
     correlation = Correlation(reference, query, window, overlap_min)
     optimum = correlation.best(score_min)
@@ -142,14 +142,14 @@ def pooled(table: np.ndarray, side: int) -> np.ndarray:
 
 
 def _spread(points: np.ndarray, most: int) -> np.ndarray:
-    """Return at most so many of the points, evenly taken."""
+    """Return at most this many points, at even steps."""
     if len(points) <= most:
         return points
     return points[np.linspace(0, len(points) - 1, most).astype(int)]
 
 
 def _angles(points: np.ndarray, reach_rad: float, step_m: float) -> np.ndarray:
-    """Angles about zero, so fine that most points move by step_m at most from one to the next."""
+    """Angles around zero, so fine that most points move by at most step_m from one to the next."""
     radius = max(1.0, float(np.percentile(np.hypot(*points.T), 80.0))) if len(points) else 1.0
     count = int(np.ceil(reach_rad * radius / step_m))
     return np.linspace(-reach_rad, reach_rad, 2 * count + 1)

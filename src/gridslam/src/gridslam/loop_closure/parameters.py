@@ -18,23 +18,23 @@ SHARES = ("score_min", "overlap_min", "rival_overlap_min", "rival_share_max")
 
 @dataclass(frozen=True)
 class LoopClosureParameters:
-    """When a place counts as revisited, and what odometry and matches are trusted with.
+    """When a place counts as revisited, and how far odometry and matches are trusted.
 
     Raises ParameterError, in one sentence, for values that make no sense alone or together.
     """
 
     search_every_m: float = 0.5
-    """m: a revisited place is looked for after this much travel."""
+    """m: search for a revisited place after this much travel."""
     search_agreed_m: float = 8.0
-    """m: ... or after this much, where the last one was found again within correction_min_m of the path."""
+    """m: ... or after this much, if the last one was found within correction_min_m of the path."""
     separation_m: float = 20.0
-    """m: only places left behind on the path by this much can be revisited; more than twice stretch_m."""
+    """m: only places at least this far back on the path can be revisited; more than twice stretch_m."""
     place_radius_m: float = 5.0
-    """m: how near, by the estimate so far, the path must have come to such a place."""
+    """m: greatest distance of the path from such a place, by the present estimate."""
     places_max: int = 3
-    """So many earlier passes of a place are compared at most, nearest first."""
+    """Greatest number of earlier passes of a place to compare, nearest first."""
     stretch_m: float = 8.0
-    """m: length of path from which a local map is built."""
+    """m: length of path in a local map."""
     range_m: float = 15.0
     """m: beams are used up to here."""
     resolution_m: float = 0.05
@@ -43,7 +43,7 @@ class LoopClosureParameters:
     """m: a point this far from a local map's surface fits by exp(-1/2)."""
 
     window_sigmas: float = 3.0
-    """The window that is searched reaches this many standard deviations of the path since then ..."""
+    """The search window reaches this many standard deviations of the path since then ..."""
     window_min_m: float = 1.0
     """m: ... at least this far ..."""
     window_max_m: float = 5.0
@@ -52,21 +52,21 @@ class LoopClosureParameters:
     """rad: the same for the heading."""
 
     score_min: float = 0.7
-    """A match whose comparisons agree to a lesser share is none."""
+    """Least share of comparisons that must agree in a match."""
     overlap_min: float = 0.2
     """Share of the recent local map that must be comparable."""
     rival_distance_m: float = 0.6
-    """m: what fits this far from the best pose is a rival."""
+    """m: a pose that fits and is this far from the best one is a rival."""
     rival_overlap_min: float = 0.05
-    """For a rival this share is enough: of the true place little may have been seen again so far."""
+    """For a rival this share is enough, because little of the true place may have been seen again so far."""
     rival_share_max: float = 0.85
     """A match is ambiguous when its best rival reaches more than this share of its score."""
     weakest_sigma_max_m: float = 0.15
     """m: a match is degenerate when its standard deviation in any direction exceeds this."""
     chi_square_max: float = 11.34
-    """Contradictions above this end a match; 99 % of a chi-square distribution with 3 degrees of freedom."""
+    """Greatest chi-square of consistent matches: 99 % of a distribution with 3 degrees of freedom."""
     support_m: float = 10.0
-    """m: a match counts only when another one within this much travel agrees with it."""
+    """m: a match counts only if another one within this much travel agrees with it."""
 
     odometry_m_per_sqrt_m: float = 0.03
     """m: odometry's standard deviation along and across after one metre."""
@@ -75,19 +75,19 @@ class LoopClosureParameters:
     odometry_rad_per_sqrt_rad: float = 0.03
     """rad: the same after one radian turned."""
     drift_share: float = 0.005
-    """Systematic part of the path's error that neither noise nor matching explains, m per m."""
+    """Systematic part of the path's error, besides noise and matching, m per m."""
     step_share: float = 0.5
-    """How firmly steps hold against closures: their deviations, as a share of a lone match's."""
+    """Stiffness of steps against closures: their deviations as a share of a single match's."""
     match_sigma_m: float = 0.03
     """m: standard deviation of a matched point from its surface."""
     match_points: float = 20.0
-    """A match's points count as so many independent ones at most: their errors are alike."""
+    """A match's points count as at most this many independent ones, because their errors are similar."""
     closure_sigma_m: float = 0.02
-    """m: a closure is not trusted beyond this ..."""
+    """m: least standard deviation of a closure ..."""
     closure_sigma_rad: float = 0.003
-    """rad: ... and this, whatever its points say: the local maps are themselves a little bent."""
+    """rad: ... and of its heading, because local maps are slightly bent."""
     correction_min_m: float = 0.03
-    """m: the path is corrected when it is off from a new closure by more than this, or when the log ends."""
+    """m: correct the path if it differs from a new closure by more than this, or at the end of the log."""
 
     def __post_init__(self) -> None:
         for field in fields(self):

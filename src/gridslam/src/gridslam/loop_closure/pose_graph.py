@@ -1,8 +1,8 @@
-"""The path as a pose graph: steps and closures, corrected by GTSAM; uncertainty along its shortest way.
+"""The path as a pose graph of steps and closures, optimised by GTSAM.
 
-F. Dellaert and M. Kaess, "Factor Graphs for Robot Perception" (2017). Uncertainty along the shortest way
-between two nodes, an upper bound of what the whole graph leaves open: M. Bosse et al., "An Atlas framework
-for scalable mapping" (ICRA 2003).
+F. Dellaert and M. Kaess, "Factor Graphs for Robot Perception" (2017). The uncertainty along the shortest
+path between two nodes is an upper bound of their uncertainty in the whole graph: M. Bosse et al., "An Atlas
+framework for scalable mapping" (ICRA 2003).
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from gridslam.errors import SlamError
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.match import Match
 
-ROBUST_SCALE = 2.0  # standard deviations from which on a closure loses weight (Cauchy)
+ROBUST_SCALE = 2.0  # from this many standard deviations on, a closure loses weight (Cauchy)
 ANCHOR_SIGMA = 1e-6
-CLOSURE_WAY_M = 0.1  # what going over a closure counts as, in metres of path
+CLOSURE_WAY_M = 0.1  # length of an edge over a closure, in metres of path
 
 
 def optimise(chain: Chain, closures: Sequence[Match]) -> np.ndarray:
-    """Return the nodes' poses (k, 3) that suit steps and closures best; the first node stays where it is.
+    """Return the nodes' poses (k, 3) that fit steps and closures best. The first node stays fixed.
 
     Raises:
         SlamError: GTSAM is not installed.
@@ -52,7 +52,7 @@ def optimise(chain: Chain, closures: Sequence[Match]) -> np.ndarray:
 
 
 def import_gtsam() -> ModuleType:
-    """Return the module gtsam, which takes a while to load; raises SlamError where there is none."""
+    """Return the module gtsam, which loads slowly. Raises SlamError if it is not installed."""
     try:
         import gtsam
     except ImportError as error:
@@ -61,7 +61,7 @@ def import_gtsam() -> ModuleType:
 
 
 class ShortestWays:
-    """The shortest way from every node to one, over steps and closures, and the uncertainty along it."""
+    """The shortest path from every node to one, over steps and closures, and the uncertainty along it."""
 
     def __init__(self, chain: Chain, closures: Sequence[Match], node: int, drift_share: float) -> None:
         self._poses, self._node, self._drift_share = chain.poses, node, drift_share
@@ -69,7 +69,7 @@ class ShortestWays:
         ends = [(i, i + 1) for i in range(count - 1)] + [(c.older, c.newer) for c in closures]
         lengths = np.concatenate([np.diff(chain.way_m) + 1e-3, np.full(len(closures), CLOSURE_WAY_M)])
         rows, columns = np.array(ends, dtype=int).reshape(-1, 2).T
-        # Of two edges between the same nodes one is enough: entries of a coo_matrix would add up.
+        # Keep one of two edges between the same nodes, because entries of a coo_matrix would add up.
         _, first = np.unique(rows * count + columns, return_index=True)
         graph = coo_matrix((lengths[first], (rows[first], columns[first])), shape=(count, count))
         self.length_m, self._before = dijkstra(
@@ -83,7 +83,7 @@ class ShortestWays:
             self._edges.setdefault((older, newer), (newer, covariance))
 
     def covariance(self, other: int) -> np.ndarray:
-        """Return the covariance (3, 3) of the node's pose as seen from another, in the node's own frame."""
+        """Return the covariance (3, 3) of the node's pose relative to another, in the node's own frame."""
         frames, covariances = [], []
         here = other
         while here != self._node:
@@ -100,7 +100,8 @@ class ShortestWays:
 def carry(covariances: np.ndarray, frames: np.ndarray) -> np.ndarray:
     """Return covariances (n, 3, 3) of small errors of frames at poses (n, 3), as errors of the common frame.
 
-    The adjoint map of SE(2): an error of the heading there is a shift here, in proportion to the distance.
+    This is the adjoint map of SE(2): an error of a frame's heading becomes a shift, in proportion to the
+    distance.
     """
     adjoint = np.zeros((len(frames), 3, 3))
     cos, sin = np.cos(frames[:, 2]), np.sin(frames[:, 2])

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from gridslam import se2
 from gridslam.loop_closure.local_map import SurfacePoints
 
-FACING_COS = math.cos(math.radians(40.0))  # surfaces turned by more than this are not the same one
+FACING_COS = math.cos(math.radians(40.0))  # normals that differ by more belong to different surfaces
 STEP_M, STEP_RAD = 1e-4, 1e-5  # smaller steps end the iteration
 ROUNDS_MAX = 20
 
@@ -38,9 +38,9 @@ def refine(reference: SurfacePoints, query: SurfacePoints, start: np.ndarray, ga
     """Minimise the distances of the query's points from the reference's surfaces (point to line, robust).
 
     Args:
-        reference: its surfaces stay where they are.
+        reference: its surfaces stay fixed.
         query: its points are moved.
-        start: pose (3,) of the query in the reference's frame, right within about `gate_m`.
+        start: pose (3,) of the query in the reference's frame, with an error of at most about `gate_m`.
         gate_m: points farther apart are no pair.
     """
     flat = np.isfinite(reference.normals_xy[:, 0])
@@ -56,7 +56,8 @@ def refine(reference: SurfacePoints, query: SurfacePoints, start: np.ndarray, ga
         if len(distance) < 3:
             return Refined(start, np.zeros((3, 3)), 0, math.inf)
         weighted = jacobian * weight[:, None]
-        # The damping keeps the pose where the surfaces do not determine it, as along a wall.
+        # The damping keeps the pose in directions that the surfaces do not determine, for example along a
+        # wall.
         step = np.linalg.solve(weighted.T @ jacobian + 1e-3 * np.eye(3), -weighted.T @ distance)
         pose = se2.compose(pose, step)
         gate = max(0.5 * gate_m, 0.8 * gate)
