@@ -67,4 +67,6 @@ ROWS = (
         ),
     ),
     Row("dead_ends", "dead ends and offices", (Goal((2.0,), reached=0.90),)),
+    Row("moving", "something crosses or comes head-on", (Goal((2.0, 4.0), reached=0.95),)),
+    Row("overhead", "over and under things, Puck", (Goal((2.0, 4.0), reached=0.95),), p99_ms=10.0),
 )

@@ -23,6 +23,7 @@ from master_thesis.worlds.drawn.office import DOOR_M, office_sdf
 from master_thesis.worlds.drawn.overhead import OBSTACLES
 from master_thesis.worlds.floor_plan import Outline, outlines_of_file
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
+from simulation_tools.sdf.parser import load_world
 
 FLAT = (FLIGHT_HEIGHT_M,)
 HEIGHTS = np.arange(0.6, 3.5, 0.1)
@@ -48,7 +49,9 @@ def shapes_in(place, folder):
 # -- each kind of place -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("world", ["random_forest", "mixed_forest", "random_hallway", *HALF_WIDTHS_M])
+@pytest.mark.parametrize(
+    "world", ["random_forest", "mixed_forest", "random_hallway", "crossing", "head_on", *HALF_WIDTHS_M]
+)
 def test_the_same_seed_gives_the_same_place(world):
     settings = settings_of(world)
     assert place_of(settings, 7) == place_of(settings, 7) != place_of(settings, 8)
@@ -105,6 +108,28 @@ def test_a_thick_forest_is_as_dense_as_the_issue_says():
     assert 0.9 < trunks[:, 2].max() <= 1.0
     gaps = np.hypot(*(trunks[:, None, :2] - trunks[None, :, :2]).transpose(2, 0, 1))
     assert np.any(gaps + 9.0 * np.eye(len(trunks)) < trunks[:, 2] + trunks[:, None, 2])
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("mover_speed_m_s", [1.0, 2.0])
+@pytest.mark.parametrize("world", ["crossing", "head_on"])
+def test_a_mover_meets_a_uav_that_flies_straight(world, mover_speed_m_s, seed, tmp_path):
+    """A UAV at 4 m/s that is 0.6 s behind one which has its speed at once, as PX4's rise time makes it."""
+    trials = {"world": world, "speed_m_s": 4, "mover_speed_m_s": mover_speed_m_s}
+    place = place_of(campaign_of({"trials": trials}, "x").combinations[0], seed)
+    mover = next(m for m in load_world(place.world_file(tmp_path)).models if m.script is not None)
+    (way,) = mover.script.trajectories
+    assert not mover.script.loop
+    times = np.array([w.time_s for w in way.waypoints])
+    x, y, _ = np.array([w.pose.position_m for w in way.waypoints]).T
+    speeds = np.hypot(np.diff(x), np.diff(y)) / np.diff(times)
+    assert speeds == pytest.approx(mover_speed_m_s, abs=1e-3)
+    uav_x = 4.0 * (times - 8.7)
+    fine = np.linspace(8.7, 8.7 + 6.5, 2000)
+    gap = np.hypot(*(np.interp(fine, times, a) for a in (x - uav_x, y)))
+    assert gap.min() < 0.6  # of the middles: less than the radii of a person and a UAV
+    before = times < 8.7
+    assert np.hypot(x[before], y[before]).min() > 4.0
 
 
 # -- ways ---------------------------------------------------------------------------------------------------

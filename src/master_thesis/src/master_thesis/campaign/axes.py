@@ -11,6 +11,7 @@ from gridslam import SlamError, SlamParameters
 from master_thesis.baselines import BASELINES
 from master_thesis.errors import CampaignError
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
+from master_thesis.worlds.drawn.movers import CROSSING, HEAD_ON
 from master_thesis.worlds.drawn.overhead import OBSTACLES
 from master_thesis.worlds.experiment_1 import GOAL_X_M
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, LIDARS
@@ -24,8 +25,9 @@ KINDS = ("flight", "mapping")
 FOREST, MIXED_FOREST, HALLWAY, HOLD = "random_forest", "mixed_forest", "random_hallway", "beamed_hold"
 SPACED_FOREST, THICK_FOREST, DEAD_ENDS, OFFICE = "spaced_forest", "thick_forest", "dead_ends", "office"
 MAPPING_WORLDS = (HOLD, "room", "hold", "hold_middle")
+MEETINGS = (CROSSING, HEAD_ON)
 DRAWN_DISTANCES_M = {
-    **dict.fromkeys((FOREST, MIXED_FOREST, HALLWAY, SPACED_FOREST, OFFICE, *OBSTACLES), 26.0),
+    **dict.fromkeys((FOREST, MIXED_FOREST, HALLWAY, SPACED_FOREST, OFFICE, *MEETINGS, *OBSTACLES), 26.0),
     DEAD_ENDS: 34.0,
     THICK_FOREST: 54.0,
 }
@@ -76,6 +78,7 @@ _FLIGHT = (
     Axis("world", str, choices=FLIGHT_WORLDS),
     Axis("density_per_m2", float, 0.10, bounds=(0.0, 0.16), worlds=(FOREST,)),
     Axis("width_m", float, 3.0, bounds=(1.2, 20.0), worlds=(HALLWAY,)),
+    Axis("mover_speed_m_s", float, 1.0, bounds=(0.0, 5.0), worlds=MEETINGS),
     Axis("distance_m", float, bounds=(6.5, 60.0)),
     Axis("algorithm", str, "improved", choices=STEERING),
     Axis("speed_m_s", float, 2.0, bounds=(0.2, 8.0)),

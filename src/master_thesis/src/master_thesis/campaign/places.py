@@ -32,6 +32,7 @@ from master_thesis.worlds.drawn.forests import (
 )
 from master_thesis.worlds.drawn.hallway import hallway_sdf
 from master_thesis.worlds.drawn.materials import CLEAR_M
+from master_thesis.worlds.drawn.movers import CROSSING, HEAD_ON, meeting_sdf
 from master_thesis.worlds.drawn.office import office_sdf
 from master_thesis.worlds.drawn.overhead import OBSTACLES, overhead_sdf
 from master_thesis.worlds.experiments_3_4 import hold_with_beams
@@ -81,6 +82,9 @@ def place_of(settings: Settings, seed: int) -> Place:
         return Place(dead_ends_sdf(rng, distance_m), distance_m, ASTRAY_S)
     if world == OFFICE:
         return Place(office_sdf(rng, distance_m), distance_m, ASTRAY_S)
+    if world in (CROSSING, HEAD_ON):
+        speeds = settings["speed_m_s"], settings["mover_speed_m_s"]
+        return Place(meeting_sdf(rng, world, distance_m, *speeds), distance_m)
     if world in OBSTACLES:
         return Place(overhead_sdf(rng, world, distance_m, settings["height_m"]), distance_m)
     if world == HOLD:

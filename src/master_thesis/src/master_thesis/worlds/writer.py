@@ -70,6 +70,15 @@ class Prop:
 
 
 @dataclass(frozen=True)
+class Walk:
+    """A thing that goes its way once. waypoints: (time in s from the start, x, y in m, yaw in rad)."""
+
+    name: str
+    parts: tuple[Part, ...]
+    waypoints: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
 class Surroundings:
     """The floor's colour, the sky's, and where Gazebo's camera starts (x y z roll pitch yaw)."""
 
@@ -78,9 +87,15 @@ class Surroundings:
     camera: tuple[float, ...] = (-12.0, -14.0, 14.0, 0.0, 0.5, 0.7)
 
 
-def write_world(name: str, comment: str, surroundings: Surroundings, props: tuple[Prop, ...]) -> str:
-    """Return the text of a world file: sun, floor plane and the props, in their order."""
-    models = "".join(_model(prop) for prop in props)
+def write_world(
+    name: str,
+    comment: str,
+    surroundings: Surroundings,
+    props: tuple[Prop, ...],
+    walks: tuple[Walk, ...] = (),
+) -> str:
+    """Return the text of a world file: sun, floor plane, the props in their order, and what moves."""
+    models = "".join([*map(_model, props), *map(_actor, walks)])
     return _WORLD.format(
         name=name,
         comment=comment,
@@ -104,6 +119,21 @@ def _model(prop: Prop) -> str:
         f"      <pose>{_numbers(prop.x_m, prop.y_m, 0, 0, 0, prop.yaw_rad)}</pose>\n"
         f'      <link name="link">\n{parts}      </link>\n'
         "    </model>\n"
+    )
+
+
+def _actor(walk: Walk) -> str:
+    parts = "".join(_part(part) for part in walk.parts)
+    places = ((_numbers(t), _numbers(x, y, 0, 0, 0, yaw)) for t, x, y, yaw in walk.waypoints)
+    waypoints = "".join(
+        f"          <waypoint><time>{time}</time><pose>{pose}</pose></waypoint>\n" for time, pose in places
+    )
+    return (
+        f'    <actor name="{walk.name}">\n'
+        f'      <link name="link">\n{parts}      </link>\n'
+        '      <script>\n        <loop>false</loop>\n        <trajectory id="0" type="walk">\n'
+        f"{waypoints}        </trajectory>\n      </script>\n"
+        "    </actor>\n"
     )
 
 
