@@ -30,7 +30,7 @@ def meeting_sdf(
     """Return a field in which something meets a UAV of this speed; kind: CROSSING or HEAD_ON."""
     meeting_x = distance_m * rng.uniform(*MEETINGS)
     meeting_s = GOAL_SENT_S + meeting_x / speed_m_s + LAG_S + rng.uniform(-0.15, 0.15)
-    y = rng.uniform(-0.3, 0.3)
+    meeting_y = rng.uniform(-0.3, 0.3)
     if kind == CROSSING:
         direction_rad = rng.choice((-1.0, 1.0)) * (math.pi / 2 + rng.uniform(-math.pi / 6, math.pi / 6))
     else:
@@ -38,7 +38,7 @@ def meeting_sdf(
     shape = _PERSON if rng.random() < 0.5 else _LORRY
     times_s = np.linspace(0.0, meeting_s + _GOES_ON_S, round(meeting_s + _GOES_ON_S) + 1)
     way_m = mover_speed_m_s * (times_s - meeting_s)
-    x, y = meeting_x + way_m * math.cos(direction_rad), y + way_m * math.sin(direction_rad)
+    x, y = meeting_x + way_m * math.cos(direction_rad), meeting_y + way_m * math.sin(direction_rad)
     waypoints = np.column_stack((times_s, x, y, np.full_like(x, direction_rad)))
     walk = Walk("mover", (Part("body", shape, STEEL),), tuple(map(tuple, waypoints.tolist())))
     return write_world(kind, "Something that meets the UAV, drawn at random.", GRASS, (), (walk,))
