@@ -1,7 +1,11 @@
-"""Reader of ``<plugin>``; the code that knows a plugin's name reads its parameters."""
+"""Reader of ``<plugin>``. The code that knows a plugin's name reads its parameters by `PluginReader`."""
 
 from __future__ import annotations
 
+import math
+
+from simulation_tools.errors import SimulationToolsError
+from simulation_tools.geometry import Vector3
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import Plugin
 
@@ -14,6 +18,7 @@ KNOWN_LIBRARIES = frozenset(
         "libsimulation_tools_body_drag.so",
         "libsimulation_tools_gimbal.so",
         "libgazebo_multirotor_base_plugin.so",
+        "libgazebo_wind_plugin.so",
         "libgazebo_imu_plugin.so",
         "libgazebo_mavlink_interface.so",
         "libgazebo_ros_laser.so",
@@ -40,3 +45,49 @@ def read_plugins(node: Node) -> tuple[Plugin, ...]:
             Plugin(plugin.attribute("name"), filename, parameters, plugin.line)
         )
     return (*known, *unknown)
+
+
+class PluginReader:
+    """Typed access to a plugin's parameters. Errors of one class say where, and what is wrong."""
+
+    def __init__(self, source: str, plugin: Plugin, error_class: type[SimulationToolsError]) -> None:
+        """source: the file (or name) that holds the plugin."""
+        self._where = f"{source}:{plugin.line}"
+        self._plugin = plugin
+        self._error_class = error_class
+        self.filename = plugin.filename
+
+    def error(self, text: str) -> SimulationToolsError:
+        """Return an error at the plugin's place."""
+        return self._error_class(f"{self._where}: plugin {self._plugin.name!r}: {text}")
+
+    def text(self, key: str) -> str:
+        """Return a parameter's text, which must be there."""
+        value = self._plugin.parameters.get(key)
+        if value is None:
+            raise self.error(f"<{key}> is missing")
+        return value
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """Return a parameter's finite number; without a default it must be there."""
+        if default is not None and key not in self._plugin.parameters:
+            return default
+        try:
+            value = float(self.text(key))
+        except ValueError:
+            raise self.error(f"<{key}> must be a number, got {self.text(key)!r}") from None
+        if not math.isfinite(value):
+            raise self.error(f"<{key}> must be finite, got {value}")
+        return value
+
+    def vector(self, key: str, default: Vector3) -> Vector3:
+        """Return a parameter's three finite numbers, or the default."""
+        if key not in self._plugin.parameters:
+            return default
+        try:
+            x, y, z = map(float, self.text(key).split())
+        except ValueError:
+            raise self.error(f"<{key}> must be three numbers, got {self.text(key)!r}") from None
+        if not math.isfinite(x + y + z):
+            raise self.error(f"<{key}> must be finite, got {self.text(key)!r}")
+        return x, y, z

@@ -11,6 +11,7 @@ from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import PathLike
 from simulation_tools.sensors.odometry import OdometryParameters
+from simulation_tools.vehicle.wind import AirStream
 
 
 class SimulationError(SimulationToolsError):
@@ -34,7 +35,7 @@ class SimulationParameters:
     level_lidar: start with the lidar's gimbal levelling. static_models: models of the world file do not
     move, even if the file says so; models that are spawned later may. sensors: models of further sensors on
     the UAV.
-    origin: where the world's origin lies on earth.
+    origin: where the world's origin lies on earth. wind: air streams beside those of the world.
     """
 
     world: str
@@ -52,6 +53,7 @@ class SimulationParameters:
     static_models: bool = False
     sensors: tuple[str, ...] = ()
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
+    wind: tuple[AirStream, ...] = ()
 
     def __post_init__(self) -> None:
         step_us_from(self.time_step_s)

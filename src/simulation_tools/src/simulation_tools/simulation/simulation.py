@@ -31,12 +31,16 @@ from simulation_tools.simulation.sensor_suite import SensorSuite, StepOutput
 from simulation_tools.vehicle.airframe import Airframe
 from simulation_tools.vehicle.gimbal import Gimbal
 from simulation_tools.vehicle.uav import load_uav
+from simulation_tools.vehicle.wind import Wind, streams_of
 from simulation_tools.world.overlaps import warning_of
 from simulation_tools.world.shapes.meshes import standing_height_m
 from simulation_tools.world.world import PhysicsWorld
 
 IRIS = "iris"
 """If the UAV is a static model (a lidar on a stand), the rotors of this model turn instead."""
+
+WIND = "wind of the world"
+"""Name of the wind's random stream; no sensor is called so."""
 
 WATCH_PERIOD_US = 100_000
 """Time between two checks that no body is absurdly far or fast."""
@@ -64,7 +68,9 @@ class Simulation:
         self.wind_m_s = world.wind_m_s
         self._step_us = step_us_from(parameters.time_step_s)
         further = [sensor.name for _, sensor in further_sensors(self.uav)]
-        self._streams = RandomStreams(parameters.seed, ("lidar", "imu", "odometry", "px4", *further))
+        self._streams = RandomStreams(parameters.seed, ("lidar", "imu", "odometry", "px4", *further, WIND))
+        gusts = (*streams_of(world), *parameters.wind)
+        self._gusts = Wind(gusts, self._streams[WIND]) if gusts else None
         is_fixed = self.uav.model.static
         rotors_of = load_uav(IRIS, None, parameters.model_path).model if is_fixed else self.uav.model
         self.airframe = Airframe.from_sdf(rotors_of)
@@ -115,6 +121,8 @@ class Simulation:
         gravity = self.world.settings.gravity_m_s2
         self._specific_force = specific_force(ORIGIN, ORIGIN, 1.0, gravity, q)  # at rest
         self._sensors.restart()
+        if self._gusts is not None:
+            self._gusts.restart()
         if self.gimbal is not None:
             self.gimbal.reset(self.parameters.level_lidar)
             self._sensors.aim_lidar()
@@ -136,7 +144,7 @@ class Simulation:
         commands = self.autopilot.step(self._state())
         dt_s = 1e-6 * self._step_us
         force, torque = self.airframe.step(
-            commands, rotate_inverse(q, velocity), dt_s, rotate_inverse(q, self.wind_m_s)
+            commands, rotate_inverse(q, velocity), dt_s, rotate_inverse(q, self._air_velocity(dt_s))
         )
         self.world.apply_wrench(self.uav_name, force, torque)
         self.world.step()
@@ -150,6 +158,13 @@ class Simulation:
             self.gimbal.step(self._body.pose.orientation_xyzw, dt_s)
             self._sensors.aim_lidar()
         return self.sense()
+
+    def _air_velocity(self, dt_s: float) -> Vector3:
+        """Return the velocity of the air during the next step, m/s in the world."""
+        if self._gusts is None:
+            return self.wind_m_s
+        (x, y, z), (gx, gy, gz) = self.wind_m_s, self._gusts.step(1e-6 * self.time_us, dt_s)
+        return (x + gx, y + gy, z + gz)
 
     def sense(self) -> StepOutput:
         """Return the measurements that are due now. Odometry and ground truth come with every scan."""

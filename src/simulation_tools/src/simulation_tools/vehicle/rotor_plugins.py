@@ -7,10 +7,9 @@
 
 from __future__ import annotations
 
-import math
-
 from simulation_tools.geometry import Vector3
-from simulation_tools.sdf.elements import Model, Plugin
+from simulation_tools.sdf.elements import Model
+from simulation_tools.sdf.plugins import PluginReader
 from simulation_tools.vehicle.rotor import AirframeError, Rotor
 
 MOTOR_MODEL = "libgazebo_motor_model.so"
@@ -27,23 +26,23 @@ def read_rotors(model: Model) -> tuple[list[Rotor], float]:
     Raises:
         AirframeError: names the file and line of a plugin that is wrong.
     """
-    centre = centre_of_mass(model)
+    source, centre = model.source or model.name, centre_of_mass(model)
     rotors: dict[int, Rotor] = {}
     for plugin in model.plugins:
         if plugin.filename not in (MOTOR_MODEL, LINEAR_ROTOR):
             continue
-        read = _PluginReader(model, plugin)
+        read = PluginReader(source, plugin, AirframeError)
         number = int(read.number("motorNumber"))
         if number in rotors:
             raise read.error(f"motorNumber {number} is there twice")
         rotors[number] = _read_rotor(read, model, centre)
     if sorted(rotors) != list(range(len(rotors))) or not rotors:
         raise AirframeError(
-            f"{model.source or model.name}: the rotor plugins must number the motors 0, 1, 2, ... "
+            f"{source}: the rotor plugins must number the motors 0, 1, 2, ... "
             f"without gaps; found {sorted(rotors)}"
         )
     drag = sum(
-        _PluginReader(model, plugin).number("quadraticDrag")
+        PluginReader(source, plugin, AirframeError).number("quadraticDrag")
         for plugin in model.plugins
         if plugin.filename == BODY_DRAG
     )
@@ -63,36 +62,7 @@ def centre_of_mass(model: Model) -> Vector3:
     return x, y, z
 
 
-class _PluginReader:
-    """Typed access to a plugin's parameters, with errors that say where."""
-
-    def __init__(self, model: Model, plugin: Plugin) -> None:
-        self._where = f"{model.source or model.name}:{plugin.line}"
-        self._plugin = plugin
-        self.filename = plugin.filename
-
-    def error(self, text: str) -> AirframeError:
-        return AirframeError(f"{self._where}: plugin {self._plugin.name!r}: {text}")
-
-    def text(self, key: str) -> str:
-        value = self._plugin.parameters.get(key)
-        if value is None:
-            raise self.error(f"<{key}> is missing")
-        return value
-
-    def number(self, key: str, default: float | None = None) -> float:
-        if default is not None and key not in self._plugin.parameters:
-            return default
-        try:
-            value = float(self.text(key))
-        except ValueError:
-            raise self.error(f"<{key}> must be a number, got {self.text(key)!r}") from None
-        if not math.isfinite(value):
-            raise self.error(f"<{key}> must be finite, got {value}")
-        return value
-
-
-def _read_rotor(read: _PluginReader, model: Model, centre: Vector3) -> Rotor:
+def _read_rotor(read: PluginReader, model: Model, centre: Vector3) -> Rotor:
     """Build one rotor from its plugin; raises AirframeError."""
     try:
         link = model.link(read.text("linkName"))
