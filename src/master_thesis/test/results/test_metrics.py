@@ -49,7 +49,7 @@ def test_clearance_is_asked_at_every_pose_in_order():
     poses = poses_along([(0, 0, 2), (1, 0, 2), (2, 0, 2)])
     told = []
     distances = clearance.measured(
-        lambda pose: 5.0 - pose.position_m[0], poses, lambda *done: told.append(done)
+        lambda time_s, pose: 5.0 - pose.position_m[0], poses, lambda *done: told.append(done)
     )
     assert distances.tolist() == [5.0, 4.0, 3.0]
     assert told == [(0, 3)]

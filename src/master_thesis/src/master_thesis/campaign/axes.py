@@ -11,6 +11,7 @@ from gridslam import SlamError, SlamParameters
 from master_thesis.baselines import BASELINES
 from master_thesis.errors import CampaignError
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
+from master_thesis.flight.conditions import BOUNDS, Conditions
 from master_thesis.worlds.drawn.movers import CROSSING, HEAD_ON
 from master_thesis.worlds.drawn.overhead import OBSTACLES
 from master_thesis.worlds.experiment_1 import GOAL_X_M
@@ -82,6 +83,7 @@ _FLIGHT = (
     Axis("distance_m", float, bounds=(6.5, 60.0)),
     Axis("algorithm", str, "improved", choices=STEERING),
     Axis("speed_m_s", float, 2.0, bounds=(0.2, 8.0)),
+    *(Axis(name, float, getattr(Conditions(), name), bounds) for name, bounds in BOUNDS.items()),
     *_COMMON,
 )
 _MAPPING = (

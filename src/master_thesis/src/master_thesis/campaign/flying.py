@@ -12,9 +12,8 @@ from master_thesis.campaign.places import STUCK_S
 from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.course import Phase
-from master_thesis.results.clearance import FARTHEST_M, measured, thinned
+from master_thesis.results.clearance import FARTHEST_M, distances_in
 from master_thesis.results.metrics import path_length_m
-from simulation_tools.geometry import Pose
 
 CLEARANCE_STEP_M = 0.05
 
@@ -110,9 +109,5 @@ def flight_of(loop: ClosedLoop) -> Flight:
 
 def _clearance_m(loop: ClosedLoop, poses: np.ndarray) -> float:
     world, uav = loop.simulation.world, loop.simulation.uav_name
-
-    def clearance(pose: Pose) -> float:
-        return world.clearance(uav, pose, FARTHEST_M, ignore=loop.outcome.ground)
-
-    distances = measured(clearance, thinned(poses, CLEARANCE_STEP_M))
-    return float(min(distances.min(initial=FARTHEST_M), FARTHEST_M))
+    distances = distances_in(world, uav, poses, CLEARANCE_STEP_M, loop.outcome.ground)
+    return float(min(distances[:, 1].min(initial=FARTHEST_M), FARTHEST_M))

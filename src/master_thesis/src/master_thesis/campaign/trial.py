@@ -21,6 +21,7 @@ from master_thesis.campaign.flying import Flight, fly_to_goal
 from master_thesis.campaign.mapping import Mapped, fly_and_map
 from master_thesis.campaign.places import place_of
 from master_thesis.flight.closed_loop import CEPA, ClosedLoopParameters
+from master_thesis.flight.conditions import BOUNDS, Conditions
 from master_thesis.flight.course import PhaseLimits
 from simulation_tools.sdf.elements import Model, RaySensor
 from simulation_tools.simulation import SimulationParameters
@@ -89,6 +90,7 @@ def _flown(case: Case) -> FlightOutcome:
             goal_xyz_m=(place.distance_m, 0.0, settings["height_m"]),
             position_controller=PositionControllerParameters(max_speed=speed_m_s),
             limits=PhaseLimits(flight_timeout_s=PATIENCE * straight_s),
+            conditions=Conditions(**{name: settings[name] for name in BOUNDS}),
         )
         flight = fly_to_goal(parameters, steering(settings["algorithm"], cepa), place.stuck_s)
     return outcome_of(flight, straight_s)

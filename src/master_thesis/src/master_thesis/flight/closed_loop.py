@@ -17,6 +17,7 @@ import numpy as np
 
 from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters, LaserScan2D, LidarAttitude, Motion, levelled
 from cepa.algorithm import Algorithm
+from cepa.motion import Cloud
 from inspection_tools import (
     LidarMedianFilter,
     LidarPadding,
@@ -32,6 +33,7 @@ from inspection_tools import (
     way_m,
 )
 from master_thesis.errors import FlightError
+from master_thesis.flight.conditions import Conditions, Delivery
 from master_thesis.flight.course import Action, Outcome, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.monitor import Monitor
@@ -39,6 +41,8 @@ from master_thesis.flight.publisher_link import PublisherLink
 from simulation_tools.geometry import Pose, rotate
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
+from simulation_tools.sensors.cloud import Cloud as LidarTurn
+from simulation_tools.sensors.cloud import CloudLidar
 from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
 
@@ -54,7 +58,8 @@ class ClosedLoopParameters:
 
     goal_xyz_m: in the frame of `pose_source`; None: no goal is sent, v_ref stays zero. mission: waypoints to
     fly in place of the goal, which is reached with the last of them, or after duration_s. patience_s: a
-    waypoint that takes longer ends the run as a failure. algorithm: of `cepa.ALGORITHMS`.
+    waypoint that takes longer ends the run as a failure. algorithm: of `cepa.ALGORITHMS`. conditions: what is
+    worse than the simulation's own parameters say.
     """
 
     simulation: SimulationParameters
@@ -71,6 +76,7 @@ class ClosedLoopParameters:
     yaw_regulator: YawRegulatorParameters = field(default_factory=YawRegulatorParameters)
     publisher: PublisherParameters = field(default_factory=PublisherParameters)
     limits: PhaseLimits = field(default_factory=PhaseLimits)
+    conditions: Conditions = field(default_factory=Conditions)
 
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:
@@ -117,7 +123,8 @@ class ClosedLoop:
         """
         self.parameters = parameters
         self.listeners: list[ScanListener] = []
-        self.simulation = Simulation(parameters.simulation)
+        self.simulation = Simulation(parameters.conditions.applied_to(parameters.simulation))
+        self._delivery = Delivery(parameters.conditions, parameters.simulation.seed)
         self.monitor = Monitor(parameters.limits_of_way, self.simulation.uav_name)
         lidar, px4 = self.simulation.lidar, self.simulation.px4
         if lidar is None:
@@ -136,6 +143,8 @@ class ClosedLoop:
         self.publisher = PublisherLink(px4, parameters.publisher)
         self.newest_scan: LaserScan2D | None = None  # as CEPA got it: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
+        self._cloud: Cloud | None = None  # of the scan's instant
+        self._odometry_age_s = 0.0
         self._odometry = OdometrySample(Pose.identity(), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         self._finished = False
         self._begun = False
@@ -171,16 +180,17 @@ class ClosedLoop:
         self._begun = True
         if output.ground_truth is not None and output.odometry is not None:
             self._on_pose(1e-6 * output.time_us, output.ground_truth.pose, output.odometry)
-            if output.scan is not None:
+            if output.scan is not None and self._delivery.scan_arrives():
+                self._cloud = cloud_of(output) if self._cepa.wants_cloud else None
                 self._on_scan(output.time_us, output.scan, output.odometry.pose, output.ground_truth.pose)
         self.publisher.on_time(output.time_us)
         self._watch(output)
         return output
 
     def _on_pose(self, t_s: float, truth: Pose, odometry: OdometrySample) -> None:
-        self._odometry = odometry
+        self._odometry_age_s, self._odometry = self._delivery.odometry(t_s, odometry)
         self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
-        pose = truth if self.parameters.pose_source == "ground_truth" else odometry.pose
+        pose = truth if self.parameters.pose_source == "ground_truth" else self._odometry.pose
         reached = self._follow_mission(t_s, pose)
         command = self._position_controller.update(t_s, pose.position_m, pose.yaw_rad)
         self._v_ref = command.velocity_m_s
@@ -221,7 +231,7 @@ class ClosedLoop:
         if self._cepa.parameters.levelling:
             scan = self._levelled(scan)
         own_velocity = self._odometry.linear_velocity_m_s[:2]
-        decision = self._cepa.steer(scan, self._v_ref[:2], own_velocity, self._motion(t_s))
+        decision = self._cepa.steer(scan, self._v_ref[:2], own_velocity, self._motion(t_s), self._cloud)
         computation_ms = 1e3 * (time.thread_time() - started)
         climb = self._v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
         velocity = (*decision.velocity_xy, climb)
@@ -243,7 +253,8 @@ class ClosedLoop:
         body = self._odometry.pose
         lidar = body @ self.lidar.pose_in_body
         velocity = rotate(body.orientation_xyzw, self._odometry.linear_velocity_m_s)
-        return Motion(t_s, lidar.position_m, lidar.orientation_xyzw, velocity, self._v_ref[2])
+        age_s = self._odometry_age_s
+        return Motion(t_s, lidar.position_m, lidar.orientation_xyzw, velocity, self._v_ref[2], age_s)
 
     def _levelled(self, scan: LaserScan2D) -> LaserScan2D:
         body, mount = self._odometry.pose, self.lidar.pose_in_body
@@ -282,3 +293,21 @@ class ClosedLoop:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+
+def cloud_of(output: StepOutput) -> Cloud | None:
+    """Measure with the UAV's three-dimensional lidar, which is due when its scan is; None if it has none."""
+    for sensor in output.payload:
+        if isinstance(sensor.device, CloudLidar):
+            lidar = sensor.device.sensor
+            turn = sensor.read()
+            assert isinstance(turn, LidarTurn)
+            up, around = lidar.vertical, lidar.horizontal
+            return Cloud(
+                turn.points_m,
+                (up.min_angle_rad, up.max_angle_rad),
+                lidar.range_min_m,
+                lidar.range_max_m,
+                (around.min_angle_rad, around.max_angle_rad),
+            )
+    return None

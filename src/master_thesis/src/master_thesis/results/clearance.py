@@ -5,8 +5,9 @@ The world is built again from its file, and physics measures at the poses that w
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Callable, Sequence
+from typing import TYPE_CHECKING, Callable, Sequence
 
 import numpy as np
 
@@ -17,9 +18,14 @@ from master_thesis.results.metrics import flight_interval_s
 from master_thesis.worlds.placements import Obstacle
 from simulation_tools.geometry import Pose
 
+if TYPE_CHECKING:
+    from simulation_tools.world.world import PhysicsWorld
+
 FARTHEST_M = 5.0
 """An obstacle that is farther away is not looked for."""
 SPACING_M = 0.02
+ACTOR_PERIOD_S = 0.02
+"""Between two poses at which the distance to things that move is measured."""
 Progress = Callable[[int, int], None]
 
 
@@ -38,9 +44,9 @@ def clearances_of_flight(
         SimulationToolsError: the world or the UAV cannot be loaded.
     """
     start_s, end_s = flight_interval_s(log, outcome)
-    poses = thinned(log.between(start_s, outcome.times_s.get(Phase.LANDING, end_s)), SPACING_M)
+    poses = log.between(start_s, outcome.times_s.get(Phase.LANDING, end_s))
     world, uav = description.scenario.world_path, (description.model, description.lidar)
-    return clearances_along(poses, world, uav, ignore=outcome.ground, progress=progress)
+    return clearances_along(poses, world, uav, ignore=outcome.ground, progress=progress, spacing_m=SPACING_M)
 
 
 def clearances_along(
@@ -50,11 +56,12 @@ def clearances_along(
     ignore: Sequence[str] = (),
     placed: Sequence[tuple[Obstacle, Pose]] = (),
     progress: Progress = no_progress,
+    spacing_m: float = 0.0,
 ) -> np.ndarray:
     """Return (n, 2): time, and distance in m from the UAV to the nearest shape, at poses (n, 8).
 
     uav: its model and its lidar. ignore: models that do not count. placed: obstacles that the world's file
-    does not hold, and where they stand in `world`.
+    does not hold, and where they stand in `world`. spacing_m: to which the poses are thinned.
 
     Raises:
         SimulationToolsError: the world or the UAV cannot be loaded.
@@ -71,42 +78,62 @@ def clearances_along(
         model = load_uav(*uav).model
         name = f"{model.name}_measured"
         world.spawn(model, name, Pose.identity())
-        distances = measured(lambda pose: world.clearance(name, pose, FARTHEST_M, ignore), poses, progress)
+        return distances_in(world, name, poses, spacing_m, ignore, progress)
     finally:
         world.close()
-    return np.column_stack((poses[:, 0], distances))
+
+
+def distances_in(
+    world: PhysicsWorld,
+    uav: str,
+    poses: np.ndarray,
+    spacing_m: float,
+    ignore: Sequence[str],
+    progress: Progress = no_progress,
+) -> np.ndarray:
+    """Return (n, 2): time, and distance in m from a UAV's shapes to the nearest others, along poses (n, 8).
+
+    What a script moves stands where it was at the time of each pose.
+    """
+
+    def clearance(time_s: float, pose: Pose) -> float:
+        world.place_actors(time_s)
+        return world.clearance(uav, pose, FARTHEST_M, ignore)
+
+    kept = thinned(poses, spacing_m, ACTOR_PERIOD_S if world.has_actors else math.inf)
+    return np.column_stack((kept[:, 0], measured(clearance, kept, progress)))
 
 
 def measured(
-    clearance: Callable[[Pose], float], poses: np.ndarray, progress: Progress = no_progress
+    clearance: Callable[[float, Pose], float], poses: np.ndarray, progress: Progress = no_progress
 ) -> np.ndarray:
     """Return the distance in m to the nearest obstacle at each of the poses (n, 8).
 
-    clearance: distance at a pose from the UAV's collision shapes to the nearest other shape
-    (`PhysicsWorld.clearance`). progress: is told now and then how many poses of how many are done.
+    clearance: distance at a time and a pose from the UAV's collision shapes to the nearest other shape.
+    progress: is told now and then how many poses of how many are done.
     """
     distances = np.empty(len(poses))
-    for index, (_, x, y, z, *quaternion) in enumerate(poses.tolist()):
-        distances[index] = clearance(Pose((x, y, z), tuple(quaternion)))
+    for index, (time_s, x, y, z, *quaternion) in enumerate(poses.tolist()):
+        distances[index] = clearance(time_s, Pose((x, y, z), tuple(quaternion)))
         if index % 200 == 0:
             progress(index, len(poses))
     return distances
 
 
-def thinned(poses: np.ndarray, spacing_m: float) -> np.ndarray:
+def thinned(poses: np.ndarray, spacing_m: float, period_s: float = math.inf) -> np.ndarray:
     """Thin out poses (n, 8: t, position, quaternion) to a spacing of `spacing_m`, both ends included.
 
-    Between two poses that are kept the UAV moves less than `spacing_m`. So its distance from anything changes
-    by less than that.
+    Between two poses that are kept the UAV moves less than `spacing_m`, and less than period_s passes. So its
+    distance from anything that stands changes by less than that.
     """
     if len(poses) < 2:
         return poses
-    kept, last = [0], poses[0, 1:4]
+    kept, last = [0], poses[0]
     for index in range(1, len(poses) - 1):
-        position = poses[index, 1:4]
-        if np.linalg.norm(position - last) >= spacing_m:
+        pose = poses[index]
+        if np.linalg.norm(pose[1:4] - last[1:4]) >= spacing_m or pose[0] - last[0] >= period_s:
             kept.append(index)
-            last = position
+            last = pose
     return poses[[*kept, len(poses) - 1]]
 
 

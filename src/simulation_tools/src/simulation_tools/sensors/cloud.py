@@ -19,11 +19,11 @@ class Cloud(NamedTuple):
 
 
 class CloudLidar:
-    """All channels of one lidar. A beam that hits nothing gives no point."""
+    """All channels of one lidar, `sensor`. A beam that hits nothing gives no point."""
 
     def __init__(self, sensor: RaySensor, rng: np.random.Generator) -> None:
         """Aim the beams. rng: source of the noise."""
-        self._sensor = sensor
+        self.sensor = sensor
         self._directions = all_directions(sensor).reshape(-1, 3)
         rows, beams = sensor.vertical.samples, sensor.horizontal.samples
         self._rings = np.repeat(np.arange(rows, dtype=np.uint16), beams)
@@ -32,7 +32,7 @@ class CloudLidar:
     def read(self, rays: Rays, pose: Pose, own_model: str | None = None) -> Cloud:
         """Return the cloud. pose: of the lidar's frame in the world."""
         directions = self._directions @ pose.rotation.astype(np.float32).T
-        true = rays.cast(np.array(pose.position_m), directions, reach_m(self._sensor), own_model)
-        ranges = measured(true, self._sensor, self._rng)
+        true = rays.cast(np.array(pose.position_m), directions, reach_m(self.sensor), own_model)
+        ranges = measured(true, self.sensor, self._rng)
         met = np.isfinite(ranges)
         return Cloud(self._directions[met] * ranges[met, None], self._rings[met])

@@ -36,6 +36,7 @@ class SimulationParameters:
     move, even if the file says so; models that are spawned later may. sensors: models of further sensors on
     the UAV.
     origin: where the world's origin lies on earth. wind: air streams beside those of the world.
+    lidar_noise_factor: times the noise of the UAV's lidar.
     """
 
     world: str
@@ -54,9 +55,14 @@ class SimulationParameters:
     sensors: tuple[str, ...] = ()
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
     wind: tuple[AirStream, ...] = ()
+    lidar_noise_factor: float = 1.0
 
     def __post_init__(self) -> None:
         step_us_from(self.time_step_s)
+        if not 0.0 <= self.lidar_noise_factor < math.inf:
+            raise SimulationError(
+                f"lidar_noise_factor must be finite and not negative, but is {self.lidar_noise_factor}."
+            )
         if self.seed < 0:
             raise SimulationError(f"seed must not be negative, but is {self.seed}.")
 

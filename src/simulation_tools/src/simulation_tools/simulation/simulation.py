@@ -62,6 +62,7 @@ class Simulation:
             parameters.model_path,
             parameters.lidar_range_max_m,
             parameters.sensors,
+            parameters.lidar_noise_factor,
         )
         self.uav_name = self.uav.model.name
         world = _world_of(parameters, self.uav_name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Generic, Sequence, TypeVar
+from typing import Callable, Generic, Sequence, TypeVar
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
@@ -59,13 +59,14 @@ def load_uav(
     model_path: Sequence[PathLike] | None = None,
     range_max_m: float = 0.0,
     sensors: Sequence[str] = (),
+    noise_factor: float = 1.0,
 ) -> Uav:
     """Load a UAV, put a lidar on its link `lidar_mount` and further sensors on its first link.
 
     model: a name in the model path, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`, or NAME
     for another model lidar_NAME of the model path; None: the model as it is. range_max_m: replaces the
     lidar's own range when it is positive. sensors: further models (range_finder, camera, ...); their SDF
-    says where they are mounted. Raises SdfError or UavError.
+    says where they are mounted. noise_factor: times the lidar's noise. Raises SdfError or UavError.
     """
     carrier = load_model(_location(model), model_path)
     if lidar is not None:
@@ -77,6 +78,8 @@ def load_uav(
         carrier = attach(carrier, load_model(f"model://lidar_{lidar}", model_path), LIDAR_MOUNT)
     if range_max_m > 0.0:
         carrier = with_lidar_range(carrier, range_max_m)
+    if noise_factor != 1.0:
+        carrier = with_lidar_noise(carrier, noise_factor)
     for sensor in sensors:
         carrier = attach(carrier, load_model(_location(sensor), model_path), root_link(carrier).name)
     imus = [mounted(link, imu) for link, imu in carrier.sensors(ImuSensor)]
@@ -92,15 +95,29 @@ def is_lidar(name: str, model_path: Sequence[PathLike] | None = None) -> bool:
 def with_lidar_range(model: Model, range_max_m: float) -> Model:
     """Return the model with another greatest range of all its lidars, metres."""
 
-    def changed(sensor: Sensor) -> Sensor:
-        if not isinstance(sensor, RaySensor):
-            return sensor
+    def changed(sensor: RaySensor) -> RaySensor:
         if range_max_m <= sensor.range_min_m:
             raise UavError(
                 f"A lidar's range_max of {range_max_m:g} m must be above its "
                 f"range_min of {sensor.range_min_m:g} m."
             )
         return replace(sensor, range_max_m=range_max_m)
+
+    return _with_lidars(model, changed)
+
+
+def with_lidar_noise(model: Model, factor: float) -> Model:
+    """Return the model with the noise of all its lidars multiplied by a factor."""
+
+    def changed(sensor: RaySensor) -> RaySensor:
+        return replace(sensor, noise=replace(sensor.noise, stddev=factor * sensor.noise.stddev))
+
+    return _with_lidars(model, changed)
+
+
+def _with_lidars(model: Model, change: Callable[[RaySensor], RaySensor]) -> Model:
+    def changed(sensor: Sensor) -> Sensor:
+        return change(sensor) if isinstance(sensor, RaySensor) else sensor
 
     links = tuple(replace(link, sensors=tuple(map(changed, link.sensors))) for link in model.links)
     return replace(model, links=links)

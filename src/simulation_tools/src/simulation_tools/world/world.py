@@ -97,7 +97,7 @@ class PhysicsWorld:
         self._there.add(name, spawned)
         self._clearances.forget()
         self._put_into_rays(name, meshes)
-        self._follow_script(name, spawned)
+        self._follow_scripts(self._time_us)
 
     def delete(self, name: str) -> None:
         """Take a model out of the world."""
@@ -199,8 +199,7 @@ class PhysicsWorld:
                 self._hold_up(*lift)
         self._time_us += round(1e6 * self.settings.time_step_s)
         self._states.clear()
-        for name, actor in self._there.actors.items():
-            self._follow_script(name, actor)
+        self._follow_scripts(self._time_us)
         pybullet.stepSimulation(physicsClientId=self._client)
 
     def beyond_reason(self) -> str | None:
@@ -212,6 +211,15 @@ class PhysicsWorld:
             ):
                 return name
         return None
+
+    @property
+    def has_actors(self) -> bool:
+        """Whether a script moves anything."""
+        return bool(self._there.actors)
+
+    def place_actors(self, time_s: float) -> None:
+        """Put all actors where their scripts have them at a time of the world, until the next step."""
+        self._follow_scripts(round(1e6 * time_s))
 
     # -- contacts and distances ------------------------------------------------------------------------------
     def contacts(self, name: str) -> list[Contact]:
@@ -286,17 +294,17 @@ class PhysicsWorld:
             body.uid, link, force, centre.position_m, frame, physicsClientId=self._client
         )
 
-    def _follow_script(self, name: str, spawned: SpawnedModel) -> None:
-        """Put an actor where its script has it now; any other model stays where it is."""
-        if spawned.motion is None:
-            return
-        state = spawned.motion.state(1e-6 * (self._time_us - spawned.began_us))
-        if state is None:
-            return
-        spawned.pose = state.pose
-        for body in spawned.all_bodies():
-            place(self._client, body, state.pose, None)
-        self._states[name] = state
+    def _follow_scripts(self, time_us: int) -> None:
+        """Put every actor where its script has it at a time."""
+        for name, actor in self._there.actors.items():
+            assert actor.motion is not None
+            state = actor.motion.state(1e-6 * (time_us - actor.began_us))
+            if state is None:
+                continue
+            actor.pose = state.pose
+            for body in actor.all_bodies():
+                place(self._client, body, state.pose, None)
+            self._states[name] = state
 
     def _build(self, name: str, parts: list[tuple[Part, ...]], pose: Pose) -> list[list[Body]]:
         built: list[list[Body]] = []

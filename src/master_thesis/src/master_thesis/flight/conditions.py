@@ -1,0 +1,82 @@
+"""Conditions that are worse than the data sheets say: noise, lost scans, late odometry, wind."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from master_thesis.errors import FlightError
+from simulation_tools.sensors.odometry import OdometrySample
+from simulation_tools.simulation import SimulationParameters
+from simulation_tools.vehicle.wind import AirStream
+
+BOUNDS = {
+    "lidar_noise_factor": (0.0, 20.0),
+    "scan_loss": (0.0, 0.95),
+    "odometry_delay_s": (0.0, 2.0),
+    "wind_m_s": (0.0, 20.0),
+}
+"""Least and greatest value of each condition."""
+_WIND, _LOSS = 1, 2  # random streams beside those of the simulation
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The defaults change nothing.
+
+    lidar_noise_factor: times the standard deviation in the lidar's SDF. scan_loss: share of the scans that
+    never arrive. odometry_delay_s: how late odometry arrives. wind_m_s: mean of a wind with gusts; the seed
+    of the simulation draws its direction.
+    """
+
+    lidar_noise_factor: float = 1.0
+    scan_loss: float = 0.0
+    odometry_delay_s: float = 0.0
+    wind_m_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in BOUNDS.items():
+            if not low <= getattr(self, name) <= high:
+                raise FlightError(f"{name} must be from {low:g} to {high:g}, not {getattr(self, name)}.")
+
+    def applied_to(self, simulation: SimulationParameters) -> SimulationParameters:
+        """Return the simulation with this noise and wind."""
+        factor = simulation.lidar_noise_factor * self.lidar_noise_factor
+        changed = replace(simulation, lidar_noise_factor=factor)
+        if self.wind_m_s == 0.0:
+            return changed
+        direction_rad = _rng(simulation.seed, _WIND).uniform(-math.pi, math.pi)
+        return replace(changed, wind=(*simulation.wind, AirStream.gusty(self.wind_m_s, direction_rad)))
+
+
+class Delivery:
+    """Decides which scans arrive, and with which odometry. One object serves one flight."""
+
+    def __init__(self, conditions: Conditions, seed: int) -> None:
+        """seed: of the simulation."""
+        self._conditions = conditions
+        self._rng = _rng(seed, _LOSS)
+        self._under_way: deque[tuple[float, OdometrySample]] = deque()
+
+    def scan_arrives(self) -> bool:
+        """Tell whether the next scan arrives."""
+        return self._rng.random() >= self._conditions.scan_loss
+
+    def odometry(self, t_s: float, sample: OdometrySample) -> tuple[float, OdometrySample]:
+        """Take the sample of an instant; return the newest one that has arrived, and its age in s.
+
+        The first sample is known at once.
+        """
+        self._under_way.append((t_s, sample))
+        latest_s = t_s - self._conditions.odometry_delay_s + 1e-9
+        while len(self._under_way) > 1 and self._under_way[1][0] <= latest_s:
+            self._under_way.popleft()
+        stamp_s, newest = self._under_way[0]
+        return t_s - stamp_s, newest
+
+
+def _rng(seed: int, stream: int) -> np.random.Generator:
+    return np.random.default_rng(np.random.SeedSequence((seed, stream)))
