@@ -7,6 +7,7 @@ from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.conditions import Conditions, Delivery
 from simulation_tools.geometry import Pose
+from simulation_tools.publisher import PublisherParameters
 from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.uav import load_uav
@@ -21,6 +22,7 @@ def sample(t_s):
 def test_the_defaults_change_nothing():
     simulation = SimulationParameters("a.world")
     assert Conditions().applied_to(simulation) == simulation
+    assert Conditions().hover_of(PublisherParameters()) == PublisherParameters()
     delivery = Delivery(Conditions(), seed=1)
     assert all(delivery.scan_arrives() for _ in range(1000))
     assert delivery.odometry(0.3, sample(0.3)) == (0.0, sample(0.3))

@@ -140,7 +140,7 @@ class ClosedLoop:
         self._pilot = pilot
         self._cepa = steering or ALGORITHMS[parameters.algorithm](parameters.cepa)
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
-        self.publisher = PublisherLink(px4, parameters.publisher)
+        self.publisher = PublisherLink(px4, parameters.conditions.hover_of(parameters.publisher))
         self.newest_scan: LaserScan2D | None = None  # as CEPA got it: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
         self._cloud: Cloud | None = None  # of the scan's instant

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from master_thesis.errors import FlightError
+from simulation_tools.publisher import PublisherParameters
 from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.wind import AirStream
@@ -20,6 +21,8 @@ BOUNDS = {
     "wind_m_s": (0.0, 20.0),
 }
 """Least and greatest value of each condition."""
+_RESTLESS_M, _RESTLESS_M_S = 0.1, 0.06
+"""Three standard deviations of PX4's place and speed in hover, for each m/s of such a wind (measured)."""
 _WIND, _LOSS = 1, 2  # random streams beside those of the simulation
 
 
@@ -50,6 +53,14 @@ class Conditions:
             return changed
         direction_rad = _rng(simulation.seed, _WIND).uniform(-math.pi, math.pi)
         return replace(changed, wind=(*simulation.wind, AirStream.gusty(self.wind_m_s, direction_rad)))
+
+    def hover_of(self, publisher: PublisherParameters) -> PublisherParameters:
+        """Return the publisher's parameters, by which the UAV may hover as restlessly as gusts let it."""
+        return replace(
+            publisher,
+            ready_distance_m=publisher.ready_distance_m + _RESTLESS_M * self.wind_m_s,
+            ready_speed_m_s=publisher.ready_speed_m_s + _RESTLESS_M_S * self.wind_m_s,
+        )
 
 
 class Delivery:
