@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason
+from cepa.dynamic.dynamic import Dynamic
 from cepa.errors import AttitudeError, CepaError, MotionError, ParameterError, ScanError, VelocityError
 from cepa.improved import Improved
 from cepa.levelling import LidarAttitude, levelled
@@ -12,7 +13,7 @@ from cepa.original import Original
 from cepa.parameters import SLOW_DETOURS, CepaParameters
 from cepa.scan import LaserScan2D
 
-ALGORITHMS: dict[str, type[Algorithm]] = {"improved": Improved, "original": Original}
+ALGORITHMS: dict[str, type[Algorithm]] = {"improved": Improved, "original": Original, "dynamic": Dynamic}
 """The algorithms by the names that launch files use."""
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "CepaParameters",
     "Cloud",
     "Decision",
+    "Dynamic",
     "Improved",
     "LaserScan2D",
     "LidarAttitude",

@@ -6,6 +6,7 @@ import numbers
 import sys
 from dataclasses import dataclass, fields
 
+from cepa.dynamic.response import ResponseModel
 from cepa.errors import ParameterError
 
 SLOW_DETOURS = (0.8, 0.6, 0.4, 0.2)
@@ -66,6 +67,24 @@ class CepaParameters:
     """a, m/s2: of the UAV in an emergency; the stopping distance is v^2 / 2a + v * braking_latency."""
     braking_latency: float = 0.25
     """s: from a scan until the UAV begins to brake."""
+    margin: float = 0.05
+    """m, dynamic only: kept beyond body_radius and the response's error, for errors of the scan."""
+    memory_s: float = 20.0
+    """s, dynamic only: how long what was seen is remembered; 0: not at all."""
+    window_m: float = 15.0
+    """m, dynamic only: edge of the square around the UAV in which it looks for ways out; 0: no search."""
+    response_p: float = 1.8
+    """1/s, dynamic only: see response.py, as for all response_*."""
+    response_i: float = 0.4
+    """1/s2"""
+    response_d: float = 0.2
+    """Share of the own acceleration."""
+    response_lag: float = 0.16
+    """s"""
+    response_acceleration_max: float = 6.0
+    """m/s2"""
+    response_error: float = 0.25
+    """m/s2"""
     levelling: bool = False
     """Whether beams that end on floor or ceiling are dropped; whoever steers does so, see levelling.py."""
     floor_height: float = 0.0
@@ -74,6 +93,18 @@ class CepaParameters:
     """m: z of the ceiling in the frame of the odometry."""
     floor_margin: float = 0.15
     """m: a beam that ends so near to the height of floor or ceiling has hit it."""
+
+    @property
+    def response(self) -> ResponseModel:
+        """The UAV's velocity loop; raises ParameterError for one that makes no sense."""
+        return ResponseModel(
+            self.response_p,
+            self.response_i,
+            self.response_d,
+            self.response_lag,
+            self.response_acceleration_max,
+            self.response_error,
+        )
 
     def __post_init__(self) -> None:
         self._check_types()
@@ -123,6 +154,8 @@ class CepaParameters:
             "emergency_cancellation",
             "emergency_tie_angle",
             "braking_latency",
+            "margin",
+            "memory_s",
             "floor_margin",
         )
         for name in (*at_least_zero, "dropout_beams"):
@@ -152,6 +185,11 @@ class CepaParameters:
             raise ParameterError(
                 f"emergency_cancellation must be less than 1, not {self.emergency_cancellation}."
             )
+        if self.window_m != 0.0 and not 5.0 <= self.window_m <= 30.0:
+            raise ParameterError(
+                f"window_m must be 0 (no search for ways out) or 5 to 30, not {self.window_m}."
+            )
+        _ = self.response  # it raises what makes no sense
         if not self.floor_height < self.ceiling_height:
             raise ParameterError(
                 f"floor_height must be less than ceiling_height, "

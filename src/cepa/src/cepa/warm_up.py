@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 
+from cepa.dynamic.dynamic import Dynamic
 from cepa.improved import Improved
 from cepa.original import Original
 from cepa.parameters import CepaParameters
@@ -19,13 +20,13 @@ WALL_M, TRAP_M, OPEN_M = 1.0, 0.4, math.inf
 
 
 def warm_up() -> float:
-    """Run both algorithms through every branch that is compiled; return the seconds that it took."""
+    """Run all algorithms through every branch that is compiled; return the seconds that it took."""
     start = time.perf_counter()
     scans = [_wall_ahead(distance) for distance in (OPEN_M, WALL_M, TRAP_M)]
     scans.append(LaserScan2D(np.full(60, TRAP_M), 0.0, 2.0 * math.pi / 60.4, 0.05, 10.0))  # an uneven turn
     for parameters in (CepaParameters(), CepaParameters(velocity_aware_emergency=True)):
         for scan in scans:
-            for algorithm in (Improved, Original):
+            for algorithm in (Improved, Original, Dynamic):
                 algorithm(parameters).steer(scan, (1.0, 0.1), (1.0, 0.0))
     return time.perf_counter() - start
 

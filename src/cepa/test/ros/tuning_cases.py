@@ -85,6 +85,7 @@ COLUMN_IN_THE_WAY_OUT = around((90.0, 60.0, 0.42), (-80.0, 18.0, 0.6))
 GAP = around((90.0, 20.0, 0.45), (-125.0, 6.0, 0.5), (-55.0, 6.0, 0.5))
 DROPOUTS = np.where(np.abs(BEARINGS) < 0.4, np.nan, np.inf)
 BRAKES = {"velocity_aware_emergency": True}
+DYNAMIC = {"algorithm": "dynamic"}
 LEVELS = {"levelling": True}
 LOW = {"height_m": 1.2, "pitch_rad": math.radians(30.0)}
 LOW_FLOOR = floor(**LOW)
@@ -115,6 +116,14 @@ CASES = (
     Case("velocity_aware_emergency", True, around((0.0, 20.0, 1.3)), **FAST),
     Case("braking_deceleration", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=BRAKES),
     Case("braking_latency", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=BRAKES),
+    Case("margin", 0.8, around((0.0, 60.0, 2.2)), **FAST, given=DYNAMIC),
+    Case("window_m", 0.0, around((10.0, 100.0, 2.0)), **FAST, given=DYNAMIC),
+    Case("response_p", 0.6, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
+    Case("response_i", 0.0, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
+    Case("response_d", 2.0, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
+    Case("response_lag", 0.5, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
+    Case("response_acceleration_max", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
+    Case("response_error", 3.0, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
     Case("levelling", True, LOW_FLOOR, v_ref=(2.0, 0.0), **LOW),
     Case("floor_height", -1.0, LOW_FLOOR, v_ref=(2.0, 0.0), **LOW, given=LEVELS),
     Case("ceiling_height", 2.0, floor(**LOW, ceiling_m=2.0), v_ref=(-2.0, 0.0), **LOW, given=LEVELS),
@@ -123,5 +132,5 @@ CASES = (
 
 
 def names() -> set[str]:
-    """Return the names of all parameters."""
-    return {"algorithm", *(field.name for field in dataclasses.fields(CepaParameters))}
+    """Return the names of all parameters that one question shows; memory_s needs several scans."""
+    return {"algorithm", *(field.name for field in dataclasses.fields(CepaParameters))} - {"memory_s"}

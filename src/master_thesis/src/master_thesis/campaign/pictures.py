@@ -23,7 +23,14 @@ COLOURS = {
     "collision_prevention": "#2f68bf",
     "vfh_plus": "#6f3289",
 }
-MARKERS = {"improved": "o", "original": "s", "none": "x", "collision_prevention": "^", "vfh_plus": "D"}
+MARKERS = {
+    "improved": "o",
+    "dynamic": "P",
+    "original": "s",
+    "none": "x",
+    "collision_prevention": "^",
+    "vfh_plus": "D",
+}
 NAMES = {
     "none": "no avoidance",
     "collision_prevention": "collision prevention (ours)",

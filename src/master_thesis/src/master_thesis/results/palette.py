@@ -5,7 +5,7 @@ Also legible in grey: the algorithms differ in lightness, and the lidars get dar
 
 from __future__ import annotations
 
-ALGORITHMS = {"original": "#a8161b", "improved": "#35a860"}
+ALGORITHMS = {"original": "#a8161b", "improved": "#35a860", "dynamic": "#1f78b4"}
 """Red and green as the thesis's arrows (figures 8.6 and 8.7)."""
 
 LIDARS = {

@@ -1,0 +1,24 @@
+"""The velocities that are tried."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+DIRECTIONS = 48
+SPEEDS = (1.0, 0.75, 0.5, 0.25)
+"""As fractions of the reference's speed."""
+
+
+def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
+    """Return the velocities (n, 3), m/s: v_ref, the last command, standstill, and a fan of directions.
+
+    v_ref, last: (3,). The last command is limited to ``speed``, the greatest that the fan has, too.
+    """
+    heading = math.atan2(v_ref[1], v_ref[0])
+    angles = heading + np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
+    fan = np.stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)], axis=1)
+    fans = (speed * np.array(SPEEDS))[:, None, None] * fan
+    kept = last * min(1.0, speed / max(math.hypot(last[0], last[1]), 1e-9))
+    return np.concatenate((v_ref[None], kept[None], np.zeros((1, 3)), fans.reshape(-1, 3)))

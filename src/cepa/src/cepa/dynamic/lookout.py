@@ -1,0 +1,118 @@
+"""What a UAV with a planar lidar knows of its surroundings: the scan, and what earlier scans have shown."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cepa.kernels.field import stamp
+from cepa.kernels.memory import recall, remember
+from cepa.kernels.sight import bins_of, fill_blind, points_of, reach_in_sight
+from cepa.motion import Motion
+from cepa.parameters import CepaParameters
+from cepa.scan import Beams
+
+FIELD_WINDOW_M, FIELD_CELL_M = 15.0, 0.1
+MEMORY_CELL_M = 0.1
+SIGHT_BINS = 360
+RANGE_MARGIN_M = 0.4
+"""A path ends so far before the lidar's range at the latest: what stands there may not be seen yet."""
+SEEN_FREE_M = 0.3
+"""A remembered point was seen free when beams end so far beyond it."""
+FRAMES, FRAME_PERIOD_S = 20, 0.1
+BLIND_STEP_M, BLIND_REACH_M = 0.2, 3.0
+OWN_PLACE_M = 0.25
+"""The place that the body takes is free, and so much around it where nobody has looked yet."""
+
+
+class Sight(NamedTuple):
+    """What is known at a scan, along the odometry's axes with the lidar at the origin."""
+
+    points: np.ndarray
+    """(n, 2) m: ends of the beams."""
+    hidden: np.ndarray
+    """(m, 2) m: remembered points that the scan cannot see."""
+    remembered: np.ndarray
+    """(k, 2) m: all remembered points."""
+    reach: np.ndarray
+    """(SIGHT_BINS,) m: how far the body's centre may go in each direction within what has been seen."""
+
+
+class Lookout:
+    """Keeps what scans have shown, fixed to the odometry's frame."""
+
+    def __init__(self, parameters: CepaParameters):
+        p = parameters
+        self._p = p
+        self._far_m = p.r_ub + FIELD_CELL_M
+        side = 2 * round(0.5 * FIELD_WINDOW_M / FIELD_CELL_M) + 1
+        self._field = np.empty((1, side, side))
+        cells = round((FIELD_WINDOW_M + 1.0) / MEMORY_CELL_M)
+        self._cells_xy = np.empty((cells, cells, 2))
+        self._cells_s = np.empty((cells, cells))
+        self._frames_xy = np.empty((FRAMES, 2))
+        self._frames_bins = np.empty((FRAMES, SIGHT_BINS))
+        self._bins = np.empty(SIGHT_BINS)
+        self._points = np.empty((0, 2))
+        self._recalled = np.empty((cells * cells, 2))
+        self._hidden = np.empty(cells * cells, np.bool_)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._cells_s[:] = -math.inf
+        self._frames = 0
+        self._frame_s = -math.inf
+
+    def points(self, beams: Beams, motion: Motion, range_max: float) -> np.ndarray:
+        """Return the ends (n, 2) of the beams that hit something, m."""
+        if len(self._points) < beams.ranges.size:
+            self._points = np.empty((beams.ranges.size, 2))
+        geometry = beams.ranges, beams.seen, beams.angle_0, beams.increment, motion.rotation()
+        return self._points[: points_of(*geometry, range_max, self._points)]
+
+    def keep(self, beams: Beams, points: np.ndarray, motion: Motion, range_max: float) -> None:
+        """Take the scan into the memory; ``points`` (n, 2) are what stands still in it, m."""
+        if self._p.memory_s == 0.0 or motion.stamp_s - self._frame_s < FRAME_PERIOD_S - 1e-6:
+            return
+        x, y, _ = motion.position_m
+        remember(points, x, y, motion.stamp_s, MEMORY_CELL_M, self._cells_xy, self._cells_s)
+        frame = self._frames % FRAMES
+        self._frames_xy[frame] = x, y
+        self._see(beams, motion, range_max, self._frames_bins[frame])
+        self._frames += 1
+        self._frame_s = motion.stamp_s
+
+    def look(self, beams: Beams, points: np.ndarray, motion: Motion, range_max: float) -> Sight:
+        """Return what is known: the scan, whose ``points`` (n, 2) stand still, and the memory."""
+        p, (x, y, _) = self._p, motion.position_m
+        bins = self._bins
+        self._see(beams, motion, range_max, bins)
+        oldest_s = motion.stamp_s - p.memory_s
+        window = x, y, oldest_s, 0.5 * FIELD_WINDOW_M
+        found = recall(
+            *window, bins, SEEN_FREE_M, self._cells_xy, self._cells_s, self._recalled, self._hidden
+        )
+        frames = self._frames_xy, self._frames_bins, min(self._frames, FRAMES)
+        own_place_m = p.body_radius + OWN_PLACE_M
+        fill_blind(bins, x, y, *frames, BLIND_STEP_M, BLIND_REACH_M, own_place_m)
+        reach = np.empty(SIGHT_BINS)
+        reach_in_sight(bins, float(p.body_radius), reach)
+        remembered = self._recalled[:found]
+        return Sight(points, remembered[self._hidden[:found]], remembered, reach)
+
+    def distances(self, sight: Sight) -> np.ndarray:
+        """Return the field (1, n, n) of the distance to what is seen or hidden, m; it is overwritten."""
+        stamp(np.concatenate((sight.points, sight.hidden)), self._field[0], FIELD_CELL_M, self._far_m)
+        return self._field
+
+    @property
+    def far_m(self) -> float:
+        """The greatest distance in the field."""
+        return self._far_m
+
+    def _see(self, beams: Beams, motion: Motion, range_max: float, bins: np.ndarray) -> None:
+        geometry = beams.ranges, beams.seen, beams.angle_0, beams.increment, motion.rotation()
+        bins_of(*geometry, range_max - RANGE_MARGIN_M, bins)

@@ -1,0 +1,83 @@
+"""Distance fields around the UAV, and the shortest ways out through them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+EXIT_COST = 1.5
+
+
+@njit(cache=True)
+def stamp(points: np.ndarray, field: np.ndarray, cell: float, far: float) -> None:
+    """Fill ``field`` (n, n) with the distance in m to the nearest of ``points`` (m, 2), at most ``far``.
+
+    The grid is centred on the origin. Points lie anywhere; rows are y, columns x.
+    """
+    n = field.shape[0]
+    half = 0.5 * (n - 1)
+    reach = math.ceil(far / cell)
+    field[:] = far * far
+    for k in range(points.shape[0]):
+        column, row = points[k, 0] / cell + half, points[k, 1] / cell + half
+        first_row, last_row = max(0, int(row) - reach), min(n - 1, int(row) + 1 + reach)
+        first_column, last_column = max(0, int(column) - reach), min(n - 1, int(column) + 1 + reach)
+        for i in range(first_row, last_row + 1):
+            dy = (i - row) * cell
+            dy2 = dy * dy
+            for j in range(first_column, last_column + 1):
+                dx = (j - column) * cell
+                d2 = dx * dx + dy2
+                if d2 < field[i, j]:
+                    field[i, j] = d2
+    for i in range(n):
+        for j in range(n):
+            field[i, j] = math.sqrt(field[i, j])
+
+
+@njit(cache=True)
+def _godunov(way: np.ndarray, slowness: float, cell: float, i: int, j: int) -> float:
+    n = way.shape[0]
+    a = min(way[i - 1, j] if i > 0 else math.inf, way[i + 1, j] if i < n - 1 else math.inf)
+    b = min(way[i, j - 1] if j > 0 else math.inf, way[i, j + 1] if j < n - 1 else math.inf)
+    low, high = (a, b) if a < b else (b, a)
+    step = slowness * cell
+    if high - low >= step:
+        return low + step
+    return 0.5 * (low + high + math.sqrt(2.0 * step * step - (high - low) ** 2))
+
+
+@njit(cache=True)
+def ways_out(slowness: np.ndarray, cell: float, direction: np.ndarray, way: np.ndarray, rounds: int) -> None:
+    """Fill ``way`` (n, n) with the length of the shortest way out of the window towards ``direction``, m.
+
+    slowness (n, n): cost of a metre; inf where the UAV does not fit. The way ends on the window's edge. What
+    then left to fly along ``direction`` is added, times EXIT_COST, because nobody knows what stands there.
+    The method is fast sweeping (Zhao 2005) of the eikonal equation.
+    """
+    n = way.shape[0]
+    half = 0.5 * (n - 1) * cell
+    way[:] = math.inf
+    reach = half * (abs(direction[0]) + abs(direction[1]))
+    for i in range(n):
+        for j in range(n):
+            if (i == 0 or j == 0 or i == n - 1 or j == n - 1) and not math.isinf(slowness[i, j]):
+                along = (j * cell - half) * direction[0] + (i * cell - half) * direction[1]
+                way[i, j] = EXIT_COST * (reach - along)
+    for _ in range(rounds):
+        change = 0.0
+        for sweep in range(4):
+            for ii in range(n):
+                i = ii if sweep < 2 else n - 1 - ii
+                for jj in range(n):
+                    j = jj if sweep % 2 == 0 else n - 1 - jj
+                    if math.isinf(slowness[i, j]):
+                        continue
+                    new = _godunov(way, slowness[i, j], cell, i, j)
+                    if new < way[i, j]:
+                        change = max(change, min(way[i, j], 1e6) - new)
+                        way[i, j] = new
+        if change < 0.5 * cell:
+            break

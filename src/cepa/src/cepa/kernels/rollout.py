@@ -1,0 +1,332 @@
+"""Rolls commands through the UAV's response and judges the paths: admissible, progress, discomfort.
+
+Axes are those of the odometry's frame, with the UAV at the origin. A state (3, 4) holds for x and y position,
+velocity, acceleration and integral, and for z position and velocity only.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+AT_REST_M_S, AT_REST_M_S2 = 0.05, 0.2
+DEEPER_M = 0.02
+"""What stands nearer than the inner cushion may come nearer by so much, or noise would hold the UAV there."""
+
+
+class Response(NamedTuple):
+    """The response over one step: x(t + step) = F x + G u; in z ``climb_gain`` of the velocity's error."""
+
+    f: np.ndarray
+    """(4, 4)"""
+    g: np.ndarray
+    """(4,)"""
+    acceleration_max: float
+    """m/s2"""
+    climb_gain: float
+    step_s: float
+
+
+class Surroundings(NamedTuple):
+    """What is around the UAV, on square grids that are centred on it, and in directions."""
+
+    distance: np.ndarray
+    """(layers, n, n) m: to the nearest obstacle, at most ``far``; rows y, columns x; layers: odd."""
+    cell_m: float
+    layer_m: float
+    """m: from layer to layer; the middle one is at the UAV's height."""
+    far: float
+    sight: np.ndarray
+    """(bins,) m: how far the body's centre may go in each direction within what has been seen."""
+    unseen: np.ndarray
+    """(layers, k, k) bool: where the body would be in what was not seen; without layers ``sight`` counts."""
+    unseen_cell_m: float
+    movers: np.ndarray
+    """(m, 6): x, y in m, velocity in m/s, radius in m, growth of the radius in m/s."""
+    way: np.ndarray
+    """(k, k) m: length of the shortest way out from each cell; (0, 0): none was searched."""
+    way_cell_m: float
+
+
+class Horizon(NamedTuple):
+    """How far ahead paths are judged, in steps."""
+
+    commit: int
+    brake: int
+    cost: int
+
+
+class Cushions(NamedTuple):
+    """The distances to keep, m."""
+
+    inner: float
+    outer: float
+    keep: np.ndarray
+    """(commit + brake,): after each step, for the path to be admissible."""
+
+
+@njit(cache=True)
+def _advance(state: np.ndarray, response: Response, ux: float, uy: float, uz: float) -> None:
+    f, g = response.f, response.g
+    for axis in range(2):
+        u = ux if axis == 0 else uy
+        p, v, a, i = state[axis, 0], state[axis, 1], state[axis, 2], state[axis, 3]
+        state[axis, 0] = p + f[0, 1] * v + f[0, 2] * a + f[0, 3] * i + g[0] * u
+        state[axis, 1] = f[1, 1] * v + f[1, 2] * a + f[1, 3] * i + g[1] * u
+        state[axis, 2] = f[2, 1] * v + f[2, 2] * a + f[2, 3] * i + g[2] * u
+        state[axis, 3] = f[3, 1] * v + f[3, 2] * a + f[3, 3] * i + g[3] * u
+    a = math.sqrt(state[0, 2] ** 2 + state[1, 2] ** 2)
+    if a > response.acceleration_max:
+        state[0, 2] *= response.acceleration_max / a
+        state[1, 2] *= response.acceleration_max / a
+    state[2, 0] += response.step_s * state[2, 1]
+    state[2, 1] += response.climb_gain * (uz - state[2, 1])
+
+
+@njit(cache=True)
+def _bilinear(grid: np.ndarray, cell: float, x: float, y: float, outside: float) -> float:
+    half = 0.5 * (grid.shape[0] - 1)
+    column, row = x / cell + half, y / cell + half
+    j, i = math.floor(column), math.floor(row)
+    if i < 0 or j < 0 or i >= grid.shape[0] - 1 or j >= grid.shape[0] - 1:
+        return outside
+    s, t = column - j, row - i
+    return (1.0 - t) * ((1.0 - s) * grid[i, j] + s * grid[i, j + 1]) + t * (
+        (1.0 - s) * grid[i + 1, j] + s * grid[i + 1, j + 1]
+    )
+
+
+@njit(cache=True)
+def _layer(count: int, layer_m: float, z: float) -> int:
+    """Return the layer at height z, or -1 beyond the layers; a single layer has no height."""
+    if count == 1:
+        return 0
+    layer = math.floor(z / layer_m + 0.5) + count // 2
+    return layer if 0 <= layer < count else -1
+
+
+@njit(cache=True)
+def _clearance(around: Surroundings, state: np.ndarray, t: float) -> float:
+    layer = _layer(around.distance.shape[0], around.layer_m, state[2, 0])
+    if layer < 0:
+        return 0.0
+    x, y = state[0, 0], state[1, 0]
+    d = _bilinear(around.distance[layer], around.cell_m, x, y, around.far)
+    for k in range(around.movers.shape[0]):
+        mover = around.movers[k]
+        dx, dy = x - mover[0] - mover[2] * t, y - mover[1] - mover[3] * t
+        d = min(d, math.sqrt(dx * dx + dy * dy) - mover[4] - mover[5] * t)
+    return d
+
+
+@njit(cache=True)
+def _beyond_sight(around: Surroundings, state: np.ndarray) -> float:
+    """Return how far the UAV is beyond what has been seen, m; with layers 1 or 0."""
+    x, y = state[0, 0], state[1, 0]
+    if around.unseen.shape[0]:
+        layer = _layer(around.unseen.shape[0], around.layer_m, state[2, 0])
+        half = around.unseen.shape[1] // 2
+        i = math.floor(y / around.unseen_cell_m + 0.5) + half
+        j = math.floor(x / around.unseen_cell_m + 0.5) + half
+        outside = layer < 0 or min(i, j) < 0 or max(i, j) > 2 * half
+        return 1.0 if outside or around.unseen[layer, i, j] else 0.0
+    bins = around.sight.size
+    b = math.floor(math.atan2(y, x) * bins / (2.0 * math.pi) + 0.5) % bins
+    return math.sqrt(x * x + y * y) - around.sight[b]
+
+
+@njit(cache=True)
+def braking(
+    start: np.ndarray,
+    response: Response,
+    around: Surroundings,
+    horizon: Horizon,
+    clearance: np.ndarray,
+    beyond: np.ndarray,
+) -> None:
+    """Brake at once; fill (n,) ``clearance`` and ``beyond``, how far out of sight, m; n = commit + brake."""
+    state = start.copy()
+    for k in range(horizon.commit + horizon.brake):
+        _advance(state, response, 0.0, 0.0, 0.0)
+        clearance[k] = _clearance(around, state, (k + 1) * response.step_s)
+        beyond[k] = _beyond_sight(around, state)
+
+
+@njit(cache=True)
+def _is_admissible(
+    state: np.ndarray,
+    response: Response,
+    around: Surroundings,
+    horizon: Horizon,
+    keep: np.ndarray,
+    least: np.ndarray,
+    most: np.ndarray,
+    ux: float,
+    uy: float,
+    uz: float,
+) -> bool:
+    """Whether flying u for the commit time and then braking keeps its distance and stays within sight.
+
+    A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too.
+    """
+    for k in range(horizon.commit + horizon.brake):
+        if k < horizon.commit:
+            _advance(state, response, ux, uy, uz)
+        else:
+            _advance(state, response, 0.0, 0.0, 0.0)
+            speed2 = state[0, 1] ** 2 + state[1, 1] ** 2 + state[2, 1] ** 2
+            if speed2 < AT_REST_M_S**2 and state[0, 2] ** 2 + state[1, 2] ** 2 < AT_REST_M_S2**2:
+                break
+        if _clearance(around, state, (k + 1) * response.step_s) < min(keep[k], least[k]):
+            return False
+        if _beyond_sight(around, state) > max(0.0, most[k]):
+            return False
+    return True
+
+
+@njit(cache=True)
+def _way_from(around: Surroundings, x: float, y: float, direction: np.ndarray) -> float:
+    """Return the length of the shortest way out from (x, y), m; outside of the window along ``direction``."""
+    half = 0.5 * (around.way.shape[0] - 1) * around.way_cell_m
+    farthest = max(abs(x), abs(y))
+    scale = min(1.0, 0.999 * half / farthest) if farthest > 0.0 else 1.0
+    beyond = (1.0 - scale) * (x * direction[0] + y * direction[1])
+    return _bilinear(around.way, around.way_cell_m, scale * x, scale * y, math.inf) - beyond
+
+
+@njit(cache=True)
+def _judge(
+    state: np.ndarray,
+    response: Response,
+    around: Surroundings,
+    horizon: Horizon,
+    cushions: Cushions,
+    ux: float,
+    uy: float,
+    uz: float,
+    direction: np.ndarray,
+    result: np.ndarray,
+) -> None:
+    """Fly u for the whole horizon; fill ``result``: progress in m, discomfort, share lost, height in m."""
+    inner, outer = cushions.inner, cushions.outer
+    least = min(inner, _clearance(around, state, 0.0) - DEEPER_M)
+    discomfort = 0.0
+    lost = 0.0
+    for k in range(horizon.cost):
+        x, y = state[0, 0], state[1, 0]
+        _advance(state, response, ux, uy, uz)
+        d = _clearance(around, state, (k + 1) * response.step_s)
+        if d < least:
+            state[0, 0], state[1, 0] = x, y
+            lost = 1.0 - k / horizon.cost
+            discomfort += horizon.cost - k
+            break
+        if d < outer:
+            discomfort += ((outer - d) / (outer - inner)) ** 2
+    x, y = state[0, 0], state[1, 0]
+    if around.way.size:
+        result[0] = _way_from(around, 0.0, 0.0, direction) - _way_from(around, x, y, direction)
+    else:
+        result[0] = x * direction[0] + y * direction[1]
+    result[1] = discomfort / horizon.cost
+    result[2] = lost
+    result[3] = state[2, 0]
+
+
+@njit(cache=True)
+def judge(
+    start: np.ndarray,
+    commands: np.ndarray,
+    response: Response,
+    around: Surroundings,
+    horizon: Horizon,
+    cushions: Cushions,
+    least: np.ndarray,
+    most: np.ndarray,
+    direction: np.ndarray,
+    admissible: np.ndarray,
+    results: np.ndarray,
+) -> None:
+    """Judge every command (n, 3) in m/s: fill ``admissible`` (n,) and, where it is, ``results`` (n, 4).
+
+    least, most: what ``braking`` gives. direction: unit vector of the reference. results: progress in m,
+    discomfort, share of the horizon that is lost to a contact, height at the end in m.
+    """
+    state = start.copy()
+    for n in range(commands.shape[0]):
+        ux, uy, uz = commands[n]
+        state[:] = start
+        admissible[n] = _is_admissible(
+            state, response, around, horizon, cushions.keep, least, most, ux, uy, uz
+        )
+        if admissible[n]:
+            state[:] = start
+            _judge(state, response, around, horizon, cushions, ux, uy, uz, direction, results[n])
+
+
+class Scan(NamedTuple):
+    """A scan as it came: a full turn of beams."""
+
+    points: np.ndarray
+    """(n, 2) m: the ends of its beams, along the odometry's axes."""
+    ranges: np.ndarray
+    """(N,) m"""
+    seen: np.ndarray
+    """(N,) bool"""
+    angle_0: float
+    """rad: direction of beam 0 in the odometry's plane."""
+    increment: float
+    """rad"""
+    farthest: float
+    """m: beyond it nothing counts as seen."""
+
+
+@njit(cache=True)
+def _is_free(x: float, y: float, scan: Scan, distance: float, radius: float) -> bool:
+    for j in range(scan.points.shape[0]):
+        dx, dy = scan.points[j, 0] - x, scan.points[j, 1] - y
+        if dx * dx + dy * dy < distance * distance:
+            return False
+    r = math.sqrt(x * x + y * y)
+    if r < radius:
+        return True
+    if r > scan.farthest:
+        return False
+    width = int(math.asin(radius / r) / scan.increment) + 1
+    middle = math.floor((math.atan2(y, x) - scan.angle_0) / scan.increment + 0.5)
+    for j in range(middle - width, middle + width + 1):
+        beam = j % scan.ranges.size
+        if not scan.seen[beam] or scan.ranges[beam] < r:
+            return False
+    return True
+
+
+@njit(cache=True)
+def is_clear(
+    start: np.ndarray,
+    command: np.ndarray,
+    response: Response,
+    horizon: Horizon,
+    scan: Scan,
+    distance: float,
+    radius: float,
+    stride: int,
+) -> bool:
+    """Whether nothing is within ``distance`` of flying ``command`` (3,) on, nor of braking after the commit.
+
+    All of both paths must lie in sight of the scan. Every ``stride``-th step is looked at.
+    radius: of the body.
+    """
+    for brakes in range(2):
+        state = start.copy()
+        for k in range(horizon.commit + horizon.brake if brakes else horizon.cost):
+            if brakes and k >= horizon.commit:
+                _advance(state, response, 0.0, 0.0, 0.0)
+            else:
+                _advance(state, response, command[0], command[1], command[2])
+            if k % stride == 0 and not _is_free(state[0, 0], state[1, 0], scan, distance, radius):
+                return False
+    return True

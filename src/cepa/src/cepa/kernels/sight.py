@@ -1,0 +1,131 @@
+"""What a scan shows, in equal bins of direction along the odometry's axes, and what it hides."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def points_of(
+    ranges: np.ndarray,
+    seen: np.ndarray,
+    angle_0: float,
+    increment: float,
+    rotation: np.ndarray,
+    range_max: float,
+    points: np.ndarray,
+) -> int:
+    """Fill ``points`` (n, 2) with the ends of the beams along the odometry's axes; return their number.
+
+    rotation (3, 3): of the lidar's frame into the odometry's.
+    """
+    count = 0
+    for k in range(ranges.size):
+        r = ranges[k]
+        if seen[k] and r < range_max:
+            angle = angle_0 + k * increment
+            x, y = r * math.cos(angle), r * math.sin(angle)
+            points[count, 0] = rotation[0, 0] * x + rotation[0, 1] * y
+            points[count, 1] = rotation[1, 0] * x + rotation[1, 1] * y
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def bins_of(
+    ranges: np.ndarray,
+    seen: np.ndarray,
+    angle_0: float,
+    increment: float,
+    rotation: np.ndarray,
+    range_max: float,
+    bins: np.ndarray,
+) -> None:
+    """Fill ``bins`` (m,) with the least seen range in each direction, m; -1 where no beam looks."""
+    m = bins.size
+    per_rad = m / (2.0 * math.pi)
+    reach = max(0, math.ceil(0.5 * (increment * per_rad - 1.0)))
+    bins[:] = math.inf
+    for k in range(ranges.size):
+        if not seen[k]:
+            continue
+        angle = angle_0 + k * increment
+        x, y = math.cos(angle), math.sin(angle)
+        ahead = rotation[0, 0] * x + rotation[0, 1] * y
+        left = rotation[1, 0] * x + rotation[1, 1] * y
+        r = min(ranges[k], range_max) * math.sqrt(ahead * ahead + left * left)
+        middle = math.floor(math.atan2(left, ahead) * per_rad + 0.5)
+        for b in range(middle - reach, middle + reach + 1):
+            bins[b % m] = min(bins[b % m], r)
+    for b in range(m):
+        if math.isinf(bins[b]):
+            bins[b] = -1.0
+    for b in range(m):  # the rounding of directions may leave out single bins
+        if bins[b] < 0.0 and bins[b - 1] >= 0.0 and bins[(b + 1) % m] >= 0.0:
+            bins[b] = min(bins[b - 1], bins[(b + 1) % m])
+
+
+@njit(cache=True)
+def fill_blind(
+    bins: np.ndarray,
+    x: float,
+    y: float,
+    frames_xy: np.ndarray,
+    frames_bins: np.ndarray,
+    count: int,
+    step: float,
+    farthest: float,
+    least: float,
+) -> None:
+    """Fill the bins that no beam looks in with how far earlier scans have seen there, m.
+
+    frames_xy (f, 2), frames_bins (f, m): where earlier scans were taken, and their bins; the first ``count``
+    count. x, y: where the UAV is, in the same axes. least: what the own body covers.
+    """
+    m = bins.size
+    per_rad = m / (2.0 * math.pi)
+    for b in range(m):
+        if bins[b] >= 0.0:
+            continue
+        cos, sin = math.cos(b / per_rad), math.sin(b / per_rad)
+        r = least
+        while r < farthest:
+            px, py = x + (r + step) * cos, y + (r + step) * sin
+            found = False
+            for f in range(count):
+                dx, dy = px - frames_xy[f, 0], py - frames_xy[f, 1]
+                k = math.floor(math.atan2(dy, dx) * per_rad + 0.5) % m
+                if dx * dx + dy * dy < frames_bins[f, k] ** 2 and frames_bins[f, k] > 0.0:
+                    found = True
+                    break
+            if not found:
+                break
+            r += step
+        bins[b] = r
+
+
+@njit(cache=True)
+def reach_in_sight(bins: np.ndarray, radius: float, sight: np.ndarray) -> None:
+    """Fill ``sight`` (m,): how far a disc's centre may go in each direction in front of all that bins show.
+
+    The disc of ``radius`` must not meet a direction beyond its range, where something may be hidden.
+    """
+    m = bins.size
+    width = 2.0 * math.pi / m
+    sight[:] = bins
+    for j in range(m):
+        r = bins[j]
+        widest = 0.5 * math.pi if r <= radius else math.asin(radius / r)
+        for k in range(int(widest / width) + 1):
+            psi = k * width
+            s = r * math.sin(psi)
+            if s >= radius:
+                break
+            first = max(0.0, r * math.cos(psi) - math.sqrt(radius * radius - s * s))
+            if first < sight[(j + k) % m]:
+                sight[(j + k) % m] = first
+            if first < sight[(j - k) % m]:
+                sight[(j - k) % m] = first
