@@ -16,9 +16,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-from benchmarks import px4, sim, slam  # noqa: E402
+from benchmarks import avoidance, cepa, experiment_1, px4, sim, slam  # noqa: E402
 from benchmarks.avoidance_rows import judging, mixed_forests, rows  # noqa: E402
-from benchmarks.cepa import replay  # noqa: E402
 from benchmarks.shared import places  # noqa: E402
 from benchmarks.shared.flights import Question  # noqa: E402
 from benchmarks.shared.results import Results, merge, table  # noqa: E402
@@ -298,27 +297,25 @@ def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):
 
 def test_a_replay_counts_what_the_algorithm_says():
     free = LaserScan2D(np.full(1440, np.inf), -math.pi, math.radians(0.25), 0.06, 10.0)
-    figures = replay(Improved(CepaParameters()), [Question(free, (2.0, 0.0), (0.0, 0.0))] * 5, times=2)
+    figures = cepa.replay(Improved(CepaParameters()), [Question(free, (2.0, 0.0), (0.0, 0.0))] * 5, times=2)
     assert figures["directions"] == 1.0
     assert 0.0 < figures["median_us"] <= figures["p99_us"] <= figures["max_us"]
 
 
-def run(name, folder, *arguments):
-    """Run a benchmark as bringup.sh does; return what stands in benchmarks.json and what was printed."""
-    command = [sys.executable, "-m", f"benchmarks.{name}", "--results", str(folder), *arguments]
-    done = subprocess.run(command, cwd=ROOT, env=environment(), capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return json.loads((folder / "benchmarks.json").read_text()), done.stdout
+@pytest.fixture
+def run(tmp_path, capsys):
+    """Run a benchmark; returns what stands in benchmarks.json and what was printed."""
 
+    def run(benchmark, *arguments):
+        benchmark.main(["--results", str(tmp_path), *arguments])
+        return json.loads((tmp_path / "benchmarks.json").read_text()), capsys.readouterr().out
 
-def environment():
-    libraries = os.pathsep.join(sorted(str(path) for path in ROOT.glob("src/*/src")))
-    return {**os.environ, "PYTHONPATH": libraries + os.pathsep + os.environ.get("PYTHONPATH", "")}
+    return run
 
 
 @pytest.mark.flight
-def test_cepa_is_benchmarked(tmp_path):
-    written, said = run("cepa", tmp_path, "--scenarios", "forest", "--goal", "6", "--places", "20")
+def test_cepa_is_benchmarked(run):
+    written, said = run(cepa, "--scenarios", "forest", "--goal", "3", "--places", "20")
     forest = written["cepa"]["forest"]
     assert forest["original"]["directions"] > 4 * 1000  # four speeds in each of the beams that are seen
     assert forest["improved"]["directions"] < forest["original"]["directions"] / 10
@@ -330,8 +327,8 @@ def test_cepa_is_benchmarked(tmp_path):
 
 
 @pytest.mark.flight
-def test_the_campaign_is_flown(tmp_path):
-    written, said = run("avoidance", tmp_path, "--smallest", "--workers", "1", "--rows", "mixed", "thick")
+def test_the_campaign_is_flown(run, tmp_path):
+    written, said = run(avoidance, "--smallest", "--workers", "1", "--rows", "mixed", "thick")
     campaign = written["cepa"]["campaign"]
     for name in ("improved", "original", "improved_velocity_aware", "improved_levelling"):
         assert campaign[name]["all"]["flights"] == 2
@@ -347,28 +344,33 @@ def test_the_campaign_is_flown(tmp_path):
 
 
 @pytest.mark.flight
-def test_the_table_of_experiment_1_is_flown(tmp_path):
-    written, said = run("experiment_1", tmp_path, "--scenarios", "forest", "--seeds", "1", "--goal", "6")
+def test_the_table_of_experiment_1_is_flown(run, tmp_path):
+    few = ("--scenarios", "forest", "--seeds", "1", "--goal", "3", "--workers", "1")
+    written, said = run(experiment_1, *few)
     improved = written["experiment_1"]["forest"]["improved"]
     assert improved["reached_goal"] == improved["flights"] == 1
     assert improved["collisions"] == 0
     assert improved["computation_ms"]["mean"] > 0.0
-    assert 3.0 < improved["flight_time_s"]["mean"] < 12.0  # 6 m at 2 m/s, around trunks
+    assert 1.5 < improved["flight_time_s"]["mean"] < 6.0  # 3 m at 2 m/s, around a trunk
     assert (tmp_path / "experiment_1.md").read_text() in said
     assert (tmp_path / "experiment_1.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.flight
-def test_the_simulator_s_rays_are_benchmarked(tmp_path):
-    written, said = run("sim", tmp_path, "--parts", "raycast")
-    rays = written["sim"]["raycast"]
+def test_the_simulator_s_rays_are_benchmarked_as_bringup_does(tmp_path):
+    command = (sys.executable, "-m", "benchmarks.sim", "--results", str(tmp_path), "--parts", "raycast")
+    libraries = os.pathsep.join([*map(str, ROOT.glob("src/*/src")), os.environ.get("PYTHONPATH", "")])
+    environment = {**os.environ, "PYTHONPATH": libraries}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    rays = json.loads((tmp_path / "benchmarks.json").read_text())["sim"]["raycast"]
     assert 1.0 < rays["mrays_s"] < rays["embree_mrays_s"]  # 14 and 20 on a quiet machine
-    assert sim.ANCHORS["raycast.mrays_s"].text in said
+    assert sim.ANCHORS["raycast.mrays_s"].text in done.stdout
 
 
 @pytest.mark.flight
-def test_a_soak_is_flown_with_faults_and_without_contacts(tmp_path):
-    written, said = run("sim", tmp_path, "--soak", "--minutes", "0.4", "--seed", "3")
+def test_a_soak_is_flown_with_faults_and_without_contacts(run):
+    written, said = run(sim, "--soak", "--minutes", "0.4", "--seed", "3")
     soak = written["sim"]["soak"]
     assert soak["simulated_s"] == pytest.approx(24.0)
     assert soak["goals"] >= 1

@@ -90,7 +90,7 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
     found = {line["name"]: line["result"] for line in lines_of(folder)}
     mapped = found["experiment_3_ust_1_8s"]
     assert f"{mapped['open']['map_error_p95_m']:.3f}" in page
-    flown = found["experiment_1_forest_improved_1_6m"]
+    flown = found["experiment_1_forest_improved_1_3m"]
     assert flown["reached_goal"] is True
     assert f"{flown['computation_ms']:.3f}" in page
     for piece in plan(SMALLEST):
