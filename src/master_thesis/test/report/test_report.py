@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import re
@@ -26,36 +28,32 @@ ROOT = Path(__file__).resolve().parents[4]
 PATIENCE_S = 250.0
 
 
-def command(folder, *arguments):
-    return [
-        *(sys.executable, "-m", "master_thesis.report", "--smallest", "--no-pdf", "--out", str(folder)),
-        *arguments,
-    ]
-
-
-def environment():
-    libraries = os.pathsep.join(sorted(str(path) for path in ROOT.glob("src/*/src")))
-    return {**os.environ, "PYTHONPATH": libraries + os.pathsep + os.environ.get("PYTHONPATH", "")}
-
-
-def run(folder, *arguments):
-    return subprocess.run(
-        command(folder, *arguments), env=environment(), capture_output=True, text=True, timeout=PATIENCE_S
-    )
+def arguments(folder):
+    return ["--smallest", "--no-pdf", "--workers", "1", "--out", str(folder)]
 
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
-    """Interrupt the smallest report after its first piece, then let it end; return (folder, both outputs)."""
+    """Interrupt the smallest report after its first piece, then let it end.
+
+    Returns (folder, exit code and output of the first call, exit code and errors of the second).
+    """
     folder = tmp_path_factory.mktemp("report")
+    libraries = os.pathsep.join([*map(str, ROOT.glob("src/*/src")), os.environ.get("PYTHONPATH", "")])
     with subprocess.Popen(
-        command(folder), env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        [sys.executable, "-m", "master_thesis.report", *arguments(folder)],
+        env={**os.environ, "PYTHONPATH": libraries},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
     ) as begun:
         while not (lines_of(folder) or begun.poll() is not None):
             time.sleep(0.05)
         begun.send_signal(signal.SIGINT)
         said = begun.communicate(timeout=PATIENCE_S)[0]
-    return folder, (begun.returncode, said), run(folder)
+    with contextlib.redirect_stderr(io.StringIO()) as errors:
+        code = main(arguments(folder))
+    return folder, (begun.returncode, said), (code, errors.getvalue())
 
 
 def lines_of(folder) -> list[dict]:
@@ -67,12 +65,12 @@ def lines_of(folder) -> list[dict]:
 @pytest.mark.flight
 @pytest.mark.timeout(2.5 * PATIENCE_S)
 def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
-    folder, (code, interrupted), ended = report
+    folder, (code, interrupted), (code_of_second, errors) = report
     assert code == 130
     assert "Interrupted; all finished pieces are kept; the next call goes on from here." in interrupted
     assert "Traceback" not in interrupted
-    assert ended.returncode == 0, ended.stderr
-    before = int(re.search(r"(\d+) of 6 trials are there from before", ended.stderr).group(1))
+    assert code_of_second == 0, errors
+    before = int(re.search(r"(\d+) of 6 trials are there from before", errors).group(1))
     assert before >= 1
     assert sorted(line["name"] for line in lines_of(folder)) == sorted(piece.name for piece in plan(SMALLEST))
 
