@@ -141,7 +141,7 @@ def test_on_the_ground_nothing_is_taken_for_floor():
 angles_of_lean = st.floats(-0.6, 0.6)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     st.integers(0, 2**32 - 1),
     st.tuples(angles_of_lean, angles_of_lean, st.floats(-math.pi, math.pi)),

@@ -17,8 +17,8 @@ from cepa.cushion import improved_cushion, original_cushion
 from cepa.kernels.improved import valid_directions
 from cepa.scan import Grid
 
-EXAMPLES = settings(max_examples=300, deadline=None)
-MANY_EXAMPLES = settings(max_examples=1500, deadline=None)
+EXAMPLES = settings(max_examples=150, deadline=None)
+MANY_EXAMPLES = settings(max_examples=500, deadline=None)
 TURN = 2.0 * math.pi
 
 
