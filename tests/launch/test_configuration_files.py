@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import importlib.util
 import json
 import os
@@ -74,22 +75,47 @@ def test_there_is_something_to_load():
     assert YAML
 
 
-@pytest.mark.ros
-@pytest.mark.parametrize(("path", "change"), variants(), ids=lambda v: name(v) if isinstance(v, Path) else v)
-def test_launch_file_loads_and_its_nodes_exist(path, change):
+@pytest.fixture(scope="module")
+def load():
+    """Load a launch file with values for what it needs, and further ones; returns roslaunch's configuration.
+
+    A command whose output becomes a parameter runs once, whichever files ask for it.
+    """
     import roslaunch.config
+    import roslaunch.loader
+
+    def load(path, *given):
+        required = [arg.get("name") for arg in arguments(path) if arg.get("default") is None]
+        words = [f"{key}:={EXAMPLES[key]}" for key in required] + list(given)
+        return roslaunch.config.load_config_default([(str(path), words)], None, verbose=False)
+
+    loader = roslaunch.loader.Loader
+    known = functools.lru_cache(maxsize=None)(functools.partial(loader.param_value, None))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(loader, "param_value", lambda _, *given: known(*given))
+        yield load
+
+
+@functools.lru_cache(maxsize=None)
+def exists(package: str, node: str) -> bool:
     import roslib.packages
 
-    required = [arg.get("name") for arg in arguments(path) if arg.get("default") is None]
-    given = [f"{key}:={EXAMPLES[key]}" for key in required] + [change] * bool(change)
+    return bool(roslib.packages.find_node(package, node))
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(("path", "change"), variants(), ids=lambda v: name(v) if isinstance(v, Path) else v)
+def test_launch_file_loads_and_its_nodes_exist(load, path, change):
+    import roslaunch
+
     try:
-        config = roslaunch.config.load_config_default([(str(path), given)], None, verbose=False)
+        config = load(path, *[change] * bool(change))
     except roslaunch.RLException as error:
         pytest.fail(str(error), pytrace=False)
     nodes = {(node.package, node.type) for node in config.nodes + config.tests}
     assert not config.config_errors
     assert nodes
-    assert not {node for node in nodes if not roslib.packages.find_node(*node)}
+    assert not {node for node in nodes if not exists(*node)}
 
 
 FLYING = ("experiment_1", "experiment_2", "experiment_3", "experiment_4", "fly_to_goal", "teleop")
@@ -99,18 +125,11 @@ FLYING = ("experiment_1", "experiment_2", "experiment_3", "experiment_4", "fly_t
 @pytest.mark.parametrize(
     "file", [f"master_thesis/launch/{one}" for one in FLYING] + ["simulation_tools/launch/sitl"]
 )
-def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
-    import roslaunch.config
-
+def test_every_launch_file_that_flies_can_hold_the_worlds_models(load, file):
     path = ROOT / "src" / f"{file}.launch"
-    required = [arg.get("name") for arg in arguments(path) if arg.get("default") is None]
-    given = [f"{key}:={EXAMPLES[key]}" for key in required]
-    held = []
-    for value in ("false", "true"):
-        words = [*given, f"static_models:={value}"]
-        config = roslaunch.config.load_config_default([(str(path), words)], None, verbose=False)
-        held.append(config.params["/gazebo/static_models"].value)
-    assert held == [False, True]
+    for value in (False, True):
+        config = load(path, f"static_models:={str(value).lower()}")
+        assert config.params["/gazebo/static_models"].value is value
 
 
 @pytest.mark.parametrize("path", LAUNCH + ROSTESTS, ids=name)
