@@ -269,7 +269,8 @@ def test_the_smallest_of_each_shipped_campaign(path, workers, tmp_path):
     assert not [row["error"] for row in rows if row["error"]]
     combinations = (tmp_path / "summary.csv").read_text().splitlines()[1:]
     assert len(combinations) >= 2, "there is nothing to compare"
-    assert list(tmp_path.glob("*.png")), "there is nothing to see"
+    if read_campaign(path, smallest=True).varied != ("algorithm",):
+        assert list(tmp_path.glob("*.png")), "there is nothing to see"
     if path.stem == "avoidance_forest":  # without avoidance trunks are met, with it they are not
         met = {
             name: [row["collision"] for row in rows if row["algorithm"] == name]
