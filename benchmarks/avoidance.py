@@ -6,6 +6,7 @@ them. --resume goes on from an interrupted run.
 - mixed: `config/campaigns/avoidance.yaml`, the improved and the original algorithm in random forests. The
   improved one must never collide at 2 m/s. Keys: cepa.campaign.{original, improved, improved_velocity_aware,
   improved_levelling}.{all, 1_m_s, ...}, and cepa.campaign.improved_at_2_m_s, with collisions per km.
+- ros: the row spaced at 4 m/s through all ROS nodes in real time.
 - spaced, thick, dead_ends, ...: keys avoidance.PLACE.SPEED.ALGORITHM.{flights, contacts, reached, time_ratio,
   clearance_m, computation_ms}. The table of goals says what `dynamic` is to reach and whether it does.
 
@@ -18,9 +19,9 @@ import argparse
 from pathlib import Path
 from typing import Sequence
 
-from benchmarks.avoidance_rows import judging, mixed_forests
+from benchmarks.avoidance_rows import judging, mixed_forests, real_time
 from benchmarks.avoidance_rows.judging import Verdict
-from benchmarks.avoidance_rows.rows import ROWS, Row
+from benchmarks.avoidance_rows.rows import REAL_TIME, ROWS, Row
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import AGAIN, interrupted, trial_options
 from master_thesis.campaign.campaign import Campaign
@@ -62,13 +63,17 @@ def fly_mixed(given: argparse.Namespace) -> None:
 def fly_row(row: Row, given: argparse.Namespace) -> list[Verdict]:
     """Fly a row; return how its goals were met."""
     with Results(row.campaign, given.results, vars(given)) as results:
-        _, flown = fly(row.campaign, given.results / "avoidance" / row.name, given)
-        sets = judging.sets(row, flown.trials)
-        found = {name: judging.metrics(flights, flown.computation_ms) for name, flights in sets.items()}
+        if row is REAL_TIME:
+            trials, computation_ms = real_time.fly_all(row, given)
+        else:
+            _, flown = fly(row.campaign, given.results / "avoidance" / row.name, given)
+            trials, computation_ms = flown.trials, flown.computation_ms
+        sets = judging.sets(row, trials)
+        found = {name: judging.metrics(flights, computation_ms) for name, flights in sets.items()}
         for name, values in found.items():
             results.add(judging.key(*name), values)
         print(f"\n{row.what}\n\n{judging.as_table(found)}")
-        return judging.verdicts(row, flown.trials, flown.computation_ms)
+        return judging.verdicts(row, trials, computation_ms)
 
 
 def fly(name: str, path: Path, given: argparse.Namespace) -> tuple[Campaign, Flown]:

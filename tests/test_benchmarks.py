@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 from benchmarks import avoidance, cepa, experiment_1, px4, sim, slam  # noqa: E402
-from benchmarks.avoidance_rows import judging, mixed_forests, rows  # noqa: E402
+from benchmarks.avoidance_rows import judging, mixed_forests, real_time, rows  # noqa: E402
 from benchmarks.shared import places  # noqa: E402
 from benchmarks.shared.flights import Question  # noqa: E402
 from benchmarks.shared.results import Results, merge, table  # noqa: E402
@@ -272,6 +272,36 @@ def test_a_goal_is_met_or_missed(flown, missed):
     assert [verdict.goal for verdict in found if not verdict.met] == missed
     assert len(found) == 6
     assert judging.verdicts_table(found).count("missed") == len(missed)
+
+
+@pytest.mark.parametrize(
+    ("result", "end"),
+    [
+        ({}, "reached"),
+        ({"collision": True}, "collision"),
+        ({"reached_goal": False, "collision": True}, "collision"),
+        ({"reached_goal": False}, "stuck"),
+    ],
+)
+def test_a_flight_through_the_graph_is_judged_as_one_without(tmp_path, result, end):
+    content = {
+        "reached_goal": True,
+        "collision": False,
+        "flight_time_s": 13.0,
+        "path_length_m": 30.0,
+        "min_clearance_m": 0.3,
+        "emergencies": 0,
+        "real_time_factor": 1.0,
+        "times_s": {"flying": 8.0},
+    }
+    (tmp_path / "result.json").write_text(json.dumps({**content, **result}))
+    lines = [f"{t},{ms}" for t, ms in [(7.0, 99.0), *((8.0 + i, i) for i in range(20))]]
+    (tmp_path / "decisions.csv").write_text("\n".join(["t_s,computation_ms", *lines]))
+    found = real_time.outcome_of(tmp_path / "result.json", straight_s=6.5)
+    assert [name for name in ("reached", "collision", "stuck") if found[name]] == [end]
+    assert found["computation_ms"] == [5.0, 15.0]  # of 0 to 19; what was before the goal does not count
+    if end == "reached":
+        assert found["time_over_straight"] == 2.0
 
 
 def test_a_benchmark_with_failed_trials_ends_and_resumes_with_them(tmp_path):

@@ -29,7 +29,6 @@ from simulation_tools.vehicle.uav import load_uav
 
 PATIENCE = 10.0
 """A flight is given up after this many times what its straight way takes at full speed."""
-COMPUTATION_STEP = 10
 LIDAR_POWER_W = {"urg": 2.5, "ust": 3.6, "utm": 8.0, "puck": 8.0, "tim": 4.0, "m8": 15.0}
 """Thesis, table D.1; range, rate and weight stand in the lidars' SDF files."""
 
@@ -130,8 +129,13 @@ def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
         min_clearance_m=flight.clearance_m,
         emergencies=flight.emergencies,
         mass_kg=flight.mass_kg,
-        computation_ms=np.sort(flight.computation_ms)[COMPUTATION_STEP // 2 :: COMPUTATION_STEP].tolist(),
+        computation_ms=thinned_times(flight.computation_ms),
     )
+
+
+def thinned_times(times_ms: np.ndarray | Sequence[float]) -> list[float]:
+    """Return every tenth of some computation times in ascending order."""
+    return [float(value) for value in np.sort(times_ms)[5::10]]
 
 
 def lidar_data(lidar: str, range_m: float | None = None) -> LidarData:
