@@ -1,1 +1,1 @@
-"""Between the library and ROS: the nodes of the experiments, the doctor, and launches."""
+"""The ROS side: the nodes of the experiments, the doctor, and launches."""

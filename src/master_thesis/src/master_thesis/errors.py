@@ -1,4 +1,4 @@
-"""The package's exceptions; each message says in one sentence what is wrong, where, and what to do."""
+"""The package's exceptions. Each message is one sentence: what is wrong, where, and what to do."""
 
 
 class MasterThesisError(Exception):
@@ -14,16 +14,16 @@ class ResultsError(MasterThesisError):
 
 
 class FlightError(MasterThesisError):
-    """A flight that cannot be flown or measured as asked."""
+    """A flight that cannot be flown or measured as requested."""
 
 
 class GraphError(MasterThesisError):
-    """A graph of nodes that did not do what was to be measured, or could not be started."""
+    """A graph of nodes that could not be started or measured."""
 
 
 class TrialsError(MasterThesisError):
-    """A file of trials, or a scheduler, that cannot be used as it is; or trials that failed."""
+    """A file of trials or a scheduler that cannot be used, or trials that failed."""
 
 
 class CampaignError(MasterThesisError):
-    """A campaign's file or folder that cannot be used as it is."""
+    """A campaign's file or folder that cannot be used."""

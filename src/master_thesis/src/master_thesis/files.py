@@ -1,4 +1,4 @@
-"""Files that are written completely or not at all, and values in a form that JSON can hold."""
+"""Writes files completely or not at all, and converts values for JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from typing import Any
 
 
 def replace_file(path: Path, content: bytes | str) -> None:
-    """Write a file. Nobody ever sees half of it, not even after a crash; until the end the old file stays.
+    """Write a file at once.
+
+    Even after a crash there is either the old file or the complete new one.
 
     Raises:
         OSError: it cannot be written; nothing has changed.
@@ -26,14 +28,14 @@ def replace_file(path: Path, content: bytes | str) -> None:
             os.fsync(stream.fileno())
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
-    except BaseException:  # Ctrl-C, too
+    except BaseException:  # also after Ctrl-C
         with contextlib.suppress(FileNotFoundError):
             os.unlink(temporary)
         raise
 
 
 def plain(value: Any) -> Any:
-    """Turn dataclasses, tuples, numpy's values, paths and UTF-8 bytes into what JSON holds.
+    """Turn dataclasses, tuples, numpy's values, paths and UTF-8 bytes into JSON's types.
 
     NaN and infinities become None.
     """

@@ -19,7 +19,7 @@ DEAR = (
     "sensor_msgs/PointCloud2",
     "nav_msgs/OccupancyGrid",
 )
-"""Types that no check looks at; they would take most of the time."""
+"""Types that no check needs. They would take most of the time."""
 
 DAMAGE = (
     rosbag.ROSBagException,
@@ -30,7 +30,7 @@ DAMAGE = (
     ValueError,
     LookupError,
 )
-"""What rosbag and message classes raise over bytes that make no sense."""
+"""The exceptions of rosbag and message classes for damaged bytes."""
 
 
 class BagError(MasterThesisError):
@@ -38,7 +38,7 @@ class BagError(MasterThesisError):
 
 
 def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
-    """Return all that a bag says, and the parameters that its nodes describe; raises BagError."""
+    """Return a bag's recording, and the parameters that its nodes describe; raises BagError."""
     recorder, end_s = Recorder(), math.nan
     try:
         with rosbag.Bag(str(path)) as bag:

@@ -1,7 +1,7 @@
 """Finds what is wrong with an installation, a running graph (--live) or a bag (--bag FILE).
 
-Each finding is one line: how bad, where, what, and what to do about it.
-Exit code 0: nothing stops anything from working; 1: something does; 2: it could not be examined.
+Each finding is one line: severity, place, fault, remedy. Exit code 0: no error; 1: at least one error; 2:
+the examination was not possible.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from master_thesis.doctor.finding import Finding
 from master_thesis.errors import MasterThesisError
 
 Examined = Tuple[Sequence[Finding], str]
-"""What was found, and where."""
+"""The findings, and what was examined."""
 
 
 def main() -> int:

@@ -57,7 +57,7 @@ def _draw(arguments: argparse.Namespace) -> list[Path]:
 
 
 def _wires(graph: Graph) -> list[drawing.Wire]:
-    """Return MAVROS's link to its flight controller, as the parameters say."""
+    """Return MAVROS's link to its flight controller, from the parameters."""
     if not any(node.name == "/mavros" for node in graph.nodes):
         return []
     url = rospy.get_param("/mavros/fcu_url", "") or f"udp {rospy.get_param('/mavros/offboard_port', '')}"
@@ -67,7 +67,7 @@ def _wires(graph: Graph) -> list[drawing.Wire]:
 
 
 def _render(source: str, path: Path) -> Path:
-    """Have graphviz draw a file, in the format that its suffix says."""
+    """Let graphviz draw a file in the format of its suffix."""
     resolution = () if path.suffix == ".svg" else (f"-Gdpi={DOTS_PER_INCH}",)
     command = ["dot", f"-T{path.suffix[1:]}", *resolution, "-o", str(path)]
     done = subprocess.run(command, input=source, text=True, stderr=subprocess.PIPE, check=False)

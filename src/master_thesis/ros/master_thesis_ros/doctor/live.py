@@ -24,7 +24,7 @@ NOT_LISTENED_TO = (
     "sensor_msgs/PointCloud2",
     "nav_msgs/OccupancyGrid",
 )
-"""Types that no check looks at; a subscriber would make a camera render."""
+"""Types that no check needs. A subscriber would make a camera render."""
 
 
 class GraphError(MasterThesisError):
@@ -32,7 +32,7 @@ class GraphError(MasterThesisError):
 
 
 def look(listen_s: float) -> Graph:
-    """Listen to the graph for so long (wall time) and return what it is like; raises GraphError."""
+    """Listen to the graph for this wall time and return a snapshot; raises GraphError."""
     master = rosgraph.Master("/doctor")
     try:
         master.getPid()
@@ -77,7 +77,7 @@ class _Listener:
         self.now_s = math.nan
 
     def follow(self, types: dict[str, str], use_sim_time: bool) -> None:
-        """Listen to the topics that are new. use_sim_time: the clock is /clock's."""
+        """Subscribe to new topics. use_sim_time: the clock is /clock."""
         for topic, kind in types.items():
             kind_class = roslib.message.get_message_class(kind) if kind != "*" else None
             if topic in self._subscribers or kind in NOT_LISTENED_TO or kind_class is None:
@@ -99,7 +99,7 @@ class _Listener:
 
     @contextmanager
     def finished(self) -> Iterator[tuple[Recorder, set[str]]]:
-        """Unsubscribe; give the recorder and the topics that were listened to."""
+        """Unsubscribe. Return the recorder and the subscribed topics."""
         for subscriber in self._subscribers.values():
             subscriber.unregister()
         with self._lock:
@@ -107,7 +107,7 @@ class _Listener:
 
 
 def _node(master: rosgraph.Master, name: str) -> Node | None:
-    """Return a node, and whether its own server answers; None if it took its leave meanwhile."""
+    """Return a node, and whether its server answers; None if it has ended meanwhile."""
     try:
         uri = master.lookupNode(name)
     except UNREACHABLE:
@@ -120,7 +120,7 @@ def _node(master: rosgraph.Master, name: str) -> Node | None:
 
 
 def _package(pid: int) -> str:
-    """Return the package of a process on this machine: its program lies in .../lib/PACKAGE/TYPE."""
+    """Return the package of a process on this machine. Its program is in .../lib/PACKAGE/TYPE."""
     try:
         words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")
     except OSError:
@@ -129,19 +129,19 @@ def _package(pid: int) -> str:
 
 
 def _launched(master: rosgraph.Master) -> Iterator[Launched]:
-    """Yield what every roslaunch of this graph says of its nodes."""
+    """Yield the nodes that each roslaunch of this graph has started."""
     for uri in (_parameter(master, "/roslaunch/uris", {}) or {}).values():
         try:
             code, _, (alive, dead) = server(uri).list_processes()
         except (*UNREACHABLE, ValueError):
-            continue  # it ended without a word; its nodes are told of by their own silence
+            continue  # it has ended; its nodes' own silence shows this
         if code == 1:
             yield from (Launched(_name(name), True, int(starts)) for name, starts in alive if _is_node(name))
             yield from (Launched(_name(name), False, int(starts)) for name, starts in dead if _is_node(name))
 
 
 def _name(process: str) -> str:
-    """Return a node's name of that of its process, e.g. cepa-5."""
+    """Return a node's name from its process's name, e.g. cepa-5."""
     return "/" + process.rpartition("-")[0].lstrip("/")
 
 

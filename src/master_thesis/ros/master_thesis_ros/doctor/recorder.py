@@ -13,7 +13,7 @@ import numpy as np
 from master_thesis.doctor.snapshot import Autopilot, Parameter, Recording, Scan, Topic, Transform
 
 SCANS_KEPT, EVERY_LATER_SCAN = 50, 20
-"""Of each topic the first scans are kept, and later one of so many."""
+"""Keep the first scans of each topic, and later one of this many."""
 
 
 @dataclass
@@ -25,7 +25,7 @@ class _Heard:
 
 
 class Recorder:
-    """Stores what the checks look at. Not for several threads at once."""
+    """Stores the input of the checks. Not thread-safe."""
 
     def __init__(self) -> None:
         self._heard: dict[str, _Heard] = {}
@@ -125,10 +125,10 @@ class Recorder:
         types: Mapping[str, str] | None = None,
         listened: Collection[str] | None = None,
     ) -> Recording:
-        """Return all that was heard so far. end_s: the graph's clock now.
+        """Return everything received so far.
 
-        publishers, subscribers: topic to names of nodes, as a master tells; in a bag None. types: topic to
-        type. listened: the topics whose messages were asked for; None: all.
+        end_s: the graph's clock now. publishers, subscribers: topic to names of nodes, from the master; in a
+        bag None. types: topic to type. listened: the subscribed topics; None: all.
         """
         names = {*self._heard, *(publishers or {}), *(subscribers or {})}
         topics = {}
@@ -156,7 +156,7 @@ class Recorder:
 
 
 def _choices(edit_method: str) -> tuple[str, ...]:
-    """Return what a parameter may be: dynamic_reconfigure writes an enum as Python writes a dictionary."""
+    """Return a parameter's choices. dynamic_reconfigure writes an enum as the text of a Python dictionary."""
     try:
         return tuple(str(choice["value"]) for choice in ast.literal_eval(edit_method)["enum"])
     except (ValueError, SyntaxError, KeyError, TypeError):

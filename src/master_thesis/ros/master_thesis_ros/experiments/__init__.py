@@ -1,1 +1,1 @@
-"""The nodes that control the experiments: they follow the flight, give orders, and write the results."""
+"""The nodes that control the experiments: they watch the flight, give orders, and write the results."""

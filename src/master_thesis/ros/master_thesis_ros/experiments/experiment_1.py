@@ -30,7 +30,7 @@ from node_tools.node import RunNode
 class Experiment1Node(FlightNode):
     """Flies to one goal.
 
-    Subscribes, besides what every `FlightNode` does: goal_reached (std_msgs/Bool).
+    Subscribes, besides every `FlightNode`'s topics: goal_reached (std_msgs/Bool).
     Publishes: pos_setpoint (geometry_msgs/Pose, latched).
     Parameters: see doc/reference.md.
     """
@@ -62,7 +62,7 @@ class Experiment1Node(FlightNode):
 
 
 def make() -> RunNode:
-    """Read and check what is to be flown; return what flies it and writes the results."""
+    """Read and check the request. Return the function that flies it and writes the results."""
     asked = rospy.get_param("~", {})
     avoidance = str(asked.get("avoidance", scenario.CEPA))
     check_avoidance(avoidance)

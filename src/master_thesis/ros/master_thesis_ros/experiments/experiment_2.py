@@ -31,18 +31,18 @@ from node_tools.ending import Ending
 from node_tools.node import RunNode
 
 LET_GO_S = 0.3
-"""Wall time; in lockstep, mavros_publisher follows the order by then."""
+"""Wall time after which, in lockstep, mavros_publisher has taken the order."""
 
 
 class Experiment2Node(ExperimentNode):
     """Freezes the flight, places obstacles around the UAV, and lets it go.
 
-    Subscribes to what every `ExperimentNode` does; scan: as CEPA gets it, filtered and padded.
+    Subscribes to every `ExperimentNode`'s topics; scan: CEPA's input, filtered and padded.
     Publishes: use_pos_setpoint (std_msgs/Bool, latched): false when the UAV is let go.
-    Calls: what `SimulatorServices` does.
+    Calls: the services of `SimulatorServices`.
     Parameters: see doc/reference.md.
 
-    In lockstep it acknowledges the scan at which time stands still when everything has been placed.
+    In lockstep it acknowledges the scan of the stop of time after it has placed everything.
     """
 
     scan_class = numpy_msg(LaserScan)
@@ -79,10 +79,10 @@ class Experiment2Node(ExperimentNode):
             self._acknowledge(self._frozen_at)
 
     def _look(self) -> None:
-        """Stop time once more, so that the user can look at CEPA's proposals."""
+        """Stop time again, so that the user can look at CEPA's proposals."""
         if self._look_s > 0.0:
             self._simulator.pause()
-            time.sleep(self._look_s)  # of wall time: simulated time stands still
+            time.sleep(self._look_s)  # wall time, because simulated time stands still
             self._simulator.unpause()
 
     def _hears_everybody(self) -> bool:
@@ -118,7 +118,7 @@ class Experiment2Node(ExperimentNode):
 
 
 def make() -> RunNode:
-    """Read and check what is to be flown; return what flies it and writes the results."""
+    """Read and check the request. Return the function that flies it and writes the results."""
     asked, everything = rospy.get_param("~", {}), all_parameters()
     try:
         cepa = choice_of({**config_of(Choice("improved", CepaParameters())), **everything.get("cepa", {})})

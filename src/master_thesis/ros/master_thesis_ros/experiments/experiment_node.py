@@ -1,4 +1,4 @@
-"""What the nodes of all experiments share: they hear a run, decide, and acknowledge scans in lockstep."""
+"""The common part of the experiments' nodes: they watch a run, decide, and acknowledge scans in lockstep."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from master_thesis_ros.experiments.messages import decision_rows, stamp_s, twist
 
 INTERRUPTED = "The run was interrupted before its end."
 SETTLE_S = 0.1
-"""Wall time; in lockstep, by then everybody has heard what is to be done."""
+"""Wall time after which, in lockstep, every node has received the order."""
 
 Handler = Callable[[Any], Optional[Iterable[Enum]]]
-"""Takes a message, and returns the actions that it calls for."""
+"""Takes a message and returns the actions to carry out."""
 
 
 class WatchedRun(Protocol):
@@ -39,17 +39,17 @@ class WatchedRun(Protocol):
         """Whether the wait for the hover is over."""
 
     def on_waiting(self, reason: str) -> None:
-        """Take note why the UAV does not hover yet, in words; empty: it does."""
+        """Note why the UAV does not hover yet, in words; empty: it hovers."""
 
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Take note of a contact between two collision shapes."""
+        """Note a contact between two collision shapes."""
 
     def abort(self, why: str) -> Sequence[Enum]:
         """End the run at once, unless it is over; `why` is a sentence."""
 
 
 class ExperimentNode(ABC):
-    """Leads a run by messages and their stamps; it is no part of the control chain.
+    """Controls a run by messages and their stamps. It is not part of the control chain.
 
     Subscribes: ready (std_msgs/Bool), waiting_for (std_msgs/String); ground_truth (nav_msgs/Odometry); scan
     (sensor_msgs/LaserScan); vel_safe (geometry_msgs/TwistStamped); cepa_stats
@@ -58,13 +58,17 @@ class ExperimentNode(ABC):
     Publishes: in lockstep ~processed (std_msgs/Header), the acknowledgement of a scan.
 
     In lockstep it decides at the first scan of each second of simulated time. The simulator waits for its
-    acknowledgement, and all messages of this instant have come. So nothing depends on how fast messages are.
+    acknowledgement, and all messages of this instant have arrived. So nothing depends on the speed of
+    messages.
     """
 
     scan_class: Any = LaserScan
 
     def __init__(self, watched: WatchedRun, lockstep: bool, cepa: bool = True) -> None:
-        """Hear everybody. cepa: CEPA steers, and tells why; else a node of the user's own does."""
+        """Subscribe to all topics.
+
+        cepa: CEPA steers and publishes its decisions; else a user's node steers.
+        """
         self._watched, self._lockstep = watched, lockstep
         self._lock = threading.Lock()
         self._heard = threading.Condition(self._lock)
@@ -82,18 +86,18 @@ class ExperimentNode(ABC):
             self.subscribe("cepa_stats", DiagnosticArray, self._on_stats)
 
     def subscribe(self, name: str, message_class: Any, handler: Handler) -> None:
-        """Hear a topic until the run is over; the handler is called under the lock."""
+        """Subscribe to a topic until the run is over. The handler is called under the lock."""
         callback = self._locked(handler)
         options = {"queue_size": 100, "tcp_nodelay": True}
         self._subscribers.append(rospy.Subscriber(name, message_class, callback, **options))
 
     def run(self) -> None:
-        """Carry out what the run asks for until it is over or ROS shuts down."""
-        # Not among the others: lockstep begins without it, too.
+        """Carry out the run's actions until it is over or ROS shuts down."""
+        # Not among the others, because lockstep begins without it, too.
         on_waiting = self._locked(lambda message: self._watched.on_waiting(message.data))
         self._reasons = rospy.Subscriber("waiting_for", String, on_waiting)
         self._keep_scan = self._locked(self._on_scan)
-        # To the very end, because the simulator waits for the acknowledgement.
+        # Until the very end, because the simulator waits for the acknowledgement.
         self._scans = rospy.Subscriber(
             "scan", self.scan_class, self._take_scan, queue_size=100, tcp_nodelay=True
         )
@@ -107,7 +111,7 @@ class ExperimentNode(ABC):
             self._carry_out(action)
 
     def close(self) -> None:
-        """End the run if it is not over, and hear no more."""
+        """End the run if it is not over, and unsubscribe."""
         with self._lock:
             self._finished = True
             self._actions.queue.clear()
@@ -118,7 +122,7 @@ class ExperimentNode(ABC):
 
     @abstractmethod
     def _carry_out(self, action: Enum) -> None:
-        """Do what the run asks for."""
+        """Carry out an action of the run."""
 
     @abstractmethod
     def _decide_at(self, header: Header) -> bool:
@@ -126,15 +130,15 @@ class ExperimentNode(ABC):
 
     @abstractmethod
     def _on_ready(self, message: Bool) -> None:
-        """Take note whether the UAV hovers over the start and takes orders."""
+        """Note whether the UAV hovers over the start and takes orders."""
 
     @abstractmethod
     def _on_ground_truth(self, message: Odometry) -> Iterable[Enum]:
-        """Take the true pose; return what is to be done, unless it is decided in lockstep."""
+        """Take the true pose. Return the actions; in lockstep the scan decides them."""
 
     @abstractmethod
     def _on_scan(self, message: LaserScan) -> Iterable[Enum] | None:
-        """Keep a scan; return what is to be done."""
+        """Keep a scan. Return the actions."""
 
     def _locked(self, handler: Handler) -> Callable[[Any], None]:
         def callback(message: Any) -> None:
@@ -143,20 +147,20 @@ class ExperimentNode(ABC):
                     return
                 try:
                     self._take(handler(message) or ())
-                except (KeyError, ValueError) as error:  # a value that is missing or no number
+                except (KeyError, ValueError) as error:  # a value is missing or is no number
                     rospy.logwarn_throttle(5.0, f"A {type(message).__name__} is ignored: {error}.")
                 self._heard.notify_all()
 
         return callback
 
     def _take(self, actions: Iterable[Enum]) -> None:
-        """Have the actions carried out; nothing is heard after FINISH. Call it under the lock."""
+        """Carry out the actions. After FINISH no message counts. Call it under the lock."""
         for action in actions:
             self._finished = self._finished or action.name == "FINISH"
             self._actions.put(action)
 
     def _take_scan(self, message: LaserScan) -> None:
-        """Keep the scan; in lockstep decide what is to be done, and acknowledge it."""
+        """Keep the scan. In lockstep decide on the actions and acknowledge the scan."""
         self._keep_scan(message)
         if not self._lockstep or (self._decided_in_s < 0 and not self._hears_everybody()):
             return  # the simulator repeats the first scan until it is acknowledged
@@ -171,7 +175,10 @@ class ExperimentNode(ABC):
             self._processed.publish(header)
 
     def _hears_everybody(self) -> bool:
-        """Whether every topic is connected; those that must be complete prove it by their first message."""
+        """Whether every topic is connected.
+
+        For a topic that must be complete, the first message proves it.
+        """
         return all(subscriber.get_num_connections() for subscriber in self._subscribers)
 
     def _on_stats(self, message: DiagnosticArray) -> None:
@@ -185,7 +192,7 @@ class ExperimentNode(ABC):
             self._watched.on_contact(stamp_s(message), *names, upwards=upwards)
 
     def _on_log(self, message: Log) -> Iterable[Enum]:
-        """End a run before its start when a node cannot start: roslaunch would start it again for ever."""
+        """End a run before its start if a node cannot start, because roslaunch would restart it for ever."""
         if message.level == Log.FATAL and not self._watched.has_begun:
             return self._watched.abort(message.msg)
         return ()

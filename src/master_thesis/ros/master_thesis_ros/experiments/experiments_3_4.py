@@ -1,4 +1,4 @@
-"""The node `experiments_3_4`: has a mission flown, watches SLAM, and writes how true the map is."""
+"""The node `experiments_3_4`: starts the mission, watches SLAM, and writes the map's error."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ SCAN_PERIOD_S = 1.0
 
 
 class Experiments34Node(FlightNode):
-    """Has the node `mission` fly its mission, to the end or until the time is over.
+    """Lets the node `mission` fly its mission to the end, or until the time is over.
 
-    Subscribes, besides what every `FlightNode` and `SlamWatch` do: mission_result
+    Subscribes, besides the topics of `FlightNode` and `SlamWatch`: mission_result
         (inspection_tools/MissionActionResult).
     Publishes: mission_goal (inspection_tools/MissionActionGoal, latched), mission_cancel
         (actionlib_msgs/GoalID).
@@ -81,7 +81,7 @@ class Experiments34Node(FlightNode):
         return super()._decisions()
 
     def _await_slam(self) -> None:
-        """Let the flight begin when SLAM has begun, because the map lacks what SLAM did not see."""
+        """Let the flight begin after SLAM's start, because SLAM must see all of it."""
         if self._uav_is_ready and not self._slam.has_begun:
             rospy.loginfo_throttle(10.0, "The UAV hovers over the start; SLAM has not begun yet.")
         awaited = "SLAM, whose node says above why it has not begun" if self._uav_is_ready else "the hover"
@@ -101,7 +101,7 @@ class Experiments34Node(FlightNode):
 
 
 def make() -> RunNode:
-    """Read and check what is to be flown; return what flies it and writes the results."""
+    """Read and check the request. Return the function that flies it and writes the results."""
     asked = rospy.get_param("~", {})
     flight = experiments_3_4.read(asked, cepa_keeps_m(all_parameters().get("cepa", {})))
     lockstep, slam_node = asked.get("lockstep", False) is True, str(asked.get("slam_node", "/gridslam"))
@@ -131,7 +131,7 @@ def _fly(flight: experiments_3_4.MissionFlight, lockstep: bool, slam_node: str, 
 
 
 def _with_survey(flown: FlownRun, content: dict, slam: SlamWatch) -> dict:
-    """Judge the map, and add its metrics; without a map the run has failed."""
+    """Compute the map's metrics and add them. Without a map the run has failed."""
     from master_thesis.experiments_3_4.survey import survey  # matplotlib and evo take a second to import
 
     folder, description, log, outcome = flown

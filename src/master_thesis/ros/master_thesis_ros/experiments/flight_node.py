@@ -1,4 +1,4 @@
-"""The node that follows a flight with a goal or a mission: it hears, records, decides, and lands the UAV."""
+"""The node of a flight with a goal or a mission: it records, decides, and lands the UAV."""
 
 from __future__ import annotations
 
@@ -31,18 +31,16 @@ LAND_ATTEMPTS = 5
 ANSWER_PATIENCE_S = 0.5
 """Wall time for the stamped messages of an instant."""
 UNSTAMPED_S = 0.02
-"""Wall time after which messages without a stamp (ready, goal_reached) have come, too."""
+"""Wall time after which messages without a stamp (ready, goal_reached) have also arrived."""
 
 
 class FlightNode(ExperimentNode):
-    """Leads a flight.
+    """Controls a flight.
 
-    Subscribes, besides what every `ExperimentNode` does: odometry (nav_msgs/Odometry); vel_raw, vel_final
+    Subscribes, besides every `ExperimentNode`'s topics: odometry (nav_msgs/Odometry); vel_raw, vel_final
     (geometry_msgs/TwistStamped); performance (diagnostic_msgs/DiagnosticArray); mavros/state
-    (mavros_msgs/State).
-    Publishes: ~path (nav_msgs/Path, latched; for RViz).
-    Calls: mavros/set_mode (AUTO.LAND).
-    A subclass says where to fly (`send_goal`), and hears when the UAV is there.
+    (mavros_msgs/State). Publishes: ~path (nav_msgs/Path, latched; for RViz). Calls: mavros/set_mode
+    (AUTO.LAND). A subclass sends the goal (`send_goal`) and notes its arrival.
     """
 
     def __init__(self, monitor: Monitor, lockstep: bool, cepa: bool = True) -> None:
@@ -61,13 +59,13 @@ class FlightNode(ExperimentNode):
 
     @abstractmethod
     def send_goal(self) -> None:
-        """Send the UAV, which hovers over the start, on its way."""
+        """Send the goal to the UAV, which hovers over the start."""
 
     def _carry_out(self, action: Enum) -> None:
         if action is Action.SEND_GOAL:
             self.send_goal()
         elif action is Action.LAND:
-            # In a thread of its own, because a call to a MAVROS that hangs would never return
+            # In a separate thread, because a call to a hung MAVROS would never return
             threading.Thread(target=self._land, daemon=True).start()
 
     def _land(self) -> None:
@@ -80,14 +78,14 @@ class FlightNode(ExperimentNode):
                     return
             except rospy.ServiceException as error:
                 rospy.logwarn(f"MAVROS does not take the order to land: {error}")
-            time.sleep(0.2)  # of wall time; the flight goes on meanwhile
+            time.sleep(0.2)  # wall time; the flight goes on meanwhile
         rospy.logerr(f"MAVROS refused to land {LAND_ATTEMPTS} times; the run ends at its time limit.")
 
     def _hears_everybody(self) -> bool:
         return super()._hears_everybody() and self._has_heard(-math.inf)
 
     def _has_heard(self, t_s: float) -> bool:
-        """Return whether every series that must be complete has a row of this instant."""
+        """Return whether each series that must be complete has a row of this instant."""
         log = self._monitor.log
         series = (log.truth, log.odometry, log.v_safe, log.v_final)
         return all(one.rows and one.rows[-1][0] >= t_s for one in series)

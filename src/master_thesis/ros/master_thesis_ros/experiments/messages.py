@@ -17,7 +17,7 @@ def pose_values(message: Any) -> tuple[float, ...]:
     """Return (x, y, z, qx, qy, qz, qw) of a geometry_msgs/Pose.
 
     Raises:
-        ValueError: a value is no number, or the place lies beyond every world.
+        ValueError: a value is no number, or the place is absurdly far away.
     """
     position = xyz(message.position)
     values = (*position, *xyzw(message.orientation))

@@ -12,9 +12,9 @@ from node_tools.ros_servers import UNREACHABLE, server
 
 
 class NodeProcess:
-    """Processor time between `begin` and `end` (cpu_share: of one core), and peak memory, of a node.
+    """CPU time of a node between `begin` and `end` (cpu_share: of one core), and its peak memory.
 
-    Everything stays None for a node that cannot be found, or that runs elsewhere.
+    Everything stays None for a node that is not found or runs on another machine.
     """
 
     def __init__(self, node: str) -> None:
@@ -26,14 +26,14 @@ class NodeProcess:
         self.peak_mb: float | None = None
 
     def begin(self) -> None:
-        """Count from here."""
+        """Begin to count."""
         self._pid = self._find()
         used_s = None if self._pid is None else processes.cpu_s(self._pid)
         if used_s is not None:
             self._began = (time.perf_counter(), used_s)
 
     def end(self) -> None:
-        """Count to here."""
+        """Stop counting."""
         if self._pid is None or self._began is None:
             return
         used_s = processes.cpu_s(self._pid)

@@ -1,4 +1,4 @@
-"""Says how far the work after a flight has come."""
+"""Logs the progress of the work after a flight."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ import rospy
 
 
 def log_progress(done: int, of: int) -> None:
-    """Log how many poses the clearance has been measured at."""
+    """Log at how many poses the clearance is measured."""
     rospy.loginfo_throttle(5.0, f"Measuring the clearance: {done} of {of}.")

@@ -1,4 +1,4 @@
-"""One run from its folder to its summary; Ctrl-C ends it in every phase, and what was flown is written."""
+"""One run from its folder to its summary. Ctrl-C ends it in every phase; the data so far is written."""
 
 from __future__ import annotations
 
@@ -28,18 +28,21 @@ from node_tools.parameters import read_values
 from simulation_tools.errors import SimulationToolsError
 
 LOOK_S = 0.05
-"""Wall time between two looks whether the run is over."""
+"""Wall time between two checks whether the run is over."""
 WRITING_S = 0.3
-"""Wall time that a file takes which is being written when Ctrl-C comes."""
+"""Wall time to finish writing a file after Ctrl-C."""
 
 
 def drive(make: Callable[[], RunNode], ending: Ending) -> None:
-    """Run an experiment's node; errors of the libraries are one sentence and exit code 1. Does not return."""
+    """Run an experiment's node.
+
+    An error of the libraries gives one sentence and exit code 1. Does not return.
+    """
     run("experiment", make, ending, (MasterThesisError, SimulationToolsError), explain=str)
 
 
 class Described(Protocol):
-    """What is to be flown."""
+    """A description of a run."""
 
     @property
     def experiment(self) -> str:
@@ -50,7 +53,7 @@ class Run:
     """One run's folder, its recorder, and the wall time since roslaunch was called."""
 
     def __init__(self, description: Described, ending: Ending) -> None:
-        """Make the folder and begin to record; Ctrl-C is for this object to handle from now on.
+        """Make the folder and start recording. From now on this object handles Ctrl-C.
 
         Raises:
             MasterThesisError: the folder cannot be made.
@@ -72,10 +75,10 @@ class Run:
     def lead(self, watched: WatchedRun, make_node: Callable[[], ExperimentNode]) -> None:
         """Fly to the end, or to an interruption.
 
-        The node runs in a thread of its own, so that it may be left wherever it waits.
+        The node runs in a separate thread, so that the run can end while the node still waits.
 
         Raises:
-            what `make_node` and the node's `run` raise.
+            the errors of `make_node` and of the node's `run`.
         """
         flight = _Flight(make_node)
         flight.start()
@@ -90,7 +93,7 @@ class Run:
             raise flight.error
 
     def close(self, description: RunDescription, monitor: Monitor) -> tuple[RunDescription, WallMetrics]:
-        """Complete the bag; return what was flown, with all parameters, and the metrics of wall time."""
+        """Complete the bag. Return the description with all parameters, and the metrics of wall time."""
         wall = monitor.wall_metrics(self._started_s)
         self.complete_bag()
         parameters = self._parameters if self.interrupted else all_parameters()
@@ -105,13 +108,13 @@ class Run:
     def finish(
         self, content: dict, headline: Callable[[dict], str], complete: Callable[[dict], dict], what: str
     ) -> int:
-        """Add to a run's numbers what takes seconds, print its headline, and end the launch if all went well.
+        """Add the slow part of the results, print the headline, and end the launch if the run succeeded.
 
         Args:
-            content: of result.json as far as it is written.
-            headline: makes of the content a few lines for a terminal.
-            complete: writes what is missing, and returns the whole content of result.json.
-            what: is missing after Ctrl-C, in words.
+            content: the present content of result.json.
+            headline: turns the content into a few lines for a terminal.
+            complete: writes the rest and returns the whole content of result.json.
+            what: the missing parts after Ctrl-C, in words.
 
         Returns:
             the exit code.
@@ -135,7 +138,7 @@ class Run:
         return _exit_code(content)
 
     def _tell(self, headline: str) -> None:
-        """Print where the results lie and the headline, unless whoever launched this does so at the end."""
+        """Print the results' folder and the headline, unless the caller of roslaunch prints them."""
         if not os.environ.get("SUMMARY_FOLLOWS"):
             print(f"\n{self.folder.path / 'result.json'}\n{headline}\n", flush=True)
 
@@ -158,5 +161,5 @@ class _Flight(threading.Thread):
         try:
             self.node = self._make_node()
             self.node.run()
-        except Exception as error:  # for the main thread to raise
+        except Exception as error:  # the main thread raises it
             self.error = error

@@ -1,4 +1,4 @@
-"""The simulator's services that Experiment 2 calls: time stands still, obstacles appear, time goes on."""
+"""The simulator's services for Experiment 2: stop time, place obstacles, let time go on."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class SimulatorServices:
     """
 
     def __init__(self) -> None:
-        """Wait for the services; raises FlightError when one is not there."""
+        """Wait for the services; raises FlightError if one is missing."""
         self.pause = _service("gazebo/pause_physics", Empty)
         self.unpause = _service("gazebo/unpause_physics", Empty)
         self._spawn = _service("gazebo/spawn_sdf_model", SpawnModel)

@@ -1,4 +1,4 @@
-"""Watches a SLAM node from outside: what it publishes, how late it is, what CPU time and memory it takes."""
+"""Watches a SLAM node from outside: its output, its delay, its CPU time and memory."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LAST_MAP_S = 10.0
 
 
 class SlamWatch:
-    """Keeps what a SLAM node publishes until the flight is over.
+    """Keeps the output of a SLAM node until the end of the flight.
 
     Subscribes: map (nav_msgs/OccupancyGrid), slam_path (nav_msgs/Path), slam_processed (std_msgs/Header),
         slam_closures (visualization_msgs/Marker), /tf (map -> odom).
@@ -60,22 +60,22 @@ class SlamWatch:
         ]
 
     def on_scan(self, t_s: float) -> None:
-        """Take note of a scan, whose acknowledgement by SLAM comes later."""
+        """Note a scan, which SLAM acknowledges later."""
         with self._lock:
             self._heard_s.setdefault(round(t_s, 6), time.perf_counter())
 
     @property
     def has_begun(self) -> bool:
-        """Whether SLAM has published anything; it may have to compile its kernels first."""
+        """Whether SLAM has published anything. It may have to compile its kernels first."""
         return self._has_begun.is_set()
 
     def begin(self) -> None:
-        """Count SLAM's CPU time from here: the flight begins."""
+        """Begin to count SLAM's CPU time, because the flight begins."""
         self._process.begin()
 
     def close(self, ending: Ending) -> None:
-        """Ask for the last map and path, unless the process is to end, and hear no more."""
-        threading.Thread(target=self._ask_for_the_map, daemon=True).start()  # a node that hangs never answers
+        """Ask for the last map and path, unless the process must end. Then unsubscribe."""
+        threading.Thread(target=self._ask_for_the_map, daemon=True).start()  # a hung node never answers
         end = time.perf_counter() + LAST_MAP_S
         while not (self._asked.is_set() or ending.wait(0.05)) and time.perf_counter() < end:
             pass
@@ -84,7 +84,7 @@ class SlamWatch:
             subscriber.unregister()
 
     def run(self, odometry: Trajectory, half_time_s: float) -> SlamRun:
-        """Return what SLAM made of the flight; odometry: of the whole flight, in `odom`.
+        """Return SLAM's output for the flight. odometry: of the whole flight, in `odom`.
 
         Raises:
             SlamError: there is no map or no path.
@@ -104,7 +104,7 @@ class SlamWatch:
             )
 
     def costs(self) -> dict:
-        """Return SLAM's CPU time and memory, and how late it was, in wall time."""
+        """Return SLAM's CPU time and memory, and its delay in wall time."""
         lags_ms = 1e3 * np.array(self._lags_s)
         return {
             "cpu_share": self._process.cpu_share,
@@ -120,7 +120,7 @@ class SlamWatch:
         }
 
     def _online(self, odometry: Trajectory) -> Trajectory:
-        """Return the UAV's pose by TF at each correction of SLAM: map -> odom, and odometry's pose then."""
+        """Return the UAV's pose by TF at each correction of SLAM: map -> odom times the odometry's pose."""
         corrections = np.array(self._corrections).reshape(-1, 4)
         times = corrections[:, 0]
         corrections = corrections[(times >= odometry.stamps_s[0]) & (times <= odometry.stamps_s[-1])]
@@ -152,7 +152,7 @@ class SlamWatch:
             self._path = Trajectory(stamps, poses)
 
     def _on_closures(self, message: Marker) -> None:
-        """Take pairs of places on the path; the path tells when the UAV was there."""
+        """Take pairs of places on the path. The path gives the times."""
         points = np.array([(point.x, point.y) for point in message.points]).reshape(-1, 1, 2)
         with self._lock:
             path = self._path

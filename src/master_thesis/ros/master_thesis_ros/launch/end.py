@@ -1,4 +1,4 @@
-"""Who ends a launch: a driver whose run went well has the roslaunch that started it end as by Ctrl-C."""
+"""Ends a launch: after a successful run the experiment's node interrupts its roslaunch like Ctrl-C."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ LAUNCH_ENDS_S = 10.0
 
 
 def end_launch(ending: Ending) -> None:
-    """Have the roslaunch that started this process end it; return at once if there is none.
+    """Let the roslaunch that started this process end everything.
 
-    When a required node ends by itself, roslaunch calls that a death, in red, however well the run went.
+    Return at once if there is none. If a required node ends by itself, roslaunch reports a death in red,
+    even after a success.
     """
     parent = os.getppid()
     words = command_line(parent)

@@ -1,4 +1,4 @@
-"""Listens to a graph that starts: a process of its own, begun before roslaunch, that prints when events came.
+"""Listens to a starting graph in a separate process, started before roslaunch, and prints events.
 
 Run as `python -m master_thesis_ros.launch.probe EVENT ...`, with ROS_MASTER_URI set. Each line is a JSON
 list: name of the event, monotonic time in seconds. It ends with its standard input.
@@ -32,12 +32,12 @@ EVENTS = {
 }
 """Name to topic, type, and a test whether a message is the event."""
 RVIZ = "rviz"
-"""The event that RViz has subscribed to what its displays show: its window is there."""
+"""The event that RViz has subscribed to its displays' topics, so its window is open."""
 COMMON_TOPICS = ("/clock", "/tf", "/tf_static")
 
 
 class Teller:
-    """Prints each event the first time it happens."""
+    """Prints the first occurrence of each event."""
 
     def __init__(self) -> None:
         self._told: set[str] = set()
@@ -50,7 +50,7 @@ class Teller:
 
 
 def wait_for_master() -> None:
-    """Return when the ROS master answers; TimeoutError after a minute."""
+    """Wait until the ROS master answers; TimeoutError after a minute."""
     address = urlparse(os.environ["ROS_MASTER_URI"])
     end = time.monotonic() + MASTER_PATIENCE_S
     while time.monotonic() < end:
@@ -62,13 +62,13 @@ def wait_for_master() -> None:
 
 
 def listen(teller: Teller, event: str) -> None:
-    """Subscribe to what makes an event known."""
+    """Subscribe to an event's topic."""
     topic, kind, is_it = EVENTS[event]
     rospy.Subscriber(topic, kind, lambda message: teller.tell(event) if is_it(message) else None)
 
 
 def watch_for_rviz(teller: Teller) -> None:
-    """Return when RViz subscribes to what a display shows."""
+    """Wait until RViz subscribes to a display's topic."""
     master = rosgraph.Master("/launch_probe")
     while True:
         _, subscribers, _ = master.getSystemState()

@@ -1,8 +1,8 @@
-"""Checks what a launch file of this package is asked to fly, as the drivers check their parameters.
+"""Checks the arguments of this package's launch files, like the experiments' nodes check their parameters.
 
 usage: python -m master_thesis_ros.launch.request LAUNCH_FILE [ARG:=VALUE ...]
 
-Exit code 0: it can be launched. 1: not, and one sentence says why.
+Exit code 0: the launch is possible. 1: it is not, and one sentence says why.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def check(launch: launch_check.Launch) -> None:
-    """Check the values of a launch's arguments and its ports, if it is of a file of this package.
+    """Check the values of a launch's arguments and its ports, if the file belongs to this package.
 
     Raises:
         MasterThesisError, SimulationToolsError: one sentence.
@@ -56,10 +56,10 @@ def check(launch: launch_check.Launch) -> None:
 
 
 def values_of(file: Path, given: Mapping[str, str]) -> dict[str, str]:
-    """Return the values of a launch file's arguments, and of what it sets for a file that gets them all.
+    """Return a launch file's arguments with their values, and those that it sets for a pass_all_args include.
 
     Raises:
-        LaunchError: a default cannot be resolved with what was given.
+        LaunchError: a default cannot be resolved with the given arguments.
     """
     values: dict[str, str] = {}
     root = ElementTree.parse(file).getroot()
@@ -102,7 +102,7 @@ def check_avoidance(avoidance: str) -> None:
 
 def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
     """Return the distance, m, that CEPA keeps from obstacles, from its parameters."""
-    from cepa import CepaParameters  # loads compiled loops: a quarter of a second
+    from cepa import CepaParameters  # takes a quarter of a second to import
 
     given = parameters.get("r_lb", CepaParameters.r_lb)
     return float(given) if isinstance(given, (int, float)) else CepaParameters.r_lb

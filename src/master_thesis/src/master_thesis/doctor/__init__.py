@@ -1,5 +1,5 @@
-"""Finds what is wrong with an installation, a running graph or a bag, and says what to do about it.
+"""Finds faults of an installation, a running graph or a bag, and says what to do.
 
-`snapshot` and `machine` hold what was seen, as plain values. Each other module judges one side of it. A check
-is a function from a snapshot to findings, so that a test can make up every case.
+`snapshot` and `machine` hold the observations as plain values. Each other module checks one aspect. A check
+is a function from a snapshot to findings, so a test can construct every case.
 """

@@ -1,4 +1,4 @@
-"""Judges a bag: its messages as in a running graph, its gaps, and which nodes it can be played into."""
+"""Checks a bag: its messages like those of a running graph, its gaps, and the nodes that can use it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ GAP_FACTOR, LEAST_GAP_S, LEAST_RATE_HZ = 10.0, 0.5, 4.0
 """A gap lasts at least this many of the topic's usual steps, and this many seconds."""
 
 EVENTS = ("gazebo_msgs/ContactsState",)
-"""Types whose messages come only while something happens."""
+"""Types whose messages come only during an event."""
 
 SCAN, VELOCITY, ODOMETRY = "sensor_msgs/LaserScan", "geometry_msgs/TwistStamped", "nav_msgs/Odometry"
 
@@ -29,7 +29,7 @@ def check(recording: Recording, described: tuple[Parameter, ...] = ()) -> list[F
 
 
 def contents(recording: Recording) -> Iterator[Finding]:
-    """Judge whether the bag holds anything."""
+    """Check whether the bag holds anything."""
     if not any(topic.received_s for topic in recording.topics.values()):
         yield Finding(
             ERROR, "bag", "holds no messages", "Record again, with topics that are published (rostopic list)"
@@ -37,7 +37,7 @@ def contents(recording: Recording) -> Iterator[Finding]:
 
 
 def gaps(recording: Recording) -> Iterator[Finding]:
-    """Judge gaps in topics that otherwise come steadily."""
+    """Check for gaps in otherwise regular topics."""
     for topic in recording.topics.values():
         if topic.type in EVENTS or len(topic.received_s) < 20:
             continue
@@ -60,7 +60,7 @@ def gaps(recording: Recording) -> Iterator[Finding]:
 
 
 def playable(recording: Recording) -> Iterator[Finding]:
-    """Judge what CEPA and gridslam would miss if the bag were played into them."""
+    """Check which inputs of CEPA and gridslam the bag lacks."""
     have = {topic.type for topic in recording.of_type(SCAN, VELOCITY, ODOMETRY)}
     for type_name, what in ((SCAN, "scans"), (VELOCITY, "a reference velocity"), (ODOMETRY, "odometry")):
         if type_name not in have:

@@ -1,4 +1,4 @@
-"""Judges the clock, and whether messages are stamped by it."""
+"""Checks the clock, and whether messages carry its stamps."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from master_thesis.doctor.finding import ERROR, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording
 
 LATE_S, EARLY_S = 1.0, 0.1
-"""A stamp that is older on arrival is of no use; one this far ahead is of another clock."""
+"""A stamp that is older on arrival is useless. A stamp this far ahead is from another clock."""
 ANOTHER_CLOCK_S = 3600.0
 
 
 def running(graph: Graph) -> Iterator[Finding]:
-    """Judge /clock against /use_sim_time."""
+    """Check /clock against /use_sim_time."""
     topic = graph.recording.topics.get("/clock")
     speakers = sorted(set(topic.publishers)) if topic else []
     ticks = graph.recording.clock_s
@@ -51,7 +51,7 @@ def running(graph: Graph) -> Iterator[Finding]:
 
 
 def stamps(recording: Recording) -> Iterator[Finding]:
-    """Judge the messages' stamps: of this clock, neither late nor early, and never going back."""
+    """Check the messages' stamps: from this clock, neither late nor early, never going back."""
     for topic in recording.topics.values():
         if topic.name in ("/tf", "/tf_static") or QUIET_TOPICS.match(topic.name):
             continue  # transforms.py checks it

@@ -1,6 +1,6 @@
 """Pictures of a running graph as source for graphviz's `dot`: its nodes and topics, and its TF tree.
 
-Both are drawn from what was seen (`snapshot`), so they show the system as it is.
+Both are drawn from observations (`snapshot`), so they show the real system.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ COLOURS = {
     "gridslam": "#e6d9f2",
     "master_thesis": "#f5f0c4",
 }
-"""Fill of a package's nodes; they differ in lightness as well, so that they can be told apart in grey."""
+"""Fill of a package's nodes. The colours also differ in lightness, for prints in grey."""
 
 OTHERS_COLOUR = "#eeeeee"
 INK, MUTED, FAINT = "#222222", "#777777", "#aaaaaa"
 MANY_EARS = 7
-"""A node that hears this many topics would bury the picture in arrows."""
+"""A node with this many subscriptions would fill the picture with arrows."""
 LINE_LENGTH = 14
 HIDDEN_TOPICS = ("/clock", "/tf", "/tf_static")
-"""Topics of all nodes; the TF tree has a picture of its own."""
+"""Topics of all nodes. The TF tree has its own picture."""
 
 MAIN_LINE = {link.topic for link in CHAIN} | {link.source for link in CHAIN} | {"/mavros/setpoint_raw/local"}
 _FONT = 'fontname="Helvetica" fontsize=11'
@@ -41,7 +41,7 @@ _HEAD = f"""  bgcolor="white" {_FONT} fontcolor="{INK}" pad=0.2
 
 @dataclass(frozen=True)
 class Wire:
-    """A link between a node and something that is no node, such as a flight controller; label: its name."""
+    """A link between a node and something else, such as a flight controller; label: its name."""
 
     node: str
     far_end: str
@@ -49,11 +49,11 @@ class Wire:
 
 
 def node_graph(graph: Graph, wires: Sequence[Wire] = (), observers: Iterable[str] = ()) -> str:
-    """Return nodes (ellipses), topics (boxes) and who sends what to whom, from left to right, as dot source.
+    """Return the graph of nodes (ellipses) and topics (boxes) from left to right, as dot source.
 
-    Left out are topics without a listener, those of `QUIET_TOPICS` and `HIDDEN_TOPICS`, and the `observers`:
-    nodes that only watch, such as a recorder. A node that hears `MANY_EARS` topics has them in words beneath
-    its name. Nodes of one package that talk to each other share a frame.
+    It leaves out topics without a subscriber, `QUIET_TOPICS`, `HIDDEN_TOPICS`, and `observers`: nodes that
+    only watch, such as a recorder. A node with `MANY_EARS` subscriptions has them as text below its name.
+    Nodes of one package that exchange messages share a frame.
     """
     hidden = set(observers)
     topics = [_without(topic, hidden) for topic in graph.recording.topics.values()]
@@ -78,7 +78,7 @@ def node_graph(graph: Graph, wires: Sequence[Wire] = (), observers: Iterable[str
 
 
 def _without(topic: Topic, listeners: set[str]) -> Topic:
-    """Return a topic without some of its listeners."""
+    """Return a topic without some of its subscribers."""
     subscribers = tuple(name for name in topic.subscribers if name not in listeners)
     return Topic(topic.name, topic.type, topic.publishers, subscribers)
 
@@ -89,7 +89,7 @@ def _is_shown(topic: Topic) -> bool:
 
 
 def _groups(nodes: Sequence[Node], topics: Sequence[Topic]) -> list[list[Node]]:
-    """Return the nodes in groups of one package that have topics to themselves."""
+    """Return the nodes in groups of one package that share private topics."""
     package_of = {node.name: node.package for node in nodes}
     group_of = {node.name: {node.name} for node in nodes}
     for topic in topics:
@@ -104,7 +104,7 @@ def _groups(nodes: Sequence[Node], topics: Sequence[Topic]) -> list[list[Node]]:
 
 
 def _topics_within(group: Sequence[Node], topics: Sequence[Topic]) -> list[Topic]:
-    """Return the topics that only nodes of a group send and hear."""
+    """Return the topics that only nodes of a group publish and subscribe to."""
     names = {node.name for node in group}
     return [topic for topic in topics if names >= {*topic.publishers, *topic.subscribers}]
 
@@ -141,7 +141,7 @@ def _topic_box(topic: Topic) -> str:
 
 
 def _arrows(topic: Topic) -> list[str]:
-    """Return the arrows into a topic and out of it; the main line is thick and straight."""
+    """Return the arrows to and from a topic. The main line is thick and straight."""
     box, main = _box_name(topic), topic.name in MAIN_LINE
     style = "[weight=50 penwidth=2]" if main else f'[color="{MUTED}"]'
     arrows = [f"  {_quoted(name)} -> {box} {style}" for name in sorted(topic.publishers)]
@@ -161,7 +161,7 @@ def _wire(wire: Wire) -> list[str]:
 
 
 def tf_tree(recording: Recording) -> str:
-    """Return the TF tree as dot source: under each frame who publishes it, and how often; static: dashed."""
+    """Return the TF tree as dot source: below each frame its publisher and rate; static ones are dashed."""
     edges = defaultdict(list)
     for edge in recording.transforms:
         edges[edge.parent, edge.child].append(edge)
@@ -183,7 +183,7 @@ def _frame_label(frame: str, told: Sequence[str]) -> str:
 
 
 def _told(edge: Transform) -> str:
-    """Return who publishes an edge, and its mean rate by its stamps."""
+    """Return the publisher of an edge, and its mean rate by its stamps."""
     stamps_s = sorted(set(edge.stamps_s))
     if edge.static:
         how_often = "static"
@@ -195,7 +195,7 @@ def _told(edge: Transform) -> str:
 
 
 def _folded(name: str, separator: str) -> str:
-    """Return a name in lines of some `LINE_LENGTH` letters, broken before its separators."""
+    """Return a name in lines of about `LINE_LENGTH` letters, broken before its separators."""
     lines = [""]
     for part in re.findall(rf"{separator}?[^{separator}]+", name):
         if lines[-1] and len(lines[-1] + part) > LINE_LENGTH:

@@ -1,4 +1,4 @@
-"""A finding is one line: how bad, where, what, and what to do about it. Scripts get an exit code."""
+"""A finding is one line: severity, place, fault, remedy. Scripts get an exit code."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import asdict, dataclass
 from typing import Sequence
 
 ERROR, WARNING, NOTE = SEVERITIES = ("error", "warning", "note")
-"""An error stops something from working; a warning may; a note is worth knowing."""
+"""An error stops something from working. A warning may. A note is information."""
 
 FINE, BROKEN, NOT_EXAMINED = 0, 1, 2
-"""Exit codes: no error; an error; it could not be examined."""
+"""Exit codes: no error; an error; the examination was not possible."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What is wrong. where: a node, topic, frame, file or package. remedy: mostly a command."""
+    """A fault. where: a node, topic, frame, file or package. remedy: often a command."""
 
     severity: str
     where: str
@@ -27,7 +27,7 @@ class Finding:
 
 
 def ordered(findings: Sequence[Finding]) -> list[Finding]:
-    """Return each finding once, the worst first; equally bad ones keep their order."""
+    """Return each finding once, the worst first. Equal ones keep their order."""
     return sorted(dict.fromkeys(findings), key=lambda finding: SEVERITIES.index(finding.severity))
 
 
@@ -37,7 +37,7 @@ def exit_code(findings: Sequence[Finding]) -> int:
 
 
 def as_text(findings: Sequence[Finding], examined: str) -> str:
-    """Return a line per finding, and one that says what was examined."""
+    """Return a line for each finding, and one about what was examined."""
     counts = [sum(finding.severity == severity for finding in findings) for severity in SEVERITIES]
     told = ", ".join(
         f"{count} {severity}{'s' * (count != 1)}" for count, severity in zip(counts, SEVERITIES) if count

@@ -1,4 +1,4 @@
-"""Judges the nodes and topics of a running graph: dead nodes, unheard topics, rival commands."""
+"""Checks the nodes and topics of a running graph: dead nodes, missing publishers, rival commands."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording, Topic
 
 OBEYING, LANDING = ("OFFBOARD", "GUIDED"), "AUTO.LAND"
-"""Modes that fly setpoints; the mode that ends every flight here, while the publisher still streams."""
+"""Modes that follow setpoints; the mode at the end of every flight, while the publisher still streams."""
 
 LEAST_SPAN_S = 2.0
-"""A shorter time gives no rate."""
+"""A shorter time is not enough for a rate."""
 
 
 def check(graph: Graph) -> list[Finding]:
@@ -33,13 +33,13 @@ def check(graph: Graph) -> list[Finding]:
         found += one(recording)
     if (
         graph.use_sim_time or not recording.clock_s
-    ):  # else all stamps are of another clock, which is a finding already
+    ):  # else all stamps are from another clock, which is a finding already
         found += [*clock.stamps(recording), *transforms.times(recording)]
     return [*found, *parameters.check(graph.parameters)]
 
 
 def nodes(graph: Graph) -> Iterator[Finding]:
-    """Judge which nodes are dead: known to the master or a roslaunch, and silent."""
+    """Check for dead nodes: known to the master or a roslaunch, and silent."""
     known = {node.name for node in graph.nodes}
     for node in graph.nodes:
         if not node.answers:
@@ -70,7 +70,7 @@ def nodes(graph: Graph) -> Iterator[Finding]:
 
 
 def unheard(graph: Graph) -> Iterator[Finding]:
-    """Judge topics with subscribers but no publisher: a wrong remap, or a missing node."""
+    """Check for topics with subscribers but no publisher: a wrong remap, or a missing node."""
     in_chain = {link.topic for link in CHAIN} | {link.source for link in CHAIN}
     for topic in graph.recording.topics.values():
         if topic.publishers or not topic.subscribers:
@@ -83,7 +83,7 @@ def unheard(graph: Graph) -> Iterator[Finding]:
 
 
 def rates(graph: Graph) -> Iterator[Finding]:
-    """Judge rates against the least that the stack needs; while time stands still there are none."""
+    """Check rates against the least that the stack needs. While time stands still there are none."""
     span_s = _span_s(graph)
     for name, least_hz in RATES_HZ.items():
         topic = graph.recording.topics.get(name)
@@ -99,7 +99,7 @@ def rates(graph: Graph) -> Iterator[Finding]:
 
 
 def chain(recording: Recording) -> Iterator[Finding]:
-    """Judge whether each step from scan to velocity answers its input."""
+    """Check whether each step from scan to velocity answers its input."""
     for link in CHAIN:
         source, topic = recording.topics.get(link.source), recording.topics.get(link.topic)
         if source is None or topic is None or not topic.publishers or len(source.received_s) < 10:
@@ -125,7 +125,7 @@ def chain(recording: Recording) -> Iterator[Finding]:
 
 
 def commands(recording: Recording) -> Iterator[Finding]:
-    """Judge whether two nodes publish the same command."""
+    """Check whether two nodes publish the same command."""
     for topic in recording.topics.values():
         speakers = sorted(set(topic.publishers))
         if is_command(topic.name) and len(speakers) > 1:
@@ -137,7 +137,7 @@ def commands(recording: Recording) -> Iterator[Finding]:
 
 
 def autopilot(recording: Recording) -> Iterator[Finding]:
-    """Judge MAVROS's link, and setpoints that nobody flies."""
+    """Check MAVROS's link, and whether the flight controller follows the setpoints."""
     rate = max(
         (_rate_hz(topic) for topic in recording.topics.values() if SETPOINTS.match(topic.name)), default=0.0
     )
@@ -165,7 +165,7 @@ def _told(nodes: Iterable[str]) -> str:
 
 
 def _span_s(graph: Graph) -> float:
-    """Return for how long the graph was listened to, on its own clock."""
+    """Return how long the graph was observed, on its own clock."""
     ticks = graph.recording.clock_s
     if not graph.use_sim_time:
         return graph.wall_s

@@ -1,4 +1,4 @@
-"""Judges an installation: is everything there that `bringup.sh` installs, and do nodes find each other?"""
+"""Checks an installation: is everything there that `bringup.sh` installs, and do nodes find each other?"""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def check(machine: Machine) -> list[Finding]:
 
 
 def python_packages(machine: Machine) -> Iterator[Finding]:
-    """Judge .venv against requirements.txt."""
+    """Check .venv against requirements.txt."""
     if os.path.realpath(machine.python) != os.path.realpath(f"{machine.root}/.venv"):
         yield Finding(
             WARNING,
@@ -40,7 +40,7 @@ def python_packages(machine: Machine) -> Iterator[Finding]:
 
 
 def debian_packages(machine: Machine) -> Iterator[Finding]:
-    """Judge the distribution's packages against scripts/packages."""
+    """Check the distribution's packages against scripts/packages."""
     if not machine.platform_known:
         yield Finding(
             WARNING, "platform", "is neither Debian 12 nor Ubuntu 20.04", "Use a container of either"
@@ -55,7 +55,7 @@ def debian_packages(machine: Machine) -> Iterator[Finding]:
 
 
 def build(machine: Machine) -> Iterator[Finding]:
-    """Judge whether the workspace is built and in the environment."""
+    """Check whether the workspace is built and in the environment."""
     if not machine.built:
         yield Finding(ERROR, machine.root, "is not built", SETUP)
     elif not machine.sourced:
@@ -64,7 +64,7 @@ def build(machine: Machine) -> Iterator[Finding]:
 
 
 def messages(machine: Machine) -> Iterator[Finding]:
-    """Judge the message types' md5sums: with others than upstream's no node can talk to MAVROS or Gazebo."""
+    """Check the message types' md5sums. Only with upstream's can nodes talk to MAVROS and Gazebo."""
     for name, wanted in machine.md5_wanted.items():
         found = machine.md5_found.get(name)
         if found is None:
@@ -77,14 +77,14 @@ def messages(machine: Machine) -> Iterator[Finding]:
 
 
 def kernels(machine: Machine) -> Iterator[Finding]:
-    """Judge numba's cache: without it the first flight waits for the compiler."""
+    """Check numba's cache. Without it the first flight waits for the compiler."""
     for name in machine.kernels_missing:
         what = "numba has none of its kernels in the cache; the first start compiles for up to a minute"
         yield Finding(WARNING, f"library {name}", what, f"rm -f build/.bringup_kernels. {SETUP}")
 
 
 def room(machine: Machine) -> Iterator[Finding]:
-    """Judge whether the disk and the memory suffice for a run and its bag."""
+    """Check whether disk and memory suffice for a run and its bag."""
     if machine.free_disk_mb < DISK_FOR_A_RUN_MB:
         what = f"only {machine.free_disk_mb} MB of disk are free; a run with its bag takes up to 200"
         yield Finding(WARNING, machine.root, what, "Delete old folders in results/")
@@ -94,7 +94,7 @@ def room(machine: Machine) -> Iterator[Finding]:
 
 
 def names(machine: Machine) -> Iterator[Finding]:
-    """Judge whether the host names resolve that ROS nodes give each other as their addresses."""
+    """Check whether the host names resolve that ROS nodes use as their addresses."""
     told = machine.ros.get("ROS_HOSTNAME") or machine.ros.get("ROS_IP")
     for name, resolves in machine.hosts.items():
         if resolves or (told and name not in ("localhost", told)):
@@ -116,7 +116,7 @@ def names(machine: Machine) -> Iterator[Finding]:
 
 
 def master(machine: Machine) -> Iterator[Finding]:
-    """Judge ROS_MASTER_URI, and whether a master elsewhere could reach the nodes here."""
+    """Check ROS_MASTER_URI, and whether a master elsewhere could reach the nodes here."""
     text = machine.ros.get("ROS_MASTER_URI", "")
     try:
         uri = urlparse(text)
@@ -137,7 +137,7 @@ def master(machine: Machine) -> Iterator[Finding]:
 
 
 def upstream(machine: Machine) -> Iterator[Finding]:
-    """Note which programs that are built from source are there; no flight needs them."""
+    """Note which optional programs, built from source, are installed. No flight needs them."""
     page = "See src/master_thesis/doc/from_source.md"
     if "rqt_reconfigure" not in machine.upstream:
         what = "is not in this environment: tune by `rosrun dynamic_reconfigure dynparam` instead"

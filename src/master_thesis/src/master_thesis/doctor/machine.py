@@ -1,4 +1,4 @@
-"""What an installation is made of, gathered without ROS, which may be what is broken."""
+"""The state of an installation, gathered without ROS, because ROS itself may be broken."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from pathlib import Path
 from typing import Mapping
 
 UPSTREAM = {"rqt_reconfigure": "rqt_reconfigure", "mavros": "mavros_node"}
-"""Packages that the distribution may lack, and a program of each."""
+"""Packages that the distribution may lack, with a program of each."""
 
 
 @dataclass(frozen=True)
 class Machine:
     """An installation, in plain values.
 
-    python_wanted: requirement lines of requirements.txt that count for this Python, as package to version.
-    python_found: package to version, for those that are installed. debian_missing: of the platform's list.
+    python_wanted: requirements.txt for this Python, package to version. python_found: package to version of
+    the installed ones. debian_missing: of the platform's list.
     md5_wanted, md5_found: of the message types. kernels_missing: libraries without compiled kernels.
-    hosts: name to whether it resolves. ros: the ROS_* environment variables. upstream: programs of
-    `UPSTREAM` that are there, by the package's name. geoid: where MAVROS looks for its table of the geoid.
+    hosts: name to whether it resolves. ros: the ROS_* environment variables. upstream: installed programs of
+    `UPSTREAM`, by the package's name. geoid: MAVROS's path of the table of the geoid.
     """
 
     root: str
@@ -49,7 +49,7 @@ class Machine:
 
 
 def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -> Machine:
-    """Return what this machine is like; root: of the workspace."""
+    """Return this machine's state; root: of the workspace."""
     wanted = requirements((root / "requirements.txt").read_text(encoding="utf-8"), sys.version_info[:2])
     packages = root / "scripts/packages" / f"{_platform()}.txt"
     hosts = {"localhost", socket.gethostname()} | {
@@ -79,7 +79,7 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
 
 
 def geoid_path(environment: Mapping[str, str]) -> Path:
-    """Return the one place where MAVROS's GeographicLib looks for the table of the geoid."""
+    """Return the only path where MAVROS's GeographicLib looks for the table of the geoid."""
     folder = environment.get("GEOGRAPHICLIB_GEOID_PATH", "")
     data = environment.get("GEOGRAPHICLIB_DATA") or "/usr/share/GeographicLib"
     return Path(folder or f"{data}/geoids") / "egm96-5.pgm"
@@ -126,7 +126,7 @@ def _platform() -> str:
 
 
 def _missing(package_list: str) -> tuple[str, ...]:
-    """Return those packages of a list that are not installed, as dpkg says."""
+    """Return the packages of a list that are not installed, by dpkg."""
     wanted = [line.strip() for line in package_list.splitlines() if line.strip() and not line.startswith("#")]
     command = ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Package}\n", *wanted]
     said = subprocess.run(

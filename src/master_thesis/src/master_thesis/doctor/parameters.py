@@ -1,4 +1,4 @@
-"""Judges parameters by their nodes' dynamic_reconfigure descriptions."""
+"""Checks parameters against their nodes' dynamic_reconfigure descriptions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def check(parameters: Sequence[Parameter]) -> Iterator[Finding]:
 
 
 def one(parameter: Parameter) -> Iterator[Finding]:
-    """Judge a parameter: its type, its range, and whether server and node agree."""
+    """Check a parameter: its type, its range, and whether server and node agree."""
     where = f"{parameter.node}/{parameter.name}"
     span = f"{parameter.minimum:g} to {parameter.maximum:g}"
     remedy = f"rosrun dynamic_reconfigure dynparam set {parameter.node} {parameter.name} VALUE"

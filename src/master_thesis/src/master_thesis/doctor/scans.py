@@ -1,4 +1,4 @@
-"""Judges laser scans: geometry that fits the beams, and ranges as REP-117 means them."""
+"""Checks laser scans: geometry that fits the beams, and ranges by REP-117."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from master_thesis.doctor.snapshot import Recording, Scan
 
 REP_117 = "REP-117: -inf is too near, +inf is nothing there, NaN is no measurement"
 MOSTLY = 0.5
-"""A share of the beams that cannot be chance."""
+"""A share of the beams that is not by chance."""
 
 
 def check(recording: Recording) -> list[Finding]:
@@ -28,7 +28,7 @@ def check(recording: Recording) -> list[Finding]:
 
 
 def geometry(scan: Scan) -> Iterator[Finding]:
-    """Judge angles, limits and the number of beams."""
+    """Check angles, limits and the number of beams."""
     remedy = "Correct the driver's (or the SDF sensor's) settings"
     if not np.all(
         np.isfinite([scan.angle_min, scan.angle_max, scan.angle_increment, scan.range_min, scan.range_max])
@@ -43,7 +43,7 @@ def geometry(scan: Scan) -> Iterator[Finding]:
     beams = round((scan.angle_max - scan.angle_min) / scan.angle_increment) + 1
     if beams != len(scan.ranges):
         what = f"has {len(scan.ranges)} ranges, and its angles make {beams} beams"
-        # Drivers of a full turn often declare one beam more: the first once again.
+        # Drivers of a full turn often declare one more beam, which repeats the first.
         yield Finding(WARNING if abs(beams - len(scan.ranges)) == 1 else ERROR, scan.topic, what, remedy)
     if not 0.0 <= scan.range_min < scan.range_max:
         what = f"its range_min of {scan.range_min:g} m and range_max of {scan.range_max:g} m leave nothing"
@@ -51,7 +51,7 @@ def geometry(scan: Scan) -> Iterator[Finding]:
 
 
 def values(scans: list[Scan]) -> Iterator[Finding]:
-    """Judge finite ranges that are out of the lidar's own limits."""
+    """Check for finite ranges outside the lidar's own limits."""
     topic, ranges = scans[0].topic, np.concatenate([scan.ranges for scan in scans])
     near = np.concatenate(
         [np.isfinite(scan.ranges) & (scan.ranges < scan.range_min - 1e-4) for scan in scans]
@@ -72,7 +72,7 @@ def values(scans: list[Scan]) -> Iterator[Finding]:
 
 
 def blind(scans: list[Scan]) -> Iterator[Finding]:
-    """Judge whether the lidar sees anything at all; padded beams are meant to be NaN."""
+    """Check whether the lidar sees anything. Padded beams may be NaN."""
     ranges = [scan.ranges for scan in scans]
     empty = sum(bool(np.isnan(values).all()) for values in ranges)
     if empty:

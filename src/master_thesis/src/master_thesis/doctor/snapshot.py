@@ -1,7 +1,7 @@
-"""What was seen of a ROS graph, live or in a bag, in plain values.
+"""The observations of a ROS graph, live or in a bag, as plain values.
 
-Times are seconds. `received_s` is the graph's own clock at the message's arrival: simulated time where it
-runs (NaN before it was heard), in a bag the recorder's. Stamps are those of the messages' headers.
+Times are seconds. `received_s` is the graph's own clock at the message's arrival: simulated time if there is
+one (NaN before its first message), in a bag the recorder's. Stamps are those of the messages' headers.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic and the messages that were heard on it.
+    """A topic and its received messages.
 
-    publishers, subscribers: names of nodes; in a bag only those that published. listened: whether its
-    messages were asked for. stamps_s: NaN for a message without a header, and for a latched one, which may
-    be old.
+    publishers, subscribers: names of nodes; in a bag only publishers. listened: whether the topic was
+    subscribed. stamps_s: NaN for a message without a header, and for a latched one, which may be old.
     """
 
     name: str
@@ -31,7 +30,7 @@ class Topic:
 
 @dataclass(frozen=True)
 class Transform:
-    """An edge of TF, as one node publishes it. broken: no numbers, or a rotation not of unit length."""
+    """An edge of TF from one publisher. broken: NaN, or a rotation that is not of unit length."""
 
     parent: str
     child: str
@@ -58,7 +57,7 @@ class Scan:
 
 @dataclass(frozen=True)
 class Autopilot:
-    """The last mavros_msgs/State heard on a topic."""
+    """The last mavros_msgs/State of a topic."""
 
     topic: str
     connected: bool
@@ -68,7 +67,7 @@ class Autopilot:
 
 @dataclass(frozen=True)
 class Recording:
-    """What was heard. clock_s: values of /clock. end_s: the clock when the listening ended."""
+    """All received messages. clock_s: values of /clock. end_s: the clock at the end."""
 
     topics: dict[str, Topic] = field(default_factory=dict)
     transforms: tuple[Transform, ...] = ()
@@ -84,7 +83,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Node:
-    """A node that the master knows. answers: whether it answered a ping. package: whose program it is."""
+    """A node that the master knows. answers: whether it answered a ping. package: of its program."""
 
     name: str
     answers: bool = True
@@ -93,7 +92,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Launched:
-    """A node that a roslaunch looks after. running: its process lives. starts: how often it was started."""
+    """A node that a roslaunch has started. running: its process lives. starts: number of starts."""
 
     name: str
     running: bool = True
@@ -104,9 +103,9 @@ class Launched:
 class Parameter:
     """A parameter that dynamic_reconfigure describes.
 
-    on_server: its value on the parameter server, None if it is not there or no number. in_use: what the node
-    says it uses. text_on_server: what is there in place of a number, or of one of the choices. choices: what
-    it may be, if it is no number.
+    on_server: its value on the parameter server, None if it is missing or no number. in_use: the node's own
+    value. text_on_server: the server's text, if that is no number and no choice. choices: the allowed
+    values, if it is no number.
     """
 
     node: str
@@ -121,7 +120,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Graph:
-    """A running graph, and what was heard of it. wall_s: for how long it was listened to, wall time."""
+    """A running graph and its received messages. wall_s: wall time of the observation."""
 
     recording: Recording
     nodes: tuple[Node, ...] = ()

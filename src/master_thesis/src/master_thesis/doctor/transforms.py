@@ -1,4 +1,4 @@
-"""Judges the TF tree: one parent for each frame, one piece, no gaps in time (REP-105)."""
+"""Checks the TF tree: one parent for each frame, one piece, no gaps in time (REP-105)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Recording, Transform
 
 GAP_S = 0.5
-"""A look-up at a scan's stamp fails in a gap longer than its time-out: here 0.5 s."""
+"""In a gap longer than its time-out, here 0.5 s, a look-up at a scan's stamp fails."""
 OLD_S, FUTURE_S = 1.0, 0.2
 
 
@@ -21,14 +21,14 @@ def structure(recording: Recording) -> list[Finding]:
 
 
 def times(recording: Recording) -> Iterator[Finding]:
-    """Judge the stamps of all edges that are not static."""
+    """Check the stamps of all edges that are not static."""
     for edge in recording.transforms:
         if not edge.static:
             yield from edge_times(edge, recording.end_s)
 
 
 def parents(edges: Sequence[Transform]) -> Iterator[Finding]:
-    """Judge whether a frame has several parents: tf2 then uses the one that came last."""
+    """Check whether a frame has several parents. tf2 would use the last one."""
     by_child: dict[str, dict[str, str]] = defaultdict(dict)
     for edge in edges:
         by_child[edge.child].setdefault(edge.parent, edge.publisher)
@@ -40,7 +40,7 @@ def parents(edges: Sequence[Transform]) -> Iterator[Finding]:
 
 
 def publishers(edges: Sequence[Transform]) -> Iterator[Finding]:
-    """Judge whether two nodes publish the same edge."""
+    """Check whether two nodes publish the same edge."""
     by_edge = defaultdict(set)
     for edge in edges:
         by_edge[edge.parent, edge.child].add(edge.publisher)
@@ -53,7 +53,7 @@ def publishers(edges: Sequence[Transform]) -> Iterator[Finding]:
 
 
 def pieces(recording: Recording) -> Iterator[Finding]:
-    """Judge whether all frames are connected, and whether the scans' frames are among them."""
+    """Check whether all frames are connected, and whether the scans' frames are among them."""
     parent_of = {edge.child: edge.parent for edge in recording.transforms}
     roots = defaultdict(set)
     for frame in {frame for edge in recording.transforms for frame in (edge.parent, edge.child)}:
@@ -80,7 +80,7 @@ def pieces(recording: Recording) -> Iterator[Finding]:
 
 
 def _root(frame: str, parent_of: dict[str, str]) -> str | None:
-    """Return a frame's farthest ancestor, None in a loop."""
+    """Return a frame's root; None in a loop."""
     seen = set()
     while frame in parent_of:
         if frame in seen:
@@ -91,7 +91,7 @@ def _root(frame: str, parent_of: dict[str, str]) -> str | None:
 
 
 def values(edges: Sequence[Transform]) -> Iterator[Finding]:
-    """Judge the numbers."""
+    """Check the numbers."""
     for edge in edges:
         if edge.broken:
             what = f"{edge.publisher} sends no numbers, or a rotation that is not of unit length"
@@ -101,7 +101,7 @@ def values(edges: Sequence[Transform]) -> Iterator[Finding]:
 
 
 def edge_times(edge: Transform, end_s: float) -> Iterator[Finding]:
-    """Judge an edge's stamps: no gaps, neither old nor of the future, never going back."""
+    """Check an edge's stamps: no gaps, neither old nor in the future, never going back."""
     where = f"tf {edge.parent} -> {edge.child}"
     if not edge.stamps_s:
         return

@@ -1,4 +1,4 @@
-"""The md5sums by which ROS tells message types apart; ours must equal upstream's."""
+"""The md5sums of message types. Ours must equal upstream's."""
 
 UPSTREAM_MD5SUMS = {
     "gazebo_msgs/ContactState": "48c0ffb054b8c444f870cecea1ee50d9",
@@ -58,4 +58,4 @@ UPSTREAM_MD5SUMS = {
     "mavros_msgs/WaypointReached": "1cf64d072d9f6aa0a6715922bdde6a35",
     "mavros_msgs/WaypointSetCurrent": "f99aa1a911a80ab546ea470f4e90c807",
 }
-"""What `rosmsg md5` and `rossrv md5` say of MAVROS 1.21, gazebo_msgs and geographic_msgs of ROS Noetic."""
+"""From `rosmsg md5` and `rossrv md5`, for MAVROS 1.21, gazebo_msgs and geographic_msgs of ROS Noetic."""

@@ -10,7 +10,10 @@ LEAST_M = 0.5
 
 
 class ProgressWatch:
-    """Follows the distance to a goal; says so when it has not shrunk by `LEAST_M` for `PATIENCE_S`."""
+    """Follows the distance to a goal.
+
+    It reports when the distance has not shrunk by `LEAST_M` for `PATIENCE_S`.
+    """
 
     def __init__(self, goal_xyz_m: Sequence[float]) -> None:
         """goal_xyz_m: in the frame of the positions."""
@@ -20,7 +23,7 @@ class ProgressWatch:
         self._told_s = -math.inf
 
     def update(self, t_s: float, position_xyz_m: Sequence[float]) -> tuple[float, str | None]:
-        """Take a position; return its distance from the goal, m, and a sentence if progress has stopped."""
+        """Take a position. Return its distance from the goal, m, and a sentence if progress has stopped."""
         distance_m = math.dist(position_xyz_m, self._goal_xyz_m)
         if distance_m <= self._nearest_m - LEAST_M:
             self._nearest_m, self._nearest_s = distance_m, t_s

@@ -1,4 +1,4 @@
-"""Experiment 1 without ROS: one of its scenarios flown once, and the flight's metrics (thesis, table 8.1)."""
+"""Experiment 1 without ROS: one flight of a scenario, and its metrics (thesis, table 8.1)."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ WORLDS = Path(__file__).resolve().parents[3] / "worlds"
 
 @dataclass(frozen=True)
 class ScenarioFlight:
-    """What came of a flight.
+    """The result of a flight.
 
-    metrics: arrival, computation time, way and clearance by name. path: (n, 4) of time in s and true x, y, z
-    in m, from sending the goal to landing. emergencies_xy: (k, 2) where the emergency avoidance answered.
+    metrics: arrival, computation time, length of path and clearance by name. path: (n, 4) of time in s and
+    true x, y, z in m, from sending the goal to landing. emergencies_xy: (k, 2) places where the emergency
+    avoidance answered.
     """
 
     metrics: dict
@@ -42,7 +43,7 @@ def scenario_parameters(
 
 
 def fly_scenario(parameters: ClosedLoopParameters) -> ScenarioFlight:
-    """Fly to the goal and hover; the computation time is CEPA's alone, whatever else the machine does."""
+    """Fly to the goal and hover. The computation time is CEPA's CPU time, so other load does not count."""
     with ClosedLoop(parameters) as loop:
         outcome = loop.run_to(Phase.LANDING)
         log = loop.log

@@ -1,1 +1,1 @@
-"""Experiment 2: obstacles appear around a hovering UAV; what both algorithms propose, and what happens."""
+"""Experiment 2: obstacles appear around a hovering UAV. It records both proposals and the flight."""

@@ -1,4 +1,4 @@
-"""What was run in a trial of Experiment 2, and its flight in the frame in which the obstacles were placed."""
+"""The description of a trial of Experiment 2, and its flight in the frame of the placement."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from master_thesis.worlds.placements import freeze_frame
 
 @dataclass(frozen=True)
 class TrialDescription:
-    """What was run. cepa: its parameters; parameters: every node's, by node name (empty without ROS)."""
+    """The description of a trial.
+
+    cepa: CEPA's parameters; parameters: all nodes', by node (empty without ROS).
+    """
 
     scenario: str
     algorithm: str
@@ -29,21 +32,21 @@ class TrialDescription:
 
 
 def freeze_of(trial: EmergencyTrial) -> Freeze:
-    """Return the freeze; raises FlightError when time never stood still."""
+    """Return the freeze; raises FlightError if time was never stopped."""
     if trial.freeze is None:
         raise FlightError("No obstacles were placed in this trial.")
     return trial.freeze
 
 
 def first_scan_of(trial: EmergencyTrial) -> FirstScan:
-    """Return the first scan of the obstacles; raises FlightError when there is none."""
+    """Return the first scan of the obstacles; raises FlightError if there is none."""
     if trial.first_scan is None:
         raise FlightError("No scan shows the obstacles of this trial.")
     return trial.first_scan
 
 
 def flown(trial: EmergencyTrial) -> np.ndarray:
-    """Return the true poses (n, 8: t, position, quaternion) in `world` from letting go on."""
+    """Return the true poses (n, 8: t, position, quaternion) in `world`, from the release on."""
     if trial.freeze is None:
         return np.empty((0, 8))
     return trial.log.between(trial.freeze.t_s, np.inf)

@@ -1,6 +1,6 @@
-"""Experiment 2 without ROS: the closed loop hovers, obstacles appear around it, and it is let go.
+"""Experiment 2 without ROS: the closed loop hovers, obstacles appear, and the UAV is let go.
 
-Until then position setpoints hold the UAV; from then on CEPA's velocities steer it.
+Before this, position setpoints hold the UAV. Afterwards CEPA's velocities steer it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ from simulation_tools.simulation import SimulationParameters
 
 @dataclass(frozen=True)
 class LetGoParameters:
-    """What is flown. variation: 0 is the placement itself; any other number shifts each obstacle a little.
+    """The parameters of a trial.
+
+    variation: 0 is the placement itself; any other number shifts each obstacle a little.
 
     world: SDF file, with room around the origin. seed: of all sensor noise.
     """
@@ -36,7 +38,7 @@ class LetGoParameters:
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """What will appear; raises ScenarioError for an unknown scenario."""
+        """The obstacles that will appear; raises ScenarioError for an unknown scenario."""
         nominal = placement(self.scenario)
         return varied(nominal, np.random.default_rng(self.variation)) if self.variation else nominal
 

@@ -1,4 +1,4 @@
-"""The metrics of a trial of Experiment 2: its clearance, and what happened from letting go to the end."""
+"""The metrics of a trial of Experiment 2: its clearance and its flight after the release."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from master_thesis.worlds.placements import freeze_frame
 
 
 def clearances(description: TrialDescription, trial: EmergencyTrial) -> np.ndarray:
-    """Return (n, 2): time, and distance in m from the UAV to the nearest obstacle, since it was let go.
+    """Return (n, 2): time, and distance in m from the UAV to the nearest obstacle, from the release on.
 
     Raises:
         SimulationToolsError: the world or the UAV cannot be loaded.
@@ -28,7 +28,7 @@ def clearances(description: TrialDescription, trial: EmergencyTrial) -> np.ndarr
 
 
 def trial_metrics(trial: EmergencyTrial, clearance: np.ndarray) -> dict:
-    """Return what happened from letting go to the end."""
+    """Return the metrics from the release to the end."""
     if trial.freeze is None or len(flown(trial)) < 2:
         return {"collision": False, "touched": {}, "min_clearance_m": None, "left": False}
     began_s, poses = trial.freeze.t_s, flown(trial)
@@ -50,7 +50,7 @@ def trial_metrics(trial: EmergencyTrial, clearance: np.ndarray) -> dict:
 
 
 def node_answer(trial: EmergencyTrial) -> tuple[float, float] | None:
-    """Return what the flying CEPA answered to the first scan, m/s; None if its answer is not there."""
+    """Return the flying CEPA's answer to the first scan, m/s; None if it is missing."""
     if trial.first_scan is None:
         return None
     answers = (row for row in trial.log.v_safe if abs(row[0] - trial.first_scan.t_s) < 1e-6)
@@ -58,7 +58,7 @@ def node_answer(trial: EmergencyTrial) -> tuple[float, float] | None:
 
 
 def proposals_of(description: TrialDescription, trial: EmergencyTrial) -> tuple[proposals.Proposals, ...]:
-    """Return what both algorithms propose for the first scan: with the run's K, then over the sweep."""
+    """Return both algorithms' proposals for the first scan: with the run's K, then for the sweep."""
     if trial.first_scan is None:
         return ()
     scan = trial.first_scan.scan

@@ -1,7 +1,7 @@
 """The pictures of Experiment 2, after the thesis's figures 6.3 and 8.3 to 8.7. Needs matplotlib, no display.
 
-All are drawn in the frame of the freeze with ahead upwards, as the thesis shows it: "wall on the left". The
-red arrow is the original algorithm's proposal, the green one the improved one's; 1 m of arrow is 1 m/s.
+All are drawn in the frame of the freeze, with ahead upwards as in the thesis ("wall on the left"). The red
+arrow is the original algorithm's proposal, the green one the improved one's; 1 m of arrow is 1 m/s.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from simulation_tools.vehicle.uav import load_uav
 
 _ORIGINAL, _IMPROVED, _INTRUSION = *palette.ALGORITHMS.values(), "#f0a3a3"
 _PATH = "viridis"
-_SHOWN = 1.4  # half of what is shown around the UAV, in r_LB
+_SHOWN = 1.4  # half of the shown area's side, in r_LB
 _UAV_SPACING_M = 0.4
 
 
@@ -51,7 +51,7 @@ def pictures(description: TrialDescription, trial: EmergencyTrial, content: dict
 
 
 def proposals_figure(description: TrialDescription, trial: EmergencyTrial, uav: Model) -> Figure:
-    """Draw side by side what stands around the UAV, and what the algorithms make of its scan."""
+    """Draw side by side the obstacles around the UAV, and the algorithms' proposals for its scan."""
     figure = Figure(figsize=(7.2, 4.4))
     place, seen = figure.subplots(1, 2, sharey=True)
     scan, parameters = first_scan_of(trial).scan, description.cepa
@@ -74,7 +74,7 @@ def proposals_figure(description: TrialDescription, trial: EmergencyTrial, uav: 
 
 
 def sweep_figure(description: TrialDescription, trial: EmergencyTrial) -> Figure:
-    """Draw one panel per K: how the filter widens near obstacles, and what the algorithms then propose."""
+    """Draw one panel for each K: the filter's widening of near obstacles, and the proposals."""
     scan = first_scan_of(trial).scan
     all_proposed = sweep(scan, description.cepa)[::-1]
     figure = Figure(figsize=(7.2, 4.5))
@@ -91,7 +91,7 @@ def sweep_figure(description: TrialDescription, trial: EmergencyTrial) -> Figure
 
 
 def _path_figure(description: TrialDescription, trial: EmergencyTrial, uav: Model, content: dict) -> Figure:
-    """Draw from above where the UAV went after it was let go, coloured by time, and its shape on the way."""
+    """Draw from above the UAV's path after the release, coloured by time, and its shape on the way."""
     poses = flown(trial)
     path = in_freeze_frame(trial, poses[:, 1:4])
     since_s = poses[:, 0] - freeze_of(trial).t_s
@@ -134,7 +134,7 @@ def _what_happened(content: dict) -> str:
 
 
 def _spaced(path: np.ndarray) -> list[int]:
-    """Return the first and the last place of a path (n, 3), and those between that do not hide each other."""
+    """Return the first and the last place of a path (n, 3), and places between that do not overlap."""
     shown = [0]
     for index in range(len(path)):
         if min(np.linalg.norm(path[index] - path[i]) for i in shown) >= _UAV_SPACING_M:
@@ -163,7 +163,7 @@ def _draw_proposals(axes: Axes, scan: LaserScan2D, parameters: CepaParameters, p
     )
     _draw_circle(axes, parameters)
     axes.plot(0, 0, "+", ms=5, color="black", zorder=4)
-    # Red lies beneath and is wider, so that it can be seen where both are the same
+    # Red is below and wider, so that it stays visible if both are equal
     _arrow(axes, proposed.original_xy, _ORIGINAL, 3.6)
     _arrow(axes, proposed.improved_xy, _IMPROVED, 1.5)
 

@@ -1,4 +1,4 @@
-"""What both algorithms propose for one and the same scan, over the K of the emergency avoidance's filter."""
+"""Both algorithms' proposals for the same scan, for several K of the emergency avoidance's filter."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ K_SWEEP = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 class Proposals:
     """Velocities in m/s in the scan's frame, for a UAV at rest with a reference of zero.
 
-    reason: of the improved algorithm's proposal. emergency: whether anything is within r_LB.
+    reason: of the improved algorithm's proposal. emergency: whether an obstacle is within r_LB.
     """
 
     k_filter: float
@@ -42,5 +42,5 @@ def propose(scan: LaserScan2D, parameters: CepaParameters) -> Proposals:
 def sweep(
     scan: LaserScan2D, parameters: CepaParameters, ks: Sequence[float] = K_SWEEP
 ) -> tuple[Proposals, ...]:
-    """Ask both algorithms with each K (m/rad), with v_min = 0, so that K's effect on the speed is seen."""
+    """Ask both algorithms with each K (m/rad). v_min is 0, so that K's effect on the speed is visible."""
     return tuple(propose(scan, replace(parameters, k_filter=k, v_min=0.0)) for k in ks)

@@ -19,7 +19,8 @@ def summary_of(description: TrialDescription, trial: EmergencyTrial, clearance: 
     """Return the content of result.json.
 
     success: the obstacles were placed, the proposals recorded and the flight watched to its end, and the
-    improved algorithm touched nothing. The original one may touch: this is what the experiment shows.
+    improved algorithm touched nothing. The original one may touch obstacles. The experiment shows exactly
+    this.
     """
     failure = trial.failure
     if failure is None and trial.touched and description.algorithm == "improved":

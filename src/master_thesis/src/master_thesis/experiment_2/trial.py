@@ -1,7 +1,7 @@
 """The course of one run of Experiment 2, without ROS: hover, freeze, place, let go, watch.
 
-The caller (the ROS node or the flight without ROS) reports what happens, and carries out the actions that are
-returned. Time is simulation time, in seconds, and stands still between FREEZE and `on_placed`.
+The caller (the ROS node or the flight without ROS) reports events and carries out the returned actions. Time
+is simulation time, in seconds. It stands still between FREEZE and `on_placed`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SAME_INSTANT_S = 1e-6
 
 
 class TrialAction(Enum):
-    """What the caller has to do."""
+    """The actions of the caller."""
 
     FREEZE = "stop time, place the obstacles"
     SHOW = "the first scan with the obstacles is there"
@@ -30,10 +30,10 @@ class TrialAction(Enum):
 
 @dataclass(frozen=True)
 class TrialParameters:
-    """How long each part may last, in s of simulation time.
+    """The length of each part, in s of simulation time.
 
-    ready_timeout_s: until the UAV hovers. settle_s: further hover until the freeze. observe_s: from
-    letting go to the end.
+    ready_timeout_s: at most, until the UAV hovers. settle_s: more hover until the freeze. observe_s: from
+    the release to the end.
     """
 
     ready_timeout_s: float = 60.0
@@ -48,7 +48,7 @@ class TrialParameters:
 
 @dataclass(frozen=True)
 class Freeze:
-    """The instant at which time stood still: when, the UAV's true pose in `world`, and what was placed."""
+    """The instant of the freeze: its time, the UAV's true pose in `world`, and the placed obstacles."""
 
     t_s: float
     uav: Pose
@@ -59,8 +59,8 @@ class Freeze:
 class FirstScan:
     """The first scan that shows the obstacles, and its stamp.
 
-    The lidar turns only while time runs. So this scan is up to one period of the lidar later than the freeze.
-    The flight controller has no command made from it yet.
+    The lidar turns only while time runs. So this scan is up to one period of the lidar later than the
+    freeze. The flight controller has not received a command from it yet.
     """
 
     t_s: float
@@ -68,14 +68,14 @@ class FirstScan:
 
 
 class EmergencyTrial:
-    """State of a run; every `on_...` returns the actions that it calls for."""
+    """The state of a run. Every `on_...` returns the actions to carry out."""
 
     def __init__(self, parameters: TrialParameters, uav: str) -> None:
         """Watch the model named `uav`."""
         self.log = FlightLog()
         self.freeze: Freeze | None = None
         self.first_scan: FirstScan | None = None
-        self.touched: dict[str, float] = {}  # what was touched, and when for the first time
+        self.touched: dict[str, float] = {}  # the touched shapes, with the time of the first contact
         self.failure: str | None = None
         self.finished = False
         self._parameters = parameters
@@ -96,18 +96,18 @@ class EmergencyTrial:
         return self.freeze is not None
 
     def on_ready(self, ready: bool) -> None:
-        """Take note whether the UAV hovers and takes orders."""
+        """Note whether the UAV hovers and takes orders."""
         if not ready:
             self._ready_s = None
         elif self._ready_s is None:
             self._ready_s = self.now_s
 
     def on_waiting(self, reason: str) -> None:
-        """Take note why the UAV does not hover yet, in words; empty when it hovers."""
+        """Note why the UAV does not hover yet, in words; empty: it hovers."""
         self._no_hover = reason
 
     def on_truth(self, t_s: float, pose: Pose, decide: bool = True) -> list[TrialAction]:
-        """Take the true pose in `world`; return what is to be done, unless `decide` is called later."""
+        """Take the true pose in `world`. Return the actions, unless `decide` is called later."""
         if t_s < self.now_s - SAME_INSTANT_S:
             return self.abort("The clock jumped back: the simulation was reset.")
         if not len(self.log.truth):
@@ -116,7 +116,7 @@ class EmergencyTrial:
         return self.decide() if decide else []
 
     def decide(self) -> list[TrialAction]:
-        """Return what is to be done at the time of the newest true pose."""
+        """Return the actions at the time of the newest true pose."""
         if self.finished:
             return []
         if self.freeze is not None:
@@ -143,23 +143,23 @@ class EmergencyTrial:
         return [TrialAction.FINISH]
 
     def on_placed(self, t_s: float, uav: Pose, obstacles: Sequence[Obstacle]) -> None:
-        """Take note of the freeze; time goes on after this."""
+        """Note the freeze. Time goes on after this."""
         self.freeze = Freeze(t_s, uav, tuple(obstacles))
 
     def on_scan(self, t_s: float, scan: LaserScan2D) -> list[TrialAction]:
-        """Take a scan as CEPA gets it; the first one stamped after the freeze is kept."""
+        """Take CEPA's input scan. Keep the first one stamped after the freeze."""
         if self.freeze is None or self.first_scan is not None or t_s <= self.freeze.t_s + SAME_INSTANT_S:
             return []
         self.first_scan = FirstScan(t_s, scan)
         return [TrialAction.SHOW]
 
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Take note of a contact between two collision shapes, named model::link::collision.
+        """Note a contact between two collision shapes, named model::link::collision.
 
-        Whatever the UAV touches after it was let go counts, the ground too, so that `upwards` says nothing.
+        After the release every contact counts, also with the ground, so `upwards` does not matter.
         """
         if self.freeze is None or self.finished:
-            return  # it stood on the ground before
+            return  # the UAV stood on the ground before
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
         self.touched.setdefault(touched_by(self._uav, collision_1, collision_2), t_s)
 

@@ -13,7 +13,7 @@ from master_thesis.results.run_folder import RunFolder
 
 
 def write_numbers(folder: RunFolder, description: TrialDescription, trial: EmergencyTrial) -> dict:
-    """Write result.json, still without the clearance, and the series; return what stands in result.json.
+    """Write result.json, still without the clearance, and the series. Return the content of result.json.
 
     Raises:
         ResultsError: a file cannot be written.
@@ -28,7 +28,7 @@ def write_numbers(folder: RunFolder, description: TrialDescription, trial: Emerg
 
 
 def complete_trial(folder: RunFolder, description: TrialDescription, trial: EmergencyTrial) -> dict:
-    """Add the clearance and the pictures, which take some seconds; return what stands in result.json.
+    """Add the clearance and the pictures, which take some seconds. Return the content of result.json.
 
     Raises:
         ResultsError: a file cannot be written.

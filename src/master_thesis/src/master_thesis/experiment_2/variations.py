@@ -1,4 +1,4 @@
-"""Experiment 2 many times: each placement with its obstacles shifted a little, flown by both algorithms."""
+"""Variations of Experiment 2: each placement with slightly shifted obstacles, flown by both algorithms."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from master_thesis.worlds.placements import R_LB_M
 
 WORLD = Path(__file__).resolve().parents[3] / "worlds" / "empty.world"
 REFUSED = "emergency open section"
-"""The improved algorithm's reason when the original proposal leads into an obstacle or is zero."""
+"""The improved algorithm's reason if the original proposal leads into an obstacle or is zero."""
 
 
 @dataclass(frozen=True)
 class Flown:
     """The result of one flight.
 
-    proposal_refused: the improved algorithm has another proposal than the original for the first scan.
-    path_xy: (n, 2) in the frame of the placement. touch_xy: (2,) where the UAV was at its first contact.
+    proposal_refused: whether the improved algorithm's proposal for the first scan differs from the
+    original's. path_xy: (n, 2) in the frame of the placement. touch_xy: (2,) the UAV's place at its first
+    contact.
     """
 
     scenario: str
@@ -38,7 +39,7 @@ class Flown:
 
     @classmethod
     def of(cls, plain: Mapping[str, Any]) -> Flown:
-        """Return a flight from its fields as JSON holds them."""
+        """Return a flight from its JSON form."""
         path_xy, touch_xy = np.array(plain["path_xy"]).reshape(-1, 2), plain["touch_xy"]
         touched = None if touch_xy is None else np.array(touch_xy)
         return cls(**{**plain, "path_xy": path_xy, "touch_xy": touched})
@@ -47,13 +48,13 @@ class Flown:
 def variation_parameters(
     scenario: str, algorithm: str, variation: int, k_filter: float = 50.0
 ) -> LetGoParameters:
-    """Return a trial; both algorithms meet the same placements and the same noise. k_filter: m/rad."""
+    """Return a trial. Both algorithms get the same placements and the same noise. k_filter: m/rad."""
     parameters = CepaParameters(r_lb=R_LB_M, k_filter=k_filter)
     return LetGoParameters(str(WORLD), scenario, algorithm, variation, seed=variation or 1, cepa=parameters)
 
 
 def described(parameters: LetGoParameters) -> TrialDescription:
-    """Return what the pictures and the summary say of a trial."""
+    """Return the description of a trial for pictures and summary."""
     return TrialDescription(
         parameters.scenario,
         parameters.algorithm,
@@ -89,7 +90,7 @@ def fly_variation(parameters: LetGoParameters) -> Flown:
 
 
 def _first_touch(trial: EmergencyTrial, times_s: np.ndarray, path_xy: np.ndarray) -> np.ndarray | None:
-    """Return where on its path (n, 2) the UAV was when it first touched something."""
+    """Return the place on the path (n, 2) of the first contact."""
     if not trial.touched:
         return None
     index = int(np.searchsorted(times_s, min(trial.touched.values())))

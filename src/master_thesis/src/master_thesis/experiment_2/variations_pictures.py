@@ -18,7 +18,7 @@ from master_thesis.worlds.placements import Obstacle
 
 @dataclass(frozen=True)
 class Paths:
-    """What a panel shows: the placement before its variation, paths (n, 2), places of contacts (2,)."""
+    """The content of a panel: the placement before its variation, paths (n, 2), places of contacts (2,)."""
 
     obstacles: tuple[Obstacle, ...]
     paths_xy: tuple[np.ndarray, ...]

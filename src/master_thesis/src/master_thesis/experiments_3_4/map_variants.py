@@ -1,4 +1,4 @@
-"""Experiments 3 and 4 without ROS: one flight, mapped without and with loop closure, and judged."""
+"""Experiments 3 and 4 without ROS: one flight, mapped without and with loop closure, with metrics."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from master_thesis.worlds.floor_plan import outlines_of_file
 
 @dataclass(frozen=True)
 class MappedFlight:
-    """A recorded flight with what its maps are judged by: the true path and the true walls."""
+    """A recorded flight with its truth: the true path and the true walls."""
 
     scenario: MappingScenario
     setup: SlamSetup

@@ -1,4 +1,4 @@
-"""Experiments 3 and 4 without ROS: what is flown, and the flight recorded for SLAM (thesis, 8.2)."""
+"""Experiments 3 and 4 without ROS: the scenarios, and the recorded flight for SLAM (thesis, 8.2)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters
 
 R_UB_M = 0.9
-"""CEPA's outer radius indoors; with its default of 1.2 m the slow UAV stops before passages of 2 m."""
+"""CEPA's outer radius indoors. With the default of 1.2 m the slow UAV would stop before passages of 2 m."""
 
 PACKAGE = Path(__file__).resolve().parents[3]
 
 
 @dataclass(frozen=True)
 class MappingScenario:
-    """A world to be mapped, where the UAV starts in it, its mission, and how long and how fast it flies."""
+    """A world to map, the UAV's start, its mission, and the flight's duration and speed."""
 
     world: str
     mission: str
@@ -44,7 +44,7 @@ class MappingScenario:
 
     @property
     def flight_height_m(self) -> float:
-        """Height of the flight over the floor, at which the map is the world's."""
+        """Height of the flight over the floor. The map shows the world at this height."""
         return FLIGHT_HEIGHT_M
 
 
@@ -63,7 +63,7 @@ def parameters_of(
     odometry: OdometryParameters | None = None,
     lidar_range_max_m: float = 0.0,
 ) -> ClosedLoopParameters:
-    """Return the closed loop of one of the scenarios; odometry: its drift, by default the experiments'.
+    """Return the closed loop of one of the scenarios. odometry: its drift; default: the experiments'.
 
     Raises:
         ScenarioError: there is no such scenario.
@@ -89,7 +89,7 @@ def parameters_of(
 
 
 def fly_and_record(name: str, parameters: ClosedLoopParameters) -> FlightRecording:
-    """Fly until the mission is over; return what SLAM would have heard, from the start on.
+    """Fly until the mission is over. Return SLAM's input from the start on.
 
     Raises:
         FlightError: the mission was not flown to its end, or something was touched.

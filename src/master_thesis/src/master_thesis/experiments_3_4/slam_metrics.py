@@ -12,12 +12,12 @@ from master_thesis.results.metrics import statistics_of
 
 
 def judge(run: SlamRun, truth: Trajectory, walls: Walls) -> tuple[dict, TrajectoryError, MapAccuracy]:
-    """Return the metrics, and what they were computed from: the final path's and the map's errors.
+    """Return the metrics, and the errors of the final path and of the map.
 
     No alignment: `map` begins where `world` does, so every error is SLAM's own.
 
     Raises:
-        EvaluationError: there is nothing to judge: no path, or an empty map.
+        EvaluationError: there is no path, or the map is empty.
     """
     path = trajectory_error(run.final, truth)
     accuracy = map_error(run.grid, walls)
@@ -38,7 +38,7 @@ def judge(run: SlamRun, truth: Trajectory, walls: Walls) -> tuple[dict, Trajecto
 
 
 def _aligned_ate(path: Trajectory, truth: Trajectory) -> float | None:
-    """Return the ATE after the best rigid alignment; None for a straight path, which fixes no rotation."""
+    """Return the ATE after the best rigid alignment; None for a straight path (undefined rotation)."""
     try:
         return trajectory_error(path, truth, align="all").ate_rmse_m
     except EvaluationError:
@@ -46,7 +46,7 @@ def _aligned_ate(path: Trajectory, truth: Trajectory) -> float | None:
 
 
 def verdict(metrics: dict) -> str:
-    """Return our words for a map; a table compares them with the thesis's."""
+    """Return our description of a map, to compare with the thesis's."""
     ate, p95 = metrics["ate_rmse_m"], metrics["map_error_p95_m"]
     turned = math.degrees(metrics["wall_turned_max_rad"])
     if ate < 0.1 and p95 < 0.15:

@@ -27,10 +27,10 @@ _LABEL: dict[str, Any] = {"fontsize": 8}
 
 @dataclass(frozen=True)
 class MapView:
-    """A map with what is drawn on it.
+    """A map and the drawings on it.
 
-    path_xy: the path as SLAM believed it then, (n, 2). closures_xy: pairs of places on it that were found to
-    be one, (k, 2, 2).
+    path_xy: SLAM's path at that time, (n, 2). closures_xy: pairs of places on it that SLAM recognised as
+    one, (k, 2, 2).
     """
 
     title: str
@@ -77,14 +77,14 @@ def error_figure(title: str, panels: Sequence[TimeSeries], closure_times_s: Sequ
 
 
 def _stairs(times: np.ndarray, begin: float, end: float) -> np.ndarray:
-    """Return (n, 2): how many of the times are over, as steps."""
+    """Return (n, 2): the number of past times, as steps."""
     x = np.concatenate(([begin], np.repeat(times, 2), [end]))
     y = np.repeat(np.arange(len(times) + 1), 2)
     return np.column_stack((x, y))
 
 
 def _limits(outlines: Sequence[Outline], views: Sequence[MapView]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners of the world and of all that the maps show as occupied, with a margin."""
+    """Return the corners of the world and of all occupied cells, with a margin."""
     points = [outline.outline_xy for outline in outlines]
     points += [view.grid.occupied_xy(_OCCUPIED_FROM) for view in views]
     together = np.concatenate(points)

@@ -22,7 +22,7 @@ from simulation_tools.geometry import Pose
 
 
 class FoundAgain(NamedTuple):
-    """A loop that was closed: the stamps of the scans of a place, first seen and seen again."""
+    """A closed loop: the stamps of a place's first scan and of its later scan."""
 
     stamp_from_s: float
     stamp_to_s: float
@@ -30,11 +30,11 @@ class FoundAgain(NamedTuple):
 
 @dataclass(frozen=True)
 class SlamRun:
-    """What SLAM made of a flight.
+    """SLAM's output for a flight.
 
-    online: the poses that it estimated during the flight; final: the path that it estimates at the end; both
-    of the processed scans, in `map`. half_way: the map when half of the time was over. cpu_ms: CPU time of
-    each processed scan, (n,); empty where it was not measured. scans: all that were heard.
+    online: the poses estimated during the flight; final: the path estimated at the end; both at the
+    processed scans, in `map`. half_way: the map at half of the time. cpu_ms: CPU time of each processed
+    scan, (n,); empty if it was not measured. scans: number of received scans.
     """
 
     online: Trajectory
@@ -47,10 +47,10 @@ class SlamRun:
 
 
 class SlamParticipant:
-    """Feeds a SLAM session as its node would: scan, attitude and odometry of one instant (a ScanListener).
+    """Feeds a SLAM session like its node: scan, attitude and odometry of one instant (a ScanListener).
 
-    half_time_s: when the map is kept for `SlamRun.half_way`. levelling: undo the UAV's lean; without it a
-    leaning scan is taken for a level one.
+    half_time_s: time of the map in `SlamRun.half_way`. levelling: correct the UAV's lean; without it a
+    leaning scan counts as level.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class SlamParticipant:
         self._scans = 0
 
     def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
-        """Take a scan; a scan without a usable beam is left out, as by the node."""
+        """Take a scan. As in the node, a scan without a usable beam is left out."""
         self._scans += 1
         if self._half_way is None and t_s >= self._half_time_s:
             self._half_way = self.session.grid()
@@ -98,7 +98,7 @@ class SlamParticipant:
             self._online.append((t_s, *update.base_in_map))
 
     def run(self) -> SlamRun:
-        """Return what SLAM has made of the flight so far."""
+        """Return SLAM's output so far."""
         online = np.array(self._online).reshape(-1, 4)
         grid = self.session.grid()
         return SlamRun(
@@ -132,7 +132,7 @@ def true_path(times_s: np.ndarray, poses: np.ndarray) -> Trajectory:
 
 
 def true_walls(world_path: Path | str, height_m: float, inside_xy: tuple[float, float]) -> Walls:
-    """Return the walls that a map of a world should show at this height, around a place.
+    """Return the walls that a perfect map shows at this height around a place.
 
     Raises:
         SimulationToolsError: the world cannot be read.

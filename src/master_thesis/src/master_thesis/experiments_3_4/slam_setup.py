@@ -1,4 +1,4 @@
-"""gridslam as the experiments set it up: the YAML files that the launch files load, without ROS."""
+"""The experiments' set-up of gridslam: the YAML files of the launch files, without ROS."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ class SlamSetup:
         starting_map: OccupancyGrid | None = None,
         say: Callable[[str], None] = lambda words: None,
     ) -> SlamSession:
-        """Return a new run of SLAM on one thread, because several flights run at a time, one on each core."""
+        """Return a new run of SLAM with one thread, because flights run in parallel, one on each core."""
         closure = self.loop_closure if loop_closure else None
         parameters = replace(self.parameters, seed=seed, threads=1)
         return SlamSession(parameters, closure, starting_map=starting_map, say=say)
 
 
 def read_setup(world: str) -> SlamSetup:
-    """Return what `config/gridslam_WORLD.yaml` says, without the parameters that only the node has.
+    """Return the set-up in `config/gridslam_WORLD.yaml`, without the node's own parameters.
 
     Raises:
         ScenarioError: there is no such file.
         SlamError: a parameter makes no sense.
     """
-    import yaml  # only where a file is read
+    import yaml  # only if a file is read
 
     path = Path(PACKAGE) / "config" / f"gridslam_{world}.yaml"
     try:

@@ -1,4 +1,4 @@
-"""Judges the map of a flight: from its log and SLAM's output to files and metrics."""
+"""Measures the map of a flight: from its log and SLAM's output to files and metrics."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def survey(
 ) -> dict:
     """Write maps, trajectories and pictures of a flight; return its metrics.
 
-    slam: what SLAM made of the flight, given the odometry of all of it and when half of its time was over.
+    slam: returns SLAM's output, given the odometry of the whole flight and the time at half of it.
 
     Raises:
-        SlamError: there is no map, or nothing to judge.
+        SlamError: there is no map, or it is empty.
         SimulationToolsError, ScenarioError: the world cannot be read, or has no walls.
         ResultsError: a file cannot be written.
     """

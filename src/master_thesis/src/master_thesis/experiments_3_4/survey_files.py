@@ -29,10 +29,10 @@ from master_thesis.worlds.floor_plan import Outline
 
 @dataclass(frozen=True)
 class Surveyed:
-    """A flight and everything by which its map is judged.
+    """A flight and the truth for its map.
 
-    title: what was flown. truth, odometry: the whole flight's, in `world` and in `odom`. walls: what the map
-    should show. outlines: the world from above. height_m: of the flight.
+    title: of the flight. truth, odometry: of the whole flight, in `world` and in `odom`. walls: the true
+    walls. outlines: the world from above. height_m: of the flight.
     """
 
     title: str
@@ -51,7 +51,7 @@ def write_survey(folder: RunFolder, survey: Surveyed) -> dict:
     walls.csv; map.png, map_error.png, error.png.
 
     Raises:
-        EvaluationError: there is nothing to judge: no path, or an empty map.
+        EvaluationError: there is no path, or the map is empty.
     """
     run, path = survey.run, folder.path
     for name, trajectory in (
@@ -101,7 +101,7 @@ def _write_pictures(
 
 
 def map_views(run: SlamRun) -> tuple[slam_pictures.MapView, ...]:
-    """Return the map at half time and at the end, as they are drawn."""
+    """Return the drawings of the map at half time and at the end."""
     half_s = (run.final.stamps_s[0] + run.final.stamps_s[-1]) / 2
     until_half = run.online.poses_in_map[run.online.stamps_s <= half_s, :2]
     none = np.empty((0, 2, 2))
@@ -112,12 +112,12 @@ def map_views(run: SlamRun) -> tuple[slam_pictures.MapView, ...]:
 
 
 def closure_times(run: SlamRun) -> list[float]:
-    """Return when loops closed: the stamps of the scans that showed a known place."""
+    """Return the times of loop closures: the stamps of scans that showed a known place."""
     return [closure.stamp_to_s for closure in run.closures]
 
 
 def closure_pairs(run: SlamRun) -> np.ndarray:
-    """Return where loops closed: pairs of places on the final path, (k, 2, 2)."""
+    """Return the places of loop closures: pairs of places on the final path, (k, 2, 2)."""
     stamps = np.array([(closure.stamp_from_s, closure.stamp_to_s) for closure in run.closures])
     return poses_at(run.final, stamps.ravel())[:, :2].reshape(-1, 2, 2)
 

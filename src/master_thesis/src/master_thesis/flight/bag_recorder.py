@@ -1,4 +1,4 @@
-"""Records a run with rosbag, into the run's own folder, and closes the bag at its end."""
+"""Records a run with rosbag into the run's folder, and closes the bag at the end."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import subprocess
 from pathlib import Path
 
 RESERVE_MB = 200
-"""Recording stops when less of the disk is free, because the results need space, too."""
+"""Recording stops if less of the disk is free, because the results need space, too."""
 
 _CLOSING_S = 10.0
 _PR_SET_PDEATHSIG = 1
 
 
 class BagRecorder:
-    """`rosbag record` of all topics except /clock, which `rosbag play --clock` makes itself."""
+    """`rosbag record` of all topics except /clock, which `rosbag play --clock` publishes itself."""
 
     def __init__(self, bag: Path) -> None:
         """Start recording into `bag`; raises OSError when rosbag cannot be started."""
@@ -28,11 +28,11 @@ class BagRecorder:
         )
 
     def shortage(self) -> str | None:
-        """Return a sentence when the disk is too full for the recording to go on."""
+        """Return a sentence if the disk is too full to go on recording."""
         return shortage_of(self.bag, shutil.disk_usage(self.bag.parent).free / 2**20)
 
     def close(self) -> str | None:
-        """Stop and wait until the bag is closed; return what is wrong with it in a sentence, or None."""
+        """Stop and wait until the bag is closed. Return its fault in a sentence, or None."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
         try:
@@ -46,7 +46,7 @@ class BagRecorder:
 
 
 def shortage_of(bag: Path, free_mb: float) -> str | None:
-    """Return a sentence when this space is too little to go on recording a bag."""
+    """Return a sentence if this space is too little to go on recording a bag."""
     if free_mb >= RESERVE_MB:
         return None
     return (
@@ -56,9 +56,9 @@ def shortage_of(bag: Path, free_mb: float) -> str | None:
 
 
 def _end_with_parent() -> None:
-    """Have the kernel interrupt the recorder when its parent is killed, so that it does not record on alone.
+    """Let the kernel interrupt the recorder if its parent is killed, so that it does not go on alone.
 
-    The parent's threads block the signals (see node_tools.ending); the recorder must hear them.
+    The parent's threads block the signals (see node_tools.ending), but the recorder must receive them.
     """
     signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT, signal.SIGTERM))
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)

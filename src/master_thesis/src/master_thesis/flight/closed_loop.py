@@ -1,9 +1,9 @@
-"""The whole chain of figure 5.2 of the thesis without ROS, on the classes that the nodes are made of.
+"""The whole chain of the thesis's figure 5.2 without ROS, from the classes of the nodes.
 
-At every instant t the order is that of the graph in lockstep. First come odometry, truth and the position
+The order at every instant t is that of the graph in lockstep. First come odometry, truth and the position
 controller. Then come the scan, median filter, padding, CEPA, yaw regulator and publisher. The flight
-controller comes last: it has the setpoint made from scan(t) before the next step. So there is no latency, and
-no flight depends on the machine.
+controller comes last: it gets the setpoint from scan(t) before the next step. So there is no latency, and no
+flight depends on the machine.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ CEPA = CepaParameters(speed_fractions=SLOW_DETOURS)
 
 @dataclass(frozen=True)
 class ClosedLoopParameters:
-    """What is flown and with what; every default is the nodes'.
+    """The parameters of a flight.
 
-    goal_xyz_m: in the frame of `pose_source`; None: no goal is sent, v_ref stays zero. mission: waypoints to
-    fly in place of the goal, which is reached with the last of them, or after duration_s. patience_s: a
-    waypoint that takes longer ends the run as a failure. algorithm: of `cepa.ALGORITHMS`. conditions: what is
-    worse than the simulation's own parameters say.
+    Every default is the nodes'. goal_xyz_m: in the frame of `pose_source`; None: no goal, so v_ref stays
+    zero. mission: waypoints instead of the goal. The goal counts as reached after the last one, or after
+    duration_s. patience_s: if a waypoint takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
+    conditions: those that are worse than the simulation's own parameters.
     """
 
     simulation: SimulationParameters
@@ -88,7 +88,7 @@ class ClosedLoopParameters:
 
     @property
     def limits_of_way(self) -> PhaseLimits:
-        """The limits, with enough time for the way to the goal or through the mission."""
+        """The limits, with enough time for the path to the goal or through the mission."""
         start = self.simulation.spawn_pose.position_m
         if self.mission:
             length_m = way_m(self.mission, start)
@@ -100,10 +100,10 @@ class ClosedLoopParameters:
 
 
 class ScanListener(Protocol):
-    """Hears every scan of a flight, but is no part of the control chain: a recorder, SLAM."""
+    """Gets every scan of a flight, but is not part of the control chain: a recorder, SLAM."""
 
     def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
-        """Take a scan as the lidar gave it (beams,), and the poses of its instant in `odom` and `world`."""
+        """Take the lidar's scan (beams,), and the poses of its instant in `odom` and `world`."""
 
 
 class ClosedLoop:
@@ -115,11 +115,11 @@ class ClosedLoop:
         steering: Algorithm | None = None,
         pilot: Callable[[float, Pose], Velocity] | None = None,
     ) -> None:
-        """Build everything; raises SimulationToolsError when the world or the UAV cannot be loaded.
+        """Build everything; raises SimulationToolsError if the world or the UAV cannot be loaded.
 
-        steering: is flown instead of `parameters.algorithm`, for instance one that records its input.
-        pilot: takes time in s and true pose and returns a velocity (m/s; ahead, left, up). Once the UAV is
-        ready, this is the reference in place of the position controller's.
+        steering: replaces `parameters.algorithm`, for example with one that records its input. pilot: takes
+        time in s and true pose, returns a velocity (m/s; ahead, left, up). When the UAV is ready, this
+        replaces the position controller's velocity.
         """
         self.parameters = parameters
         self.listeners: list[ScanListener] = []
@@ -130,7 +130,7 @@ class ClosedLoop:
         if lidar is None:
             self.simulation.close()
             raise FlightError("The UAV has no lidar, without which CEPA cannot fly; choose one.")
-        assert px4 is not None  # nobody else was asked to fly
+        assert px4 is not None  # no other mode was requested
         self.lidar, self._px4 = lidar, px4
         self._geometry = ScanGeometry(lidar.beams, lidar.angle_min, lidar.angle_increment)
         self._median_filter = LidarMedianFilter(parameters.median_filter)
@@ -141,7 +141,7 @@ class ClosedLoop:
         self._cepa = steering or ALGORITHMS[parameters.algorithm](parameters.cepa)
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
         self.publisher = PublisherLink(px4, parameters.conditions.hover_of(parameters.publisher))
-        self.newest_scan: LaserScan2D | None = None  # as CEPA got it: filtered and padded
+        self.newest_scan: LaserScan2D | None = None  # CEPA's input: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
         self._cloud: Cloud | None = None  # of the scan's instant
         self._odometry_age_s = 0.0
@@ -161,11 +161,11 @@ class ClosedLoop:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run went so far."""
+        """The outcome so far."""
         return self.monitor.course.outcome
 
     def run(self, until: Callable[[ClosedLoop], bool] = lambda loop: False) -> Outcome:
-        """Fly until the run is over, which its limits make sure of, or until `until(loop)` is true."""
+        """Fly until the run is over or `until(loop)` is true. The run's limits guarantee an end."""
         while not (self._finished or until(self)):
             self.step()
         return self.outcome
@@ -175,7 +175,7 @@ class ClosedLoop:
         return self.run(until=lambda loop: phase in loop.outcome.times_s)
 
     def step(self) -> StepOutput:
-        """Simulate one time step and pass it on to all parts; the first call gives the instant t = 0."""
+        """Simulate one time step and pass it on to all parts. The first call gives the instant t = 0."""
         output = self.simulation.step() if self._begun else self.simulation.sense()
         self._begun = True
         if output.ground_truth is not None and output.odometry is not None:
@@ -201,7 +201,7 @@ class ClosedLoop:
         self.monitor.on_goal_reached(command.goal_reached if reached is None else reached)
 
     def _follow_mission(self, t_s: float, pose: Pose) -> bool | None:
-        """Fly to the next waypoint; tell whether the mission is over, or None when there is no mission."""
+        """Fly to the next waypoint. Return whether the mission is over, or None without a mission."""
         if not self.parameters.mission:
             return None
         if self._mission is None:
@@ -227,7 +227,7 @@ class ClosedLoop:
             padded.ranges, geometry.angle_min_rad, geometry.angle_increment_rad, *limits, seen=padded.seen
         )
         self.newest_scan = scan
-        started = time.thread_time()  # CPU time of this thread: other work of the machine does not count
+        started = time.thread_time()  # CPU time of this thread, so that other load does not count
         if self._cepa.parameters.levelling:
             scan = self._levelled(scan)
         own_velocity = self._odometry.linear_velocity_m_s[:2]

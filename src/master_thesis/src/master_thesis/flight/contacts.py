@@ -1,22 +1,22 @@
-"""Where a contact is judged: whether the UAV touched an obstacle, or stands on the ground."""
+"""Judges contacts: whether the UAV touched an obstacle, or stands on the ground."""
 
 from __future__ import annotations
 
-GROUND = "ground_plane"  # what Gazebo's own worlds call it; any other is known by what the UAV stands on
+GROUND = "ground_plane"  # its name in Gazebo's own worlds; other grounds are found by what carries the UAV
 CARRIES = 0.7
-"""The UAV stands on what it touches if the contact's normal points up this much: 45 degrees of slope."""
+"""The UAV stands on a touched shape if the normal's z is at least this: 45 degrees of slope."""
 
 
 def touched_by(uav: str, collision_1: str, collision_2: str) -> str:
-    """Return that of two collision shapes, named model::link::collision, which is not the UAV's."""
+    """Return the one of two collision shapes (model::link::collision) that is not the UAV's."""
     return collision_2 if _is_of(uav, collision_1) else collision_1
 
 
 class Contacts:
-    """What the UAV has touched so far, and what carried it.
+    """The shapes that the UAV has touched so far, and the ones that carried it.
 
-    Touching the ground is part of take-off and landing, and a collision in flight. The ground is what carries
-    the UAV from below while it is not in flight, whatever its name.
+    A contact with the ground is normal at take-off and landing, and a collision in flight. Any model that
+    carries the UAV from below outside of the flight is ground.
     """
 
     def __init__(self, uav: str) -> None:
@@ -27,7 +27,7 @@ class Contacts:
 
     @property
     def touched(self) -> tuple[str, ...]:
-        """The collision shapes of obstacles that were touched."""
+        """The touched collision shapes of obstacles."""
         return tuple(self._touched)
 
     @property
@@ -36,7 +36,7 @@ class Contacts:
         return tuple(self._ground)
 
     def judge(self, collision_1: str, collision_2: str, upwards: float, in_flight: bool) -> None:
-        """Take a contact between two collision shapes, named model::link::collision.
+        """Take a contact between two collision shapes (model::link::collision).
 
         upwards: z component of the contact's normal, the unit vector from the second shape to the first.
         """

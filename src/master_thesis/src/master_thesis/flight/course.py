@@ -1,7 +1,7 @@
 """The course of one run, without ROS: wait until ready, fly to the goal, hover, land, done.
 
-The caller (the ROS node or the closed loop without ROS) reports what happens, and carries out the actions
-that are returned. Time is simulation time, in seconds; nothing here waits.
+The caller (the ROS node or the closed loop without ROS) reports events and carries out the returned actions.
+Time is simulation time, in seconds. Nothing here waits.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from master_thesis.errors import FlightError
 from master_thesis.flight.contacts import GROUND, Contacts
 
 PATIENCE = 3.0
-"""A flight may take this many times as long as the straight way at full speed."""
+"""A flight may take this many times as long as the straight path at full speed."""
 
 
 class Phase(Enum):
-    """Which part of a run it is."""
+    """The parts of a run."""
 
     WAITING = "waiting for the start"
     FLYING = "flying to the goal"
@@ -27,7 +27,7 @@ class Phase(Enum):
 
 
 class Action(Enum):
-    """What the caller has to do."""
+    """The actions of the caller."""
 
     SEND_GOAL = "send the goal"
     LAND = "land"
@@ -36,11 +36,11 @@ class Action(Enum):
 
 @dataclass(frozen=True)
 class PhaseLimits:
-    """How long each phase may last.
+    """Time limits of the phases.
 
-    hover_s: hover at the goal before landing. ready_timeout_s: from the first moment to the hover over the
-    start. flight_timeout_s: from sending the goal to reaching it, at least (see `for_way`).
-    landing_timeout_s: from the order to land to disarmed.
+    hover_s: hover at the goal before landing. ready_timeout_s: from the start to the hover.
+    flight_timeout_s: from sending the goal to reaching it; `for_way` may raise it. landing_timeout_s: from
+    the order to land to disarmed.
     """
 
     hover_s: float = 2.0
@@ -54,18 +54,17 @@ class PhaseLimits:
                 raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
 
     def for_way(self, way_m: float, speed_m_s: float) -> PhaseLimits:
-        """Return the same limits with enough time for a way of this length at this speed, above 0."""
+        """Return the same limits with enough time for a path of this length at this speed (above 0)."""
         needed_s = min(PATIENCE * way_m / speed_m_s, 999_999.0)
         return replace(self, flight_timeout_s=max(self.flight_timeout_s, needed_s))
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run went.
+    """The outcome of a run.
 
-    times_s: when each phase began. failure: None, or the sentence that says why the run did not do what it
-    should. touched: the obstacles that were touched. ground: models that carried the UAV before the flight or
-    after it.
+    times_s: start of each phase. failure: None, or a sentence with the reason of the failure. touched: the
+    touched obstacles. ground: models that carried the UAV before or after the flight.
     """
 
     reached_goal: bool
@@ -78,12 +77,12 @@ class Outcome:
 
     @property
     def success(self) -> bool:
-        """The goal was reached without touching anything, and the UAV stands on the ground again."""
+        """Whether the UAV reached the goal without a contact and stands on the ground again."""
         return self.reached_goal and self.landed and not self.collision and self.failure is None
 
 
 class Course:
-    """State machine of a run; every `on_...` returns the actions that it calls for."""
+    """State machine of a run. Every `on_...` returns the actions to carry out."""
 
     def __init__(self, parameters: PhaseLimits, uav: str) -> None:
         """Start a run of the model named `uav`."""
@@ -106,7 +105,7 @@ class Course:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run went so far."""
+        """The outcome so far."""
         return Outcome(
             reached_goal=self._reached,
             collision=bool(self._contacts.touched),
@@ -118,22 +117,19 @@ class Course:
         )
 
     def on_ready(self, ready: bool, awaited: str = "the hover") -> None:
-        """Take note whether the UAV hovers over the start and takes orders.
-
-        awaited: what the flight waits for while it is not ready.
-        """
+        """Note whether the UAV hovers over the start and takes orders. awaited: the reason for waiting."""
         self._ready, self._awaited = ready, awaited
 
     def on_distance(self, distance_m: float) -> None:
-        """Take note how far from its goal the UAV is, for the sentence about a flight that ends too early."""
+        """Note the UAV's distance from its goal, for the sentence about a flight that ends too early."""
         self._distance_m = distance_m
 
     def on_waiting(self, reason: str) -> None:
-        """Take note why the UAV does not hover yet, in words; empty when it hovers."""
+        """Note why the UAV does not hover yet, in words; empty: it hovers."""
         self._no_hover = reason
 
     def on_time(self, t_s: float) -> list[Action]:
-        """Let time pass; call at every true pose."""
+        """Take the present time. Call this at every true pose."""
         self._times.setdefault(Phase.WAITING, t_s)
         in_phase = t_s - self._times[self._phase]
         if self._phase is Phase.WAITING and self._ready:
@@ -143,18 +139,18 @@ class Course:
         return self._on_too_late(t_s, in_phase)
 
     def on_goal_reached(self, t_s: float, reached: bool) -> None:
-        """Take note that the position controller is at the goal."""
+        """Note that the position controller has reached the goal."""
         if reached and self._phase is Phase.FLYING:
             self._reached = True
             self._enter(Phase.HOVERING, t_s)
 
     def on_contact(self, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Take note of a contact between two collision shapes; see `Contacts.judge`."""
+        """Note a contact between two collision shapes; see `Contacts.judge`."""
         in_flight = self._phase in (Phase.FLYING, Phase.HOVERING)
         self._contacts.judge(collision_1, collision_2, upwards, in_flight)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
-        """Take note whether the motors may turn: disarmed after landing is the end."""
+        """Note whether the motors may turn. Disarming after the landing is the end."""
         if armed or self._phase in (Phase.WAITING, Phase.DONE):
             return []
         if self._phase is Phase.LANDING:

@@ -1,4 +1,4 @@
-"""What is flown in a run with a goal or a mission."""
+"""The description of a run with a goal or a mission."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from master_thesis.worlds.scenario import Scenario
 
 @dataclass(frozen=True)
 class RunDescription:
-    """What was run. parameters: every node's parameters by node name; algorithm, lidar: as chosen."""
+    """The description of a run.
+
+    parameters: all nodes' parameters by node; algorithm, lidar: the chosen names.
+    """
 
     experiment: str
     scenario: Scenario

@@ -1,4 +1,4 @@
-"""The time series of one flight, recorded by the node from topics, or directly by the closed loop.
+"""The time series of one flight. The node records them from topics, the closed loop directly.
 
 Frames and units: `truth` is the UAV's pose and velocity in `world`, `odometry` the same in `odom`; commands
 are body velocities (x forward, y left, z up); seconds of simulation time, metres, radians.
@@ -34,7 +34,7 @@ class Series:
         return iter(self.rows)
 
     def add(self, *values: Any) -> None:
-        """Append one row; a row that is not later than the last one is a repetition and is left out."""
+        """Append one row. A row that is not later than the last one is a repetition and is left out."""
         if len(values) != len(self.columns):
             raise ValueError(f"a row has {len(self.columns)} values ({', '.join(self.columns)})")
         if not self.rows or values[0] > self.rows[-1][0]:
@@ -54,7 +54,7 @@ class Series:
 
 @dataclass(frozen=True)
 class LoggedScan:
-    """A scan as the lidar gave it: stamp, ranges (n,), angle of the first beam and between beams."""
+    """A lidar's scan: stamp, ranges (n,), angle of the first beam and between beams."""
 
     t_s: float
     ranges_m: np.ndarray
@@ -109,9 +109,9 @@ class FlightLog:
         return np.column_stack((times, steps / np.maximum(times[after] - times[before], 1e-9)))
 
     def hits(self, lidar_in_body_xyz_m: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
-        """Return where the kept scans' beams ended, (n, 4): t, x, y, z in `world`.
+        """Return the ends of the kept scans' beams, (n, 4): t, x, y, z in `world`.
 
-        A scan is placed with the true pose of its own stamp; scans without such a pose are left out.
+        The true pose of a scan's own stamp gives its place. Scans without such a pose are left out.
         """
         poses = self.truth.array(*POSE_COLUMNS)
         found = [np.empty((0, 4))]

@@ -1,7 +1,6 @@
-"""A flight as SLAM sees it, recorded: every scan, odometry with the attitude, and the truth.
+"""The recording of a flight for SLAM: every scan, odometry with the attitude, and the truth.
 
-One recorded flight serves every variant of SLAM. The ground truth steers it, so it does not depend on what
-SLAM makes of it.
+One recorded flight serves every variant of SLAM. The ground truth steers it, so it does not depend on SLAM.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ class FlightRecording:
     """The scans of one flight in the order of time.
 
     times_s: (n,). ranges_m: (n, beams) float32. odometry, truth: (n, 7) of position and quaternion xyzw in
-    `odom` and in `world`. name: what was flown, for titles and file names.
+    `odom` and in `world`. name: of the flight, for titles and file names.
     """
 
     name: str
@@ -67,14 +66,14 @@ class FlightRecording:
             yield RecordedScan(t_s, ranges, _pose(odometry), _pose(truth))
 
     def one_of(self, scans: int) -> FlightRecording:
-        """Return a recording of every n-th scan, as a slower lidar would give; scans: this n."""
+        """Return a recording of every n-th scan, like that of a slower lidar. scans: this n."""
         rows = slice(None, None, scans)
         series = (self.times_s[rows], self.ranges_m[rows], self.odometry[rows], self.truth[rows])
         return FlightRecording(self.name, self.lidar, *series)
 
 
 class FlightRecorder:
-    """Listens to a closed loop (`ClosedLoop.listeners`) and keeps its scans."""
+    """Keeps the scans of a closed loop (`ClosedLoop.listeners`)."""
 
     def __init__(self, name: str, lidar: Lidar) -> None:
         self._name, self._lidar = name, LidarGeometry.of(lidar)
@@ -85,7 +84,7 @@ class FlightRecorder:
         self._scans.append(RecordedScan(t_s, np.array(ranges, dtype=np.float32), odometry, truth))
 
     def recording(self) -> FlightRecording:
-        """Return all that was heard so far."""
+        """Return everything recorded so far."""
         scans = self._scans
         return FlightRecording(
             self._name,

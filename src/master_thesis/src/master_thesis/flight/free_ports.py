@@ -6,13 +6,13 @@ import contextlib
 import random
 import socket
 
-# Linux gives ports from 32768 on to every connection. One of those may be taken again before the program
-# that it is meant for has started.
+# Linux uses ports from 32768 on for connections. Such a port may be taken again before our program has
+# started.
 CANDIDATES = range(15000, 32768)
 
 
 def free_ports(count: int) -> list[int]:
-    """Return ports of 127.0.0.1 that nobody uses at this moment, neither by TCP nor by UDP.
+    """Return ports of 127.0.0.1 that are free at this moment, for TCP and UDP.
 
     Raises:
         OSError: there are not so many.

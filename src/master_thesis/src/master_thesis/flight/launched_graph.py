@@ -1,4 +1,4 @@
-"""A graph of ROS nodes started by roslaunch and watched from outside: its events, CPU time and memory."""
+"""A graph of ROS nodes, started by roslaunch and observed from outside: events, CPU time and memory."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from master_thesis.flight import processes
 from master_thesis.flight.free_ports import free_ports
 
 TOKEN = "LAUNCHED_GRAPH"
-"""Environment variable by which everything that belongs to a graph is found."""
+"""Environment variable that marks all processes of a graph."""
 
 FLIGHT_EVENTS = ("first_scan_through", "hovering", "goal_reached")
-"""Of a flight: CEPA has answered a scan; the UAV hovers, ready; it is at the goal."""
+"""Events of a flight: CEPA has answered a scan; the UAV hovers and is ready; it is at the goal."""
 
 
 class Graph:
@@ -41,8 +41,8 @@ class Graph:
     ) -> None:
         """Start; arguments: of roslaunch, package and launch file first, or a launch file alone.
 
-        folder: for logs. events: what the probe (`master_thesis_ros.launch.probe`) is to tell. display: the X
-        server that windows open on.
+        folder: for logs. events: for the probe (`master_thesis_ros.launch.probe`). display: the X server for
+        windows.
 
         Raises:
             GraphError: there is no roslaunch.
@@ -84,7 +84,7 @@ class Graph:
         )
 
     def wait_for(self, event: str, timeout_s: float) -> float:
-        """Return when an event happened, in seconds since the start; GraphError when it does not."""
+        """Wait for an event. Return its time in seconds since the start; GraphError if it does not come."""
         end = time.monotonic() + timeout_s
         while event not in self._happened:
             if time.monotonic() > end or self.launch.poll() is not None:
@@ -97,7 +97,7 @@ class Graph:
         return self._happened[event]
 
     def processes(self) -> list[int]:
-        """Return the process ids of everything that roslaunch has started, and its own."""
+        """Return the process ids of roslaunch and everything that it has started."""
         mark = f"{TOKEN}={self._token}".encode()
         found = []
         for path in Path("/proc").glob("[0-9]*"):
@@ -114,11 +114,11 @@ class Graph:
         return sum(processes.cpu_s(pid) or 0.0 for pid in self.processes())
 
     def memory_gb(self) -> float:
-        """Return the memory of all processes; what several share counts once."""
+        """Return the memory of all processes. Shared memory counts once."""
         return sum(processes.shared_out_memory_gb(pid) for pid in self.processes())
 
     def interrupt(self) -> float:
-        """Press Ctrl-C; return the seconds until nothing is left."""
+        """Press Ctrl-C. Return the seconds until all processes have ended."""
         began_s = time.monotonic()
         os.killpg(self.launch.pid, signal.SIGINT)
         while self.processes():
@@ -129,7 +129,7 @@ class Graph:
         return time.monotonic() - began_s
 
     def wait_for_end(self, timeout_s: float) -> None:
-        """Return when roslaunch has ended by itself; GraphError when it does not."""
+        """Wait until roslaunch has ended by itself; GraphError if it does not."""
         try:
             self.launch.wait(timeout_s)
         except subprocess.TimeoutExpired:
@@ -137,12 +137,12 @@ class Graph:
             raise GraphError(sentence) from None
 
     def said(self) -> str:
-        """Return the last that roslaunch and its nodes printed."""
+        """Return the last output of roslaunch and its nodes."""
         self._output.flush()
         return Path(self._output.name).read_text(errors="replace")[-2000:]
 
     def close(self) -> None:
-        """End whatever is left, the probe included."""
+        """End all remaining processes, with the probe."""
         for pid in self.processes():
             try:
                 os.kill(pid, signal.SIGKILL)

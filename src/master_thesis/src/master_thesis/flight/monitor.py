@@ -1,6 +1,6 @@
-"""Watches one run: keeps its log, leads its course, and measures its wall time.
+"""Watches one run: keeps its log, controls its course, and measures its wall time.
 
-The experiment's node tells it what topics say; the closed loop without ROS tells it directly.
+The experiment's node passes messages on to it. The closed loop without ROS calls it directly.
 """
 
 from __future__ import annotations
@@ -44,38 +44,38 @@ class Monitor:
         return self.course.phase is not Phase.WAITING
 
     def on_waiting(self, reason: str) -> None:
-        """Take note why the UAV does not hover yet, in words; empty when it hovers."""
+        """Note why the UAV does not hover yet, in words; empty: it hovers."""
         self.course.on_waiting(reason)
 
     def on_truth(
         self, t_s: float, position_m: Sequence[float], orientation_xyzw: Sequence[float], decide: bool = True
     ) -> list[Action]:
-        """Take the true pose, in `world`; return what is to be done now, unless `decide` is called later."""
+        """Take the true pose in `world`. Return the actions, unless `decide` is called later."""
         if t_s < self.now_s - CLOCK_TOLERANCE_S:
             return self.abort("The clock jumped back: the simulation was reset.")
         self.log.truth.add(t_s, *position_m, *orientation_xyzw)
         return self.decide() if decide else []
 
     def decide(self) -> list[Action]:
-        """Return what is to be done at the time of the newest true pose."""
+        """Return the actions at the time of the newest true pose."""
         return self._noted(self.course.on_time(self.now_s))
 
     def on_goal_reached(self, reached: bool) -> None:
-        """Take note that the position controller is at the goal."""
+        """Note that the position controller has reached the goal."""
         self.course.on_goal_reached(self.now_s, reached)
         self._noted([])
 
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Take note of a contact between two collision shapes; `upwards` as in `Contacts.judge`."""
+        """Note a contact between two collision shapes; `upwards` as in `Contacts.judge`."""
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
         self.course.on_contact(collision_1, collision_2, upwards)
 
     def on_armed(self, armed: bool) -> list[Action]:
-        """Take note whether the motors may turn; return what is to be done now."""
+        """Note whether the motors may turn. Return the actions."""
         return self._noted(self.course.on_armed(self.now_s, armed))
 
     def on_performance(self, measured: dict[str, float]) -> None:
-        """Take the simulator's own measurements; the newest count."""
+        """Take the simulator's own measurements. The newest ones count."""
         self._performance = measured
 
     def abort(self, why: str) -> list[Action]:
@@ -83,7 +83,7 @@ class Monitor:
         return self._noted(self.course.abort(self.now_s, why))
 
     def wall_metrics(self, started_s: float) -> WallMetrics:
-        """Return what was measured in wall time; started_s: the wall clock at the run's beginning."""
+        """Return the metrics of wall time. started_s: the wall clock at the run's start."""
         wall, measured = self._wall_s, self._performance
         latency = None
         if measured.get("setpoint_latency_count"):
@@ -99,7 +99,7 @@ class Monitor:
         )
 
     def _real_time_factor(self) -> float | None:
-        """Return that from sending the goal to reaching it, or to the end of a run that did not reach it."""
+        """Return the factor from sending the goal to reaching it, or to the end of a failed run."""
         times, wall = self.course.outcome.times_s, self._wall_s
         end = next((phase for phase in (Phase.HOVERING, Phase.LANDING, Phase.DONE) if phase in times), None)
         if Phase.FLYING not in times or end is None or wall[end] <= wall[Phase.FLYING]:

@@ -1,4 +1,4 @@
-"""What a process of this machine takes, as Linux tells; None when that cannot be told."""
+"""CPU time and memory of a process of this machine, from Linux; None if unknown."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def cpu_s(pid: int) -> float | None:
 
 
 def age_s(pid: int) -> float:
-    """Return how long ago a process was started; 0 when that cannot be told."""
+    """Return the age of a process, s; 0 if it is unknown."""
     fields = _stat(pid)
     if not fields:
         return 0.0
@@ -32,13 +32,13 @@ def has_ended(pid: int) -> bool:
 
 
 def peak_memory_mb(pid: int) -> float | None:
-    """Return the most memory that it has held."""
+    """Return its peak memory."""
     kilobytes = _kilobytes(pid, "status", "VmHWM")
     return None if kilobytes is None else kilobytes / 1024
 
 
 def shared_out_memory_gb(pid: int) -> float:
-    """Return the memory that it holds; what several share counts once (proportional set size)."""
+    """Return its present memory; shared memory counts once (proportional set size)."""
     return (_kilobytes(pid, "smaps_rollup", "Pss") or 0) / 2**20
 
 

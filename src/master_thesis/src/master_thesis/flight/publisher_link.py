@@ -29,7 +29,7 @@ _MODES = {mode.label: mode for mode in Mode}
 
 
 class Due:
-    """Tells when the next period has begun."""
+    """Detects the start of each period."""
 
     def __init__(self, period_us: int) -> None:
         self._period_us = period_us
@@ -44,16 +44,16 @@ class Due:
 
 
 class PublisherLink:
-    """Tells the publisher what PX4 would tell it, and PX4 what the publisher wants.
+    """Passes PX4's messages to the publisher, and the publisher's actions to PX4.
 
-    silent: the publisher neither hears nor sends anything, as if it had died.
+    silent: nothing passes in either direction, as if the publisher had died.
     """
 
     def __init__(self, px4: Px4, parameters: PublisherParameters) -> None:
         self.silent = False
         self.ready = False
         self._px4 = px4
-        self._home: object = None  # as it was last passed on
+        self._home: object = None  # the last one passed on
         self._publisher = SetpointPublisher(parameters)
         self._streams: tuple[tuple[Due, Callable[[int], list]], ...] = (
             (Due(STATE_PERIOD_US), self._tell_state),
@@ -62,7 +62,10 @@ class PublisherLink:
         )
 
     def on_time(self, time_us: int) -> None:
-        """Pass on what PX4 streams at this instant, and its home when it has one; call at every step."""
+        """Pass on PX4's streams of this instant, and its home position if there is one.
+
+        Call this at every step.
+        """
         if self._px4.home is not self._home and not self.silent:
             self._home = self._px4.home
             self._carry_out(self._publisher.on_home(1000 * time_us))
@@ -71,7 +74,7 @@ class PublisherLink:
                 self._carry_out(tell(1000 * time_us))
 
     def on_velocity(self, time_us: int, velocity_flu_m_s: Vector3, yaw_rate_rad_s: float) -> None:
-        """Pass on a velocity command made from the scan of this instant."""
+        """Pass on a velocity command for the scan of this instant."""
         if not self.silent:
             command = self._publisher.on_velocity(1000 * time_us, "", velocity_flu_m_s, yaw_rate_rad_s)
             self._carry_out(command)

@@ -1,4 +1,4 @@
-"""What is measured of a run in wall time."""
+"""The metrics of a run in wall time."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class WallMetrics:
-    """What only a run in wall time has.
+    """Metrics that only a run in wall time has.
 
     real_time_factor: simulated over wall seconds, from sending the goal to reaching it. latency_ms: median
     and p99 of the time from publishing a scan until the flight controller receives the setpoint made from
-    it, and their count. lockstep_misses: how often a node answered too late in lockstep. wall_time_s: of the
-    whole run.
+    it, and their count. lockstep_misses: number of late answers in lockstep. wall_time_s: of the whole run.
     """
 
     real_time_factor: float | None = None

@@ -1,4 +1,4 @@
-"""Computes the report and writes it down: what `./bringup.sh report` calls."""
+"""Computes and writes the report, for `./bringup.sh report`."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ WORKERS = 2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compute what is missing, write the page, and return the exit code."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a shell's background
+    """Compute missing pieces, write the page, and return the exit code."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in the background
     given = _parser().parse_args(arguments)
     size = SMALLEST if given.smallest else QUICK if given.quick else FULL
     began_s = time.monotonic()

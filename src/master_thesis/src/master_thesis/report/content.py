@@ -1,4 +1,4 @@
-"""What a section of the page consists of. The template decides how each part looks."""
+"""The content of a section of the page. The template decides on its look."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Sequence, Union
 class Table:
     """Rows of text.
 
-    emphasis, theirs: indices of our rows and of the thesis's, if one table has both. words: how many of the
-    last columns hold words. theirs_last: the last column is the thesis's.
+    emphasis, theirs: indices of our rows and of the thesis's, if one table has both. words: number of last
+    columns with words. theirs_last: the last column is the thesis's.
     """
 
     caption: str
@@ -27,9 +27,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of ours, and what the thesis shows or says at that place. alt: what can be seen on it.
+    """One of our pictures, and the thesis's picture or words at that place.
 
-    wide: it has panels side by side, and takes the page's whole width.
+    alt: description of the picture. wide: it has panels side by side and takes the page's whole width.
     """
 
     svg: bytes
@@ -43,9 +43,10 @@ class Picture:
 
 @dataclass(frozen=True)
 class Finding:
-    """A statement of the thesis beside our numbers. agrees: computed from them. why: if they do not.
+    """A statement of the thesis beside our numbers.
 
-    basis: "one flight" and the like, if the verdict is based on no more than that; else empty.
+    agrees: computed from the numbers. why: the reason if they do not agree. basis: for example "one flight",
+    if the verdict has no more data; else empty.
     """
 
     claim: str
@@ -63,8 +64,8 @@ Block = Union[Table, Picture]
 class Section:
     """One experiment or measurement.
 
-    method: two sentences. blocks: in the order of the page. findings: what agrees and what does not. missing:
-    titles of pieces that are not there, with what is known of the reason.
+    method: two sentences. blocks: in the order of the page. findings: what agrees and what does not.
+    missing: titles of missing pieces, with the reason if it is known.
     """
 
     key: str
@@ -78,17 +79,17 @@ class Section:
 
     @property
     def is_computed(self) -> bool:
-        """Whether anything of it was computed."""
+        """Whether any part of it was computed."""
         return bool(self.blocks or self.findings)
 
     @property
     def agreeing(self) -> int:
-        """How many of the thesis's statements agree with our numbers."""
+        """Number of the thesis's statements that agree with our numbers."""
         return sum(finding.agrees for finding in self.findings)
 
 
 def number(value: float | None, digits: int) -> str:
-    """Return a number with so many decimals, or a dash."""
+    """Return a number with this many decimals, or a dash."""
     return "-" if value is None else f"{value:.{digits}f}"
 
 
@@ -105,7 +106,7 @@ def spread(values: Sequence[float], digits: int) -> str:
 
 
 def resting_on(found: Sequence[Finding], count: int, what: str) -> list[Finding]:
-    """Return the findings with their basis, where that is a single flight (or whatever `what` is)."""
+    """Return the findings with their basis, if that is a single flight (or another single `what`)."""
     return [replace(finding, basis=f"one {what}") for finding in found] if count == 1 else list(found)
 
 

@@ -1,4 +1,4 @@
-"""The page: every section there is, in one HTML file that needs nothing else."""
+"""The page: all sections in one HTML file that needs no other file."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _SECTIONS = (
 
 @dataclass(frozen=True)
 class Origin:
-    """Where the report's numbers come from: what the head of the page says."""
+    """The origin of the report's numbers, for the head of the page."""
 
     date: str
     commits: Sequence[str]
@@ -53,7 +53,7 @@ class Origin:
 
 
 def write_page(path: Path, size: Size, store: Store, failed: Sequence[Failed] = ()) -> str:
-    """Write the page of all pieces that are there; return its text.
+    """Write the page of all finished pieces; return its text.
 
     Raises:
         ResultsError: it cannot be written.
@@ -68,7 +68,7 @@ def write_page(path: Path, size: Size, store: Store, failed: Sequence[Failed] = 
 
 
 def sections(size: Size, store: Store, failed: Sequence[Failed] = ()) -> list[Section]:
-    """Return the sections, each with the pieces that are missing."""
+    """Return the sections, each with its missing pieces."""
     why = {each.trial.name: each.why for each in failed}
     lacking: dict[str, list[str]] = {}
     planned = set()
@@ -88,7 +88,7 @@ def sections(size: Size, store: Store, failed: Sequence[Failed] = ()) -> list[Se
 
 
 def origin(size: Size, store: Store) -> Origin:
-    """Return where the numbers come from."""
+    """Return the origin of the numbers."""
     pieces = plan(size)
     rows = [row for row in map(store.get, pieces) if row is not None]
     here = machine()
@@ -139,7 +139,7 @@ def render(all_sections: Sequence[Section], where_from: Origin) -> str:
 
 
 def _typographic(value: object) -> object:
-    """Return text with printed apostrophes; HTML stays as it is."""
+    """Return text with typographic apostrophes. HTML stays unchanged."""
     return value.replace("'", "\N{RIGHT SINGLE QUOTATION MARK}") if type(value) is str else value
 
 

@@ -1,4 +1,4 @@
-"""Prints the page as PDF, with a browser of the machine."""
+"""Prints the page as PDF with a browser of this machine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PATIENCE_S = 120.0
 
 
 def write_pdf(page: Path, pdf: Path) -> str:
-    """Print a page into a file, if the machine has a program for it; return a sentence about it."""
+    """Print a page into a file, if the machine has a program for it. Return a sentence about the result."""
     for name, command in _commands(page):
         program = shutil.which(name)
         if program is None:
@@ -36,7 +36,7 @@ def _commands(page: Path) -> list[tuple[str, list[str]]]:
     address = page.resolve().as_uri()
     browser = [
         "--headless=new",
-        "--no-sandbox",  # the page is our own, and root has no sandbox
+        "--no-sandbox",  # root has no sandbox; the page is our own, so this is safe
         "--disable-gpu",
         "--user-data-dir={profile}/browser",
         "--no-pdf-header-footer",

@@ -1,4 +1,4 @@
-"""How much of everything the report computes."""
+"""The sizes of the report."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ EXPERIMENTS = (
 
 @dataclass(frozen=True)
 class Size:
-    """What is computed.
+    """The amount of computation.
 
     seeds: of Experiment 1's flights, over goal_x_m. placements: variations of each of Experiment 2's.
-    map_seeds: of the flights that map; map_duration_s: 0 flies all of the mission. launches, builds:
-    rounds of each; 0 leaves the measurement out.
+    map_seeds: of the flights that map; map_duration_s: 0: the whole mission. launches, builds: number of
+    rounds; 0: no measurement.
     """
 
     name: str

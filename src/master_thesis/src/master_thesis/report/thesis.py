@@ -1,4 +1,4 @@
-"""What the thesis measured and said in chapters 8 and 9, transcribed, to stand beside ours.
+"""Measurements and statements of the thesis's chapters 8 and 9, transcribed, to compare with ours.
 
 "The path to Autonomous Inspection using an Unmanned Aerial Vehicle", master's thesis, NTNU.
 """
@@ -20,7 +20,7 @@ class Figure(NamedTuple):
 
 
 class MapWords(NamedTuple):
-    """What the thesis says of one map: the figure, its verdict in its own words or close to them."""
+    """The thesis's words on one map: the figure, and its verdict, quoted or nearly quoted."""
 
     figure: str
     words: str
@@ -147,7 +147,7 @@ FIGURES: Mapping[str, Figure] = MappingProxyType(
         )
     }
 )
-"""The captions of chapter 8, as they stand there."""
+"""The captions of chapter 8, quoted."""
 
 MAPS: Mapping[str, Mapping[str, MapWords]] = MappingProxyType(
     {

@@ -1,4 +1,4 @@
-"""What every experiment is asked for alike: algorithm, lidar, seed, model, and how long a phase may last."""
+"""Common arguments of all experiments: algorithm, lidar, seed, model, and limits of the phases."""
 
 from __future__ import annotations
 
@@ -27,6 +27,6 @@ def choices_of(asked: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def limits_of(asked: Mapping[str, Any], kind: type[Limits]) -> Limits:
-    """Return the limits, a dataclass, of those values that name its fields; raises FlightError."""
+    """Return the limits (a dataclass) from the values named like its fields; raises FlightError."""
     names = [field.name for field in fields(kind)]
     return kind(**{name: asked[name] for name in names if name in asked})

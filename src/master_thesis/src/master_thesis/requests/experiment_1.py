@@ -1,4 +1,4 @@
-"""A flight to one goal, as asked for: Experiment 1, and flights in a user's own world."""
+"""The request of a flight to one goal: Experiment 1, and flights in a user's own world."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from master_thesis.worlds import scenario
 
 @dataclass(frozen=True)
 class GoalFlight:
-    """What is to be flown, and how long each of its phases may last."""
+    """A flight to one goal, and the limits of its phases."""
 
     description: RunDescription
     limits: PhaseLimits
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
-    """Read and check what is to be flown; asked: the node's parameters by name.
+    """Read and check the request. asked: the node's parameters by name.
 
     keep_m: CEPA's r_lb.
 

@@ -1,4 +1,4 @@
-"""A trial of Experiment 2, as asked for."""
+"""The request of a trial of Experiment 2."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from master_thesis.requests.common import choices_of, limits_of
 from master_thesis.worlds import placements, scenario
 
 LONGEST_LOOK_S = 8.0
-"""MAVROS gives up the link when it hears nothing for longer."""
+"""After a longer silence MAVROS gives up the link."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What is to be flown. limits: of its phases. look_s: wall time for which the proposals are shown."""
+    """A trial. limits: of its phases. look_s: wall time for which the proposals are shown."""
 
     description: TrialDescription
     limits: TrialParameters
@@ -26,7 +26,7 @@ class Trial:
 
 
 def read(asked: Mapping[str, Any], cepa: CepaParameters) -> Trial:
-    """Read and check what is to be flown; asked: the node's parameters by name.
+    """Read and check the request. asked: the node's parameters by name.
 
     Raises:
         MasterThesisError: one sentence.
@@ -39,7 +39,7 @@ def read(asked: Mapping[str, Any], cepa: CepaParameters) -> Trial:
 
 
 def cepa_of(asked: Mapping[str, Any], names: Mapping[str, str]) -> CepaParameters:
-    """Return CEPA's parameters with those values that were asked for; names: of the arguments, by parameter.
+    """Return CEPA's parameters with the requested values. names: of the arguments, by parameter.
 
     Raises:
         FlightError: one sentence.

@@ -1,4 +1,4 @@
-"""A flight along a mission while SLAM maps the world, as asked for: Experiments 3 and 4."""
+"""The request of a flight along a mission with SLAM: Experiments 3 and 4."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ LONGEST_S = 86_400.0
 
 @dataclass(frozen=True)
 class MissionFlight:
-    """What is to be flown. limits: of its phases. duration_s: when the mission ends, wherever the UAV is."""
+    """A flight along a mission.
+
+    limits: of its phases. duration_s: the mission ends after this at the latest.
+    """
 
     description: RunDescription
     limits: PhaseLimits
@@ -28,7 +31,7 @@ class MissionFlight:
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
-    """Read and check what is to be flown; asked: the node's parameters by name.
+    """Read and check the request. asked: the node's parameters by name.
 
     keep_m: CEPA's r_lb.
 

@@ -1,4 +1,4 @@
-"""Whether a flight's places are free: where the UAV starts, and where it is to fly."""
+"""Checks that the start and the goals of a flight are free."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from master_thesis.worlds.scenario import Scenario
 from simulation_tools.geometry import Pose
 
 PENETRATION_M, LIFT_M = 0.02, 0.06
-"""Overlap that physics still takes for a touch; height over the ground at which the UAV is checked, because
-physics puts a margin of 4 cm around terrain."""
+"""Greatest overlap that still counts as a touch; height over the ground for checking the UAV, because
+physics puts a margin of 4 cm around terrain.
+"""
 
 _PROBE_RADIUS_M = 0.001
 _PROBE = (
@@ -25,8 +26,8 @@ def check_course(
 ) -> None:
     """Check that the UAV does not start inside an obstacle, and that no place is too close to one.
 
-    places_xyz_m: in `world`. keep_m: distance that the avoidance keeps from obstacles (CEPA's r_LB), 0 if it
-    is not known; the UAV would never reach a nearer place. The ground plane is no obstacle.
+    places_xyz_m: in `world`. keep_m: the avoidance's distance from obstacles (CEPA's r_LB), 0 if unknown.
+    The UAV would never reach a nearer place. The ground plane is no obstacle.
 
     Raises:
         ScenarioError: one sentence that names the obstacle.

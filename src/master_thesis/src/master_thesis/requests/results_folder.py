@@ -1,4 +1,4 @@
-"""Whether results can be written to the folder that was asked for."""
+"""Checks that results can be written to the requested folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is asked of the simulator: checks its parameters and its ports before it starts."""
+"""Checks the simulator's parameters and ports before it starts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
 
 
 def check(asked: Mapping[str, Any]) -> None:
-    """Check those values of a launch file that it passes to the simulator.
+    """Check a launch file's values for the simulator.
 
     Raises:
         ScenarioError, SimulationToolsError: one sentence.
@@ -33,6 +33,6 @@ def check(asked: Mapping[str, Any]) -> None:
 
 
 def check_ports(asked: Mapping[str, Any]) -> None:
-    """Check that the ports of a launch are free, if it says which; raises SimulationToolsError."""
+    """Check that the ports of a launch are free, if it names them; raises SimulationToolsError."""
     if all(name in asked for name in _PORTS):
         check_ports_are_free(**{name: asked[name] for name in _PORTS})

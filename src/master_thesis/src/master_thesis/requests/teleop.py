@@ -1,4 +1,4 @@
-"""A pilot's flight, as asked for."""
+"""The request of a pilot's flight."""
 
 from __future__ import annotations
 

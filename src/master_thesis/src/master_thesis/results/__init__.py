@@ -1,1 +1,1 @@
-"""What a run leaves behind: its folder, its numbers and its pictures."""
+"""The results of a run: its folder, its numbers and its pictures."""

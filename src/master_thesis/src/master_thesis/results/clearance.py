@@ -1,6 +1,6 @@
-"""Where the clearance comes from: the distance from the UAV to the nearest obstacle, measured after a flight.
+"""Measures the clearance after a flight: the distance from the UAV to the nearest obstacle.
 
-The world is built again from its file, and physics measures at the poses that were flown.
+The world is built again from its file, and physics measures at the flown poses.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from simulation_tools.world.world import PhysicsWorld
 
 FARTHEST_M = 5.0
-"""An obstacle that is farther away is not looked for."""
+"""Obstacles farther away than this are ignored."""
 SPACING_M = 0.02
 ACTOR_PERIOD_S = 0.02
 """Between two poses at which the distance to things that move is measured."""
@@ -30,15 +30,15 @@ Progress = Callable[[int, int], None]
 
 
 def no_progress(done: int, of: int) -> None:
-    """Tell nobody how many of the poses are done."""
+    """Do not report progress."""
 
 
 def clearances_of_flight(
     description: RunDescription, log: FlightLog, outcome: Outcome, progress: Progress = no_progress
 ) -> np.ndarray:
-    """Return (n, 2): time, and distance in m from the UAV to the nearest shape but the ground.
+    """Return (n, 2): time, and distance in m from the UAV to the nearest shape except the ground.
 
-    Along the true path, from sending the goal to landing, in the world as its file says.
+    It is measured along the true path, from sending the goal to landing, in the world of its file.
 
     Raises:
         SimulationToolsError: the world or the UAV cannot be loaded.
@@ -60,8 +60,8 @@ def clearances_along(
 ) -> np.ndarray:
     """Return (n, 2): time, and distance in m from the UAV to the nearest shape, at poses (n, 8).
 
-    uav: its model and its lidar. ignore: models that do not count. placed: obstacles that the world's file
-    does not hold, and where they stand in `world`. spacing_m: to which the poses are thinned.
+    uav: its model and its lidar. ignore: models that do not count. placed: obstacles that are not in the
+    world's file, with their poses in `world`. spacing_m: of the thinned poses.
 
     Raises:
         SimulationToolsError: the world or the UAV cannot be loaded.
@@ -110,7 +110,7 @@ def measured(
     """Return the distance in m to the nearest obstacle at each of the poses (n, 8).
 
     clearance: distance at a time and a pose from the UAV's collision shapes to the nearest other shape.
-    progress: is told now and then how many poses of how many are done.
+    progress: is called from time to time with the number of done and of all poses.
     """
     distances = np.empty(len(poses))
     for index, (time_s, x, y, z, *quaternion) in enumerate(poses.tolist()):
@@ -123,8 +123,8 @@ def measured(
 def thinned(poses: np.ndarray, spacing_m: float, period_s: float = math.inf) -> np.ndarray:
     """Thin out poses (n, 8: t, position, quaternion) to a spacing of `spacing_m`, both ends included.
 
-    Between two poses that are kept the UAV moves less than `spacing_m`, and less than period_s passes. So its
-    distance from anything that stands changes by less than that.
+    Between two kept poses the UAV moves by less than `spacing_m` in less than period_s. So its distance from
+    any fixed obstacle changes by less than `spacing_m`.
     """
     if len(poses) < 2:
         return poses
@@ -138,6 +138,6 @@ def thinned(poses: np.ndarray, spacing_m: float, period_s: float = math.inf) -> 
 
 
 def least(clearances: np.ndarray) -> float | None:
-    """Return the least of the clearances (n, 2), or None when no obstacle came within `FARTHEST_M`."""
+    """Return the least of the clearances (n, 2), or None if no obstacle came within `FARTHEST_M`."""
     finite = clearances[np.isfinite(clearances[:, 1]), 1] if len(clearances) else []
     return float(np.min(finite)) if len(finite) else None

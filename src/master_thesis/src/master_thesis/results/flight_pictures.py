@@ -25,11 +25,12 @@ _STYLE: dict[str, Any] = {"fontsize": 8}
 
 @dataclass(frozen=True)
 class TopView:
-    """What a picture from above shows.
+    """The content of a picture from above.
 
     path: (n, 3) of x, y in metres and the value that colours it; hits_xy: where lidar beams ended, (m, 2);
     emergencies_xy: places of emergency avoidance, (k, 2); flight_height_m: shapes at this height are drawn
-    dark, lower and higher ones light. value_range: of the colours; a value beyond it has the end's colour.
+    dark, lower and higher ones light. value_range: of the colours; values beyond it get the colour of the
+    end.
     """
 
     title: str
@@ -75,10 +76,10 @@ def top_view_figure(view: TopView) -> Figure:
 
 
 def _limits(view: TopView) -> np.ndarray:
-    """Return the lower left and upper right corner: the way with what stands beside it, 3 m and more."""
+    """Return the lower left and upper right corner of the path and at least 3 m around it."""
     points = np.concatenate((view.path[:, :2], [view.start_xy], [view.goal_xy]))
     low, high = points.min(axis=0) - 3.0, points.max(axis=0) + 3.0
-    if len(view.hits_xy):  # what the lidar saw, not all the world
+    if len(view.hits_xy):  # the part that the lidar saw, not the whole world
         seen = np.percentile(view.hits_xy, (1, 99), axis=0)
         low, high = np.minimum(low, seen[0] - 1.0), np.maximum(high, seen[1] + 1.0)
     reach = 0.3 * (high - low).max()

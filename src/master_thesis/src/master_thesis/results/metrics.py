@@ -1,4 +1,4 @@
-"""The metrics of a flight: what the numbers in result.json are computed by."""
+"""The metrics of a flight, for result.json."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from master_thesis.flight.flight_log import FlightLog
 
 
 def flight_metrics(log: FlightLog, outcome: Outcome, goal_xyz_m: tuple[float, float, float]) -> dict:
-    """Return what the log alone says of the flight, from sending the goal to reaching it.
+    """Return the metrics of the log, from sending the goal to reaching it.
 
     A flight that did not reach it is measured up to its end.
     """
@@ -36,7 +36,7 @@ def flight_metrics(log: FlightLog, outcome: Outcome, goal_xyz_m: tuple[float, fl
 
 
 def flight_interval_s(log: FlightLog, outcome: Outcome) -> tuple[float, float]:
-    """Return when the goal was sent and when it was reached (or the log's end), in seconds."""
+    """Return the times of sending the goal and of reaching it (or of the log's end), in seconds."""
     times = outcome.times_s
     last_s = log.truth.rows[-1][0] if len(log.truth) else 0.0
     start_s = times.get(Phase.FLYING, last_s)
@@ -53,7 +53,7 @@ def path_length_m(positions_xyz: np.ndarray) -> float:
 
 
 def statistics_of(values: np.ndarray | list) -> dict | None:
-    """Return mean, median, 99th percentile, maximum and count of values (n,), or None without any."""
+    """Return mean, median, 99th percentile, maximum and count of values (n,), or None if there are none."""
     found = np.asarray(values, dtype=float)
     found = found[np.isfinite(found)]
     if not len(found):

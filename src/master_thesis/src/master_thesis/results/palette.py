@@ -21,4 +21,4 @@ LIDARS = {
 MARKERS = {"urg": "v", "ust": "s", "tim": "D", "utm": "o", "puck": "^", "m8": "P"}
 
 TRUTH, BELIEF = "#1f3b73", "#c2410c"
-"""The true path; the path as SLAM believes it."""
+"""The true path; SLAM's path."""

@@ -1,4 +1,4 @@
-"""Pieces of pictures from above in which ahead is up and left is left, as the thesis draws Experiment 2."""
+"""Pieces of pictures from above with ahead upwards and left to the left, like the thesis's Experiment 2."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def frame(axes: Axes, behind: float, ahead: float, right: float, left: float) ->
 
 
 def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle]) -> None:
-    """Draw obstacles in the frame that they are placed in."""
+    """Draw obstacles in the frame of their placement."""
     _draw_models(axes, tuple(obstacle.model() for obstacle in obstacles), SOLID, 1.0, 2)
 
 

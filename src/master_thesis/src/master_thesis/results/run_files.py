@@ -1,4 +1,4 @@
-"""Writes a finished run into its results folder: the numbers first, in case the rest fails."""
+"""Writes a finished run into its results folder. The numbers come first, because the rest may fail."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ FlownRun = Tuple[RunFolder, RunDescription, FlightLog, Outcome]
 def write_numbers(
     folder: RunFolder, description: RunDescription, log: FlightLog, outcome: Outcome, wall: WallMetrics
 ) -> dict:
-    """Write result.json, still without the clearance, and the CSV series; return what stands in result.json.
+    """Write result.json, still without the clearance, and the CSV series.
 
-    hits.csv holds where lidar beams ended, in `world`.
+    Return result.json's content. hits.csv holds the ends of lidar beams in `world`.
 
     Raises:
         ResultsError: a file cannot be written.
@@ -47,10 +47,10 @@ def complete_run(
     content: dict,
     progress: clearance.Progress = clearance.no_progress,
 ) -> dict:
-    """Add the clearances and the pictures, which take some seconds, to what `write_numbers` wrote.
+    """Add the clearances and the pictures, which take some seconds, to the files of `write_numbers`.
 
-    content: what it returned. Returns what stands in result.json at the end. An interruption leaves only
-    complete files.
+    content: the result of `write_numbers`. Returns the final content of result.json. An interruption leaves
+    only complete files.
 
     Raises:
         ResultsError: a file cannot be written.

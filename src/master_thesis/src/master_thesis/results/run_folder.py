@@ -26,7 +26,7 @@ class RunFolder:
     """A new folder for one run."""
 
     def __init__(self, root: Path, experiment: str, started: datetime) -> None:
-        """Make ROOT/EXPERIMENT/YYYY-mm-dd_HH-MM-SS, with _1, _2, ... when there is one already.
+        """Make ROOT/EXPERIMENT/YYYY-mm-dd_HH-MM-SS, with _1, _2, ... if there is one already.
 
         Raises:
             ResultsError: it cannot be made.
@@ -41,7 +41,7 @@ class RunFolder:
             raise ResultsError(_sentence(f"make a results folder in {parent}", error)) from error
 
     def write_json(self, name: str, content: dict) -> Path:
-        """Write a JSON file; what is not a finite number becomes null, since JSON knows no other."""
+        """Write a JSON file. Numbers that are not finite become null, because JSON does not have them."""
         text = json.dumps(plain(content), indent=2, allow_nan=False) + "\n"
         return self._write(name, text.encode("utf-8"))
 
@@ -59,7 +59,7 @@ class RunFolder:
             self._write(name, content)
 
     def seal(self, patience_s: float) -> None:
-        """Let nobody write any more, because the process ends; a file under way is completed for so long."""
+        """Allow no more files, because the process ends. Wait this long for a file that is being written."""
         self._writing.acquire(timeout=patience_s)
 
     def _write(self, name: str, content: bytes) -> Path:
@@ -90,7 +90,7 @@ def _sentence(what: str, error: OSError) -> str:
 
 
 def machine() -> dict:
-    """Return what the run ran on."""
+    """Return a description of the machine."""
     return {
         "cpu": _first_line_after("/proc/cpuinfo", "model name"),
         "cores": os.cpu_count(),
@@ -100,7 +100,7 @@ def machine() -> dict:
 
 
 def versions() -> dict:
-    """Return the versions of Python, ROS and the packages that decide how a flight goes."""
+    """Return the versions of Python, ROS and the packages that influence a flight."""
     found = {"python": platform.python_version(), "ros_distro": os.environ.get("ROS_DISTRO")}
     for package in _PACKAGES:
         try:

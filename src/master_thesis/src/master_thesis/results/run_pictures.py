@@ -22,7 +22,7 @@ FLOOR_MARGIN_M = 1.0
 
 @dataclass(frozen=True)
 class Run:
-    """A flown run: what, how it went, its metrics, its clearances (n, 2) and its world's outlines."""
+    """A flown run: its description, outcome, metrics, clearances (n, 2) and its world's outlines."""
 
     description: RunDescription
     log: FlightLog
@@ -33,7 +33,7 @@ class Run:
 
     @property
     def interval_s(self) -> tuple[float, float]:
-        """From sending the goal to landing."""
+        """The interval from sending the goal to landing."""
         start_s, end_s = flight_interval_s(self.log, self.outcome)
         return start_s, self.outcome.times_s.get(Phase.LANDING, end_s)
 
@@ -46,7 +46,7 @@ class Run:
 def write_pictures(folder: RunFolder, run: Run) -> None:
     """Write path_speed and path_computation (from above) and flight (over time), each as PNG, PDF and SVG.
 
-    Nothing is written of a run that never flew.
+    For a run that never flew nothing is written.
     """
     if len(run.log.between(*run.interval_s)) < 2:
         return
@@ -54,7 +54,7 @@ def write_pictures(folder: RunFolder, run: Run) -> None:
     computation = run.within(run.log.decisions.array("t_s", "computation_ms"))
     drawn = {"path_speed": flight_pictures.top_view_figure(top_view(run, speeds, "speed [m/s]"))}
     if len(computation):
-        # A few slow answers of a busy machine must not take up most of the colours
+        # A few slow answers of a busy machine must not use up most of the colours
         usual_ms = float(np.percentile(computation[:, 1], 98))
         view = replace(top_view(run, computation, "computation time [ms]"), value_range=(0.0, usual_ms))
         drawn["path_computation"] = flight_pictures.top_view_figure(view)
@@ -70,7 +70,7 @@ def top_view(run: Run, values: np.ndarray, label: str) -> flight_pictures.TopVie
     times_s = emergencies[emergencies[:, 1] > 0, 0]
     scenario = run.description.scenario
     hits = run.within(run.log.hits(run.description.lidar_in_body_xyz_m))
-    # Beams of the leaning UAV that hit the floor would look like walls
+    # When the UAV leans, beams that hit the floor would look like walls
     hits = hits[np.abs(hits[:, 3] - scenario.goal_xyz_m[2]) < FLOOR_MARGIN_M]
     return flight_pictures.TopView(
         title=title(run),

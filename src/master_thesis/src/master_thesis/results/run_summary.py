@@ -37,7 +37,7 @@ def summary_of(
 
 
 def steering(algorithm: str) -> str:
-    """Return in words what kept the UAV off the obstacles: CEPA, or a node of the user's own."""
+    """Return the name of the avoidance in words: CEPA, or a user's node."""
     return f"{algorithm} CEPA" if algorithm in ALGORITHMS else algorithm
 
 

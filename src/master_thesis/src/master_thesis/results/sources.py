@@ -1,4 +1,4 @@
-"""Which code computed something: the git commit, and where that does not tell, the sources themselves."""
+"""The version of the code: the git commit, or a digest of the sources if that is not enough."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _NOT_CODE = frozenset(("__pycache__", "doc", "test", "build", "devel", "results"
 
 
 def commit(folder: Path) -> str:
-    """Return the version of the sources in a folder; it differs whenever the code does.
+    """Return the version of the sources in a folder.
 
-    The git commit; with "+changes." and a digest of the sources when they were edited; "no-git." and that
-    digest where there is no git. Pages and tests are no part of the digest.
+    Different code has a different version. It is the git commit. Edited sources add "+changes." and their
+    digest. Without git it is "no-git." and the digest. Pages and tests are not part of the digest.
     """
     folder = Path(folder).resolve()
     try:
@@ -30,12 +30,12 @@ def commit(folder: Path) -> str:
 
 
 def workspace_of(folder: Path) -> Path:
-    """Return the catkin workspace that a folder lies in, else the folder itself."""
+    """Return the catkin workspace of a folder, else the folder itself."""
     return next((above for above in (folder, *folder.parents) if (above / MARK).is_file()), folder)
 
 
 def digest(root: Path) -> str:
-    """Return a number of all code below a workspace (or of a plain folder): names and contents."""
+    """Return a digest of all code below a workspace (or a plain folder): names and contents."""
     found = hashlib.sha256()
     folders = [root / name for name in _SOURCES if (root / name).is_dir()] or [root]
     for path in sorted(path for folder in folders for path in _code(folder)):

@@ -1,4 +1,4 @@
-"""Processes of Dask that run trials, on this machine or wherever a scheduler is."""
+"""Processes of Dask that run trials, on this machine or on a cluster."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 ALLOWED_FAILURES = 10
-"""How many workers may die over one trial before it is given up."""
+"""After this many dead workers a trial is given up."""
 CONNECT_TIMEOUT_S = 15
 CLOSE_TIMEOUT_S = 1
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -37,14 +37,14 @@ class DaskWorkers:
     """Processes of a local cluster, or those of a scheduler; use it as a context manager."""
 
     def __init__(self, number: int | None = None, scheduler: str | None = None) -> None:
-        """number: of local processes, by default as many as cores. scheduler: tcp://host:port, or its file.
+        """number: of local processes; default: as many as cores. scheduler: tcp://host:port, or its file.
 
         Raises:
             TrialsError: the scheduler cannot be reached.
         """
         self._cluster: LocalCluster | None = None
         self._settings = dask.config.set(_SETTINGS)
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # `run_trials` tells of workers that die
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # `run_trials` reports dead workers
         if scheduler is not None:
             self._client = _connected(scheduler)
             return
@@ -74,9 +74,9 @@ class DaskWorkers:
     def results(
         self, run: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[Task, Result | Exception]]:
-        """Run tasks and yield them with their results, as they finish.
+        """Run tasks and yield each with its result when it is finished.
 
-        If a worker dies, another one runs its task again. After many deaths the result is the exception.
+        If a worker dies, another one runs its task again. After too many deaths the result is the exception.
 
         Raises:
             TrialsError: the scheduler is gone.
@@ -85,14 +85,14 @@ class DaskWorkers:
         tasks_by_key = {f"trial-{run_id}-{number}": task for number, task in enumerate(tasks)}
         futures = [self._client.submit(run, task, key=key) for key, task in tasks_by_key.items()]
         finished = as_completed(futures, with_results=True, raise_errors=False)
-        del futures  # Dask may forget what is finished
+        del futures  # Dask may forget finished tasks
         for future, result in finished:
             if future.status in ("cancelled", "lost"):
                 raise TrialsError("The scheduler is gone; call again to go on with what is missing.")
             yield tasks_by_key[future.key], result[1] if future.status == "error" else result
 
     def kill(self) -> None:
-        """End local processes at once. Those of a cluster only stop to work for this one."""
+        """End local processes at once. Those of a cluster only stop working for this process."""
         if self._cluster is None:
             return
         for nanny in self._cluster.workers.values():
@@ -121,7 +121,7 @@ class DaskWorkers:
 
 
 def dask_setup(worker: Any) -> None:
-    """Leave Ctrl-C to the process that gave the work. Dask calls this in each worker (`preload`)."""
+    """Ignore Ctrl-C in a worker; the main process handles it. Dask calls this in each worker (`preload`)."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

@@ -1,4 +1,4 @@
-"""Runs the trials that are missing, and keeps each as soon as it is finished."""
+"""Runs missing trials, and stores each as soon as it is finished."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def version() -> str:
 def run_trials(
     trials: Sequence[Trial], store: Store, workers: Workers, what: str, quiet: bool = False
 ) -> list[Failed]:
-    """Run the trials that the store does not hold; return those that failed. A next call tries them again.
+    """Run the trials that are missing in the store.
 
-    Trials that take long begin first. Those to be run alone come last, in this process. what: they are, for
-    the progress bar. quiet: show none.
+    Return those that failed; the next call retries them. Long trials begin first. Trials that must run alone
+    come last, in this process. what: their name in the progress bar. quiet: show no progress bar.
 
     Raises:
         KeyboardInterrupt: by Ctrl-C; all finished trials are kept.
@@ -76,11 +76,11 @@ def run_trials(
 
 
 def _run(trial: Trial) -> Row | str:
-    """Run one trial; return its row, or the sentence that says why there is none."""
+    """Run one trial. Return its row, or a sentence with the reason of its failure."""
     load, wall_s, cpu_s = os.getloadavg()[0], time.perf_counter(), time.process_time()
     try:
         result = plain(trial.run(**trial.given))
-    except Exception as error:  # one trial's mistake must not end the others
+    except Exception as error:  # one trial's fault must not end the others
         said = " ".join(str(error).split())[:_SENTENCE_MAX]
         return said if said.endswith(".") else f"{type(error).__name__}: {said}"
     return Row(

@@ -1,4 +1,4 @@
-"""The file of finished trials: one line of JSON for each, on the disk as soon as it is finished."""
+"""The file of finished trials: one line of JSON for each, written as soon as it is finished."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from master_thesis.trials.trial import Row, Trial
 class Store:
     """A file of finished trials, locked while it is open. Use it as a context manager.
 
-    If a process ends while it writes a line, that trial alone is lost. When a name occurs twice, the later
-    line counts.
+    If a process ends while it writes a line, only that trial is lost. If a name occurs twice, the later line
+    counts.
     """
 
     def __init__(self, path: Path, fresh: bool = False) -> None:
-        """Open a file, or begin it. fresh: forget what is in it.
+        """Open a file, or create it. fresh: forget its content.
 
         Raises:
-            TrialsError: another process writes there, the file is damaged, or it cannot be written.
+            TrialsError: another process uses the file, or it is damaged or cannot be written.
         """
         self.path = Path(path).expanduser()
         self._lock = self._locked()
@@ -54,7 +54,7 @@ class Store:
         return lock
 
     def _read(self) -> dict[str, Row]:
-        """Return the rows by name. The last line counts only if it is whole."""
+        """Return the rows by name. The last line counts only if it is complete."""
         content = self.path.read_bytes() if self.path.exists() else b""
         rows = {}
         for number, line in enumerate(content.split(b"\n")[:-1], start=1):
@@ -66,7 +66,7 @@ class Store:
         return rows
 
     def _begin(self) -> IO[bytes]:
-        """Write what counts, and nothing else; return the file to append to."""
+        """Write only the rows that count. Return the file, open for appending."""
         try:
             replace_file(self.path, b"".join(map(_line, self._rows.values())))
             return open(self.path, "ab")
@@ -74,12 +74,12 @@ class Store:
             raise TrialsError(f"Cannot write {self.path}: {error.strerror}; free some space.") from None
 
     def get(self, trial: Trial) -> Row | None:
-        """Return the row of a trial that was computed from the same inputs, or None."""
+        """Return the row of a trial if it was computed from the same inputs, or None."""
         row = self._rows.get(trial.name)
         return row if row is not None and row.digest == trial.digest else None
 
     def add(self, row: Row) -> None:
-        """Keep a row, on the disk too; raises TrialsError."""
+        """Keep a row and write it to the disk; raises TrialsError."""
         try:
             self._stream.write(_line(row))
             self._stream.flush()
@@ -89,7 +89,7 @@ class Store:
         self._rows[row.name] = row
 
     def close(self) -> None:
-        """Let others write."""
+        """Unlock the file."""
         self._stream.close()
         self._lock.close()
 

@@ -1,4 +1,4 @@
-"""A trial: something to compute; and its row, which says what came of it, when and by which code."""
+"""A trial, which is something to compute, and its row: the result, its time and its code."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import Any, Callable, Iterable, Mapping
 from master_thesis.files import plain
 
 FORMAT = 1
-"""Of the rows. Another number makes every trial be computed again."""
+"""Version of the rows' format. After a change every trial is computed again."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Something to compute. Its outcome depends on `given`, on `inputs` and on the code, on nothing else.
+    """Something to compute. Its outcome depends only on `given`, on `inputs` and on the code.
 
     name: unique among the trials that share a file. run: a function of a module, so that another process can
-    call it with `given` as its keyword arguments; it returns what `files.plain` turns into JSON.
-    inputs: all that the outcome depends on besides: parameters, worlds. title: for the progress bar.
-    cost_s: about how long it takes. alone: it measures wall time, so nothing else may run beside it.
+    call it with `given` as keyword arguments; `files.plain` must be able to convert its result. inputs:
+    everything else that the outcome depends on: parameters, worlds. title: for the progress bar. cost_s:
+    approximate duration. alone: nothing else may run at the same time, because the trial measures wall time.
     """
 
     name: str
@@ -34,13 +34,13 @@ class Trial:
 
     @property
     def digest(self) -> str:
-        """A number of all that the trial depends on but the code."""
+        """A digest of everything that the trial depends on except the code."""
         return digest({"format": FORMAT, "given": self.given, "inputs": self.inputs})
 
 
 @dataclass(frozen=True)
 class Row:
-    """A finished trial. commit: of the code, see `results.sources`. load: the average when it began."""
+    """A finished trial. commit: of the code, see `results.sources`. load: load average at its start."""
 
     name: str
     digest: str
@@ -54,7 +54,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Failed:
-    """A trial that raised, and the sentence that says why."""
+    """A trial that raised, and a sentence with the reason."""
 
     trial: Trial
     why: str
@@ -63,7 +63,7 @@ class Failed:
 def digest(value: Any) -> str:
     """Return a SHA-256 of dataclasses, mappings, sequences and numbers.
 
-    Of an absolute path only the name counts, because folders differ from machine to machine.
+    Only the name of an absolute path counts, because folders differ between machines.
     """
     text = json.dumps(_without_folders(plain(value)), sort_keys=True)
     return hashlib.sha256(text.encode("utf-8")).hexdigest()
@@ -83,7 +83,7 @@ def file_digest(path: Path) -> str:
 
 
 def several_versions(rows: Iterable[Row]) -> str | None:
-    """Return a sentence when rows were not all computed by the same version of the code, else None."""
+    """Return a sentence if different versions of the code computed the rows, else None."""
     found: dict[str, int] = {}
     for row in rows:
         found[row.commit] = found.get(row.commit, 0) + 1

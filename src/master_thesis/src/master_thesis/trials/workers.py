@@ -1,4 +1,4 @@
-"""Who runs the trials: this very process, or the processes of Dask."""
+"""Runs the trials: in this process, or in processes of Dask."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells have it."""
+"""Exit code after Ctrl-C, like a shell's."""
 
 
 class Workers(Protocol):
-    """What runs tasks."""
+    """Runs tasks."""
 
     def results(
         self, run: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Iterator[tuple[Task, Result | Exception]]:
-        """Run tasks and yield them with their results, as they finish.
+        """Run tasks and yield each with its result when it is finished.
 
-        The result is an exception where the process that ran the task died again and again.
+        If a task's process died repeatedly, the result is an exception.
         """
 
     def kill(self) -> None:
-        """End at once what runs."""
+        """End running tasks at once."""
 
 
 class ThisProcess:
@@ -40,13 +40,13 @@ class ThisProcess:
             yield task, run(task)
 
     def kill(self) -> None:
-        """Do nothing: whoever asks is what runs."""
+        """Do nothing, because the caller itself runs the tasks."""
 
 
 def open_workers(number: int | None = None, scheduler: str | None = None) -> ContextManager[Workers]:
     """Return this process for one worker, else processes of Dask. Use it as a context manager.
 
-    number: of local processes, by default as many as cores. scheduler: of a cluster, see `DaskWorkers`.
+    number: of local processes; default: as many as cores. scheduler: of a cluster, see `DaskWorkers`.
 
     Raises:
         TrialsError: the scheduler cannot be reached.
@@ -59,7 +59,7 @@ def open_workers(number: int | None = None, scheduler: str | None = None) -> Con
 
 
 def end(code: int) -> NoReturn:
-    """End this process with an exit code; after Ctrl-C at once, because Dask takes seconds to shut down."""
+    """End this process with an exit code. After Ctrl-C end at once, because Dask shuts down slowly."""
     if code != INTERRUPTED:
         sys.exit(code)
     sys.stdout.flush()

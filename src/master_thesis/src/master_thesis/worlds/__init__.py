@@ -1,1 +1,1 @@
-"""The worlds of the experiments: written as SDF, chosen by name, and read as a floor plan."""
+"""The worlds of the experiments: SDF writers, scenarios by name, and floor plans."""

@@ -1,7 +1,7 @@
 """The four worlds of Experiment 1 (thesis, figures 8.1 and 8.2), drawn by code.
 
-Start is the origin, the goal lies 40 m ahead on the x axis, and the flight is at 2 m. Nothing solid ends
-between 1.2 m and 2.4 m over the floor: a horizontal lidar at 2 m sees all that is in the way.
+Start is the origin, the goal lies 40 m ahead on the x axis, and the flight is at 2 m. No solid ends between
+1.2 m and 2.4 m over the floor. So a horizontal lidar at 2 m sees every obstacle.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _scatter(
     spacing_m: float,
     taken: Sequence[tuple[float, float]],
 ) -> list[tuple[float, float]]:
-    """Choose random places until `most` keep their distance from each other and 3 m from start and goal."""
+    """Draw up to `most` random places, at a distance from each other and 3 m from start and goal."""
     spots = list(taken)
     for _ in range(20_000):
         x, y = round(float(rng.uniform(*x_range)), 2), round(float(rng.uniform(*y_range)), 2)
@@ -126,8 +126,8 @@ def _wall(name: str, start: tuple[float, float], end: tuple[float, float]) -> Pr
     return Prop(name, middle_x, middle_y, (Part("wall", shape, _PLASTER),), yaw)
 
 
-# The hallway's middle line: straight, a bend to the left, a hall with a pillar, and back again.
-# (x, y of the middle line, half the width between the walls' faces)
+# The hallway's middle line: straight, a bend to the left, a hall with a pillar, then back. (x, y of the
+# middle line, half the width between the walls' faces)
 _STATIONS = (
     (-2.5, 0.0, _HALF_WIDTH_M),
     (10.5, 0.0, _HALF_WIDTH_M),
@@ -158,7 +158,7 @@ def _hallway_walls() -> tuple[Prop, ...]:
 
 
 def _without_doors(line: Sequence[XY], doors: Sequence[tuple[float, float]]) -> Iterator[tuple[XY, XY]]:
-    """Cut a polyline's level segments open at the doors' x ranges; yield (start, end) of what is left."""
+    """Cut the doors' x ranges out of a polyline's segments along x; yield (start, end) of the rest."""
     for start, end in zip(line, line[1:]):
         at_x = start[0]
         for door_start, door_end in doors:

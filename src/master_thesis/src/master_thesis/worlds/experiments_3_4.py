@@ -1,7 +1,7 @@
 """The two worlds of Experiments 3 and 4 (thesis, figures 8.8 and 8.13), drawn by code.
 
-Everything solid stands on the floor and is taller than the flight by a metre or more: a lidar sees the same
-plan from the ground, from the flight's height, and while the UAV leans a little.
+Everything solid stands on the floor and is at least a metre taller than the flight. So a lidar sees the same
+plan from the ground, from the flight's height, and from a slightly leaning UAV.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ MAKERS: dict[str, Callable[[np.random.Generator], str]] = {"room": _room, "hold"
 
 
 def _shell(x_m: float, y_m: float, height_m: float, colour: Colour) -> tuple[Prop, ...]:
-    """Close a rectangle of these inner measures with four walls; those along x go round the corners."""
+    """Close a rectangle of this inner size with four walls. Those along x cover the corners."""
     along_x = (Part("wall", Box(x_m + 2 * _THICK_M, _THICK_M, height_m), colour),)
     along_y = (Part("wall", Box(_THICK_M, y_m, height_m), colour),)
     half_x, half_y = (x_m + _THICK_M) / 2, (y_m + _THICK_M) / 2
@@ -72,7 +72,7 @@ def _shell(x_m: float, y_m: float, height_m: float, colour: Colour) -> tuple[Pro
 
 
 def _partitions() -> tuple[Prop, ...]:
-    """Free-standing walls: those at the right hide the rest from the UAV (figure 8.11)."""
+    """Free-standing walls. Those on the right hide the rest from the UAV (figure 8.11)."""
     return (
         _wall("wall_long", (-4.7, -2.2), (0.2, -2.2)),
         _wall("wall_corner", (0.2, -2.2), (0.2, -3.6)),

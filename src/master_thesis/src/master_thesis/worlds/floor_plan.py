@@ -25,7 +25,7 @@ class Outline:
     top_m: float
 
     def blocks(self, height_m: float) -> bool:
-        """Tell whether the shape stands in the way at this height."""
+        """Return whether the shape blocks this height."""
         return self.bottom_m <= height_m <= self.top_m
 
 
@@ -35,10 +35,10 @@ def outlines_of_file(world_file: Path | str) -> list[Outline]:
 
 
 def outlines(world: World) -> list[Outline]:
-    """Return the outlines of all collision shapes of a world but planes, in the file's order.
+    """Return the outlines of all collision shapes of a world except planes, in the file's order.
 
-    A shape is drawn as the convex hull of its points from above; a mesh as the hull of each of its
-    connected pieces.
+    An outline is the convex hull of the shape's points from above. A mesh has a hull for each connected
+    piece.
     """
     found = []
     for model in world.models:
@@ -82,7 +82,7 @@ def _ring(radius_m: float, height_m: float = 0.0) -> np.ndarray:
 
 
 def _mesh_pieces(geometry: Mesh) -> list[np.ndarray]:
-    import trimesh  # costs half a second, and only worlds with meshes need it
+    import trimesh  # takes half a second to import, and only worlds with meshes need it
 
     mesh: Any = trimesh.load(geometry.path, force="mesh")
     return [np.asarray(piece.vertices) * geometry.scale for piece in mesh.split(only_watertight=False)]

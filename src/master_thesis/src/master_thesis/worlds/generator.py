@@ -9,12 +9,12 @@ import numpy as np
 from master_thesis.errors import ScenarioError
 from master_thesis.worlds import experiment_1, experiments_3_4
 
-SEED = 8  # of the sparse field and the forest; flights have seeds of their own
+SEED = 8  # of the sparse field and the forest; flights have their own seeds
 MAKERS = {**experiment_1.MAKERS, **experiments_3_4.MAKERS}
 
 
 def make(name: str) -> str:
-    """Return the SDF text of one world, the same on every call.
+    """Return the SDF text of one world. Every call returns the same text.
 
     Raises:
         ScenarioError: there is no world of this name.

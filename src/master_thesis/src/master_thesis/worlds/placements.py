@@ -1,4 +1,4 @@
-"""The obstacles of Experiment 2 (thesis, figures 8.3 to 8.7): what stands around the UAV when it is let go.
+"""The obstacles of Experiment 2 (thesis, figures 8.3 to 8.7) around the UAV.
 
 Positions are in the UAV's frame at the instant of the freeze, levelled: x forward, y left, metres; its origin
 is on the floor below the UAV. Every obstacle lies within the 270 degrees that the UST-10LX sees. Every
@@ -20,8 +20,11 @@ from simulation_tools.sdf.elements import Model
 from simulation_tools.sdf.parser import parse_model
 
 R_LB_M = 0.8
-"""The experiment's r_LB. In the thesis's figures the obstacles reach deep into the circle. In CEPA's default
-circle of 0.5 m there is no room for that, because the UAV itself takes 0.38 m of it."""
+"""The experiment's r_LB.
+
+In the thesis's figures the obstacles reach deep into the circle. CEPA's default circle of 0.5 m has no room
+for this, because the UAV itself takes 0.38 m of it.
+"""
 
 HEIGHT_M = 2.4
 VARIATION_M = 0.05
@@ -44,20 +47,21 @@ class Obstacle:
         return write_model(Prop(self.name, 0.0, 0.0, (Part("body", self.shape, colour),)))
 
     def model(self, frame: Pose | None = None) -> Model:
-        """Return its model; frame: pose of the UAV's frame at the freeze, in the model's coordinates."""
+        """Return its model. frame: pose of the UAV's frame at the freeze, in the model's coordinates."""
         return replace(parse_model(self.sdf, self.name, ()), pose=self.pose(frame))
 
     def pose(self, frame: Pose | None = None) -> Pose:
-        """Return where it stands; frame: as in `model`."""
+        """Return its pose. frame: as in `model`."""
         return (frame or Pose.identity()) @ Pose((self.x_m, self.y_m, 0.0))
 
 
 def placement(scenario: str) -> tuple[Obstacle, ...]:
     """Return the obstacles of a scenario.
 
-    columns: four around the UAV; those behind are nearer, so that all four push it ahead, where there is
-    room. wall_one_column: a wall to the left, a column ahead to the right. wall_three_columns: a wall to the
-    left and three columns to the right. The UAV does not fit between these; ahead and behind there is room.
+    columns: four around the UAV. Those behind are nearer, so that together they push it ahead, where there
+    is room. wall_one_column: a wall to the left, a column ahead to the right. wall_three_columns: a wall to
+    the left and three columns to the right. The UAV does not fit between these; ahead and behind there is
+    room.
 
     Raises:
         ScenarioError: there is none of this name.
@@ -85,7 +89,7 @@ def _column(name: str, radius_m: float, x_m: float, y_m: float) -> Obstacle:
 
 
 def _around(name: str, distance_m: float, bearing_deg: float) -> Obstacle:
-    """A column of 20 cm: distance of its surface, and bearing to the left of straight ahead."""
+    """A column of 20 cm. distance_m: of its surface; bearing_deg: to the left of straight ahead."""
     radius_m, bearing = 0.1, math.radians(bearing_deg)
     middle_m = distance_m + radius_m
     return _column(name, radius_m, middle_m * math.cos(bearing), middle_m * math.sin(bearing))

@@ -1,4 +1,4 @@
-"""What is flown: a world, a start and a goal; and the choices of algorithm and lidar."""
+"""Scenarios: a world, a start and a goal; and checks of a launch file's values."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
 POSE_SOURCES = ("ground_truth", "odometry")
 MAPPING_POSE_SOURCES = (*POSE_SOURCES, "slam")  # of experiments that run SLAM
 MAVROS = ("sim", "real")
-SPEEDS_M_S = (0.05, 15.0)  # the position controller flies no faster; a slower flight would not end
-SEEDS = (0, 2**31 - 1)  # roslaunch takes greater numbers for real ones
+SPEEDS_M_S = (0.05, 15.0)  # the position controller's greatest speed; the least one, so that a flight ends
+SEEDS = (0, 2**31 - 1)  # roslaunch reads greater numbers as real ones
 SCENARIOS = ("empty", "sparse", "forest", "hallway")
 FLIGHT_HEIGHT_M = 2.0
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A world file, where the UAV stands in it (x, y, z, yaw) and where it is to fly, in `world`.
+    """A world file, the UAV's start (x, y, z, yaw) and its goal, in `world`.
 
-    mission_path: file of waypoints, of which the goal is the last. It may then lie anywhere.
+    mission_path: file of waypoints. The goal is the last of them and may be anywhere.
     """
 
     name: str
@@ -74,10 +74,9 @@ def choose(what: str, given: str, choices: Sequence[str]) -> str:
 
 
 def number(what: str, given: Any, least: float, greatest: float) -> float:
-    """Return what was given as a number within the bounds.
+    """Return the given value as a number within the bounds.
 
-    Raises:
-        ScenarioError: a sentence that says what is expected.
+    Raises: ScenarioError: a sentence that says what is expected.
     """
     value = _as_float(given)
     if not least <= value <= greatest:
@@ -86,7 +85,7 @@ def number(what: str, given: Any, least: float, greatest: float) -> float:
 
 
 def whole_number(what: str, given: Any, least: int, greatest: int) -> int:
-    """Return what was given as a whole number within the bounds.
+    """Return the given value as a whole number within the bounds.
 
     Raises:
         ScenarioError: a sentence that says what is expected.
@@ -98,7 +97,7 @@ def whole_number(what: str, given: Any, least: int, greatest: int) -> int:
 
 
 def absolute(what: str, given: str) -> Path:
-    """Return an absolute path: roslaunch starts nodes in a folder of its own.
+    """Return an absolute path, because roslaunch starts nodes in another folder.
 
     Raises:
         ScenarioError: the path is relative.
@@ -112,7 +111,7 @@ def absolute(what: str, given: str) -> Path:
 
 
 def _as_float(given: Any) -> float:
-    """Return a number, or NaN, which is within no bounds."""
+    """Return a number, or NaN, which fails every bound."""
     try:
         return math.nan if isinstance(given, bool) else float(given)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""What a map should show: the faces of a world's solids that can be seen from within, at one height."""
+"""The true walls for a map: the faces of a world's solids that are visible from inside, at one height."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from master_thesis.errors import ScenarioError
 from master_thesis.worlds.floor_plan import Outline
 
 PIECE_M = 0.05
-"""Faces are cut into pieces at most this long; each is seen as a whole or not at all."""
+"""Faces are cut into pieces of at most this length. Each piece is visible as a whole or not at all."""
 
 CELL_M = 0.05
-"""Cell size of the grid that finds what can be reached; a gap narrower than this counts as closed."""
+"""Cell size of the grid of reachable places. A gap narrower than this counts as closed."""
 
 _OFF_FACE_M = 0.75 * CELL_M
 
@@ -37,7 +37,7 @@ def seen_faces(outlines: Sequence[Outline], height_m: float, inside_xy: tuple[fl
 
 
 def inside(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Tell which points (n, 2) lie in a convex polygon, its corners (m, 2) counter-clockwise."""
+    """Return which points (n, 2) lie in a convex polygon with corners (m, 2), counter-clockwise."""
     edges = np.roll(corners, -1, axis=0) - corners
     offsets = points[:, None, :] - corners[None, :, :]
     turns = edges[:, 0] * offsets[:, :, 1] - edges[:, 1] * offsets[:, :, 0]
@@ -45,7 +45,7 @@ def inside(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 class _Reachable:
-    """Tells which places can be reached from a start without crossing a solid, by flooding a grid."""
+    """Finds the places that can be reached from a start without crossing a solid, by flooding a grid."""
 
     def __init__(self, solids: Sequence[np.ndarray], start_xy: Sequence[float]) -> None:
         low = np.min([c.min(axis=0) for c in solids], axis=0) - 2 * CELL_M
@@ -80,7 +80,7 @@ class _Reachable:
 
 
 def _pieces(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cut a polygon's edges up: pieces (n, 2, 2) and their outward normals (n, 2)."""
+    """Cut a polygon's edges into pieces (n, 2, 2). Return them and their outward normals (n, 2)."""
     pieces, normals = [], []
     for start, end in zip(corners, np.roll(corners, -1, axis=0)):
         along = end - start
@@ -93,7 +93,7 @@ def _pieces(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _joined(pieces: np.ndarray) -> np.ndarray:
-    """Join pieces that follow each other in one line."""
+    """Join successive pieces of one line."""
     joined: list[np.ndarray] = []
     for piece in pieces:
         if joined and np.allclose(joined[-1][1], piece[0]) and _in_line(joined[-1], piece):

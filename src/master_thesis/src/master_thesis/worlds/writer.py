@@ -1,7 +1,7 @@
-"""Writes SDF 1.6 worlds out of boxes, cylinders and spheres: what the experiments' worlds are made of.
+"""Writes SDF 1.6 worlds of boxes, cylinders and spheres.
 
-The result loads in this workspace's simulator and in Gazebo classic alike. Metres and radians, x forward,
-y left, z up; a prop stands with its origin on the floor.
+They load in this workspace's simulator and in Gazebo classic. Units are metres and radians; x forward, y
+left, z up. A prop's origin is on the floor.
 """
 
 from __future__ import annotations
@@ -176,7 +176,7 @@ def _numbers(*values: float) -> str:
 
 _WORLD = """<?xml version="1.0"?>
 <!-- {comment}
-     Written by master_thesis/worlds.py (rosrun master_thesis make_worlds FOLDER): change it there. -->
+     Written by master_thesis/worlds/ (rosrun master_thesis make_worlds FOLDER): change it there. -->
 <sdf version="1.6">
   <world name="{name}">
     <gravity>0 0 -9.80665</gravity>

@@ -1,4 +1,4 @@
-"""Experiment 2: what both algorithms propose in each placement, and what comes of it in its variations."""
+"""Experiment 2: both algorithms' proposals in each placement, and flights in its variations."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def pieces(size: Size) -> list[Piece]:
 
 
 def proposals_piece(scenario: str) -> Piece:
-    """Return the piece of the placement itself: what both algorithms propose for the first scan."""
+    """Return the piece of the placement itself: both algorithms' proposals for the first scan."""
     return Piece(
         name=f"experiment_2_{scenario}_proposals",
         experiment="experiment_2",
@@ -62,7 +62,7 @@ def flights_piece(scenario: str, algorithm: str, first: int, count: int) -> Piec
 
 
 def make_proposals(scenario: str) -> dict:
-    """Let the UAV go once; return what both algorithms propose for the first scan after that."""
+    """Let the UAV go once. Return both algorithms' proposals for the first scan afterwards."""
     parameters = variation_parameters(scenario, "improved", 0)
     trial = let_go(parameters)
     if trial.failure is not None:
@@ -86,7 +86,7 @@ def make_proposals(scenario: str) -> dict:
 
 
 def _intruding_share(beams: Beams, cepa: CepaParameters, k_filter: float) -> float:
-    """Return the share of all directions in which something is too near after the filter."""
+    """Return the share of all directions with an obstacle that is too near after the filter."""
     return len(view.intrusions(beams, replace(cepa, k_filter=k_filter))) / len(beams.ranges)
 
 

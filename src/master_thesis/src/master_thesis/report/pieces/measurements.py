@@ -1,4 +1,4 @@
-"""Measurements 1 and 2: how long this workspace takes to build, to launch and to shut down (8.3)."""
+"""Measurements 1 and 2: times to build, launch and shut down this workspace (8.3)."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _build_round(folder: Path) -> dict[str, float]:
     shutil.copytree(ROOT / "src", folder / "src", symlinks=True, ignore=ignored)
     toplevel = folder / "src/CMakeLists.txt"
     if toplevel.is_symlink() or toplevel.exists():
-        toplevel.unlink()  # catkin_make links it anew
+        toplevel.unlink()  # catkin_make makes this link again
     generated = sorted(p for p in (folder / "src").rglob("*") if p.suffix in GENERATED_FROM)
     one = sorted((folder / ALTERED_FILE).glob("*.cfg"))[0]
     return {
@@ -91,7 +91,7 @@ def _build_round(folder: Path) -> dict[str, float]:
 
 
 def _catkin_make(folder: Path, *arguments: str, altered: Sequence[Path] = ()) -> float:
-    """Return how long a build took, in seconds."""
+    """Return the time of a build, s."""
     for path in altered:
         path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
     command = ["catkin_make", "--directory", str(folder), *arguments]
@@ -127,7 +127,7 @@ def _run(command: list[str]) -> tuple[int, str]:
 
 
 def _left_out() -> str:
-    """Return the packages that bringup.sh did not build, because the machine has them from upstream."""
+    """Return the packages that bringup.sh did not build, because upstream's are installed."""
     try:
         lines = (ROOT / "build/CMakeCache.txt").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -167,7 +167,7 @@ _READY = {
     "Gazebo with Rviz": ("first_scan", "rviz"),
     "Experiment 1": ("first_scan_through",),
 }
-"""What must have happened for all nodes to be good to go."""
+"""The events after which all nodes are ready."""
 
 
 def _launch(what: str) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What agrees with the thesis in Experiment 1, and what does not: computed from the flights' numbers."""
+"""Compares Experiment 1's flights with the thesis: statements that agree, and that do not."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from master_thesis.report import thesis
 from master_thesis.report.content import Finding, counted, listed, resting_on
 
 STEADY = 1.25
-"""Times are steady when the greatest is no more than this many times the least; the thesis's: 1.19."""
+"""Times are steady if the greatest is at most this many times the least; the thesis's: 1.19."""
 HUGE = 3.0
 """The least reduction that the thesis calls huge: 17.0 to 5.1 ms in its forest."""
 ORDER = "the scenarios in the order of their times"
@@ -155,12 +155,12 @@ def _untouched(names: Sequence[str], flights: Flights) -> Finding:
 
 
 def ratio(flights: Flights, name: str) -> float:
-    """Return how many times as long the original takes as the improved."""
+    """Return the ratio of the original's time to the improved's."""
     return _mean(flights, name, "original") / _mean(flights, name, "improved")
 
 
 def _ends(values: Mapping[str, float]) -> list[str]:
-    """Return the least and the greatest value; one, where they are written alike."""
+    """Return the least and the greatest value, or one if both are written alike."""
     return list(dict.fromkeys(f"{end:.0f}" for end in (min(values.values()), max(values.values()))))
 
 

@@ -18,7 +18,7 @@ from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
 from simulation_tools.sdf.parser import load_world
 
 LEAST_MS = 0.005
-"""The foot of the picture's logarithmic scale; the thesis's "~ 0" stands there."""
+"""The lower end of the picture's logarithmic scale. The thesis's "~ 0" is drawn there."""
 
 
 def times_figure(times: Mapping[tuple, tuple[float, float]]) -> Figure:

@@ -1,4 +1,4 @@
-"""Experiment 2 on the page: figures 8.3 to 8.7, and what comes of the proposals when the UAV is let go."""
+"""Experiment 2 on the page: figures 8.3 to 8.7, and flights after the proposals."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from master_thesis.worlds.scenario import ALGORITHMS
 
 FIGURES = {"columns": "8.3", "wall_one_column": "8.6", "wall_three_columns": "8.7"}
 SAME_DEG = 1.0
-"""Arrows that differ by less are identical to the eye."""
+"""Arrows that differ by less look identical."""
 SHAPE_GROWTH = 1.25
-"""The figure has lost its shape when so many times as many directions seem blocked as with the highest K."""
+"""The figure has lost its shape if this many times more directions seem blocked than with the highest K."""
 
 Sets = Mapping[tuple, Sequence[Flown]]
 """Flights by (scenario, algorithm)."""

@@ -17,7 +17,7 @@ from master_thesis.report.size import Size
 from master_thesis.trials.store import Store
 
 DRIFTED_M = 0.25
-"""Farther than this from every true wall, at half time, a wall is visibly in the wrong place."""
+"""If a mapped wall is farther than this from every true wall, it is visibly wrong."""
 
 
 def section(size: Size, store: Store) -> Section:

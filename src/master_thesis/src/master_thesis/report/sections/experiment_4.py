@@ -34,11 +34,11 @@ from master_thesis.trials.trial import Row
 
 HOLD_LENGTH_M = 30.0
 ALIKE_M = 0.02
-"""Maps whose metrics differ by less cannot be told apart."""
+"""Maps whose metrics differ by less look equal."""
 LEFT_BENT_M = 0.1
-"""A trajectory error from which on we do not call a map true to the world."""
+"""With a greater trajectory error we do not call a map true to the world."""
 BULGE_M = 0.03
-"""A wall bent by more than this (root mean square) is bent to the eye; a cell of the map is 0.05 m."""
+"""A wall bent by more than this (root mean square) looks bent; a cell of the map is 0.05 m."""
 
 
 def section(size: Size, store: Store) -> Section:

@@ -1,4 +1,4 @@
-"""The numbers of Experiments 3 and 4 as the page uses them, and the chart that they share."""
+"""The numbers of Experiments 3 and 4 for the page, and their common chart."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from master_thesis.trials.trial import Row
 ORDER = ("urg", "ust", "tim", "utm", "puck", "m8")
 """By range."""
 MATTERS_M = 0.02
-"""A difference of median trajectory errors, m, from which on loop closure is shown."""
+"""Loop closure is shown if the median trajectory errors differ by at least this, m."""
 TRUE_TO_THE_WORLD = "true to the world"
 
 _TICKS_M = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
@@ -59,15 +59,15 @@ class Maps:
         return medians((self.closed if closure else self.open)[lidar])
 
     def verdict(self, lidar: str, closure: bool = False) -> str:
-        """Return our words for the median map."""
+        """Return our description of the median map."""
         return verdict(self.middle(lidar, closure))
 
     def is_true(self, lidar: str, closure: bool = False) -> bool:
-        """Tell whether the median map is true to the world."""
+        """Return whether the median map is true to the world."""
         return self.verdict(lidar, closure) == TRUE_TO_THE_WORLD
 
     def closure_matters(self, lidar: str) -> bool:
-        """Tell whether loop closure changes the path."""
+        """Return whether loop closure changes the path."""
         ates = (self.middle(lidar, closure)["ate_rmse_m"] for closure in (False, True))
         return abs(next(ates) - next(ates)) > MATTERS_M
 
@@ -78,7 +78,7 @@ def short_name(lidar: str) -> str:
 
 
 def maps_of(world: str, size: Size, store: Store) -> tuple[Maps, dict[str, Row]]:
-    """Return a world's maps, and the piece of each lidar whose pictures are shown."""
+    """Return a world's maps, and for each lidar the piece with the shown pictures."""
     numbers: dict = {OPEN: {}, CLOSED: {}}
     shown: dict[str, Row] = {}
     for lidar in size.lidars:
@@ -133,7 +133,7 @@ def maps_table(maps: Maps, caption: str) -> Table:
 
 
 def range_chart(maps: Maps) -> Picture:
-    """Return the trajectory error by lidar in the order of range, every seed a mark."""
+    """Return the chart of the trajectory error by lidar in the order of range, a mark for each seed."""
     figure = Figure(figsize=(7.2, 3.1), layout="constrained")
     axes = figure.add_subplot()
     for place, lidar in enumerate(maps.lidars):
@@ -177,7 +177,7 @@ def range_chart(maps: Maps) -> Picture:
 
 
 def map_pictures(maps: Maps, shown: Mapping[str, Row]) -> list[Picture]:
-    """Return each lidar's world and maps in the thesis's order; also with loop closure, if that matters."""
+    """Return each lidar's world and maps in the thesis's order, with loop closure too if it matters."""
     pictures = []
     for lidar, words in sorted(thesis.MAPS[maps.world].items(), key=lambda item: _place(item[1].figure)):
         if lidar in shown:

@@ -12,11 +12,11 @@ from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Row
 
 ALIKE = 2.0
-"""Times are alike within this factor: the thesis rounds, and wants its own taken "with a grain of salt"."""
+"""Times within this factor agree: the thesis rounds, and takes its own "with a grain of salt"."""
 
 
 def build_section(size: Size, store: Store) -> Section:
-    """Return the section of table 8.3, from what is there."""
+    """Return the section of table 8.3 from finished pieces."""
     done = next((d for name, d in _done(size, store).items() if name.startswith("measurement_1")), None)
     blocks = [_build_table(done)] if done else []
     return Section(
@@ -90,7 +90,7 @@ def build_findings(ours: Mapping[str, float]) -> list[Finding]:
 
 
 def launch_section(size: Size, store: Store) -> Section:
-    """Return the section of table 8.4, from what is there."""
+    """Return the section of table 8.4 from finished pieces."""
     done = _done(size, store)
     launches = {d.result["what"]: d for name, d in done.items() if name.startswith("measurement_2")}
     numbers = {what: each.result for what, each in launches.items()}
@@ -185,7 +185,7 @@ def _alike(ours: Mapping[str, float], theirs: Mapping[str, float]) -> bool:
 
 
 def _how_they_differ(ours: Mapping[str, float], theirs: Mapping[str, float], why: str) -> str:
-    """Return which times differ, and by how much; empty if none does."""
+    """Return the times that differ, with their ratios; empty: none."""
     words = []
     for name in ours:
         ratio = ours[name] / theirs[name]
