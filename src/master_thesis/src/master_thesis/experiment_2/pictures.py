@@ -34,7 +34,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.vehicle.uav import load_uav
 
-_ORIGINAL, _IMPROVED, _INTRUSION = *palette.ALGORITHMS.values(), "#f0a3a3"
+_ORIGINAL, _IMPROVED, _INTRUSION = palette.ALGORITHMS["original"], palette.ALGORITHMS["improved"], "#f0a3a3"
 _PATH = "viridis"
 _SHOWN = 1.4  # half of the shown area's side, in r_LB
 _UAV_SPACING_M = 0.4
