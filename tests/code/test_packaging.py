@@ -33,7 +33,7 @@ def test_setup_lists_every_python_package(setup):
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
 def test_every_node_and_rostest_is_listed(package):
     listed = set((package / "CMakeLists.txt").read_text().replace("(", " ").replace(")", " ").split())
-    there = [*python_nodes(package), *package.glob("test/rostest_*.py"), *package.glob("test/*.test")]
+    there = [*python_nodes(package), *package.glob("test/**/rostest_*.py"), *package.glob("test/**/*.test")]
     missing = {str(path.relative_to(package)) for path in [*there, *package.glob("cfg/*.cfg")]} - listed
     assert not missing
 

@@ -10,7 +10,7 @@ import rospy
 from mavros_msgs.msg import ParamValue
 from mavros_msgs.srv import ParamSet
 
-PATIENCE_S = 8.0  # of PX4 without setpoints, simulated: a busy machine may keep this process waiting
+PATIENCE_S = 8.0
 
 
 class MavrosTestCase(unittest.TestCase):
@@ -20,7 +20,13 @@ class MavrosTestCase(unittest.TestCase):
     def setUpClass(cls):
         cls.lock = threading.Lock()
         cls.received = {}
-        cls.service("param/set", ParamSet)("COM_OF_LOSS_T", ParamValue(real=PATIENCE_S))
+        cls.be_patient(PATIENCE_S)
+
+    @classmethod
+    def be_patient(cls, without_setpoints_s):
+        """Set how long PX4 flies on without setpoints, simulated: a busy machine keeps nodes waiting."""
+        value = ParamValue(real=without_setpoints_s)
+        assert cls.service("param/set", ParamSet)("COM_OF_LOSS_T", value).success
 
     @classmethod
     def listen(cls, topics):

@@ -10,9 +10,8 @@ import re
 import shlex
 import signal
 import subprocess
-import threading
+import sys
 import time
-import unittest
 import xmlrpc.client
 from pathlib import Path
 
@@ -27,12 +26,15 @@ from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from gazebo_msgs.msg import ContactsState
 from geometry_msgs.msg import Pose, TwistStamped
-from mavros_msgs.msg import ParamValue, State
-from mavros_msgs.srv import ParamSet, SetMode
+from mavros_msgs.msg import State
+from mavros_msgs.srv import SetMode
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from mavros_test_case import MavrosTestCase
 
 YAW = 0.5  # at the start
 HIGH_M = 2.5  # above the hover height: PX4's landing takes 7 s from there, longer than any node is away
@@ -40,10 +42,10 @@ PATIENCE_S = 4.0  # PX4's own is 1 s
 STOOD_M = 0.12  # height of an Iris's origin over the ground
 
 
-class TestMavrosPublisher(unittest.TestCase):
+class TestMavrosPublisher(MavrosTestCase):
     @classmethod
     def setUpClass(cls):
-        cls.lock = threading.Lock()
+        super().setUpClass()
         cls.truth = cls.state = None
         cls.ready = []
         cls.highest = 0.0
@@ -97,23 +99,6 @@ class TestMavrosPublisher(unittest.TestCase):
             yield
         finally:
             client.update_configuration({"real_time_factor": usual})
-
-    @staticmethod
-    def be_patient(without_setpoints_s):
-        """Set how long PX4 flies on without setpoints, simulated: a busy machine keeps nodes waiting."""
-        rospy.wait_for_service("/mavros/param/set", timeout=20.0)
-        value = ParamValue(real=without_setpoints_s)
-        assert rospy.ServiceProxy("/mavros/param/set", ParamSet)("COM_OF_LOSS_T", value).success
-
-    @staticmethod
-    def eventually(condition, timeout_s=20.0, act=lambda: None, period_s=0.02):
-        end = time.monotonic() + timeout_s
-        while time.monotonic() < end and not rospy.is_shutdown():
-            act()
-            if condition():
-                return True
-            time.sleep(period_s)
-        return False
 
     @property
     def place(self):

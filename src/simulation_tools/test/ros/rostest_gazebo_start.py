@@ -16,8 +16,8 @@ import rostest
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-WORLD = "_world:=" + os.path.join(HERE, "worlds", "one_box.world")
+TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+WORLD = "_world:=" + os.path.join(TESTS, "worlds", "one_box.world")
 TAKEN = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 TAKEN.bind(("127.0.0.1", 0))
 TAKEN_PORT = TAKEN.getsockname()[1]
