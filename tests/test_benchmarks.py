@@ -274,6 +274,23 @@ def test_a_goal_is_met_or_missed(flown, missed):
     assert judging.verdicts_table(found).count("missed") == len(missed)
 
 
+def test_each_worse_condition_is_a_place_and_judged_alone():
+    row = rows.Row(
+        "adverse", "", (rows.Goal((2.0,)),), worse={"urg": ("lidar", "urg"), "wind": ("wind_m_s", 5.0)}
+    )
+    common = {"world": "spaced_forest", "algorithm": "dynamic"}
+    flown = pd.DataFrame(
+        [
+            flight("goal", 26.0, **common, lidar="urg", wind_m_s=0.0),
+            flight("collision", 26.0, **common, lidar="ust", wind_m_s=5.0),
+        ]
+    )
+    flown["index"] = [0, 1]
+    assert [place for place, _, _ in judging.sets(row, flown)] == ["urg", "wind"]
+    found = judging.verdicts(row, flown, {})
+    assert [(verdict.name, verdict.met) for verdict in found] == [("urg", True), ("wind", False)]
+
+
 @pytest.mark.parametrize(
     ("result", "end"),
     [

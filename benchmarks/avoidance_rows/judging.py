@@ -91,9 +91,9 @@ def _cells(values: Mapping) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether one goal of a row is met at a speed."""
+    """Whether one goal of a row, or of one of its conditions, is met at a speed."""
 
-    row: str
+    name: str
     speed_m_s: float
     goal: str
     found: str
@@ -101,9 +101,13 @@ class Verdict:
 
 
 def verdicts(row: Row, trials: pd.DataFrame, computation_ms: Mapping[int, Sequence[float]]) -> list[Verdict]:
-    """Judge the flights of the algorithm that has goals; all places of a row count together."""
+    """Judge the flights of the algorithm that has goals.
+
+    All places of a row count together, but each of the worse conditions alone.
+    """
     found: list[Verdict] = []
-    for speed, flights in trials.groupby("speed_m_s", sort=False):
+    judged = row.places(trials) if row.worse else pd.Series(row.name, trials.index)
+    for (name, speed), flights in trials.groupby([judged, "speed_m_s"], sort=False):
         goal, mine = row.goal(speed), flights[flights["algorithm"] == JUDGED]
         if goal is None or not len(mine):
             continue
@@ -112,7 +116,7 @@ def verdicts(row: Row, trials: pd.DataFrame, computation_ms: Mapping[int, Sequen
             ratio = time_over_compared(row, flights)
             checks.append((f"time / {COMPARED}'s at most 1", ratio, "{:.2f}", ratio is None or ratio <= 1.0))
         found += [
-            Verdict(row.name, speed, what, "-" if value is None else form.format(value), met)
+            Verdict(name, speed, what, "-" if value is None else form.format(value), met)
             for what, value, form, met in checks
         ]
     return found
@@ -148,5 +152,5 @@ def time_over_compared(row: Row, flights: pd.DataFrame) -> float | None:
 
 def verdicts_table(found: Sequence[Verdict]) -> str:
     """Return the verdicts as a table."""
-    rows = [(v.row, f"{v.speed_m_s:g}", v.goal, v.found, "met" if v.met else "missed") for v in found]
+    rows = [(v.name, f"{v.speed_m_s:g}", v.goal, v.found, "met" if v.met else "missed") for v in found]
     return table(("row", "m/s", "goal", "found", ""), rows)

@@ -11,7 +11,7 @@ from typing import Mapping, Sequence
 
 import pandas as pd
 
-from benchmarks.avoidance_rows.rows import COMPARED, SPACED, Row
+from benchmarks.avoidance_rows.rows import JUDGED, SPACED, Row
 from benchmarks.shared.trials import run_all
 from master_thesis.campaign.campaign import Case
 from master_thesis.campaign.places import place_of
@@ -23,7 +23,7 @@ from master_thesis.flight.launched_graph import Graph
 from master_thesis.trials.trial import Trial
 
 FLIGHTS, BRIEF_FLIGHTS, SPEED_M_S = 20, 2, 4.0
-ALGORITHMS = (COMPARED,)
+ALGORITHMS = (JUDGED,)
 PATIENCE_S = 300.0
 """Start, take-off, 120 s of flight and landing take less on a machine that keeps up."""
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any, Mapping
 
 import pandas as pd
 
@@ -27,21 +28,28 @@ class Goal:
 
 @dataclass(frozen=True)
 class Row:
-    """A row. campaign: its file in config/campaigns. p99_ms: most computation time of 99 % of the answers."""
+    """A row. p99_ms: the most computation time of 99 % of the answers.
+
+    worse: places that differ by a condition instead of a world: the column and the value of each.
+    """
 
     name: str
     what: str
     goals: tuple[Goal, ...]
     p99_ms: float = 5.0
+    worse: Mapping[str, tuple[str, Any]] = field(default_factory=dict)
 
     @property
     def campaign(self) -> str:
-        """The name of the campaign's file."""
+        """The name of the campaign's file in config/campaigns."""
         return f"avoidance_{self.name}"
 
     def places(self, trials: pd.DataFrame) -> pd.Series:
-        """Return the place of each trial, as the keys name it: its world."""
-        return trials["world"].rename("place")
+        """Return the place of each trial, as the keys name it."""
+        places = trials["world"].rename("place")
+        for name, (column, value) in self.worse.items():
+            places = places.mask(trials[column] == value, name)
+        return places
 
     def goal(self, speed_m_s: float) -> Goal | None:
         """Return the goal at a speed, or None."""
@@ -73,5 +81,19 @@ ROWS = (
     Row("dead_ends", "dead ends and offices", (Goal((2.0,), reached=0.90),)),
     Row("moving", "something crosses or comes head-on", (Goal((2.0, 4.0), reached=0.95),)),
     Row("overhead", "over and under things, Puck", (Goal((2.0, 4.0), reached=0.95),), p99_ms=10.0),
+    Row(
+        "adverse",
+        "forests, trunks 2 m apart, in worse conditions",
+        (Goal((2.0, 4.0), reached=0.90),),
+        worse={
+            "urg": ("lidar", "urg"),
+            "noise": ("lidar_noise_factor", 3.0),
+            "lost_scans": ("scan_loss", 0.2),
+            "late_odometry": ("odometry_delay_s", 0.15),
+            "wind": ("wind_m_s", 5.0),
+        },
+    ),
     REAL_TIME,
+    Row("clear", "nothing is near", (Goal((2.0, 4.0), reached=1.0),), p99_ms=0.05),
+    Row("without_window", "thick forests, no ways out", (Goal((2.0, 4.0)),), p99_ms=2.0),
 )
