@@ -7,8 +7,14 @@ out), so that the closed loop flies them unchanged. None of them is the authors'
 from master_thesis.baselines.collision_prevention import CollisionPrevention, CollisionPreventionParameters
 from master_thesis.baselines.no_avoidance import NoAvoidance
 from master_thesis.baselines.vfh_plus import VfhPlus, VfhPlusParameters
+from master_thesis.baselines.vfh_plus_3d import VfhPlus3d, VfhPlus3dParameters
 
-BASELINES = {"none": NoAvoidance, "collision_prevention": CollisionPrevention, "vfh_plus": VfhPlus}
+BASELINES = {
+    "none": NoAvoidance,
+    "collision_prevention": CollisionPrevention,
+    "vfh_plus": VfhPlus,
+    "vfh_plus_3d": VfhPlus3d,
+}
 """The baselines by the names that campaigns use."""
 
 __all__ = [
@@ -17,5 +23,7 @@ __all__ = [
     "CollisionPreventionParameters",
     "NoAvoidance",
     "VfhPlus",
+    "VfhPlus3d",
+    "VfhPlus3dParameters",
     "VfhPlusParameters",
 ]

@@ -22,6 +22,7 @@ COLOURS = {
     "none": "#8a8f98",
     "collision_prevention": "#2f68bf",
     "vfh_plus": "#6f3289",
+    "vfh_plus_3d": "#b5651d",
 }
 MARKERS = {
     "improved": "o",
@@ -30,11 +31,13 @@ MARKERS = {
     "none": "x",
     "collision_prevention": "^",
     "vfh_plus": "D",
+    "vfh_plus_3d": "v",
 }
 NAMES = {
     "none": "no avoidance",
     "collision_prevention": "collision prevention (ours)",
     "vfh_plus": "VFH+ (ours)",
+    "vfh_plus_3d": "3DVFH+ (ours)",
 }
 """What algorithms are called in a legend: the baselines are not their authors' own code."""
 LABELS = {
