@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import functools
 import importlib.util
 import json
 import os
@@ -75,47 +74,24 @@ def test_there_is_something_to_load():
     assert YAML
 
 
-@pytest.fixture(scope="module")
-def load():
-    """Load a launch file with values for what it needs, and further ones; returns roslaunch's configuration.
+def loaded(path, *given):
+    """Return roslaunch's configuration of a launch file, with a value for each argument that needs one."""
+    from launch_files import load
 
-    A command whose output becomes a parameter runs once, whichever files ask for it.
-    """
-    import roslaunch.config
-    import roslaunch.loader
-
-    def load(path, *given):
-        required = [arg.get("name") for arg in arguments(path) if arg.get("default") is None]
-        words = [f"{key}:={EXAMPLES[key]}" for key in required] + list(given)
-        return roslaunch.config.load_config_default([(str(path), words)], None, verbose=False)
-
-    loader = roslaunch.loader.Loader
-    known = functools.lru_cache(maxsize=None)(functools.partial(loader.param_value, None))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(loader, "param_value", lambda _, *given: known(*given))
-        yield load
-
-
-@functools.lru_cache(maxsize=None)
-def exists(package: str, node: str) -> bool:
-    import roslib.packages
-
-    return bool(roslib.packages.find_node(package, node))
+    required = [arg.get("name") for arg in arguments(path) if arg.get("default") is None]
+    return load(path, *(f"{key}:={EXAMPLES[key]}" for key in required), *given)
 
 
 @pytest.mark.ros
 @pytest.mark.parametrize(("path", "change"), variants(), ids=lambda v: name(v) if isinstance(v, Path) else v)
-def test_launch_file_loads_and_its_nodes_exist(load, path, change):
-    import roslaunch
+def test_launch_file_loads_and_its_nodes_exist(path, change):
+    from launch_files import node_exists
 
-    try:
-        config = load(path, *[change] * bool(change))
-    except roslaunch.RLException as error:
-        pytest.fail(str(error), pytrace=False)
+    config = loaded(path, *[change] * bool(change))
     nodes = {(node.package, node.type) for node in config.nodes + config.tests}
     assert not config.config_errors
     assert nodes
-    assert not {node for node in nodes if not exists(*node)}
+    assert not {node for node in nodes if not node_exists(*node)}
 
 
 FLYING = ("experiment_1", "experiment_2", "experiment_3", "experiment_4", "fly_to_goal", "teleop")
@@ -125,10 +101,10 @@ FLYING = ("experiment_1", "experiment_2", "experiment_3", "experiment_4", "fly_t
 @pytest.mark.parametrize(
     "file", [f"master_thesis/launch/{one}" for one in FLYING] + ["simulation_tools/launch/sitl"]
 )
-def test_every_launch_file_that_flies_can_hold_the_worlds_models(load, file):
+def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
     path = ROOT / "src" / f"{file}.launch"
     for value in (False, True):
-        config = load(path, f"static_models:={str(value).lower()}")
+        config = loaded(path, f"static_models:={str(value).lower()}")
         assert config.params["/gazebo/static_models"].value is value
 
 

@@ -1,0 +1,167 @@
+"""What the pages' snippets call, and whether it could do what it is for; nothing of it is started."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+from functools import lru_cache
+from pathlib import Path
+from xml.etree import ElementTree
+
+import genpy
+import roslib.message
+import roslib.packages
+import yaml
+from launch_files import load, node_exists
+from snippets import ROOT, Call
+
+FILE_ARGUMENTS = {"world", "bag", "mission"}
+"""Arguments of launch files that name a file."""
+SUBCOMMANDS = {"test", "bench", "report", "setup"}
+UPSTREAM = {"rqt_reconfigure", "mavros"}
+"""Packages that a reader builds from source."""
+UNRUN = {"rqt", "rviz", "rosparam", "rosservice", "rosnode"}
+SERVERS = {"/cepa": ("cepa", "Cepa"), "/position_controller": ("inspection_tools", "PositionController")}
+"""Packages and .cfg files of the nodes that pages tune."""
+HELPFUL = {
+    ("master_thesis", "campaign"),
+    ("master_thesis", "doctor"),
+    ("master_thesis", "draw_graph"),
+    ("gridslam", "gridslam_evaluate"),
+    ("gridslam", "gridslam_replay"),
+    ("gridslam", "map_saver"),
+}
+"""Programs that tell their options by --help."""
+
+
+def look_at(call: Call) -> None:
+    """Look at one call; raises AssertionError when it could not do what it is for."""
+    program, *words = call.words
+    checks = {
+        "roslaunch": launches,
+        "rosrun": runs,
+        "rostopic": topic,
+        "rosbag": bag,
+    }
+    if program in checks:
+        checks[program](call)
+    elif program == "./bringup.sh":
+        brings_up(call)
+    elif program == ".venv/bin/python":
+        assert words[:2] == ["-m", "pytest"], call
+        assert not [word for word in words[2:] if "/" in word and not Path(call.folder, word).exists()], call
+    elif program == "ign":
+        done = subprocess.run(["which", "ign"], capture_output=True)
+        assert done.returncode != 0 or Path(words[-1]).is_file(), call
+    else:
+        assert program in UNRUN, f"nobody knows how to check {call.words}"
+
+
+def launches(call: Call) -> None:
+    package, file, *given = call.words[1:]
+    found = [path for path in roslib.packages.find_resource(package, file) if path.endswith(".launch")]
+    assert found, f"{package} has no {file}"
+    names = arguments_of(found[0])
+    for word in given:
+        name, given_as, value = word.partition(":=")
+        assert given_as, f"{word} is no argument"
+        assert name in names, f"{file} knows no argument {name}"
+        if name in FILE_ARGUMENTS:
+            assert Path(call.folder, value).is_file(), f"{value} is not there"
+    if not is_there("mavros"):  # it is built from source; all else of the file is looked at
+        given = [word for word in given if word != "mavros:=real"]
+    config = load(found[0], *given)
+    assert not config.config_errors
+    # Nodes of one's own (the tutorial's) are made on the page
+    nodes = {(node.package, node.type) for node in config.nodes if node.package != "my_avoidance"}
+    assert not {node for node in nodes if not node_exists(*node)}
+
+
+@lru_cache(maxsize=None)
+def arguments_of(file: str) -> frozenset[str]:
+    return frozenset(arg.get("name") for arg in ElementTree.parse(file).getroot().findall("arg"))
+
+
+def brings_up(call: Call) -> None:
+    words = call.words[1:]
+    if not words or words[0] in SUBCOMMANDS:
+        assert not [word for word in words if word.startswith("tests/") and not (ROOT / word).exists()], call
+        return
+    launches(Call(call.folder, ("roslaunch", "master_thesis", *call.words[1:])))
+
+
+def runs(call: Call) -> None:
+    package, node, *given = call.words[1:]
+    if (package, node) == ("dynamic_reconfigure", "dynparam"):
+        tunes(given)
+        return
+    if package in UPSTREAM and not is_there(package):
+        assert f"local-name: {package}" in (ROOT / "rosinstall").read_text()
+        return
+    assert node_exists(package, node), f"{package} has no {node}"
+    if (package, node) in HELPFUL:
+        knows_options((package, node, *given), [word for word in given if word.startswith("-")])
+
+
+def knows_options(words, options) -> None:
+    """words: package, program, and what it is given."""
+    kinds = ("tune", "relations", "ate", "map")  # of `campaign` and `gridslam_evaluate`
+    text = help_of("rosrun", *words[:2], *(word for word in words[2:3] if word in kinds))
+    for option in options:
+        assert re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", text), f"{words[1]} knows no {option}"
+
+
+@lru_cache(maxsize=None)
+def is_there(package: str) -> bool:
+    """Whether ROS finds a package."""
+    return subprocess.run(["rospack", "find", package], capture_output=True).returncode == 0
+
+
+@lru_cache(maxsize=None)
+def help_of(*words: str) -> str:
+    done = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def tunes(words) -> None:
+    verb, server, *rest = words
+    assert verb in ("set", "load", "get"), words
+    module = generated(*SERVERS[server])
+    if verb == "set":
+        name, value = rest
+        assert name in module.defaults, f"{server} has no parameter {name}"
+        default = module.defaults[name]
+        if isinstance(default, (int, float)) and not isinstance(default, bool):
+            assert module.min[name] <= float(value) <= module.max[name], f"{name} {value}"
+
+
+@lru_cache(maxsize=None)
+def generated(package: str, config: str):
+    """The module that a .cfg became; by its path, since other tests import the package from its source."""
+    place = ROOT / "devel/lib/python3/dist-packages" / package / "cfg" / f"{config}Config.py"
+    spec = importlib.util.spec_from_file_location(f"{config}Config", place)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def topic(call: Call) -> None:
+    verb, *words = call.words[1:]
+    assert verb in ("pub", "echo", "hz", "list"), call
+    if verb == "pub":
+        kind, text = words[-2:]
+        message = roslib.message.get_message_class(kind)
+        assert message, f"there is no message {kind}"
+        try:
+            genpy.message.fill_message_args(message(), [yaml.safe_load(text)])
+        except genpy.MessageException as error:
+            raise AssertionError(str(error)) from None
+
+
+def bag(call: Call) -> None:
+    """Its subcommand knows every option."""
+    text = help_of("rosbag", call.words[1])
+    for word in call.words[2:]:
+        assert not word.startswith("--") or re.search(rf"{word}(?![\w-])", text), f"rosbag knows no {word}"

@@ -1,0 +1,60 @@
+"""Python blocks of the pages run, with values for the names that the page leaves to its reader."""
+
+from __future__ import annotations
+
+import pytest
+from snippets import ROOT, fenced, pages
+
+pytestmark = pytest.mark.ros
+
+GIVEN = """
+import math
+import numpy as np
+ranges = np.full(1081, 4.0)
+angle_min, angle_increment, range_min, range_max = -math.radians(135), math.radians(0.25), 0.06, 10.0
+"""
+POSE = """
+x, y, yaw, roll, pitch, height, stamp = 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 1.0
+lidar_in_base = ((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0))
+"""
+PYTHON = {
+    "src/cepa/README.md": (GIVEN, "decision.velocity_xy != (0.0, 0.0)"),
+    "src/gridslam/README.md": (GIVEN + POSE, "update is not None"),
+    "src/inspection_tools/README.md": (
+        GIVEN + "stamp_s, position_m, yaw_rad = 1.0, (0.0, 0.0, 2.0), 0.0\n",
+        "yaw_rate > 0.0 and not command.goal_reached",
+    ),
+    "src/simulation_tools/README.md": (
+        "",
+        "abs(simulation.world.get_state('iris').pose.position_m[2] - 2.0) < 0.3 and not simulation.close()",
+    ),
+}
+"""By page: what its reader has before the page's python, and what is true afterwards."""
+SKELETONS = {
+    "src/gridslam/doc/loop_closure.md": "lines of a caller's loop; test_loop_closure.py runs the same calls",
+    "src/node_tools/README.md": "the frame of a node, with dots where its imports stand",
+    "src/master_thesis/doc/tutorial.md": "a node; test_tutorial.py runs it against a scan",
+}
+
+
+def test_a_python_snippet_has_a_place_here():
+    of_python = {page for page in pages() if fenced(page, "python")}
+    assert of_python == PYTHON.keys() | SKELETONS.keys()
+
+
+@pytest.mark.parametrize("page", PYTHON)
+def test_a_python_snippet_runs(page, monkeypatch, tmp_path):
+    monkeypatch.chdir((ROOT / page).parent)
+    (block,) = fenced(page, "python")
+    given, afterwards = PYTHON[page]
+    mission = tmp_path / "mission.yaml"
+    mission.write_text(fenced("src/inspection_tools/doc/reference.md", "yaml")[0])
+    names: dict = {}
+    exec(given + block.replace('"mission.yaml"', repr(str(mission))), names)
+    assert eval(afterwards, names)
+
+
+@pytest.mark.parametrize("page", SKELETONS)
+def test_a_python_skeleton_is_python(page):
+    for block in fenced(page, "python"):
+        compile(block, page, "exec")
