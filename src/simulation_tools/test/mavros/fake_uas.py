@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
+from pymavlink.dialects.v20 import common
+
 from simulation_tools.mavros.conversions import Target
+
+HALF_ROOT = math.sqrt(0.5)
 
 
 class FakeClient:
@@ -78,3 +83,16 @@ def xyzw(quaternion):
 
 def request(**fields):
     return SimpleNamespace(**fields)
+
+
+def attitude(q=(1.0, 0.0, 0.0, 0.0), rates=(0.1, 0.2, 0.3), ms=5000):
+    """Level, facing north by default."""
+    return common.MAVLink_attitude_quaternion_message(ms, *q, *rates)
+
+
+def local_position(us=5_040_000):
+    return common.MAVLink_local_position_ned_message(us // 1000, 1.0, 2.0, -3.0, 0.4, 0.5, -0.6)
+
+
+def global_position(lat=473977420, lon=85455940, relative=2500):
+    return common.MAVLink_global_position_int_message(5000, lat, lon, 490500, relative, 10, 20, -30, 4500)

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import socket
-import sys
 import threading
 import time
-from pathlib import Path
 
 import pytest
-from pymavlink.dialects.v20 import common
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from flight import NO_NOISE, Flight
 from lossy_proxy import LossyProxy
+from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavlink import Codec
 from simulation_tools.mavros.client import FcuClient, custom_mode, mode_name

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-import sys
-from pathlib import Path
 
 import pytest
-from pymavlink.dialects.v20 import common
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
 from fake_uas import FakeClient
+from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavros.mission import MissionClient, MissionError, MissionItem
 from simulation_tools.px4.mavlink.mission_protocol import MISSION_MESSAGES, answer_mission

@@ -6,14 +6,10 @@ Expected values are MAVROS 1.21's: its source says frames, units and covariances
 from __future__ import annotations
 
 import math
-import sys
-from pathlib import Path
 
 import pytest
+from fake_uas import HALF_ROOT, global_position, local_position, make_uas, request, xyz, xyzw
 from pymavlink.dialects.v20 import common
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from fake_uas import make_uas, request, xyz, xyzw
 
 pytestmark = pytest.mark.ros
 for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
@@ -32,24 +28,6 @@ from simulation_tools_ros.mavros.plugins.setpoints.setpoint_accel import Setpoin
 from simulation_tools_ros.mavros.plugins.setpoints.setpoint_attitude import SetpointAttitudePlugin  # noqa: E402
 from simulation_tools_ros.mavros.plugins.setpoints.setpoint_position import SetpointPositionPlugin  # noqa: E402
 from simulation_tools_ros.mavros.plugins.setpoints.setpoint_raw import SetpointRawPlugin  # noqa: E402
-
-HALF_ROOT = math.sqrt(0.5)
-
-
-@pytest.fixture
-def uas(monkeypatch):
-    return make_uas(monkeypatch)
-
-
-def local_position(us=5_040_000):
-    return common.MAVLink_local_position_ned_message(us // 1000, 1.0, 2.0, -3.0, 0.4, 0.5, -0.6)
-
-
-def global_position(lat=473977420, lon=85455940, relative=2500):
-    return common.MAVLink_global_position_int_message(5000, lat, lon, 490500, relative, 10, 20, -30, 4500)
-
-
-# Setpoints
 
 
 def thrust(value):

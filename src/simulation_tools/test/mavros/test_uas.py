@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
 from pymavlink.dialects.v20 import common
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from fake_uas import make_uas
 
 pytestmark = pytest.mark.ros
 for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
@@ -18,11 +12,6 @@ for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
 from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin  # noqa: E402
 from simulation_tools_ros.mavros.plugins.imu import ImuPlugin  # noqa: E402
 from simulation_tools_ros.mavros.uas import Topic, diagonal  # noqa: E402
-
-
-@pytest.fixture
-def uas(monkeypatch):
-    return make_uas(monkeypatch)
 
 
 def attitude(ms):
