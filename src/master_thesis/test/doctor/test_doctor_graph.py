@@ -1,4 +1,4 @@
-"""The doctor's judgement of graphs and bags made up by hand: one that is well, and one fault at a time."""
+"""The doctor's judgement of graphs made up by hand: one that is well, and one fault at a time."""
 
 from __future__ import annotations
 
@@ -7,86 +7,29 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from master_thesis.doctor import bag, graph
-from master_thesis.doctor.finding import BROKEN, ERROR, FINE, NOTE, WARNING, exit_code
-from master_thesis.doctor.snapshot import (
-    Autopilot,
-    Graph,
-    Launched,
-    Node,
-    Parameter,
-    Recording,
-    Scan,
-    Topic,
-    Transform,
-)
-
-START_S, END_S = 10.0, 15.0
-
-
-def times(rate_hz, until_s=END_S):
-    return tuple(np.arange(START_S, until_s, 1.0 / rate_hz))
-
-
-def topic(name, kind, publisher, rate_hz, subscribers=(), delay_s=0.01):
-    received_s = times(rate_hz)
-    return Topic(name, kind, (publisher,), subscribers, received_s, tuple(t - delay_s for t in received_s))
-
-
-def edge(parent, child, publisher="/tf_publisher", **changes):
-    seen_s = times(100)
-    return replace(
-        Transform(parent, child, publisher, False, seen_s, tuple(t - 0.01 for t in seen_s)), **changes
-    )
-
-
-def scan(**changes):
-    ranges = np.array([math.inf, 1.0, 2.0, -math.inf, math.nan], np.float32)
-    return replace(Scan("/scan", "hokuyo", -1.0, 1.0, 0.5, 0.1, 10.0, ranges), **changes)
-
-
-TOPICS = [
-    Topic(
-        "/clock", "rosgraph_msgs/Clock", ("/gazebo",), ("/cepa",), times(100), (math.nan,) * len(times(100))
-    ),
-    topic("/scan", "sensor_msgs/LaserScan", "/gazebo", 40, ("/lidar_median_filter",)),
-    topic("/scan/filtered", "sensor_msgs/LaserScan", "/lidar_median_filter", 40, ("/lidar_padding",)),
-    topic("/scan/padded", "sensor_msgs/LaserScan", "/lidar_padding", 40, ("/cepa",)),
-    topic("/UAV/odometry", "nav_msgs/Odometry", "/gazebo", 100, ("/cepa",)),
-    topic(
-        "/UAV/vel_setpoint/raw/body", "geometry_msgs/TwistStamped", "/position_controller", 100, ("/cepa",)
-    ),
-    topic("/UAV/vel_setpoint/safe/body", "geometry_msgs/TwistStamped", "/cepa", 40, ("/yaw_regulator",)),
-    topic(
-        "/UAV/vel_setpoint/final/body",
-        "geometry_msgs/TwistStamped",
-        "/yaw_regulator",
-        40,
-        ("/mavros_publisher",),
-    ),
-    topic("/mavros/setpoint_raw/local", "mavros_msgs/PositionTarget", "/mavros_publisher", 40, ("/mavros",)),
-]
-HEALTHY = Recording(
-    {each.name: each for each in TOPICS},
-    (edge("odom", "base_frame"), edge("base_frame", "world"), edge("base_frame", "hokuyo", static=True)),
-    (scan(),),
-    (Autopilot("/mavros/state", True, True, "OFFBOARD"),),
-    times(100),
-    END_S,
-)
-NODES = tuple(map(Node, sorted({name for each in TOPICS for name in (*each.publishers, *each.subscribers)})))
-ALGORITHM = Parameter(
-    "/cepa", "algorithm", -math.inf, math.inf, text_on_server="original", choices=("improved", "original")
-)
-WELL = Graph(
+from recordings import (
+    ALGORITHM,
+    AUTOPILOT,
+    FINAL,
     HEALTHY,
     NODES,
-    tuple(Launched(node.name) for node in NODES),
-    (Parameter("/cepa", "r_ub", 0.1, 10.0, 1.2, 1.2), ALGORITHM),
-    True,
-    5.0,
+    RAW,
+    SAFE,
+    WELL,
+    edge,
+    edge_late,
+    having,
+    late,
+    scan,
+    times,
+    with_edge,
+    with_scan,
+    with_topic,
 )
+
+from master_thesis.doctor import graph
+from master_thesis.doctor.finding import BROKEN, ERROR, FINE, NOTE, WARNING, exit_code
+from master_thesis.doctor.snapshot import Launched, Node, Parameter
 
 
 def test_a_graph_that_is_well_has_no_finding():
@@ -94,46 +37,8 @@ def test_a_graph_that_is_well_has_no_finding():
     assert exit_code([]) == FINE
 
 
-def test_a_bag_that_is_well_has_no_finding():
-    topics = {
-        name: replace(each, subscribers=()) for name, each in HEALTHY.topics.items() if name != "/clock"
-    }
-    assert bag.check(replace(HEALTHY, topics=topics, clock_s=())) == []
-
-
-def having(**changes):
-    """Return the healthy graph with another recording."""
-    return replace(WELL, recording=replace(HEALTHY, **changes))
-
-
-def with_topic(name, **changes):
-    changed = replace(HEALTHY.topics.get(name, Topic(name, "")), **changes)
-    return having(topics={**HEALTHY.topics, name: changed})
-
-
-def with_edge(parent, child, **changes):
-    """Return the healthy graph with one edge of TF changed."""
-    others = [one for one in HEALTHY.transforms if (one.parent, one.child) != (parent, child)]
-    return having(transforms=(*others, edge(parent, child, **changes)))
-
-
-def with_scan(**changes):
-    return having(scans=(scan(**changes),))
-
-
-def late(name, by_s):
-    each = HEALTHY.topics[name]
-    return with_topic(name, stamps_s=tuple(stamp_s - by_s for stamp_s in each.stamps_s))
-
-
-def edge_late(by_s):
-    return with_edge("odom", "base_frame", stamps_s=tuple(t - by_s for t in times(100)))
-
-
 HOLE = tuple(t for t in times(100) if not 12.0 < t < 12.8)
 LOOP = (edge("a", "b"), edge("b", "c"), edge("c", "a"))
-AUTOPILOT = HEALTHY.autopilots[0]
-FINAL, SAFE, RAW = (f"/UAV/vel_setpoint/{name}/body" for name in ("final", "safe", "raw"))
 
 BROKEN_GRAPHS = {
     # nodes
@@ -297,46 +202,6 @@ def test_what_is_broken_is_found(case):
     assert exit_code(found) == (BROKEN if severity == ERROR else FINE), found
 
 
-def bag_without(*names, **changes):
-    topics = {name: each for name, each in HEALTHY.topics.items() if name not in ("/clock", *names)}
-    return replace(HEALTHY, topics=topics, clock_s=(), **changes)
-
-
-ODD = tuple(t for t in times(40) if not 12.0 < t < 13.0)
-BROKEN_BAGS = {
-    "empty": (Recording(), ERROR, "bag", "no messages"),
-    "no scans": (bag_without("/scan", "/scan/filtered", "/scan/padded"), NOTE, "gridslam", "no scans"),
-    "no velocity": (bag_without(RAW, SAFE, FINAL), NOTE, "cepa", "reference velocity"),
-    "no odometry": (bag_without("/UAV/odometry"), NOTE, "cepa", "no odometry"),
-    "no tf": (bag_without(transforms=HEALTHY.transforms[2:]), NOTE, "gridslam", "TF does not lead"),
-    "clock inside": (HEALTHY, NOTE, "/clock", "is in the bag"),
-    "hole": (
-        replace(
-            HEALTHY, topics={"/scan": Topic("/scan", "sensor_msgs/LaserScan", ("/gazebo",), (), ODD, ODD)}
-        ),
-        WARNING,
-        "/scan",
-        "every 25 ms, but not for 1.0",
-    ),
-    "stamps back": (
-        replace(
-            HEALTHY,
-            topics={RAW: replace(HEALTHY.topics[RAW], received_s=(14.0, 14.1), stamps_s=(14.0, 13.9))},
-        ),
-        WARNING,
-        RAW,
-        "go back",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", BROKEN_BAGS)
-def test_what_is_broken_in_a_bag_is_found(case):
-    recording, severity, where, what = BROKEN_BAGS[case]
-    found = bag.check(recording)
-    assert any(one.severity == severity and one.where == where and what in one.what for one in found), found
-
-
 def test_padded_beams_and_free_space_are_no_fault():
     """NaN of the padding and +inf of the open field are what REP-117 means them to be."""
     open_field = scan(ranges=np.array([math.nan, math.inf, math.inf, math.inf, math.nan]))
@@ -348,9 +213,6 @@ def test_a_wrong_clock_is_told_once_not_of_every_topic():
     assert [one.where for one in found] == ["/use_sim_time"]
 
 
-def test_a_flight_that_lands_and_contacts_with_the_ground_are_no_fault():
+def test_a_flight_that_lands_is_no_fault():
     landing = replace(AUTOPILOT, armed=False, mode="AUTO.LAND")
     assert graph.check(having(autopilots=(landing,))) == []
-    touches = Topic("/UAV/collision", "gazebo_msgs/ContactsState", ("/gazebo",), (), ODD, ODD)
-    topics = {name: each for name, each in HEALTHY.topics.items() if name != "/clock"}
-    assert bag.check(replace(HEALTHY, topics={**topics, touches.name: touches}, clock_s=())) == []
