@@ -65,7 +65,7 @@ class GazeboTestCase(unittest.TestCase):
 
     def wait_for(self, condition, timeout_s=5.0, what="condition"):
         with self.changed:
-            self.assertTrue(self.changed.wait_for(condition, timeout_s), f"{what} did not come true")
+            assert self.changed.wait_for(condition, timeout_s), f"{what} did not come true"
 
     def collect(self, seconds):
         self.wait_for(lambda: self.received["/clock"], what="/clock")
