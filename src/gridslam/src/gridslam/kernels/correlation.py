@@ -7,6 +7,8 @@ max(fits + clashes, least). Cells that the other map has not seen do not count.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -14,6 +16,43 @@ FITS, CLASHES = 0, 1
 FULL = 255.0
 BLOCK, PAIR = 8, 2
 """Side, in shifts, of the squares that share a bound: first blocks, then 2 x 2 squares in them."""
+
+
+class Reference(NamedTuple):
+    """The map that stays."""
+
+    table: np.ndarray
+    """(h, w, 2)"""
+    pairs: np.ndarray
+    """As ``pooled`` of `block_bounds`, of PAIR x PAIR cells."""
+    points_xy: np.ndarray
+    """(m, 2) its points, in cells of its table."""
+
+
+class Query(NamedTuple):
+    """The map that is shifted and turned."""
+
+    table: np.ndarray
+    """(h, w, 2)"""
+    angles_rad: np.ndarray
+    """(angles,)"""
+    cells: np.ndarray
+    """(angles, n, 2) int64: its points for every angle, in cells of the reference's table."""
+    corners_xy: np.ndarray
+    """(angles, 2) position of its table's corner in these cells, at shift zero."""
+
+
+class Blocks(NamedTuple):
+    """Blocks of shifts with upper bounds of their scores."""
+
+    half: int
+    """Shifts reach from -half to half."""
+    least: float
+    """Fewer comparisons than this lower the score."""
+    bounds: np.ndarray
+    """Of `block_bounds`."""
+    order: np.ndarray
+    """Flat indices of ``bounds``, best first."""
 
 
 @njit(cache=True, nogil=True)
@@ -101,61 +140,42 @@ def block_bounds(pooled: np.ndarray, cells: np.ndarray, half: int, least: float)
 
 @njit(cache=True, nogil=True)
 def best_shift(
-    order: np.ndarray,
-    bounds: np.ndarray,
-    half: int,
-    table: np.ndarray,
-    pairs: np.ndarray,
-    cells: np.ndarray,
-    least: float,
-    query_table: np.ndarray,
-    back_xy: np.ndarray,
-    corners_xy: np.ndarray,
-    angles: np.ndarray,
-    circle: np.ndarray,
-    floor: float,
+    blocks: Blocks, reference: Reference, query: Query, circle: np.ndarray, floor: float
 ) -> tuple[float, int, int, int]:
     """Search blocks by falling bound; return score, angle's index, dx and dy (cells) of the best shift.
 
     Args:
-        order: flat indices of ``bounds``, best first.
-        bounds: of `block_bounds`.
-        half: shifts reach from -half to half.
-        table: (h, w, 2) of the reference.
-        pairs: as ``pooled`` of `block_bounds`, of PAIR x PAIR cells.
-        cells: (angles, n, 2) the query's points for every angle.
-        least: fewer comparisons than this lower the score.
-        query_table: (h, w, 2) of the query.
-        back_xy: (m, 2) the reference's points in cells of its table.
-        corners_xy: (angles, 2) position of the query table's corner in those cells, at shift zero.
-        angles: (angles,) rad.
+        blocks: the shifts to search.
+        reference: the map that stays.
+        query: the map that is shifted.
         circle: (3,) dx, dy and radius; shifts inside are left out.
         floor: least score of interest. If none is better, floor is returned as the score.
     """
-    blocks = bounds.shape[1]
+    half, least, cells = blocks.half, blocks.least, query.cells
+    side = blocks.bounds.shape[1]
     best, best_a, best_dx, best_dy = floor, 0, 0, 0
-    flat = bounds.reshape(-1)
-    for index in order:
+    flat = blocks.bounds.reshape(-1)
+    for index in blocks.order:
         if flat[index] <= best:
             break
-        a, rest = index // (blocks * blocks), index % (blocks * blocks)
-        cos, sin = np.cos(angles[a]), np.sin(angles[a])
-        first_x, first_y = (rest % blocks) * BLOCK - half, (rest // blocks) * BLOCK - half
+        a, rest = index // (side * side), index % (side * side)
+        cos, sin = np.cos(query.angles_rad[a]), np.sin(query.angles_rad[a])
+        first_x, first_y = (rest % side) * BLOCK - half, (rest // side) * BLOCK - half
         for part in range((BLOCK // PAIR) ** 2):
             x0 = first_x + part % (BLOCK // PAIR) * PAIR
             y0 = first_y + part // (BLOCK // PAIR) * PAIR
-            fits, clashes = _sums(pairs, cells[a], x0 + PAIR, y0 + PAIR)
+            fits, clashes = _sums(reference.pairs, cells[a], x0 + PAIR, y0 + PAIR)
             if fits / max(fits + clashes, least) <= best:
                 continue
             for dy in range(y0, min(y0 + PAIR, half + 1)):
                 for dx in range(x0, min(x0 + PAIR, half + 1)):
                     if (dx - circle[0]) ** 2 + (dy - circle[1]) ** 2 < circle[2] ** 2:
                         continue
-                    fits, clashes = _sums(table, cells[a], dx, dy)
+                    fits, clashes = _sums(reference.table, cells[a], dx, dy)
                     if fits / max(fits + clashes, least) <= best:
                         continue
-                    x, y = corners_xy[a, 0] + dx, corners_xy[a, 1] + dy
-                    clashes += _clashes_back(query_table, back_xy, x, y, cos, sin)
+                    x, y = query.corners_xy[a, 0] + dx, query.corners_xy[a, 1] + dy
+                    clashes += _clashes_back(query.table, reference.points_xy, x, y, cos, sin)
                     score = fits / max(fits + clashes, least)
                     if score > best:
                         best, best_a, best_dx, best_dy = score, a, dx, dy

@@ -11,7 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gridslam import se2
-from gridslam.kernels.correlation import BLOCK, CLASHES, FITS, PAIR, best_shift, block_bounds
+from gridslam.kernels.correlation import (
+    BLOCK,
+    CLASHES,
+    FITS,
+    PAIR,
+    Blocks,
+    Query,
+    Reference,
+    best_shift,
+    block_bounds,
+)
 from gridslam.loop_closure.local_map import LocalMap
 
 POINTS_MAX = 400
@@ -47,54 +57,38 @@ class Correlation:
     """
 
     def __init__(self, reference: LocalMap, query: LocalMap, window: Window, overlap_min: float):
-        self._reference, self._query, self._window = reference, query, window
+        self._window, self._resolution_m = window, reference.resolution_m
         cell = reference.resolution_m
         points = _spread(query.surface.points_xy_m, POINTS_MAX)
         self.angles_rad = window.predicted[2] + _angles(points, window.reach_rad, 2.0 * cell)
-        self._half = int(np.ceil(window.reach_m / cell))
-        self._least = max(1.0, overlap_min * len(points))
         poses = [np.array((*window.predicted[:2], angle)) for angle in self.angles_rad]
         moved = np.stack([se2.transform(pose, points) for pose in poses])
         corners = np.stack([se2.transform(pose, query.origin_xy_m[None])[0] for pose in poses])
-        self._cells = np.floor((moved - reference.origin_xy_m) / cell).astype(np.int64)
-        self._corners = (corners - reference.origin_xy_m) / cell
+        cells = np.floor((moved - reference.origin_xy_m) / cell).astype(np.int64)
+        self._query = Query(query.table, self.angles_rad, cells, (corners - reference.origin_xy_m) / cell)
         share = len(points) / max(1, len(query.surface.points_xy_m))  # both maps' points have equal weight
-        self._back = _spread(reference.points_in_cells, round(share * len(reference.surface.points_xy_m)))
-        self._pairs = pooled(reference.table, PAIR)
-        self._bounds = block_bounds(pooled(reference.table, BLOCK), self._cells, self._half, self._least)
-        self._order = np.argsort(-self._bounds, axis=None, kind="stable")
+        back = _spread(reference.points_in_cells, round(share * len(reference.surface.points_xy_m)))
+        self._reference = Reference(reference.table, pooled(reference.table, PAIR), back)
+        half, least = int(np.ceil(window.reach_m / cell)), max(1.0, overlap_min * len(points))
+        bounds = block_bounds(pooled(reference.table, BLOCK), cells, half, least)
+        self._blocks = Blocks(half, least, bounds, np.argsort(-bounds, axis=None, kind="stable"))
 
     def best(self, score_min: float) -> Optimum | None:
         """Return the best pose, without a rival yet; None if no pose scores more than `score_min`."""
-        score, angle, dx, dy = self._search(NOTHING_LEFT_OUT, score_min)
+        score, angle, dx, dy = best_shift(
+            self._blocks, self._reference, self._query, NOTHING_LEFT_OUT, score_min
+        )
         if score <= score_min:
             return None
-        shift = np.array([dx, dy]) * self._reference.resolution_m
+        shift = np.array([dx, dy]) * self._resolution_m
         pose = np.array([*(self._window.predicted[:2] + shift), se2.wrap(self.angles_rad[angle])])
         return Optimum(pose, float(score), 0.0)
 
     def rival_score(self, optimum: Optimum, distance_m: float, score_min: float) -> float:
         """Return the best score `distance_m` or farther from an optimum; `score_min` when none is better."""
-        middle = (optimum.query_in_reference[:2] - self._window.predicted[:2]) / self._reference.resolution_m
-        circle = np.array([*middle, distance_m / self._reference.resolution_m])
-        return float(self._search(circle, score_min)[0])
-
-    def _search(self, circle: np.ndarray, floor: float) -> tuple[float, int, int, int]:
-        return best_shift(
-            self._order,
-            self._bounds,
-            self._half,
-            self._reference.table,
-            self._pairs,
-            self._cells,
-            self._least,
-            self._query.table,
-            self._back,
-            self._corners,
-            self.angles_rad,
-            circle,
-            floor,
-        )
+        middle = optimum.query_in_reference[:2] - self._window.predicted[:2]
+        circle = np.array([*middle, distance_m]) / self._resolution_m
+        return float(best_shift(self._blocks, self._reference, self._query, circle, score_min)[0])
 
 
 def correlate(
