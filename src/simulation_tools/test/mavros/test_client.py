@@ -12,7 +12,8 @@ from lossy_proxy import LossyProxy
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavlink import Codec
-from simulation_tools.mavros.client import FcuClient, custom_mode, mode_name
+from simulation_tools.mavros.client import FcuClient
+from simulation_tools.mavros.mode_names import custom_mode, mode_name
 from simulation_tools.px4.mavlink.link import MavlinkLink
 
 

@@ -54,8 +54,7 @@ def test_every_visual_is_drawn_in_its_place_and_colour(client, static):
         f"{visual('too', -2, '1 0 0')}</link>"
     )
     factory = BodyFactory(client, draw=True)
-    for assembly in assemblies(painted):
-        factory.create(assembly, Pose.from_xyz_rpy(0, 1, 0))
+    factory.create("painted", assemblies(painted), Pose.from_xyz_rpy(0, 1, 0))
     image = picture(client)
     factory.shapes.close()
     row = image[20]  # y = 1

@@ -9,7 +9,8 @@ from genpy import Time
 from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
-from simulation_tools.mavros.client import FcuClient, mode_name
+from simulation_tools.mavros.client import FcuClient
+from simulation_tools.mavros.mode_names import mode_name
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 _LOWEST_HZ, _LOWEST_BATTERY = 0.2, 0.15

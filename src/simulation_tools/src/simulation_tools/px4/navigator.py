@@ -13,7 +13,7 @@ import numpy as np
 
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.px4.commander import Commander
-from simulation_tools.px4.control.position_control import SETPOINT_DTYPE
+from simulation_tools.px4.control.records import SETPOINT_DTYPE
 from simulation_tools.px4.control.trajectory import SmoothAxis, speed_that_stops_within
 from simulation_tools.px4.failsafe import Say
 from simulation_tools.px4.modes import Mode, Severity

@@ -19,7 +19,7 @@ from simulation_tools.px4.commander import Commander
 from simulation_tools.px4.commands import Commands
 from simulation_tools.px4.control.flight_control import FlightControl
 from simulation_tools.px4.control.mixer import QUAD_WIDE
-from simulation_tools.px4.control.position_control import SETPOINT_DTYPE, fill
+from simulation_tools.px4.control.records import SETPOINT_DTYPE, fill
 from simulation_tools.px4.control.takeoff import TakeoffState
 from simulation_tools.px4.estimator import Estimator, EstimatorNoise
 from simulation_tools.px4.modes import LandedState, Mode, Result, Severity

@@ -54,8 +54,22 @@ class BodyFactory:
         self._draw = draw
         self.shapes = ShapeFactory(client)
 
-    def create(self, assembly: tuple[Part, ...], pose: Pose) -> list[Body]:
-        """Create the bodies of an assembly with the model frame at a pose (world frame)."""
+    def create(self, name: str, model: list[tuple[Part, ...]], pose: Pose) -> list[list[Body]]:
+        """Create the bodies of each of a model's assemblies, with the model frame at a pose (world frame).
+
+        Raises WorldError, and then leaves no body behind.
+        """
+        built: list[list[Body]] = []
+        try:
+            for assembly in model:
+                built.append(self._create(assembly, pose))
+        except (WorldError, pybullet.error) as error:
+            for body in (body for bodies in built for body in bodies):
+                pybullet.removeBody(body.uid, physicsClientId=self._client)
+            raise WorldError(f'The model "{name}" cannot be built: {str(error).rstrip(".")}.') from None
+        return built
+
+    def _create(self, assembly: tuple[Part, ...], pose: Pose) -> list[Body]:
         if len(assembly) == 1 and assembly[0].mass is None:
             return self._fixed_bodies(assembly[0], pose)
         return [self._moving_body(assembly, pose)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Model
+from simulation_tools.sdf.elements import Link, Model
 from simulation_tools.world.assembly import MassProperties, Part
 from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import WorldError
@@ -38,6 +38,15 @@ class SpawnedModel:
     def all_bodies(self) -> list[Body]:
         """Return the bodies of all assemblies."""
         return [body for group in self.bodies for body in group]
+
+    def find_link(self, name: str) -> tuple[Part, list[Body], int, Link] | None:
+        """Return a link with its part, its assembly's bodies and the part's index; None if there is none."""
+        for parts, bodies in zip(self.assemblies, self.bodies):
+            for index, part in enumerate(parts):
+                for link in part.links:
+                    if link.name == name:
+                        return part, bodies, index, link
+        return None
 
 
 class Population:

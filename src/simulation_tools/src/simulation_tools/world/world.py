@@ -12,14 +12,15 @@ from typing import Iterable, Sequence
 import numpy as np
 
 from simulation_tools.bounds import are_sane
-from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
+from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.elements import Model, World
-from simulation_tools.world.assembly import MassProperties, Part, assemblies, combined
+from simulation_tools.world.assembly import assemblies, combined
 from simulation_tools.world.bodies import Body, BodyFactory, part_mesh
 from simulation_tools.world.clearance import Clearances, OwnShape
 from simulation_tools.world.contacts import Contact, contacts_of
 from simulation_tools.world.drawing import draw
 from simulation_tools.world.engine import WorldError, connect, pybullet
+from simulation_tools.world.forces import hold_up, push
 from simulation_tools.world.kinematics import (
     BodyState,
     carried_state,
@@ -90,7 +91,7 @@ class PhysicsWorld:
         parts = assemblies(model, rigid_joints)
         # Read the meshes first, because one may be unreadable.
         meshes = [[part_mesh(part) for part in assembly] for assembly in parts]
-        bodies = self._build(name, parts, pose)
+        bodies = self._factory.create(name, parts, pose)
         mass = combined((link.inertial, link.pose) for link in model.links)
         motion = None if model.script is None else ScriptedMotion(model.script)
         spawned = SpawnedModel(model, rigid_joints, pose, pose, parts, bodies, mass, motion, self._time_us)
@@ -148,16 +149,14 @@ class PhysicsWorld:
     def link_state(self, name: str, link_name: str) -> BodyState:
         """Return where a link is and how it moves, as its joints have turned; WorldError if there is none."""
         spawned = self._there.find(name)
-        for parts, bodies in zip(spawned.assemblies, spawned.bodies):
-            for index, part in enumerate(parts):
-                for link in part.links:
-                    if link.name == link_name:
-                        place = part.pose.inverse() @ link.pose
-                        if part.mass is None:
-                            base = self.get_state(name) if part.scripted else BodyState(spawned.pose)
-                            return carried_state(base, link.pose)
-                        return link_state_of(self._client, bodies[0], index - 1, place)
-        raise WorldError(f'The model "{name}" has no link "{link_name}".')
+        found = spawned.find_link(link_name)
+        if found is None:
+            raise WorldError(f'The model "{name}" has no link "{link_name}".')
+        part, bodies, index, link = found
+        if part.mass is None:
+            base = self.get_state(name) if part.scripted else BodyState(spawned.pose)
+            return carried_state(base, link.pose)
+        return link_state_of(self._client, bodies[0], index - 1, part.pose.inverse() @ link.pose)
 
     def set_state(self, name: str, state: BodyState) -> None:
         """Set a model's pose and, if it is not fixed, its velocities. Its joints keep their angles."""
@@ -184,19 +183,13 @@ class PhysicsWorld:
             return
         if not math.isfinite(sum(force_n) + sum(torque_nm)):
             raise WorldError(f'The wrench on "{name}" is not finite.')
-        turn = base.to_inertial.orientation_xyzw
-        if turn[3] != 1.0:
-            force_n, torque_nm = rotate_inverse(turn, force_n), rotate_inverse(turn, torque_nm)
-        # PyBullet's LINK_FRAME is the inertial frame, for force and place alike.
-        frame = pybullet.LINK_FRAME
-        pybullet.applyExternalForce(base.uid, -1, force_n, ORIGIN, frame, physicsClientId=self._client)
-        pybullet.applyExternalTorque(base.uid, -1, torque_nm, frame, physicsClientId=self._client)
+        push(self._client, base, force_n, torque_nm)
 
     def step(self) -> None:
         """Advance everything by one time step."""
         for lifts in self._there.lifts.values():
             for lift in lifts:
-                self._hold_up(*lift)
+                hold_up(self._client, *lift, self.settings.gravity_m_s2)
         self._time_us += round(1e6 * self.settings.time_step_s)
         self._states.clear()
         self._follow_scripts(self._time_us)
@@ -285,15 +278,6 @@ class PhysicsWorld:
             deterministicOverlappingPairs=1, enableFileCaching=0, physicsClientId=self._client
         )
 
-    def _hold_up(self, body: Body, link: int, weightless: MassProperties) -> None:
-        """Cancel the gravity on a part without weight, because PyBullet's gravity acts on every body."""
-        force = [-weightless.mass_kg * pull for pull in self.settings.gravity_m_s2]
-        centre = part_pose(self._client, body, link) @ Pose(tuple(weightless.centre_m.tolist()))
-        frame = pybullet.WORLD_FRAME
-        pybullet.applyExternalForce(
-            body.uid, link, force, centre.position_m, frame, physicsClientId=self._client
-        )
-
     def _follow_scripts(self, time_us: int) -> None:
         """Put every actor where its script has it at a time."""
         for name, actor in self._there.actors.items():
@@ -305,17 +289,6 @@ class PhysicsWorld:
             for body in actor.all_bodies():
                 place(self._client, body, state.pose, None)
             self._states[name] = state
-
-    def _build(self, name: str, parts: list[tuple[Part, ...]], pose: Pose) -> list[list[Body]]:
-        built: list[list[Body]] = []
-        try:
-            for assembly in parts:
-                built.append(self._factory.create(assembly, pose))
-        except (WorldError, pybullet.error) as error:
-            for body in (body for bodies in built for body in bodies):
-                pybullet.removeBody(body.uid, physicsClientId=self._client)
-            raise WorldError(f'The model "{name}" cannot be built: {str(error).rstrip(".")}.') from None
-        return built
 
     def _put_into_rays(self, name: str, meshes: list[list[TriangleMesh | None]]) -> None:
         spawned = self._there.models[name]

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simulation_tools.geometry import rotation_matrix
-from simulation_tools.px4.control.position_control import GRAVITY_M_S2, SETPOINT_DTYPE, PositionControl
+from simulation_tools.px4.control.position_control import GRAVITY_M_S2, PositionControl
+from simulation_tools.px4.control.records import SETPOINT_DTYPE
 from simulation_tools.px4.estimator import (
     ESTIMATE_DTYPE,
 )

@@ -24,7 +24,7 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Header
 
 from simulation_tools.mavlink import decode_text
-from simulation_tools.mavros.client import custom_mode, mode_name
+from simulation_tools.mavros.mode_names import custom_mode, mode_name
 from simulation_tools_ros.mavros import diagnostics as diagnose
 from simulation_tools_ros.mavros.battery import battery_message, system_battery_message
 from simulation_tools_ros.mavros.uas import Heard, Uas

@@ -7,7 +7,7 @@ from mavros_msgs.msg import VehicleInfo
 from mavros_msgs.srv import VehicleInfoGet, VehicleInfoGetRequest, VehicleInfoGetResponse
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.mavros.client import mode_name
+from simulation_tools.mavros.mode_names import mode_name
 from simulation_tools_ros.mavros.uas import Uas
 
 _REQUEST_AUTOPILOT_CAPABILITIES = 520

@@ -14,7 +14,8 @@ from simulation_tools.px4.commander import Commander
 from simulation_tools.px4.control.attitude_control import AttitudeControl, RateControl
 from simulation_tools.px4.control.hover_thrust import HoverThrustEstimator
 from simulation_tools.px4.control.mixer import Mixer
-from simulation_tools.px4.control.position_control import SETPOINT_DTYPE, PositionControl, fill
+from simulation_tools.px4.control.position_control import PositionControl
+from simulation_tools.px4.control.records import SETPOINT_DTYPE, fill
 from simulation_tools.px4.control.takeoff import Takeoff, TakeoffState
 from simulation_tools.px4.land_detector import LandDetector
 from simulation_tools.px4.modes import Mode

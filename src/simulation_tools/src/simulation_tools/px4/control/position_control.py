@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from simulation_tools.px4.control.records import ATTITUDE_SETPOINT_DTYPE
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.setpoint import Setpoint
 
 GRAVITY_M_S2 = 9.80665
 
@@ -46,30 +46,6 @@ STATE_DTYPE = np.dtype(
         ("previous_velocity", np.float64, (3,)),
         ("has_previous", np.int64),
         ("hover_thrust", np.float64),
-    ]
-)
-
-# The controller's setpoint; NaN: not set.
-SETPOINT_DTYPE = np.dtype(
-    [
-        ("position", np.float64, (3,)),
-        ("velocity", np.float64, (3,)),
-        ("acceleration", np.float64, (3,)),
-        ("yaw", np.float64),
-        ("yaw_rate", np.float64),
-    ]
-)
-
-# The controller's output, which is the input of the attitude controller.
-ATTITUDE_SETPOINT_DTYPE = np.dtype(
-    [
-        ("attitude", np.float64, (4,)),  # FRD in NED, w x y z
-        ("yaw_rate", np.float64),  # rad/s about the world's down axis, feed-forward
-        ("thrust", np.float64),  # 0..1 along the body's -z
-        ("velocity", np.float64, (3,)),  # the velocity setpoint after the position loop and limits
-        ("acceleration", np.float64, (3,)),
-        ("thrust_vector", np.float64, (3,)),  # NED, normalised thrust
-        ("yaw", np.float64),
     ]
 )
 
@@ -241,13 +217,6 @@ def _update(
     out.yaw_rate = 0.0 if math.isnan(setpoint.yaw_rate) else setpoint.yaw_rate
     out.thrust = math.sqrt(thrust[0] ** 2 + thrust[1] ** 2 + thrust[2] ** 2)
     _attitude(thrust, out.yaw, out.attitude)
-
-
-def fill(record: np.ndarray, setpoint: Setpoint) -> None:
-    """Copy a setpoint into a record array of SETPOINT_DTYPE, shape (1,)."""
-    row = record[0]
-    for name in SETPOINT_DTYPE.names or ():
-        row[name] = getattr(setpoint, name)
 
 
 class PositionControl:
