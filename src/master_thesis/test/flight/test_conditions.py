@@ -113,6 +113,18 @@ def test_the_loop_tells_the_algorithm_a_late_odometrys_age_and_hands_it_a_cloud(
 
 
 @pytest.mark.flight
+def test_the_same_seed_gives_the_same_flight_in_the_worst_conditions(worlds_folder):
+    def path(seed):
+        simulation = SimulationParameters(str(worlds_folder / "empty.world"), seed=seed)
+        conditions = Conditions(3.0, 0.2, 0.15, 5.0)
+        with ClosedLoop(ClosedLoopParameters(simulation, conditions=conditions)) as loop:
+            loop.run(until=lambda loop: loop.time_s >= 4.0)
+            return loop.log.truth.rows
+
+    assert path(1) == path(1) != path(2)
+
+
+@pytest.mark.flight
 def test_nobody_measures_a_cloud_that_is_not_wanted(worlds_folder):
     simulation = SimulationParameters(str(worlds_folder / "empty.world"), lidar="puck")
     with ClosedLoop(ClosedLoopParameters(simulation)) as loop:

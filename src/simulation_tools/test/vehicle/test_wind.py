@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from simulation_tools.geometry import Pose
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.sdf.parser import load_world
@@ -91,6 +92,31 @@ def test_a_bad_wind_plugin_is_refused_with_its_place(tmp_path, changes, saying):
         streams_of(windy(tmp_path, **changes))
     assert str(error.value).startswith(f"{tmp_path}/windy.world:2: ")
     assert saying in str(error.value)
+
+
+def test_the_wind_pushes_what_has_drag_and_repeats_after_a_reset():
+    """A quadrotor in free fall drifts with the wind, because its hull has drag."""
+    given = SimulationParameters(
+        str(EMPTY),
+        model="reference_quad",
+        lidar=None,
+        spawn_pose=Pose((0.0, 0.0, 50.0)),
+        wind=(AirStream.gusty(8.0, 0.5 * math.pi),),
+    )
+    simulation = Simulation(given)
+
+    def drift():
+        for _ in range(100):
+            simulation.step()
+        return simulation.world.get_state("reference_quad").linear_velocity_m_s
+
+    try:
+        first = drift()
+        assert first[1] > 5.0 * abs(first[0])
+        simulation.reset()
+        assert drift() == first
+    finally:
+        simulation.close()
 
 
 @pytest.mark.flight
