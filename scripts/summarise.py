@@ -41,7 +41,7 @@ def main(path: Path) -> int:
     print(f"\nResults in {path.parent}:\n{headline(result)}\n")
     if result["success"]:
         return 0
-    print("The run did not do what it should; result.json and ROS's logs say more.")
+    print("The run failed; see result.json and ROS's logs.")
     return 1
 
 

@@ -126,8 +126,8 @@ def _lidar_pose(log: str) -> np.ndarray:
         return poses[0]
     if poses:
         print(
-            "carmen_to_bag: the lidar moves on the robot, so its poses in this log are corrected ones; it "
-            "is taken to be in the robot's middle (--lidar-pose says otherwise).",
+            "carmen_to_bag: the lidar's pose on the robot changes, so the log holds corrected poses. The "
+            "lidar is assumed in the robot's middle; --lidar-pose sets another place.",
             file=sys.stderr,
         )
     return np.zeros(3)
@@ -194,7 +194,7 @@ def _write_log(arguments: argparse.Namespace, target: str) -> str:
     if not scans:
         raise BagError(
             f'TF in the bag does not lead from its {count.read} scans over "{arguments.base_frame}" to '
-            f'"{arguments.odom_frame}"; say --base-frame and --odom-frame.'
+            f'"{arguments.odom_frame}"; set --base-frame and --odom-frame.'
         )
     lines.sort(key=lambda line: line[0])
     try:

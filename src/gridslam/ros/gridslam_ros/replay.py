@@ -195,7 +195,7 @@ class Replay:
         if self._count.without_tf:
             return (
                 f"No scan could be used: TF in the bag does not lead from its {self._count.read} scans over "
-                f'"{self._settings.base_frame}" to "{self._settings.odom_frame}"; say base_frame:=... and '
+                f'"{self._settings.base_frame}" to "{self._settings.odom_frame}"; set base_frame:=... and '
                 "odom_frame:=..."
             )
         return f"None of the {self._count.read} scans on {self._topic} could be used."

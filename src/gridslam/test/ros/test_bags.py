@@ -78,7 +78,7 @@ def test_a_lidar_that_wanders_over_the_robot_is_noticed(tmp_path, capsys):
     ]
     (tmp_path / "a.log").write_text("".join(lines))
     bag = bag_of(str(tmp_path / "a.log"))
-    assert "the lidar moves on the robot" in capsys.readouterr().err
+    assert "the lidar's pose on the robot changes" in capsys.readouterr().err
     with rosbag.Bag(bag) as opened:
         edges = [message.transforms[1] for _, message, _ in opened.read_messages(["/tf"])]
     assert {edge.transform.translation.x for edge in edges} == {0.0}

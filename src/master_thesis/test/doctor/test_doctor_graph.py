@@ -63,11 +63,11 @@ BROKEN_GRAPHS = {
         "/scan",
         "nobody publishes",
     ),
-    "wrong remap": (with_topic("/sacn", subscribers=("/mine",)), NOTE, "/sacn", "/mine listens"),
+    "wrong remap": (with_topic("/sacn", subscribers=("/mine",)), NOTE, "/sacn", "/mine subscribes"),
     "silence": (with_topic("/UAV/odometry", received_s=()), ERROR, "/UAV/odometry", "nothing came"),
     "slow": (with_topic("/UAV/odometry", received_s=times(4)), WARNING, "/UAV/odometry", "4.0 Hz"),
     "half of the scans": (with_topic("/scan/padded", received_s=times(20)), WARNING, "/scan/padded", "50 %"),
-    "no answers": (with_topic(SAFE, received_s=()), ERROR, SAFE, "makes nothing of it"),
+    "no answers": (with_topic(SAFE, received_s=()), ERROR, SAFE, "does not answer them"),
     "two commanders": (with_topic(FINAL, publishers=("/a", "/b")), ERROR, FINAL, "/a and /b both"),
     # autopilot
     "no autopilot": (

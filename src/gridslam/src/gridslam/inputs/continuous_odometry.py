@@ -50,7 +50,7 @@ class ContinuousOdometry:
         )
         self._say(
             f"Odometry jumped by {way_m:.2f} m and {math.degrees(yaw):.0f} degrees {meanwhile}; "
-            "the vehicle is taken not to have moved."
+            "the vehicle counts as at rest during the jump."
         )
         at_rest = se2.compose(self.odom_in_continuous, last)
         self.odom_in_continuous = se2.compose(at_rest, se2.inverse(base_in_odom))

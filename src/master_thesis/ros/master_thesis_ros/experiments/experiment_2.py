@@ -62,7 +62,7 @@ class Experiment2Node(ExperimentNode):
             self._freeze() if action is TrialAction.FREEZE else self._look()
         except (rospy.ServiceException, rospy.ROSException, FlightError) as error:
             with self._lock:
-                self._take(self._trial.abort(f"The simulator did not do its part: {error}"))
+                self._take(self._trial.abort(f"A service of the simulator failed: {error}"))
 
     def _freeze(self) -> None:
         """Stop time, place the obstacles around the UAV, and let it go."""

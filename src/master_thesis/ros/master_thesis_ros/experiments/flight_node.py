@@ -77,7 +77,7 @@ class FlightNode(ExperimentNode):
                     rospy.loginfo("The UAV is told to land.")
                     return
             except rospy.ServiceException as error:
-                rospy.logwarn(f"MAVROS does not take the order to land: {error}")
+                rospy.logwarn(f"MAVROS did not take the order to land: {error}")
             time.sleep(0.2)  # wall time; the flight goes on meanwhile
         rospy.logerr(f"MAVROS refused to land {LAND_ATTEMPTS} times; the run ends at its time limit.")
 

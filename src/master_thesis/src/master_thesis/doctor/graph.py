@@ -61,7 +61,7 @@ def nodes(graph: Graph) -> Iterator[Finding]:
             yield Finding(
                 WARNING,
                 launched.name,
-                "its process runs, and the master does not know it",
+                "its process runs, but the master does not know it",
                 "Wait if it is starting; else kill it, so that roslaunch starts it again",
             )
         if launched.starts > 1:
@@ -77,7 +77,7 @@ def unheard(graph: Graph) -> Iterator[Finding]:
             continue
         if QUIET_TOPICS.match(topic.name) or OPTIONAL_INPUTS.match(topic.name) or topic.name == "/clock":
             continue
-        what = f"{_told(topic.subscribers)} listens, and nobody publishes"
+        what = f"{_told(topic.subscribers)} subscribes, but nobody publishes"
         remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
         yield Finding(ERROR if topic.name in in_chain else NOTE, topic.name, what, remedy)
 
@@ -109,7 +109,7 @@ def chain(recording: Recording) -> Iterator[Finding]:
             yield Finding(
                 ERROR,
                 link.topic,
-                f"{link.source} flows, and {_told(topic.publishers)} makes nothing of it",
+                f"{link.source} has messages, but {_told(topic.publishers)} does not answer them",
                 "Read the node's warnings: rostopic echo /rosout",
             )
         elif share < FOLLOWED_SHARE:
@@ -154,7 +154,7 @@ def autopilot(recording: Recording) -> Iterator[Finding]:
             yield Finding(ERROR, state.topic, what, "Look at mavros_publisher and the load of the machine")
         elif rate > 0.0 and state.mode != LANDING and not (state.armed and state.mode in OBEYING):
             armed = "armed" if state.armed else "disarmed"
-            what = f"setpoints flow, and the flight controller is {armed} in {state.mode}"
+            what = f"setpoints come, but the flight controller is {armed} in {state.mode}"
             yield Finding(
                 NOTE, state.topic, what, "rosservice call /mavros_publisher/restart takes off again"
             )

@@ -73,7 +73,7 @@ def number(name: str, default: float) -> float:
     value = rospy.get_param(name, default)
     if isinstance(value, (int, float)):
         return float(value)
-    rospy.logwarn(f"The parameter {name} of mavros is {value!r}, which is no number; {default:g} is taken.")
+    rospy.logwarn(f"The parameter {name} of mavros is {value!r}, which is no number; {default:g} is used.")
     return default
 
 
