@@ -9,22 +9,35 @@ import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry as OdometryMessage
 from sensor_msgs.msg import LaserScan as LaserScanMessage
 
 from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
-from node_tools.conversions import xyz
+from node_tools.conversions import xyz, xyzw
 
 UNSEEN_INTENSITY = -1.0
 """An intensity that marks a beam as unseen, as lidar_padding does."""
 
 
 class OwnState(NamedTuple):
-    """What CEPA takes of an odometry message: velocity (m/s, body), height, orientation."""
+    """What CEPA takes of an odometry message, in the odometry's frame."""
 
-    velocity: tuple[float, float, float]
-    z_m: float = 0.0
-    orientation_xyzw: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    velocity: tuple[float, float, float] | None
+    """m/s, along the body's axes; None: it makes no sense."""
+    position_m: tuple[float, float, float]
+    orientation_xyzw: tuple[float, float, float, float]
+
+
+def own_state_of(odometry: OdometryMessage) -> tuple[OwnState, str]:
+    """Return what a nav_msgs/Odometry tells, and what is wrong with its velocity, or nothing."""
+    pose, complaint = odometry.pose.pose, ""
+    velocity = None
+    try:
+        velocity = velocity_of(odometry.twist.twist, "odometry's velocity")
+    except VelocityError as error:
+        complaint = str(error)
+    return OwnState(velocity, xyz(pose.position), xyzw(pose.orientation)), complaint
 
 
 def scan_of(message: LaserScanMessage) -> LaserScan2D:

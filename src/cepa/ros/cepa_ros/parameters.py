@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any, Callable, Mapping, NamedTuple
 
 from cepa import ALGORITHMS, CepaParameters, ParameterError
+from cepa.algorithm import Algorithm
 from node_tools import parameters as ros_parameters
 
 
@@ -28,6 +29,11 @@ def choice_of(config: Mapping[str, Any]) -> Choice:
     values = {field.name: config[field.name] for field in dataclasses.fields(CepaParameters)}
     values["speed_fractions"] = _fractions(values["speed_fractions"])
     return Choice(algorithm, CepaParameters(**values))
+
+
+def algorithm_of(choice: Choice) -> Algorithm:
+    """Return a new instance of the chosen algorithm."""
+    return ALGORITHMS[choice.algorithm](choice.parameters)
 
 
 def config_of(choice: Choice) -> dict[str, Any]:

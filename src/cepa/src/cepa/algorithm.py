@@ -40,6 +40,8 @@ class Reference:
 class Algorithm(ABC):
     """Base class of every algorithm that steers by a scan."""
 
+    wants_motion = False
+    """Whether ``steer`` uses the motion; then it keeps something from scan to scan."""
     wants_cloud = False
     """Whether ``steer`` uses a cloud when there is one; making one takes time."""
 
@@ -68,6 +70,11 @@ class Algorithm(ABC):
     def reset(self) -> None:
         """Forget what was kept of earlier scans."""
         self._grid = Grid(1, 2.0 * math.pi)  # until the first scan comes
+
+    @property
+    def commit_s(self) -> float:
+        """How long an answer is safe to fly, s. Whoever flies it must brake if no other came until then."""
+        return math.inf
 
     def beams(self, scan: LaserScan2D) -> Beams:
         """Return the scan's normal form, and keep the grid that belongs to it."""

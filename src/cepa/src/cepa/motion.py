@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Tuple
+from typing import Sequence, Tuple
 
 import numpy as np
 
@@ -43,6 +43,46 @@ class Motion:
         if not self.age_s >= 0.0:
             raise MotionError(f"The odometry is {-self.age_s:.3g} s newer than the scan; check its stamps.")
 
+    @classmethod
+    def of_mounted(
+        cls,
+        stamp_s: float,
+        body_position_m: Sequence[float],
+        body_xyzw: Sequence[float],
+        body_velocity_m_s: Sequence[float],
+        mount_position_m: Sequence[float] = (0.0, 0.0, 0.0),
+        mount_xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
+        climb_ref_m_s: float = 0.0,
+        age_s: float = 0.0,
+    ) -> Motion:
+        """Return the motion of a lidar that is mounted on a body.
+
+        Args:
+            stamp_s: of the scan.
+            body_position_m: of the body in the odometry's frame.
+            body_xyzw: orientation of the body there, a unit quaternion.
+            body_velocity_m_s: of the body along its own axes, as in an odometry message.
+            mount_position_m: of the lidar in the body's frame.
+            mount_xyzw: orientation of the lidar in the body's frame, a unit quaternion.
+            climb_ref_m_s: see the field.
+            age_s: see the field.
+
+        Raises:
+            MotionError: as the class.
+        """
+        body = _matrix(body_xyzw)
+        position = body @ np.asarray(mount_position_m) + np.asarray(body_position_m)
+        (a, b, c, d), (x, y, z, w) = body_xyzw, mount_xyzw
+        orientation = (
+            d * x + a * w + b * z - c * y,
+            d * y - a * z + b * w + c * x,
+            d * z + a * y - b * x + c * w,
+            d * w - a * x - b * y - c * z,
+        )
+        velocity = body @ np.asarray(body_velocity_m_s)
+        vectors = tuple(position.tolist()), orientation, tuple(velocity.tolist())
+        return cls(stamp_s, *vectors, climb_ref_m_s, age_s)
+
     @property
     def yaw_rad(self) -> float:
         """Direction of the lidar's x axis in the odometry's plane."""
@@ -51,14 +91,7 @@ class Motion:
 
     def rotation(self) -> np.ndarray:
         """Return the matrix (3, 3) that turns the lidar's frame into the odometry's."""
-        x, y, z, w = self.orientation_xyzw
-        return np.array(
-            [
-                [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-                [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-                [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-            ]
-        )
+        return _matrix(self.orientation_xyzw)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,3 +117,15 @@ class Cloud:
             )
         if not self.elevation_rad[0] < self.elevation_rad[1]:
             raise MotionError(f"A cloud's elevations must rise, not {self.elevation_rad}.")
+
+
+def _matrix(orientation_xyzw: Sequence[float]) -> np.ndarray:
+    """Return the rotation matrix (3, 3) of a unit quaternion."""
+    x, y, z, w = orientation_xyzw
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )

@@ -69,8 +69,9 @@ def velocity_of(stamp, linear, frame="base_frame"):
     return message
 
 
-def odometry_of(stamp, velocity=(0.0, 0.0, 0.0), height=2.0, pitch=0.0):
+def odometry_of(stamp, velocity=(0.0, 0.0, 0.0), height=2.0, pitch=0.0, x=0.0):
     message = Odometry()
+    message.pose.pose.position.x = x
     message.pose.pose.position.z = height
     q = message.pose.pose.orientation
     q.y, q.w = math.sin(pitch / 2), math.cos(pitch / 2)

@@ -24,12 +24,13 @@ from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from cepa_probe import BEAMS, Mounts, column, odometry_of, of_stamp, scan_of, velocity_of
+from dynamic_cases import DynamicCases
 
 NODE = "/cepa"
 DEFAULTS = config_of(Choice("improved", CepaParameters()))
 
 
-class CepaTest(unittest.TestCase):
+class CepaTest(DynamicCases, unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.commands = Output("vel_setpoint_out", TwistStamped)
@@ -280,7 +281,7 @@ class CepaTest(unittest.TestCase):
         ended = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
         self.assertEqual(ended.returncode, 1)
         said = ended.stdout + ended.stderr
-        self.assertIn("algorithm is 'magic'; it must be one of improved, original.", said)
+        self.assertIn("algorithm is 'magic'; it must be one of improved, original, dynamic.", said)
         self.assertNotIn("Traceback", said)
 
 

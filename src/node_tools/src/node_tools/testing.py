@@ -99,6 +99,11 @@ class Stamps:
     def __init__(self, start_s: float = 100.0) -> None:
         self._now = rospy.Time.from_sec(start_s)
 
+    @property
+    def now_s(self) -> float:
+        """The last stamp."""
+        return self._now.to_sec()
+
     def next(self, step_s: float = 0.025) -> rospy.Time:
         """Return the next stamp."""
         self._now += rospy.Duration.from_sec(step_s)

@@ -40,6 +40,8 @@ class Dynamic(Algorithm):
     at the origin.
     """
 
+    wants_motion = True
+
     def __init__(self, parameters: CepaParameters | None = None):
         p = parameters or CepaParameters()
         model = p.response
@@ -65,6 +67,11 @@ class Dynamic(Algorithm):
         self._lookout.reset()
         self._stamp_s = math.nan
         self._command = np.zeros(3)
+
+    @property
+    def commit_s(self) -> float:
+        """How long an answer is safe to fly, s. Whoever flies it must brake if no other came until then."""
+        return COMMIT_S
 
     def steer(
         self,

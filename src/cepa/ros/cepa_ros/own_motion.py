@@ -1,0 +1,73 @@
+"""The lidar's motion by odometry, for algorithms that remember."""
+
+from __future__ import annotations
+
+import math
+
+from cepa import Motion, MotionError
+from cepa.pairing import PairedScan
+from cepa_ros.conversions import OwnState
+from cepa_ros.frames import Mount
+from node_tools.throttled_warnings import ThrottledWarnings
+
+MAX_AGE_NS = 500_000_000
+JUMP_M, SPEED_FACTOR = 0.3, 1.5
+"""From scan to scan the lidar moves no farther than this, and this times its speed."""
+JUMP_RAD, TURN_RATE_RAD_S = 0.2, 6.0
+
+
+class OwnMotion:
+    """Turns odometry into motions, and finds odometry that no UAV can have flown."""
+
+    def __init__(self, warnings: ThrottledWarnings) -> None:
+        self._warnings = warnings
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the last motion, as after a clock that jumped back."""
+        self._last: Motion | None = None
+
+    def at(self, paired: PairedScan, mount: Mount, climb_ref_m_s: float) -> tuple[Motion | None, bool]:
+        """Return the lidar's motion for a scan, and whether it goes on from that for the last scan.
+
+        The motion is None, with a warning, if odometry does not tell it.
+        """
+        last, self._last = self._last, None
+        try:
+            self._last = _motion(paired, mount, climb_ref_m_s)
+        except MotionError as error:
+            self._warnings.say(f"{error} Nothing is remembered, and the last command counts as own velocity.")
+        return self._last, self._last is None or last is None or not self._has_jumped(last, self._last)
+
+    def _has_jumped(self, last: Motion, motion: Motion) -> bool:
+        period_s = abs((motion.stamp_s - motion.age_s) - (last.stamp_s - last.age_s))
+        speed = max(math.hypot(*last.velocity_m_s), math.hypot(*motion.velocity_m_s))
+        way_m = math.dist(last.position_m, motion.position_m)
+        cosine = abs(sum(a * b for a, b in zip(last.orientation_xyzw, motion.orientation_xyzw)))
+        turn_rad = 2.0 * math.acos(min(1.0, cosine))
+        if (
+            way_m <= JUMP_M + SPEED_FACTOR * speed * period_s
+            and turn_rad <= JUMP_RAD + TURN_RATE_RAD_S * period_s
+        ):
+            return False
+        self._warnings.say(
+            f"The odometry jumped by {way_m:.2f} m and {math.degrees(turn_rad):.0f} degrees within "
+            f"{period_s:.3f} s; what was seen is forgotten. Check its source."
+        )
+        return True
+
+
+def _motion(paired: PairedScan, mount: Mount, climb_ref_m_s: float) -> Motion:
+    """Raises MotionError."""
+    odometry = paired.values["odometry"]
+    if odometry is None:
+        raise MotionError("No odometry has come yet.")
+    age_ns = paired.scan.stamp_ns - odometry.stamp_ns
+    state: OwnState = odometry.value
+    if abs(age_ns) > MAX_AGE_NS:
+        raise MotionError(f"The odometry is {1e-9 * age_ns:.2f} s older than the scan.")
+    if state.velocity is None:
+        raise MotionError("The odometry tells no velocity.")
+    body = state.position_m, state.orientation_xyzw, state.velocity
+    age_s = 1e-9 * max(0, age_ns)
+    return Motion.of_mounted(1e-9 * paired.scan.stamp_ns, *body, *mount[1:], climb_ref_m_s, age_s)

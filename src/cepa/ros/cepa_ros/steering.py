@@ -1,0 +1,94 @@
+"""From a scan with the messages that belong to it to a velocity of the body."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import NamedTuple
+
+from cepa import AttitudeError, Decision, LaserScan2D, LidarAttitude, levelled
+from cepa.algorithm import Algorithm
+from cepa.decision import Vector2
+from cepa.pairing import PairedScan
+from cepa_ros.conversions import OwnState
+from cepa_ros.frames import Mount
+from cepa_ros.own_motion import OwnMotion
+from node_tools.throttled_warnings import ThrottledWarnings
+
+MAX_AGE_NS = 500_000_000
+MAX_AGE_OF_ATTITUDE_NS = 50_000_000
+STANDSTILL = (0.0, 0.0, 0.0)
+
+
+class Answer(NamedTuple):
+    """What the algorithm answered, and what it was asked."""
+
+    velocity: tuple[float, float, float]
+    """m/s, along the body's axes."""
+    decision: Decision
+    scan: LaserScan2D
+    velocities_xy: tuple[Vector2, Vector2]
+    """v_ref and v_uav, m/s in the scan's frame."""
+    computation_ms: float
+
+
+class Steering:
+    """Asks the algorithm, and knows what the algorithm needs of odometry."""
+
+    def __init__(self, algorithm: Algorithm, warnings: ThrottledWarnings) -> None:
+        self._warnings = warnings
+        self._motion = OwnMotion(warnings)
+        self.take(algorithm)
+
+    def take(self, algorithm: Algorithm) -> None:
+        """Steer by another algorithm, or by one with other parameters."""
+        self.algorithm = algorithm
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything, as after a clock that jumped back."""
+        self.algorithm.reset()
+        self._motion.restart()
+        self._last_xy = (0.0, 0.0)
+
+    def answer(self, paired: PairedScan, mount: Mount) -> Answer:
+        """Return the velocity that answers a scan."""
+        v_ref = paired.fresh("reference", MAX_AGE_NS, STANDSTILL)
+        reference_xy = mount.turn.undo(*v_ref[:2])
+        _, scan = paired.scan.value
+        start = time.perf_counter()
+        motion = None
+        if self.algorithm.wants_motion:
+            motion, goes_on = self._motion.at(paired, mount, v_ref[2])
+            if not goes_on:
+                self.algorithm.reset()
+        own: OwnState | None = paired.fresh("odometry", MAX_AGE_NS, None)
+        own_xy = mount.turn.undo(*self._own_velocity(own, trusted=motion is not None)[:2])
+        if self.algorithm.parameters.levelling:
+            scan = self._levelled(scan, paired, mount, math.hypot(*own_xy))
+        decision = self.algorithm.steer(scan, reference_xy, own_xy, motion)
+        computation_ms = 1e3 * (time.perf_counter() - start)
+        self._last_xy = mount.turn.apply(*decision.velocity_xy)
+        climb = v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
+        velocity = (*self._last_xy, climb)
+        return Answer(velocity, decision, scan, (reference_xy, own_xy), computation_ms)
+
+    def _own_velocity(self, own: OwnState | None, trusted: bool) -> tuple[float, ...]:
+        """Return the own velocity; zero if it is not known, or the last command if that counts more."""
+        if self.algorithm.wants_motion and not trusted:
+            return self._last_xy
+        return own.velocity if own and own.velocity else STANDSTILL
+
+    def _levelled(self, scan: LaserScan2D, paired: PairedScan, mount: Mount, own_speed: float) -> LaserScan2D:
+        """Return the scan without floor and ceiling; the whole scan if the attitude is not known."""
+        state = paired.fresh("odometry", MAX_AGE_OF_ATTITUDE_NS, None)
+        if state is None:
+            self._warnings.say("No odometry is near to the scan in time; floor and ceiling are obstacles.")
+            return scan
+        try:
+            pose = state.position_m[2], state.orientation_xyzw, mount.position_m, mount.orientation_xyzw
+            attitude = LidarAttitude.of_mounted(*pose)
+        except AttitudeError as error:
+            self._warnings.say(f"{error} Floor and ceiling are obstacles.")
+            return scan
+        return levelled(scan, attitude, self.algorithm.parameters, own_speed)
