@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import copy
+from functools import lru_cache
+
 import numpy as np
 from bodies import DT_S, RigidBody, iris, reference_quad
 
 from simulation_tools.px4.estimator import EstimatorNoise
-from simulation_tools.px4.modes import Mode, Result
+from simulation_tools.px4.modes import LandedState, Mode, Result
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint
 
@@ -20,7 +23,7 @@ class Flight:
         self._origin = body.position  # of the local frame
         self.px4 = Px4(airframe, parameters, np.random.default_rng(seed), noise, origin)
         self.texts = []
-        self.px4.on_statustext = lambda severity, text: self.texts.append(text)
+        self.px4.on_statustext = self._hear
         self.stream = None
         self.stream_period_us = 20_000
         self._sent_us = -(10**9)
@@ -37,6 +40,9 @@ class Flight:
     @property
     def time_s(self):
         return 1e-6 * self.body.time_us
+
+    def _hear(self, severity, text):
+        self.texts.append(text)
 
     def step(self):
         if self.stream is not None and self.body.time_us - self._sent_us >= self.stream_period_us:
@@ -75,3 +81,18 @@ class Flight:
 
 
 NO_NOISE = EstimatorNoise.none()
+
+
+def hovering(height=2.0, seconds=10.0, make=Flight.of_iris):
+    """Return a flight without noise that is up in OFFBOARD, what has been said forgotten."""
+    flight = copy.deepcopy(_taken_off(height, seconds, make))
+    flight.texts.clear()
+    return flight
+
+
+@lru_cache(maxsize=None)
+def _taken_off(height, seconds, make):
+    flight = make(noise=NO_NOISE)
+    flight.take_off(height, seconds=seconds)
+    assert flight.px4.status.landed_state is LandedState.IN_AIR
+    return flight

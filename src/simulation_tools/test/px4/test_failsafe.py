@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from flight import NO_NOISE, Flight
+from flight import NO_NOISE, Flight, hovering
 
-from simulation_tools.px4.modes import LandedState, Mode, Result
+from simulation_tools.px4.modes import Mode, Result
 from simulation_tools.px4.setpoint import Setpoint
 
 NO_STICKS = "Failsafe enabled: No manual control stick input"
@@ -21,14 +21,6 @@ def armed():
     flight = Flight.of_iris(noise=NO_NOISE)
     flight.run(1.0)
     assert flight.px4.request_arm() is Result.ACCEPTED
-    flight.texts.clear()
-    return flight
-
-
-def hovering(height=2.0, seconds=10.0):
-    flight = Flight.of_iris(noise=NO_NOISE)
-    flight.take_off(height, seconds=seconds)
-    assert flight.px4.status.landed_state is LandedState.IN_AIR
     flight.texts.clear()
     return flight
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
-from flight import NO_NOISE, Flight
+from flight import NO_NOISE, Flight, hovering
 
 from simulation_tools.px4.modes import LandedState, Mode
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
@@ -11,17 +13,11 @@ from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
 LEVEL = AttitudeSetpoint((1.0, 0.0, 0.0, 0.0), thrust=0.0)
 NO_TURN = AttitudeSetpoint(None, rates=(0.0, 0.0, 0.0), thrust=0.0)
 BELOW_GROUND = Setpoint.hold((0.0, 0.0, -0.5))
+a_metre_up = partial(hovering, 1.0, make=Flight.of_reference_quad)
 
 
 def sinking(speed_m_s):
     return Setpoint(velocity=(0.0, 0.0, speed_m_s), yaw_rate=0.0)
-
-
-def hovering(height=1.0):
-    flight = Flight.of_reference_quad(noise=NO_NOISE)
-    flight.take_off(height, seconds=10.0)
-    assert landed_state(flight) is LandedState.IN_AIR
-    return flight
 
 
 def armed_on_the_ground(stream):
@@ -48,7 +44,7 @@ def test_who_never_takes_off_is_disarmed_after_ten_seconds(stream):
 @pytest.mark.parametrize("stream", [LEVEL, NO_TURN])
 def test_no_thrust_on_the_ground_is_a_landing(stream):
     """PX4: landed 1.05 s after the thrust is off, disarmed 3.05 s after it."""
-    flight = hovering()
+    flight = a_metre_up()
     flight.stream = BELOW_GROUND
     flight.run(8.0)
     assert landed_state(flight) is LandedState.IN_AIR
@@ -74,7 +70,7 @@ def test_a_little_thrust_on_the_ground_is_flight():
 )
 def test_who_does_not_ask_to_land_stands_in_the_air_for_ever(stream):
     """0.9 MPC_LAND_SPEED, 0.63 m/s, is asking for it; a place below the ground is not."""
-    flight = hovering()
+    flight = a_metre_up()
     flight.stream = stream
     flight.run(27.0)
     assert flight.body.position[2] == pytest.approx(0.0, abs=0.01)
@@ -83,7 +79,7 @@ def test_who_does_not_ask_to_land_stands_in_the_air_for_ever(stream):
 
 def test_sinking_at_nine_tenths_of_the_landing_speed_lands():
     """PX4, at 0.65 m/s from 1 m: landed after 4.2 s, disarmed after 6.2 s."""
-    flight = hovering()
+    flight = a_metre_up()
     flight.stream = sinking(0.65)
     began_s = flight.time_s
     assert flight.run(8.0, until=lambda: landed_state(flight) is LandedState.ON_GROUND)
@@ -93,7 +89,7 @@ def test_sinking_at_nine_tenths_of_the_landing_speed_lands():
 
 
 def test_a_faster_landing_speed_moves_the_threshold():
-    flight = hovering()
+    flight = a_metre_up()
     flight.px4.parameters.set("MPC_LAND_SPEED", 1.0)
     flight.stream = sinking(0.65)
     flight.run(15.0)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from flight import NO_NOISE, Flight
+from flight import NO_NOISE, Flight, hovering
 
 from simulation_tools.px4.modes import LandedState, Mode, Result
 from simulation_tools.px4.parameters import Px4Parameters
@@ -85,8 +85,7 @@ def test_it_says_where_it_goes():
 
 @pytest.mark.flight
 def test_it_says_that_it_lands_before_it_stands():
-    flight = Flight.of_iris(noise=NO_NOISE)
-    flight.take_off(3.0)
+    flight = hovering(3.0, seconds=12.0)
     flight.px4.request_mode(Mode.AUTO_RTL)
     assert flight.run(5.0, until=lambda: flight.px4.status.landed_state is LandedState.LANDING)
     assert flight.run(15.0, until=lambda: flight.px4.status.landed_state is LandedState.ON_GROUND)
@@ -118,9 +117,8 @@ def test_a_delay_makes_it_sink_and_wait_before_it_lands():
 
 @pytest.mark.flight
 def test_a_negative_delay_waits_for_ever():
-    flight = Flight.of_iris(noise=NO_NOISE)
+    flight = hovering(3.0, seconds=12.0)
     flight.px4.parameters.set("RTL_LAND_DELAY", -1.0)
-    flight.take_off(3.0)
     flight.px4.request_mode(Mode.AUTO_RTL)
     flight.run(20.0)
     assert flight.texts[-1] == "RTL: completed, loitering"

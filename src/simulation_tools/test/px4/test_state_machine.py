@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from flight import NO_NOISE, Flight
+from flight import NO_NOISE, Flight, hovering
 
 from simulation_tools.px4.modes import LandedState, Mode, Result
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
@@ -21,13 +21,6 @@ def ground():
     """On the ground, a second after power-on, nothing streamed."""
     flight = Flight.of_iris(noise=NO_NOISE)
     flight.run(1.0)
-    return flight
-
-
-def hovering(height=2.0, seconds=10.0):
-    flight = Flight.of_iris(noise=NO_NOISE)
-    flight.take_off(height, seconds=seconds)
-    assert flight.px4.status.landed_state is LandedState.IN_AIR
     return flight
 
 
