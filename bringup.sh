@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The one entry: makes the machine ready (once), then flies, tests or measures. `./bringup.sh --help` tells the rest.
+# The entry: makes the machine ready (once), then flies, tests or measures. See `./bringup.sh --help`.
 set -euo pipefail
 
 caller=$PWD # relative paths of arguments are the caller's
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)
 log_file=$root/logs/bringup.log
-# Debian's ROS runs on Debian's Python, whichever other one the user has put first.
+# Debian's ROS needs Debian's Python, even if another one is first on the user's PATH.
 export PATH="/usr/sbin:/usr/bin:/sbin:/bin:$PATH"
 unset PYTHONHOME
 cd "$root"
@@ -30,7 +30,7 @@ TEXT
   (cd src/master_thesis/launch && printf '  %s\n' *.launch)
 }
 
-# load_workspace: what `source devel/setup.bash` gives, and names that ROS can use
+# load_workspace: does `source devel/setup.bash` and gives ROS an address that resolves
 load_workspace() {
   load_distribution
   set +u
@@ -38,17 +38,17 @@ load_workspace() {
   source devel/setup.bash
   set -u
   if [[ -z ${ROS_IP:-}${ROS_HOSTNAME:-} ]] && ! getent hosts "$(hostname)" >/dev/null; then
-    export ROS_IP=127.0.0.1 # the machine's own name leads nowhere
+    export ROS_IP=127.0.0.1 # the machine's own name does not resolve
   fi
-  export PYTHONUNBUFFERED=1 # what a node says is seen at once, through a pipe or in a file too
+  export PYTHONUNBUFFERED=1 # so that a node's output appears at once, also in a pipe or a file
 }
 
 # takes_argument LAUNCH_FILE NAME
 takes_argument() { grep -q "<arg name=\"$2\"" "src/master_thesis/launch/$1"; }
 
-# absolute PATH: the same as seen from the caller's folder
+# absolute PATH: makes a path absolute, from the caller's folder
 absolute() {
-  # shellcheck disable=SC2088 # a tilde that the shell has left as it is, after an argument's :=
+  # shellcheck disable=SC2088 # after an argument's := the shell does not expand a tilde
   case $1 in
     /*) echo "$1" ;;
     "~/"*) echo "$HOME/${1#"~/"}" ;;
@@ -56,12 +56,12 @@ absolute() {
   esac
 }
 
-# launch FILE [arg:=value ...]: flies, then reports what the run wrote; the code says whether it did what it should
+# launch FILE [arg:=value ...]: flies, then prints the results; the exit code tells whether the run succeeded
 launch() {
   local file=$1 results=$root/results argument arguments=() given=" " marker child code=0
   shift
   for argument in "$@"; do
-    case $argument in # nodes run in a folder of their own
+    case $argument in # nodes run in another folder
       world:=?* | results:=?*) argument=${argument%%:=*}:=$(absolute "${argument#*:=}") ;;
     esac
     [[ $argument != results:=* ]] || results=${argument#results:=}
@@ -82,7 +82,7 @@ launch() {
   mkdir -p "$results"
   marker=$(mktemp)
   say "roslaunch master_thesis $file ${arguments[*]}"
-  set -m # its own process group, and Ctrl-C as roslaunch expects it
+  set -m # a separate process group, so that Ctrl-C works as roslaunch expects
   roslaunch --no-summary master_thesis "$file" "${arguments[@]}" &
   child=$!
   set +m
@@ -93,7 +93,7 @@ launch() {
   report_results "$file" "$results" "$marker" "$code"
 }
 
-# report_results LAUNCH_FILE FOLDER MARKER CODE: the figures of the run that ended after the marker was made
+# report_results LAUNCH_FILE FOLDER MARKER CODE: prints the results of the run that is newer than the marker
 report_results() {
   local newest
   newest=$(find "$2" -name result.json -newer "$3" -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
@@ -110,16 +110,16 @@ report_results() {
 run_tests() {
   set_up
   load_workspace
-  # Tests leave nothing elsewhere, and their scripts run on .venv's Python as the nodes do.
+  # Tests write only here, and their scripts run on .venv's Python, like the nodes.
   rm -rf logs/test
   export ROS_HOME=$root/logs/test ROS_LOG_DIR=$root/logs/test/log PATH="$root/.venv/bin:$PATH"
   mkdir -p "$ROS_LOG_DIR"
-  # Four at a time on two cores: half of a test's time is waiting for processes and clocks.
-  # The order of the files is conftest.py's. The caller's arguments win: -n 0 for --pdb, ...
+  # Four at a time on two cores, because tests wait for processes and clocks half of their time.
+  # conftest.py orders the files. The caller's arguments take precedence: -n 0 for --pdb, ...
   exec .venv/bin/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder "$@"
 }
 
-# run_benchmarks [NAME [ARGUMENT ...]]: benchmarks/NAME.py; without a name all of them (but __init__.py), in brief
+# run_benchmarks [NAME [ARGUMENT ...]]: runs benchmarks/NAME.py; without a name all, shortened
 run_benchmarks() {
   local name='[!_]*' benchmarks benchmark code=0
   [[ ${1:-} != --soak* ]] || set -- sim "$@"
@@ -136,13 +136,13 @@ run_benchmarks() {
   for benchmark in "${benchmarks[@]}"; do
     benchmark=$(basename "$benchmark" .py)
     say "benchmark $benchmark"
-    # As a module: run by its path, benchmarks/cepa.py would hide the package cepa from itself
+    # As a module, because benchmarks/cepa.py, run by its path, would hide the package cepa
     .venv/bin/python -m "benchmarks.$benchmark" "$@" || code=1
   done
   return "$code"
 }
 
-# run_report [ARGUMENT ...]: --help tells them
+# run_report [ARGUMENT ...]: see its --help
 run_report() {
   local arguments=(--out "$root/results/report") argument previous=""
   for argument in "$@"; do

@@ -1,11 +1,11 @@
 # shellcheck shell=bash
-# How the scripts speak: one line per step, progress while it takes, details in a log file. To be sourced.
+# The scripts' output: one line per step, its progress, details in a log file. Other scripts source this file.
 
 log_file=${log_file:-/dev/null}
 
 say() { printf '%s\n' "bringup: $*"; }
 
-# fail SENTENCE...: the last words of a call that cannot go on
+# fail SENTENCE...: prints why the call cannot go on, and ends it
 fail() {
   printf '%s\n' "bringup: $1" >&2
   shift
@@ -13,13 +13,13 @@ fail() {
   exit 1
 }
 
-# last_line FILE: what a running command said last, in one short line
+# last_line FILE: prints the last output of a running command as a short line
 last_line() { tail -n 1 "$1" 2>/dev/null | tr '\r\t' '  ' | tr -cd '[:print:]' | cut -c 1-70; }
 
-# megabytes FOLDER: how much it holds
+# megabytes FOLDER: prints its size
 megabytes() { du -sm "$1" 2>/dev/null | cut -f 1; }
 
-# progress SECONDS TEXT: on a terminal one line that is written over, elsewhere a new line every ten seconds
+# progress SECONDS TEXT: rewrites one line on a terminal; elsewhere prints a new line every ten seconds
 progress() {
   if [[ -t 1 ]]; then
     printf '\r\033[K  %3d s  %s' "$1" "$2"
@@ -29,20 +29,20 @@ progress() {
   last_progress=$1
 }
 
-# Steps that have been started: their processes (none for those that have ended), when they began, and the folders that
-# grow meanwhile, if they tell more than words
+# The started steps: their processes (empty after their end), their start times, and folders whose size shows their
+# progress
 step_children=() step_starts=() step_titles=() step_folders=()
-step= # the number of the newest
+step= # number of the newest step
 
-# start_step TITLE COMMAND...: runs it beside what follows, until `finish_step "$step"`. With growing=FOLDER before it,
-# progress tells how much that folder holds.
+# start_step TITLE COMMAND...: runs it in parallel to the next commands, until `finish_step "$step"`. With
+# growing=FOLDER before it, the progress is this folder's size.
 start_step() {
   local title=$1
   shift
   step=${#step_titles[@]}
   say "$title ..."
   printf '\n== %s: %s ==\n' "$title" "$*" >"$log_file.$step"
-  set -m # in a process group of its own, so that an interrupt ends all of it
+  set -m # in a separate process group, so that an interrupt ends all of it
   "$@" >>"$log_file.$step" 2>&1 </dev/null &
   set +m
   step_titles+=("$title") step_starts+=("$SECONDS") step_children+=("$!") step_folders+=("${growing:-}")
@@ -50,7 +50,7 @@ start_step() {
   trap '[[ ! -t 1 ]] || echo; fail "Interrupted. The next call goes on from here."' INT TERM
 }
 
-# finish_step NUMBER: shows that the step is alive until it ends; puts its output into the log, returns its code
+# finish_step NUMBER: shows progress until the step ends, adds its output to the log, returns its code
 finish_step() {
   local child=${step_children[$1]} last_progress=0 code=0 elapsed size="" sized=-10
   while kill -0 "$child" 2>/dev/null; do
@@ -73,7 +73,7 @@ finish_step() {
 # collect_log NUMBER
 collect_log() { cat "$log_file.$1" >>"$log_file" && rm -f "$log_file.$1"; }
 
-# stop_steps: ends those that still run
+# stop_steps: ends all running steps
 stop_steps() {
   local number
   for number in "${!step_children[@]}"; do
@@ -83,7 +83,7 @@ stop_steps() {
   done
 }
 
-# run_step TITLE COMMAND...: runs it with its output in the log, shows that it is alive, and returns its code
+# run_step TITLE COMMAND...: runs it, shows progress, adds its output to the log, and returns its code
 run_step() {
   start_step "$@"
   finish_step "$step"

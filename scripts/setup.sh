@@ -1,15 +1,15 @@
 # shellcheck shell=bash
-# Makes the machine and the workspace ready: distribution packages, .venv, catkin build. To be sourced by bringup.sh,
-# which sets `root` and `log_file`. Every step looks at what is there and does only what is missing. .venv needs one
-# package of the distribution's only, and is made while the others are installed.
+# Makes the machine and the workspace ready: distribution packages, .venv, catkin build. bringup.sh sources this file
+# and sets `root` and `log_file`. Every step does only what is missing. .venv needs a single package of the
+# distribution. So it is made while the other packages are installed.
 
 : "${root:?is set by bringup.sh}" "${log_file:?is set by bringup.sh}"
 readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs)
 readonly venv_package=python3-venv
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
-# Neither the archives (0.3 GB) nor an index of them (50 MB) stay
+# Delete the archives (0.3 GB) and their index (50 MB)
 readonly apt_tidy=(-o APT::Keep-Downloaded-Packages=false -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
-readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # at the most, archives included; 2020 stay
+readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # greatest need, with archives; 2020 MB stay
 
 set_up() {
   [[ $root != *[[:space:]]* ]] || fail "catkin cannot build in a folder with a space in its path: $root. Move the workspace."
@@ -46,7 +46,7 @@ detect_platform() {
     "Add it as on http://wiki.ros.org/noetic/Installation/Ubuntu (1.1 to 1.3), then call again."
 }
 
-# missing_packages: those of the list that are not installed, one per line
+# missing_packages: prints the packages of the list that are not installed, one per line
 missing_packages() {
   # shellcheck disable=SC2016  # dpkg-query expands it
   local wanted format='${db:Status-Status} ${Package}\n'
@@ -67,15 +67,15 @@ find_missing_packages() {
     as_root=(sudo -n env)
   fi
   as_root+=(DEBIAN_FRONTEND=noninteractive LC_ALL=C)
-  "${as_root[@]}" dpkg --configure -a >>"$log_file" 2>&1 || true # should an earlier call have been interrupted
-  # An update that fails is not the end: another source's fault may not matter. The installation will tell.
+  "${as_root[@]}" dpkg --configure -a >>"$log_file" 2>&1 || true # in case an earlier call was interrupted
+  # Go on after a failed update: the fault of another source may not matter. The installation would fail.
   run_step "looking for the newest packages" "${as_root[@]}" apt-get "${apt_patience[@]}" "${apt_tidy[@]}" update || true
 }
 
 # install_packages PACKAGE...
 install_packages() {
   (($# > 0)) || return 0
-  # shellcheck disable=SC2086  # the words are those that are shown to whoever is not root
+  # shellcheck disable=SC2086  # the same words are printed to users without root rights
   run_step "installing $# package(s) of $platform and what they need" \
     "${as_root[@]}" $apt_install "${apt_patience[@]}" "${apt_tidy[@]}" "$@" || explain_failure \
     "The distribution's packages could not be installed." "sudo $apt_install $*"
@@ -84,7 +84,7 @@ install_packages() {
   ((${#not_there[@]} == 0)) || fail "apt-get did not complain, and yet these are not installed: ${not_there[*]}. See $log_file."
 }
 
-# check_names: ROS talks to itself through host names
+# check_names: ROS nodes reach each other by host names
 check_names() {
   getent hosts localhost >/dev/null && return 0
   local line="127.0.0.1 localhost"
@@ -94,13 +94,13 @@ check_names() {
 
 # --- Python packages -------------------------------------------------------------------------------------------
 
-# venv_inputs: a digest of what .venv is made from; it cannot be moved, so the place counts
+# venv_inputs: prints a digest of .venv's inputs, with its path, because .venv cannot be moved
 venv_inputs() { cat requirements.txt <(/usr/bin/python3 --version 2>/dev/null) <(echo "$root") | sha256sum; }
 
-# is_current STAMP_FILE DIGEST: whether a step was done with the very inputs that it would have now
+# is_current STAMP_FILE DIGEST: whether a step was done with its present inputs
 is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
 
-# start_python, finish_python: .venv and what numba compiles in it, beside whatever stands between the two calls
+# start_python, finish_python: make .venv and compile numba's kernels, in parallel to the code between both calls
 start_python() {
   python_step=
   if ! is_current .venv/.bringup "$(venv_inputs)"; then
@@ -116,31 +116,31 @@ start_python() {
 finish_python() {
   [[ -z $python_step ]] || finish_step "$python_step" ||
     explain_failure "The Python packages of requirements.txt could not be installed, or their kernels not be compiled."
-  [[ -z $python_step ]] || slim_python # once the compiler is there, whose package has `strip`
+  [[ -z $python_step ]] || slim_python # after the compiler's package, which contains `strip`
 }
 
 make_python() { make_venv && compile_imported && compile_kernels; }
 
 make_venv() {
   local options=()
-  # A moved or half-made environment cannot be mended; one that works is only brought up to date.
+  # A moved or incomplete environment cannot be repaired. One that works is only updated.
   [[ $(.venv/bin/python -c 'import sys; print(sys.prefix)' 2>/dev/null) == "$root/.venv" ]] || options=(--clear)
-  # Complete without the distribution's Python packages, which come and go; only then do these become visible, for ROS.
+  # First without the distribution's Python packages, which may change. Then these become visible, for ROS.
   /usr/bin/python3 -m venv "${options[@]}" .venv && install_python_packages &&
     /usr/bin/python3 -m venv --system-site-packages --without-pip --upgrade .venv && venv_inputs >.venv/.bringup
 }
 
 install_python_packages() {
   local pip=(env -u PYTHONPATH .venv/bin/python -m pip install --no-input --disable-pip-version-check --prefer-binary)
-  # Archives are kept until all are installed, so that a call after an interruption need not get them again; where the
-  # user has a cache of pip's already, there.
+  # Keep archives until all are installed, so that a call after an interruption does not load them again. If the user
+  # already has a cache of pip, they stay there.
   [[ -d ${PIP_CACHE_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/pip} ]] || pip+=(--cache-dir "$root/.venv/.pip")
-  # Ubuntu 20.04's pip 20 does not know today's wheels
+  # Ubuntu 20.04's pip 20 cannot read present wheels
   "${pip[@]}" "pip>=21" && "${pip[@]}" --no-compile -r requirements.txt && rm -rf .venv/.pip
 }
 
-# slim_python: takes 0.5 GB out of packages that nothing here uses: data of examples, what debuggers read, their own
-# tests, and pymavlink's dialects of rare autopilots
+# slim_python: deletes 0.5 GB of unused parts of packages: example data, debug symbols, their own tests, and pymavlink's
+# dialects of rare autopilots
 slim_python() {
   local packages package
   packages=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))') || return
@@ -150,19 +150,19 @@ slim_python() {
   done
   find "$packages/pymavlink/dialects" -type f -not -name '__init__.py' -not -name 'all.*' \
     -not -name 'ardupilotmega.*' -not -name 'common.*' -not -name 'minimal.*' -not -name 'standard.*' -delete
-  # A foreign packaging may refuse; its size is then as it was.
+  # If stripping fails, the file keeps its size.
   strip --strip-unneeded "$packages"/{pybullet,eglRenderer}*.so "$packages"/llvmlite/binding/*.so 2>/dev/null || true
 }
 
-# compile_imported: byte code of what our libraries import, so that no node has to; of all packages it is 0.15 GB more
+# compile_imported: compiles our libraries' imports to byte code, so that nodes start faster (all packages: 0.15 GB more)
 compile_imported() {
   local libraries=(src/*/src)
-  # matplotlib keeps what fonts there are, and the distribution's are perhaps not installed yet: not in the user's folder
+  # matplotlib caches its list of fonts. Some may not be installed yet, so do not use the cache in the user's folder
   env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" MPLCONFIGDIR="$root/.venv/.matplotlib" \
     .venv/bin/python scripts/import_all.py src/*/src/*/ && rm -rf .venv/.matplotlib
 }
 
-# kernel_inputs: a digest of the packages that have kernels
+# kernel_inputs: prints a digest of the packages with kernels
 kernel_inputs() {
   local module
   for module in src/*/src/*/warm_up.py; do
@@ -170,7 +170,7 @@ kernel_inputs() {
   done | sort -z | xargs -0 sha256sum | sha256sum
 }
 
-# compile_kernels: numba keeps what it compiles; once here, so that no flight waits for it
+# compile_kernels: lets numba compile and cache all kernels, so that no flight waits for it
 compile_kernels() {
   local module
   for module in src/*/src/*/warm_up.py; do
@@ -183,7 +183,7 @@ compile_kernels() {
 
 # --- the build -------------------------------------------------------------------------------------------------
 
-# load_distribution: ROS of Ubuntu lies in /opt; Debian's is where everything is
+# load_distribution: loads Ubuntu's ROS from /opt; Debian's is in the system's folders
 load_distribution() {
   [[ -f /opt/ros/noetic/setup.bash ]] || return 0
   set +u
@@ -192,14 +192,14 @@ load_distribution() {
   set -u
 }
 
-# upstream_interfaces: those of our message packages which the machine has from upstream; ours stay unbuilt then
+# upstream_interfaces: prints our message packages that upstream has installed here; ours are then not built
 upstream_interfaces() {
   local package prefix prefixes
   IFS=: read -ra prefixes <<<"${CMAKE_PREFIX_PATH:-}:/usr"
   for package in "${interfaces[@]}"; do
     for prefix in "${prefixes[@]}"; do
       [[ $prefix != "$root/devel" ]] || continue
-      # installed packages have the first, those in another workspace's devel space the second
+      # installed packages have the first file, those in another workspace's devel space the second
       if [[ -f $prefix/share/$package/package.xml || -d $prefix/share/$package/cmake ]]; then
         echo "$package"
         break
@@ -208,7 +208,7 @@ upstream_interfaces() {
   done
 }
 
-# build_inputs: a digest of everything that catkin generates something from; Python code is used where it lies
+# build_inputs: prints a digest of catkin's inputs; Python code is used in place, so it does not count
 build_inputs() {
   {
     echo "$root" "$*"
@@ -225,9 +225,9 @@ build_workspace() {
   ! is_current build/.bringup "$inputs" || return 0
   [[ -z $present ]] || say "built against the machine's own ${present//;/, }"
   if [[ -f build/CMakeCache.txt ]] && ! grep -qx "CMAKE_HOME_DIRECTORY:INTERNAL=$root/src" build/CMakeCache.txt; then
-    rm -rf build devel # made where the workspace lay before
+    rm -rf build devel # from the workspace's earlier place
   fi
-  # Messages for Python and C++; other languages of ROS would cost time, and have no nodes here
+  # Messages for Python and C++ only, because other languages take time and have no nodes here
   run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR ROS_LANG_DISABLE=genlisp:geneus:gennodejs catkin_make --directory "$root" \
     -DPYTHON_EXECUTABLE="$root/.venv/bin/python" -DCATKIN_BLACKLIST_PACKAGES="$present" ||
     explain_failure "The build failed."
@@ -236,7 +236,7 @@ build_workspace() {
 
 # --- when something is missing ---------------------------------------------------------------------------------
 
-# check_disk: before anything begins, whether there is room for all that is missing
+# check_disk: checks first that the disk has room for everything missing
 check_disk() {
   local on_system=0 on_workspace=0
   [[ -z $(missing_packages) ]] || on_system=$packages_need_mb
@@ -256,7 +256,7 @@ require_disk() {
   ((free >= $2)) || fail "Not enough disk: the set-up needs some $2 MB, and the disk that holds $1 has $free MB left."
 }
 
-# explain_failure SENTENCE [COMMAND]: says which of the usual reasons it was, from the log of the last step
+# explain_failure SENTENCE [COMMAND]: prints the usual reason that matches the log of the last step
 explain_failure() {
   local said
   said=$(awk '/^== / { text = "" } { text = text $0 "\n" } END { printf "%s", text }' "$log_file")
