@@ -29,7 +29,7 @@ BRIEF_TRIALS = 20
 
 @dataclass(frozen=True)
 class Timed:
-    """A run: from the first submission to the table, and the trials' own wall and processor time."""
+    """The times of a run: from the first submission to the table, and the trials' own wall and CPU time."""
 
     start_s: float
     elapsed_s: float
@@ -61,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def timed(number: int, workers: int) -> Timed:
-    """Fly a campaign of that many trials with that many workers, once warm."""
+    """Fly a campaign with this many trials and workers, after a warm-up."""
     campaign = campaign_of({"seeds": number, "trials": {"world": "random_forest"}}, "benchmark")
     started = time.perf_counter()
     with DaskWorkers(workers) as cluster, tempfile.TemporaryDirectory() as folder:

@@ -84,7 +84,7 @@ def measure_scenario(scenario: str, goal_x_m: float = 40.0) -> dict:
 
 
 def measure_worst(name: str, places: int) -> dict:
-    """Ask at many places of one of the worst worlds; return the improved algorithm's metrics."""
+    """Replay many places of one of the worst worlds; return the improved algorithm's metrics."""
     parameters, half_xy_m = WORST[name]
     rng = np.random.default_rng(1)
     text = forests.hallway(HALLWAY_WIDTH_M) if name == "hallway" else forests.thicket(rng, THICKET_SPACING_M)
@@ -96,8 +96,8 @@ def measure_worst(name: str, places: int) -> dict:
 
 
 def replay(algorithm: Algorithm, questions: Sequence[Question], times: int) -> dict:
-    """Put every question to an algorithm; return the metrics of its least times, in microseconds."""
-    for question in questions[:3]:  # what is compiled or loaded on first use
+    """Let an algorithm answer every question; return the metrics of its least times, in microseconds."""
+    for question in questions[:3]:  # the first use compiles and loads
         algorithm.steer(*question)
     least_ns = np.full(len(questions), np.inf)
     directions = []
@@ -118,7 +118,7 @@ def replay(algorithm: Algorithm, questions: Sequence[Question], times: int) -> d
 
 
 def measure_first_call(processes: int = 3) -> float:
-    """Return how long the first call takes in a fresh process, in seconds: the median of a few."""
+    """Return the median time of the first call in a fresh process, s."""
     command = [sys.executable, "-c", FIRST_CALL]
     runs = [subprocess.run(command, check=True, capture_output=True, text=True) for _ in range(processes)]
     return statistics.median(float(run.stdout) for run in runs)
@@ -156,7 +156,7 @@ def thesis_table(metrics: dict) -> str:
 
 
 def _about(value: float, digits: int) -> str:
-    """Write a number; the thesis has "~ 0" where it gives none."""
+    """Write a number, or the thesis's "~ 0"."""
     return f"{value:.{digits}f}" if value > 0.0 else "~ 0"
 
 

@@ -1,4 +1,4 @@
-"""Experiment 2 over and over: does the UAV get out when obstacles appear around it, or does it touch them?
+"""Experiment 2 in variations: does the UAV escape from obstacles around it, or does it touch them?
 
 Each scenario of figures 8.3 to 8.7 is flown in 20 small variations of the placement (each obstacle shifted by
 up to 5 cm along x and y) by both algorithms, in the ROS-free closed loop: the same simulator, flight
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def trials(variations: int, k_filter: float) -> list[Trial]:
-    """Return every flight; both algorithms meet the same placements and the same noise."""
+    """Return every flight. Both algorithms get the same placements and the same noise."""
     return [
         Trial(
             f"{scenario} {algorithm} {variation}",

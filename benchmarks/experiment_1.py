@@ -1,7 +1,7 @@
 """Experiment 1 as a table: both algorithms in all four scenarios, over several seeds (thesis, table 8.1).
 
-Flown in the ROS-free closed loop, one flight on each core. CEPA's computation time is measured inside it,
-from the goal's sending to its being reached. The table has means over the seeds with standard deviations.
+Flown in the ROS-free closed loop, one flight on each core. CEPA's computation time is measured in flight,
+from sending the goal to reaching it. The table has means over the seeds with standard deviations.
 
 Keys: experiment_1.SCENARIO.ALGORITHM; and results/experiment_1.{md, json, png}.
 """
@@ -79,7 +79,7 @@ def fly(name: str, algorithm: str, seed: int, goal_x_m: float = 40.0) -> dict:
 
 
 def summary(flown: Sequence[dict]) -> dict:
-    """Return mean and standard deviation of every figure over the flights, and how many arrived untouched."""
+    """Return mean and standard deviation of every metric, and the number of arrivals without a contact."""
     metrics = {
         "flights": len(flown),
         "reached_goal": sum(flight["reached_goal"] for flight in flown),
@@ -101,7 +101,7 @@ def computation_times(metrics: dict) -> dict:
 
 
 def as_markdown(metrics: dict, seeds: int) -> str:
-    """Return table 8.1, theirs and ours, and the flights' other metrics."""
+    """Return table 8.1, the thesis's and ours, and the flights' other metrics."""
     names = list(metrics)
     rows = [
         (f"thesis, {algorithm}", *(TABLE_8_1_MS[algorithm][name] or "~ 0" for name in names))

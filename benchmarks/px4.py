@@ -124,9 +124,9 @@ def compare(
 
 
 def out_of_bounds(steps: dict, takeoff: dict, hover: dict, published: dict) -> list[str]:
-    """Return a sentence for each figure that is more than 10 % off the published one.
+    """Return a sentence for each value that differs from the published one by more than 10 %.
 
-    A published row of two manoeuvres is their mean. An overshoot of zero may be off by a point.
+    A published row of two manoeuvres is their mean. An overshoot of zero may differ by one point.
     """
     compared = [
         (
@@ -151,7 +151,7 @@ def out_of_bounds(steps: dict, takeoff: dict, hover: dict, published: dict) -> l
 
 
 def takeoff_metrics(rows: np.ndarray) -> dict:
-    """Return what the reference says of a take-off; heights from where it stood."""
+    """Return the reference's metrics of a take-off, with heights over the place of take-off."""
     t, height = rows[:, 0], rows[0, COLUMNS.index("down_m")] - rows[:, COLUMNS.index("down_m")]
     return {
         "at_5_cm_s": t[np.argmax(height > 0.05)],

@@ -38,7 +38,7 @@ from simulation_tools.world.world import PhysicsWorld
 PARTS = ("inprocess", "raycast", "world_size", "graph", "start")
 SCANS = 3000
 SOAKS = {"soak": (60.0, soak), "soak_graph": (10.0, soak_graph)}
-"""By name: simulated minutes, and who flies."""
+"""By name: simulated minutes, and the function that flies."""
 TREES_PER_M2 = 0.06
 """Of Experiment 1's forest."""
 
@@ -53,7 +53,7 @@ LIMITS = {
     "cpu_cores_at_rtf1": ("<", 0.8),
     "memory_gb": ("<", 1.2),
 }
-"""What is asked of each figure."""
+"""The limit of each metric."""
 
 EARLIER = "measured once, before this benchmark was written, on a machine of two cores that is not described"
 THESIS = "the thesis, on its author's machine"
@@ -64,7 +64,7 @@ ANCHORS = {
     "launch_s": Anchor("Gazebo with PX4 7", f"until all nodes are good to go; {THESIS}"),
     "shutdown_s": Anchor("Gazebo with PX4 15", THESIS),
 }
-"""By the figure beside which it is printed."""
+"""By the metric beside which it is printed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -191,7 +191,7 @@ MEASURES = {
 
 
 def metrics_table(metrics: dict) -> str:
-    """Return the metrics beside what is asked of them and what others reached elsewhere."""
+    """Return the metrics beside their limits and anchors."""
     rows = []
     for name, value in metrics.items():
         sign, limit = LIMITS.get(name, ("", None))

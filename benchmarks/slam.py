@@ -70,14 +70,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def measure(name: str, seed: int, *data: Path) -> dict:
-    """Return the metrics of one run, in a process of its own."""
+    """Return the metrics of one run in a separate process."""
     command = [sys.executable, "-m", "benchmarks.shared.slam_run", name, str(seed), *map(str, data)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
     return json.loads(done.stdout)
 
 
 def summary(runs: list[dict]) -> dict:
-    """Return the means over the seeds; of memory and of the slowest rendering, the greatest."""
+    """Return the means over the seeds; for memory and the slowest rendering the greatest value."""
     return {
         key: (max if key in ("peak_mb", "render_max_ms") else np.mean)([run[key] for run in runs])
         for key in runs[0]

@@ -1,4 +1,4 @@
-"""Experiments 3 and 4 over seeds: how true the maps of all six lidars are (thesis, 8.2).
+"""Experiments 3 and 4 over seeds: the errors of the maps of all six lidars (thesis, 8.2).
 
 Each flight is flown once in the ROS-free closed loop and recorded; SLAM then runs on the recording, on one
 thread, without and with loop closure. The odometry drifts as by default, and a flight's seed is that of every

@@ -41,7 +41,7 @@ METRICS = {
 
 @dataclass(frozen=True)
 class Case:
-    """A flight and how SLAM is run on it. every: of so many scans SLAM hears one."""
+    """A flight, and the settings of SLAM. every: SLAM uses one of this many scans."""
 
     name: str
     lidar: str
@@ -102,7 +102,7 @@ def _mapped(case: Case, seed: int) -> tuple[SlamRun, Trajectory, Walls]:
     parameters = parameters_of(case.scenario, case.lidar, seed, lidar_range_max_m=case.range_max_m)
     recording = fly_and_record(f"{case.name}, seed {seed}", parameters).one_of(case.every)
     before = None
-    if case.mapped_before_by:  # another day, another lidar: with another seed
+    if case.mapped_before_by:  # another flight, so another seed
         before = _mapped(Case("before", case.mapped_before_by, case.scenario), seed + 1000)[0].grid
     session = read_setup(scenario.world).session(seed, loop_closure=False, starting_map=before)
     run = replay(recording, session, case.levelling)

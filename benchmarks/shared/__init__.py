@@ -1,1 +1,1 @@
-"""What several benchmarks use: results, trials, places, anchors."""
+"""Shared by several benchmarks: results, trials, places, anchors."""

@@ -14,13 +14,13 @@ HEADING = "anchor, measured elsewhere"
 
 @dataclass(frozen=True)
 class Anchor:
-    """What somebody else measured. text: name and value. source: who measured it, and on what."""
+    """A number measured elsewhere. text: name and value. source: who measured it, and on which machine."""
 
     text: str
     source: str
 
 
 def sources(anchors: Iterable[Anchor]) -> str:
-    """Return the lines below a table that say where its anchors come from."""
+    """Return the lines with the anchors' sources, for below a table."""
     lines = dict.fromkeys(f"- {anchor.text}: {anchor.source}" for anchor in anchors)
     return "\n".join(("Anchors are constants; nothing of them was measured by this run:", *lines))

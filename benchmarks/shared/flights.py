@@ -1,4 +1,4 @@
-"""What CEPA is asked in flights of the ROS-free closed loop."""
+"""Records CEPA's inputs in flights of the ROS-free closed loop."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from master_thesis.flight.course import Phase
 
 
 class Question(NamedTuple):
-    """What CEPA was asked: a scan, the reference and the own velocity (m/s, in the scan's frame)."""
+    """One input of CEPA: a scan, the reference and the own velocity (m/s, in the scan's frame)."""
 
     scan: LaserScan2D
     v_ref_xy: tuple
@@ -19,7 +19,7 @@ class Question(NamedTuple):
 
 
 class Recorder(Algorithm):
-    """Steers as another algorithm does, and keeps every question in flight."""
+    """Passes every question on to an algorithm, and keeps the questions."""
 
     def __init__(self, algorithm: Algorithm) -> None:
         super().__init__(algorithm.parameters)
@@ -40,10 +40,10 @@ class Recorder(Algorithm):
 
 
 def record(parameters: ClosedLoopParameters) -> list[Question]:
-    """Fly, and return what CEPA was asked from the goal's sending to its being reached.
+    """Fly, and return CEPA's inputs from sending the goal to reaching it.
 
     Raises:
-        RuntimeError: the flight failed, so its scans are of no use.
+        RuntimeError: the flight failed, so its scans are useless.
     """
     recorder = Recorder(Improved(CEPA))
     with ClosedLoop(parameters, recorder) as loop:

@@ -1,7 +1,7 @@
-"""The worst places for CEPA's search: a hallway as narrow as it can be flown, and a dense thicket.
+"""The worst places for CEPA's search: the narrowest hallway that it can fly, and a dense thicket.
 
-A lidar of 1440 beams all around, with a UST's noise, sees them from where nothing is within r_LB. There the
-search has the most to do, because an emergency needs no search.
+A lidar with 1440 beams all around and a UST's noise sees them from places with nothing within r_LB. There
+the search has most work, because an emergency needs no search.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where the benchmarks' numbers go: results/benchmarks.json, and tables on the terminal.
+"""Writes the benchmarks' numbers: results/benchmarks.json, and tables on the terminal.
 
 A dotted key is a nested object: `cepa.empty.speedup` is `{"cepa": {"empty": {"speedup": ...}}}`.
 """
@@ -30,13 +30,13 @@ class Results:
     """
 
     def __init__(self, name: str, folder: Path = RESULTS, options: dict | None = None) -> None:
-        """Begin. options: what the run was asked to do, to be recorded with it."""
+        """Begin. options: of the run, to be recorded with it."""
         self.name, self.folder = name, Path(folder)
         self._options = dict(options or {})
         self._numbers: dict[str, Any] = {}
 
     def add(self, key: str, value: Any) -> None:
-        """Set what stands under a dotted key; a mapping replaces all that a former run left there."""
+        """Set the value of a dotted key. A mapping replaces everything there from an earlier run."""
         self._numbers[key] = value
 
     def __enter__(self) -> Results:
@@ -64,7 +64,7 @@ class Results:
 
 
 def merge(path: Path, numbers: dict[str, Any]) -> None:
-    """Set dotted keys in a JSON file, all or none; two processes at once lose nothing.
+    """Set dotted keys in a JSON file, all or none. Two processes at a time lose nothing.
 
     Raises:
         ValueError: the file is no JSON object; it is left as it is.

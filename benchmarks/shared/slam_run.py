@@ -1,4 +1,4 @@
-"""One log through gridslam, in a process of its own, so that its memory and time can be measured.
+"""Maps one log with gridslam in a separate process, to measure its memory and time.
 
     python -m benchmarks.shared.slam_run intel 1 DATA      the Intel Research Lab, seed 1
     python -m benchmarks.shared.slam_run beams360 1        a simulated hold, seen with 360 beams
@@ -40,7 +40,7 @@ class Run:
 
 
 def run(scans: list[PlanarScan], odometry: np.ndarray, parameters: SlamParameters) -> Run:
-    """Let the filter take in a log, with a map now and then."""
+    """Let the filter take in a log, and draw maps periodically."""
     warm_up()
     slam = GridSlam(parameters, starting_pose=tuple(odometry[0]))
     online, renderings, costs_s, cpu_s = [], [], [], 0.0
@@ -70,7 +70,7 @@ def run(scans: list[PlanarScan], odometry: np.ndarray, parameters: SlamParameter
 
 
 def intel(seed: int, data: Path) -> dict:
-    """The dense log, judged by the relations: online and final path, exact relations and all."""
+    """The dense log, compared with the relations: online and final path, exact relations and all."""
     from gridslam.evaluation.relations import read_relations, relation_errors
     from gridslam.logs.carmen import CarmenScan, read_log
     from gridslam.trajectory import Trajectory
@@ -104,7 +104,7 @@ def _scans(entries: Iterable[Any]) -> tuple[list[PlanarScan], np.ndarray]:
 
 
 def _is_mounting(lidar: Sequence[float]) -> bool:
-    """Tell whether a pose is a place on the robot; some entries hold the lidar's corrected pose instead."""
+    """Return whether a pose is a place on the robot. Some entries hold the lidar's corrected pose instead."""
     return math.hypot(lidar[0], lidar[1]) < 0.5 and abs(lidar[2]) < 0.1
 
 

@@ -1,4 +1,4 @@
-"""The trials of a benchmark, run by some processes and kept, so that an interrupted benchmark can go on."""
+"""Runs the trials of a benchmark in processes and keeps them, so that an interrupted benchmark can go on."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What the benchmarks `sim` and `px4` measure: the graph, the soaks, the step responses."""
+"""The measurements of the benchmarks `sim` and `px4`: the graph, the soaks, the step responses."""

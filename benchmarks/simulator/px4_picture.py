@@ -49,7 +49,7 @@ def png(flown: Mapping[str, np.ndarray], reference: Mapping[str, np.ndarray]) ->
 
 
 def _draw(axes: Axes, title: str, name: str, rows: np.ndarray, seconds: float, **style: Any) -> None:
-    """Draw what a panel shows of one manoeuvre."""
+    """Draw one manoeuvre into a panel."""
     manoeuvre = _BY_NAME.get(name)
     compared_s = seconds if manoeuvre is None else min(seconds, manoeuvre.compared_s)
     rows = rows[rows[:, 0] <= compared_s]

@@ -28,7 +28,7 @@ from simulation_tools.world.world import BodyState
 
 PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 AREA_X_M, AREA_Y_M = (-2.0, 42.0), (-12.0, 12.0)
-"""Where goals lie; the forest's trees."""
+"""The area of the goals: the forest."""
 
 GOAL_CLEARANCE_M = 1.0
 GOAL_PATIENCE_S = (10.0, 40.0)
@@ -42,7 +42,7 @@ FAULTS = {
 """Least and greatest length in seconds. Setpoints that stop for a second or more make PX4 land."""
 
 LANDING_S = (1.5, 2.5)
-"""So long do setpoints stop when the UAV hovers at its goal: the failsafe begins, and ends again."""
+"""When the UAV hovers at its goal, setpoints stop for this time: a failsafe begins and ends."""
 
 GUST_M_S = 3.0
 NO_LIMITS = PhaseLimits(flight_timeout_s=999_999.0)
@@ -51,12 +51,12 @@ CLOCK_M_S = 0.01
 CLOCK_HAND = (
     '<sdf version="1.6"><model name="clock_hand"><link name="link"><gravity>0</gravity></link></model></sdf>'
 )
-"""A body without weight, far above, that moves evenly: its place tells how long the physics has run."""
+"""A body without weight, far above, with constant speed. Its place shows how long the physics has run."""
 
 
 @dataclass
 class Soak:
-    """Metrics of a soak. contacts: but for the ground. Memory: resident, after a tenth and at the end."""
+    """Metrics of a soak. contacts: without the ground. Memory: resident, after a tenth and at the end."""
 
     simulated_s: float = 0.0
     wall_s: float = 0.0
@@ -73,7 +73,7 @@ class Soak:
 
 
 class FaultyLoop(ClosedLoop):
-    """The closed loop with faults; `fault` is the one at work now, "" for none. soaking: it never lands."""
+    """The closed loop with faults. `fault` is the present one, "" for none. soaking: it never lands."""
 
     def __init__(self, parameters: ClosedLoopParameters, rng: np.random.Generator) -> None:
         super().__init__(parameters)
@@ -82,7 +82,7 @@ class FaultyLoop(ClosedLoop):
         self.soaking = False
 
     def begin(self, fault: str) -> None:
-        """Let a fault begin; "": end it."""
+        """Begin a fault; "": end the present one."""
         self.fault = fault
         self.publisher.silent = fault == "setpoints stop"
         angle = self.rng.uniform(-math.pi, math.pi)
@@ -163,7 +163,7 @@ class _Flight:
             self._change_fault()
 
     def _change_fault(self) -> None:
-        """End the fault that is there, or begin one."""
+        """End the present fault, or begin one."""
         loop, rng = self._loop, self._rng
         if loop.fault:
             loop.begin("")
@@ -181,7 +181,7 @@ class _Flight:
         place = loop.simulation.world.get_state(loop.simulation.uav_name).pose.position_m
         metrics.way_m += math.dist(place, self._place)
         self._place = place
-        loop.monitor.log = FlightLog()  # an hour of it is a gigabyte
+        loop.monitor.log = FlightLog()  # an hour takes a gigabyte
         if math.dist(place[:2], self._goal[:2]) < 0.3 and self._goal_ends_s > loop.time_s + 5.0:
             metrics.goals_reached += 1
             self._goal_ends_s = loop.time_s + 4.0

@@ -53,7 +53,7 @@ NODES = (
     "/yaw_regulator",
     "/position_controller",
 )
-"""All but the simulator, with which the launch ends."""
+"""All except the simulator, because its end is the launch's end."""
 
 START_S = 90.0
 FAULT_PAUSE_S = (5.0, 15.0)
@@ -63,7 +63,7 @@ SLOW_M = 0.03
 """In a round of 0.1 s."""
 
 SILENCE_S = 20.0
-"""Of wall time without a pose, after which the graph counts as stuck."""
+"""After this wall time without a pose the graph counts as stuck."""
 
 
 @dataclass
@@ -100,7 +100,7 @@ def soak(minutes: float, seed: int) -> dict:
         try:
             graph.wait_for("hovering", START_S)
             os.environ["ROS_MASTER_URI"] = graph.master_uri
-            simulation = Simulation(parameters)  # tells where there is room for a goal
+            simulation = Simulation(parameters)  # finds free places for goals
             metrics = _Soak(graph, simulation, rng, [*ports.values()]).fly(60.0 * minutes)
             metrics.memory_end_gb = graph.memory_gb()
             metrics.shutdown_s = graph.interrupt()
@@ -114,7 +114,7 @@ class _Soak:
     """One soak under way."""
 
     def __init__(self, graph: Graph, simulation: Simulation, rng: np.random.Generator, ports: list[int]):
-        # Not before a graph is there: the other benchmarks need no ROS
+        # Imported here, because the other benchmarks need no ROS
         from benchmarks.simulator.soak_talk import Talk
 
         self._graph, self._simulation, self._rng = graph, simulation, rng
@@ -157,13 +157,13 @@ class _Soak:
         return metrics
 
     def _with_its_fault(self, what: str, when_s: float) -> str:
-        """Return a contact beside the last fault before it."""
+        """Return a contact with the last fault before it."""
         before = [(at_s, fault) for at_s, fault in self._faults if at_s <= when_s]
         at_s, fault = before[-1] if before else (when_s, "nothing")
         return f"{what} {when_s - at_s:.1f} s after {fault}"
 
     def _lead(self, now_s: float, here: tuple[float, float, float]) -> None:
-        """Send the next goal when the last one is reached, or takes too long."""
+        """Send the next goal if the last one is reached or takes too long."""
         if math.dist(here[:2], self._goal_m[:2]) < 0.3 and self._goal_ends_s > now_s + 5.0:
             self._metrics.goals_reached += 1
             self._goal_ends_s = now_s + 4.0
@@ -192,7 +192,7 @@ class _Soak:
             self._nonsense[what]()
 
     def _kill(self, node: str) -> None:
-        """Kill a node; go on when it is back and the UAV takes setpoints again."""
+        """Kill a node. Wait until it is back and the UAV takes setpoints again."""
         metrics, talk = self._metrics, self._talk
         metrics.kills[node] = metrics.kills.get(node, 0) + 1
         pid, killed_s = talk.pid_of(node), talk.now_s
@@ -209,7 +209,7 @@ class _Soak:
 
 
 def _ends_of_tracebacks(said: str) -> list[str]:
-    """Return the last line of each traceback, which says what was wrong."""
+    """Return the last line of each traceback, which names the error."""
     ends = []
     for rest in said.split("Traceback (most recent call last):")[1:]:
         ends.append(next((line for line in rest.splitlines()[1:] if line[:1].strip()), ""))
@@ -217,7 +217,7 @@ def _ends_of_tracebacks(said: str) -> list[str]:
 
 
 def _send_garbage(rng: np.random.Generator, ports: tuple[int, ...]) -> None:
-    """Send what is no MAVLink, some of it with a magic byte in front."""
+    """Send bytes that are no MAVLink, some of them with a magic byte in front."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for port in ports:
             for magic in (b"", b"\xfd", b"\xfe"):

@@ -1,4 +1,4 @@
-"""The soak's own ROS node: it hears of the flight, sends the goals and the messages without sense."""
+"""The soak's own ROS node: it watches the flight, and sends goals and messages without sense."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Talk:
         self._command_s = -math.inf
         self._ready = False
         self.contacts = 0
-        self.touched: dict[str, float] = {}  # what the UAV has touched, and when first
+        self.touched: dict[str, float] = {}  # touched shapes, with the time of the first contact
         rospy.init_node(NAME[1:], disable_signals=True)
         for topic, kind, callback in (
             ("/UAV/ground_truth", Odometry, self._on_truth),
@@ -67,7 +67,7 @@ class Talk:
         return self._pose[0]
 
     def wait_for_pose(self, patience_s: float) -> tuple[float, tuple[float, float, float]]:
-        """Return time and place of the newest pose, once there is a new one; GraphError when none comes."""
+        """Wait for a new pose. Return its time and place; GraphError if none comes."""
         with self._changed:
             before = self._pose
             if not self._changed.wait_for(lambda: self._pose is not before, patience_s):
@@ -75,7 +75,7 @@ class Talk:
             return self._pose
 
     def is_led(self, since_s: float) -> bool:
-        """Whether commands have come since then, and the UAV is ready for them."""
+        """Whether commands have come since this time and the UAV is ready for them."""
         return self._ready and self._command_s > since_s
 
     def go(self, goal_m: tuple[float, float, float]) -> None:
@@ -87,7 +87,7 @@ class Talk:
 
     @staticmethod
     def pid_of(node: str) -> int | None:
-        """Return the process of a node; None while there is none."""
+        """Return the process id of a node; None if there is none."""
         try:
             answer: Any = ServerProxy(rosgraph.Master(NAME).lookupNode(node)).getPid(NAME)
             return answer[2]

@@ -23,7 +23,7 @@ from simulation_tools.px4.setpoint import Setpoint
 
 COLUMNS = ("t_s", "north_m", "east_m", "down_m", "v_north", "v_east", "v_down", "tilt_deg", "yaw_deg")
 STREAM_PERIOD_US = 20_000
-# The setpoint changes at t = 0 and leaves with the stream's next message, 10 ms later on average.
+# The setpoint changes at t = 0 and is sent with the stream's next message, 10 ms later on average.
 _FIRST_MESSAGE_US = 12_000
 _BEFORE_S = 0.2  # recorded before the step
 
@@ -90,7 +90,7 @@ TAKEOFF = "takeoff_to_2m"
 
 @dataclass(frozen=True)
 class StepMetrics:
-    """What a step response is judged by.
+    """The metrics of a step response.
 
     rise_s: from 10 to 90 %. delay_s: until 50 %. settling_s: until it stays within 5 % of the step.
     peak_rate: the quantity's greatest change in a second.
@@ -123,7 +123,7 @@ class Pilot:
         return enu_to_ned(tuple(np.subtract(self.state.pose.position_m, self._origin_m)))
 
     def stream(self, setpoint: Setpoint, in_us: int = 0) -> None:
-        """Send this setpoint from now on, first in `in_us`."""
+        """Send this setpoint from now on, for the first time in `in_us`."""
         self._setpoint = setpoint
         self._due_us = self.state.time_us + in_us
 
@@ -139,7 +139,7 @@ class Pilot:
         return np.array(rows).reshape(-1, len(COLUMNS))
 
     def take_off(self, rise_m: float, seconds: float) -> np.ndarray:
-        """Arm in OFFBOARD and rise from where it stands; return the rows from the arming on."""
+        """Arm in OFFBOARD and take off; return the rows from the arming on."""
         self.stream(_hold(0.0, self._place_ned_m()[2] - rise_m))
         self.fly(1.0)
         for answer in (self._px4.request_mode(Mode.OFFBOARD), self._px4.request_arm()):
@@ -203,7 +203,7 @@ def metrics(manoeuvre: Manoeuvre, rows: np.ndarray) -> StepMetrics:
 
 
 def _first_at(t: np.ndarray, share: np.ndarray, level: float) -> float:
-    """Return when the share first passes a level, interpolated; NaN when it never does."""
+    """Return the time at which the share first passes a level, interpolated; NaN: never."""
     above = np.flatnonzero(share > level)
     if not len(above):
         return math.nan
