@@ -25,7 +25,7 @@ from master_thesis.files import replace_file
 from master_thesis.results.picture_files import png
 from master_thesis.trials.trial import Trial
 from master_thesis.worlds.placements import SCENARIOS, placement
-from master_thesis.worlds.scenario import ALGORITHMS
+from master_thesis.worlds.scenario import THESIS_ALGORITHMS
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sets = {
             (scenario, algorithm): [f for f in flown if (f.scenario, f.algorithm) == (scenario, algorithm)]
             for scenario in SCENARIOS
-            for algorithm in ALGORITHMS
+            for algorithm in THESIS_ALGORITHMS
         }
         all_metrics = {names: variations_metrics(flights) for names, flights in sets.items()}
         for names, values in all_metrics.items():
@@ -60,7 +60,7 @@ def trials(variations: int, k_filter: float) -> list[Trial]:
             {"parameters": variation_parameters(scenario, algorithm, variation, k_filter)},
         )
         for scenario in SCENARIOS
-        for algorithm in ALGORITHMS
+        for algorithm in THESIS_ALGORITHMS
         for variation in range(1, variations + 1)
     ]
 

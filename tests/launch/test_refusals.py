@@ -44,7 +44,10 @@ def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(processes, tmp_pat
 
 
 REFUSED = {
-    "algorithm": ("_algorithm:=best", "There is no algorithm 'best'; choose algorithm:=improved|original."),
+    "algorithm": (
+        "_algorithm:=best",
+        "There is no algorithm 'best'; choose algorithm:=improved|original|dynamic.",
+    ),
     "world": ("_world:=/no.world", "There is no world file /no.world; give the path of an SDF world"),
     "goal": ("_goal:=far away", "'far away' is no goal; give 3 numbers in metres and radians: x y z."),
     "near": ("_goal:=0 0 2", "The goal lies 0.00 m from the start; it must be 1 m to 10 km away."),

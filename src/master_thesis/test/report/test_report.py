@@ -70,7 +70,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
     assert "Interrupted; all finished pieces are kept; the next call goes on from here." in interrupted
     assert "Traceback" not in interrupted
     assert code_of_second == 0, errors
-    before = int(re.search(r"(\d+) of 6 trials are there from before", errors).group(1))
+    before = int(re.search(r"(\d+) of 7 trials are there from before", errors).group(1))
     assert before >= 1
     assert sorted(line["name"] for line in lines_of(folder)) == sorted(piece.name for piece in plan(SMALLEST))
 
@@ -120,7 +120,7 @@ def test_the_whole_report_has_every_experiment_and_lidar():
         lidars = {each.lidar for each in pieces if each.experiment == experiment}
         assert lidars == {"urg", "ust", "utm", "puck", "tim", "m8"}
     flown = {tuple(e.given.items())[:2] for e in pieces if e.experiment == "experiment_1"}
-    assert len(flown) == 4 * 2
+    assert len(flown) == 4 * 3
     placements = sum(e.given.get("count", 0) for e in pieces if e.experiment == "experiment_2")
     assert placements == 3 * 2 * 20
 

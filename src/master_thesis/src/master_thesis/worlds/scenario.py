@@ -10,7 +10,8 @@ from typing import Any, Sequence
 from master_thesis.errors import ScenarioError
 from simulation_tools.vehicle.uav import is_lidar
 
-ALGORITHMS = ("improved", "original")
+THESIS_ALGORITHMS = ("improved", "original")
+ALGORITHMS = (*THESIS_ALGORITHMS, "dynamic")
 CEPA = "cepa"
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
 POSE_SOURCES = ("ground_truth", "odometry")

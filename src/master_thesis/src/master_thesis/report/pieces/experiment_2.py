@@ -16,7 +16,7 @@ from master_thesis.experiment_2.variations import WORLD, described, fly_variatio
 from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import PLACEMENTS_A_PIECE, Size
 from master_thesis.results.picture_files import svg
-from master_thesis.worlds.scenario import ALGORITHMS
+from master_thesis.worlds.scenario import THESIS_ALGORITHMS
 from simulation_tools.vehicle.uav import load_uav
 
 PATH_STEP = 10
@@ -30,7 +30,7 @@ def pieces(size: Size) -> list[Piece]:
         flights_piece(scenario, algorithm, first, min(PLACEMENTS_A_PIECE, size.placements - first + 1))
         for first in firsts
         for scenario in size.emergencies
-        for algorithm in ALGORITHMS
+        for algorithm in THESIS_ALGORITHMS
     ]
 
 

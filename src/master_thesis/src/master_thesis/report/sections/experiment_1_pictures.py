@@ -19,21 +19,28 @@ from simulation_tools.sdf.parser import load_world
 
 LEAST_MS = 0.005
 """The lower end of the picture's logarithmic scale. The thesis's "~ 0" is drawn there."""
+_LINES = {"original": (2.4, (0, (4, 1.5))), "improved": (1.5, "-"), "dynamic": (1.5, (0, (1, 1)))}
+"""Width and dashes of each algorithm's path."""
 
 
 def times_figure(times: Mapping[tuple, tuple[float, float]]) -> Figure:
     """Draw computation times, the thesis's and ours (mean, spread in ms by scenario and algorithm)."""
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
     axes = figure.add_subplot()
-    names, width = list(dict.fromkeys(name for name, _ in times)), 0.2
+    names, algorithms = (list(dict.fromkeys(values)) for values in zip(*times))
     places = np.arange(len(names))
-    columns = [(whose, algorithm) for algorithm in thesis.TABLE_8_1_MS for whose in ("thesis", "ours")]
+    columns = [
+        (whose, algorithm)
+        for algorithm in algorithms
+        for whose in (("thesis", "ours") if algorithm in thesis.TABLE_8_1_MS else ("ours",))
+    ]
+    width = 0.8 / len(columns)
     for column, (whose, algorithm) in enumerate(columns):
-        theirs = thesis.TABLE_8_1_MS[algorithm]
+        theirs = thesis.TABLE_8_1_MS.get(algorithm, {})
         means = [theirs[n] or LEAST_MS if whose == "thesis" else times[n, algorithm][0] for n in names]
         colour = palette.ALGORITHMS[algorithm]
         bars = axes.bar(
-            places + (column - 1.5) * width,
+            places + (column - (len(columns) - 1) / 2) * width,
             means,
             width,
             yerr=None if whose == "thesis" else [times[n, algorithm][1] for n in names],
@@ -50,7 +57,7 @@ def times_figure(times: Mapping[tuple, tuple[float, float]]) -> Figure:
     axes.set_xticks(places, names)
     axes.set_ylabel("mean computation time [ms]", fontsize=8)
     axes.tick_params(labelsize=8)
-    axes.legend(fontsize=7, ncol=4, frameon=False, loc="upper center")
+    axes.legend(fontsize=7, ncol=len(columns), frameon=False, loc="upper center")
     return figure
 
 
@@ -66,7 +73,7 @@ def view_figure(name: str, flown: Mapping[str, dict]) -> Figure:
     solid = [o for o in outlines(load_world(str(WORLDS / f"{name}.world"))) if o.blocks(FLIGHT_HEIGHT_M)]
     patches = [Polygon(o.outline_xy, closed=True) for o in solid if len(o.outline_xy) > 2]
     axes.add_collection(PatchCollection(patches, facecolor=SOLID, edgecolor="black", linewidth=0.3))
-    for algorithm, (line, dashes) in {"original": (2.4, (0, (4, 1.5))), "improved": (1.5, "-")}.items():
+    for algorithm, (line, dashes) in _LINES.items():
         colour = palette.ALGORITHMS[algorithm]
         axes.plot(*paths[algorithm].T, color=colour, lw=line, ls=dashes, label=algorithm)
         places = np.array(flown[algorithm]["emergencies_xy"]).reshape(-1, 2)
@@ -81,6 +88,6 @@ def view_figure(name: str, flown: Mapping[str, dict]) -> Figure:
     axes.set_ylabel("y [m]", fontsize=8)
     axes.tick_params(labelsize=7)
     figure.legend(
-        *axes.get_legend_handles_labels(), fontsize=7, frameon=False, ncol=4, loc="outside lower center"
+        *axes.get_legend_handles_labels(), fontsize=7, frameon=False, ncol=3, loc="outside lower center"
     )
     return figure

@@ -26,7 +26,6 @@ from master_thesis.results.picture_files import svg
 from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Row
 from master_thesis.worlds.placements import R_LB_M, placement
-from master_thesis.worlds.scenario import ALGORITHMS
 
 FIGURES = {"columns": "8.3", "wall_one_column": "8.6", "wall_three_columns": "8.7"}
 SAME_DEG = 1.0
@@ -163,7 +162,7 @@ def findings(proposals: Mapping[str, dict], sets: Sets) -> list[Finding]:
     if ("wall_three_columns", "original") in sets:
         found += _counted(_crashes, sets["wall_three_columns", "original"])
     improved = [
-        flight for (_, algorithm), flights in sets.items() if algorithm == ALGORITHMS[0] for flight in flights
+        flight for (_, algorithm), flights in sets.items() if algorithm == "improved" for flight in flights
     ]
     if improved:
         found += _counted(_saved, improved)
