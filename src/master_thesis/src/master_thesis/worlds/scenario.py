@@ -77,7 +77,8 @@ def choose(what: str, given: str, choices: Sequence[str]) -> str:
 def number(what: str, given: Any, least: float, greatest: float) -> float:
     """Return the given value as a number within the bounds.
 
-    Raises: ScenarioError: a sentence that says what is expected.
+    Raises:
+        ScenarioError: a sentence that says what is expected.
     """
     value = _as_float(given)
     if not least <= value <= greatest:
