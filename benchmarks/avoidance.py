@@ -30,7 +30,8 @@ from master_thesis.campaign.reading import read_campaign
 from master_thesis.campaign.summary import write_summary
 from master_thesis.trials.workers import open_workers
 
-BRIEF_SEEDS = 4
+BRIEF_SEEDS, BRIEF_ROW_SEEDS = 4, 1
+"""Of the row mixed, and of any other."""
 MIXED = "mixed"
 BY_NAME = {row.name: row for row in ROWS}
 
@@ -56,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def fly_mixed(given: argparse.Namespace) -> None:
     """Fly the random forests of the thesis's algorithms."""
     with Results("avoidance", given.results, vars(given)) as results:
-        campaign, flown = fly("avoidance", given.results / "avoidance", given)
+        campaign, flown = fly("avoidance", given.results / "avoidance", given, BRIEF_SEEDS)
         print(f"\n{mixed_forests.judge(campaign, flown.trials, results)}")
 
 
@@ -66,7 +67,7 @@ def fly_row(row: Row, given: argparse.Namespace) -> list[Verdict]:
         if row is REAL_TIME:
             trials, computation_ms = real_time.fly_all(row, given)
         else:
-            _, flown = fly(row.campaign, given.results / "avoidance" / row.name, given)
+            _, flown = fly(row.campaign, given.results / "avoidance" / row.name, given, BRIEF_ROW_SEEDS)
             trials, computation_ms = flown.trials, flown.computation_ms
         sets = judging.sets(row, trials)
         found = {name: judging.metrics(flights, computation_ms) for name, flights in sets.items()}
@@ -76,9 +77,9 @@ def fly_row(row: Row, given: argparse.Namespace) -> list[Verdict]:
         return judging.verdicts(row, trials, computation_ms)
 
 
-def fly(name: str, path: Path, given: argparse.Namespace) -> tuple[Campaign, Flown]:
+def fly(name: str, path: Path, given: argparse.Namespace, brief_seeds: int) -> tuple[Campaign, Flown]:
     """Fly a campaign in a folder; if trials fail, or after Ctrl-C, it ends the process with a sentence."""
-    seeds = given.seeds or (BRIEF_SEEDS if given.brief else None)
+    seeds = given.seeds or (brief_seeds if given.brief else None)
     campaign = read_campaign(Path(name), given.smallest, seeds)
     try:
         with CampaignFolder(path, campaign, not given.resume) as folder:
