@@ -11,6 +11,7 @@ import time
 import numpy as np
 
 from cepa.dynamic.dynamic import Dynamic
+from cepa.dynamic.movers import Movers
 from cepa.improved import Improved
 from cepa.original import Original
 from cepa.parameters import CepaParameters
@@ -28,6 +29,7 @@ def warm_up() -> float:
         for scan in scans:
             for algorithm in (Improved, Original, Dynamic):
                 algorithm(parameters).steer(scan, (1.0, 0.1), (1.0, 0.0))
+    Movers().update(0.0, np.zeros((1, 2)), np.zeros(2), np.zeros(360))
     return time.perf_counter() - start
 
 

@@ -1,0 +1,251 @@
+"""Finds what moves in planar scans, and how fast."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from cepa.errors import ParameterError
+from cepa.kernels import movers as kernels
+
+
+@dataclass(frozen=True)
+class MoverParameters:
+    """What counts as moving. Raises ParameterError for a value that is not above 0."""
+
+    cluster_gap_m: float = 0.3
+    """Points that are farther apart belong to different things."""
+    least_points: int = 3
+    greatest_radius_m: float = 1.5
+    """A larger thing, such as a wall, is taken as standing."""
+    deviation_m: float = 0.05
+    """Standard deviation of a thing's middle, with that of the odometry from scan to scan."""
+    deviation_hidden_m: float = 0.3
+    """The same where something hides a part of it."""
+    acceleration_m_s2: float = 0.6
+    """How much a velocity changes within 1 s, standard deviation."""
+    speed_first_m_s: float = 1.0
+    """Standard deviation of the velocity of what appears."""
+    gate_m: float = 0.3
+    """How far from its predicted place a thing is looked for, beyond three standard deviations."""
+    free_gap_m: float = 0.2
+    """A place was free if a beam went so much farther."""
+    share: float = 0.2
+    """Share of a thing's points that must be where it was free."""
+    speed_min_m_s: float = 0.35
+    """Slower things stand."""
+    significance: float = 2.0
+    """A velocity counts if it is so many times its standard deviation."""
+    evidence_s: float = 0.07
+    """How long the evidence must last."""
+    forget_s: float = 1.0
+    """What moves is predicted so long where nobody sees it."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if not getattr(self, field.name) > 0.0:
+                value = getattr(self, field.name)
+                raise ParameterError(f"The movers' {field.name} must be above 0, not {value!r}.")
+
+
+@dataclass(frozen=True, eq=False)
+class MoverSet:
+    """What moves at a scan, in the odometry's frame."""
+
+    positions: np.ndarray
+    """(k, 2) m: of the middles."""
+    velocities: np.ndarray
+    """(k, 2) m/s"""
+    radii: np.ndarray
+    """(k,) m"""
+    covariances: np.ndarray
+    """(k, 2, 2): of position and velocity along any axis."""
+    is_moving: np.ndarray
+    """(n,) bool: which of the scan's points belong to what moves."""
+
+    def discs(self, origin_xy: np.ndarray, deviations: float = 2.0) -> np.ndarray:
+        """Return what moves as growing discs (k, 6): x, y, vx, vy, radius, growth of the radius in m/s.
+
+        The positions count from ``origin_xy``. A disc holds the thing with so many standard deviations.
+        """
+        spread = deviations * np.sqrt(self.covariances[:, [0, 1], [0, 1]])
+        return np.column_stack(
+            (self.positions - origin_xy, self.velocities, self.radii + spread[:, 0], spread[:, 1])
+        )
+
+
+TRACKS_MAX, CLUSTERS_MAX = 192, 256
+FRAMES, FRAME_PERIOD_S, YOUNGEST_S = 8, 0.1, 0.15
+"""Earlier scans that tell what was free, the time between them, and the least age."""
+STANDING_FORGET_S = 0.3
+STANDING_MIN = 4
+"""So many standing things tell how the odometry drifts."""
+RADIUS_MEMORY_S, RADIUS_LEARNING_S = 1.0, 0.15
+EVIDENCE_MAX_S = 0.5
+SAMPLES = 12
+LONGEST_STEP_S = 0.5
+BESIDE_M = 0.15
+"""A point so near to a moving thing's rim belongs to it."""
+
+
+class Movers:
+    """Tracks things from scan to scan with a Kalman filter of constant velocity each.
+
+    A thing moves if its velocity is significant and a place shows it: the thing is where earlier scans saw
+    nothing, or gone from where they saw it. The velocity alone does not tell, because the visible side of a
+    trunk changes while the UAV passes.
+    """
+
+    def __init__(self, parameters: MoverParameters | None = None):
+        self.parameters = parameters or MoverParameters()
+        self._clusters = np.empty((CLUSTERS_MAX, kernels.CLUSTER_COLUMNS))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._tracks = np.empty((0, kernels.TRACK_COLUMNS))
+        self._surfaces = np.empty((0, FRAMES, 2))
+        self._moving = np.empty(0, bool)
+        self._stamp_s = math.nan
+        self._frames_s = np.full(FRAMES, -math.inf)
+        self._frames = np.zeros((FRAMES, 3))
+        self._frames_bins: np.ndarray | None = None
+        self._frame = 0
+        self._turn, self._shift = 0.0, np.zeros(2)
+
+    def update(
+        self, stamp_s: float, points_xy: np.ndarray, sensor_xy: np.ndarray, sight_m: np.ndarray
+    ) -> MoverSet:
+        """Return what moves at a scan.
+
+        points_xy: (n, 2) m, the ends of the beams that hit something, in the order of the beams; sensor_xy:
+        (2,) m, the lidar; both in the odometry's frame. sight_m: (m,) m, how far the scan sees in m equal
+        directions from the odometry's x axis (`kernels.sight.bins_of`); negative where no beam looks. After a
+        clock that went back, or LONGEST_STEP_S without a scan, everything is forgotten.
+        """
+        dt_s = stamp_s - self._stamp_s
+        if not 0.0 < dt_s <= LONGEST_STEP_S:
+            self.reset()
+            dt_s = 0.0
+        self._stamp_s = stamp_s
+        p = self.parameters
+        points = np.asarray(points_xy, float) @ _rotation(self._turn).T + self._shift
+        pose = np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
+        labels = np.empty(len(points), np.int64)
+        limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
+        found = kernels.segment(points, pose, sight_m, *limits, self._clusters, labels)
+        clusters = self._clusters[:found]
+        kernels.predict(self._tracks, dt_s, p.acceleration_m_s2)
+        matches = np.empty(len(clusters), np.int64)
+        owners = np.empty(len(self._tracks), np.int64)
+        kernels.associate(clusters, self._tracks, p.gate_m, matches, owners)
+        self._align(dt_s, points, pose, clusters, owners)
+        self._learn(dt_s, points, pose, sight_m, clusters, owners)
+        seen = self._forget(owners)
+        seen = self._begin(clusters, matches, seen)
+        self._keep_frame(pose, sight_m, clusters, seen)
+        return self._answer(points, labels, seen)
+
+    def _align(
+        self, dt_s: float, points: np.ndarray, pose: np.ndarray, clusters: np.ndarray, owners: np.ndarray
+    ) -> None:
+        """Lay the scan on what stands, and keep what that says of the odometry's drift."""
+        motion = np.empty(3)
+        standing = clusters, self._tracks, owners, self._moving, pose
+        if not kernels.align(*standing, dt_s, STANDING_MIN, motion):
+            return
+        turn = _rotation(motion[2])
+        lidar = pose[:2].copy()
+        shift = lidar + motion[:2] - turn @ lidar
+        points[:] = points @ turn.T + shift
+        for column in (kernels.MIDDLE_X, kernels.SURFACE_X):
+            clusters[:, column : column + 2] = clusters[:, column : column + 2] @ turn.T + shift
+        pose[:2] += motion[:2]
+        pose[2] += motion[2]
+        self._turn += motion[2]
+        self._shift = turn @ self._shift + shift
+
+    def _learn(
+        self,
+        dt_s: float,
+        points: np.ndarray,
+        pose: np.ndarray,
+        sight_m: np.ndarray,
+        clusters: np.ndarray,
+        owners: np.ndarray,
+    ) -> None:
+        p = self.parameters
+        sizes = math.exp(-dt_s / RADIUS_MEMORY_S), 1.0 - math.exp(-dt_s / RADIUS_LEARNING_S)
+        kernels.correct(self._tracks, clusters, owners, p.deviation_m, p.deviation_hidden_m, *sizes)
+        if self._frames_bins is None or self._frames_bins.shape[1] != len(sight_m):
+            self._frames_bins = np.full((FRAMES, len(sight_m)), -1.0)
+        frames = self._frames, self._frames_bins, self._stamp_s - self._frames_s
+        evidence = YOUNGEST_S, p.free_gap_m, p.share
+        limits = dt_s, p.speed_min_m_s, p.significance, EVIDENCE_MAX_S
+        seen = self._tracks, clusters, owners, self._surfaces, points
+        kernels.weigh(*seen, pose, sight_m, *frames, *evidence, SAMPLES, *limits)
+        tracks = self._tracks
+        speeds = np.hypot(tracks[:, kernels.VX], tracks[:, kernels.VY])
+        starts = (tracks[:, kernels.EVIDENCE] > p.evidence_s) & (speeds > p.speed_min_m_s)
+        self._moving = starts | self._moving & (tracks[:, kernels.EVIDENCE] > 0.0)
+
+    def _forget(self, owners: np.ndarray) -> np.ndarray:
+        """Drop what has not been seen for long; return the clusters (t,) of the tracks that stay, or -1."""
+        allowed_s = np.where(self._moving, self.parameters.forget_s, STANDING_FORGET_S)
+        stays = self._tracks[:, kernels.UNSEEN] <= allowed_s
+        self._tracks, self._surfaces = self._tracks[stays], self._surfaces[stays]
+        self._moving = self._moving[stays]
+        return owners[stays]
+
+    def _begin(self, clusters: np.ndarray, matches: np.ndarray, owners: np.ndarray) -> np.ndarray:
+        """Begin a track for each cluster without one; return the clusters (t,) of all tracks, or -1."""
+        new = np.flatnonzero(matches < 0)[: TRACKS_MAX - len(self._tracks)]
+        if new.size == 0:
+            return owners
+        p = self.parameters
+        tracks = np.zeros((new.size, kernels.TRACK_COLUMNS))
+        tracks[:, kernels.X] = clusters[new, kernels.MIDDLE_X]
+        tracks[:, kernels.Y] = clusters[new, kernels.MIDDLE_Y]
+        tracks[:, kernels.PP] = p.deviation_m**2
+        tracks[:, kernels.VV] = p.speed_first_m_s**2
+        tracks[:, kernels.RADIUS] = tracks[:, kernels.USUAL] = clusters[new, kernels.SIZE]
+        self._tracks = np.concatenate((self._tracks, tracks))
+        self._surfaces = np.concatenate((self._surfaces, np.full((new.size, FRAMES, 2), math.nan)))
+        self._moving = np.concatenate((self._moving, np.zeros(new.size, bool)))
+        return np.concatenate((owners, new))
+
+    def _keep_frame(
+        self, pose: np.ndarray, sight_m: np.ndarray, clusters: np.ndarray, owners: np.ndarray
+    ) -> None:
+        newest_s = self._frames_s[self._frame - 1]
+        if self._stamp_s - newest_s < FRAME_PERIOD_S - 1e-6:
+            return
+        assert self._frames_bins is not None  # since the scan was learnt
+        self._frames_s[self._frame] = self._stamp_s
+        self._frames[self._frame] = pose
+        self._frames_bins[self._frame] = sight_m
+        seen = owners >= 0
+        self._surfaces[:, self._frame] = math.nan
+        surfaces = clusters[owners[seen], kernels.SURFACE_X : kernels.SURFACE_Y + 1]
+        self._surfaces[seen, self._frame] = surfaces
+        self._frame = (self._frame + 1) % FRAMES
+
+    def _answer(self, points: np.ndarray, labels: np.ndarray, owners: np.ndarray) -> MoverSet:
+        moving = self._tracks[self._moving]
+        clusters = owners[self._moving]
+        belongs = np.isin(labels, clusters[clusters >= 0])
+        for track in moving:
+            distances = np.hypot(points[:, 0] - track[kernels.X], points[:, 1] - track[kernels.Y])
+            belongs |= distances < track[kernels.RADIUS] + BESIDE_M
+        covariances = moving[:, [kernels.PP, kernels.PV, kernels.PV, kernels.VV]].reshape(-1, 2, 2)
+        back = _rotation(self._turn)  # a row times it is turned back
+        positions = (moving[:, kernels.X : kernels.Y + 1] - self._shift) @ back
+        velocities = moving[:, kernels.VX : kernels.VY + 1] @ back
+        return MoverSet(positions, velocities, moving[:, kernels.RADIUS], covariances, belongs)
+
+
+def _rotation(angle_rad: float) -> np.ndarray:
+    c, s = math.cos(angle_rad), math.sin(angle_rad)
+    return np.array([[c, -s], [s, c]])
