@@ -40,6 +40,8 @@ class MoverParameters:
     """A velocity counts if it is so many times its standard deviation."""
     evidence_s: float = 0.07
     """How long the evidence must last."""
+    level_m: float = 0.7
+    """Only what the beams meet within this height above or below the lidar is tracked."""
     forget_s: float = 1.0
     """What moves is predicted so long where nobody sees it."""
 
@@ -116,14 +118,21 @@ class Movers:
         self._turn, self._shift = 0.0, np.zeros(2)
 
     def update(
-        self, stamp_s: float, points_xy: np.ndarray, sensor_xy: np.ndarray, sight_m: np.ndarray
+        self,
+        stamp_s: float,
+        points_xy: np.ndarray,
+        sensor_xy: np.ndarray,
+        sight_m: np.ndarray,
+        heights_m: np.ndarray | None = None,
     ) -> MoverSet:
         """Return what moves at a scan.
 
         points_xy: (n, 2) m, the ends of the beams that hit something, in the order of the beams; sensor_xy:
         (2,) m, the lidar; both in the odometry's frame. sight_m: (m,) m, how far the scan sees in m equal
-        directions from the odometry's x axis (`kernels.sight.bins_of`); negative where no beam looks. After a
-        clock that went back, or LONGEST_STEP_S without a scan, everything is forgotten.
+        directions from the odometry's x axis (`kernels.sight.bins_of`); negative where no beam looks.
+        heights_m: (n,) m, of the points above the lidar; None: all are at its height. With them the floor,
+        which seems to move when the lidar tilts, is left out. After a clock that went back, or LONGEST_STEP_S
+        without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
         if not 0.0 < dt_s <= LONGEST_STEP_S:
@@ -131,7 +140,8 @@ class Movers:
             dt_s = 0.0
         self._stamp_s = stamp_s
         p = self.parameters
-        points = np.asarray(points_xy, float) @ _rotation(self._turn).T + self._shift
+        level = np.ones(len(points_xy), bool) if heights_m is None else np.abs(heights_m) <= p.level_m
+        points = np.asarray(points_xy, float)[level] @ _rotation(self._turn).T + self._shift
         pose = np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
         labels = np.empty(len(points), np.int64)
         limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
@@ -146,7 +156,7 @@ class Movers:
         seen = self._forget(owners)
         seen = self._begin(clusters, matches, seen)
         self._keep_frame(pose, sight_m, clusters, seen)
-        return self._answer(points, labels, seen)
+        return self._answer(points, labels, level, seen)
 
     def _align(
         self, dt_s: float, points: np.ndarray, pose: np.ndarray, clusters: np.ndarray, owners: np.ndarray
@@ -232,18 +242,22 @@ class Movers:
         self._surfaces[seen, self._frame] = surfaces
         self._frame = (self._frame + 1) % FRAMES
 
-    def _answer(self, points: np.ndarray, labels: np.ndarray, owners: np.ndarray) -> MoverSet:
+    def _answer(
+        self, points: np.ndarray, labels: np.ndarray, level: np.ndarray, owners: np.ndarray
+    ) -> MoverSet:
         moving = self._tracks[self._moving]
         clusters = owners[self._moving]
         belongs = np.isin(labels, clusters[clusters >= 0])
         for track in moving:
             distances = np.hypot(points[:, 0] - track[kernels.X], points[:, 1] - track[kernels.Y])
             belongs |= distances < track[kernels.RADIUS] + BESIDE_M
+        is_moving = np.zeros(len(level), bool)
+        is_moving[level] = belongs
         covariances = moving[:, [kernels.PP, kernels.PV, kernels.PV, kernels.VV]].reshape(-1, 2, 2)
         back = _rotation(self._turn)  # a row times it is turned back
         positions = (moving[:, kernels.X : kernels.Y + 1] - self._shift) @ back
         velocities = moving[:, kernels.VX : kernels.VY + 1] @ back
-        return MoverSet(positions, velocities, moving[:, kernels.RADIUS], covariances, belongs)
+        return MoverSet(positions, velocities, moving[:, kernels.RADIUS], covariances, is_moving)
 
 
 def _rotation(angle_rad: float) -> np.ndarray:
