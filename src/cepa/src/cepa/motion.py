@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence, Tuple
 
 import numpy as np
@@ -88,6 +88,11 @@ class Motion:
         """Direction of the lidar's x axis in the odometry's plane."""
         x, y, z, w = self.orientation_xyzw
         return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
+
+    def moved(self, way_m: np.ndarray) -> Motion:
+        """Return this motion after a way (3,) along the odometry's axes, which brings it up to date."""
+        x, y, z = (float(start + way) for start, way in zip(self.position_m, way_m))
+        return replace(self, position_m=(x, y, z), age_s=0.0)
 
     def rotation(self) -> np.ndarray:
         """Return the matrix (3, 3) that turns the lidar's frame into the odometry's."""

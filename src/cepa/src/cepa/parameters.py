@@ -69,20 +69,26 @@ class CepaParameters:
     """s: from a scan until the UAV begins to brake."""
     margin: float = 0.05
     """m, dynamic only: kept beyond body_radius and the response's error, for errors of the scan."""
+    commit_s: float = 0.1
+    """s, dynamic only: an answer is safe to fly for so long, or for two scans; more on a slow chain."""
     memory_s: float = 20.0
     """s, dynamic only: how long what was seen is remembered; 0: not at all."""
     window_m: float = 15.0
     """m, dynamic only: edge of the square around the UAV in which it looks for ways out; 0: no search."""
-    response_p: float = 1.8
+    response_p: float = 1.5
     """1/s, dynamic only: see response.py, as for all response_*."""
-    response_i: float = 0.4
+    response_i: float = 0.0
     """1/s2"""
-    response_d: float = 0.2
+    response_d: float = 0.0
     """Share of the own acceleration."""
-    response_lag: float = 0.16
+    response_lag: float = 0.08
+    """s"""
+    response_delay: float = 0.1
     """s"""
     response_acceleration_max: float = 6.0
     """m/s2"""
+    response_jerk_max: float = 40.0
+    """m/s3"""
     response_error: float = 0.25
     """m/s2"""
     levelling: bool = False
@@ -102,7 +108,9 @@ class CepaParameters:
             self.response_i,
             self.response_d,
             self.response_lag,
+            self.response_delay,
             self.response_acceleration_max,
+            self.response_jerk_max,
             self.response_error,
         )
 
@@ -140,6 +148,7 @@ class CepaParameters:
             "emergency_lookahead",
             "emergency_gain",
             "braking_deceleration",
+            "commit_s",
         )
         for name in positive:
             if not getattr(self, name) > 0.0:

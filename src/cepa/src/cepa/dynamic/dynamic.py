@@ -9,25 +9,25 @@ import numpy as np
 
 from cepa.algorithm import Algorithm, velocity
 from cepa.decision import Decision, Reason
-from cepa.dynamic.candidates import candidates
+from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates
+from cepa.dynamic.cost import Cost
 from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
-from cepa.dynamic.observer import Observer
+from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
-from cepa.dynamic.ways_out import WaysOut
-from cepa.kernels.rollout import Cushions, Horizon, Response, Scan, Surroundings, braking, is_clear, judge
+from cepa.dynamic.ways_out import Ways, WaysOut
+from cepa.kernels.rollout import Cushions, Horizon, Scan, Surroundings, braking, is_clear, judge
 from cepa.motion import Cloud, Motion
 from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
 
 STEP_S = 0.05
-COMMIT_S, BRAKE_S = 0.1, 2.5
-COST_HORIZON_S = 1.6
-STANDSTILL = 2
-"""Its row among the candidates."""
-NOWHERE = np.empty((0, 0))
-CLIMB_LAG_S = 0.35
+BRAKE_S, COST_HORIZON_S, HOLD_S = 3.0, 1.6, 0.6
+COMMIT_PERIODS = 2.0
+LONGEST_COMMIT_S = 0.5
 CLEAR_STRIDE = 4
+"""The paths of the reference are looked at in every fourth step."""
 NO_MOVERS = np.empty((0, 6))
+NO_WAY_SEARCHED = Ways(np.empty((0, 0)), 0.0, 0.0)
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
 
 
@@ -45,19 +45,15 @@ class Dynamic(Algorithm):
     def __init__(self, parameters: CepaParameters | None = None):
         p = parameters or CepaParameters()
         model = p.response
+        self._response = response_of(model, STEP_S)
+        steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
+        self._keep = np.maximum(p.r_lb, p.body_radius + p.margin + model.tube_m(STEP_S, steps)[1:])
+        self._delay_s = model.delay_s
+        self._least, self._most = np.empty(steps), np.empty(steps)
         self._observer = Observer(model)
-        climb_gain = 1.0 - math.exp(-STEP_S / CLIMB_LAG_S)
-        self._response = Response(*model.transition(STEP_S), model.acceleration_max_m_s2, climb_gain, STEP_S)
-        steps = (round(seconds / STEP_S) for seconds in (COMMIT_S, BRAKE_S, COST_HORIZON_S))
-        self._horizon = Horizon(*steps)
-        braking_steps = self._horizon.commit + self._horizon.brake
-        tube = model.tube_m(STEP_S, braking_steps)[1:]
-        self._cushions = Cushions(
-            float(p.r_lb), float(p.r_ub), np.maximum(p.r_lb, p.body_radius + p.margin + tube)
-        )
         self._lookout = Lookout(p)
         self._ways_out = WaysOut(p) if p.window_m > 0.0 else None
-        self._least, self._most = np.empty(braking_steps), np.empty(braking_steps)
+        self._cost = Cost(p)
         super().__init__(p)
 
     def reset(self) -> None:
@@ -65,13 +61,16 @@ class Dynamic(Algorithm):
         super().reset()
         self._observer.reset()
         self._lookout.reset()
-        self._stamp_s = math.nan
+        if self._ways_out is not None:
+            self._ways_out.reset()
+        self._stamp_s = -math.inf
+        self._period_s = 0.0
         self._command = np.zeros(3)
 
     @property
     def commit_s(self) -> float:
-        """How long an answer is safe to fly, s. Whoever flies it must brake if no other came until then."""
-        return COMMIT_S
+        """How long an answer is safe to fly, s. Whoever flies it must brake when no other came until then."""
+        return min(max(self.parameters.commit_s, COMMIT_PERIODS * self._period_s), LONGEST_COMMIT_S)
 
     def steer(
         self,
@@ -87,17 +86,14 @@ class Dynamic(Algorithm):
         """
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
-        motion = motion or self._guessed_motion(v_uav)
+        motion, state = self._state(motion or self._guessed_motion(v_uav))
+        self._position_m = motion.position_m
         turn = _rotation(motion.yaw_rad)
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
-        state = self._state(motion)
         points = self._lookout.points(beams, motion, scan.range_max)
         self._lookout.keep(beams, points, motion, scan.range_max)
-        angle_0 = beams.angle_0 + motion.yaw_rad
-        seen = Scan(
-            points, beams.ranges, beams.seen, angle_0, beams.increment, scan.range_max - RANGE_MARGIN_M
-        )
-        if self._is_clear(reference, state, seen):
+        view = beams.ranges, beams.seen, beams.angle_0 + motion.yaw_rad, beams.increment
+        if self._is_clear(reference, state, Scan(points, *view, scan.range_max - RANGE_MARGIN_M)):
             return self._answer(reference, turn, 0.0, 1, Reason.CUSHION_CLEAR)
         sight = self._lookout.look(beams, points, motion, scan.range_max)
         return self._best_of_admissible(reference, state, sight, turn)
@@ -107,78 +103,100 @@ class Dynamic(Algorithm):
         self.reset()
         return Motion(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (*v_uav, 0.0))
 
-    def _state(self, motion: Motion) -> np.ndarray:
-        velocity_m_s = np.array(motion.velocity_m_s)
-        dt_s = motion.stamp_s - self._stamp_s
+    def _state(self, motion: Motion) -> tuple[Motion, np.ndarray]:
+        """Return the motion at the scan's stamp, and the state (3, 4) when an answer shows its effect."""
+        gap_s = motion.stamp_s - self._stamp_s
+        if gap_s < 0.0:
+            self.reset()  # the clock went back
+        elif gap_s <= LONGEST_COMMIT_S:
+            self._period_s += 0.1 * (gap_s - self._period_s) if self._period_s else gap_s
         self._stamp_s = motion.stamp_s
-        state = np.zeros((3, 4))
-        state[:2] = self._observer.update(dt_s, self._command[:2], velocity_m_s[:2])
-        state[2, 1] = velocity_m_s[2]
-        return state
+        self._observer.update(motion.stamp_s - motion.age_s, np.array(motion.velocity_m_s))
+        way = np.zeros(3)
+        if motion.age_s > 0.0:
+            way = self._observer.state_at(motion.stamp_s)[:, 0]
+            motion = motion.moved(way)
+        state = self._observer.state_at(motion.stamp_s + self._delay_s)
+        state[:, 0] -= way
+        return motion, state
 
     def _is_clear(self, reference: np.ndarray, state: np.ndarray, scan: Scan) -> bool:
         """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""
-        distance = self._cushions.outer + 0.5 * CLEAR_STRIDE * STEP_S * float(np.hypot(*reference[:2])) * 0.25
-        paths = state, reference, self._response, self._horizon
-        return bool(is_clear(*paths, scan, distance, float(self.parameters.body_radius), CLEAR_STRIDE))
+        between_m = 0.5 * CLEAR_STRIDE * STEP_S * math.hypot(reference[0], reference[1])
+        distance_m = math.hypot(self.parameters.r_ub, between_m)
+        paths = state, reference, self._response, self._horizon()
+        return bool(is_clear(*paths, scan, distance_m, float(self.parameters.body_radius), CLEAR_STRIDE))
+
+    def _horizon(self) -> Horizon:
+        return Horizon(
+            math.ceil(self.commit_s / STEP_S - 1e-6), _steps(BRAKE_S), _steps(COST_HORIZON_S), _steps(HOLD_S)
+        )
 
     def _best_of_admissible(
         self, reference: np.ndarray, state: np.ndarray, sight: Sight, turn: np.ndarray
     ) -> Decision:
-        p = self.parameters
         speed = math.hypot(reference[0], reference[1])
         direction = reference[:2] / speed if speed > 0.0 else turn[:, 0]
-        way = NOWHERE
-        if self._ways_out is not None and speed >= p.reference_speed_min:
-            obstacles = np.concatenate((sight.points, sight.remembered))
-            found = self._ways_out.search(obstacles, direction)
-            way = NOWHERE if found is None else found
-        around = Surroundings(
-            self._lookout.distances(sight),
-            FIELD_CELL_M,
-            1.0,
-            self._lookout.far_m,
-            sight.reach,
-            NOTHING_UNSEEN,
-            1.0,
-            NO_MOVERS,
-            way,
-            WAY_CELL_M,
-        )
-        braking(state, self._response, around, self._horizon, self._least, self._most)
+        around, has_way = self._surroundings(sight, direction, speed)
         commands = candidates(reference, self._command, speed)
-        admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 4))
-        paths = self._response, around, self._horizon, self._cushions, self._least, self._most
-        judge(state, commands, *paths, direction, admissible, results)
-        cost = self._cost(commands, results, speed)
+        admissible, results = self._judged(commands, state, around, direction)
+        cost = self._cost.of(commands, results, self._command, speed)
         cost[~admissible] = math.inf
         best = int(np.argmin(cost))
-        if not admissible.any():
-            return self._answer(commands[STANDSTILL], turn, math.inf, len(commands), Reason.BRAKING)
-        return self._answer(commands[best], turn, float(cost[best]), len(commands), Reason.STEERED)
+        if not has_way:
+            best = STANDSTILL
+        reason = self._reason(best, has_way, around, results[best])
+        return self._answer(commands[best], turn, float(cost[best]), len(commands), reason)
 
-    W_COMFORT, W_CHANGE, W_LOST = 0.6, 0.05, 0.6
+    def _surroundings(self, sight: Sight, direction: np.ndarray, speed: float) -> tuple[Surroundings, bool]:
+        """Return what is around the UAV, and whether there is a way out."""
+        distance = self._lookout.distances(sight)
+        ways: Ways | None = NO_WAY_SEARCHED
+        if self._ways_out is not None and speed >= self.parameters.reference_speed_min:
+            obstacles = np.concatenate((sight.points, sight.remembered))
+            ways = self._ways_out.search(obstacles, direction, *self._position_m[:2])
+        length, *offset = ways or NO_WAY_SEARCHED
+        field = distance, FIELD_CELL_M, 1.0, self._lookout.far_m
+        seen = sight.reach, NOTHING_UNSEEN, 1.0
+        return Surroundings(*field, *seen, NO_MOVERS, length, WAY_CELL_M, *offset), ways is not None
 
-    def _cost(self, commands: np.ndarray, results: np.ndarray, speed: float) -> np.ndarray:
-        """Return the cost of each candidate (n,)."""
-        progress, discomfort, lost, _height = results.T
-        change = np.hypot(*(commands - self._command)[:, :2].T)
-        scale = 1.0 / max(speed, 1.0)
-        return (
-            self.W_COMFORT * discomfort
-            + self.W_LOST * lost
-            + self.W_CHANGE * scale * change
-            - scale * progress
-        )
+    def _judged(
+        self, commands: np.ndarray, state: np.ndarray, around: Surroundings, direction: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which commands (n, 3) are admissible (n,), and what flying them brings (n, 4)."""
+        p, horizon = self.parameters, self._horizon()
+        cushions = Cushions(float(p.r_lb), float(p.r_ub), self._keep)
+        braking(state, self._response, around, horizon, self._least, self._most)
+        admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 4))
+        world = self._response, around, horizon, cushions, self._least, self._most
+        judge(state, commands, *world, direction, admissible, results)
+        return admissible, results
+
+    def _reason(self, best: int, has_way: bool, around: Surroundings, result: np.ndarray) -> Reason:
+        p = self.parameters
+        middle = around.distance.shape[1] // 2
+        if around.distance[around.distance.shape[0] // 2, middle, middle] < p.body_radius + p.margin:
+            return Reason.MARGIN_LOST
+        if not has_way:
+            return Reason.NO_WAY
+        if best == STANDSTILL:
+            return Reason.BRAKING
+        clear = best == REFERENCE and result[1] == 0.0 and result[2] == 0.0
+        return Reason.CUSHION_CLEAR if clear else Reason.STEERED
 
     def _answer(
         self, command: np.ndarray, turn: np.ndarray, cost: float, tested: int, reason: Reason
     ) -> Decision:
         self._command = command.copy()
+        self._observer.command(self._stamp_s, command, self.commit_s)
         x, y = turn.T @ command[:2]
-        return Decision((float(x), float(y)), False, cost, tested, reason)
+        return Decision((float(x), float(y)), reason is Reason.MARGIN_LOST, cost, tested, reason)
 
 
 def _rotation(angle_rad: float) -> np.ndarray:
     c, s = math.cos(angle_rad), math.sin(angle_rad)
     return np.array([[c, -s], [s, c]])
+
+
+def _steps(seconds: float) -> int:
+    return round(seconds / STEP_S)

@@ -1,53 +1,93 @@
-"""Estimates what odometry does not tell of the UAV's state: acceleration and integral."""
+"""Where the UAV is when a command shows its effect: what odometry does not tell, and does not tell yet."""
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
 from cepa.dynamic.response import ResponseModel
+from cepa.kernels.rollout import Response, fly
 
-VELOCITY_NOISE_M_S = 0.05
-ACCELERATION_NOISE_M_S2 = 0.5
-"""Standard deviation that the acceleration gains in a second, and the integral in ten."""
-LONGEST_STEP_S = 0.5
+VELOCITY_NOISE_M_S = 0.01
+ACCELERATION_NOISE_M_S2, INTEGRAL_NOISE_M_S2 = 5.0, 0.5
+"""Standard deviations that acceleration and integral gain in a second."""
+LONGEST_STEP_S = 1.0
+"""After a longer gap nothing is known of acceleration and integral."""
+KEPT_COMMANDS = 256
+STEP_S = 1e-3
+CLIMB_LAG_S = 0.35
+
+
+def response_of(model: ResponseModel, step_s: float) -> Response:
+    """Return the response over a step, for the kernels."""
+    limits = model.acceleration_max_m_s2, model.jerk_max_m_s3, 1.0 - math.exp(-step_s / CLIMB_LAG_S)
+    return Response(*model.transition(step_s), *limits, step_s)
 
 
 class Observer:
-    """A steady-state Kalman filter of both axes; position is not estimated and stays 0."""
+    """A steady-state Kalman filter of both axes, and the commands that are on their way.
+
+    Its states (3, 4) hold for x and y position, velocity, acceleration and integral, along the odometry's
+    axes, and for z position and velocity.
+    """
 
     def __init__(self, model: ResponseModel):
         self._model = model
+        self._response = response_of(model, STEP_S)
+        self._commands = np.zeros((KEPT_COMMANDS, 5))
+        self._state = np.zeros((3, 4))
         self.reset()
 
     def reset(self) -> None:
         """Forget everything: the next velocity is taken as it is, without acceleration."""
-        self._state: np.ndarray | None = None
+        self._stamp_s = -math.inf
+        self._first = self._next = 0
 
-    def update(self, dt_s: float, command_xy: np.ndarray, velocity_xy: np.ndarray) -> np.ndarray:
-        """Return the state (2, 4: position 0, velocity, acceleration, integral) that fits the velocity best.
+    def command(self, stamp_s: float, command: np.ndarray, hold_s: float) -> None:
+        """Take in a command (3,), m/s, that is given at ``stamp_s``; after ``hold_s`` the UAV brakes."""
+        begins_s = stamp_s + self._model.delay_s
+        self._commands[self._next % KEPT_COMMANDS] = begins_s, begins_s + hold_s, *command
+        self._next += 1
+        self._first = max(self._first, self._next - KEPT_COMMANDS)
 
-        dt_s: since the last update, during which ``command_xy`` was flown; m/s in the odometry's axes.
-        """
-        if self._state is None or not 0.0 < dt_s <= LONGEST_STEP_S:
-            self._state = np.zeros((2, 4))
-            self._state[:, 1] = velocity_xy
-            return self._state
-        f, g = self._model.transition(round(dt_s, 3) or 1e-3)
-        state = self._state @ f.T + np.outer(command_xy, g)
-        state[:, 1:] += np.outer(velocity_xy - state[:, 1], _gains(self._model, round(dt_s, 3) or 1e-3))
-        state[:, 0] = 0.0
-        self._state = state
+    def update(self, stamp_s: float, velocity_m_s: np.ndarray) -> None:
+        """Take in a velocity (3,) that was measured at ``stamp_s``."""
+        dt_s = stamp_s - self._stamp_s
+        if not 0.0 <= dt_s <= LONGEST_STEP_S:
+            self._state[:] = 0.0
+            self._state[:, 1] = velocity_m_s
+        elif dt_s > 0.0:
+            self._fly(self._state, stamp_s)
+            innovation = velocity_m_s[:2] - self._state[:2, 1]
+            self._state[:2, 1:] += innovation[:, None] * _gains(self._model, max(round(dt_s, 3), STEP_S))
+            self._state[:, 0] = 0.0
+            self._state[2, 1] = velocity_m_s[2]
+        self._stamp_s = stamp_s
+        while (
+            self._first + 1 < self._next and self._commands[(self._first + 1) % KEPT_COMMANDS, 0] <= stamp_s
+        ):
+            self._first += 1
+
+    def state_at(self, stamp_s: float) -> np.ndarray:
+        """Return the state at a later time; its position is the way since the last measurement."""
+        state = self._state.copy()
+        self._fly(state, stamp_s)
         return state
 
+    def _fly(self, state: np.ndarray, to_s: float) -> None:
+        fly(state, self._commands, self._first, self._next, self._stamp_s, to_s, self._response)
 
-@lru_cache(maxsize=64)
+
+@lru_cache(maxsize=256)
 def _gains(model: ResponseModel, dt_s: float) -> np.ndarray:
+    """Return the gains (3,) of the velocity's innovation on velocity, acceleration and integral."""
     f = model.transition(dt_s)[0][1:, 1:]
-    noise = np.diag([1e-6, ACCELERATION_NOISE_M_S2**2, (0.1 * ACCELERATION_NOISE_M_S2) ** 2]) * dt_s
+    noise = np.diag([1e-6, ACCELERATION_NOISE_M_S2**2, INTEGRAL_NOISE_M_S2**2]) * dt_s
     seen = np.array([[1.0, 0.0, 0.0]])
     variance = np.array([[VELOCITY_NOISE_M_S**2]])
     covariance = solve_discrete_are(f.T, seen.T, noise, variance)
-    return (covariance @ seen.T / (seen @ covariance @ seen.T + variance))[:, 0]
+    gains: np.ndarray = (covariance @ seen.T / (seen @ covariance @ seen.T + variance))[:, 0]
+    return gains if model.i > 0.0 else gains * (1.0, 1.0, 0.0)

@@ -4,7 +4,8 @@ Per horizontal axis, with e = commanded velocity - v:
 
     q = p e + I - d a,  dI = i e dt,  da = (q - a) dt / lag,  dv = a dt
 
-That is PX4's velocity loop (P, I and D on a measured acceleration) behind an attitude with a lag. The
+That is PX4's velocity loop (P, I and D on a measured acceleration) behind an attitude with a delay, a lag and
+a limited rate. The
 defaults have no I and no D, because they predict better so: PX4's integral makes up for the drag of the air,
 which this model does not have either (doc/how_it_works.md has the measurements). Keep I = 0 in predictions
 where i = 0.
@@ -32,11 +33,15 @@ class ResponseModel:
     """1/s2: its growth per second."""
     d: float = 0.0
     """Damping by the own acceleration. Only p / (1 + d), i / (1 + d) and lag / (1 + d) matter."""
-    lag_s: float = 0.12
+    lag_s: float = 0.08
     """Time constant from the wanted to the flown acceleration: the attitude."""
+    delay_s: float = 0.1
+    """From a command until the acceleration begins to change."""
     acceleration_max_m_s2: float = 6.0
     """The greatest acceleration that is counted on; the UAV must have it."""
-    error_m_s2: float = 0.5
+    jerk_max_m_s3: float = 40.0
+    """The fastest change of the acceleration: the attitude's rate is limited."""
+    error_m_s2: float = 0.25
     """Bound of the disturbing acceleration (gusts, and what this model leaves out) that it must withstand."""
 
     def __post_init__(self) -> None:
@@ -44,10 +49,10 @@ class ResponseModel:
             value = getattr(self, field.name)
             if not isinstance(value, (int, float)) or isinstance(value, bool) or not math.isfinite(value):
                 raise ParameterError(f"response_{field.name} must be a finite number, not {value!r}.")
-        for name in ("p", "lag_s", "acceleration_max_m_s2"):
+        for name in ("p", "lag_s", "acceleration_max_m_s2", "jerk_max_m_s3"):
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"response_{name} must be greater than 0, not {getattr(self, name)}.")
-        for name in ("i", "d", "error_m_s2"):
+        for name in ("i", "d", "delay_s", "error_m_s2"):
             if not getattr(self, name) >= 0.0:
                 raise ParameterError(f"response_{name} must be at least 0, not {getattr(self, name)}.")
         if not (1.0 + self.d) * self.p > self.i * self.lag_s:

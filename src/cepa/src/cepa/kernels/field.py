@@ -81,3 +81,41 @@ def ways_out(slowness: np.ndarray, cell: float, direction: np.ndarray, way: np.n
                         way[i, j] = new
         if change < 0.5 * cell:
             break
+
+
+@njit(cache=True)
+def trace(way: np.ndarray, column: int, row: int, cells: np.ndarray) -> int:
+    """Fill ``cells`` (m, 2: column, row) with the shortest way from the middle; return their number.
+
+    column, row: of the middle among all cells of the plane.
+    """
+    half = way.shape[0] // 2
+    i = j = half
+    for count in range(cells.shape[0]):
+        cells[count, 0], cells[count, 1] = column + j - half, row + i - half
+        best_i, best_j = i, j
+        for k in range(max(0, i - 1), min(way.shape[0], i + 2)):
+            for m in range(max(0, j - 1), min(way.shape[0], j + 2)):
+                if way[k, m] < way[best_i, best_j]:
+                    best_i, best_j = k, m
+        if best_i == i and best_j == j:
+            return count + 1
+        i, j = best_i, best_j
+    return cells.shape[0]
+
+
+@njit(cache=True)
+def favour(cells: np.ndarray, column: int, row: int, share: float, slowness: np.ndarray) -> None:
+    """Lower ``slowness`` (n, n) to ``share`` of it in and around ``cells`` (m, 2: column, row).
+
+    column, row: of the middle among all cells of the plane.
+    """
+    n = slowness.shape[0]
+    marked = np.zeros((n, n), np.bool_)
+    for k in range(cells.shape[0]):
+        j, i = cells[k, 0] - column + n // 2, cells[k, 1] - row + n // 2
+        marked[max(0, i - 1) : max(0, i + 2), max(0, j - 1) : max(0, j + 2)] = True
+    for i in range(n):
+        for j in range(n):
+            if marked[i, j]:
+                slowness[i, j] *= share

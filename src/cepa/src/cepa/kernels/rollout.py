@@ -26,6 +26,8 @@ class Response(NamedTuple):
     """(4,)"""
     acceleration_max: float
     """m/s2"""
+    jerk_max: float
+    """m/s3"""
     climb_gain: float
     step_s: float
 
@@ -49,6 +51,9 @@ class Surroundings(NamedTuple):
     way: np.ndarray
     """(k, k) m: length of the shortest way out from each cell; (0, 0): none was searched."""
     way_cell_m: float
+    way_x: float
+    """m: of the UAV from the middle of ``way``."""
+    way_y: float
 
 
 class Horizon(NamedTuple):
@@ -57,6 +62,7 @@ class Horizon(NamedTuple):
     commit: int
     brake: int
     cost: int
+    hold: int
 
 
 class Cushions(NamedTuple):
@@ -70,20 +76,58 @@ class Cushions(NamedTuple):
 
 @njit(cache=True)
 def _advance(state: np.ndarray, response: Response, ux: float, uy: float, uz: float) -> None:
-    f, g = response.f, response.g
+    f, g, step = response.f, response.g, response.step_s
+    ax, ay = state[0, 2], state[1, 2]
+    new_x = f[2, 1] * state[0, 1] + f[2, 2] * ax + f[2, 3] * state[0, 3] + g[2] * ux
+    new_y = f[2, 1] * state[1, 1] + f[2, 2] * ay + f[2, 3] * state[1, 3] + g[2] * uy
+    change = math.sqrt((new_x - ax) ** 2 + (new_y - ay) ** 2)
+    size = math.sqrt(new_x**2 + new_y**2)
+    is_linear = change <= response.jerk_max * step and size <= response.acceleration_max
+    if not is_linear:
+        share = min(1.0, response.jerk_max * step / max(change, 1e-9))
+        new_x, new_y = ax + share * (new_x - ax), ay + share * (new_y - ay)
+        share = min(1.0, response.acceleration_max / max(math.sqrt(new_x**2 + new_y**2), 1e-9))
+        new_x, new_y = share * new_x, share * new_y
     for axis in range(2):
-        u = ux if axis == 0 else uy
-        p, v, a, i = state[axis, 0], state[axis, 1], state[axis, 2], state[axis, 3]
-        state[axis, 0] = p + f[0, 1] * v + f[0, 2] * a + f[0, 3] * i + g[0] * u
-        state[axis, 1] = f[1, 1] * v + f[1, 2] * a + f[1, 3] * i + g[1] * u
-        state[axis, 2] = f[2, 1] * v + f[2, 2] * a + f[2, 3] * i + g[2] * u
+        u, new = (ux, new_x) if axis == 0 else (uy, new_y)
+        v, a, i = state[axis, 1], state[axis, 2], state[axis, 3]
+        if is_linear:
+            state[axis, 0] += f[0, 1] * v + f[0, 2] * a + f[0, 3] * i + g[0] * u
+            state[axis, 1] = f[1, 1] * v + f[1, 2] * a + f[1, 3] * i + g[1] * u
+        else:
+            state[axis, 0] += step * (v + step * (2.0 * a + new) / 6.0)
+            state[axis, 1] = v + 0.5 * step * (a + new)
+        state[axis, 2] = new
         state[axis, 3] = f[3, 1] * v + f[3, 2] * a + f[3, 3] * i + g[3] * u
-    a = math.sqrt(state[0, 2] ** 2 + state[1, 2] ** 2)
-    if a > response.acceleration_max:
-        state[0, 2] *= response.acceleration_max / a
-        state[1, 2] *= response.acceleration_max / a
     state[2, 0] += response.step_s * state[2, 1]
     state[2, 1] += response.climb_gain * (uz - state[2, 1])
+
+
+@njit(cache=True)
+def fly(
+    state: np.ndarray,
+    commands: np.ndarray,
+    first: int,
+    last: int,
+    from_s: float,
+    to_s: float,
+    response: Response,
+) -> None:
+    """Advance ``state`` (3, 4) from one time to another under the commands that were given.
+
+    commands (n, 5): ring of when each begins and is braked, s, and its velocity, m/s; ``first`` to ``last`` of
+    them count, modulo n. Each holds until the next one begins, or it is braked.
+    """
+    n = commands.shape[0]
+    k = first
+    for step in range(math.floor((to_s - from_s) / response.step_s + 0.5)):
+        t = from_s + (step + 0.5) * response.step_s
+        while k + 1 < last and commands[(k + 1) % n, 0] <= t:
+            k += 1
+        if k < last and commands[k % n, 0] <= t < commands[k % n, 1]:
+            _advance(state, response, commands[k % n, 2], commands[k % n, 3], commands[k % n, 4])
+        else:
+            _advance(state, response, 0.0, 0.0, 0.0)
 
 
 @njit(cache=True)
@@ -191,6 +235,7 @@ def _is_admissible(
 def _way_from(around: Surroundings, x: float, y: float, direction: np.ndarray) -> float:
     """Return the length of the shortest way out from (x, y), m; outside of the window along ``direction``."""
     half = 0.5 * (around.way.shape[0] - 1) * around.way_cell_m
+    x, y = x + around.way_x, y + around.way_y
     farthest = max(abs(x), abs(y))
     scale = min(1.0, 0.999 * half / farthest) if farthest > 0.0 else 1.0
     beyond = (1.0 - scale) * (x * direction[0] + y * direction[1])
@@ -215,8 +260,16 @@ def _judge(
     least = min(inner, _clearance(around, state, 0.0) - DEEPER_M)
     discomfort = 0.0
     lost = 0.0
+    speed = math.sqrt(ux * ux + uy * uy)
     for k in range(horizon.cost):
         x, y = state[0, 0], state[1, 0]
+        if k >= horizon.hold and around.way.size:
+            h = around.way_cell_m
+            gx = _way_from(around, x + h, y, direction) - _way_from(around, x - h, y, direction)
+            gy = _way_from(around, x, y + h, direction) - _way_from(around, x, y - h, direction)
+            size = math.sqrt(gx * gx + gy * gy)
+            if 0.2 * h < size < 20.0 * h:
+                ux, uy = -speed * gx / size, -speed * gy / size
         _advance(state, response, ux, uy, uz)
         d = _clearance(around, state, (k + 1) * response.step_s)
         if d < least:

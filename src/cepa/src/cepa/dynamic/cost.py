@@ -1,0 +1,27 @@
+"""The cost of flying a velocity, in the terms of equation 6.5 of the thesis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cepa.parameters import CepaParameters
+
+COMFORT, LOST, CHANGE = 0.6, 1.0, 0.2
+SLOWEST_SCALE_M_S = 1.0
+
+
+class Cost:
+    """Progress counts against discomfort, against what would be lost by a contact, and against change."""
+
+    def __init__(self, parameters: CepaParameters):
+        self.comfort, self.lost, self.change = COMFORT, LOST, CHANGE
+
+    def of(self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
+        """Return the cost (n,) of each command (n, 3), m/s; results (n, 4): what `judge` found.
+
+        last: the last command (3,). speed: of the reference, m/s.
+        """
+        progress, discomfort, lost, _ = results.T
+        change = np.hypot(commands[:, 0] - last[0], commands[:, 1] - last[1])
+        along = (self.change * change - progress) / max(speed, SLOWEST_SCALE_M_S)
+        return along + self.comfort * discomfort + self.lost * lost
