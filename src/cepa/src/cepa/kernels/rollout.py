@@ -115,8 +115,8 @@ def fly(
 ) -> None:
     """Advance ``state`` (3, 4) from one time to another under the commands that were given.
 
-    commands (n, 5): ring of when each begins and is braked, s, and its velocity, m/s; ``first`` to ``last`` of
-    them count, modulo n. Each holds until the next one begins, or it is braked.
+    commands (n, 5): ring of when each begins and is braked, s, and its velocity, m/s; ``first`` to ``last``
+    count, modulo n. Each holds until the next one begins, or it is braked.
     """
     n = commands.shape[0]
     k = first
