@@ -57,17 +57,8 @@ def test_obstacles_appear_while_time_stands_still_and_the_original_flies_into_on
     assert {"proposals.png", "k_sweep.png", "path.png"} <= {path.name for path in folder.iterdir()}
 
 
-@pytest.mark.parametrize(
-    ("argument", "sentence"),
-    [
-        ({"scenario": "maze"}, "There is no scenario 'maze'; choose scenario:=columns|wall_one_column|"),
-        ({"K": "-1"}, "k_filter must be greater than 0"),
-        ({"mavros": "fake"}, "There is no mavros 'fake'; choose mavros:=sim|real."),
-        ({"look": "long"}, "'long' is no look; give a number from 0 to 8."),
-    ],
-)
-def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(launch, argument, sentence):
-    said, folder = launch(**argument)
-    assert sentence in said
+def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(launch):
+    said, folder = launch(scenario="maze")
+    assert "There is no scenario 'maze'; choose scenario:=columns|wall_one_column|" in said
     assert "Traceback" not in said
     assert folder is None

@@ -61,6 +61,7 @@ REFUSED = {
     "mission": ("experiment_3", ["mission:=/no.yaml"], "/no.yaml cannot be read"),
     "cushions": ("experiment_3", ["r_ub:=0.4"], "r_lb must be less than r_ub"),
     "filter": ("experiment_2", ["K:=-3"], "k_filter must be greater than 0, not -3"),
+    "look": ("experiment_2", ["look:=long"], "'long' is no look; give a number from 0 to 8."),
     "device": ("teleop", ["device:=mouse"], "There is no device 'mouse'; choose device:=keyboard|joy."),
     "results": ("experiment_1", [f"results:={__file__}"], "is a file; choose a folder for the results"),
     "closed": ("experiment_1", ["results:=/proc/results"], "/proc may not be written to; choose another"),

@@ -1,0 +1,53 @@
+"""What the experiments' nodes cannot fly is refused in one sentence."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from cepa import CepaParameters
+from master_thesis.errors import MasterThesisError
+from master_thesis.requests import experiment_1, experiment_2
+
+KEEP_M = 0.5
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({"scenario": "jungle"}, "There is no scenario 'jungle'; choose scenario:=empty|"),
+        ({"algorithm": "best"}, "There is no algorithm 'best'; choose algorithm:=improved|original"),
+        ({"world": "/no.world"}, "There is no world file /no.world; give the path of an SDF world"),
+        ({"world": "my.world"}, "for example world:=$PWD/my.world."),
+        ({"goal": "far away"}, "'far away' is no goal; give 3 numbers in metres and radians: x y z."),
+        ({"goal": "0 0 2"}, "The goal lies 0.00 m from the start; it must be 1 m to 10 km away."),
+        ({"lidar": "sonar"}, "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8."),
+        ({"speed": "abc"}, "'abc' is no speed; give a number from 0.05 to 15."),
+        (
+            {"pose_source": "slam"},
+            "There is no pose_source 'slam'; choose pose_source:=ground_truth|odometry.",
+        ),
+        ({"seed": "abc"}, "'abc' is no seed; give a whole number from 0 to 2147483647."),
+        ({"hover_s": "two"}, "hover_s is two; it must be a positive number of seconds."),
+        ({"hover_s": -1}, "hover_s is -1; it must be a positive number of seconds."),
+    ],
+    ids=str,
+)
+def test_a_flight_to_a_goal(worlds_folder, asked, sentence):
+    with pytest.raises(MasterThesisError, match=re.escape(sentence)):
+        experiment_1.read({"world": str(worlds_folder / "empty.world"), **asked}, KEEP_M)
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({"scenario": "maze"}, "There is no scenario 'maze'; choose scenario:=columns|wall_one_column|"),
+        ({"mavros": "fake"}, "There is no mavros 'fake'; choose mavros:=sim|real."),
+        ({"look_s": "long"}, "'long' is no look; give a number from 0 to 8."),
+    ],
+    ids=str,
+)
+def test_a_trial_among_obstacles(worlds_folder, asked, sentence):
+    with pytest.raises(MasterThesisError, match=re.escape(sentence)):
+        experiment_2.read({"world": str(worlds_folder / "empty.world"), **asked}, CepaParameters())
