@@ -291,6 +291,18 @@ def test_each_worse_condition_is_a_place_and_judged_alone():
     assert [(verdict.name, verdict.met) for verdict in found] == [("urg", True), ("wind", False)]
 
 
+def test_no_two_rows_have_a_place_in_common():
+    """Their keys would be the same."""
+    places = []
+    for row in rows.ROWS:
+        if row is rows.REAL_TIME:
+            continue
+        settings = pd.DataFrame(read_campaign(Path(row.campaign)).combinations)
+        places += list(dict.fromkeys(row.places(settings)))
+    assert len(places) == len(set(places))
+    assert {"thick_forest", "without_window", "wind", "crossing", "cables"} <= set(places)
+
+
 @pytest.mark.parametrize(
     ("result", "end"),
     [
