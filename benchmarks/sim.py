@@ -3,12 +3,13 @@
 In-process: Experiment 1's forest flight (physics and flight controller at 250 Hz, UST at 40 Hz, filters,
 CEPA) in one thread without ROS; times are the thread's, so that what else the machine does hardly matters.
 Rays: scans of 1081 beams in the forest, through the simulator's own interface and by Embree alone. World
-size: the time of such a scan among 100 and among 10,000 trees of one density. Graph: experiment_1.launch as
+size: the time of such a scan among 100 and among 10,000 trees of one density. Actors: what each walker around
+the lidar adds to a step of the physics and to a scan. Graph: experiment_1.launch as
 its user starts it, in real time, and then in lockstep as fast as possible; wall times, for an idle machine.
 The latency from scan to setpoint is that of the flight in real time, without lockstep.
 
 Keys: sim.inprocess.{rtf, rtf_wall}, sim.raycast.{mrays_s, embree_mrays_s}, sim.world_size.{scan_us_100,
-scan_us_10000, ratio}, sim.graph.{rtf, cpu_s_per_s, lockstep_misses, latency_ms, latency_p99_ms},
+scan_us_10000, ratio}, sim.actors.{step_us, scan_us}, sim.graph.{rtf, cpu_s_per_s, lockstep_misses, latency_ms, latency_p99_ms},
 sim.{launch_s, launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak, with
 --soak-graph sim.soak_graph: the same through the ROS graph, with nodes killed and nonsense sent.
 """
@@ -16,8 +17,10 @@ sim.{launch_s, launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb};
 from __future__ import annotations
 
 import argparse
+import math
 import statistics
 import time
+from dataclasses import replace
 from functools import partial
 from typing import Any, Callable, Sequence
 
@@ -31,11 +34,21 @@ from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Collision, Cylinder, Inertial, Link, Model, World
+from simulation_tools.sdf.elements import (
+    Collision,
+    Cylinder,
+    Inertial,
+    Link,
+    Model,
+    Script,
+    Trajectory,
+    Waypoint,
+    World,
+)
 from simulation_tools.simulation import Simulation
 from simulation_tools.world.world import PhysicsWorld
 
-PARTS = ("inprocess", "raycast", "world_size", "graph", "start")
+PARTS = ("inprocess", "raycast", "world_size", "actors", "graph", "start")
 SCANS = 3000
 SOAKS = {"soak": (60.0, soak), "soak_graph": (10.0, soak_graph)}
 """By name: simulated minutes, and the function that flies."""
@@ -151,6 +164,38 @@ def measure_world_size() -> dict:
     }
 
 
+def measure_actors() -> dict:
+    """Return what each of ten walkers adds to a step of the physics and to a scan that meets all of them."""
+    none, ten = (_step_and_scan_us(count) for count in (0, 10))
+    return {"actors.step_us": (ten[0] - none[0]) / 10, "actors.scan_us": (ten[1] - none[1]) / 10}
+
+
+def _step_and_scan_us(walkers: int) -> tuple[float, float]:
+    """Median times of a step and of a scan with walkers around the lidar."""
+    angles = np.linspace(-2.0, 2.0, walkers)
+    world = PhysicsWorld(
+        World("walkers", tuple(_walker(n, angle) for n, angle in enumerate(angles.tolist())))
+    )
+    try:
+        lidar = Simulation(scenario_parameters("empty").simulation).lidar
+        assert lidar is not None
+        here = Pose((0.0, 0.0, 1.5))
+        steps = [_thread_s(world.step) for _ in range(SCANS)]
+        scans = [_thread_s(partial(lidar.scan, world.rays, here)) for _ in range(SCANS)]
+        return 1e6 * statistics.median(steps), 1e6 * statistics.median(scans)
+    finally:
+        world.close()
+
+
+def _walker(number: int, angle_rad: float) -> Model:
+    """Return an actor that goes away from the lidar, from 4 m on."""
+    c, s = math.cos(angle_rad), math.sin(angle_rad)
+    waypoints = tuple(
+        Waypoint(float(t), Pose(((4.0 + t / 20) * c, (4.0 + t / 20) * s, 0.0))) for t in range(100)
+    )
+    return replace(_tree(number, np.zeros(2)), script=Script((Trajectory(waypoints),)))
+
+
 def _scan_us(trees: int) -> float:
     """Median time of a scan from 300 places among this many trees."""
     half_m = 0.5 * (trees / TREES_PER_M2) ** 0.5
@@ -185,6 +230,7 @@ MEASURES = {
     "inprocess": measure_inprocess,
     "raycast": measure_raycast,
     "world_size": measure_world_size,
+    "actors": measure_actors,
     "graph": measure_graph,
     "start": graph.measure_start,
 }
