@@ -10,8 +10,9 @@ The latency from scan to setpoint is that of the flight in real time, without lo
 
 Keys: sim.inprocess.{rtf, rtf_wall}, sim.raycast.{mrays_s, embree_mrays_s}, sim.world_size.{scan_us_100,
 scan_us_10000, ratio}, sim.actors.{step_us, scan_us}, sim.graph.{rtf, cpu_s_per_s, lockstep_misses,
-latency_ms, latency_p99_ms}, sim.{launch_s, launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak, with
---soak-graph sim.soak_graph: the same through the ROS graph, with nodes killed and nonsense sent.
+latency_ms, latency_p99_ms}, sim.{launch_s, launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb};
+with --soak sim.soak, with --soak-graph sim.soak_graph: the same through the ROS graph, with nodes killed and
+nonsense sent.
 """
 
 from __future__ import annotations
