@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from cepa import view
 from cepa.cushion import improved_cushion, original_cushion
 from cepa.scan import Grid
 
@@ -54,3 +55,15 @@ def test_the_table_gives_the_same_cushion(count, increment):
         for radius in (0.5, 1.2):
             table = np.minimum(speed * 1.5 + radius, radius * grid.reach)
             assert table == pytest.approx(improved_cushion(grid.offset_angles, speed, radius, 1.5), abs=1e-12)
+
+
+def test_the_cushion_along_a_path_is_the_band_around_it():
+    path = np.stack([np.linspace(0.0, 2.0, 11), np.full(11, 0.3)], axis=1)
+    edge = view.path_edge(path, 0.5)
+    beyond = edge - np.clip(edge, (0.0, 0.3), (2.0, 0.3))
+    np.testing.assert_allclose(np.hypot(*beyond.reshape(-1, 2).T), 0.5, rtol=0.03)
+    assert np.hypot(*(edge[:, 0] - edge[:, 1]).T).sum() == pytest.approx(2 * 2.0 + math.pi, rel=0.05)
+    strips = view.path_strips(path, 0.5, 0.01)
+    area = 0.01 * (strips[:, 1, 0] - strips[:, 0, 0]).sum()
+    assert area == pytest.approx(2.0 * 1.0 + math.pi * 0.25, rel=0.02)
+    assert len(view.path_edge(path[:0], 0.5)) == len(view.path_strips(path[:0], 0.5)) == 0

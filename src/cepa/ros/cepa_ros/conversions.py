@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import NamedTuple
 
@@ -11,9 +12,12 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMessage
 from sensor_msgs.msg import LaserScan as LaserScanMessage
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
 
 from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
+from cepa.dynamic.view import Report, View
 from node_tools.conversions import xyz, xyzw
 
 UNSEEN_INTENSITY = -1.0
@@ -95,9 +99,14 @@ def velocity_of(twist: Twist, what: str) -> tuple[float, float, float]:
 
 
 def stats_of(
-    stamp: rospy.Time, name: str, algorithm: str, decision: Decision, computation_ms: float
+    stamp: rospy.Time,
+    name: str,
+    algorithm: str,
+    decision: Decision,
+    computation_ms: float,
+    report: Report | None = None,
 ) -> DiagnosticArray:
-    """Return the figures of one decision."""
+    """Return the figures of one decision, and what `Dynamic` reports of it."""
     values = {
         "computation_time_ms": f"{computation_ms:.4f}",
         "directions_tested": str(decision.directions_tested),
@@ -106,7 +115,9 @@ def stats_of(
         "reason": decision.reason.value,
         "algorithm": algorithm,
     }
-    alarming = decision.emergency or decision.reason is Reason.BLOCKED
+    reported = dataclasses.asdict(report) if report else {}
+    values.update({key: f"{value:.4g}" for key, value in reported.items() if value is not None})
+    alarming = decision.emergency or decision.reason in (Reason.BLOCKED, Reason.NO_WAY)
     status = DiagnosticStatus(
         level=DiagnosticStatus.WARN if alarming else DiagnosticStatus.OK,
         name=name,
@@ -117,3 +128,20 @@ def stats_of(
     message = DiagnosticArray(status=[status])
     message.header.stamp = stamp
     return message
+
+
+def remembered_of(header: Header, view: View) -> PointCloud2:
+    """Return what `Dynamic` remembers, in the scan's frame; hidden is 1 where the scan cannot see it."""
+    rows = np.zeros((len(view.remembered_m), 4), np.float32)
+    rows[:, :2], rows[:, 3] = view.remembered_m, view.hidden
+    names = ("x", "y", "z", "hidden")
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(rows),
+        fields=[PointField(name, 4 * k, PointField.FLOAT32, 1) for k, name in enumerate(names)],
+        point_step=16,
+        row_step=16 * len(rows),
+        is_dense=True,
+        data=rows.tobytes(),
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Mapping, Tuple
+from typing import Tuple
 
 import numpy as np
 import rospy
@@ -15,6 +15,7 @@ from cepa import CepaParameters, view
 from cepa.decision import Vector2
 from cepa.scan import Beams
 from cepa_ros import decision_message
+from cepa_ros.decision_message import BRAKING, MOVER, PREDICTED
 
 Rgb = Tuple[float, float, float]
 Rgba = Tuple[float, float, float, float]
@@ -23,6 +24,9 @@ WHITE, GREY, RED = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5), (0.9, 0.1, 0.1)
 INNER, OUTER = (1.0, 0.45, 0.1), (0.3, 0.75, 1.0)
 PARTLY, WHOLLY = (1.0, 0.75, 0.1), (0.85, 0.1, 0.1)
 RING_WIDTH_M = 0.08
+PATH_STEP, PATH_WIDTH_M = 2, 0.06
+MOVER_S = 1.0
+"""A mover's line ends where it will be after so long."""
 ARROW_HEIGHT_M = 0.04  # over the flat markers and over each other, so that RViz does not mix them
 
 
@@ -73,7 +77,7 @@ class Canvas:
 def draw(
     header: Header,
     beams: Beams,
-    velocities: Mapping[str, Vector2],
+    message: MarkerArray,
     algorithm: str,
     parameters: CepaParameters,
 ) -> MarkerArray:
@@ -82,24 +86,49 @@ def draw(
     Args:
         header: of the scan; the markers are in its frame.
         beams: the scan.
-        velocities: {name: (x, y)}, m/s, with the names of decision_message.
-        algorithm: original or improved.
+        message: of ~decision.
+        algorithm: original, improved or dynamic.
         parameters: of the algorithm.
     """
     canvas = Canvas(header)
+    velocities = decision_message.read(message)
     v_uav = velocities.get(decision_message.OWN, (0.0, 0.0))
     canvas.lines("r_lb", view.emergency_outline(parameters, v_uav), WHITE, 0.02)
     canvas.lines("r_ub", view.circle(parameters.r_ub), WHITE, 0.01, alpha=0.5)
     emergency = decision_message.ORIGINAL in velocities
     v_out = velocities.get(decision_message.OUTPUT, (0.0, 0.0))
-    _draw_cushions(canvas, v_out if not emergency else (0.0, 0.0), algorithm, parameters)
-    reference_speed = math.hypot(*velocities.get(decision_message.REFERENCE, (0.0, 0.0)))
-    _draw_rejected(canvas, beams, parameters, reference_speed, emergency)
-    canvas.segments("intrusions", view.intrusions(beams, parameters, v_uav), [(*RED, 0.9)], 0.01)
+    if algorithm == "dynamic":
+        _draw_foreseen(canvas, message, parameters)
+    else:
+        _draw_cushions(canvas, v_out if not emergency else (0.0, 0.0), algorithm, parameters)
+        reference_speed = math.hypot(*velocities.get(decision_message.REFERENCE, (0.0, 0.0)))
+        _draw_rejected(canvas, beams, parameters, reference_speed, emergency)
+        canvas.segments("intrusions", view.intrusions(beams, parameters, v_uav), [(*RED, 0.9)], 0.01)
     for name in decision_message.COLOURS:
         hidden = emergency and name == decision_message.OUTPUT  # the two proposals show it
         canvas.arrow(name, None if hidden else _moving(velocities.get(name)))
     return canvas.markers
+
+
+def _draw_foreseen(canvas: Canvas, message: MarkerArray, parameters: CepaParameters) -> None:
+    """Draw the predicted path with both cushions along it, the braking path, and what moves."""
+    predicted = decision_message.read_path(message, PREDICTED)
+    middles = predicted[::-PATH_STEP]  # with the last
+    for name, radius, colour in (
+        ("cushion_ub", parameters.r_ub, OUTER),
+        ("cushion_lb", parameters.r_lb, INNER),
+    ):
+        canvas.segments(name, view.path_edge(middles, radius), [(*colour, 1.0)], 0.025)
+        strips = view.path_strips(middles, radius)
+        canvas.segments(f"{name}_area", strips, [(*colour, 0.12)], view.STRIP_M)
+    for name, path in ((PREDICTED, predicted), (BRAKING, decision_message.read_path(message, BRAKING))):
+        canvas.lines(name, path, decision_message.PATH_COLOURS[name], PATH_WIDTH_M)
+    movers = decision_message.read_movers(message)
+    moving = [(*decision_message.PATH_COLOURS[MOVER], 0.9)]
+    circles = [view.path_edge(mover[None, :2], mover[4]) for mover in movers]
+    canvas.segments(MOVER, np.concatenate([np.empty((0, 2, 2)), *circles]), moving, 0.04)
+    tips = movers[:, :2] + MOVER_S * movers[:, 2:4]
+    canvas.segments(f"{MOVER} velocity", np.stack([movers[:, :2], tips], axis=1), moving, 0.06)
 
 
 def _draw_cushions(canvas: Canvas, v_out: Vector2, algorithm: str, parameters: CepaParameters) -> None:

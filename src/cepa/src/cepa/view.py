@@ -15,6 +15,7 @@ from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid
 
 OUTLINE_POINTS = 181
+STRIP_M = 0.04
 
 
 def circle(radius: float) -> np.ndarray:
@@ -28,6 +29,34 @@ def cushion_outline(algorithm: str, velocity: Vector2, radius: float, time_horiz
     psi = np.linspace(-math.pi, math.pi, 4 * OUTLINE_POINTS)
     speed = math.hypot(*velocity)
     return _polar(psi + math.atan2(velocity[1], velocity[0]), cushion(psi, speed, radius, time_horizon))
+
+
+def path_edge(path_m: np.ndarray, radius: float) -> np.ndarray:
+    """Return the edge of all that is within ``radius`` of a path's points (n, 2), as lines (m, 2, 2), m."""
+    psi = np.linspace(-math.pi, math.pi, OUTLINE_POINTS)
+    circles = path_m[:, None, :] + _polar(psi, radius)
+    lines = np.stack([circles[:, :-1], circles[:, 1:]], axis=2)
+    apart = lines.mean(axis=2)[:, :, None, :] - path_m  # from each line's middle to all points of the path
+    nearest = np.hypot(apart[..., 0], apart[..., 1]).min(axis=2, initial=math.inf)
+    return lines[nearest > (1.0 - 2e-4) * radius]
+
+
+def path_strips(path_m: np.ndarray, radius: float, width_m: float = STRIP_M) -> np.ndarray:
+    """Return the middle lines (m, 2, 2) of strips, ``width_m`` wide, that fill what `path_edge` encloses."""
+    if len(path_m) == 0:
+        return np.empty((0, 2, 2))
+    x, y = path_m.T
+    rows = np.arange(y.min() - radius + 0.5 * width_m, y.max() + radius, width_m)
+    strips = []
+    for row in rows.tolist():
+        near = np.abs(row - y) < radius
+        half = np.sqrt(radius**2 - (row - y[near]) ** 2)
+        order = np.argsort(x[near] - half)
+        first, last = (x[near] - half)[order], np.maximum.accumulate((x[near] + half)[order])
+        gaps = np.flatnonzero(first[1:] > last[:-1])
+        for begin, end in zip(first[[0, *(gaps + 1)]], last[[*gaps, -1]]):
+            strips.append([(begin, row), (end, row)])
+    return np.array(strips).reshape(-1, 2, 2)
 
 
 def rejected_directions(beams: Beams, parameters: CepaParameters, reference_speed: float) -> np.ndarray:

@@ -111,3 +111,14 @@ class DynamicCases:
         refused = self.client.update_configuration({"response_i": 90.0, "response_lag": 1.0})
         assert refused["response_lag"] == CepaParameters().response_lag
         self.warned.wait_for("The response model is unstable")
+
+    def test_dynamic_says_why_it_answered(self):
+        self.start_dynamic()
+        self.stats.messages.clear()
+        self.fly(0.0, column(0.0, 1.5))
+        status = self.stats.next().status[0]
+        values = {pair.key: pair.value for pair in status.values}
+        reported = {"clearance_m", "admissible", "braking_margin_m", "remembered", "movers"}
+        assert reported <= set(values), values
+        assert math.isclose(float(values["clearance_m"]), 1.5 - CepaParameters().body_radius, rel_tol=1e-3)
+        assert 0 < int(values["admissible"]) <= int(values["directions_tested"])

@@ -11,13 +11,14 @@ import rospy
 import rostest
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
-from sensor_msgs.msg import LaserScan
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan, PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import column, of_stamp, scan_of, velocity_of
+from cepa_probe import column, odometry_of, of_stamp, scan_of, velocity_of
 
 R_LB, R_UB = 0.5, 1.2
 
@@ -28,6 +29,7 @@ class CepaVisualiserTest(unittest.TestCase):
         cls.pictures = Output("cepa_visualiser/markers", MarkerArray)
         cls.scans = Input("scan_in", LaserScan)
         cls.references = Input("vel_setpoint_in", TwistStamped)
+        cls.odometry = Input("odometry", Odometry)
         cls.warned = Warned("/cepa_visualiser")
         cls.client = Client("/cepa", timeout=10)
         cls.stamps = Stamps(100.0)
@@ -52,6 +54,7 @@ class CepaVisualiserTest(unittest.TestCase):
         """The visible markers of one scan, by namespace."""
         stamp = self.stamps.next()
         self.references.send(velocity_of(stamp, v_ref))
+        self.odometry.send(odometry_of(stamp))
         rospy.rostime.wallsleep(0.05)  # references have no order with scans here
         self.scans.send(scan_of(stamp, ranges))
         message = of_stamp(self.pictures, stamp)
@@ -105,6 +108,27 @@ class CepaVisualiserTest(unittest.TestCase):
         wait_until(lambda: abs(self.radii(self.picture()["r_ub"])[0] - 1.5) < 1e-9, "the new circle")
         self.client.update_configuration({"r_ub": R_UB})
         wait_until(lambda: abs(self.radii(self.picture()["r_ub"])[0] - R_UB) < 1e-9, "the old circle")
+
+    def test_dynamic_shows_what_it_foresees_and_remembers(self):
+        remembered = Output("cepa/remembered", PointCloud2)
+        self.client.update_configuration({"algorithm": "dynamic"})
+        self.addCleanup(self.client.update_configuration, {"algorithm": "improved"})
+        near = column(0.0, 2.0)
+        wait_until(lambda: "predicted path" in self.picture(near), "the new algorithm")
+        shown = self.picture(near)
+        for path in ("predicted path", "braking path"):
+            first, last = shown[path].points[0], shown[path].points[-1]
+            self.assertLess(math.hypot(first.x, first.y), 0.1)
+            self.assertLess(math.hypot(last.x, last.y), 1.6 * 2.0 + R_LB)
+        for name, radius in (("cushion_lb", R_LB), ("cushion_ub", R_UB)):
+            edge = np.array([(point.x, point.y) for point in shown[name].points])
+            path = np.array([(point.x, point.y) for point in shown["predicted path"].points])
+            distances = np.hypot(*(edge[:, None] - path).transpose(2, 0, 1)).min(axis=1)
+            np.testing.assert_allclose(distances, radius, rtol=0.05)
+        self.assertNotIn("rejected", shown)
+        cloud = remembered.last(lambda message: message.width > 0, "points of the column")
+        points = np.frombuffer(cloud.data, np.float32).reshape(-1, 4)
+        np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), 2.0, atol=0.01)
 
     def test_bad_scans_draw_nothing_and_the_clock_may_jump_back(self):
         self.scans.send(scan_of(self.stamps.next(), [], angle_max=-math.pi))

@@ -13,6 +13,7 @@ from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
 from cepa.dynamic.observer import Observer, response_of
+from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
 from cepa.dynamic.ways_out import Ways, WaysOut
 from cepa.kernels.rollout import Cushions, Horizon, Scan, Surroundings, braking, is_clear, judge
@@ -65,6 +66,8 @@ class Dynamic(Algorithm):
             self._ways_out.reset()
         self._stamp_s = -math.inf
         self._period_s = 0.0
+        self._moment: Moment | None = None
+        self._judgement: Judgement | None = None
         self._command = np.zeros(3)
 
     @property
@@ -92,11 +95,25 @@ class Dynamic(Algorithm):
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
         points = self._lookout.points(beams, motion, scan.range_max)
         self._lookout.keep(beams, points, motion, scan.range_max)
+        self._moment, self._judgement = Moment(motion, beams, points, scan.range_max, state), None
         view = beams.ranges, beams.seen, beams.angle_0 + motion.yaw_rad, beams.increment
         if self._is_clear(reference, state, Scan(points, *view, scan.range_max - RANGE_MARGIN_M)):
             return self._answer(reference, turn, 0.0, 1, Reason.CUSHION_CLEAR)
         sight = self._lookout.look(beams, points, motion, scan.range_max)
         return self._best_of_admissible(reference, state, sight, turn)
+
+    def report(self) -> Report | None:
+        """Return the reasons of the last answer; None: there was none yet."""
+        if self._moment is None:
+            return None
+        return report_of(self._moment, self._judgement, self.parameters.body_radius)
+
+    def view(self) -> View | None:
+        """Return what was known and foreseen at the last answer; None: there was none yet."""
+        if self._moment is None:
+            return None
+        foreseen = self._command, self._response, self._horizon(), self._lookout
+        return view_of(self._moment, self._judgement, *foreseen)
 
     def _guessed_motion(self, v_uav: tuple[float, float]) -> Motion:
         """Return the motion of a UAV whose odometry is not known: only its velocity counts."""
@@ -140,6 +157,9 @@ class Dynamic(Algorithm):
         around, has_way = self._surroundings(sight, direction, speed)
         commands = candidates(reference, self._command, speed)
         admissible, results = self._judged(commands, state, around, direction)
+        braking_steps = self._horizon().commit + self._horizon().brake
+        margin_m = float((self._least - self._keep)[:braking_steps].min())
+        self._judgement = Judgement(sight, around, int(admissible.sum()), margin_m)
         cost = self._cost.of(commands, results, self._command, speed)
         cost[~admissible] = math.inf
         best = int(np.argmin(cost))

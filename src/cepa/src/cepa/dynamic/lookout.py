@@ -36,6 +36,8 @@ class Sight(NamedTuple):
     """(m, 2) m: remembered points that the scan cannot see."""
     remembered: np.ndarray
     """(k, 2) m: all remembered points."""
+    is_hidden: np.ndarray
+    """(k,) bool: which of them are hidden."""
     reach: np.ndarray
     """(SIGHT_BINS,) m: how far the body's centre may go in each direction within what has been seen."""
 
@@ -85,23 +87,27 @@ class Lookout:
         self._frames += 1
         self._frame_s = motion.stamp_s
 
-    def look(self, beams: Beams, points: np.ndarray, motion: Motion, range_max: float) -> Sight:
-        """Return what is known: the scan, whose ``points`` (n, 2) stand still, and the memory."""
+    def look(
+        self, beams: Beams, points: np.ndarray, motion: Motion, range_max: float, forgets: bool = True
+    ) -> Sight:
+        """Return what is known: the scan, whose ``points`` (n, 2) stand still, and the memory.
+
+        forgets: what is seen free or too old leaves the memory.
+        """
         p, (x, y, _) = self._p, motion.position_m
         bins = self._bins
         self._see(beams, motion, range_max, bins)
         oldest_s = motion.stamp_s - p.memory_s
         window = x, y, oldest_s, 0.5 * FIELD_WINDOW_M
-        found = recall(
-            *window, bins, SEEN_FREE_M, self._cells_xy, self._cells_s, self._recalled, self._hidden
-        )
+        cells = self._cells_xy, self._cells_s if forgets else self._cells_s.copy()
+        found = recall(*window, bins, SEEN_FREE_M, *cells, self._recalled, self._hidden)
         frames = self._frames_xy, self._frames_bins, min(self._frames, FRAMES)
         own_place_m = p.body_radius + OWN_PLACE_M
         fill_blind(bins, x, y, *frames, BLIND_STEP_M, BLIND_REACH_M, own_place_m)
         reach = np.empty(SIGHT_BINS)
         reach_in_sight(bins, float(p.body_radius), reach)
-        remembered = self._recalled[:found]
-        return Sight(points, remembered[self._hidden[:found]], remembered, reach)
+        remembered, is_hidden = self._recalled[:found], self._hidden[:found]
+        return Sight(points, remembered[is_hidden], remembered, is_hidden, reach)
 
     def distances(self, sight: Sight) -> np.ndarray:
         """Return the field (1, n, n) of the distance to what is seen or hidden, m; it is overwritten."""

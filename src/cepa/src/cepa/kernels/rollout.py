@@ -131,6 +131,27 @@ def fly(
 
 
 @njit(cache=True)
+def roll(start: np.ndarray, command: np.ndarray, response: Response, flown: int, path: np.ndarray) -> int:
+    """Fly ``command`` (3,) for ``flown`` steps, then brake; fill ``path`` (n, 3), m; return its length."""
+    state = start.copy()
+    for k in range(path.shape[0]):
+        if k < flown:
+            _advance(state, response, command[0], command[1], command[2])
+        else:
+            _advance(state, response, 0.0, 0.0, 0.0)
+            if _is_at_rest(state):
+                return k
+        path[k] = state[:, 0]
+    return path.shape[0]
+
+
+@njit(cache=True)
+def _is_at_rest(state: np.ndarray) -> bool:
+    speed2 = state[0, 1] ** 2 + state[1, 1] ** 2 + state[2, 1] ** 2
+    return speed2 < AT_REST_M_S**2 and state[0, 2] ** 2 + state[1, 2] ** 2 < AT_REST_M_S2**2
+
+
+@njit(cache=True)
 def _bilinear(grid: np.ndarray, cell: float, x: float, y: float, outside: float) -> float:
     half = 0.5 * (grid.shape[0] - 1)
     column, row = x / cell + half, y / cell + half
@@ -221,8 +242,7 @@ def _is_admissible(
             _advance(state, response, ux, uy, uz)
         else:
             _advance(state, response, 0.0, 0.0, 0.0)
-            speed2 = state[0, 1] ** 2 + state[1, 1] ** 2 + state[2, 1] ** 2
-            if speed2 < AT_REST_M_S**2 and state[0, 2] ** 2 + state[1, 2] ** 2 < AT_REST_M_S2**2:
+            if _is_at_rest(state):
                 break
         if _clearance(around, state, (k + 1) * response.step_s) < min(keep[k], least[k]):
             return False
