@@ -27,8 +27,9 @@ def warm_up() -> float:
     scans.append(LaserScan2D(np.full(60, TRAP_M), 0.0, 2.0 * math.pi / 60.4, 0.05, 10.0))  # an uneven turn
     for parameters in (CepaParameters(), CepaParameters(velocity_aware_emergency=True)):
         for scan in scans:
-            for algorithm in (Improved, Original, Dynamic):
-                algorithm(parameters).steer(scan, (1.0, 0.1), (1.0, 0.0))
+            for algorithm in (Improved(parameters), Original(parameters), dynamic := Dynamic(parameters)):
+                algorithm.steer(scan, (1.0, 0.1), (1.0, 0.0))
+            dynamic.view()
     Movers().update(0.0, np.zeros((1, 2)), np.zeros(2), np.zeros(360))
     return time.perf_counter() - start
 
