@@ -106,6 +106,14 @@ def test_the_pictures_are_those_that_the_axes_call_for(axes, names):
     assert all(content.startswith(b"\x89PNG") for content in drawn.values())
 
 
+def test_a_world_without_an_axis_has_no_curve_over_it():
+    moving = {"world": "crossing", "mover_speed_m_s": [1, 2]}
+    campaign = campaign_of({"seeds": 1, "trials": [{"world": "dead_ends"}, moving]}, "x")
+    _, some = flights()
+    rows = [{**some.iloc[0].to_dict(), **settings} for settings in campaign.combinations]
+    assert set(pictures(campaign, pd.DataFrame(rows))) == {"flights.png"}
+
+
 def test_without_any_flight_nothing_is_drawn():
     campaign, trials = flights()
     assert pictures(campaign, trials.assign(error="It failed.")) == {}

@@ -142,6 +142,8 @@ def _draw_curve(
     of: int,
 ) -> None:
     values = np.sort(group[name].dropna().unique()).astype(float)
+    if not len(values):  # a world that does not have the axis
+        return
     span = float(np.ptp(values)) or 1.0
     points = []
     for value in values:
