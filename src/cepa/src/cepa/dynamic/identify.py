@@ -44,10 +44,6 @@ class Identification:
     """Share of the velocity's change within 1 s that is predicted."""
     instants: int
     """Number of predictions."""
-    with_delay: Parameters
-    """The best p, i, lag and pure delay of commands."""
-    delay_gain: float
-    """Share by which the delay lowers the RMS deviation; the model has none, its lag makes up for it."""
     climb_lag_s: float | None
     """Time constant of the vertical velocity; None without vertical commands."""
     pieces: Sequence[Piece]
@@ -57,36 +53,41 @@ class Identification:
 def identify(recording: Recording) -> Identification:
     """Return the response model of a recorded flight.
 
-    D is taken as zero, because only p, i and lag over (1 + d) show. The model's error covers the deviations
+    D is taken as zero, because only p, i and lag over (1 + d) show. The jerk's limit does not show in
+    velocities, and stays the default. The model's error covers the deviations
     beyond MARGIN_M at COVERED of all instants, its greatest acceleration is the greatest that was flown.
     Raises IdentificationError, in one sentence, if the recording does not tell.
     """
     pieces = pieces_of(recording)
     _check_jumps(pieces)
-    p, i, lag, _ = _fit(pieces, (1.5, 0.1, 0.15, 0.0), delayed=False)
-    with_delay = _fit(pieces, (p, i, lag, 0.02), delayed=True)
-    deviations, velocity_errors, changes = _deviations(pieces, (p, i, lag, 0.0))
+    parameters = _fit(pieces)
+    p, i, lag, delay = parameters
+    deviations, velocity_errors, changes = _deviations(pieces, parameters)
     explained = 1.0 - float(np.sqrt(np.mean(velocity_errors**2) / np.mean(changes**2)))
     if explained < EXPLAINED_MIN:
         raise IdentificationError(
             f"The measured velocity does not follow the commands (a model explains {max(explained, 0.0):.0%} "
             "of its changes); check the topics and their frames."
         )
-    model = ResponseModel(p, i, 0.0, lag, _greatest_acceleration(pieces), 1.0)
+    model = ResponseModel(
+        p=p,
+        i=i,
+        d=0.0,
+        lag_s=lag,
+        delay_s=delay,
+        acceleration_max_m_s2=_greatest_acceleration(pieces),
+        error_m_s2=1.0,
+    )
     distances = np.hypot(*np.moveaxis(deviations, 2, 0))
     steps = np.round(HORIZONS_S / STEP_S).astype(int)
     beyond = np.maximum(distances - MARGIN_M, 0.0) / model.tube_m(STEP_S, int(steps[-1]))[steps]
-    rms = np.sqrt(np.mean(distances**2, axis=0))
-    rms_with_delay = np.sqrt(np.mean(np.sum(_deviations(pieces, with_delay)[0] ** 2, axis=2), axis=0))
     return Identification(
         replace(model, error_m_s2=float(np.quantile(beyond.max(axis=1), COVERED))),
-        rms,
+        np.sqrt(np.mean(distances**2, axis=0)),
         distances.max(axis=0),
         float(beyond.max()),
         explained,
         len(distances),
-        with_delay,
-        1.0 - float(np.mean(rms_with_delay / rms)),
         _climb_lag_s(pieces),
         pieces,
     )
@@ -98,7 +99,7 @@ def predicted_velocities(piece: Piece, model: ResponseModel) -> np.ndarray:
     state = np.zeros((2, 4))
     state[:, 1] = piece.velocities[0, :2]
     velocities = np.empty((len(piece.times_s), 2))
-    for k, command in enumerate(piece.commands[:, :2]):
+    for k, command in enumerate(_delayed(piece.commands[:, :2], model.delay_s)):
         velocities[k] = state[:, 1]
         state = state @ f.T + np.outer(command, g)
     return velocities
@@ -119,20 +120,20 @@ def _check_jumps(pieces: Sequence[Piece]) -> None:
         )
 
 
-def _fit(pieces: Sequence[Piece], start: Parameters, delayed: bool) -> Parameters:
-    free = 4 if delayed else 3
+def _fit(pieces: Sequence[Piece]) -> Parameters:
     weights = 1.0 / (0.02 + 0.05 * HORIZONS_S)[:, None]
 
     def residuals(values: np.ndarray) -> np.ndarray:
-        parameters = (*values, *start[free:])
-        return (_deviations(pieces, parameters)[0] * weights).ravel()
+        return (_deviations(pieces, tuple(values))[0] * weights).ravel()
 
-    bounds = [(0.2, 20.0), (0.0, 20.0), (0.01, 2.0), (0.0, 0.5)][:free]
-    lower, upper = zip(*bounds)
     fit = least_squares(
-        residuals, start[:free], bounds=(lower, upper), x_scale=(1.0, 0.5, 0.1, 0.05)[:free], diff_step=1e-4
+        residuals,
+        (1.5, 0.1, 0.1, 0.05),
+        bounds=((0.2, 0.0, 0.01, 0.0), (20.0, 20.0, 2.0, 0.5)),
+        x_scale=(1.0, 0.5, 0.1, 0.05),
+        diff_step=1e-4,
     )
-    p, i, lag, delay = (float(value) for value in (*fit.x, *start[free:]))
+    p, i, lag, delay = (float(value) for value in fit.x)
     if min(p - 0.2, 20.0 - p, 2.0 - lag) < 1e-3:
         raise IdentificationError(
             f"The recording does not tell the response (p would be {p:.3g} and the lag {lag:.3g} s); "
@@ -204,7 +205,7 @@ def _delayed(commands: np.ndarray, delay_s: float) -> np.ndarray:
 
 def _model_of(parameters: Parameters) -> ResponseModel:
     p, i, lag, _ = parameters
-    return ResponseModel(p, min(i, 0.99 * p / lag), 0.0, lag)
+    return ResponseModel(p=p, i=min(i, 0.99 * p / lag), d=0.0, lag_s=lag)
 
 
 def _greatest_acceleration(pieces: Sequence[Piece]) -> float:

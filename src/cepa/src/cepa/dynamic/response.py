@@ -5,10 +5,8 @@ Per horizontal axis, with e = commanded velocity - v:
     q = p e + I - d a,  dI = i e dt,  da = (q - a) dt / lag,  dv = a dt
 
 That is PX4's velocity loop (P, I and D on a measured acceleration) behind an attitude with a delay, a lag and
-a limited rate. The
-defaults have no I and no D, because they predict better so: PX4's integral makes up for the drag of the air,
-which this model does not have either (doc/how_it_works.md has the measurements). Keep I = 0 in predictions
-where i = 0.
+a limited rate. The defaults have no I and no D, because they predict better so: PX4's integral makes up for
+the drag of the air, which this model does not have either (doc/how_it_works.md has the measurements).
 """
 
 from __future__ import annotations

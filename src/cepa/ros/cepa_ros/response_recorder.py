@@ -1,0 +1,97 @@
+"""Collects commanded velocities and odometry as a recording along the odometry's axes."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import genpy
+import numpy as np
+import rosbag
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+
+from cepa.dynamic.recording import IdentificationError, Recording
+from node_tools.conversions import xyz, yaw_of
+
+DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, OSError, EOFError, ValueError, LookupError)
+"""What rosbag and message classes raise for bytes that make no sense."""
+
+
+class ResponseRecorder:
+    """Takes messages in any order; commands are turned by the heading of their time."""
+
+    def __init__(self, base_frame: str) -> None:
+        self._body_frames = {"", base_frame.lstrip("/")}
+        self._odom_frame = ""
+        self._commands: list[tuple[float, str, tuple[float, float, float]]] = []
+        self._odometry: list[tuple[float, float, float, float, float]] = []
+
+    def on_command(self, message: TwistStamped) -> None:
+        """Take a velocity command."""
+        frame = message.header.frame_id.lstrip("/")
+        self._commands.append((message.header.stamp.to_sec(), frame, xyz(message.twist.linear)))
+
+    def on_odometry(self, message: Odometry) -> None:
+        """Take an odometry message: its twist is in the body's axes (REP-105)."""
+        self._odom_frame = message.header.frame_id.lstrip("/")
+        self._body_frames.add(message.child_frame_id.lstrip("/"))
+        q = message.pose.pose.orientation
+        velocity = rotated((q.x, q.y, q.z, q.w), xyz(message.twist.twist.linear))
+        self._odometry.append((message.header.stamp.to_sec(), yaw_of(q), *velocity))
+
+    def recording(self) -> Recording:
+        """Return what was taken.
+
+        Raises:
+            IdentificationError: a command is in an unknown frame, or a number is not finite.
+        """
+        odometry = np.array(sorted(self._odometry)).reshape(-1, 5)
+        if not len(odometry):
+            raise IdentificationError("There is no odometry; check its topic.")
+        stamps_s, yaws = odometry[:, 0], odometry[:, 1]
+        rows = []
+        for t, frame, (ahead, left, up) in sorted(self._commands):
+            yaw = 0.0
+            if frame in self._body_frames:
+                yaw = float(yaws[max(int(np.searchsorted(stamps_s, t + 1e-6)) - 1, 0)])
+            elif frame != self._odom_frame:
+                raise IdentificationError(
+                    f"The commands are in the frame '{frame}'; they must be in the body's or in "
+                    f"'{self._odom_frame}'."
+                )
+            c, s = math.cos(yaw), math.sin(yaw)
+            rows.append((t, c * ahead - s * left, s * ahead + c * left, up))
+        return Recording(np.array(rows).reshape(-1, 4), odometry[:, [0, 2, 3, 4]])
+
+
+def rotated(
+    rotation_xyzw: tuple[float, float, float, float], vector: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Return a vector turned by a unit quaternion."""
+    x, y, z, w = rotation_xyzw
+    axis = np.array([x, y, z])
+    across = 2.0 * np.cross(axis, vector)
+    turned = np.asarray(vector) + w * across + np.cross(axis, across)
+    return float(turned[0]), float(turned[1]), float(turned[2])
+
+
+def read_bag(path: Path, command_topic: str, odometry_topic: str, base_frame: str) -> Recording:
+    """Return the recording in a bag.
+
+    Raises:
+        IdentificationError: the bag cannot be read, or lacks a topic.
+    """
+    recorder = ResponseRecorder(base_frame)
+    try:
+        with rosbag.Bag(str(path)) as bag:
+            topics = bag.get_type_and_topic_info().topics
+            for topic in (command_topic, odometry_topic):
+                if topic not in topics:
+                    there = ", ".join(sorted(topics)) or "no topic"
+                    raise IdentificationError(f"The bag {path} lacks {topic}; it holds {there}.")
+            for topic, message, _ in bag.read_messages([command_topic, odometry_topic]):
+                (recorder.on_command if topic == command_topic else recorder.on_odometry)(message)
+    except DAMAGE as error:
+        raise IdentificationError(f"The bag {path} cannot be read: {error}.") from None
+    return recorder.recording()
