@@ -11,6 +11,8 @@ from cepa.errors import ParameterError
 
 SLOW_DETOURS = (0.8, 0.6, 0.4, 0.2)
 """Speed fractions for a UAV that follows slowly (PX4: 0.9 s); config/cepa.yaml uses them."""
+CLIMB_MAX_M_S = 0.8
+"""A faster climb would leave the layers of heights that are looked at, within the horizon of the cost."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,16 @@ class CepaParameters:
     """s, dynamic only: how long what was seen is remembered; 0: not at all."""
     window_m: float = 15.0
     """m, dynamic only: edge of the square around the UAV in which it looks for ways out; 0: no search."""
+    climb_max: float = 0.8
+    """m/s, dynamic only: greatest climb and descent to avoid something, by clouds only; 0: it stays level."""
+    height_min: float = 0.3
+    """m, dynamic only: least z of the lidar in the odometry's frame that it descends to."""
+    height_max: float = 1000.0
+    """m, dynamic only: greatest z of the lidar that it climbs to."""
+    body_below: float = 0.3
+    """m, dynamic only: how far the UAV reaches below the lidar, also when it leans."""
+    body_above: float = 0.15
+    """m, dynamic only: how far it reaches above the lidar."""
     response_p: float = 1.5
     """1/s, dynamic only: see response.py, as for all response_*."""
     response_i: float = 0.0
@@ -149,6 +161,8 @@ class CepaParameters:
             "emergency_gain",
             "braking_deceleration",
             "commit_s",
+            "body_below",
+            "body_above",
         )
         for name in positive:
             if not getattr(self, name) > 0.0:
@@ -197,6 +211,12 @@ class CepaParameters:
         if self.window_m != 0.0 and not 5.0 <= self.window_m <= 30.0:
             raise ParameterError(
                 f"window_m must be 0 (no search for ways out) or 5 to 30, not {self.window_m}."
+            )
+        if not 0.0 <= self.climb_max <= CLIMB_MAX_M_S:
+            raise ParameterError(f"climb_max must be from 0 to {CLIMB_MAX_M_S} m/s, not {self.climb_max}.")
+        if not self.height_min < self.height_max:
+            raise ParameterError(
+                f"height_min must be less than height_max, but {self.height_min} >= {self.height_max}."
             )
         _ = self.response  # it raises what makes no sense
         if not self.floor_height < self.ceiling_height:

@@ -13,6 +13,7 @@ import numpy as np
 from cepa.dynamic.dynamic import Dynamic
 from cepa.dynamic.movers import Movers
 from cepa.improved import Improved
+from cepa.motion import Cloud, Motion
 from cepa.original import Original
 from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
@@ -30,6 +31,9 @@ def warm_up() -> float:
             for algorithm in (Improved(parameters), Original(parameters), dynamic := Dynamic(parameters)):
                 algorithm.steer(scan, (1.0, 0.1), (1.0, 0.0))
             dynamic.view()
+    cloud = Cloud(np.full((20, 3), WALL_M), (-0.3, 0.3), 0.5, 10.0)
+    motion = Motion(0.0, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    Dynamic().steer(scans[0], (1.0, 0.1), (1.0, 0.0), motion, cloud)
     Movers().update(0.0, np.zeros((1, 2)), np.zeros(2), np.zeros(360))
     return time.perf_counter() - start
 

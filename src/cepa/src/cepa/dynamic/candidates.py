@@ -24,3 +24,24 @@ def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
     fans = (speed * np.array(SPEEDS))[:, None, None] * fan
     kept = last * min(1.0, speed / max(math.hypot(last[0], last[1]), 1e-9))
     return np.concatenate((v_ref[None], kept[None], np.zeros((1, 3)), fans.reshape(-1, 3)))
+
+
+CLIMBS = (-1.0, 0.0, 1.0)
+"""As fractions of the greatest climb."""
+COARSER, FASTER_OF = 2, 2
+"""Every second direction, and the faster half of the speeds, are tried with each climb."""
+
+
+def climbing(level: np.ndarray, climb_max: float) -> np.ndarray:
+    """Return ``level`` (n, 3), which ``candidates`` gives, with climbs of at most ``climb_max``, m/s.
+
+    Every one is tried with the reference's climb, some with the greatest climb and descent and with none.
+    """
+    kept = level.copy()
+    kept[STANDSTILL + 1 :, 2] = level[REFERENCE, 2]
+    kept[:, 2] = np.clip(kept[:, 2], -climb_max, climb_max)
+    fast = STANDSTILL + 1 + np.arange(0, DIRECTIONS * len(SPEEDS) // FASTER_OF, COARSER)
+    some = kept[np.concatenate(([REFERENCE, LAST, STANDSTILL], fast))]
+    halves = kept[[REFERENCE, LAST, REFERENCE, LAST]]
+    halves[:, 2] = climb_max * np.array([0.5, 0.5, -0.5, -0.5])
+    return np.concatenate((kept, halves, *(some * (1, 1, 0) + (0, 0, climb_max * c) for c in CLIMBS)))

@@ -7,6 +7,8 @@ import numpy as np
 from cepa.parameters import CepaParameters
 
 COMFORT, LOST, CHANGE = 0.6, 1.0, 0.2
+HEIGHT, CLIMB_CHANGE = 0.3, 0.05
+"""For a metre off the height, and for a change of the climb by 1 m/s."""
 SLOWEST_SCALE_M_S = 1.0
 
 
@@ -15,6 +17,7 @@ class Cost:
 
     def __init__(self, parameters: CepaParameters):
         self.comfort, self.lost, self.change = COMFORT, LOST, CHANGE
+        self.height, self.climb_change = HEIGHT, CLIMB_CHANGE
 
     def of(self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
         """Return the cost (n,) of each command (n, 3), m/s; results (n, 4): what `judge` found.
@@ -25,3 +28,10 @@ class Cost:
         change = np.hypot(commands[:, 0] - last[0], commands[:, 1] - last[1])
         along = (self.change * change - progress) / max(speed, SLOWEST_SCALE_M_S)
         return along + self.comfort * discomfort + self.lost * lost
+
+    def of_height(
+        self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, height_m: float
+    ) -> np.ndarray:
+        """Return what each command costs (n,) besides, for the height that it misses: ``height_m``."""
+        change = np.abs(commands[:, 2] - last[2])
+        return self.height * np.abs(results[:, 3] - height_m) + self.climb_change * change

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Sequence
 
 import numpy as np
 
 from cepa.algorithm import Algorithm, velocity
 from cepa.decision import Decision, Reason
-from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates
+from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
+from cepa.dynamic.cloud_lookout import LAYER_M, SEEN_CELL_M, CloudLookout
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
 from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
-from cepa.dynamic.ways_out import Ways, WaysOut
+from cepa.dynamic.ways_out import Layers, Ways, WaysOut
 from cepa.kernels.rollout import Cushions, Horizon, Scan, Surroundings, braking, is_clear, judge
 from cepa.motion import Cloud, Motion
 from cepa.parameters import CepaParameters
@@ -25,10 +27,13 @@ STEP_S = 0.05
 BRAKE_S, COST_HORIZON_S, HOLD_S = 3.0, 1.6, 0.6
 COMMIT_PERIODS = 2.0
 LONGEST_COMMIT_S = 0.5
+AHEAD_M = 2.0
+"""It climbs to a height at which at least so much straight ahead is open."""
 CLEAR_STRIDE = 4
 """The paths of the reference are looked at in every fourth step."""
 NO_MOVERS = np.empty((0, 6))
 NO_WAY_SEARCHED = Ways(np.empty((0, 0)), 0.0, 0.0)
+NO_SIGHT = np.empty(0)
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
 
 
@@ -55,6 +60,7 @@ class Dynamic(Algorithm):
         self._lookout = Lookout(p)
         self._ways_out = WaysOut(p) if p.window_m > 0.0 else None
         self._cost = Cost(p)
+        self.wants_cloud = p.climb_max > 0.0
         super().__init__(p)
 
     def reset(self) -> None:
@@ -62,6 +68,7 @@ class Dynamic(Algorithm):
         super().reset()
         self._observer.reset()
         self._lookout.reset()
+        self._cloud_lookout: CloudLookout | None = None
         if self._ways_out is not None:
             self._ways_out.reset()
         self._stamp_s = -math.inf
@@ -85,7 +92,8 @@ class Dynamic(Algorithm):
     ) -> Decision:
         """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError.
 
-        Without ``motion`` nothing is remembered.
+        Without ``motion`` nothing is remembered. Once a cloud came, the scan counts no more, and the answer
+        has a climb.
         """
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
@@ -93,6 +101,8 @@ class Dynamic(Algorithm):
         self._position_m = motion.position_m
         turn = _rotation(motion.yaw_rad)
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
+        if self.wants_cloud and (cloud or self._cloud_lookout):
+            return self._steer_in_space(reference, state, cloud, motion, turn)
         points = self._lookout.points(beams, motion, scan.range_max)
         self._lookout.keep(beams, points, motion, scan.range_max)
         self._moment, self._judgement = Moment(motion, beams, points, scan.range_max, state), None
@@ -103,13 +113,13 @@ class Dynamic(Algorithm):
         return self._best_of_admissible(reference, state, sight, turn)
 
     def report(self) -> Report | None:
-        """Return the reasons of the last answer; None: there was none yet."""
+        """Return the reasons of the last answer; None: there was none yet, or it came from clouds."""
         if self._moment is None:
             return None
         return report_of(self._moment, self._judgement, self.parameters.body_radius)
 
     def view(self) -> View | None:
-        """Return what was known and foreseen at the last answer; None: there was none yet."""
+        """Return what was known and foreseen at the last answer; None as for ``report``."""
         if self._moment is None:
             return None
         foreseen = self._command, self._response, self._horizon(), self._lookout
@@ -152,8 +162,7 @@ class Dynamic(Algorithm):
     def _best_of_admissible(
         self, reference: np.ndarray, state: np.ndarray, sight: Sight, turn: np.ndarray
     ) -> Decision:
-        speed = math.hypot(reference[0], reference[1])
-        direction = reference[:2] / speed if speed > 0.0 else turn[:, 0]
+        speed, direction = _course(reference, turn)
         around, has_way = self._surroundings(sight, direction, speed)
         commands = candidates(reference, self._command, speed)
         admissible, results = self._judged(commands, state, around, direction)
@@ -162,9 +171,46 @@ class Dynamic(Algorithm):
         self._judgement = Judgement(sight, around, int(admissible.sum()), margin_m)
         cost = self._cost.of(commands, results, self._command, speed)
         cost[~admissible] = math.inf
-        best = int(np.argmin(cost))
-        if not has_way:
-            best = STANDSTILL
+        return self._least_costly(commands, cost, results, around, has_way, turn)
+
+    def _steer_in_space(
+        self, reference: np.ndarray, state: np.ndarray, cloud: Cloud | None, motion: Motion, turn: np.ndarray
+    ) -> Decision:
+        """Choose among velocities with a climb, by clouds; None: this one is missing."""
+        self._moment = self._judgement = None
+        p, (speed, direction) = self.parameters, _course(reference, turn)
+        if self._cloud_lookout is None:
+            self._cloud_lookout = CloudLookout(p)
+        space = self._cloud_lookout.look(cloud, motion)
+        layers = Layers(space.distance, FIELD_CELL_M, space.detours_m)
+        ways: Ways | None = NO_WAY_SEARCHED
+        if self._ways_out is not None and speed >= p.reference_speed_min:
+            ways = self._ways_out.search_layers(layers, direction, motion)
+        length, *offset = ways or NO_WAY_SEARCHED
+        field = space.distance, FIELD_CELL_M, LAYER_M, self._cloud_lookout.far_m
+        around = Surroundings(
+            *field, NO_SIGHT, space.unseen, SEEN_CELL_M, NO_MOVERS, length, WAY_CELL_M, *offset
+        )
+        state[2, 0] -= space.middle_m
+        commands = climbing(candidates(reference, self._command, speed), p.climb_max)
+        admissible, results = self._judged(commands, state, around, direction)
+        height_m = space.open_height_m(direction, max(AHEAD_M, speed * COST_HORIZON_S), p.r_lb)
+        cost = self._cost.of(commands, results, self._command, speed)
+        cost += self._cost.of_height(commands, results, self._command, height_m - space.middle_m)
+        cost[~admissible] = math.inf
+        decision = self._least_costly(commands, cost, results, around, ways is not None, turn)
+        return replace(decision, climb_m_s=float(self._command[2]))
+
+    def _least_costly(
+        self,
+        commands: np.ndarray,
+        cost: np.ndarray,
+        results: np.ndarray,
+        around: Surroundings,
+        has_way: bool,
+        turn: np.ndarray,
+    ) -> Decision:
+        best = int(np.argmin(cost)) if has_way and np.isfinite(cost).any() else STANDSTILL
         reason = self._reason(best, has_way, around, results[best])
         return self._answer(commands[best], turn, float(cost[best]), len(commands), reason)
 
@@ -211,6 +257,12 @@ class Dynamic(Algorithm):
         self._observer.command(self._stamp_s, command, self.commit_s)
         x, y = turn.T @ command[:2]
         return Decision((float(x), float(y)), reason is Reason.MARGIN_LOST, cost, tested, reason)
+
+
+def _course(reference: np.ndarray, turn: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the reference's horizontal speed, m/s, and its direction (2,)."""
+    speed = math.hypot(reference[0], reference[1])
+    return speed, reference[:2] / speed if speed > 0.0 else turn[:, 0]
 
 
 def _rotation(angle_rad: float) -> np.ndarray:

@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cepa.kernels.field import favour, stamp, trace, ways_out
+from cepa.kernels.layers import best_layers
+from cepa.motion import Motion
 from cepa.parameters import CepaParameters
 
 CELL_M = 0.2
@@ -19,6 +21,21 @@ NO_WAY_M = 10.0
 OWN_CELLS, OWN_SLOWNESS = 2, 3.0
 FAVOUR = 0.8
 """A metre along the last way counts so much: of two ways of almost one length the UAV keeps to the first."""
+LAYER_PENALTY_1_M = 0.5
+"""A metre costs so much more for each metre off the height that is asked for."""
+AHEAD_M, SLOW_AHEAD = 2.0, 6.0
+LEADS_BACK_M = 15.0
+"""A way so much longer than the straight one leads back."""
+
+
+class Layers(NamedTuple):
+    """Distances to obstacles in layers of heights, around the UAV."""
+
+    distance: np.ndarray
+    """(layers, m, m) m"""
+    cell_m: float
+    detours_m: np.ndarray
+    """(layers,) m: of each from the height that is asked for; inf: it is forbidden."""
 
 
 class Ways(NamedTuple):
@@ -43,8 +60,9 @@ class WaysOut:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last way."""
+        """Forget the last way, and that one led back."""
         self._last_count = 0
+        self._back_until_s = -math.inf
 
     def search(self, obstacles: np.ndarray, direction: np.ndarray, x_m: float, y_m: float) -> Ways | None:
         """Return the ways out; None: there is none from here.
@@ -53,14 +71,46 @@ class WaysOut:
         direction: unit vector of the reference. A metre within r_UB counts up to twice, for the UAV is slower
         there.
         """
-        p = self._p
-        column, row = round(x_m / CELL_M), round(y_m / CELL_M)
-        offset = x_m - column * CELL_M, y_m - row * CELL_M
+        p, (_, _, *offset) = self._p, self._place(x_m, y_m)
         stamp(obstacles + offset, self._distance, CELL_M, p.r_ub)
         nearness = (p.r_ub - self._distance) / (p.r_ub - p.r_lb)
         slowness = np.where(self._distance < p.r_lb + CLOSED_M, math.inf, 1.0 + nearness)
+        return self._ways(slowness, direction, x_m, y_m)
+
+    def search_layers(self, layers: Layers, direction: np.ndarray, motion: Motion) -> Ways | None:
+        """Return the ways out through layers of heights; a column of cells is as open as its best layer.
+
+        A column that is closed farther ahead than AHEAD_M counts as slow only, for the goal may lie before
+        it. Once a way leads back, it counts as closed for memory_s.
+        """
+        p, (x_m, y_m, _) = self._p, motion.position_m
+        _, _, *offset = self._place(x_m, y_m)
+        slowness = np.empty_like(self._distance)
+        cushions = p.r_lb + CLOSED_M, p.r_lb, p.r_ub
+        extra = LAYER_PENALTY_1_M * layers.detours_m
+        best_layers(layers.distance, layers.cell_m, extra, *cushions, CELL_M, np.array(offset), slowness)
+        if motion.stamp_s >= self._back_until_s:
+            side = CELL_M * (np.arange(len(slowness)) - len(slowness) // 2)
+            ahead = direction[0] * side[None, :] + direction[1] * side[:, None] > AHEAD_M
+            soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
+            ways = self._ways(soft, direction, x_m, y_m)
+            straight_m = side[-1] * (abs(direction[0]) + abs(direction[1]))
+            if ways is not None and ways.length[len(side) // 2, len(side) // 2] < straight_m + LEADS_BACK_M:
+                return ways
+            self._back_until_s = motion.stamp_s + p.memory_s
+        return self._ways(slowness, direction, x_m, y_m)
+
+    @staticmethod
+    def _place(x_m: float, y_m: float) -> tuple[int, int, float, float]:
+        """Return the column and row that the UAV is in, and its offset from their middle, m."""
+        column, row = round(x_m / CELL_M), round(y_m / CELL_M)
+        return column, row, x_m - column * CELL_M, y_m - row * CELL_M
+
+    def _ways(self, slowness: np.ndarray, direction: np.ndarray, x_m: float, y_m: float) -> Ways | None:
+        """Return the ways out where a metre costs ``slowness`` (n, n); inf: closed."""
+        column, row, *offset = self._place(x_m, y_m)
         favour(self._last[: self._last_count], column, row, FAVOUR, slowness)
-        here = self._distance.shape[0] // 2
+        here = len(slowness) // 2
         own = slice(here - OWN_CELLS, here + OWN_CELLS + 1)
         slowness[own, own] = np.minimum(slowness[own, own], OWN_SLOWNESS)  # the UAV is there: it can leave
         ways_out(slowness, CELL_M, direction, self._length, ROUNDS)

@@ -1,0 +1,179 @@
+"""What a UAV knows of its surroundings in three dimensions: the cloud, and what earlier clouds have shown."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cepa.dynamic.lookout import FIELD_CELL_M, FIELD_WINDOW_M, OWN_PLACE_M, RANGE_MARGIN_M, SEEN_FREE_M
+from cepa.kernels.layers import distance_layers, unseen_layers
+from cepa.kernels.panorama import free_distances, level, see
+from cepa.kernels.voxels import NOBODY, Voxels, recall, remember
+from cepa.motion import Cloud, Motion
+from cepa.parameters import CepaParameters
+
+LAYERS, LAYER_M = 15, 0.15
+HEIGHT_GAIN_S = 1.0
+"""The position controller climbs so that it would be at its height after this time."""
+STAY_SHARE = 0.3
+"""Among layers, a metre off the own height counts so much of a metre off the height that is asked for."""
+HEIGHT_ERROR_M = 0.05
+"""Added to the body below and above, for the odometry and for what a cell of the memory rounds."""
+ROW_TAN, ROWS, BINS = 0.005, 324, 720
+COARSE_ROWS, COARSE_BINS = 27, 360
+"""Rows of 3.4 degrees: no lidar's channels are farther apart, so an empty one in view is free."""
+SEEN_CELL_M, SEEN_LEVEL_M, SEEN_WINDOW_M = 0.2, 0.15, 15.0
+SEEN_CELL = np.array([SEEN_CELL_M, SEEN_LEVEL_M])
+SEEN_CELLS, SEEN_LEVELS = 96, 30
+SEEN_REACH_M = np.array([0.5 * SEEN_WINDOW_M + SEEN_CELL_M, 1.8])
+BODY_SHARE_SEEN = 0.67
+"""So much of the body's height must be in what was seen: cells are seen when their middles are."""
+VOXEL_M, VOXEL_HEIGHT_M, VOXEL_CELLS, VOXEL_LEVELS = 0.15, 0.05, 128, 96
+MOST_VOXELS = 40000
+REACH_M = np.array([0.5 * FIELD_WINDOW_M, 1.7])
+NEAR_M = 1.5
+"""Nearer, little is in the field of view. So what was seen there stays as it was."""
+MISSES = 3
+GREATEST_MOVE_M = 1.0
+"""The grids repeat themselves, so that a farther move between two clouds drops the memory."""
+FEWEST_RETURNS = 10
+"""A cloud with fewer points shows nothing: the lidar may be covered."""
+
+
+class Space(NamedTuple):
+    """What is known at a cloud, along the odometry's axes with the lidar at the origin."""
+
+    points: np.ndarray
+    """(n, 3) m: seen and remembered."""
+    distance: np.ndarray
+    """(LAYERS, n, n) m: to the nearest obstacle at the height of each layer; overwritten by the next."""
+    unseen: np.ndarray
+    """(LAYERS, k, k) bool: where the body would be in what was not seen, or beyond the height's limits."""
+    heights_m: np.ndarray
+    """(LAYERS,) m: of the layers above the lidar. They are fixed to the odometry's frame, or a path that is
+    clear in a plan would not stay clear while it is flown."""
+    detours_m: np.ndarray
+    """(LAYERS,) m: how far each is from the height that is asked for; inf: out of the height's limits."""
+    asked_m: float
+    """The height that the reference asks for, above the lidar."""
+
+    @property
+    def middle_m(self) -> float:
+        """Height of the middle layer above the lidar."""
+        return float(self.heights_m[LAYERS // 2])
+
+    def open_height_m(self, direction: np.ndarray, ahead_m: float, keep_m: float) -> float:
+        """Return the height, m above the lidar, at which the way straight ahead is open for ``ahead_m``.
+
+        direction: unit vector (2,). keep_m: distance to keep. It is the height that is asked for, if no layer
+        is open or that one is. A layer between two that are open, too, is preferred.
+        """
+        middle = self.distance.shape[1] // 2
+        along = np.arange(0.0, ahead_m, FIELD_CELL_M)[:, None] * direction / FIELD_CELL_M
+        columns, rows = np.clip(np.rint(along).astype(int) + middle, 0, 2 * middle).T
+        is_open = (self.distance[:, rows, columns] >= keep_m).all(axis=1) & np.isfinite(self.detours_m)
+        if not is_open.any():
+            return self.asked_m
+        amid = is_open & np.append(is_open[1:], True) & np.append(True, is_open[:-1])
+        cost = self.detours_m + STAY_SHARE * np.abs(self.heights_m)
+        best = float(self.heights_m[np.argmin(np.where(amid if amid.any() else is_open, cost, math.inf))])
+        return self.asked_m if abs(best - self.asked_m) <= 0.5 * LAYER_M else best
+
+
+class CloudLookout:
+    """Keeps what clouds have shown, fixed to the odometry's frame."""
+
+    def __init__(self, parameters: CepaParameters):
+        p = parameters
+        self._p = p
+        self.far_m = p.r_ub + FIELD_CELL_M
+        side = 2 * round(0.5 * FIELD_WINDOW_M / FIELD_CELL_M) + 1
+        self._columns = np.empty((side, side), np.uint64)
+        self._field = np.empty((LAYERS, side, side))
+        seen_side = 2 * round(0.5 * SEEN_WINDOW_M / SEEN_CELL_M) - 1
+        self._unseen = np.empty((LAYERS, seen_side, seen_side), np.bool_)
+        self._seen_s = np.empty((SEEN_CELLS, SEEN_CELLS, SEEN_LEVELS))
+        self._nearest = np.empty((ROWS, BINS), np.float32)
+        self._free = np.empty((COARSE_ROWS, COARSE_BINS), np.float32)
+        self._levelled = np.empty((0, 3))
+        self._voxels = Voxels(
+            np.empty((MOST_VOXELS, 3)),
+            np.empty(MOST_VOXELS),
+            np.empty(MOST_VOXELS, np.uint8),
+            np.empty((VOXEL_CELLS, VOXEL_CELLS, VOXEL_LEVELS), np.int32),
+            VOXEL_M,
+            VOXEL_HEIGHT_M,
+        )
+        self._recalled = np.empty((MOST_VOXELS, 3))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._seen_s[:] = -math.inf
+        self._voxels.slots[:] = NOBODY
+        self._known = 0
+        self._position_m = (math.nan, math.nan, math.nan)
+
+    def look(self, cloud: Cloud | None, motion: Motion) -> Space:
+        """Return what is known with this cloud; None: no cloud came, only the memory counts."""
+        if math.dist(motion.position_m, self._position_m) > GREATEST_MOVE_M:
+            self.reset()
+        self._position_m = motion.position_m
+        origin, stamp_s = np.array(motion.position_m), motion.stamp_s
+        oldest_s = stamp_s - self._p.memory_s
+        returns = self._picture(cloud, motion)
+        self._known = remember(returns, origin, stamp_s, REACH_M, self._voxels, self._known)
+        picture = self._nearest, ROW_TAN, SEEN_FREE_M, NEAR_M, MISSES
+        self._known = recall(
+            origin, stamp_s, oldest_s, REACH_M, *picture, self._voxels, self._known, self._recalled
+        )
+        points = self._recalled[: self._known]
+        middle_m = LAYER_M * round(origin[2] / LAYER_M)
+        heights_m = middle_m - origin[2] + LAYER_M * (np.arange(LAYERS) - LAYERS // 2)
+        self._see(origin, stamp_s, oldest_s)
+        origin[2] = middle_m
+        asked_m = HEIGHT_GAIN_S * motion.climb_ref_m_s
+        z = heights_m + motion.position_m[2]
+        allowed = (self._p.height_min <= z) & (z <= self._p.height_max)
+        detours_m = np.where(allowed, np.abs(heights_m - asked_m), math.inf)
+        fields = self._distances(points, heights_m), self._unseen_since(oldest_s, origin)
+        return Space(points, *fields, heights_m, detours_m, asked_m)
+
+    def _picture(self, cloud: Cloud | None, motion: Motion) -> np.ndarray:
+        """Fill the pictures of what is near and what is free; return the cloud's returns (n, 3), levelled."""
+        if cloud is None:
+            self._nearest[:] = math.inf
+            self._free[:] = 0.0
+            return self._levelled[:0]
+        if len(self._levelled) < len(cloud.points_m):
+            self._levelled = np.empty((len(cloud.points_m), 3))
+        rotation, limits = motion.rotation(), (cloud.range_min_m, cloud.range_max_m)
+        points = np.asarray(cloud.points_m, np.float32)
+        count = level(points, rotation, *limits, ROW_TAN, self._levelled, self._nearest)
+        no_return_m = cloud.range_max_m - RANGE_MARGIN_M if count >= FEWEST_RETURNS else 0.0
+        view = cloud.elevation_rad, cloud.azimuth_rad
+        free_distances(self._nearest, ROW_TAN, rotation, *view, no_return_m, self._free)
+        return self._levelled[:count]
+
+    def _distances(self, points: np.ndarray, heights_m: np.ndarray) -> np.ndarray:
+        p, around = self._p, 0.5 * LAYER_M + HEIGHT_ERROR_M
+        above_middle = points - (0.0, 0.0, heights_m[LAYERS // 2])
+        body = p.body_below + around, p.body_above + around
+        distance_layers(above_middle, FIELD_CELL_M, LAYER_M, *body, self.far_m, self._columns, self._field)
+        return self._field
+
+    def _see(self, origin: np.ndarray, stamp_s: float, oldest_s: float) -> None:
+        p = self._p
+        ends = p.body_below + SEEN_LEVEL_M, p.body_above + SEEN_LEVEL_M
+        own = np.array([p.body_radius + OWN_PLACE_M, *ends])
+        row_tan, when = ROW_TAN * (ROWS // COARSE_ROWS), (stamp_s, oldest_s)
+        see(self._free, row_tan, origin, *when, SEEN_CELL, SEEN_REACH_M, own, NEAR_M, self._seen_s)
+
+    def _unseen_since(self, oldest_s: float, origin: np.ndarray) -> np.ndarray:
+        p = self._p
+        body = np.array([p.body_radius, BODY_SHARE_SEEN * p.body_below, BODY_SHARE_SEEN * p.body_above])
+        heights = np.array([p.height_min, p.height_max])
+        unseen_layers(self._seen_s, origin, oldest_s, SEEN_CELL, LAYER_M, body, heights, self._unseen)
+        return self._unseen

@@ -1,0 +1,184 @@
+"""Layers of heights around the UAV: how near obstacles are in each, and where the body meets the unseen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+BITS = 63
+"""A column's levels are the bits of an integer."""
+
+
+@njit(cache=True)
+def _band(lowest: float, low: float, high: float, level_m: float) -> np.uint64:
+    """Return the bits of the levels from ``low`` to ``high``; ``lowest``: where bit 0 begins, m."""
+    mask = np.uint64(0)
+    first = max(0, math.floor((low - lowest) / level_m))
+    for bit in range(first, min(BITS, math.floor((high - lowest) / level_m)) + 1):
+        mask |= np.uint64(1) << np.uint64(bit)
+    return mask
+
+
+@njit(cache=True)
+def distance_layers(
+    points: np.ndarray,
+    cell: float,
+    layer_m: float,
+    below: float,
+    above: float,
+    far: float,
+    columns: np.ndarray,
+    field: np.ndarray,
+) -> None:
+    """Fill ``field`` (layers, n, n) with the horizontal distance to the nearest obstacle, at most ``far`` m.
+
+    points (m, 3): obstacles relative to the UAV, m; they count at the middle of their cell, and half a cell
+    nearer. A point belongs to every layer whose height it is at most ``below`` under and ``above`` over.
+    columns (n, n) uint64: is overwritten. The transform is exact: along x, then along y.
+    """
+    layers, n, _ = field.shape
+    half = n // 2
+    lowest = -(layers // 2) * layer_m - below
+    level_m = ((layers - 1) * layer_m + below + above) / BITS
+    columns[:] = np.uint64(0)
+    for k in range(points.shape[0]):
+        i, j = math.floor(points[k, 1] / cell + 0.5) + half, math.floor(points[k, 0] / cell + 0.5) + half
+        level = math.floor((points[k, 2] - lowest) / level_m)
+        if 0 <= i < n and 0 <= j < n and 0 <= level <= BITS:
+            columns[i, j] |= np.uint64(1) << np.uint64(level)
+    most = math.ceil(far / cell) + 1
+    along_x = np.empty((n, n), np.float32)
+    occupied = np.empty(n, np.bool_)
+    squared = np.empty(n, np.float32)
+    for layer in range(layers):
+        height = (layer - layers // 2) * layer_m
+        band = _band(lowest, height - below, height + above, level_m)
+        for i in range(n):
+            occupied[i] = _along_row(columns[i], band, most, along_x[i])
+        for i in range(n):
+            squared[:] = np.float32(most * most)
+            for k in range(max(0, i - most + 1), min(n, i + most)):
+                if occupied[k]:
+                    rise = np.float32((k - i) * (k - i))
+                    for j in range(n):
+                        squared[j] = min(squared[j], along_x[k, j] + rise)
+            for j in range(n):
+                field[layer, i, j] = min(far, max(0.0, (math.sqrt(squared[j]) - 0.5) * cell))
+
+
+@njit(cache=True)
+def _along_row(columns: np.ndarray, band: np.uint64, most: int, squared: np.ndarray) -> bool:
+    """Fill ``squared`` (n,) with the squared distance to the row's nearest obstacle; tell if there is one."""
+    n = columns.size
+    away = most
+    found = False
+    for j in range(n):
+        if columns[j] & band:
+            away = 0
+            found = True
+        elif away < most:
+            away += 1
+        squared[j] = away
+    away = most
+    for j in range(n - 1, -1, -1):
+        if squared[j] == 0.0:
+            away = 0
+        elif away < most:
+            away += 1
+        nearest = min(squared[j], np.float32(away))
+        squared[j] = nearest * nearest
+    return found
+
+
+@njit(cache=True)
+def best_layers(
+    distance: np.ndarray,
+    cell: float,
+    extra: np.ndarray,
+    closed: float,
+    inner: float,
+    outer: float,
+    way_cell: float,
+    offset: np.ndarray,
+    slowness: np.ndarray,
+) -> None:
+    """Fill ``slowness`` (k, k), in cells of ``way_cell``, with the cost of a metre in the best layer.
+
+    distance (layers, n, n), cell: what ``distance_layers`` gives. offset (2,): of the UAV from the middle of
+    ``slowness``, m. extra (layers,): what a metre costs more in a layer. A layer nearer than ``closed`` to an
+    obstacle is closed (inf); between ``inner`` and ``outer`` a metre costs up to twice as much.
+    """
+    side, n = slowness.shape[0], distance.shape[1]
+    at = np.empty((2, side), np.int64)
+    for axis in range(2):
+        for i in range(side):
+            node = math.floor(((i - side // 2) * way_cell - offset[axis]) / cell + 0.5) + n // 2
+            at[axis, i] = min(max(node, 0), n - 1)
+    slowness[:] = math.inf
+    for layer in range(distance.shape[0]):
+        for i in range(side):
+            for j in range(side):
+                d = distance[layer, at[1, i], at[0, j]]
+                if d >= closed:
+                    cost = 1.0 + extra[layer] + max(0.0, (outer - d) / (outer - inner))
+                    slowness[i, j] = min(slowness[i, j], cost)
+
+
+@njit(cache=True)
+def unseen_layers(
+    stamps: np.ndarray,
+    origin: np.ndarray,
+    oldest: float,
+    cell: np.ndarray,
+    layer_m: float,
+    body: np.ndarray,
+    heights: np.ndarray,
+    unseen: np.ndarray,
+) -> None:
+    """Fill ``unseen`` (layers, k, k): whether a body there would be in cells not seen since ``oldest`` (s).
+
+    stamps (n, n, levels), origin, cell: as for ``panorama.see``. body: radius, and ends below and above its
+    origin, m. heights: lowest and highest z allowed in the odometry's frame; beyond it all is unseen.
+    """
+    layers, side, _ = unseen.shape
+    n, levels = stamps.shape[0], stamps.shape[2]
+    first_z = math.floor(origin[2] / cell[1]) - levels // 2
+    columns = np.empty((side, side), np.uint64)
+    for i in range(side):
+        row = math.floor((origin[1] + (i - side // 2) * cell[0]) / cell[0]) % n
+        for j in range(side):
+            column = stamps[row, math.floor((origin[0] + (j - side // 2) * cell[0]) / cell[0]) % n]
+            mask = np.uint64(0)
+            for k in range(levels):
+                if column[(first_z + k) % levels] < oldest:
+                    mask |= np.uint64(1) << np.uint64(k)
+            columns[i, j] = mask
+    dilated = _dilated(columns, body[0] / cell[0])
+    lowest = first_z * cell[1] - origin[2]
+    for layer in range(layers):
+        height = (layer - layers // 2) * layer_m
+        allowed = heights[0] <= origin[2] + height <= heights[1]
+        band = _band(lowest, height - body[1], height + body[2], cell[1])
+        for i in range(side):
+            for j in range(side):
+                unseen[layer, i, j] = not allowed or (dilated[i, j] & band) != 0
+
+
+@njit(cache=True)
+def _dilated(columns: np.ndarray, radius: float) -> np.ndarray:
+    """Return ``columns`` (k, k), each with the bits of all that are at most ``radius`` cells away."""
+    side = columns.shape[0]
+    most = int(radius)
+    dilated = np.empty_like(columns)
+    for i in range(side):
+        for j in range(side):
+            mask = np.uint64(0)
+            for di in range(-most, most + 1):
+                for dj in range(-most, most + 1):
+                    inside = 0 <= i + di < side and 0 <= j + dj < side
+                    if inside and di * di + dj * dj <= radius * radius:
+                        mask |= columns[i + di, j + dj]
+            dilated[i, j] = mask
+    return dilated

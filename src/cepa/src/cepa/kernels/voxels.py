@@ -1,0 +1,133 @@
+"""Points of clouds, remembered in cells that are fixed to the odometry's frame."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+NOBODY = -1
+
+
+class Voxels(NamedTuple):
+    """A list of remembered points, and where each cell's point stands in it."""
+
+    points: np.ndarray
+    """(capacity, 3) m, in the odometry's frame."""
+    stamps: np.ndarray
+    """(capacity,) s"""
+    misses: np.ndarray
+    """(capacity,) uint8: clouds in a row that saw through the point."""
+    slots: np.ndarray
+    """(n, n, levels) int32: index into the list, or NOBODY. The grid repeats itself; indices y, x, z."""
+    edge_m: float
+    height_m: float
+
+
+@njit(cache=True)
+def _cell(voxels: Voxels, x: float, y: float, z: float) -> tuple[int, int, int]:
+    n, levels = voxels.slots.shape[0], voxels.slots.shape[2]
+    i, j = math.floor(y / voxels.edge_m) % n, math.floor(x / voxels.edge_m) % n
+    return i, j, math.floor(z / voxels.height_m) % levels
+
+
+@njit(cache=True)
+def remember(
+    points: np.ndarray, origin: np.ndarray, stamp: float, reach: np.ndarray, voxels: Voxels, known: int
+) -> int:
+    """Write ``points`` (m, 3), relative to ``origin``, into their cells; return the new number of points.
+
+    reach: half edge and half height of the window; what is beyond it is left out. ``known``: the number so
+    far. When the list is full, new cells are left out.
+    """
+    for k in range(points.shape[0]):
+        x, y, z = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
+        if abs(x) > reach[0] or abs(y) > reach[0] or abs(z) > reach[1]:
+            continue
+        x, y, z = x + origin[0], y + origin[1], z + origin[2]
+        i, j, m = _cell(voxels, x, y, z)
+        slot = voxels.slots[i, j, m]
+        if slot == NOBODY:
+            if known == voxels.points.shape[0]:
+                continue
+            slot = known
+            known += 1
+            voxels.slots[i, j, m] = slot
+        voxels.points[slot, 0], voxels.points[slot, 1], voxels.points[slot, 2] = x, y, z
+        voxels.stamps[slot] = stamp
+        voxels.misses[slot] = 0
+    return known
+
+
+@njit(cache=True)
+def _is_seen_through(
+    nearest: np.ndarray, row_tan: float, x: float, y: float, z: float, h: float, gap: float
+) -> bool:
+    """Whether beams through a point end ``gap`` beyond it, and none near it before."""
+    rows, bins = nearest.shape
+    row = math.floor(z / (max(h, 1e-3) * row_tan) + 0.5 * rows)
+    if not 0 < row < rows - 1:
+        return False
+    column = int((math.atan2(y, x) + math.pi) * bins / (2.0 * math.pi)) % bins
+    looked = False
+    for k in range(row - 1, row + 2):
+        for m in range(column - 1, column + 2):
+            least = nearest[k, m % bins]
+            if least <= h + gap:
+                return False
+            if k == row and not math.isinf(least):
+                looked = True
+    return looked
+
+
+@njit(cache=True)
+def recall(
+    origin: np.ndarray,
+    stamp: float,
+    oldest: float,
+    reach: np.ndarray,
+    nearest: np.ndarray,
+    row_tan: float,
+    gap: float,
+    near: float,
+    misses: int,
+    voxels: Voxels,
+    known: int,
+    points: np.ndarray,
+) -> int:
+    """Fill ``points`` (capacity, 3) with what is remembered, relative to ``origin``; return the number.
+
+    It forgets what is older than ``oldest`` (s), beyond ``reach``, or seen through by ``misses`` clouds in a
+    row. nearest, row_tan: the newest cloud's picture, of ``stamp``. What is nearer than ``near`` does not
+    grow old.
+    """
+    k = 0
+    while k < known:
+        x, y, z = (
+            voxels.points[k, 0] - origin[0],
+            voxels.points[k, 1] - origin[1],
+            voxels.points[k, 2] - origin[2],
+        )
+        forgotten = voxels.stamps[k] < oldest or abs(x) > reach[0] or abs(y) > reach[0] or abs(z) > reach[1]
+        if not forgotten and voxels.stamps[k] < stamp:
+            h = math.sqrt(x * x + y * y)
+            if _is_seen_through(nearest, row_tan, x, y, z, h, gap):
+                voxels.misses[k] += 1
+                forgotten = voxels.misses[k] >= misses
+            elif h < near:
+                voxels.stamps[k] = np.nextafter(stamp, -math.inf)
+        if not forgotten:
+            points[k, 0], points[k, 1], points[k, 2] = x, y, z
+            k += 1
+            continue
+        i, j, m = _cell(voxels, voxels.points[k, 0], voxels.points[k, 1], voxels.points[k, 2])
+        voxels.slots[i, j, m] = NOBODY
+        known -= 1
+        if k < known:
+            voxels.points[k] = voxels.points[known]
+            voxels.stamps[k], voxels.misses[k] = voxels.stamps[known], voxels.misses[known]
+            i, j, m = _cell(voxels, voxels.points[k, 0], voxels.points[k, 1], voxels.points[k, 2])
+            voxels.slots[i, j, m] = k
+    return known

@@ -1,0 +1,217 @@
+"""What a UAV with clouds knows and flies: over, under, and only into what it has seen."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, motion_at
+
+from cepa import CepaParameters, Cloud, Dynamic, ParameterError
+from cepa.dynamic.cloud_lookout import LAYER_M, LAYERS, CloudLookout
+from cepa.dynamic.dynamic import STEP_S
+from cepa.dynamic.observer import response_of
+from cepa.kernels.rollout import (
+    AT_REST_M_S,
+    AT_REST_M_S2,
+    Cushions,
+    Horizon,
+    Surroundings,
+    braking,
+    fly,
+    judge,
+)
+
+LOW_WALL = Boxes(np.array([[(6.0, -20.0, 0.0), (6.3, 20.0, 1.9)]]))
+BEAM = Boxes(np.array([[(6.0, -20.0, 2.05), (6.3, 20.0, 6.0)]]))
+NOTHING = Boxes(np.empty((0, 2, 3)))
+
+
+@pytest.mark.parametrize(("boxes", "over"), [(LOW_WALL, True), (BEAM, False)], ids=["low wall", "overhang"])
+def test_flies_over_a_low_wall_and_under_an_overhang_and_comes_back_to_its_height(boxes, over):
+    flight = fly_along_x(Dynamic(), boxes, speed=2.0, distance_m=11.0, patience_s=12.0)
+    path = np.array(flight.positions)
+    assert path[-1, 0] > 11.0
+    assert min(flight.clearances_m) > 0.05
+    passing = path[np.abs(path[:, 0] - 6.15) < 0.5, 2]
+    assert (passing > 2.2).all() if over else (passing < 1.9).all()
+    assert path[-1, 2] == pytest.approx(HEIGHT_M, abs=0.15)
+
+
+def test_without_clouds_it_stays_in_the_plane_and_leaves_the_climb_to_the_reference():
+    assert Dynamic().steer(NO_SCAN, (1.0, 0.0), (1.0, 0.0), motion_at(0.0, (0.0, 0.0, 2.0))).climb_m_s is None
+    level = Dynamic(CepaParameters(climb_max=0.0))
+    cloud = LOW_WALL.cloud(np.array([4.0, 0.0, 2.0]))
+    assert not level.wants_cloud
+    assert (
+        level.steer(NO_SCAN, (1.0, 0.0), (1.0, 0.0), motion_at(0.0, (4.0, 0.0, 2.0)), cloud).climb_m_s is None
+    )
+
+
+def approach(parameters, boxes=LOW_WALL, climb_ref=0.0, until=4.6):
+    """Return the last answer of a UAV that is moved along x at 2 m/s, whatever it answers."""
+    steering = Dynamic(parameters)
+    for x in np.arange(0.0, until, 0.2):
+        position = np.array([x, 0.0, HEIGHT_M])
+        motion = motion_at(0.5 * x, position, (2.0, 0.0, 0.0), climb_ref)
+        decision = steering.steer(NO_SCAN, (2.0, 0.0), (2.0, 0.0), motion, boxes.cloud(position))
+    return np.array([*decision.velocity_xy, decision.climb_m_s or 0.0])
+
+
+@pytest.mark.parametrize(
+    ("change", "boxes", "climb_ref"),
+    [
+        ({"climb_max": 0.3}, LOW_WALL, 0.0),
+        ({"height_max": 2.1}, LOW_WALL, 0.0),
+        ({"height_min": 1.9}, BEAM, 0.0),
+        ({"body_below": 0.05}, LOW_WALL, 0.0),
+        ({"body_above": 0.6}, BEAM, 0.0),
+    ],
+    ids=lambda value: next(iter(value), "") if isinstance(value, dict) else "",
+)
+def test_every_parameter_of_clouds_changes_the_answer(change, boxes, climb_ref):
+    before = approach(CepaParameters(), boxes, climb_ref)
+    assert np.linalg.norm(approach(CepaParameters(**change), boxes, climb_ref) - before) > 0.1
+
+
+def test_it_stops_before_a_wall_that_is_too_high_to_be_seen_over():
+    wall = Boxes(np.array([[(6.0, -20.0, 0.0), (6.3, 20.0, 9.0)]]))
+    flight = fly_along_x(Dynamic(), wall, speed=2.0, distance_m=11.0, patience_s=10.0)
+    assert max(position[0] for position in flight.positions) < 5.6
+    assert min(flight.clearances_m) > 0.1
+
+
+def test_a_climb_is_not_into_what_was_never_seen():
+    lookout = CloudLookout(CepaParameters())
+    position = np.array([0.0, 0.0, 2.0])
+    unseen = lookout.look(NOTHING.cloud(position), motion_at(0.0, position)).unseen
+    middle, side = LAYERS // 2, unseen.shape[1] // 2
+    assert not unseen[middle, side, side]  # its own place
+    assert unseen[-1, side, side]  # right above
+    far = side + 30  # 6 m ahead the Puck sees 1.6 m up
+    assert not unseen[middle + 3, side, far]
+    later = lookout.look(None, motion_at(1.0, position)).unseen
+    np.testing.assert_array_equal(later, unseen)  # no cloud came: what was seen stays so
+
+
+def test_a_cloud_without_returns_shows_nothing():
+    lookout = CloudLookout(CepaParameters())
+    dark = Cloud(np.empty((0, 3)), (-0.26, 0.26), 0.5, 100.0)
+    unseen = lookout.look(dark, motion_at(0.0, (0.0, 0.0, 2.0))).unseen
+    side = unseen.shape[1] // 2
+    seen_cells = np.argwhere(~unseen[LAYERS // 2]) - side
+    assert np.abs(seen_cells).max() <= 2  # nothing but the own place
+
+
+def test_it_remembers_a_beam_that_left_the_field_of_view_and_forgets_it_after_its_time():
+    beam, p = Boxes(np.array([[(2.0, -5.0, 2.2), (2.2, 5.0, 2.4)]])), CepaParameters(memory_s=2.0)
+    lookout, ahead = CloudLookout(p), (LAYERS // 2 + 2, 75, 75 + 4)  # 0.3 m up, 0.4 m ahead
+    for number, x in enumerate(np.arange(0.0, 1.6, 0.1)):
+        position = np.array([x, 0.0, 2.0])
+        space = lookout.look(beam.cloud(position), motion_at(0.1 * number, position))
+    assert space.distance[ahead] < 0.2
+    gone = lookout.look(None, motion_at(9.0, position))
+    assert gone.distance[ahead] == pytest.approx(lookout.far_m)
+
+
+def test_it_forgets_what_later_clouds_see_through():
+    person = Boxes(np.array([[(3.0, -0.3, 0.0), (3.4, 0.3, 3.0)], [(8.0, -9.0, 0.0), (8.2, 9.0, 9.0)]]))
+    away, position = Boxes(person.corners[1:]), np.array([0.0, 0.0, 2.0])
+    lookout = CloudLookout(CepaParameters())
+    there = lookout.look(person.cloud(position), motion_at(0.0, position)).distance[LAYERS // 2, 75, 75 + 30]
+    for number in range(1, 4):
+        space = lookout.look(away.cloud(position), motion_at(0.1 * number, position))
+    assert there < 0.2
+    assert space.distance[LAYERS // 2, 75, 75 + 30] > 1.0
+
+
+def test_a_jump_of_the_odometry_drops_the_memory():
+    lookout, position = CloudLookout(CepaParameters()), np.array([4.0, 0.0, 2.0])
+    assert lookout.look(LOW_WALL.cloud(position), motion_at(0.0, position)).points.size
+    assert not lookout.look(None, motion_at(0.1, (7.0, 0.0, 2.0))).points.size
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"climb_max": 1.5}, "climb_max"),
+        ({"climb_max": -0.1}, "climb_max"),
+        ({"height_min": 3.0, "height_max": 2.0}, "height_min"),
+        ({"body_below": 0.0}, "body_below"),
+        ({"body_above": math.nan}, "body_above"),
+    ],
+)
+def test_parameters_of_clouds_that_make_no_sense_are_refused(change, word):
+    with pytest.raises(ParameterError, match=word):
+        replace(CepaParameters(), **change)
+
+
+@settings(max_examples=3, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_no_flight_among_boxes_drawn_at_random_touches_one(seed):
+    rng = np.random.default_rng(seed)
+    low = rng.uniform((2.0, -4.0, 0.0), (7.0, 4.0, 2.5), (4, 3))
+    boxes = Boxes(np.stack([low, low + rng.uniform(0.05, 2.0, (4, 3))], axis=1))
+    flight = fly_along_x(Dynamic(), boxes, speed=3.0, distance_m=9.0, patience_s=6.0)
+    assert min(flight.clearances_m) > 0.0
+
+
+def first_fault(path, around, keep):
+    """Return the first step on a path (n, 3) that is too near to something, or not in what was seen."""
+    layers, n, _ = around.distance.shape
+    half, unseen_half = n // 2, around.unseen.shape[1] // 2
+    for step, (x, y, z) in enumerate(path):
+        layer = math.floor(z / around.layer_m + 0.5) + layers // 2
+        if not 0 <= layer < layers:
+            return step
+        corners = [
+            around.distance[
+                layer, math.floor(y / around.cell_m) + half + i, math.floor(x / around.cell_m) + half + j
+            ]
+            for i in (0, 1)
+            for j in (0, 1)
+        ]
+        row, column = (math.floor(c / around.unseen_cell_m + 0.5) + unseen_half for c in (y, x))
+        if max(corners) < keep[step] or around.unseen[layer, row, column]:
+            return step
+    return None
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
+    rng = np.random.default_rng(seed)
+    response = response_of(CepaParameters().response, STEP_S)
+    horizon, commands = Horizon(4, 60, 32, 12), rng.uniform((-3.0, -3.0, -0.8), (3.0, 3.0, 0.8), (60, 3))
+    distance = np.full((LAYERS, 151, 151), 1.3)
+    unseen = rng.random((LAYERS, 75, 75)) < 0.02
+    for layer, row, column in rng.integers((0, 10, 10), (LAYERS, 141, 141), (80, 3)):
+        distance[layer, row - 5 : row + 6, column - 5 : column + 6] = rng.uniform(0.0, 0.7)
+    middle = LAYERS // 2
+    distance[middle - 1 : middle + 2, 65:86, 65:86], unseen[middle - 1 : middle + 2, 35:40, 35:40] = (
+        1.3,
+        False,
+    )
+    no_way = np.empty((0, 0)), 0.2, 0.0, 0.0
+    around = Surroundings(distance, 0.1, LAYER_M, 1.3, np.empty(0), unseen, 0.2, np.empty((0, 6)), *no_way)
+    start, keep, ahead = np.zeros((3, 4)), np.linspace(0.5, 0.6, 64), np.array([1.0, 0.0])
+    least, most = np.empty(64), np.empty(64)
+    braking(start, response, around, horizon, least, most)
+    admissible, results = np.empty(60, np.bool_), np.zeros((60, 4))
+    rules = horizon, Cushions(0.5, 1.2, keep), least, most
+    judge(start, commands, response, around, *rules, ahead, admissible, results)
+    assert least.min() >= 0.6  # so braking at once excuses nothing
+    assert most.max() <= 0.0
+    for command, is_admissible in zip(commands, admissible):
+        path, state = [], start.copy()
+        given = np.array([[0.0, horizon.commit * STEP_S, *command]])
+        for step in range(horizon.commit + horizon.brake):
+            fly(state, given, 0, 1, step * STEP_S, (step + 1) * STEP_S, response)
+            rests = np.linalg.norm(state[:, 1]) < AT_REST_M_S and np.hypot(*state[:2, 2]) < AT_REST_M_S2
+            if step >= horizon.commit and rests:
+                break
+            path.append(state[:, 0].copy())
+        if is_admissible:
+            assert first_fault(path, around, keep) is None

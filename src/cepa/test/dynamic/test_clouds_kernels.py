@@ -1,0 +1,223 @@
+"""The kernels for clouds against slow, plain references."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cepa.kernels.layers import best_layers, distance_layers, unseen_layers
+from cepa.kernels.panorama import free_distances, level, see
+from cepa.kernels.voxels import NOBODY, Voxels, recall, remember
+
+seeds = st.integers(0, 2**32 - 1)
+CELL_M, FAR_M, SIDE, LAYERS, LAYER_M, BELOW_M, ABOVE_M = 0.1, 0.8, 31, 5, 0.15, 0.4, 0.25
+SEEN = np.array([0.2, 0.15])
+CELLS = [(i - 13, j - 13, k - 8) for i, j, k in np.ndindex(26, 26, 16)]
+"""Those in reach of a UAV near the world's origin; indices y, x, z."""
+NEVER_S, NOW_S, OLDEST_S = -math.inf, 10.0, 5.0
+
+
+def turned(rng):
+    """Return a random rotation matrix."""
+    q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    return q * np.sign(np.linalg.det(q))
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=seeds, count=st.integers(0, 40))
+def test_each_layer_knows_the_distance_to_what_is_at_its_height(seed, count):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform((-1.5, -1.5, -1), (1.5, 1.5, 1), (count, 3))
+    field = np.empty((LAYERS, SIDE, SIDE))
+    columns = np.empty((SIDE, SIDE), np.uint64)
+    distance_layers(points, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
+    axis = CELL_M * (np.arange(SIDE) - SIDE // 2)
+    level_m = ((LAYERS - 1) * LAYER_M + BELOW_M + ABOVE_M) / 63
+    for layer, distances in enumerate(field):
+        height = (layer - LAYERS // 2) * LAYER_M
+        for widened, sign in ((0.0, 1), (level_m, -1)):
+            low, high = height - BELOW_M - widened, height + ABOVE_M + widened
+            x, y = points[(low <= points[:, 2]) & (points[:, 2] <= high), :2].T
+            offsets = np.hypot(axis[None, :, None] - x, axis[:, None, None] - y)
+            true = np.minimum(offsets.min(axis=2, initial=math.inf), FAR_M)
+            rounding_m = 0.5 * CELL_M * (math.sqrt(2.0) - sign)
+            assert np.all(sign * (distances - true) <= rounding_m + 1e-6)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=seeds)
+def test_a_column_is_as_open_as_its_best_layer(seed):
+    rng = np.random.default_rng(seed)
+    distance, extra = rng.uniform(0.0, 1.5, (LAYERS, 11, 11)), np.array([0.4, 0.2, 0.0, 0.2, math.inf])
+    slowness, offset = np.empty((5, 5)), rng.uniform(-0.1, 0.1, 2)
+    best_layers(distance, 0.1, extra, 0.6, 0.5, 1.2, 0.2, offset, slowness)
+    cells = 0.2 * (np.arange(5) - 2)
+    columns, rows = (np.clip(np.rint((cells - o) / 0.1).astype(int) + 5, 0, 10) for o in offset)
+    d = distance[:, rows[:, None], columns]
+    cost = np.where(d < 0.6, math.inf, 1.0 + np.maximum(0.0, (1.2 - d) / 0.7)) + extra[:, None, None]
+    np.testing.assert_allclose(slowness, cost.min(axis=0))
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=seeds)
+def test_the_picture_of_a_cloud_holds_the_least_distance_in_each_direction(seed):
+    rng = np.random.default_rng(seed)
+    rotation = turned(rng)
+    points = rng.uniform(-3.0, 3.0, (60, 3))
+    points[::7] = math.nan
+    nearest, levelled = np.empty((32, 24), np.float32), np.empty((60, 3))
+    count = level(points, rotation, 0.5, 4.0, 0.05, levelled, nearest)
+    ranges = np.linalg.norm(points, axis=1)
+    returns = points[(ranges >= 0.5) & (ranges <= 4.0)] @ rotation.T
+    np.testing.assert_allclose(levelled[:count], returns, atol=1e-12)
+    expected = np.full((32, 24), math.inf)
+    for x, y, z in returns:
+        h = math.hypot(x, y)
+        row = math.floor(z / h / 0.05) + 16
+        column = int((math.atan2(y, x) + math.pi) / math.radians(15.0)) % 24
+        if 0 <= row < 32:
+            expected[row, column] = min(expected[row, column], h)
+    np.testing.assert_allclose(nearest, expected, rtol=1e-6)
+
+
+def test_an_empty_direction_is_free_within_the_field_of_view_alone():
+    nearest = np.full((32, 24), math.inf, np.float32)
+    nearest[16, 0] = 2.0
+    free = np.empty((8, 12), np.float32)
+    view = (math.radians(-15.0), math.radians(15.0)), (-0.5 * math.pi, 0.5 * math.pi)
+    free_distances(nearest, 0.05, np.eye(3), *view, 99.0, free)
+    up = (np.arange(8) - 3.5) * 0.2  # tangents of the rows' middles
+    ahead = (np.arange(12) - 5.5) * math.radians(30.0)
+    looked = (np.abs(up) < math.tan(math.radians(15.0)))[:, None] & (np.abs(ahead) < 0.5 * math.pi)[None, :]
+    expected = np.where(looked, 99.0, 0.0)
+    expected[4, 0] = 2.0
+    np.testing.assert_array_equal(free, expected)
+
+
+def plain_seen(free, row_tan, origin, own, near, before):
+    """Return the cells (i, j, k: y, x, z) that are seen, by their definition."""
+    rows, bins = free.shape
+    seen = set()
+    for cell in CELLS:
+        y, x, z = (np.array(cell) + 0.5) * (SEEN[0], SEEN[0], SEEN[1]) - origin[[1, 0, 2]]
+        if max(abs(x), abs(y)) > 2.0 or abs(z) > 0.8:
+            continue
+        h = math.hypot(x, y)
+        row = math.floor(z / (h * row_tan) + 0.5 * rows)
+        column = int((math.atan2(y, x) + math.pi) * bins / (2.0 * math.pi)) % bins
+        is_free = 0 <= row < rows and free[row, column] > h + 0.5 * SEEN[0]
+        is_own = h < own[0] and -own[1] <= z <= own[2]
+        if is_free or is_own or (h < near and cell in before):
+            seen.add(cell)
+    return seen
+
+
+def stamped(stamps, since_s):
+    """Return the cells whose stamp is not older, for a grid around the world's origin."""
+    n, levels = stamps.shape[0], stamps.shape[2]
+    return {(i, j, k) for i, j, k in CELLS if stamps[i % n, j % n, k % levels] >= since_s}
+
+
+@settings(max_examples=5, deadline=None)
+@given(seed=seeds)
+def test_cells_are_seen_up_to_what_stands_in_their_direction(seed):
+    rng = np.random.default_rng(seed)
+    stamps = np.full((30, 30, 16), NEVER_S)
+    reach, own = np.array([2.0, 0.8]), np.array([0.5, 0.3, 0.2])
+    before = set()
+    for number in range(2):
+        origin = rng.uniform(-0.4, 0.4, 3)
+        free = rng.uniform(0.0, 4.0, (10, 24)).astype(np.float32)
+        see(free, 0.06, origin, NOW_S + number, OLDEST_S, SEEN, reach, own, 1.0, stamps)
+        seen = plain_seen(free, 0.06, origin, own, 1.0, before)
+        assert stamped(stamps, NOW_S + number) == seen
+        before |= seen
+
+
+@settings(max_examples=5, deadline=None)
+@given(seed=seeds)
+def test_a_layer_is_unseen_where_the_body_meets_an_unseen_cell(seed):
+    rng = np.random.default_rng(seed)
+    stamps = np.where(rng.random((30, 30, 24)) < 0.995, NOW_S, 0.0)
+    origin, body = rng.uniform(-1.0, 1.0, 3), np.array([0.35, 0.2, 0.1])
+    unseen = np.empty((LAYERS, 9, 9), np.bool_)
+    heights = np.array([origin[2] - 0.2, 100.0])
+    unseen_layers(stamps, origin, OLDEST_S, SEEN, LAYER_M, body, heights, unseen)
+    for layer, i, j in np.ndindex(unseen.shape):
+        height = (layer - LAYERS // 2) * LAYER_M
+        row, column = (math.floor((origin[a] + 0.2 * (n - 4)) / 0.2) for a, n in ((1, i), (0, j)))
+        low, high = (math.floor((origin[2] + height + end) / 0.15) for end in (-0.2, 0.1))
+        meets = any(
+            stamps[(row + di) % 30, (column + dj) % 30, k % 24] < OLDEST_S
+            for di, dj in ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1))
+            if 0 <= i + di < 9 and 0 <= j + dj < 9
+            for k in range(low, high + 1)
+        )
+        assert unseen[layer, i, j] == (meets or height < -0.2)
+
+
+class PlainMemory:
+    """What `remember` and `recall` do, with a dictionary."""
+
+    def __init__(self):
+        self.cells = {}
+
+    def remember(self, points, origin, stamp, reach):
+        for point in points:
+            if max(abs(point[0]), abs(point[1])) <= reach[0] and abs(point[2]) <= reach[1]:
+                at = point + origin
+                cell = tuple(np.floor(at / (0.15, 0.15, 0.05)).astype(int))
+                self.cells[cell] = [at, stamp, 0]
+
+    def recall(self, origin, stamp, oldest, reach, nearest, row_tan, gap, near, misses):
+        for cell, entry in list(self.cells.items()):
+            x, y, z = entry[0] - origin
+            h = math.hypot(x, y)
+            beyond = max(abs(x), abs(y)) > reach[0] or abs(z) > reach[1]
+            if entry[1] < oldest or beyond:
+                del self.cells[cell]
+            elif entry[1] < stamp:
+                row = math.floor(z / (h * row_tan) + 0.5 * nearest.shape[0])
+                column = int((math.atan2(y, x) + math.pi) * nearest.shape[1] / (2.0 * math.pi))
+                columns = np.arange(column - 1, column + 2) % nearest.shape[1]
+                inside = 0 < row < nearest.shape[0] - 1
+                around = nearest[row - 1 : row + 2, columns] if inside else np.zeros((3, 3))
+                if np.isfinite(around[1]).any() and around.min() > h + gap:
+                    entry[2] += 1
+                    if entry[2] >= misses:
+                        del self.cells[cell]
+                elif h < near:
+                    entry[1] = np.nextafter(stamp, -math.inf)
+        return np.array(sorted(tuple(entry[0] - origin) for entry in self.cells.values())).reshape(-1, 3)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=seeds)
+def test_remembered_points_are_those_of_a_plain_dictionary(seed):
+    rng = np.random.default_rng(seed)
+    capacity, reach = 500, np.array([2.0, 0.8])
+    stores = np.empty((capacity, 3)), np.empty(capacity), np.empty(capacity, np.uint8)
+    voxels = Voxels(*stores, np.full((40, 40, 48), NOBODY, np.int32), 0.15, 0.05)
+    plain, known, recalled = PlainMemory(), 0, np.empty((capacity, 3))
+    for number in range(12):
+        origin, stamp = np.array([0.2 * number, 0.0, 0.05 * number]), 0.1 * number
+        points = rng.uniform((-2.2, -2.2, -1.0), (2.2, 2.2, 1.0), (30, 3))
+        nearest = rng.choice([1.0, 2.0, 5.0, math.inf], (40, 24), p=[0.1, 0.1, 0.6, 0.2]).astype(np.float32)
+        rules = 0.05, 0.3, 1.0, 2
+        known = remember(points, origin, stamp, reach, voxels, known)
+        known = recall(origin, stamp, stamp - 0.45, reach, nearest, *rules, voxels, known, recalled)
+        plain.remember(points, origin, stamp, reach)
+        expected = plain.recall(origin, stamp, stamp - 0.45, reach, nearest, *rules)
+        found = np.array(sorted(map(tuple, recalled[:known]))).reshape(-1, 3)
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert known > 50
+
+
+def test_a_full_memory_leaves_out_new_cells():
+    stores = np.empty((2, 3)), np.empty(2), np.empty(2, np.uint8)
+    voxels = Voxels(*stores, np.full((40, 40, 48), NOBODY, np.int32), 0.15, 0.05)
+    points = np.array([[0.1, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.12, 0.0, 0.0]])
+    assert remember(points, np.zeros(3), 1.0, np.array([2.0, 0.8]), voxels, 0) == 2
+    assert voxels.points[0, 0] == pytest.approx(0.12)
