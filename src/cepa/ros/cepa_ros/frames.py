@@ -67,6 +67,14 @@ class Frames:
             self._mounts[frame] = mount
         return self._mounts[frame]
 
+    def mount(self, frame: str) -> Mount:
+        """Return how a sensor sits on the base frame, in whatever attitude.
+
+        Raises:
+            FrameError: TF does not know it (yet).
+        """
+        return self._look_up(frame)
+
     def yaw_turn(self, frame: str) -> PlaneTurn:
         """Return how a levelled velocity of ``frame`` turns into the base frame, by its newest yaw.
 

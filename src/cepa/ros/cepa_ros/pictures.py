@@ -24,7 +24,8 @@ WHITE, GREY, RED = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5), (0.9, 0.1, 0.1)
 INNER, OUTER = (1.0, 0.45, 0.1), (0.3, 0.75, 1.0)
 PARTLY, WHOLLY = (1.0, 0.75, 0.1), (0.85, 0.1, 0.1)
 RING_WIDTH_M = 0.08
-PATH_STEP, PATH_WIDTH_M = 2, 0.06
+PATH_STEP = 2
+PATH_WIDTH_M, BRAKING_WIDTH_M = 0.05, 0.14
 MOVER_S = 1.0
 """A mover's line ends where it will be after so long."""
 ARROW_HEIGHT_M = 0.04  # over the flat markers and over each other, so that RViz does not mix them
@@ -37,9 +38,17 @@ class Canvas:
         self._header = header
         self.markers = MarkerArray()
 
-    def lines(self, name: str, points: np.ndarray, colour: Rgb, width_m: float, alpha: float = 1.0) -> None:
+    def lines(
+        self,
+        name: str,
+        points: np.ndarray,
+        colour: Rgb,
+        width_m: float,
+        alpha: float = 1.0,
+        height_m: float = 0.0,
+    ) -> None:
         """Draw a closed or open line through ``points`` (n, 2)."""
-        self._add(name, Marker.LINE_STRIP, points, [(*colour, alpha)], width_m)
+        self._add(name, Marker.LINE_STRIP, points, [(*colour, alpha)], width_m, height_m)
 
     def segments(self, name: str, ends: np.ndarray, colours: list[Rgba], width_m: float) -> None:
         """Draw lines between ``ends`` (n, 2, 2); ``colours`` holds one (r, g, b, a), or one per line."""
@@ -57,10 +66,18 @@ class Canvas:
         marker = decision_message.arrow(self._header, name, velocity or (0.0, 0.0), height_m)
         self._append(marker, visible=velocity is not None)
 
-    def _add(self, name: str, kind: int, points: np.ndarray, colours: list[Rgba], width_m: float) -> None:
+    def _add(
+        self,
+        name: str,
+        kind: int,
+        points: np.ndarray,
+        colours: list[Rgba],
+        width_m: float,
+        height_m: float = 0.0,
+    ) -> None:
         marker = Marker(ns=name, id=0, type=kind)
         marker.header.stamp, marker.header.frame_id = self._header.stamp, self._header.frame_id
-        marker.pose.orientation.w = 1.0
+        marker.pose.position.z, marker.pose.orientation.w = height_m, 1.0
         marker.points = [Point(x, y, 0.0) for x, y in points.tolist()]
         marker.scale.x = marker.scale.y = marker.scale.z = width_m
         marker.color = ColorRGBA(*colours[0]) if colours else ColorRGBA()
@@ -121,10 +138,13 @@ def _draw_foreseen(canvas: Canvas, message: MarkerArray, parameters: CepaParamet
         canvas.segments(name, view.path_edge(middles, radius), [(*colour, 1.0)], 0.025)
         strips = view.path_strips(middles, radius)
         canvas.segments(f"{name}_area", strips, [(*colour, 0.12)], view.STRIP_M)
-    for name, path in ((PREDICTED, predicted), (BRAKING, decision_message.read_path(message, BRAKING))):
-        canvas.lines(name, path, decision_message.PATH_COLOURS[name], PATH_WIDTH_M)
+    braking, colours = decision_message.read_path(message, BRAKING), decision_message.PATH_COLOURS
+    canvas.lines(BRAKING, braking, colours[BRAKING], BRAKING_WIDTH_M)
+    hull = view.circle(parameters.body_radius) if len(braking) else np.empty((0, 2))
+    canvas.lines("standstill", hull + braking[-1:], colours[BRAKING], 0.03)
+    canvas.lines(PREDICTED, predicted, colours[PREDICTED], PATH_WIDTH_M, height_m=0.5 * ARROW_HEIGHT_M)
     movers = decision_message.read_movers(message)
-    moving = [(*decision_message.PATH_COLOURS[MOVER], 0.9)]
+    moving = [(*colours[MOVER], 0.9)]
     circles = [view.path_edge(mover[None, :2], mover[4]) for mover in movers]
     canvas.segments(MOVER, np.concatenate([np.empty((0, 2, 2)), *circles]), moving, 0.04)
     tips = movers[:, :2] + MOVER_S * movers[:, 2:4]

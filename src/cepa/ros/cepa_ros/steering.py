@@ -6,10 +6,11 @@ import math
 import time
 from typing import NamedTuple
 
-from cepa import AttitudeError, Decision, LaserScan2D, LidarAttitude, levelled
+from cepa import AttitudeError, Cloud, Decision, LaserScan2D, LidarAttitude, levelled
 from cepa.algorithm import Algorithm
 from cepa.decision import Vector2
 from cepa.pairing import PairedScan
+from cepa_ros.clouds import CloudLimits, out_of_body
 from cepa_ros.conversions import OwnState
 from cepa_ros.frames import Mount
 from cepa_ros.own_motion import OwnMotion
@@ -17,6 +18,8 @@ from node_tools.throttled_warnings import ThrottledWarnings
 
 MAX_AGE_NS = 500_000_000
 MAX_AGE_OF_ATTITUDE_NS = 50_000_000
+MAX_AGE_OF_CLOUD_NS = 20_000_000
+"""Between the stamps of a scan and of a cloud that counts as taken from the same place."""
 STANDSTILL = (0.0, 0.0, 0.0)
 
 
@@ -35,8 +38,11 @@ class Answer(NamedTuple):
 class Steering:
     """Asks the algorithm, and knows what the algorithm needs of odometry."""
 
-    def __init__(self, algorithm: Algorithm, warnings: ThrottledWarnings) -> None:
+    def __init__(
+        self, algorithm: Algorithm, warnings: ThrottledWarnings, limits: CloudLimits | None = None
+    ) -> None:
         self._warnings = warnings
+        self._limits = limits
         self._motion = OwnMotion(warnings)
         self.take(algorithm)
 
@@ -66,12 +72,19 @@ class Steering:
         own_xy = mount.turn.undo(*self._own_velocity(own, trusted=motion is not None)[:2])
         if self.algorithm.parameters.levelling:
             scan = self._levelled(scan, paired, mount, math.hypot(*own_xy))
-        decision = self.algorithm.steer(scan, reference_xy, own_xy, motion)
+        decision = self.algorithm.steer(scan, reference_xy, own_xy, motion, self._cloud(paired, mount))
         computation_ms = 1e3 * (time.perf_counter() - start)
         self._last_xy = mount.turn.apply(*decision.velocity_xy)
         climb = v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
         velocity = (*self._last_xy, climb)
         return Answer(velocity, decision, scan, (reference_xy, own_xy), computation_ms)
+
+    def _cloud(self, paired: PairedScan, mount: Mount) -> Cloud | None:
+        """Return the cloud of the scan's instant, if there is one and the algorithm uses it."""
+        if self._limits is None or not self.algorithm.wants_cloud:
+            return None
+        in_body_m = paired.fresh("cloud", MAX_AGE_OF_CLOUD_NS, None)
+        return None if in_body_m is None else self._limits.cloud(out_of_body(in_body_m, mount))
 
     def _own_velocity(self, own: OwnState | None, trusted: bool) -> tuple[float, ...]:
         """Return the own velocity; zero if it is not known, or the last command if that counts more."""

@@ -70,7 +70,7 @@ class Motion:
         Raises:
             MotionError: as the class.
         """
-        body = _matrix(body_xyzw)
+        body = rotation_matrix(body_xyzw)
         position = body @ np.asarray(mount_position_m) + np.asarray(body_position_m)
         (a, b, c, d), (x, y, z, w) = body_xyzw, mount_xyzw
         orientation = (
@@ -96,7 +96,7 @@ class Motion:
 
     def rotation(self) -> np.ndarray:
         """Return the matrix (3, 3) that turns the lidar's frame into the odometry's."""
-        return _matrix(self.orientation_xyzw)
+        return rotation_matrix(self.orientation_xyzw)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ class Cloud:
             raise MotionError(f"A cloud's elevations must rise, not {self.elevation_rad}.")
 
 
-def _matrix(orientation_xyzw: Sequence[float]) -> np.ndarray:
+def rotation_matrix(orientation_xyzw: Sequence[float]) -> np.ndarray:
     """Return the rotation matrix (3, 3) of a unit quaternion."""
     x, y, z, w = orientation_xyzw
     return np.array(

@@ -13,6 +13,8 @@ from cepa.kernels.rollout import Horizon, Response, Surroundings, roll
 from cepa.motion import Motion
 from cepa.scan import Beams
 
+HERE = np.zeros((1, 2))
+
 
 class Moment(NamedTuple):
     """What was known when a scan came. Arrays are along the odometry's axes, with the lidar at the origin."""
@@ -98,8 +100,8 @@ def view_of(
     c, s = math.cos(moment.motion.yaw_rad), math.sin(moment.motion.yaw_rad)
     into_scan = np.array([[c, -s], [s, c]])  # rows turn by -yaw
     return View(
-        predicted[:, :2] @ into_scan,
-        braking[:, :2] @ into_scan,
+        np.concatenate((HERE, predicted[:, :2] @ into_scan)),
+        np.concatenate((HERE, braking[:, :2] @ into_scan)),
         sight.remembered @ into_scan,
         sight.is_hidden.copy(),
         np.concatenate((movers[:, :2] @ into_scan, movers[:, 2:4] @ into_scan, movers[:, 4:5]), axis=1),

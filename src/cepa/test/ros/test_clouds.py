@@ -1,0 +1,60 @@
+"""Clouds as messages, with points worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cepa_ros.clouds", reason="the workspace is not built, or not sourced")
+
+from cepa_ros.clouds import CloudLimits, into_body, out_of_body, points_of
+from cepa_ros.frames import Mount, PlaneTurn
+from sensor_msgs.msg import PointCloud2, PointField
+
+from cepa import MotionError, ParameterError
+
+POINTS = np.array([[1.0, 2.0, 3.0], [math.nan, 0.0, 0.0], [-4.0, 5.5, -6.0]], np.float32)
+LIMITS = {"elevation_min": -0.3, "elevation_max": 0.3, "range_min": 0.5, "range_max": 100.0}
+HALF = math.sqrt(0.5)
+
+
+def message(order="<", **changes):
+    """A cloud with a field of another kind between x, y, z and the next point."""
+    rows = np.zeros(len(POINTS), [(name, f"{order}f4") for name in "xyz"] + [("ring", "<u2"), ("gap", "V2")])
+    for column, name in enumerate("xyz"):
+        rows[name] = POINTS[:, column]
+    fields = [PointField(name, 4 * k, PointField.FLOAT32, 1) for k, name in enumerate("xyz")]
+    cloud = PointCloud2(height=1, width=len(rows), fields=fields, point_step=16, row_step=16 * len(rows))
+    cloud.is_bigendian, cloud.data = order == ">", rows.tobytes()
+    for name, value in changes.items():
+        setattr(cloud, name, value)
+    return cloud
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_points_come_as_they_were_written(order):
+    np.testing.assert_array_equal(points_of(message(order)), POINTS)
+
+
+@pytest.mark.parametrize("changes", [{"fields": []}, {"data": b"short"}, {"row_step": 7}])
+def test_clouds_that_make_no_sense_are_refused(changes):
+    with pytest.raises(MotionError, match="The cloud has"):
+        points_of(message(**changes))
+
+
+def test_a_camera_that_looks_ahead_and_a_lidar_that_is_turned():
+    # The axes of a camera are right, down and ahead; it sits 0.1 m ahead of the body's middle
+    camera = Mount(PlaneTurn(0.0), (0.1, 0.0, 0.0), (-0.5, 0.5, -0.5, 0.5))
+    in_body = into_body(np.array([[1.0, -0.5, 3.0]]), camera)
+    np.testing.assert_allclose(in_body, [[3.1, -1.0, 0.5]], atol=1e-12)
+    lidar = Mount(PlaneTurn(math.pi / 2), (0.0, 0.0, 0.2), (0.0, 0.0, HALF, HALF))
+    np.testing.assert_allclose(out_of_body(in_body, lidar), [[-1.0, -3.1, 0.3]], atol=1e-12)
+
+
+def test_the_limits_are_read_and_checked():
+    cloud = CloudLimits.of(LIMITS).cloud(POINTS)
+    assert (cloud.elevation_rad, cloud.range_min_m, cloud.range_max_m) == ((-0.3, 0.3), 0.5, 100.0)
+    assert cloud.azimuth_rad == (-math.pi, math.pi)
+    for wrong in ("puck", {**LIMITS, "range_min": "near"}, {"range_min": 1.0}, {**LIMITS, "range_max": 0.1}):
+        with pytest.raises(ParameterError):
+            CloudLimits.of(wrong)
