@@ -81,7 +81,8 @@ class MoverSet:
 TRACKS_MAX, CLUSTERS_MAX = 192, 256
 FRAMES, FRAME_PERIOD_S, YOUNGEST_S = 8, 0.1, 0.15
 """Earlier scans that tell what was free, the time between them, and the least age."""
-STANDING_FORGET_S = 0.3
+STANDING_FORGET_S, MISSED_S = 0.3, 0.15
+"""How long what stands is kept unseen, and anything where the scan sees past its place."""
 STANDING_MIN = 4
 """So many standing things tell how the odometry drifts."""
 RADIUS_MEMORY_S, RADIUS_LEARNING_S = 1.0, 0.15
@@ -153,7 +154,7 @@ class Movers:
         kernels.associate(clusters, self._tracks, p.gate_m, matches, owners)
         self._align(dt_s, points, pose, clusters, owners)
         self._learn(dt_s, points, pose, sight_m, clusters, owners)
-        seen = self._forget(owners)
+        seen = self._forget(pose, sight_m, owners)
         seen = self._begin(clusters, matches, seen)
         self._keep_frame(pose, sight_m, clusters, seen)
         return self._answer(points, labels, level, seen)
@@ -201,10 +202,15 @@ class Movers:
         starts = (tracks[:, kernels.EVIDENCE] > p.evidence_s) & (speeds > p.speed_min_m_s)
         self._moving = starts | self._moving & (tracks[:, kernels.EVIDENCE] > 0.0)
 
-    def _forget(self, owners: np.ndarray) -> np.ndarray:
-        """Drop what has not been seen for long; return the clusters (t,) of the tracks that stay, or -1."""
+    def _forget(self, pose: np.ndarray, sight_m: np.ndarray, owners: np.ndarray) -> np.ndarray:
+        """Drop what has not been seen for long, or is not where it should be seen.
+
+        Returns the clusters (t,) of the tracks that stay, or -1.
+        """
+        unseen_s, free = self._tracks[:, kernels.UNSEEN], np.empty(len(owners), bool)
+        kernels.are_free(self._tracks, pose, sight_m, self.parameters.free_gap_m, free)
         allowed_s = np.where(self._moving, self.parameters.forget_s, STANDING_FORGET_S)
-        stays = self._tracks[:, kernels.UNSEEN] <= allowed_s
+        stays = unseen_s <= np.where(free, MISSED_S, allowed_s)
         self._tracks, self._surfaces = self._tracks[stays], self._surfaces[stays]
         self._moving = self._moving[stays]
         return owners[stays]

@@ -274,6 +274,13 @@ def _is_free(
 
 
 @njit(cache=True)
+def are_free(tracks: np.ndarray, pose: np.ndarray, bins: np.ndarray, gap: float, free: np.ndarray) -> None:
+    """Fill ``free`` (t,) with whether the scan sees past the place of each track; see ``_is_free``."""
+    for t in range(tracks.shape[0]):
+        free[t] = _is_free(tracks[t, X], tracks[t, Y], pose[0], pose[1], pose[2], bins, gap)
+
+
+@njit(cache=True)
 def _has_moved(
     points: np.ndarray,
     cluster: np.ndarray,
