@@ -28,8 +28,10 @@ def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
 
 CLIMBS = (-1.0, 0.0, 1.0)
 """As fractions of the greatest climb."""
-COARSER, FASTER_OF = 2, 2
-"""Every second direction, and the faster half of the speeds, are tried with each climb."""
+COARSER, FASTER_OF = 3, 2
+"""Every third direction, and the faster half of the speeds, are tried with each climb."""
+LEVEL_M_S = 0.05
+"""A reference that climbs slower is level, too."""
 
 
 def climbing(level: np.ndarray, climb_max: float) -> np.ndarray:
@@ -44,4 +46,5 @@ def climbing(level: np.ndarray, climb_max: float) -> np.ndarray:
     some = kept[np.concatenate(([REFERENCE, LAST, STANDSTILL], fast))]
     halves = kept[[REFERENCE, LAST, REFERENCE, LAST]]
     halves[:, 2] = climb_max * np.array([0.5, 0.5, -0.5, -0.5])
-    return np.concatenate((kept, halves, *(some * (1, 1, 0) + (0, 0, climb_max * c) for c in CLIMBS)))
+    climbs = [share for share in CLIMBS if share != 0.0 or abs(kept[REFERENCE, 2]) > LEVEL_M_S]
+    return np.concatenate((kept, halves, *(some * (1, 1, 0) + (0, 0, climb_max * share) for share in climbs)))

@@ -26,8 +26,8 @@ COARSE_ROWS, COARSE_BINS = 27, 360
 """Rows of 3.4 degrees: no lidar's channels are farther apart, so an empty one in view is free."""
 SEEN_CELL_M, SEEN_LEVEL_M, SEEN_WINDOW_M = 0.2, 0.15, 15.0
 SEEN_CELL = np.array([SEEN_CELL_M, SEEN_LEVEL_M])
-SEEN_CELLS, SEEN_LEVELS = 96, 30
-SEEN_REACH_M = np.array([0.5 * SEEN_WINDOW_M + SEEN_CELL_M, 1.8])
+SEEN_CELLS, SEEN_LEVELS = 96, 24
+SEEN_REACH_M = np.array([0.5 * SEEN_WINDOW_M + SEEN_CELL_M, 1.5])
 BODY_SHARE_SEEN = 0.67
 """So much of the body's height must be in what was seen: cells are seen when their middles are."""
 VOXEL_M, VOXEL_HEIGHT_M, VOXEL_CELLS, VOXEL_LEVELS = 0.15, 0.05, 128, 96

@@ -182,19 +182,24 @@ class Dynamic(Algorithm):
         if self._cloud_lookout is None:
             self._cloud_lookout = CloudLookout(p)
         space = self._cloud_lookout.look(cloud, motion)
-        layers = Layers(space.distance, FIELD_CELL_M, space.detours_m)
+        state[2, 0] -= space.middle_m
+        field = space.distance, FIELD_CELL_M, LAYER_M, self._cloud_lookout.far_m
+        seen = NO_SIGHT, space.unseen, SEEN_CELL_M, NO_MOVERS
+        length, *offset = NO_WAY_SEARCHED
+        around = Surroundings(*field, *seen, length, WAY_CELL_M, *offset)
+        height_m = space.open_height_m(direction, max(AHEAD_M, speed * COST_HORIZON_S), p.r_lb)
+        commands = climbing(candidates(reference, self._command, speed), p.climb_max)
+        is_free, result = self._judged(commands[REFERENCE : REFERENCE + 1], state, around, direction)
+        if is_free[0] and result[0, 1] == result[0, 2] == 0.0 and height_m == space.asked_m:
+            decision = self._answer(commands[REFERENCE], turn, 0.0, 1, Reason.CUSHION_CLEAR)
+            return replace(decision, climb_m_s=float(self._command[2]))
         ways: Ways | None = NO_WAY_SEARCHED
         if self._ways_out is not None and speed >= p.reference_speed_min:
+            layers = Layers(space.distance, FIELD_CELL_M, space.detours_m)
             ways = self._ways_out.search_layers(layers, direction, motion)
         length, *offset = ways or NO_WAY_SEARCHED
-        field = space.distance, FIELD_CELL_M, LAYER_M, self._cloud_lookout.far_m
-        around = Surroundings(
-            *field, NO_SIGHT, space.unseen, SEEN_CELL_M, NO_MOVERS, length, WAY_CELL_M, *offset
-        )
-        state[2, 0] -= space.middle_m
-        commands = climbing(candidates(reference, self._command, speed), p.climb_max)
+        around = Surroundings(*field, *seen, length, WAY_CELL_M, *offset)
         admissible, results = self._judged(commands, state, around, direction)
-        height_m = space.open_height_m(direction, max(AHEAD_M, speed * COST_HORIZON_S), p.r_lb)
         cost = self._cost.of(commands, results, self._command, speed)
         cost += self._cost.of_height(commands, results, self._command, height_m - space.middle_m)
         cost[~admissible] = math.inf
