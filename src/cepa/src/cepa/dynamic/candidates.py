@@ -31,20 +31,21 @@ CLIMBS = (-1.0, 0.0, 1.0)
 COARSER, FASTER_OF = 3, 2
 """Every third direction, and the faster half of the speeds, are tried with each climb."""
 LEVEL_M_S = 0.05
-"""A reference that climbs slower is level, too."""
+"""A slower climb is level, too."""
 
 
-def climbing(level: np.ndarray, climb_max: float) -> np.ndarray:
+def climbing(level: np.ndarray, climb: float, climb_max: float) -> np.ndarray:
     """Return ``level`` (n, 3), which ``candidates`` gives, with climbs of at most ``climb_max``, m/s.
 
-    Every one is tried with the reference's climb, some with the greatest climb and descent and with none.
+    climb: towards the height to fly at. Every direction is tried with it, some with the greatest climb and
+    descent and with none.
     """
     kept = level.copy()
-    kept[STANDSTILL + 1 :, 2] = level[REFERENCE, 2]
+    kept[STANDSTILL + 1 :, 2] = climb
     kept[:, 2] = np.clip(kept[:, 2], -climb_max, climb_max)
     fast = STANDSTILL + 1 + np.arange(0, DIRECTIONS * len(SPEEDS) // FASTER_OF, COARSER)
     some = kept[np.concatenate(([REFERENCE, LAST, STANDSTILL], fast))]
     halves = kept[[REFERENCE, LAST, REFERENCE, LAST]]
     halves[:, 2] = climb_max * np.array([0.5, 0.5, -0.5, -0.5])
-    climbs = [share for share in CLIMBS if share != 0.0 or abs(kept[REFERENCE, 2]) > LEVEL_M_S]
+    climbs = [share for share in CLIMBS if share != 0.0 or abs(climb) > LEVEL_M_S]
     return np.concatenate((kept, halves, *(some * (1, 1, 0) + (0, 0, climb_max * share) for share in climbs)))

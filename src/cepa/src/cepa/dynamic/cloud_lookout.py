@@ -16,7 +16,7 @@ from cepa.parameters import CepaParameters
 
 LAYERS, LAYER_M = 15, 0.15
 HEIGHT_GAIN_S = 1.0
-"""The position controller climbs so that it would be at its height after this time."""
+"""The position controller climbs so that it would be at its height after this time. So does this one."""
 STAY_SHARE = 0.3
 """Among layers, a metre off the own height counts so much of a metre off the height that is asked for."""
 HEIGHT_ERROR_M = 0.05

@@ -11,7 +11,7 @@ import numpy as np
 from cepa.algorithm import Algorithm, velocity
 from cepa.decision import Decision, Reason
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
-from cepa.dynamic.cloud_lookout import LAYER_M, SEEN_CELL_M, CloudLookout
+from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S, LAYER_M, SEEN_CELL_M, CloudLookout
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
 from cepa.dynamic.observer import Observer, response_of
@@ -188,7 +188,8 @@ class Dynamic(Algorithm):
         length, *offset = NO_WAY_SEARCHED
         around = Surroundings(*field, *seen, length, WAY_CELL_M, *offset)
         height_m = space.open_height_m(direction, max(AHEAD_M, speed * COST_HORIZON_S), p.r_lb)
-        commands = climbing(candidates(reference, self._command, speed), p.climb_max)
+        level = candidates(reference, self._command, speed)
+        commands = climbing(level, height_m / HEIGHT_GAIN_S, p.climb_max)
         is_free, result = self._judged(commands[REFERENCE : REFERENCE + 1], state, around, direction)
         if is_free[0] and result[0, 1] == result[0, 2] == 0.0 and height_m == space.asked_m:
             decision = self._answer(commands[REFERENCE], turn, 0.0, 1, Reason.CUSHION_CLEAR)
