@@ -16,8 +16,13 @@ class PlaneTurn:
     """Takes plane vectors of one frame to another: a turn, and a mirror for a lidar upside down."""
 
     def __init__(self, yaw_rad: float, flipped: bool = False):
+        self._yaw_rad, self.flipped = yaw_rad, flipped
         self._cos, self._sin = math.cos(yaw_rad), math.sin(yaw_rad)
         self._side = -1.0 if flipped else 1.0
+
+    def upright(self) -> PlaneTurn:
+        """Return the turn of a frame with the same x axis that is not upside down."""
+        return PlaneTurn(self._yaw_rad)
 
     def apply(self, x: float, y: float) -> tuple[float, float]:
         """Take a vector of the source frame to the target frame."""
@@ -35,6 +40,11 @@ class Mount(NamedTuple):
     turn: PlaneTurn
     position_m: tuple[float, float, float]
     orientation_xyzw: tuple[float, float, float, float]
+
+    def upright(self) -> Mount:
+        """Return the mounting of this lidar after half a turn around its x axis."""
+        x, y, z, w = self.orientation_xyzw
+        return Mount(self.turn.upright(), self.position_m, (w, z, -y, -x))
 
 
 class Frames:

@@ -37,13 +37,14 @@ class Reports:
     def publish(self, header: Header, answer: Answer, algorithm: Algorithm) -> None:
         """Tell of one answer to the scan with this header."""
         dynamic = algorithm if isinstance(algorithm, Dynamic) else None
+        is_drawn = dynamic and not answer.is_mirrored
         if self._stats.get_num_connections():
             figures = self._name, answer.decision, answer.computation_ms
             report = dynamic.report() if dynamic else None
             self._stats.publish(stats_of(header.stamp, rospy.get_name(), *figures, report))
         shows_memory = dynamic and self._remembered.get_num_connections() and self._is_time(header.stamp)
         is_watched = self._decisions.get_num_connections()
-        view = dynamic.view() if dynamic and (is_watched or shows_memory) else None
+        view = dynamic.view() if dynamic and is_drawn and (is_watched or shows_memory) else None
         if is_watched:
             message = decision_message.write(header, self._velocities(answer))
             message.markers += decision_message.write_view(header, view) if view else []
@@ -72,4 +73,5 @@ class Reports:
             velocities[decision_message.IMPROVED] = (
                 improved or self._improved.steer(answer.scan, v_ref, v_uav).velocity_xy
             )
-        return velocities
+        side = -1.0 if answer.is_mirrored else 1.0
+        return {name: (x, side * y) for name, (x, y) in velocities.items()}

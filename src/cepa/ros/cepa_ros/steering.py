@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from typing import NamedTuple
@@ -33,6 +34,8 @@ class Answer(NamedTuple):
     velocities_xy: tuple[Vector2, Vector2]
     """v_ref and v_uav, m/s in the scan's frame."""
     computation_ms: float
+    is_mirrored: bool
+    """Whether the scan's frame above is that of the lidar after half a turn around its x axis."""
 
 
 class Steering:
@@ -60,8 +63,11 @@ class Steering:
     def answer(self, paired: PairedScan, mount: Mount) -> Answer:
         """Return the velocity that answers a scan."""
         v_ref = paired.fresh("reference", MAX_AGE_NS, STANDSTILL)
-        reference_xy = mount.turn.undo(*v_ref[:2])
         _, scan = paired.scan.value
+        is_mirrored = self.algorithm.wants_motion and mount.turn.flipped
+        if is_mirrored:  # the plane of the odometry is not seen from below
+            mount, scan = mount.upright(), _mirrored(scan)
+        reference_xy = mount.turn.undo(*v_ref[:2])
         start = time.perf_counter()
         motion = None
         if self.algorithm.wants_motion:
@@ -77,7 +83,7 @@ class Steering:
         self._last_xy = mount.turn.apply(*decision.velocity_xy)
         climb = v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
         velocity = (*self._last_xy, climb)
-        return Answer(velocity, decision, scan, (reference_xy, own_xy), computation_ms)
+        return Answer(velocity, decision, scan, (reference_xy, own_xy), computation_ms, is_mirrored)
 
     def _cloud(self, paired: PairedScan, mount: Mount) -> Cloud | None:
         """Return the cloud of the scan's instant, if there is one and the algorithm uses it."""
@@ -105,3 +111,8 @@ class Steering:
             self._warnings.say(f"{error} Floor and ceiling are obstacles.")
             return scan
         return levelled(scan, attitude, self.algorithm.parameters, own_speed)
+
+
+def _mirrored(scan: LaserScan2D) -> LaserScan2D:
+    """Return the scan of a lidar that is upside down, as seen from above."""
+    return dataclasses.replace(scan, angle_min=-scan.angle_min, angle_increment=-scan.angle_increment)

@@ -107,6 +107,15 @@ class DynamicCases:
         assert self.fly(0.0).x > 0.0
         self.warned.wait_for("clock jumped back")
 
+    def test_dynamic_answers_the_same_with_a_lidar_that_is_upside_down(self):
+        self.mounts.add("base_frame", "hanging_lidar", roll=math.pi)
+        self.start_dynamic()
+        expected = self.answer((1.5, 0.3, 0.0), column(10.0, 1.5))
+        assert math.dist(expected[:2], (1.5, 0.3)) > 0.1  # it evades
+        self.start_dynamic()
+        answer = self.first_move("the mounting", (1.5, 0.3, 0.0), column(-10.0, 1.5), frame="hanging_lidar")
+        np.testing.assert_allclose(answer, expected, atol=0.05)
+
     def test_a_response_that_makes_no_sense_is_refused(self):
         refused = self.client.update_configuration({"response_i": 90.0, "response_lag": 1.0})
         assert refused["response_lag"] == CepaParameters().response_lag
