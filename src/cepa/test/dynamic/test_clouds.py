@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, motion_at
 
 from cepa import CepaParameters, Cloud, Dynamic, ParameterError
+from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
 from cepa.dynamic.cloud_lookout import LAYER_M, LAYERS, CloudLookout
 from cepa.dynamic.dynamic import STEP_S
 from cepa.dynamic.observer import response_of
+from cepa.dynamic.ways_out import Layers, WaysOut
 from cepa.kernels.rollout import (
     AT_REST_M_S,
     AT_REST_M_S2,
@@ -215,3 +217,39 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
             path.append(state[:, 0].copy())
         if is_admissible:
             assert first_fault(path, around, keep) is None
+
+
+def layers_with_wall(ahead_m, gap_layer=None):
+    """Return layers of distances in a hallway with a wall across it, which one layer may lead over."""
+    axis = 0.1 * (np.arange(151) - 75)
+    sides = np.minimum(1.3, np.abs(np.abs(axis) - 3.0))[:, None]
+    distance = np.tile(np.minimum(sides, np.abs(axis - ahead_m)[None, :]), (LAYERS, 1, 1))
+    if gap_layer is not None:
+        distance[gap_layer] = sides
+    return Layers(distance, 0.1, LAYER_M * np.abs(np.arange(LAYERS) - LAYERS // 2))
+
+
+def test_a_way_leads_back_only_when_what_closes_it_is_near():
+    ways_out, ahead = WaysOut(CepaParameters()), np.array([1.0, 0.0])
+    middle = 38  # of the grid of ways, 15 m in cells of 0.2 m
+
+    def gain(layers, stamp_s):
+        length = ways_out.search_layers(layers, ahead, motion_at(stamp_s, (0.0, 0.0, 2.0))).length
+        return length[middle, middle] - length[middle, middle + 3]  # m, for 0.6 m ahead
+
+    assert gain(layers_with_wall(5.0), 0.0) > 0.1
+    assert gain(layers_with_wall(1.5, gap_layer=-1), 1.0) > 0.1  # over it
+    assert gain(layers_with_wall(1.5), 2.0) < -0.1
+    assert gain(layers_with_wall(5.0), 10.0) < -0.1  # it keeps turning back
+    assert gain(layers_with_wall(5.0), 30.0) > 0.1  # until memory_s is over
+
+
+@pytest.mark.parametrize("climb", [-2.0, 0.0, 0.3])
+def test_the_candidates_climb_at_most_as_fast_as_they_may(climb):
+    level = candidates(np.array([2.0, 0.0, 1.0]), np.array([1.0, 1.0, -0.2]), 2.0)
+    commands = climbing(level, climb, 0.8)
+    assert np.abs(commands[:, 2]).max() == pytest.approx(0.8)
+    np.testing.assert_array_equal(commands[STANDSTILL], 0.0)
+    np.testing.assert_array_equal(commands[REFERENCE], (2.0, 0.0, 0.8))
+    np.testing.assert_array_equal(commands[: len(level), :2], level[:, :2])
+    assert set(commands[STANDSTILL + 1 : len(level), 2]) == {max(climb, -0.8)}
