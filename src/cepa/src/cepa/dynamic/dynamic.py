@@ -14,6 +14,7 @@ from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
 from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S, LAYER_M, SEEN_CELL_M, CloudLookout
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
+from cepa.dynamic.movers import Movers
 from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
@@ -32,6 +33,8 @@ AHEAD_M = 2.0
 CLEAR_STRIDE = 4
 """The paths of the reference are looked at in every fourth step."""
 NO_MOVERS = np.empty((0, 6))
+EVASION_M_S = 1.5
+"""The UAV evades what moves with so much, even when the reference is slower."""
 NO_WAY_SEARCHED = Ways(np.empty((0, 0)), 0.0, 0.0)
 NO_SIGHT = np.empty(0)
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
@@ -58,6 +61,7 @@ class Dynamic(Algorithm):
         self._least, self._most = np.empty(steps), np.empty(steps)
         self._observer = Observer(model)
         self._lookout = Lookout(p)
+        self._movers = Movers()
         self._ways_out = WaysOut(p) if p.window_m > 0.0 else None
         self._cost = Cost(p)
         self.wants_cloud = p.climb_max > 0.0
@@ -68,6 +72,7 @@ class Dynamic(Algorithm):
         super().reset()
         self._observer.reset()
         self._lookout.reset()
+        self._movers.reset()
         self._cloud_lookout: CloudLookout | None = None
         if self._ways_out is not None:
             self._ways_out.reset()
@@ -103,14 +108,27 @@ class Dynamic(Algorithm):
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
         if self.wants_cloud and (cloud or self._cloud_lookout):
             return self._steer_in_space(reference, state, cloud, motion, turn)
-        points = self._lookout.points(beams, motion, scan.range_max)
-        self._lookout.keep(beams, points, motion, scan.range_max)
-        self._moment, self._judgement = Moment(motion, beams, points, scan.range_max, state), None
+        points, seen = self._lookout.see(beams, motion, scan.range_max)
+        standing, discs = self._told_apart(points, seen, motion)
+        self._lookout.keep(standing, seen, motion)
+        self._moment, self._judgement = Moment(motion, standing, seen, state), None
         view = beams.ranges, beams.seen, beams.angle_0 + motion.yaw_rad, beams.increment
-        if self._is_clear(reference, state, Scan(points, *view, scan.range_max - RANGE_MARGIN_M)):
+        clear_m = scan.range_max - RANGE_MARGIN_M
+        if not len(discs) and self._is_clear(reference, state, Scan(standing, *view, clear_m)):
             return self._answer(reference, turn, 0.0, 1, Reason.CUSHION_CLEAR)
-        sight = self._lookout.look(beams, points, motion, scan.range_max)
-        return self._best_of_admissible(reference, state, sight, turn)
+        sight = self._lookout.look(standing, seen, motion)
+        return self._best_of_admissible(reference, state, sight, discs, turn)
+
+    def _told_apart(
+        self, points: np.ndarray, seen: np.ndarray, motion: Motion
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which points (n, 2) stand still, m, and what moves as discs (k, 6) that grow."""
+        here = np.array(motion.position_m[:2])
+        moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, points[:, 2])
+        discs = moving.discs(here)
+        discs[:, :2] += self._delay_s * discs[:, 2:4]
+        discs[:, 4] += self._delay_s * discs[:, 5]
+        return points[~moving.is_moving, :2], discs
 
     def report(self) -> Report | None:
         """Return the reasons of the last answer; None: there was none yet, or it came from clouds."""
@@ -160,11 +178,12 @@ class Dynamic(Algorithm):
         )
 
     def _best_of_admissible(
-        self, reference: np.ndarray, state: np.ndarray, sight: Sight, turn: np.ndarray
+        self, reference: np.ndarray, state: np.ndarray, sight: Sight, discs: np.ndarray, turn: np.ndarray
     ) -> Decision:
-        speed, direction = _course(reference, turn)
-        around, has_way = self._surroundings(sight, direction, speed)
-        commands = candidates(reference, self._command, speed)
+        speed, direction = _course(reference)
+        around, has_way = self._surroundings(sight, discs, direction, speed)
+        fan_speed = max(speed, EVASION_M_S) if len(discs) else speed
+        commands = candidates(reference, self._command, fan_speed)
         admissible, results = self._judged(commands, state, around, direction)
         braking_steps = self._horizon().commit + self._horizon().brake
         margin_m = float((self._least - self._keep)[:braking_steps].min())
@@ -178,7 +197,7 @@ class Dynamic(Algorithm):
     ) -> Decision:
         """Choose among velocities with a climb, by clouds; None: this one is missing."""
         self._moment = self._judgement = None
-        p, (speed, direction) = self.parameters, _course(reference, turn)
+        p, (speed, direction) = self.parameters, _course(reference)
         if self._cloud_lookout is None:
             self._cloud_lookout = CloudLookout(p)
         space = self._cloud_lookout.look(cloud, motion)
@@ -220,7 +239,9 @@ class Dynamic(Algorithm):
         reason = self._reason(best, has_way, around, results[best])
         return self._answer(commands[best], turn, float(cost[best]), len(commands), reason)
 
-    def _surroundings(self, sight: Sight, direction: np.ndarray, speed: float) -> tuple[Surroundings, bool]:
+    def _surroundings(
+        self, sight: Sight, discs: np.ndarray, direction: np.ndarray, speed: float
+    ) -> tuple[Surroundings, bool]:
         """Return what is around the UAV, and whether there is a way out."""
         distance = self._lookout.distances(sight)
         ways: Ways | None = NO_WAY_SEARCHED
@@ -230,7 +251,7 @@ class Dynamic(Algorithm):
         length, *offset = ways or NO_WAY_SEARCHED
         field = distance, FIELD_CELL_M, 1.0, self._lookout.far_m
         seen = sight.reach, NOTHING_UNSEEN, 1.0
-        return Surroundings(*field, *seen, NO_MOVERS, length, WAY_CELL_M, *offset), ways is not None
+        return Surroundings(*field, *seen, discs, length, WAY_CELL_M, *offset), ways is not None
 
     def _judged(
         self, commands: np.ndarray, state: np.ndarray, around: Surroundings, direction: np.ndarray
@@ -265,10 +286,10 @@ class Dynamic(Algorithm):
         return Decision((float(x), float(y)), reason is Reason.MARGIN_LOST, cost, tested, reason)
 
 
-def _course(reference: np.ndarray, turn: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return the reference's horizontal speed, m/s, and its direction (2,)."""
+def _course(reference: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the reference's horizontal speed, m/s, and its direction (2,); zeros if it has none."""
     speed = math.hypot(reference[0], reference[1])
-    return speed, reference[:2] / speed if speed > 0.0 else turn[:, 0]
+    return speed, reference[:2] / speed if speed > 0.0 else np.zeros(2)
 
 
 def _rotation(angle_rad: float) -> np.ndarray:

@@ -57,7 +57,7 @@ class Lookout:
         self._frames_xy = np.empty((FRAMES, 2))
         self._frames_bins = np.empty((FRAMES, SIGHT_BINS))
         self._bins = np.empty(SIGHT_BINS)
-        self._points = np.empty((0, 2))
+        self._points = np.empty((0, 3))
         self._recalled = np.empty((cells * cells, 2))
         self._hidden = np.empty(cells * cells, np.bool_)
         self.reset()
@@ -68,35 +68,39 @@ class Lookout:
         self._frames = 0
         self._frame_s = -math.inf
 
-    def points(self, beams: Beams, motion: Motion, range_max: float) -> np.ndarray:
-        """Return the ends (n, 2) of the beams that hit something, m."""
-        if len(self._points) < beams.ranges.size:
-            self._points = np.empty((beams.ranges.size, 2))
-        geometry = beams.ranges, beams.seen, beams.angle_0, beams.increment, motion.rotation()
-        return self._points[: points_of(*geometry, range_max, self._points)]
+    def see(self, beams: Beams, motion: Motion, range_max: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the ends of the beams that hit something (n, 3), m, and how far each direction is seen.
 
-    def keep(self, beams: Beams, points: np.ndarray, motion: Motion, range_max: float) -> None:
-        """Take the scan into the memory; ``points`` (n, 2) are what stands still in it, m."""
+        The latter is (SIGHT_BINS,) m; -1 where no beam looks.
+        """
+        if len(self._points) < beams.ranges.size:
+            self._points = np.empty((beams.ranges.size, 3))
+        geometry = beams.ranges, beams.seen, beams.angle_0, beams.increment, motion.rotation()
+        found = points_of(*geometry, range_max, self._points)
+        seen = np.empty(SIGHT_BINS)
+        bins_of(*geometry, range_max - RANGE_MARGIN_M, seen)
+        return self._points[:found], seen
+
+    def keep(self, points: np.ndarray, seen: np.ndarray, motion: Motion) -> None:
+        """Take into the memory what stands still (n, 2), m, and what `see` found."""
         if self._p.memory_s == 0.0 or motion.stamp_s - self._frame_s < FRAME_PERIOD_S - 1e-6:
             return
         x, y, _ = motion.position_m
         remember(points, x, y, motion.stamp_s, MEMORY_CELL_M, self._cells_xy, self._cells_s)
         frame = self._frames % FRAMES
         self._frames_xy[frame] = x, y
-        self._see(beams, motion, range_max, self._frames_bins[frame])
+        self._frames_bins[frame] = seen
         self._frames += 1
         self._frame_s = motion.stamp_s
 
-    def look(
-        self, beams: Beams, points: np.ndarray, motion: Motion, range_max: float, forgets: bool = True
-    ) -> Sight:
-        """Return what is known: the scan, whose ``points`` (n, 2) stand still, and the memory.
+    def look(self, points: np.ndarray, seen: np.ndarray, motion: Motion, forgets: bool = True) -> Sight:
+        """Return what is known: what stands still (n, 2) in the scan, m, what `see` found, and the memory.
 
         forgets: what is seen free or too old leaves the memory.
         """
         p, (x, y, _) = self._p, motion.position_m
         bins = self._bins
-        self._see(beams, motion, range_max, bins)
+        bins[:] = seen
         oldest_s = motion.stamp_s - p.memory_s
         window = x, y, oldest_s, 0.5 * FIELD_WINDOW_M
         cells = self._cells_xy, self._cells_s if forgets else self._cells_s.copy()
@@ -118,7 +122,3 @@ class Lookout:
     def far_m(self) -> float:
         """The greatest distance in the field."""
         return self._far_m
-
-    def _see(self, beams: Beams, motion: Motion, range_max: float, bins: np.ndarray) -> None:
-        geometry = beams.ranges, beams.seen, beams.angle_0, beams.increment, motion.rotation()
-        bins_of(*geometry, range_max - RANGE_MARGIN_M, bins)

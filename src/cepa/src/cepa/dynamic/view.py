@@ -11,7 +11,6 @@ import numpy as np
 from cepa.dynamic.lookout import Lookout, Sight
 from cepa.kernels.rollout import Horizon, Response, Surroundings, roll
 from cepa.motion import Motion
-from cepa.scan import Beams
 
 HERE = np.zeros((1, 2))
 
@@ -20,10 +19,10 @@ class Moment(NamedTuple):
     """What was known when a scan came. Arrays are along the odometry's axes, with the lidar at the origin."""
 
     motion: Motion
-    beams: Beams
-    points: np.ndarray
-    """(n, 2) m: the ends of the beams."""
-    range_max: float
+    standing: np.ndarray
+    """(n, 2) m: the ends of the beams that hit what stands still."""
+    seen: np.ndarray
+    """(SIGHT_BINS,) m: how far each direction is seen."""
     state: np.ndarray
     """(3, 4): see kernels/rollout.py."""
 
@@ -73,7 +72,7 @@ class View:
 
 def report_of(moment: Moment, judgement: Judgement | None, body_radius: float) -> Report:
     """Return the reasons of the answer."""
-    nearest_m = np.sqrt((moment.points**2).sum(axis=1).min(initial=math.inf))
+    nearest_m = np.sqrt((moment.standing**2).sum(axis=1).min(initial=math.inf))
     clearance_m = float(nearest_m) - body_radius
     if judgement is None:
         return Report(clearance_m)
@@ -94,7 +93,7 @@ def view_of(
     roll(moment.state, command, response, horizon.cost, predicted)
     braking = np.empty((horizon.commit + horizon.brake, 3))
     braking = braking[: roll(moment.state, command, response, horizon.commit, braking)]
-    scan = moment.beams, moment.points, moment.motion, moment.range_max
+    scan = moment.standing, moment.seen, moment.motion
     sight = judgement.sight if judgement else lookout.look(*scan, forgets=False)
     movers = judgement.around.movers if judgement else np.empty((0, 6))
     c, s = math.cos(moment.motion.yaw_rad), math.sin(moment.motion.yaw_rad)

@@ -18,7 +18,7 @@ def points_of(
     range_max: float,
     points: np.ndarray,
 ) -> int:
-    """Fill ``points`` (n, 2) with the ends of the beams along the odometry's axes; return their number.
+    """Fill ``points`` (n, 3) with the ends of the beams along the odometry's axes; return their number.
 
     rotation (3, 3): of the lidar's frame into the odometry's.
     """
@@ -30,6 +30,7 @@ def points_of(
             x, y = r * math.cos(angle), r * math.sin(angle)
             points[count, 0] = rotation[0, 0] * x + rotation[0, 1] * y
             points[count, 1] = rotation[1, 0] * x + rotation[1, 1] * y
+            points[count, 2] = rotation[2, 0] * x + rotation[2, 1] * y
             count += 1
     return count
 

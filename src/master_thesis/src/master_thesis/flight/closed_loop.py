@@ -143,6 +143,7 @@ class ClosedLoop:
         self.publisher = PublisherLink(px4, parameters.conditions.hover_of(parameters.publisher))
         self.newest_scan: LaserScan2D | None = None  # CEPA's input: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
+        self._answered_us = 0
         self._cloud: Cloud | None = None  # of the scan's instant
         self._odometry_age_s = 0.0
         self._odometry = OdometrySample(Pose.identity(), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -183,6 +184,7 @@ class ClosedLoop:
             if output.scan is not None and self._delivery.scan_arrives():
                 self._cloud = cloud_of(output) if self._cepa.wants_cloud else None
                 self._on_scan(output.time_us, output.scan, output.odometry.pose, output.ground_truth.pose)
+        self._brake_if_blind(output.time_us)
         self.publisher.on_time(output.time_us)
         self._watch(output)
         return output
@@ -237,6 +239,7 @@ class ClosedLoop:
         velocity = (*decision.velocity_xy, climb)
         yaw_rate = self._yaw_regulator.update(decision.velocity_xy, self._v_ref[:2])
         self.publisher.on_velocity(time_us, velocity, yaw_rate)
+        self._answered_us = time_us
         self.log.add_scan(t_s, ranges, lidar.angle_min, lidar.angle_increment)
         self.log.v_safe.add(t_s, *velocity, 0.0)
         self.log.v_final.add(t_s, *velocity, yaw_rate)
@@ -248,6 +251,11 @@ class ClosedLoop:
             decision.emergency,
             decision.reason.value,
         )
+
+    def _brake_if_blind(self, time_us: int) -> None:
+        """Brake when no scan was answered for longer than the last answer is safe to fly."""
+        if 1e-6 * (time_us - self._answered_us) > self._cepa.commit_s + 1e-6:
+            self.publisher.on_velocity(time_us, (0.0, 0.0, 0.0), 0.0)
 
     def _motion(self, t_s: float) -> Motion:
         body = self._odometry.pose
