@@ -18,7 +18,7 @@ class MoverParameters:
     cluster_gap_m: float = 0.3
     """Points that are farther apart belong to different things."""
     least_points: int = 3
-    greatest_radius_m: float = 1.5
+    greatest_radius_m: float = 2.6
     """A larger thing, such as a wall, is taken as standing."""
     deviation_m: float = 0.05
     """Standard deviation of a thing's middle, with that of the odometry from scan to scan."""
