@@ -75,7 +75,7 @@ class CepaParameters:
     """s, dynamic only: an answer is safe to fly for so long, or for two scans; more on a slow chain."""
     memory_s: float = 20.0
     """s, dynamic only: how long what was seen is remembered; 0: not at all."""
-    window_m: float = 15.0
+    window_m: float = 20.0
     """m, dynamic only: edge of the square around the UAV in which it looks for ways out; 0: no search."""
     climb_max: float = 0.8
     """m/s, dynamic only: greatest climb and descent to avoid something, by clouds only; 0: it stays level."""
@@ -93,15 +93,15 @@ class CepaParameters:
     """1/s2"""
     response_d: float = 0.0
     """Share of the own acceleration."""
-    response_lag: float = 0.08
+    response_lag: float = 0.056
     """s"""
-    response_delay: float = 0.1
+    response_delay: float = 0.048
     """s"""
     response_acceleration_max: float = 6.0
     """m/s2"""
-    response_jerk_max: float = 40.0
+    response_jerk_max: float = 36.0
     """m/s3"""
-    response_error: float = 0.25
+    response_error: float = 0.4
     """m/s2"""
     levelling: bool = False
     """Whether beams that end on floor or ceiling are dropped; whoever steers does so, see levelling.py."""

@@ -198,11 +198,11 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
     )
     no_way = np.empty((0, 0)), 0.2, 0.0, 0.0
     around = Surroundings(distance, 0.1, LAYER_M, 1.3, np.empty(0), unseen, 0.2, np.empty((0, 6)), *no_way)
-    start, keep, ahead = np.zeros((3, 4)), np.linspace(0.5, 0.6, 64), np.array([1.0, 0.0])
+    start, keep, ahead = np.zeros((3, 4)), np.full(64, 0.55), np.array([1.0, 0.0])
     least, most = np.empty(64), np.empty(64)
     braking(start, response, around, horizon, least, most)
     admissible, results = np.empty(60, np.bool_), np.zeros((60, 4))
-    rules = horizon, Cushions(0.5, 1.2, keep), least, most
+    rules = horizon, Cushions(0.5, 1.2, 0.55, np.zeros(64)), least, most
     judge(start, commands, response, around, *rules, ahead, admissible, results)
     assert least.min() >= 0.6  # so braking at once excuses nothing
     assert most.max() <= 0.0
@@ -230,12 +230,12 @@ def layers_with_wall(ahead_m, gap_layer=None):
 
 
 def test_a_way_leads_back_only_when_what_closes_it_is_near():
-    ways_out, ahead = WaysOut(CepaParameters()), np.array([1.0, 0.0])
-    middle = 38  # of the grid of ways, 15 m in cells of 0.2 m
+    ways_out, ahead = WaysOut(CepaParameters(window_m=15.0)), np.array([1.0, 0.0])
+    middle = 30  # of the grid of ways, 15 m in cells of 0.25 m
 
     def gain(layers, stamp_s):
         length = ways_out.search_layers(layers, ahead, motion_at(stamp_s, (0.0, 0.0, 2.0))).length
-        return length[middle, middle] - length[middle, middle + 3]  # m, for 0.6 m ahead
+        return length[middle, middle] - length[middle, middle + 3]  # m, for 0.75 m ahead
 
     assert gain(layers_with_wall(5.0), 0.0) > 0.1
     assert gain(layers_with_wall(1.5, gap_layer=-1), 1.0) > 0.1  # over it

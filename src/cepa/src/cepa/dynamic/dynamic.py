@@ -19,7 +19,7 @@ from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
 from cepa.dynamic.ways_out import Layers, Ways, WaysOut
-from cepa.kernels.rollout import Cushions, Horizon, Scan, Surroundings, braking, is_clear, judge
+from cepa.kernels.rollout import Cushions, Horizon, Scan, Surroundings, braking, error_share, is_clear, judge
 from cepa.motion import Cloud, Motion
 from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
@@ -56,7 +56,8 @@ class Dynamic(Algorithm):
         model = p.response
         self._response = response_of(model, STEP_S)
         steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
-        self._keep = np.maximum(p.r_lb, p.body_radius + p.margin + model.tube_m(STEP_S, steps)[1:])
+        hull_m = float(p.body_radius + p.margin)
+        self._cushions = Cushions(float(p.r_lb), float(p.r_ub), hull_m, model.tube_m(STEP_S, steps)[1:])
         self._delay_s = model.delay_s
         self._least, self._most = np.empty(steps), np.empty(steps)
         self._observer = Observer(model)
@@ -103,7 +104,7 @@ class Dynamic(Algorithm):
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
         motion, state = self._state(motion or self._guessed_motion(v_uav))
-        self._position_m = motion.position_m
+        self._motion = motion
         turn = _rotation(motion.yaw_rad)
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
         if self.wants_cloud and (cloud or self._cloud_lookout):
@@ -165,6 +166,12 @@ class Dynamic(Algorithm):
         state[:, 0] -= way
         return motion, state
 
+    def _keep(self, state: np.ndarray) -> np.ndarray:
+        """Return the distance to keep after each step of braking, m."""
+        cushions = self._cushions
+        tube = error_share(state, 0.0, 0.0) * cushions.tube
+        return np.maximum(cushions.inner, cushions.hull + tube)
+
     def _is_clear(self, reference: np.ndarray, state: np.ndarray, scan: Scan) -> bool:
         """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""
         between_m = 0.5 * CLEAR_STRIDE * STEP_S * math.hypot(reference[0], reference[1])
@@ -185,8 +192,7 @@ class Dynamic(Algorithm):
         fan_speed = max(speed, EVASION_M_S) if len(discs) else speed
         commands = candidates(reference, self._command, fan_speed)
         admissible, results = self._judged(commands, state, around, direction)
-        braking_steps = self._horizon().commit + self._horizon().brake
-        margin_m = float((self._least - self._keep)[:braking_steps].min())
+        margin_m = float((self._least - self._keep(state))[: sum(self._horizon()[:2])].min())
         self._judgement = Judgement(sight, around, int(admissible.sum()), margin_m)
         cost = self._cost.of(commands, results, self._command, speed)
         cost[~admissible] = math.inf
@@ -246,8 +252,8 @@ class Dynamic(Algorithm):
         distance = self._lookout.distances(sight)
         ways: Ways | None = NO_WAY_SEARCHED
         if self._ways_out is not None and speed >= self.parameters.reference_speed_min:
-            obstacles = np.concatenate((sight.points, sight.remembered))
-            ways = self._ways_out.search(obstacles, direction, *self._position_m[:2])
+            obstacles = np.concatenate((sight.points, sight.hidden))
+            ways = self._ways_out.search(obstacles, direction, self._motion)
         length, *offset = ways or NO_WAY_SEARCHED
         field = distance, FIELD_CELL_M, 1.0, self._lookout.far_m
         seen = sight.reach, NOTHING_UNSEEN, 1.0
@@ -257,11 +263,10 @@ class Dynamic(Algorithm):
         self, commands: np.ndarray, state: np.ndarray, around: Surroundings, direction: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which commands (n, 3) are admissible (n,), and what flying them brings (n, 4)."""
-        p, horizon = self.parameters, self._horizon()
-        cushions = Cushions(float(p.r_lb), float(p.r_ub), self._keep)
+        horizon = self._horizon()
         braking(state, self._response, around, horizon, self._least, self._most)
         admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 4))
-        world = self._response, around, horizon, cushions, self._least, self._most
+        world = self._response, around, horizon, self._cushions, self._least, self._most
         judge(state, commands, *world, direction, admissible, results)
         return admissible, results
 

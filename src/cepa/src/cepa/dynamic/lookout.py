@@ -51,7 +51,8 @@ class Lookout:
         self._far_m = p.r_ub + FIELD_CELL_M
         side = 2 * round(0.5 * FIELD_WINDOW_M / FIELD_CELL_M) + 1
         self._field = np.empty((1, side, side))
-        cells = round((FIELD_WINDOW_M + 1.0) / MEMORY_CELL_M)
+        self._memory_m = max(FIELD_WINDOW_M, float(p.window_m))
+        cells = round((self._memory_m + 1.0) / MEMORY_CELL_M)
         self._cells_xy = np.empty((cells, cells, 2))
         self._cells_s = np.empty((cells, cells))
         self._frames_xy = np.empty((FRAMES, 2))
@@ -102,7 +103,7 @@ class Lookout:
         bins = self._bins
         bins[:] = seen
         oldest_s = motion.stamp_s - p.memory_s
-        window = x, y, oldest_s, 0.5 * FIELD_WINDOW_M
+        window = x, y, oldest_s, 0.5 * self._memory_m
         cells = self._cells_xy, self._cells_s if forgets else self._cells_s.copy()
         found = recall(*window, bins, SEEN_FREE_M, *cells, self._recalled, self._hidden)
         frames = self._frames_xy, self._frames_bins, min(self._frames, FRAMES)

@@ -84,10 +84,12 @@ class Observer:
 @lru_cache(maxsize=256)
 def _gains(model: ResponseModel, dt_s: float) -> np.ndarray:
     """Return the gains (3,) of the velocity's innovation on velocity, acceleration and integral."""
-    f = model.transition(dt_s)[0][1:, 1:]
-    noise = np.diag([1e-6, ACCELERATION_NOISE_M_S2**2, INTEGRAL_NOISE_M_S2**2]) * dt_s
-    seen = np.array([[1.0, 0.0, 0.0]])
+    states = 3 if model.i > 0.0 else 2  # without i the integral stays 0
+    f = model.transition(dt_s)[0][1 : 1 + states, 1 : 1 + states]
+    noises = np.array([1e-3, ACCELERATION_NOISE_M_S2, INTEGRAL_NOISE_M_S2])[:states]
+    seen = np.eye(1, states)
     variance = np.array([[VELOCITY_NOISE_M_S**2]])
-    covariance = solve_discrete_are(f.T, seen.T, noise, variance)
-    gains: np.ndarray = (covariance @ seen.T / (seen @ covariance @ seen.T + variance))[:, 0]
-    return gains if model.i > 0.0 else gains * (1.0, 1.0, 0.0)
+    covariance = solve_discrete_are(f.T, seen.T, np.diag(noises**2) * dt_s, variance)
+    gains = np.zeros(3)
+    gains[:states] = (covariance @ seen.T / (seen @ covariance @ seen.T + variance))[:, 0]
+    return gains

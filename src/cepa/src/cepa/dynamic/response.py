@@ -31,15 +31,15 @@ class ResponseModel:
     """1/s2: its growth per second."""
     d: float = 0.0
     """Damping by the own acceleration. Only p / (1 + d), i / (1 + d) and lag / (1 + d) matter."""
-    lag_s: float = 0.08
+    lag_s: float = 0.056
     """Time constant from the wanted to the flown acceleration: the attitude."""
-    delay_s: float = 0.1
+    delay_s: float = 0.048
     """From a command until the acceleration begins to change."""
     acceleration_max_m_s2: float = 6.0
     """The greatest acceleration that is counted on; the UAV must have it."""
-    jerk_max_m_s3: float = 40.0
+    jerk_max_m_s3: float = 36.0
     """The fastest change of the acceleration: the attitude's rate is limited."""
-    error_m_s2: float = 0.25
+    error_m_s2: float = 0.4
     """Bound of the disturbing acceleration (gusts, and what this model leaves out) that it must withstand."""
 
     def __post_init__(self) -> None:

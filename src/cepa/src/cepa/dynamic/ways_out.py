@@ -7,20 +7,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cepa.kernels.field import favour, stamp, trace, ways_out
+from cepa.kernels.field import close, favour, stamp, trace, ways_out
 from cepa.kernels.layers import best_layers
 from cepa.motion import Motion
 from cepa.parameters import CepaParameters
 
-CELL_M = 0.2
-CLOSED_M = 0.05
-"""The way keeps so much more than r_LB, for the size of the cells."""
+CELL_M = 0.25
+CLOSED_M = -0.03
+"""The way keeps so much more than r_LB. With less than 0, an opening of 2 r_LB + 0.2 m has a cell in it."""
 ROUNDS = 8
 NO_WAY_M = 10.0
 """Where no way begins, progress counts as if the way were so much longer than from here."""
 OWN_CELLS, OWN_SLOWNESS = 2, 3.0
 FAVOUR = 0.8
 """A metre along the last way counts so much: of two ways of almost one length the UAV keeps to the first."""
+HYSTERESIS_M, STAY_S, STAY_CELLS = 0.04, 3.0, 64
+"""What is narrow stays open or closed within so much, for so long. The UAV flies fewer cells in this time."""
 LAYER_PENALTY_1_M = 0.5
 """A metre costs so much more for each metre off the height that is asked for."""
 AHEAD_M, SLOW_AHEAD = 2.0, 6.0
@@ -57,48 +59,67 @@ class WaysOut:
         self._distance = np.empty((side, side))
         self._length = np.empty((side, side))
         self._last = np.empty((8 * side, 2), np.int64)
+        self._states = np.empty((side + STAY_CELLS, side + STAY_CELLS, 2))
+        self._limits = parameters.r_lb + CLOSED_M + HYSTERESIS_M * np.array([-1.0, 0.0, 1.0])
         self.reset()
 
     def reset(self) -> None:
         """Forget the last way, and that one led back."""
         self._last_count = 0
+        self._states[:] = -math.inf
         self._back_until_s = -math.inf
 
-    def search(self, obstacles: np.ndarray, direction: np.ndarray, x_m: float, y_m: float) -> Ways | None:
+    def search(self, obstacles: np.ndarray, direction: np.ndarray, motion: Motion) -> Ways | None:
         """Return the ways out; None: there is none from here.
 
-        obstacles: (n, 2) m, relative to the UAV, which is at (x_m, y_m) in the odometry's frame.
-        direction: unit vector of the reference. A metre within r_UB counts up to twice, for the UAV is slower
-        there.
+        obstacles: (n, 2) m, relative to the UAV. direction: unit vector of the reference. A metre within r_UB
+        counts up to twice, for the UAV is slower there.
         """
-        p, (_, _, *offset) = self._p, self._place(x_m, y_m)
+        p, (x_m, y_m, _) = self._p, motion.position_m
+        column, row, *offset = self._place(x_m, y_m)
         stamp(obstacles + offset, self._distance, CELL_M, p.r_ub)
         nearness = (p.r_ub - self._distance) / (p.r_ub - p.r_lb)
-        slowness = np.where(self._distance < p.r_lb + CLOSED_M, math.inf, 1.0 + nearness)
-        return self._ways(slowness, direction, x_m, y_m)
+        slowness = 1.0 + nearness
+        place = column, row, motion.stamp_s, STAY_S
+        close(self._distance, self._limits, *place, self._states, slowness)
+        return self._out(slowness, direction, motion)
 
     def search_layers(self, layers: Layers, direction: np.ndarray, motion: Motion) -> Ways | None:
-        """Return the ways out through layers of heights; a column of cells is as open as its best layer.
-
-        A column that is closed farther ahead than AHEAD_M counts as slow only, for the goal may lie before
-        it. Once a way leads back, it counts as closed for memory_s.
-        """
+        """Return the ways out through layers of heights; a column of cells is as open as its best layer."""
         p, (x_m, y_m, _) = self._p, motion.position_m
         _, _, *offset = self._place(x_m, y_m)
         slowness = np.empty_like(self._distance)
         cushions = p.r_lb + CLOSED_M, p.r_lb, p.r_ub
         extra = LAYER_PENALTY_1_M * layers.detours_m
         best_layers(layers.distance, layers.cell_m, extra, *cushions, CELL_M, np.array(offset), slowness)
-        if motion.stamp_s >= self._back_until_s:
-            side = CELL_M * (np.arange(len(slowness)) - len(slowness) // 2)
-            ahead = direction[0] * side[None, :] + direction[1] * side[:, None] > AHEAD_M
-            soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
-            ways = self._ways(soft, direction, x_m, y_m)
-            straight_m = side[-1] * (abs(direction[0]) + abs(direction[1]))
-            if ways is not None and ways.length[len(side) // 2, len(side) // 2] < straight_m + LEADS_BACK_M:
-                return ways
-            self._back_until_s = motion.stamp_s + p.memory_s
-        return self._ways(slowness, direction, x_m, y_m)
+        return self._out(slowness, direction, motion)
+
+    def _out(self, slowness: np.ndarray, direction: np.ndarray, motion: Motion) -> Ways | None:
+        """Return the ways out where a metre costs ``slowness`` (n, n); inf: closed.
+
+        If they all lead back, what is closed farther ahead than AHEAD_M counts as slow only, for the goal may
+        lie before it. When that leads back, too, it counts as closed for memory_s.
+        """
+        x_m, y_m, _ = motion.position_m
+        side = CELL_M * (np.arange(len(slowness)) - len(slowness) // 2)
+        longest_m = side[-1] * (abs(direction[0]) + abs(direction[1])) + LEADS_BACK_M
+        ahead = direction[0] * side[None, :] + direction[1] * side[:, None] > AHEAD_M
+        soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
+        ways = self._ways(slowness, direction, x_m, y_m)
+        if self._length_here(ways) <= longest_m or motion.stamp_s < self._back_until_s:
+            return ways
+        through = self._ways(soft, direction, x_m, y_m)
+        if self._length_here(through) <= longest_m:
+            return through
+        self._back_until_s = motion.stamp_s + self._p.memory_s
+        return ways
+
+    @staticmethod
+    def _length_here(ways: Ways | None) -> float:
+        if ways is None:
+            return math.inf
+        middle = len(ways.length) // 2
+        return float(ways.length[middle, middle])
 
     @staticmethod
     def _place(x_m: float, y_m: float) -> tuple[int, int, float, float]:

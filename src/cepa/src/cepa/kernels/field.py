@@ -119,3 +119,35 @@ def favour(cells: np.ndarray, column: int, row: int, share: float, slowness: np.
         for j in range(n):
             if marked[i, j]:
                 slowness[i, j] *= share
+
+
+@njit(cache=True)
+def close(
+    distance: np.ndarray,
+    limits: np.ndarray,
+    column: int,
+    row: int,
+    stamp: float,
+    hold: float,
+    states: np.ndarray,
+    slowness: np.ndarray,
+) -> None:
+    """Write inf into ``slowness`` (n, n) where ``distance`` (n, n), m, leaves no room, with a hysteresis.
+
+    limits (3,): a cell closes below the first and opens above the last, m. Between them it stays as it was
+    within the last ``hold`` s, and else closes below the middle one. states (m, m, 2): whether each cell of
+    the plane was closed, and when, at its index modulo m > n. column, row: of the middle among these cells.
+    """
+    n, m = slowness.shape[0], states.shape[0]
+    for i in range(n):
+        k = (row + i - n // 2) % m
+        for j in range(n):
+            h = (column + j - n // 2) % m
+            d = distance[i, j]
+            if limits[0] <= d <= limits[2] and stamp - states[k, h, 1] <= hold:
+                is_closed = states[k, h, 0] > 0.0
+            else:
+                is_closed = d < limits[1]
+            states[k, h, 0], states[k, h, 1] = 1.0 if is_closed else 0.0, stamp
+            if is_closed:
+                slowness[i, j] = math.inf

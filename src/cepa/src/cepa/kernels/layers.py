@@ -108,19 +108,21 @@ def best_layers(
 
     distance (layers, n, n), cell: what ``distance_layers`` gives. offset (2,): of the UAV from the middle of
     ``slowness``, m. extra (layers,): what a metre costs more in a layer. A layer nearer than ``closed`` to an
-    obstacle is closed (inf); between ``inner`` and ``outer`` a metre costs up to twice as much.
+    obstacle is closed (inf); between ``inner`` and ``outer`` a metre costs up to twice as much. Beyond
+    the layers all is open.
     """
     side, n = slowness.shape[0], distance.shape[1]
     at = np.empty((2, side), np.int64)
     for axis in range(2):
         for i in range(side):
             node = math.floor(((i - side // 2) * way_cell - offset[axis]) / cell + 0.5) + n // 2
-            at[axis, i] = min(max(node, 0), n - 1)
+            at[axis, i] = node if 0 <= node < n else -1
     slowness[:] = math.inf
     for layer in range(distance.shape[0]):
         for i in range(side):
             for j in range(side):
-                d = distance[layer, at[1, i], at[0, j]]
+                row, column = at[1, i], at[0, j]
+                d = distance[layer, row, column] if min(row, column) >= 0 else outer
                 if d >= closed:
                     cost = 1.0 + extra[layer] + max(0.0, (outer - d) / (outer - inner))
                     slowness[i, j] = min(slowness[i, j], cost)

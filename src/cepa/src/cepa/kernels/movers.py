@@ -18,6 +18,7 @@ X, Y, VX, VY, PP, PV, VV, RADIUS, USUAL, UNSEEN, EVIDENCE, TRACK_COLUMNS = range
 ADJACENT_RAD = math.radians(3.0)
 HEADING_ERROR_RAD = 0.005
 RESIZED_M = 0.08
+LONG_M = 0.6
 RESIDUAL_M, SHIFT_M, TURN_RAD = 0.05, 0.05, 0.02
 """Standard deviations: of a standing thing's middle, and of the odometry's error from scan to scan."""
 
@@ -363,5 +364,7 @@ def weigh(
         if shown:
             cluster = clusters[owners[t]]
             scans = pose, bins, frames, frames_bins, ages
-            shown = _has_moved(points, cluster, surfaces[t], *scans, youngest, gap, share, samples)
+            larger = max(1.0, cluster[SIZE] / LONG_M)  # only an end of a long thing enters what was free
+            looks = math.ceil(larger * samples)
+            shown = _has_moved(points, cluster, surfaces[t], *scans, youngest, gap, share / larger, looks)
         track[EVIDENCE] = min(greatest, max(0.0, track[EVIDENCE] + (dt if shown else -0.5 * dt)))

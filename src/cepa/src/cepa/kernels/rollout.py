@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 
 AT_REST_M_S, AT_REST_M_S2 = 0.05, 0.2
+FULL_ERROR_M_S, LEAST_ERROR_SHARE = 2.0, 0.33
+"""From this speed on the response may have its whole stated error; a slower flight has less of it."""
 DEEPER_M = 0.02
 """What stands nearer than the inner cushion may come nearer by so much, or noise would hold the UAV there."""
 
@@ -70,8 +72,10 @@ class Cushions(NamedTuple):
 
     inner: float
     outer: float
-    keep: np.ndarray
-    """(commit + brake,): after each step, for the path to be admissible."""
+    hull: float
+    """Of the body, and what the scan's errors take."""
+    tube: np.ndarray
+    """(commit + brake,): how far the UAV may stray in FULL_ERROR_M_S flight after each step."""
 
 
 @njit(cache=True)
@@ -221,12 +225,19 @@ def braking(
 
 
 @njit(cache=True)
+def error_share(state: np.ndarray, ux: float, uy: float) -> float:
+    """Return the share of the stated error that the response may have in a flight that begins so."""
+    fastest2 = max(state[0, 1] ** 2 + state[1, 1] ** 2, ux * ux + uy * uy)
+    return max(LEAST_ERROR_SHARE, min(1.0, math.sqrt(fastest2) / FULL_ERROR_M_S))
+
+
+@njit(cache=True)
 def _is_admissible(
     state: np.ndarray,
     response: Response,
     around: Surroundings,
     horizon: Horizon,
-    keep: np.ndarray,
+    cushions: Cushions,
     least: np.ndarray,
     most: np.ndarray,
     ux: float,
@@ -237,6 +248,7 @@ def _is_admissible(
 
     A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too.
     """
+    share = error_share(state, ux, uy)
     for k in range(horizon.commit + horizon.brake):
         if k < horizon.commit:
             _advance(state, response, ux, uy, uz)
@@ -244,7 +256,8 @@ def _is_admissible(
             _advance(state, response, 0.0, 0.0, 0.0)
             if _is_at_rest(state):
                 break
-        if _clearance(around, state, (k + 1) * response.step_s) < min(keep[k], least[k]):
+        keep = max(cushions.inner, cushions.hull + share * cushions.tube[k])
+        if _clearance(around, state, (k + 1) * response.step_s) < min(keep, least[k]):
             return False
         if _beyond_sight(around, state) > max(0.0, most[k]):
             return False
@@ -332,9 +345,7 @@ def judge(
     for n in range(commands.shape[0]):
         ux, uy, uz = commands[n]
         state[:] = start
-        admissible[n] = _is_admissible(
-            state, response, around, horizon, cushions.keep, least, most, ux, uy, uz
-        )
+        admissible[n] = _is_admissible(state, response, around, horizon, cushions, least, most, ux, uy, uz)
         if admissible[n]:
             state[:] = start
             _judge(state, response, around, horizon, cushions, ux, uy, uz, direction, results[n])
