@@ -93,10 +93,11 @@ def trace(way: np.ndarray, column: int, row: int, cells: np.ndarray) -> int:
     i = j = half
     for count in range(cells.shape[0]):
         cells[count, 0], cells[count, 1] = column + j - half, row + i - half
-        best_i, best_j = i, j
+        best_i, best_j, steepest = i, j, 0.0
         for k in range(max(0, i - 1), min(way.shape[0], i + 2)):
             for m in range(max(0, j - 1), min(way.shape[0], j + 2)):
-                if way[k, m] < way[best_i, best_j]:
+                if (k != i or m != j) and (way[i, j] - way[k, m]) / math.hypot(k - i, m - j) > steepest:
+                    steepest = (way[i, j] - way[k, m]) / math.hypot(k - i, m - j)
                     best_i, best_j = k, m
         if best_i == i and best_j == j:
             return count + 1

@@ -1,0 +1,158 @@
+"""The kernels of dynamic against slow and obvious references."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cepa import CepaParameters
+from cepa.dynamic.observer import Observer, response_of
+from cepa.dynamic.response import ResponseModel
+from cepa.kernels.field import close, stamp, trace, ways_out
+from cepa.kernels.memory import recall, remember
+from cepa.kernels.rollout import roll
+from cepa.kernels.sight import bins_of, fill_blind, points_of, reach_in_sight
+
+SEEDS = st.integers(0, 2**31)
+LEVEL = np.eye(3)
+
+
+@settings(max_examples=20)
+@given(seed=SEEDS)
+def test_a_field_holds_the_distance_to_the_nearest_point(seed):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-3.0, 3.0, (rng.integers(0, 20), 2))
+    field = np.empty((41, 41))
+    stamp(points, field, 0.1, 1.3)
+    axis = 0.1 * (np.arange(41) - 20)
+    nodes = np.stack(np.meshgrid(axis, axis), axis=-1)
+    distances = np.linalg.norm(nodes[:, :, None] - points, axis=-1).min(axis=2, initial=1.3)
+    np.testing.assert_allclose(field, distances, atol=1e-9)
+
+
+def test_without_obstacles_the_way_out_is_straight():
+    slowness, way = np.ones((41, 41)), np.empty((41, 41))
+    ways_out(slowness, 0.25, np.array([1.0, 0.0]), way, 8)
+    np.testing.assert_allclose(way[20], 0.25 * np.arange(40, -1, -1), atol=1e-9)
+    cells = np.empty((200, 2), np.int64)
+    assert trace(way, 100, 50, cells) == 21
+    np.testing.assert_array_equal(cells[20], (120, 50))
+
+
+def test_the_way_out_goes_round_a_wall():
+    slowness, way = np.ones((41, 41)), np.empty((41, 41))
+    slowness[:31, 25] = math.inf
+    ways_out(slowness, 0.25, np.array([1.0, 0.0]), way, 8)
+    corner = 0.25 * math.hypot(5, 11) + 0.25 * 15  # past the wall's end, then straight on
+    assert corner - 0.1 < way[20, 20] < 1.1 * corner
+    assert math.isinf(way[10, 25])
+
+
+def test_an_opening_stays_as_it_was_within_the_hysteresis():
+    limits, states = np.array([0.43, 0.47, 0.51]), np.full((64, 64, 2), -math.inf)
+
+    def closed(distance_m, stamp_s):
+        slowness = np.ones((3, 3))
+        close(np.full((3, 3), distance_m), limits, 7, 9, stamp_s, 3.0, states, slowness)
+        return bool(np.isinf(slowness[1, 1]))
+
+    told = [
+        closed(*question) for question in ((0.46, 0.0), (0.5, 1.0), (0.52, 2.0), (0.44, 3.0), (0.42, 4.0))
+    ]
+    assert told == [True, True, False, False, True]
+    assert not closed(0.5, 20.0)  # what was long ago does not count
+
+
+@settings(max_examples=20)
+@given(seed=SEEDS, turn=st.floats(-3.0, 3.0))
+def test_points_and_bins_are_those_of_the_beams(seed, turn):
+    rng = np.random.default_rng(seed)
+    ranges = np.where(rng.random(720) < 0.3, np.inf, rng.uniform(0.5, 9.0, 720))
+    seen, increment = rng.random(720) < 0.9, 2.0 * math.pi / 720
+    rotation = np.array(
+        [[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], LEVEL[2]]
+    )
+    points, bins = np.empty((720, 3)), np.empty(360)
+    found = points_of(ranges, seen, 0.1, increment, rotation, 8.0, points)
+    bins_of(ranges, seen, 0.1, increment, rotation, 8.0, bins)
+    angles = 0.1 + turn + increment * np.arange(720)
+    hits = seen & (ranges < 8.0)
+    plain = ranges[hits, None] * np.stack([np.cos(angles[hits]), np.sin(angles[hits])], axis=1)
+    np.testing.assert_allclose(points[:found, :2], plain, atol=1e-9)
+    for angle, r in zip(angles[seen], np.minimum(ranges[seen], 8.0)):
+        assert bins[round(math.degrees(angle)) % 360] <= r + 1e-9
+
+
+@settings(max_examples=10)
+@given(seed=SEEDS)
+def test_the_reach_in_sight_is_as_far_as_a_disc_meets_nothing_hidden(seed):
+    rng = np.random.default_rng(seed)
+    bins, reach = rng.choice([2.0, 5.0, 9.0], 360) * rng.uniform(0.5, 1.0, 360), np.empty(360)
+    reach_in_sight(bins, 0.35, reach)
+    angles = np.radians(np.arange(360))
+    for b in rng.integers(0, 360, 10):
+        for r in (reach[b] - 0.01, reach[b] + 0.01):
+            along = r * np.cos(angles - angles[b])
+            beyond = np.maximum(along, bins)  # the nearest place on each direction's hidden part
+            gaps = np.sqrt(r * r - 2.0 * beyond * along + beyond**2)
+            assert (gaps.min() >= 0.35 - 1e-6) == (r < reach[b]) or r > bins[b]
+
+
+def test_what_no_beam_sees_was_seen_from_elsewhere():
+    bins = np.full(360, 5.0)
+    bins[170:190] = -1.0
+    frames_xy, frames = np.array([[-1.0, 0.0]]), np.full((1, 360), 2.0)
+    fill_blind(bins, 0.0, 0.0, frames_xy, frames, 1, 0.2, 4.0, 0.6)
+    assert bins[180] == pytest.approx(2.8, abs=0.21)  # 2 m beyond the earlier place, which is 1 m behind
+    assert bins[0] == 5.0
+
+
+def test_memory_keeps_what_is_hidden_and_forgets_what_is_seen_free_or_old():
+    xy, stamps = np.empty((160, 160, 2)), np.full((160, 160), -math.inf)
+    remember(np.array([[3.0, 0.0], [0.0, 3.0], [-3.0, 0.0]]), 100.0, 50.0, 1.0, 0.1, xy, stamps)
+    remember(np.array([[0.0, -3.0]]), 100.0, 50.0, 0.0, 0.1, xy, stamps)
+    bins = np.full(360, 8.0)
+    bins[85:96], bins[175:186] = 2.0, -1.0  # something stands before the second; nobody looks at the third
+    points, hidden = np.empty((10, 2)), np.empty(10, np.bool_)
+    count = recall(100.0, 50.0, 0.5, 7.5, bins, 0.3, xy, stamps, points, hidden)
+    kept = sorted(map(tuple, np.round(points[:count], 6).tolist()))
+    assert kept == [(-3.0, 0.0), (0.0, 3.0)]
+    assert hidden[:count].all()
+
+
+@settings(max_examples=5)
+@given(ux=st.floats(-4.0, 4.0), uy=st.floats(-4.0, 4.0), v=st.floats(-4.0, 4.0))
+def test_a_rollout_follows_the_law_of_the_response(ux, uy, v):
+    model = CepaParameters().response
+    start, path = np.zeros((3, 4)), np.empty((20, 3))
+    start[0, 1] = v
+    roll(start, np.array([ux, uy, 0.0]), response_of(model, 0.05), 20, path)
+    position, velocity, acceleration = np.zeros(2), np.array([v, 0.0]), np.zeros(2)
+    for step in range(500):
+        change = (model.p * (np.array([ux, uy]) - velocity) - acceleration) / model.lag_s
+        change *= min(1.0, model.jerk_max_m_s3 / max(np.hypot(*change), 1e-9))
+        acceleration = acceleration + 2e-3 * change
+        acceleration *= min(1.0, model.acceleration_max_m_s2 / max(np.hypot(*acceleration), 1e-9))
+        velocity = velocity + 2e-3 * acceleration
+        position = position + 2e-3 * velocity
+        if step % 25 == 24:
+            assert np.hypot(*(path[step // 25, :2] - position)) < 0.06
+
+
+def test_the_observer_finds_the_state_and_foresees_what_is_commanded():
+    model = ResponseModel()
+    observer, response = Observer(model), response_of(model, 0.025)
+    state = np.zeros((3, 4))
+    command = np.array([2.0, -1.0, 0.0])
+    for scan in range(40):
+        observer.update(0.025 * scan, np.array([*state[:2, 1], 0.0]))
+        observer.command(0.025 * scan, command, 0.1)
+        if scan >= 2:  # the delay of two scans
+            f, g = response.f, response.g
+            state[:2] = state[:2] @ f.T + np.outer(command[:2], g)
+    now = observer.state_at(0.025 * 39)
+    np.testing.assert_allclose(now[:2, 1], state[:2, 1], atol=0.15)
+    later = observer.state_at(0.025 * 39 + 0.1)
+    assert later[0, 0] == pytest.approx(0.1 * now[0, 1], abs=0.05)

@@ -1,0 +1,112 @@
+"""The safety argument: no disturbance within the response's stated error leads into what stands."""
+
+import math
+
+import numpy as np
+import pytest
+from planar_flight import BODY_RADIUS_M, Lidar, Scene, to_goal, turn
+
+from cepa import CepaParameters, Dynamic, Motion, Reason
+from cepa.kernels.rollout import FULL_ERROR_M_S, LEAST_ERROR_SHARE
+
+STEP_S, SCAN_STEPS = 0.005, 5
+FLIGHT_S = 6.0
+PARAMETERS = CepaParameters()
+MODEL = PARAMETERS.response
+
+
+class DisturbedUav:
+    """Follows commands exactly as the model says, but for an acceleration that disturbs it."""
+
+    def __init__(self):
+        self.position, self.velocity, self.acceleration = np.zeros(2), np.zeros(2), np.zeros(2)
+        self.pending = [(0.0, np.zeros(2))]
+
+    def command(self, t_s, velocity):
+        """Fly ``velocity`` (2,), m/s, after the model's delay."""
+        self.pending.append((t_s + MODEL.delay_s, np.array(velocity)))
+
+    def step(self, t_s, disturbance):
+        """Advance by STEP_S; ``disturbance`` (2,) within the unit disc, as a share of the stated error."""
+        while len(self.pending) > 1 and self.pending[1][0] <= t_s:
+            self.pending.pop(0)
+        command = self.pending[0][1]
+        fastest = max(np.hypot(*self.velocity), np.hypot(*command))
+        share = max(LEAST_ERROR_SHARE, min(1.0, fastest / FULL_ERROR_M_S))
+        change = (MODEL.p * (command - self.velocity) - self.acceleration) / MODEL.lag_s
+        change *= min(1.0, MODEL.jerk_max_m_s3 / max(np.hypot(*change), 1e-9))
+        self.acceleration = self.acceleration + change * STEP_S
+        limit = MODEL.acceleration_max_m_s2 / max(np.hypot(*self.acceleration), 1e-9)
+        self.acceleration *= min(1.0, limit)
+        self.velocity = (
+            self.velocity + (self.acceleration + share * MODEL.error_m_s2 * np.array(disturbance)) * STEP_S
+        )
+        self.position = self.position + self.velocity * STEP_S
+
+
+def towards_the_nearest(scene, position):
+    """Return the direction (2,) of the nearest trunk."""
+    offsets = scene.circles[:, :2] - position
+    nearest = np.argmin(np.hypot(*offsets.T) - scene.circles[:, 2])
+    return offsets[nearest] / np.hypot(*offsets[nearest])
+
+
+def least_clearance(scene, speed, disturb, rng, is_watched=lambda t_s: True):
+    """Fly through the scene; return the least distance of the UAV's middle from anything, and the reasons."""
+    uav, algorithm, lidar = DisturbedUav(), Dynamic(PARAMETERS), Lidar(math.radians(360.0))
+    reference = to_goal((40.0, 0.0), speed)
+    clearance_m, reasons = math.inf, []
+    for step in range(round(FLIGHT_S / STEP_S)):
+        t_s = step * STEP_S
+        if step % SCAN_STEPS == 0 and is_watched(t_s):
+            scan = lidar.scan(scene, uav.position, 0.0, rng)
+            pose = (*uav.position, 2.0), (0.0, 0.0, 0.0, 1.0), (*uav.velocity, 0.0)
+            decision = algorithm.steer(
+                scan, turn(reference(uav.position), 0.0), uav.velocity, Motion(t_s, *pose)
+            )
+            uav.command(t_s, decision.velocity_xy)
+            reasons.append(decision.reason)
+            answered_s = t_s
+        if t_s - answered_s > algorithm.commit_s:
+            uav.command(t_s, (0.0, 0.0))  # as whoever flies the answers must do
+        uav.step(t_s, disturb(t_s, scene, uav))
+        clearance_m = min(clearance_m, scene.clearance(uav.position))
+    return clearance_m, reasons
+
+
+def thicket(rng):
+    """Return trunks of all sizes, none near the start."""
+    trunks = np.column_stack(
+        (rng.uniform(2.0, 30.0, 70), rng.uniform(-8.0, 8.0, 70), rng.uniform(0.1, 1.0, 70))
+    )
+    return Scene(circles=trunks[np.hypot(*trunks[:, :2].T) - trunks[:, 2] > 1.5])
+
+
+def gust(rng):
+    """Return a disturbance that changes its direction at random, and is always as strong as it may be."""
+    directions = rng.uniform(-math.pi, math.pi, round(FLIGHT_S / 0.2) + 1)
+    return lambda t_s, scene, uav: (
+        math.cos(directions[int(t_s / 0.2)]),
+        math.sin(directions[int(t_s / 0.2)]),
+    )
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("speed", [2.0, 4.0])
+def test_no_disturbance_within_the_stated_error_leads_into_a_trunk(speed, seed):
+    rng = np.random.default_rng(seed)
+    adversary = lambda t_s, scene, uav: towards_the_nearest(scene, uav.position)  # noqa: E731
+    for disturb in (adversary, gust(rng)):
+        clearance_m, reasons = least_clearance(thicket(rng), speed, disturb, rng)
+        assert clearance_m > BODY_RADIUS_M
+        assert Reason.STEERED in reasons
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_without_further_scans_it_brakes_and_touches_nothing(seed):
+    rng = np.random.default_rng(100 + seed)
+    blind_s = rng.uniform(1.5, 4.0)
+    adversary = lambda t_s, scene, uav: towards_the_nearest(scene, uav.position)  # noqa: E731
+    in_time = lambda t_s: t_s < blind_s or t_s > blind_s + 2.5  # noqa: E731
+    clearance_m, _ = least_clearance(thicket(rng), 4.0, adversary, rng, in_time)
+    assert clearance_m > BODY_RADIUS_M
