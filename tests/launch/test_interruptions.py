@@ -29,7 +29,8 @@ def test_the_summary_is_interrupted_without_a_traceback(processes, tmp_path, del
     time.sleep(delay_s)
     child.send_signal(signal.SIGINT)
     _, said = child.communicate(timeout=20.0)
-    assert child.returncode == -signal.SIGINT
+    at_once = {1} if delay_s < 0.3 else set()  # how Python itself ends when it is told to while it starts
+    assert child.returncode in {-signal.SIGINT, *at_once}
     assert delay_s < 0.3 or "Traceback" not in said
 
 

@@ -84,7 +84,7 @@ class Listener:
 
     def __init__(self, inner):
         self.inner, self.told = inner, []
-        self.parameters = inner.parameters
+        self.parameters, self.commit_s = inner.parameters, inner.commit_s
 
     def steer(self, scan, v_ref_xy, v_uav_xy, motion, cloud):
         self.told.append((scan, motion, cloud))

@@ -253,12 +253,12 @@ class TestMavrosPlugins(MavrosTestCase):
         go = lambda: self.publish("setpoint_position/global_to_local", goal)  # noqa: E731
         self.assertTrue(self.flies_to((1.0, 0.0, 2.5), go), self.where())
 
-        # Over home, which lies where it was armed
+        # Over home, which lies where it was armed; high, because an attitude alone does not keep the height
         home = self.last("home_position/home").position
         raw = GlobalPositionTarget(coordinate_frame=6, type_mask=0b1001_1111_1000)  # place and yaw
-        raw.latitude, raw.longitude, raw.altitude = LATITUDE, LONGITUDE, 3.0
+        raw.latitude, raw.longitude, raw.altitude = LATITUDE, LONGITUDE, 12.0
         hover = lambda: self.publish("setpoint_raw/global", raw)  # noqa: E731
-        self.assertTrue(self.flies_to((0.0, 0.0, 3.0 + home.z + self.origin_up), hover), self.where())
+        self.assertTrue(self.flies_to((0.0, 0.0, 12.0 + home.z + self.origin_up), hover), self.where())
 
         thrust = self.last("setpoint_raw/target_attitude").thrust  # that hovers
 
