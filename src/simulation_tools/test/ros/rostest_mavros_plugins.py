@@ -288,7 +288,7 @@ class TestMavrosPlugins(MavrosTestCase):
         self.assertGreater(min(self.last("rc/out").channels[:4]), 1000)
 
         # In an automatic mode PX4 says where it flies to on earth.
-        self.ask_for_mode(0, "AUTO.RTL")
+        self.ask_for_mode(0, "AUTO.LOITER")
         told = self.eventually(lambda: self.last("setpoint_raw/target_global") is not None)
         self.assertTrue(told, (self.last("state"), self.where()))
         target = self.last("setpoint_raw/target_global")
