@@ -22,8 +22,6 @@ class Reason(enum.Enum):
     """Dynamic only: no other velocity is admissible."""
     NO_WAY = "no way"
     """Dynamic only: all ways out of the window are closed; zero velocity."""
-    EVADED = "evaded"
-    """Dynamic only: something that moves would come too near."""
     MARGIN_LOST = "margin lost"
     """Dynamic only: an obstacle is nearer than the margin allows; the answer leads away from it."""
     NO_REFERENCE = "no reference"
