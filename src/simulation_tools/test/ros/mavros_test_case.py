@@ -24,9 +24,14 @@ class MavrosTestCase(unittest.TestCase):
 
     @classmethod
     def be_patient(cls, without_setpoints_s):
-        """Set how long PX4 flies on without setpoints, simulated: a busy machine keeps nodes waiting."""
+        """Set how long PX4 flies on without setpoints, simulated: a busy machine keeps nodes waiting.
+
+        The services exist before MAVROS has found PX4, so the first tries may fail.
+        """
+        set_parameter = cls.service("param/set", ParamSet)
         value = ParamValue(real=without_setpoints_s)
-        assert cls.service("param/set", ParamSet)("COM_OF_LOSS_T", value).success
+        taken = cls.eventually(lambda: set_parameter("COM_OF_LOSS_T", value).success)
+        assert taken, "PX4 did not take COM_OF_LOSS_T within 20 s; read the log of the node mavros"
 
     @classmethod
     def listen(cls, topics):
