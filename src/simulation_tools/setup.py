@@ -30,6 +30,7 @@ setup(
             "simulation_tools_ros.mavros",
             "simulation_tools_ros.mavros.plugins",
             "simulation_tools_ros.mavros.plugins.setpoints",
+            "simulation_tools_ros.mavros.plugins.vision",
             "simulation_tools_ros.mavros_publisher",
         ],
         package_dir={"": "src", "simulation_tools_ros": "ros/simulation_tools_ros"},

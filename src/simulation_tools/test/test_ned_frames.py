@@ -13,6 +13,8 @@ from simulation_tools.geometry import quaternion_from_rpy, rotation_matrix
 from simulation_tools.ned_frames import (
     attitude_to_enu,
     attitude_to_ned,
+    covariance_to_frd,
+    covariance_to_ned,
     enu_to_ned,
     flu_to_frd,
     yaw_to_ned,
@@ -42,3 +44,16 @@ def test_east_is_a_heading_of_ninety_degrees():
     assert yaw_to_ned(-math.pi / 2) == pytest.approx(math.pi)
     assert enu_to_ned((1, 2, 3)) == (2, 1, -3)
     assert flu_to_frd((1, 2, 3)) == (1, -2, -3)
+
+
+@pytest.mark.parametrize("size", [3, 6])
+@pytest.mark.parametrize(("turn", "rotation"), [(covariance_to_ned, TO_NED), (covariance_to_frd, TO_FRD)])
+def test_covariances_are_rotated_as_matrices_are(size, turn, rotation):
+    root = np.random.default_rng(4).normal(size=(size, size))
+    covariance = root @ root.T
+    both = np.kron(np.eye(size // 3), rotation)
+    there = turn(covariance.ravel().tolist())
+    assert np.allclose(np.reshape(there, (size, size)), both @ covariance @ both.T)
+    assert turn(there) == pytest.approx(covariance.ravel())  # and back
+    covariance[1, 0] = math.nan
+    assert np.isnan(turn(covariance.ravel().tolist())).all()

@@ -68,7 +68,7 @@ def make_uas(monkeypatch, parameters=None):
     uas = Uas(FakeClient())
     uas.topics, uas.callbacks, uas.services = {}, {}, {}
     uas.advertise = lambda name, message_class, latch=False: uas.topics.setdefault(name, FakeTopic())
-    uas.subscribe = lambda name, message_class, callback: uas.callbacks.update({name: callback})
+    uas.subscribe = lambda name, message_class, callback, queue_size=1: uas.callbacks.update({name: callback})
     uas.serve = lambda name, service_class, handler: uas.services.update({name: handler})
     return uas
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from simulation_tools_ros.mavros.plugins.altitude import AltitudePlugin
 from simulation_tools_ros.mavros.plugins.command import CommandPlugin
+from simulation_tools_ros.mavros.plugins.distance_sensor import DistanceSensorPlugin
 from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin
 from simulation_tools_ros.mavros.plugins.home_position import HomePositionPlugin
 from simulation_tools_ros.mavros.plugins.imu import ImuPlugin
@@ -19,6 +20,9 @@ from simulation_tools_ros.mavros.plugins.sys_status import SysStatusPlugin
 from simulation_tools_ros.mavros.plugins.sys_time import SysTimePlugin
 from simulation_tools_ros.mavros.plugins.vehicle_info import VehicleInfoPlugin
 from simulation_tools_ros.mavros.plugins.vfr_hud import VfrHudPlugin
+from simulation_tools_ros.mavros.plugins.vision.odometry import OdometryPlugin
+from simulation_tools_ros.mavros.plugins.vision.vision_pose import VisionPosePlugin
+from simulation_tools_ros.mavros.plugins.vision.vision_speed import VisionSpeedPlugin
 from simulation_tools_ros.mavros.plugins.waypoint import WaypointPlugin
 
 # The plugins advertise in this order. Services that clients wait for, and that end a flight, come first. A
@@ -35,8 +39,12 @@ PLUGINS = (
     SetpointVelocityPlugin,
     SetpointAttitudePlugin,
     SetpointAccelPlugin,
+    VisionPosePlugin,
+    VisionSpeedPlugin,
+    OdometryPlugin,
     ParamPlugin,
     AltitudePlugin,
+    DistanceSensorPlugin,
     VfrHudPlugin,
     SysTimePlugin,
     RcIoPlugin,

@@ -105,9 +105,9 @@ class Uas:
         return Topic(publisher, latch)
 
     @staticmethod
-    def subscribe(name: str, message_class: type, callback: Callable) -> None:
+    def subscribe(name: str, message_class: type, callback: Callable, queue_size: int = 1) -> None:
         """Listen to a topic below ~."""
-        rospy.Subscriber("~" + name, message_class, callback, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("~" + name, message_class, callback, queue_size=queue_size, tcp_nodelay=True)
 
     @staticmethod
     def serve(name: str, service_class: type, handler: Callable) -> None:
@@ -157,25 +157,30 @@ class Uas:
             if not rospy.is_shutdown():
                 job()
 
-    # Setpoints and commands
+    # Messages to the flight controller
 
     def send_setpoint(self, topic: str, header: Header | None, build: Callable) -> None:
-        """Build a setpoint's MAVLink message and send it.
+        """Build a setpoint's MAVLink message and send it; see `send_built`.
 
-        Refuse a message that is no setpoint. build: returns the message for a time_boot_ms (the stamp, or
-        the present time if the stamp is zero). If the message is no setpoint, it raises ValueError with the
-        reason.
+        build: returns the message for a time_boot_ms: the stamp, or the present time if the stamp is zero.
         """
         stamp = header.stamp if header is not None and not header.stamp.is_zero() else rospy.get_rostime()
+        self.send_built(f"A setpoint on {topic}", lambda: build(stamp.to_nsec() // 1_000_000))
+
+    def send_built(self, what: str, build: Callable[[], common.MAVLink_message]) -> None:
+        """Send a message, or refuse it with a sentence about `what`.
+
+        build: returns the message. If it cannot, it raises ValueError with the reason.
+        """
         try:
-            message = build(stamp.to_nsec() // 1_000_000)
+            message = build()
         except ValueError as error:
-            if time.monotonic() - self._refused_s.get(topic, -math.inf) > REFUSALS_EVERY_S:
-                self._refused_s[topic] = time.monotonic()
-                rospy.logwarn(f"A setpoint on {topic} is refused: {error}.")
+            if time.monotonic() - self._refused_s.get(what, -math.inf) > REFUSALS_EVERY_S:
+                self._refused_s[what] = time.monotonic()
+                rospy.logwarn(f"{what} is refused: {error}.")
             return
         if not self.client.send(message):
-            rospy.logwarn_throttle(1.0, f"A setpoint on {topic} could not be sent to the flight controller.")
+            rospy.logwarn_throttle(1.0, f"{what} could not be sent to the flight controller.")
 
     # Messages from the flight controller
 

@@ -1,0 +1,1 @@
+"""MAVROS's plugins that give the flight controller an external estimate of its motion."""
