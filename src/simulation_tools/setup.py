@@ -14,6 +14,7 @@ setup(
             "simulation_tools.publisher",
             "simulation_tools.px4",
             "simulation_tools.px4.control",
+            "simulation_tools.px4.estimation",
             "simulation_tools.px4.mavlink",
             "simulation_tools.px4_sitl",
             "simulation_tools.running",

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from bodies import DT_S, RigidBody, iris, reference_quad
 
-from simulation_tools.px4.estimator import EstimatorNoise
+from simulation_tools.px4.estimation.steady_estimator import EstimatorNoise
 from simulation_tools.px4.modes import LandedState, Mode, Result
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint

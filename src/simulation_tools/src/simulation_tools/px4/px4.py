@@ -21,7 +21,9 @@ from simulation_tools.px4.control.flight_control import FlightControl
 from simulation_tools.px4.control.mixer import QUAD_WIDE
 from simulation_tools.px4.control.records import SETPOINT_DTYPE, fill
 from simulation_tools.px4.control.takeoff import TakeoffState
-from simulation_tools.px4.estimator import Estimator, EstimatorNoise
+from simulation_tools.px4.estimation.interface import Estimator, EstimatorStatus
+from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
+from simulation_tools.px4.estimation.steady_estimator import EstimatorNoise, SteadyEstimator
 from simulation_tools.px4.modes import LandedState, Mode, Result, Severity
 from simulation_tools.px4.navigator import Navigator
 from simulation_tools.px4.parameters import Px4Parameters
@@ -56,8 +58,9 @@ class Px4:
         self.parameters = parameters or Px4Parameters()
         self.on_statustext: Callable[[Severity, str], None] = lambda severity, text: None
         p = self.parameters
-        self.estimator_noise = noise or EstimatorNoise()
-        self._estimator = Estimator(self.estimator_noise, rng or np.random.default_rng(0))
+        self._estimator: Estimator = SteadyEstimator(
+            noise or EstimatorNoise(), rng or np.random.default_rng(0), p
+        )
         self._world_origin = origin or GeodeticOrigin()
         self._commander = Commander(p, self._say)
         self._navigator = Navigator(p, lambda: self.origin, self._say)
@@ -76,7 +79,6 @@ class Px4:
         self._known[:] = self._estimator.estimate
         self.origin = self._world_origin
         self._revision = self.parameters.revision
-        self._started_us: int | None = None
         self._time_us = 0
         self._position_us = 0
         self._mode_entries = -1
@@ -101,6 +103,14 @@ class Px4:
             setpoint = setpoint.in_local_frame(float(estimate["yaw"]), estimate["attitude"].tolist())
         self._offboard = setpoint
         return True
+
+    def offer_external_vision(self, sample: ExternalVision) -> None:
+        """Take in a sample of an external vision."""
+        self._estimator.offer_external_vision(sample)
+
+    def offer_range(self, sample: RangeSample) -> None:
+        """Take in a distance to the ground."""
+        self._estimator.offer_range(sample)
 
     def ground_station_heard(self) -> None:
         """Note a ground station's heartbeat."""
@@ -129,9 +139,12 @@ class Px4:
     @property
     def estimate_valid(self) -> bool:
         """Whether there is a local position."""
-        if self._started_us is None:
-            return False
-        return self._time_us - self._started_us >= 1e6 * self.parameters["EKF2_REQ_GPS_H"]
+        return self._estimator.horizontal_valid
+
+    @property
+    def estimator_status(self) -> EstimatorStatus:
+        """How good the estimate is."""
+        return self._estimator.status
 
     @property
     def home(self) -> np.ndarray | None:
@@ -197,9 +210,9 @@ class Px4:
 
     def step(self, state: VehicleState) -> np.ndarray:
         """Return the rotor commands (4,) from this instant on; the same array each time."""
-        is_first = self._started_us is None
+        is_first = self._estimator.origin_m is None
         if is_first or state.time_us < self._time_us:
-            self._started_us = self._time_us = self._position_us = state.time_us
+            self._time_us = self._position_us = state.time_us
             dt_s = 0.004
         else:
             dt_s = max(1e-6 * (state.time_us - self._time_us), 1e-4)
@@ -209,7 +222,7 @@ class Px4:
             self._control.load_parameters()
 
         self._known[:] = self._estimator.estimate
-        self._estimator.update(state, dt_s)
+        self._estimator.update(state, dt_s, not self._control.land_detector.landed)
         if is_first and self._estimator.origin_m is not None:
             self.origin = self._world_origin.moved(self._estimator.origin_m)
         armed = self._commander.armed

@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 from simulation_tools.geometry import rotation_matrix
 from simulation_tools.px4.control.position_control import GRAVITY_M_S2, PositionControl
 from simulation_tools.px4.control.records import SETPOINT_DTYPE
-from simulation_tools.px4.estimator import (
-    ESTIMATE_DTYPE,
-)
+from simulation_tools.px4.estimation.interface import ESTIMATE_DTYPE
 from simulation_tools.px4.parameters import Px4Parameters
 
 NAN = math.nan

@@ -11,6 +11,7 @@ import pytest
 from flight import NO_NOISE, Flight
 from pymavlink.dialects.v20 import common as mavlink
 
+from simulation_tools.px4.estimation.steady_estimator import EstimatorNoise
 from simulation_tools.px4.mavlink import telemetry
 from simulation_tools.px4.mavlink.link import MavlinkLink
 from simulation_tools.px4.modes import Mode
@@ -122,7 +123,7 @@ def test_a_velocity_masks_the_position_and_an_attitude_stops_it():
 def test_covariances_are_those_of_the_estimators_noise():
     flight = Flight.of_iris()
     flight.run(2.0)
-    noise, m = flight.px4.estimator_noise, message(flight, "LOCAL_POSITION_NED_COV")
+    noise, m = EstimatorNoise(), message(flight, "LOCAL_POSITION_NED_COV")
     diagonal = [m.covariance[i] for i in (0, 9, 17, 24, 30, 35, 39, 42, 44)]
     assert diagonal[:3] == pytest.approx([v**2 for v in noise.estimated_position_m])
     assert diagonal[3:6] == pytest.approx([v**2 for v in noise.estimated_velocity_m_s])

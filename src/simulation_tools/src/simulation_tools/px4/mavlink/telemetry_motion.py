@@ -15,6 +15,7 @@ _UNKNOWN_U16 = 65535
 _CLEARANCE_ON_GROUND_M = 0.1  # PX4's EKF2_MIN_RNG
 # The accuracy of PX4 SITL's receiver: horizontal mm, vertical mm, mm/s, 1e-5 degrees
 _GPS_ACCURACIES = (299, 399, 250, 2864788)
+_ACCELERATION_VARIANCE = 0.05**2  # m2/s4, of the estimated acceleration
 _ALL_BUT_AIRSPEED = 7167  # HIGHRES_IMU's fields that are new
 
 
@@ -81,16 +82,10 @@ def _local_position_with_covariance(px4: Px4, status: Px4Status) -> common.MAVLi
     """Only on request. PX4 does not have this message; MAVROS takes pose_cov and accel from it."""
     if not status.position_valid:
         return None
-    estimate, noise = px4.estimate[0], px4.estimator_noise
-    deviations = (
-        *noise.estimated_position_m,
-        *noise.estimated_velocity_m_s,
-        *(noise.acceleration_m_s2,) * 3,
-    )
+    estimate, known = px4.estimate[0], px4.estimator_status
+    variances = (*known.position_variance_m2, *known.velocity_variance_m2_s2, *(_ACCELERATION_VARIANCE,) * 3)
     # The upper triangle of a diagonal 9 x 9, row by row
-    covariance = [
-        deviations[row] ** 2 if row == column else 0.0 for row in range(9) for column in range(row, 9)
-    ]
+    covariance = [variances[row] if row == column else 0.0 for row in range(9) for column in range(row, 9)]
     return common.MAVLink_local_position_ned_cov_message(
         status.time_us,
         common.MAV_ESTIMATOR_TYPE_AUTOPILOT,

@@ -81,9 +81,18 @@ def _system_time(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 
 def _estimator_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
-    flags = 831 if status.position_valid else 1  # attitude, velocity and position, absolute and relative
+    known = px4.estimator_status
     return common.MAVLink_estimator_status_message(
-        status.time_us, flags, 0.01, 0.01, 0.01, 0.01, 0.0, 0.0, 0.3, 0.3
+        status.time_us,
+        known.flags,
+        known.velocity_ratio,
+        known.horizontal_position_ratio,
+        known.vertical_position_ratio,
+        known.magnetometer_ratio,
+        known.height_over_ground_ratio,
+        known.airspeed_ratio,
+        known.horizontal_accuracy_m,
+        known.vertical_accuracy_m,
     )
 
 

@@ -1,4 +1,4 @@
-"""The estimator's stand-in: the truth in NED and FRD, with errors like those of PX4's EKF2.
+"""An estimate without a filter: the truth in NED and FRD, with errors like those of PX4's EKF2.
 
 As in EKF2, the local frame begins at the vehicle's place at power-on. Position and velocity carry the error
 of a steady Kalman filter that follows inertial data and is corrected by noisy positions. That error drifts
@@ -17,18 +17,14 @@ from numba import njit
 
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3
-
-ESTIMATE_DTYPE = np.dtype(
-    [
-        ("position", np.float64, (3,)),  # m, NED, from where the vehicle stood at power-on
-        ("velocity", np.float64, (3,)),  # m/s, NED
-        ("acceleration", np.float64, (3,)),  # m/s2, NED, gravity taken out: 0 at rest
-        ("attitude", np.float64, (4,)),  # FRD in NED, w x y z
-        ("rates", np.float64, (3,)),  # rad/s, FRD
-        ("specific_force", np.float64, (3,)),  # m/s2, FRD: (0, 0, -g) at rest
-        ("yaw", np.float64),  # rad, from the attitude
-    ]
+from simulation_tools.px4.estimation.interface import (
+    AIDED,
+    ESTIMATE_DTYPE,
+    EstimatorStatus,
+    SolutionFlag,
 )
+from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
+from simulation_tools.px4.parameters import Px4Parameters
 
 _ERROR_DTYPE = np.dtype(
     [("position", np.float64, (3,)), ("velocity", np.float64, (3,)), ("tilt", np.float64, (3,))]
@@ -168,17 +164,19 @@ def _estimate(
     o.acceleration[2] += gravity
 
 
-class Estimator:
-    """Truth in, PX4-like estimate out: `estimate`, one record of ESTIMATE_DTYPE, shape (1,).
+class SteadyEstimator:
+    """Truth in, PX4-like estimate out; an `Estimator` that needs no aiding and never loses its position.
 
     origin_m: where the local frame begins in the world (ENU): where the vehicle is at the first update.
     """
 
     GRAVITY_M_S2 = 9.80665
 
-    def __init__(self, noise: EstimatorNoise, rng: np.random.Generator) -> None:
+    def __init__(self, noise: EstimatorNoise, rng: np.random.Generator, parameters: Px4Parameters) -> None:
         """rng: every `reset` goes back to its state at this call, so that flights repeat exactly."""
+        self._noise = noise
         self._rng = rng
+        self._parameters = parameters
         self._first_rng_state = rng.bit_generator.state
         self._sigmas = np.array([getattr(noise, name) for name in EstimatorNoise.__dataclass_fields__])
         self._truth = np.zeros(16)
@@ -190,12 +188,16 @@ class Estimator:
         """Start again with the first random numbers, and with a local frame of its own."""
         self._rng.bit_generator.state = self._first_rng_state
         self.origin_m: Vector3 | None = None
+        self._started_us = self._time_us = 0
         self.estimate[:] = np.zeros(1, ESTIMATE_DTYPE)
         self.estimate["attitude"][0, 0] = 1.0
         self._errors[:] = np.zeros(1, _ERROR_DTYPE)
 
-    def update(self, state: VehicleState, dt_s: float) -> None:
-        """Take in the true state, dt_s after the one before."""
+    def update(self, state: VehicleState, dt_s: float, in_air: bool = False) -> None:
+        """Take in the true state, dt_s after the one before. in_air changes nothing."""
+        if self.origin_m is None or state.time_us < self._time_us:
+            self._started_us = state.time_us
+        self._time_us = state.time_us
         if self.origin_m is None:
             self.origin_m = state.pose.position_m
         (x, y, z), (x0, y0, z0) = state.pose.position_m, self.origin_m
@@ -210,3 +212,45 @@ class Estimator:
         )
         normals = self._rng.standard_normal(12)
         _estimate(self._truth, self._sigmas, self._errors, normals, dt_s, self.GRAVITY_M_S2, self.estimate)
+
+    @property
+    def horizontal_valid(self) -> bool:
+        """Whether EKF2_REQ_GPS_H has passed since power-on."""
+        if self.origin_m is None:
+            return False
+        return self._time_us - self._started_us >= 1e6 * self._parameters["EKF2_REQ_GPS_H"]
+
+    @property
+    def vertical_valid(self) -> bool:
+        """The same as `horizontal_valid`."""
+        return self.horizontal_valid
+
+    @property
+    def status(self) -> EstimatorStatus:
+        """The errors' closed form; what PX4 says in flight with GPS."""
+        noise, ratio = self._noise, 0.01
+        return EstimatorStatus(
+            flags=int(AIDED if self.horizontal_valid else SolutionFlag.ATTITUDE),
+            velocity_ratio=ratio,
+            horizontal_position_ratio=ratio,
+            vertical_position_ratio=ratio,
+            magnetometer_ratio=ratio,
+            height_over_ground_ratio=0.0,
+            airspeed_ratio=0.0,
+            horizontal_accuracy_m=0.3,
+            vertical_accuracy_m=0.3,
+            position_variance_m2=_squares(noise.estimated_position_m),
+            velocity_variance_m2_s2=_squares(noise.estimated_velocity_m_s),
+            attitude_variance_rad2=_squares((noise.attitude_rad,) * 3),
+        )
+
+    def offer_external_vision(self, sample: ExternalVision) -> None:
+        """Ignore it: the truth is known."""
+
+    def offer_range(self, sample: RangeSample) -> None:
+        """Ignore it: the truth is known."""
+
+
+def _squares(deviations: Vector3) -> Vector3:
+    x, y, z = deviations
+    return (x**2, y**2, z**2)

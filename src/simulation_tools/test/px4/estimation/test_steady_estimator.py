@@ -11,12 +11,13 @@ from scipy import linalg
 
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Pose, quaternion_from_rpy
-from simulation_tools.px4.estimator import (
+from simulation_tools.px4.estimation.steady_estimator import (
     GAINS,
     SAMPLE_PERIOD_S,
-    Estimator,
     EstimatorNoise,
+    SteadyEstimator,
 )
+from simulation_tools.px4.parameters import Px4Parameters
 
 
 def a_state(yaw=0.3):
@@ -30,7 +31,7 @@ def a_state(yaw=0.3):
 
 
 def test_a_perfect_estimate_is_the_truth_in_ned_from_where_the_vehicle_stood():
-    estimator = Estimator(EstimatorNoise.none(), np.random.default_rng(0))
+    estimator = SteadyEstimator(EstimatorNoise.none(), np.random.default_rng(0), Px4Parameters())
     estimator.update(a_state(), 0.004)
     assert estimator.estimate[0]["position"].tolist() == [0.0, 0.0, 0.0]
     assert estimator.origin_m == (1.0, 2.0, 3.0)
@@ -66,7 +67,7 @@ def test_the_estimates_errors_have_the_promised_spread():
     gains = np.reshape(GAINS, (2, 2))
     errors = []
     for seed in range(4):
-        estimator = Estimator(noise, np.random.default_rng(seed))
+        estimator = SteadyEstimator(noise, np.random.default_rng(seed), Px4Parameters())
         for step in range(20000):
             estimator.update(a_state(), 0.02)
             if step > 1000:
@@ -83,7 +84,7 @@ def test_the_estimates_errors_have_the_promised_spread():
 
 
 def test_reset_repeats_the_same_noise():
-    estimator = Estimator(EstimatorNoise(), np.random.default_rng(7))
+    estimator = SteadyEstimator(EstimatorNoise(), np.random.default_rng(7), Px4Parameters())
     first = []
     for _ in range(2):
         estimator.reset()

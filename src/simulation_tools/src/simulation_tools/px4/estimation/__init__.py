@@ -1,0 +1,1 @@
+"""The flight controller's state estimate."""
