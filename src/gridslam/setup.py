@@ -14,6 +14,7 @@ setup(
             "gridslam.kernels",
             "gridslam.logs",
             "gridslam.loop_closure",
+            "gridslam.search",
             "gridslam_ros",
         ],
         package_dir={"": "src", "gridslam_ros": "ros/gridslam_ros"},

@@ -1,0 +1,134 @@
+"""Branch and bound over the positions and headings of a set of points on a map (Hess et al. 2016).
+
+Everything is in cells from the map's corner and radians. A block is a square of positions, 2^level cells
+wide, at one heading. Its upper bound is the sum over the points of the greatest fit in a square of cells.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def _sum_of_fits(level: np.ndarray, margin: int, outside: int, cells: np.ndarray, x: int, y: int) -> int:
+    """Sum a level's values at points (n, 2) moved by x, y; beyond the level it is ``outside``."""
+    height, width = level.shape
+    total = 0
+    for i in range(cells.shape[0]):
+        column, row = cells[i, 0] + x + margin, cells[i, 1] + y + margin
+        if 0 <= column < width and 0 <= row < height:
+            total += level[row, column]
+        else:
+            total += outside
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _is_covered(
+    angles: np.ndarray, a: int, x: int, y: int, width: int, places: np.ndarray, count: int, apart: np.ndarray
+) -> bool:
+    """Return whether every position of a block is the same place as one that was found."""
+    for i in range(count):
+        turn = abs(angles[a] - angles[places[i, 0]]) % (2.0 * math.pi)
+        if min(turn, 2.0 * math.pi - turn) >= apart[1]:
+            continue
+        far_x = max(abs(x - places[i, 1]), abs(x + width - 1 - places[i, 1]))
+        far_y = max(abs(y - places[i, 2]), abs(y + width - 1 - places[i, 2]))
+        if math.hypot(far_x, far_y) < apart[0]:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def best_places(
+    levels: np.ndarray,
+    outside: int,
+    cells: np.ndarray,
+    angles: np.ndarray,
+    box: np.ndarray,
+    apart: np.ndarray,
+    least: float,
+    share: float,
+    most: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places (k, 3: heading's index, x, y) and their scores (k,), best first.
+
+    Args:
+        levels: (levels, h + m, w + m) uint8, see `PlaceSearch`; m is 2 to the power of the last level.
+        outside: value of cells beyond the map.
+        cells: (angles, n, 2) the points at each heading, in cells from the position.
+        angles: (angles,) rad.
+        box: (4,) the least x and y, and the greatest, of the positions to search.
+        apart: (2,) two poses nearer than this (cells) and turned by less than this (rad) are one place.
+        least: the lowest score of a place.
+        share: the lowest score of a rival, as a share of the best one's.
+        most: the search ends after this many places.
+    """
+    top = levels.shape[0] - 1
+    margin = 1 << top
+    places, scores = np.zeros((most, 3), np.int64), np.zeros(most)
+    blocks = [(-1, 0, 0, 0, 0)]
+    blocks.pop()
+    for a in range(cells.shape[0]):
+        for y in range(box[1], box[3] + 1, margin):
+            for x in range(box[0], box[2] + 1, margin):
+                bound = _sum_of_fits(levels[top], margin, outside, cells[a], x, y)
+                if bound > least:
+                    blocks.append((-bound, top, a, x, y))
+    heapq.heapify(blocks)
+    count = 0
+    while count < most and len(blocks) > 0:
+        bound, level, a, x, y = heapq.heappop(blocks)
+        if -bound <= least:
+            break
+        if _is_covered(angles, a, x, y, 1 << level, places, count, apart):
+            continue
+        if level == 0:
+            places[count, 0], places[count, 1], places[count, 2], scores[count] = a, x, y, -bound
+            count += 1
+            least = max(least, share * scores[0])
+            continue
+        half = 1 << (level - 1)
+        for part in range(4):
+            px, py = x + (part & 1) * half, y + (part >> 1) * half
+            if px > box[2] or py > box[3]:
+                continue
+            below = _sum_of_fits(levels[level - 1], margin, outside, cells[a], px, py)
+            if below > least:
+                heapq.heappush(blocks, (-below, level - 1, a, px, py))
+    return places[:count], scores[:count]
+
+
+@njit(cache=True, nogil=True)
+def mean_squares(table: np.ndarray, unit: float, poses: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return for each pose (p, 3) the mean squared distance of points (n, 2) from the map's surfaces.
+
+    ``table`` (h, w) uint8 holds 255 exp(-d^2 / (2 unit)); a point that fits by less than exp(-4.5), or lies
+    beyond the table, counts as if it fitted by that. Between cells the distance is interpolated.
+    """
+    height, width = table.shape
+    farthest = 9.0 * unit
+    squares = np.empty(256)
+    for value in range(256):
+        squares[value] = min(farthest, -2.0 * unit * math.log(max(value, 1) / 255.0))
+    means = np.zeros(poses.shape[0])
+    for p in range(poses.shape[0]):
+        cos, sin = math.cos(poses[p, 2]), math.sin(poses[p, 2])
+        total = 0.0
+        for i in range(points.shape[0]):
+            x = poses[p, 0] + cos * points[i, 0] - sin * points[i, 1] - 0.5
+            y = poses[p, 1] + sin * points[i, 0] + cos * points[i, 1] - 0.5
+            column, row = int(np.floor(x)), int(np.floor(y))
+            if not (0 <= column < width - 1 and 0 <= row < height - 1):
+                total += farthest
+                continue
+            u, v = x - column, y - row
+            low = (1.0 - u) * squares[table[row, column]] + u * squares[table[row, column + 1]]
+            high = (1.0 - u) * squares[table[row + 1, column]] + u * squares[table[row + 1, column + 1]]
+            total += (1.0 - v) * low + v * high
+        means[p] = total / points.shape[0]
+    return means
