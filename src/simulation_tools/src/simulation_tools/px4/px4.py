@@ -37,7 +37,8 @@ POSITION_PERIOD_US = 8_000
 class Px4:
     """One flight controller; an `Autopilot`.
 
-    `on_statustext` (severity, text) is called with PX4's messages for a ground station.
+    `on_statustext` (severity, text) is called with PX4's messages for a ground station. `newest_range`: the
+    last distance to the ground that was offered.
     """
 
     def __init__(
@@ -84,6 +85,7 @@ class Px4:
         self._mode_entries = -1
         self._offboard: Setpoint | AttitudeSetpoint | None = None
         self._battery = 1.0
+        self.newest_range: RangeSample | None = None
 
     def close(self) -> None:
         """Nothing to release."""
@@ -110,6 +112,7 @@ class Px4:
 
     def offer_range(self, sample: RangeSample) -> None:
         """Take in a distance to the ground."""
+        self.newest_range = sample
         self._estimator.offer_range(sample)
 
     def ground_station_heard(self) -> None:

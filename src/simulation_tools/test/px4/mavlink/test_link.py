@@ -17,7 +17,8 @@ from simulation_tools.px4.mavlink.link import MavlinkLink
 from simulation_tools.px4.mavlink.telemetry import OFFBOARD_RATES_HZ
 from simulation_tools.px4.modes import Severity
 
-AT_REST_HZ = {**OFFBOARD_RATES_HZ, "POSITION_TARGET_GLOBAL_INT": 0.0}  # while an automatic mode flies
+# A target comes while an automatic mode flies, a distance if there is a range finder.
+AT_REST_HZ = {**OFFBOARD_RATES_HZ, "POSITION_TARGET_GLOBAL_INT": 0.0, "DISTANCE_SENSOR": 0.0}
 
 # Ports
 

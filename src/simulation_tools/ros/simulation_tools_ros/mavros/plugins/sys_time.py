@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import common
 from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Header
 
-from simulation_tools.mavros.timesync import ClockOffset, Observation
+from simulation_tools.timesync import ClockOffset, Observation
 from simulation_tools_ros.mavros.uas import Uas, stamp_from_us
 
 _A_CLOCK_THAT_WAS_SET_US = 1234567890 * 1_000_000  # in 2009

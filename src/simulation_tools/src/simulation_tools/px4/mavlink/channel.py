@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavlink import Address, Codec, open_udp, receive_all, send
 from simulation_tools.px4.mavlink import telemetry
+from simulation_tools.px4.mavlink.clock_sync import ClockSync
 from simulation_tools.px4.px4 import Px4
 
 _FORGET_PEER_AFTER_S = 10.0  # wall time
@@ -34,7 +35,10 @@ class Stream:
 
 
 class Channel:
-    """Sends to its default remote, if it has one, and to every client that sends heartbeats."""
+    """Sends to its default remote, if it has one, and to every client that sends heartbeats.
+
+    `clock`: of its clients.
+    """
 
     def __init__(
         self,
@@ -60,6 +64,7 @@ class Channel:
         self._next_due_us = 0
         self._heartbeat_content: tuple | None = None
         self._home: object = None  # the last one that was streamed
+        self.clock = ClockSync()
         self.codec = Codec(int(px4.parameters["MAV_SYS_ID"]), int(px4.parameters["MAV_COMP_ID"]))
         self.socket = open_udp(host, local_port, purpose)
 
@@ -71,6 +76,7 @@ class Channel:
     def reset(self) -> None:
         """Start all streams again, as simulation time does."""
         self._next_due_us = 0
+        self.clock = ClockSync()
         for stream in self._streams.values():
             stream.due_us = 0
 

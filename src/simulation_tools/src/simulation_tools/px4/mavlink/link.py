@@ -16,6 +16,7 @@ from pymavlink.dialects.v20 import common
 from simulation_tools.mavlink import Address, wait_readable
 from simulation_tools.px4.mavlink import telemetry
 from simulation_tools.px4.mavlink.channel import Channel
+from simulation_tools.px4.mavlink.external_estimates import ExternalEstimates
 from simulation_tools.px4.mavlink.file_transfer import refuse_file_transfer
 from simulation_tools.px4.mavlink.message_commands import MessageCommands
 from simulation_tools.px4.mavlink.mission_protocol import MISSION_MESSAGES, answer_mission
@@ -101,6 +102,12 @@ class MavlinkLink:
         self._parameter_protocol = ParameterProtocol(
             px4.parameters, lambda text: self._say(Severity.ERROR, text)
         )
+        self._answers = {
+            "PARAM_REQUEST_READ": self._parameter_protocol.read,
+            "PARAM_SET": self._parameter_protocol.set,
+            "FILE_TRANSFER_PROTOCOL": refuse_file_transfer,
+        }
+        self._estimates = ExternalEstimates(px4, self._warn)
         self._handlers = {
             "HEARTBEAT": self._heartbeat,
             "SET_POSITION_TARGET_LOCAL_NED": self._local_target,
@@ -110,12 +117,11 @@ class MavlinkLink:
             "COMMAND_INT": self._command_int,
             "SET_MODE": self._set_mode,
             "PARAM_REQUEST_LIST": self._param_list,
-            "PARAM_REQUEST_READ": self._param_read,
-            "PARAM_SET": self._param_set,
             "TIMESYNC": self._timesync,
             "PING": self._ping,
-            "FILE_TRANSFER_PROTOCOL": self._file_transfer,
             "RC_CHANNELS_OVERRIDE": self._rc_override,
+            **dict.fromkeys(self._answers, self._answer),
+            **dict.fromkeys(self._estimates.handlers, self._estimate),
             **dict.fromkeys(MISSION_MESSAGES, self._mission),
         }
 
@@ -251,13 +257,8 @@ class MavlinkLink:
             for answer in self._parameter_protocol.list():
                 channel.reply(answer, sender)
 
-    def _param_read(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
-        answer = self._parameter_protocol.read(m) if self._is_for_us(channel, m) else None
-        if answer is not None:
-            channel.reply(answer, sender)
-
-    def _param_set(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
-        answer = self._parameter_protocol.set(m) if self._is_for_us(channel, m) else None
+    def _answer(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
+        answer = self._answers[m.get_type()](m) if self._is_for_us(channel, m) else None
         if answer is not None:
             channel.reply(answer, sender)
 
@@ -269,9 +270,12 @@ class MavlinkLink:
             )
 
     def _timesync(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
-        if m.tc1 == 0:
-            now_ns = max(1000 * self._time_us, 1)  # a zero means a question
-            channel.reply(common.MAVLink_timesync_message(now_ns, m.ts1), sender)
+        answer = channel.clock.hear(m, self._time_us)
+        if answer is not None:
+            channel.reply(answer, sender)
+
+    def _estimate(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
+        self._estimates.handle(m, channel.clock, self._time_us)
 
     def _ping(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if m.target_system == 0 and m.target_component == 0:
@@ -280,11 +284,6 @@ class MavlinkLink:
 
     def _mission(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         answer = answer_mission(m, channel.codec.system_id, channel.codec.component_id)
-        if answer is not None:
-            channel.reply(answer, sender)
-
-    def _file_transfer(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
-        answer = refuse_file_transfer(m) if self._is_for_us(channel, m) else None
         if answer is not None:
             channel.reply(answer, sender)
 

@@ -6,7 +6,7 @@ from typing import Callable, Mapping
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.px4.mavlink import telemetry_motion, telemetry_state
+from simulation_tools.px4.mavlink import telemetry_estimator, telemetry_motion, telemetry_state
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.status import Px4Status
 
@@ -24,6 +24,7 @@ OFFBOARD_RATES_HZ = {
     "POSITION_TARGET_GLOBAL_INT": 10.0,
     "TIMESYNC": 10.0,
     "ALTITUDE": 10.0,
+    "DISTANCE_SENSOR": 10.0,
     "VFR_HUD": 10.0,
     "SERVO_OUTPUT_RAW": 10.0,
     "SYS_STATUS": 5.0,
@@ -40,7 +41,11 @@ GROUND_RATES_HZ = {name: min(rate, 10.0) for name, rate in OFFBOARD_RATES_HZ.ite
 
 Builder = Callable[[Px4, Px4Status], "common.MAVLink_message | None"]
 
-_BUILDERS: Mapping[str, Builder] = {**telemetry_motion.BUILDERS, **telemetry_state.BUILDERS}
+_BUILDERS: Mapping[str, Builder] = {
+    **telemetry_estimator.BUILDERS,
+    **telemetry_motion.BUILDERS,
+    **telemetry_state.BUILDERS,
+}
 
 
 def build(name: str, px4: Px4, status: Px4Status) -> common.MAVLink_message | None:

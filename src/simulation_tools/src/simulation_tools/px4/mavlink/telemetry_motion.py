@@ -6,16 +6,13 @@ import math
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.px4.modes import LandedState
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.status import Px4Status
 
 _NAN = math.nan
 _UNKNOWN_U16 = 65535
-_CLEARANCE_ON_GROUND_M = 0.1  # PX4's EKF2_MIN_RNG
 # The accuracy of PX4 SITL's receiver: horizontal mm, vertical mm, mm/s, 1e-5 degrees
 _GPS_ACCURACIES = (299, 399, 250, 2864788)
-_ACCELERATION_VARIANCE = 0.05**2  # m2/s4, of the estimated acceleration
 _ALL_BUT_AIRSPEED = 7167  # HIGHRES_IMU's fields that are new
 
 
@@ -75,53 +72,6 @@ def _local_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | Non
     estimate = px4.estimate[0]
     return common.MAVLink_local_position_ned_message(
         status.time_us // 1000, *estimate["position"].tolist(), *estimate["velocity"].tolist()
-    )
-
-
-def _local_position_with_covariance(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    """Only on request. PX4 does not have this message; MAVROS takes pose_cov and accel from it."""
-    if not status.position_valid:
-        return None
-    estimate, known = px4.estimate[0], px4.estimator_status
-    variances = (*known.position_variance_m2, *known.velocity_variance_m2_s2, *(_ACCELERATION_VARIANCE,) * 3)
-    # The upper triangle of a diagonal 9 x 9, row by row
-    covariance = [variances[row] if row == column else 0.0 for row in range(9) for column in range(row, 9)]
-    return common.MAVLink_local_position_ned_cov_message(
-        status.time_us,
-        common.MAV_ESTIMATOR_TYPE_AUTOPILOT,
-        *estimate["position"].tolist(),
-        *estimate["velocity"].tolist(),
-        *estimate["acceleration"].tolist(),
-        covariance,
-    )
-
-
-def _odometry(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    if not status.position_valid:
-        return None
-    estimate = px4.estimate[0]
-    attitude = estimate["attitude"].tolist()
-    return common.MAVLink_odometry_message(
-        status.time_us,
-        common.MAV_FRAME_LOCAL_NED,
-        common.MAV_FRAME_BODY_FRD,
-        *estimate["position"].tolist(),
-        attitude,
-        *_to_body(attitude, estimate["velocity"].tolist()),
-        *estimate["rates"].tolist(),
-        [_NAN] * 21,
-        [_NAN] * 21,
-        estimator_type=common.MAV_ESTIMATOR_TYPE_AUTOPILOT,
-    )
-
-
-def _to_body(q: list[float], v: list[float]) -> tuple[float, float, float]:
-    w, x, y, z = q[0], -q[1], -q[2], -q[3]
-    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
-    return (
-        v[0] + w * tx + y * tz - z * ty,
-        v[1] + w * ty + z * tx - x * tz,
-        v[2] + w * tz + x * ty - y * tx,
     )
 
 
@@ -220,18 +170,6 @@ def _followed_motion(px4: Px4) -> list[float]:
     ]
 
 
-def _altitude(px4: Px4, status: Px4Status) -> common.MAVLink_message:
-    """Without a range finder PX4 knows the terrain only while it stands on it."""
-    local = -float(px4.estimate["position"][0, 2])
-    amsl = px4.origin.altitude_m + local
-    relative = local + float(px4.home[2]) if px4.home is not None else local
-    on_ground = status.landed_state is LandedState.ON_GROUND
-    clearance = _CLEARANCE_ON_GROUND_M if on_ground else _NAN
-    return common.MAVLink_altitude_message(
-        status.time_us, amsl, amsl, local, relative, local - clearance, clearance
-    )
-
-
 def _vfr_hud(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     estimate = px4.estimate[0]
     vx, vy, vz = estimate["velocity"].tolist()
@@ -253,12 +191,9 @@ BUILDERS = {
     "HIGHRES_IMU": _highres_imu,
     "GLOBAL_POSITION_INT": _global_position,
     "LOCAL_POSITION_NED": _local_position,
-    "LOCAL_POSITION_NED_COV": _local_position_with_covariance,
-    "ODOMETRY": _odometry,
     "GPS_RAW_INT": _gps_raw,
     "ATTITUDE_TARGET": _attitude_target,
     "POSITION_TARGET_LOCAL_NED": _position_target,
     "POSITION_TARGET_GLOBAL_INT": _position_target_global,
-    "ALTITUDE": _altitude,
     "VFR_HUD": _vfr_hud,
 }

@@ -80,22 +80,6 @@ def _system_time(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     return common.MAVLink_system_time_message(_UTC_AT_START_US + status.time_us, status.time_us // 1000)
 
 
-def _estimator_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
-    known = px4.estimator_status
-    return common.MAVLink_estimator_status_message(
-        status.time_us,
-        known.flags,
-        known.velocity_ratio,
-        known.horizontal_position_ratio,
-        known.vertical_position_ratio,
-        known.magnetometer_ratio,
-        known.height_over_ground_ratio,
-        known.airspeed_ratio,
-        known.horizontal_accuracy_m,
-        known.vertical_accuracy_m,
-    )
-
-
 def _home_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
     if px4.home is None:
         return None
@@ -160,7 +144,6 @@ BUILDERS = {
     "SYS_STATUS": _sys_status,
     "EXTENDED_SYS_STATE": _extended_sys_state,
     "SYSTEM_TIME": _system_time,
-    "ESTIMATOR_STATUS": _estimator_status,
     "HOME_POSITION": _home_position,
     "BATTERY_STATUS": _battery_status,
     "AUTOPILOT_VERSION": _autopilot_version,

@@ -1,4 +1,4 @@
-"""The offset of the flight controller's clock from ours: MAVROS's filter of TIMESYNC exchanges.
+"""The offset of another clock from ours: PX4's and MAVROS's filter of TIMESYNC exchanges.
 
 The filter is a double exponential smoothing. Its gains fall while it converges. An exchange counts if the
 answer is quick and near the estimate. Too many outliers in a row restart the filter.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class TimesyncParameters:
-    """MAVROS's defaults."""
+    """The defaults of PX4 and MAVROS."""
 
     gain_initial: float = 0.05
     gain_final: float = 0.003
@@ -24,7 +24,7 @@ class TimesyncParameters:
 
 @dataclass(frozen=True)
 class Observation:
-    """One exchange. Offsets: our clock less the flight controller's; all in ns."""
+    """One exchange. Offsets: our clock less the other one; all in ns."""
 
     remote_ns: int
     observed_offset_ns: int
@@ -44,6 +44,11 @@ class ClockOffset:
         self._offset_ns = self._skew_ns = 0.0
         self._count = self._deviations = 0
 
+    @property
+    def converged(self) -> bool:
+        """Whether enough exchanges count for the estimate."""
+        return self._count >= self._parameters.convergence_window
+
     def add(self, sent_ns: int, remote_ns: int, received_ns: int) -> Observation:
         """Take in an exchange: times of sending and receiving by our clock, and the other clock's time."""
         p = self._parameters
@@ -51,7 +56,7 @@ class ClockOffset:
         round_trip_ns = received_ns - sent_ns
         if 0 <= round_trip_ns < p.max_round_trip_ns:
             contradicts = abs(observed_ns - self._offset_ns) > p.max_deviation_ns
-            if self._count >= p.convergence_window and contradicts:
+            if self.converged and contradicts:
                 self._deviations += 1
                 if self._deviations > p.max_consecutive_deviations:
                     self.reset()
@@ -73,7 +78,7 @@ class ClockOffset:
     def _gain(self) -> float:
         """Return the gain of offset and skew. It falls along a sigmoid from its first to its last value."""
         p = self._parameters
-        if self._count >= p.convergence_window:
+        if self.converged:
             return p.gain_final
         progress = self._count / p.convergence_window
         share = 1.0 - math.exp(0.5 * (1.0 - 1.0 / (1.0 - progress)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from simulation_tools.mavros.timesync import ClockOffset, TimesyncParameters
+from simulation_tools.timesync import ClockOffset, TimesyncParameters
 
 MS = 1_000_000
 
