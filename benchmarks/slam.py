@@ -1,102 +1,98 @@
-"""gridslam beside gmapping: accuracy on the Intel log, CPU time, memory and rendering.
+"""gridslam on logs and places of every kind: accuracy, CPU time and memory, beside goals and gmapping.
 
-The Intel Research Lab (180 beams, real odometry) with 30 particles, cells of 5 cm and gmapping's default
-thresholds, judged by hand-verified relative poses: the best particle's path in the end, and online, that is,
-the newest map -> odom at each scan. "Exact" are the relations between stamps of scans, "all" the others
-too, whose stamps the log has only interpolated. Each run is a process of its own, on one thread, with its
-kernels compiled; times are CPU times, user and system, memory is the process's peak, Python and numba too.
-Where the log is absent, that part is left out, saying so.
+`csail`, `aces`, `intel` and `corridor` are bags that `gridslam_replay` maps with gmapping's default
+thresholds, as a user would, with and without loop closure. Their paths are judged by the ATE after rigid
+alignment; that of Intel by hand-verified relations, "exact" ones between stamps of scans, and all. `hold` is
+Experiment 4 in the closed loop, with all lidars, odometry drifting as by default and three times as much.
+`hall` is 300 x 300 m wide, seen with 80 m; `beams360` and `beams10000` are lidars in a hold; these three
+and the costs of Intel (`cost_growth`, `render_ms`) are the filter alone.
 
-Keys: slam.intel.{exact_final_m, exact_online_m, all_final_m, all_online_m, cpu_ms_per_scan, cost_growth,
-render_ms, peak_mb}, means over the seeds, the last one the greatest, and slam.beams360.{cpu_ms_per_scan,
-peak_mb, ...}. cost_growth is the mean cost of the last quarter of the processed scans by that of the first.
+Each run of a log, a hall and a lidar is a process of its own, on one thread, with its kernels compiled. Times
+are CPU times, user and system; memory is the process's peak, Python and numba too. Where a log is absent, it
+is left out, saying so.
+
+Keys: slam.LOG.{ate_worst_m, ate_median_m, ate_online_worst_m, cpu_ms_per_scan, cpu_ms_p95, peak_mb, ...} over
+the seeds, and the same under .without_loop_closure. slam.intel also has {exact_final_m, exact_online_m,
+all_final_m, all_online_m, cost_growth, render_ms, ...}, means over the seeds. slam.{hold_x1, hold_x3}.LIDAR.
+slam.{beams360, beams10000, hall}.{cpu_ms_per_scan, peak_mb, ...}. cost_growth is the mean cost of the last
+quarter of the processed scans by that of the first.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import subprocess
 import sys
 from pathlib import Path
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.shared.anchors import HEADING, Anchor, sources
-from benchmarks.shared.results import ROOT, Results, options, table
+from benchmarks.shared.anchors import sources
+from benchmarks.shared.results import ROOT, Results
+from benchmarks.shared.trials import trial_options
+from benchmarks.slam_rows import goals, hold
+from benchmarks.slam_rows.logs import LOGS
 
 DATA = ROOT.parent / "shared/data"
-GMAPPING = {
-    "exact_final_m": 0.029,
-    "exact_online_m": 0.077,
-    "all_final_m": 0.100,
-    "all_online_m": 0.162,
-    "cpu_ms_per_scan": 63.0,
-    "peak_mb": 430.0,
-}
-GMAPPING_360 = {"cpu_ms_per_scan": 120.0}
-ANCHOR = Anchor(
-    "gmapping",
-    "slam_gmapping (C++, -O3) on the same log with the same parameters and seeds (360 beams: another log); "
-    "measured once, before this benchmark was written, on a machine of two cores that is not described",
-)
+SEEDS = tuple(range(1, 11))
+BRIEF_SEEDS = (1,)
+SIMULATED = {"beams360": 3, "beams10000": 1, "hall": 1}
+"""Logs that `shared.slam_run` makes, and the most seeds that are run, because they take long."""
+COSTS = 3
+"""Seeds of Intel's costs."""
+ROWS = (*LOGS, "hold", *SIMULATED)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print and write."""
-    parser = options(__doc__)
-    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3], metavar="SEED")
-    parser.add_argument(
-        "--data", type=Path, default=DATA, help="folder with intel_dense.log.gz and its relations"
-    )
+    parser = trial_options(__doc__ or "")
+    parser.add_argument("--seeds", nargs="+", type=int, default=None, metavar="SEED")
+    parser.add_argument("--rows", nargs="+", default=ROWS, choices=ROWS, metavar="ROW", help=", ".join(ROWS))
+    parser.add_argument("--data", type=Path, default=DATA, help="folder with the bags and their true paths")
     given = parser.parse_args(arguments)
+    seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
     with Results("slam", given.results, vars(given)) as results:
-        runs = {"beams360": [measure("beams360", seed) for seed in tqdm(given.seeds, "360 beams")]}
-        missing = [
-            name for name in ("intel_dense.log.gz", "intel.relations.gz") if not (given.data / name).exists()
-        ]
-        if missing:
-            print(f"slam.intel is left out: {given.data} has no {' and no '.join(missing)}.")
-        else:
-            runs["intel"] = [measure("intel", seed, given.data) for seed in tqdm(given.seeds, "Intel log")]
-        for name, metrics in runs.items():
-            results.add(f"slam.{name}", summary(metrics))
-        print()
-        for name, peer in (("intel", GMAPPING), ("beams360", GMAPPING_360)):
-            if name in runs:
-                print(f"{comparison(name, given.seeds, runs[name], peer)}\n")
-        print(sources([ANCHOR]))
+        measured: dict[str, dict] = {}
+        for row in given.rows:
+            measured.update(measure(row, seeds, given))
+        for name, metrics in measured.items():
+            results.add(f"slam.{name}", metrics)
+        print(f"\n{len(seeds)} seeds.\n\n{goals.as_table(measured)}\n\n{sources([goals.ANCHOR])}")
 
 
-def measure(name: str, seed: int, *data: Path) -> dict:
+def measure(row: str, seeds: Sequence[int], given: argparse.Namespace) -> dict[str, dict]:
+    """Return the metrics of a row by the logs' names in the keys; nothing where its files are absent."""
+    if row == "hold":
+        return hold.measure(seeds, given)
+    if row in SIMULATED:
+        return {row: means([run_alone(row, seed) for seed in tqdm(seeds[: SIMULATED[row]], row)])}
+    log = LOGS[row]
+    if missing := log.missing(given.data):
+        print(f"slam.{row} is left out: {given.data} has no {' and no '.join(missing)}.")
+        return {}
+    costs = {}
+    if row == "intel" and (given.data / "intel_dense.log.gz").exists():
+        costs = means([run_alone(row, seed, given.data) for seed in tqdm(seeds[:COSTS], "Intel's costs")])
+    closed, alone = (log.measure(given.data, seeds, closure) for closure in (True, False))
+    return {row: {**costs, **closed, "without_loop_closure": alone}}
+
+
+def run_alone(name: str, seed: int, *data: Path) -> dict:
     """Return the metrics of one run in a separate process."""
     command = [sys.executable, "-m", "benchmarks.shared.slam_run", name, str(seed), *map(str, data)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
     return json.loads(done.stdout)
 
 
-def summary(runs: list[dict]) -> dict:
+def means(runs: Sequence[dict[str, Any]]) -> dict:
     """Return the means over the seeds; for memory and the slowest rendering the greatest value."""
     return {
         key: (max if key in ("peak_mb", "render_max_ms") else np.mean)([run[key] for run in runs])
         for key in runs[0]
     }
-
-
-def comparison(name: str, seeds: Sequence[int], runs: list[dict], peer: dict) -> str:
-    """Return a table of the seeds' metrics, their summary, and gmapping's from elsewhere."""
-    header = (name, *(f"seed {seed}" for seed in seeds), "summary", f"{ANCHOR.text} ({HEADING})")
-    whole = summary(runs)
-    rows = [
-        (key, *(_number(run[key]) for run in runs), _number(whole[key]), _number(peer.get(key)))
-        for key in runs[0]
-    ]
-    return table(header, rows)
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}"
 
 
 if __name__ == "__main__":

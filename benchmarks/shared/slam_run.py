@@ -2,6 +2,8 @@
 
     python -m benchmarks.shared.slam_run intel 1 DATA      the Intel Research Lab, seed 1
     python -m benchmarks.shared.slam_run beams360 1        a simulated hold, seen with 360 beams
+    python -m benchmarks.shared.slam_run beams10000 1      the same, seen with 10,000
+    python -m benchmarks.shared.slam_run hall 1            a hall of 300 x 300 m, seen with 80 m
 
 prints metrics as JSON.
 """
@@ -15,7 +17,7 @@ import resource
 import sys
 import time
 from pathlib import Path
-from typing import Any, Iterable, Sequence
+from typing import Any, Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -39,12 +41,13 @@ class Run:
     cost: dict
 
 
-def run(scans: list[PlanarScan], odometry: np.ndarray, parameters: SlamParameters) -> Run:
+def run(scans: Iterable[PlanarScan], odometry: np.ndarray, parameters: SlamParameters) -> Run:
     """Let the filter take in a log, and draw maps periodically."""
     warm_up()
     slam = GridSlam(parameters, starting_pose=tuple(odometry[0]))
-    online, renderings, costs_s, cpu_s = [], [], [], 0.0
+    stamps, online, renderings, costs_s, cpu_s = [], [], [], [], 0.0
     for scan, base in zip(scans, odometry):
+        stamps.append(scan.stamp_s)
         began = time.process_time()
         update = slam.process(scan, base)
         cpu_s += time.process_time() - began
@@ -60,13 +63,13 @@ def run(scans: list[PlanarScan], odometry: np.ndarray, parameters: SlamParameter
     cost = {
         "processed": len(costs_s),
         "cpu_ms_per_scan": 1e3 * float(np.mean(costs_s)),
+        "cpu_ms_p95": 1e3 * float(np.percentile(costs_s, 95)),
         "cost_growth": float(np.mean(last) / np.mean(first)),
         "render_ms": 1e3 * float(np.mean(renderings)),
         "render_max_ms": 1e3 * max(renderings),
         "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     }
-    stamps = np.array([scan.stamp_s for scan in scans])
-    return Run(stamps, np.array(online), slam.trajectory().filled(stamps, odometry), cost)
+    return Run(np.array(stamps), np.array(online), slam.trajectory().filled(np.array(stamps), odometry), cost)
 
 
 def intel(seed: int, data: Path) -> dict:
@@ -108,17 +111,51 @@ def _is_mounting(lidar: Sequence[float]) -> bool:
     return math.hypot(lidar[0], lidar[1]) < 0.5 and abs(lidar[2]) < 0.1
 
 
-def beams360(seed: int) -> dict:
-    """Twice round the cargo hold with 360 beams of 30 m."""
-    from planar_world import Lidar, along, drive, hold, rectangle_route
+def beams(count: int, laps: float, seed: int) -> dict:
+    """Round the cargo hold with this many beams of 30 m."""
+    from planar_world import Lidar, along, hold, rectangle_route
 
-    lidar = Lidar(2.0 * math.pi * 359 / 360, 360, 30.0, 0.01, 10.0)
-    log = drive(hold(), along(rectangle_route(11.0, 6.0, laps=2.0), 0.1), lidar, seed)
-    outcome = run(log.scans, log.odometry, SlamParameters(seed=seed, threads=1))
-    errors = np.hypot(*(outcome.final - log.truth.poses_in_map)[:, :2].T)
+    lidar = Lidar(2.0 * math.pi * (count - 1) / count, count, 30.0, 0.01, 10.0)
+    route = along(rectangle_route(11.0, 6.0, laps=laps), 0.1)
+    return _simulated(hold(), route, lidar, SlamParameters(seed=seed, threads=1))
+
+
+def hall(seed: int) -> dict:
+    """Once round a hall of 300 x 300 m with pillars, seen with a lidar of 80 m."""
+    from planar_world import Lidar, along, rectangle_route
+
+    from gridslam.evaluation import Walls
+
+    places = np.arange(-120.0, 121.0, 30.0)
+    pillars = [_square(x, y, 0.5) for x in places for y in places]
+    route = along(rectangle_route(110.0, 110.0), 0.5)
+    lidar = Lidar(2.0 * math.pi * 719 / 720, 720, 80.0, 0.02, 10.0)
+    walls = Walls.from_polygons([_square(0.0, 0.0, 150.0), *pillars])
+    return _simulated(walls, route, lidar, SlamParameters(maxUrange=80.0, seed=seed, threads=1))
+
+
+def _square(x: float, y: float, half_m: float) -> np.ndarray:
+    return half_m * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) + (x, y)
+
+
+def _simulated(walls: Any, route: np.ndarray, lidar: Any, parameters: SlamParameters) -> dict:
+    from planar_world import Drift, drifting, scan_at
+
+    rng = np.random.default_rng(parameters.seed)
+    odometry = drifting(route, Drift(), rng)
+    scans = (scan_at(walls, pose, lidar, rng, 0.1 * index) for index, pose in enumerate(route))
+    outcome = run(scans, odometry, parameters)
+    errors = np.hypot(*(outcome.final - route)[:, :2].T)
     return {**outcome.cost, "ate_rmse_m": float(np.sqrt(np.mean(errors**2)))}
 
 
+RUNS: dict[str, Callable[..., dict]] = {
+    "intel": lambda seed, data: intel(seed, Path(data)),
+    "beams360": lambda seed: beams(360, 2.0, seed),
+    "beams10000": lambda seed: beams(10_000, 0.5, seed),
+    "hall": hall,
+}
+
 if __name__ == "__main__":
     name, seed, *data = sys.argv[1:]
-    print(json.dumps(intel(int(seed), Path(data[0])) if name == "intel" else beams360(int(seed))))
+    print(json.dumps(RUNS[name](int(seed), *data)))

@@ -1,0 +1,1 @@
+"""The rows of the benchmark `slam`: what is measured, and what is to be reached."""

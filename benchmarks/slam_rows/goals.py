@@ -1,0 +1,81 @@
+"""What each row of the table is to reach, and what others reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Iterable, Mapping, Sequence
+
+from benchmarks.shared.anchors import HEADING, Anchor
+from benchmarks.shared.results import table
+
+ANCHOR = Anchor(
+    "gmapping",
+    "slam_gmapping (C++, -O3), 30 particles, on the same bags with the same parameters; measured once, "
+    "before this benchmark was written, on a machine of two cores that is not described",
+)
+HEADER = ("log", "metric", "goal", "measured", "reached", "without loop closure", HEADING)
+
+
+@dataclass(frozen=True)
+class Goal:
+    """The greatest value of a metric. anchor: what others reach, measured elsewhere."""
+
+    metric: str
+    most: float
+    anchor: str = ""
+
+
+GOALS: Mapping[str, Sequence[Goal]] = {
+    "csail": (
+        Goal("ate_worst_m", 0.15, "gmapping 0.136; graph SLAM 0.03 (published, relations)"),
+        Goal("ate_median_m", 0.08),
+        Goal("cpu_ms_per_scan", 13.2, "a tenth of gmapping's 132, loaded"),
+        Goal("cpu_ms_p95", 40.0),
+        Goal("peak_mb", 300.0, "gmapping 320"),
+    ),
+    "aces": (
+        Goal("ate_worst_m", 0.15, "gmapping 0.27 to 1.77"),
+        Goal("ate_median_m", 0.08),
+        Goal("cpu_ms_per_scan", 8.5, "a tenth of gmapping's 79 to 91, loaded"),
+        Goal("cpu_ms_p95", 40.0),
+        Goal("peak_mb", 300.0, "gmapping 320"),
+    ),
+    "intel": (
+        Goal("ate_worst_m", 0.020, "gmapping 0.026 to 0.032"),
+        Goal("all_worst_m", 0.098, "gmapping 0.100"),
+        Goal("cpu_ms_per_scan", 6.3, "a tenth of gmapping's 63"),
+        Goal("cpu_ms_p95", 40.0),
+        Goal("peak_mb", 300.0, "gmapping 430"),
+    ),
+    "corridor": (
+        Goal("length_excess_worst_m", 0.0),
+        Goal("gap_worst_m", 0.3, "gmapping 0.34 after it relocks"),
+        Goal("ate_worst_m", 0.3, "gmapping 1.04"),
+        Goal("cpu_ms_p95", 40.0),
+        Goal("peak_mb", 300.0),
+    ),
+    "hold_x1": (Goal("ate_worst_m", 0.10, "gmapping 0.34 to 0.60"), Goal("cpu_ms_p95", 40.0)),
+    "hold_x3": (Goal("ate_worst_m", 0.15), Goal("cpu_ms_p95", 40.0)),
+    "repeated": (Goal("false_closures", 0.0),),
+    "hall": (Goal("cpu_ms_per_scan", 30.0), Goal("peak_mb", 500.0)),
+    "beams10000": (Goal("cpu_ms_per_scan", 60.0),),
+}
+"""By the log's name in the keys."""
+
+
+def as_table(measured: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the table of goals and metrics by the logs' names; a log that was not measured is left out."""
+    return table(HEADER, _rows(measured))
+
+
+def _rows(measured: Mapping[str, Mapping[str, Any]]) -> Iterable[tuple]:
+    for log, goals in GOALS.items():
+        for goal in goals if log in measured else ():
+            value = measured[log][goal.metric]
+            alone = measured[log].get("without_loop_closure", {}).get(goal.metric)
+            reached = "yes" if value <= goal.most else "no"
+            yield log, goal.metric, _number(goal.most), _number(value), reached, _number(alone), goal.anchor
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}" if value < 100.0 else f"{value:.0f}"
