@@ -17,14 +17,15 @@ import resource
 import sys
 import time
 from pathlib import Path
-from typing import Any, Callable, Iterable, Sequence
+from typing import Any, Callable, Iterable
 
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "src/gridslam" / part) for part in ("src", "test")]
 
-from gridslam import GridSlam, PlanarScan, SlamParameters, se2  # noqa: E402
+from gridslam import PlanarScan, SlamParameters, se2  # noqa: E402
+from gridslam.session import SlamSession  # noqa: E402
 from gridslam.warm_up import warm_up  # noqa: E402
 
 RENDER_EVERY = 5
@@ -44,20 +45,20 @@ class Run:
 def run(scans: Iterable[PlanarScan], odometry: np.ndarray, parameters: SlamParameters) -> Run:
     """Let the filter take in a log, and draw maps periodically."""
     warm_up()
-    slam = GridSlam(parameters, starting_pose=tuple(odometry[0]))
+    session = SlamSession(parameters)
     stamps, online, renderings, costs_s, cpu_s = [], [], [], [], 0.0
     for scan, base in zip(scans, odometry):
         stamps.append(scan.stamp_s)
         began = time.process_time()
-        update = slam.process(scan, base)
+        update = session.process(scan, base)
         cpu_s += time.process_time() - began
-        online.append(se2.compose(slam.map_to_odom, base))
+        online.append(se2.compose(session.map_to_odom, base))
         if update is not None:
             costs_s.append(cpu_s)
             cpu_s = 0.0
             if len(costs_s) % RENDER_EVERY == 0:
                 began = time.process_time()
-                slam.grid()
+                session.grid()
                 renderings.append(time.process_time() - began)
     first, *_, last = np.array_split(costs_s, 4)
     cost = {
@@ -69,18 +70,19 @@ def run(scans: Iterable[PlanarScan], odometry: np.ndarray, parameters: SlamParam
         "render_max_ms": 1e3 * max(renderings),
         "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     }
-    return Run(np.array(stamps), np.array(online), slam.trajectory().filled(np.array(stamps), odometry), cost)
+    return Run(
+        np.array(stamps), np.array(online), session.trajectory().filled(np.array(stamps), odometry), cost
+    )
 
 
 def intel(seed: int, data: Path) -> dict:
     """The dense log, compared with the relations: online and final path, exact relations and all."""
     from gridslam.evaluation.relations import read_relations, relation_errors
-    from gridslam.logs.carmen import CarmenScan, read_log
+    from gridslam.logs.carmen import planar_scans
     from gridslam.trajectory import Trajectory
 
-    entries = [entry for entry in read_log(data / "intel_dense.log.gz") if isinstance(entry, CarmenScan)]
-    scans, odometry = _scans(entries)
-    outcome = run(scans, odometry, SlamParameters(maxUrange=40.0, seed=seed, threads=1))
+    scans, odometry = zip(*planar_scans(data / "intel_dense.log.gz"))
+    outcome = run(scans, np.array(odometry), SlamParameters(maxUrange=40.0, seed=seed, threads=1))
     relations = read_relations(data / "intel.relations.gz")
     metrics = dict(outcome.cost)
     for which, chosen in (("exact", relations.exact(outcome.stamps_s)), ("all", relations)):
@@ -89,26 +91,6 @@ def intel(seed: int, data: Path) -> dict:
             metrics[f"{which}_{when}_m"] = errors.translation_mean_m
             metrics[f"{which}_{when}_deg"] = errors.rotation_mean_deg
     return metrics
-
-
-def _scans(entries: Iterable[Any]) -> tuple[list[PlanarScan], np.ndarray]:
-    """Return the scans in the order of their stamps, each stamp once, and the robot's odometry."""
-    scans, odometry, last = [], [], -math.inf
-    for entry in entries:
-        if entry.stamp_s <= last:
-            continue
-        last = entry.stamp_s
-        angles = entry.angle_min_rad + np.arange(entry.ranges_m.size) * entry.angle_increment_rad
-        lidar = tuple(se2.between(entry.robot_in_odom, entry.lidar_in_odom))
-        lidar = lidar if _is_mounting(lidar) else (0.0, 0.0, 0.0)
-        scans.append(PlanarScan(last, angles, entry.ranges_m, lidar, entry.range_max_m))
-        odometry.append(entry.robot_in_odom)
-    return scans, np.array(odometry)
-
-
-def _is_mounting(lidar: Sequence[float]) -> bool:
-    """Return whether a pose is a place on the robot. Some entries hold the lidar's corrected pose instead."""
-    return math.hypot(lidar[0], lidar[1]) < 0.5 and abs(lidar[2]) < 0.1
 
 
 def beams(count: int, laps: float, seed: int) -> dict:

@@ -63,7 +63,7 @@ class Log:
 
 def summary(runs: Sequence[Mapping[str, Any]]) -> dict:
     """Return worst and median over the seeds of each length; the mean of times; the greatest memory."""
-    found: dict = {"seeds": len(runs)}
+    found: dict = {"runs": len(runs)}
     for key in runs[0]:
         values = [run[key] for run in runs]
         if key.endswith("_m"):

@@ -21,6 +21,7 @@ from tf2_msgs.msg import TFMessage
 from gridslam import SlamError, se2
 from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.logs.carmen import (
+    RANGE_MIN_M,
     CarmenError,
     CarmenOdometry,
     CarmenScan,
@@ -34,7 +35,6 @@ from gridslam_ros.odometry_frames import FrameError, OdometryFrames, Pose
 from gridslam_ros.remarks import Remarks
 from node_tools.conversions import set_yaw, xyz, xyzw
 
-RANGE_MIN_M = 0.02
 SAME = 0.01
 """m, rad: if the lidar's pose on the robot varies by less, it is fixed to the robot."""
 

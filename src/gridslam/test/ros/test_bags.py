@@ -12,6 +12,7 @@ from gridslam.logs.carmen import (
     flaser_angles,
     format_odometry,
     format_scan,
+    planar_scans,
     read_log,
 )
 
@@ -19,6 +20,10 @@ rosbag = pytest.importorskip("rosbag", reason="needs ROS")
 carmen_bags = pytest.importorskip(
     "gridslam_ros.carmen_bags", reason="the workspace is not built, or not sourced"
 )
+from gridslam_ros.bags import BagCount, BagScans  # noqa: E402
+from gridslam_ros.odometry_frames import OdometryFrames  # noqa: E402
+from gridslam_ros.scan_source import ScanSource  # noqa: E402
+
 INTEL = Path(__file__).resolve().parents[5] / "shared/data"
 LIDAR_ON_ROBOT_M = 0.2
 
@@ -132,3 +137,25 @@ def test_the_intel_log_as_a_bag_is_the_intel_bag(tmp_path):
         assert one.stamp_s == other.stamp_s
         np.testing.assert_allclose(one.ranges_m, other.ranges_m, atol=1e-3)
         np.testing.assert_allclose(one.robot_in_odom, other.robot_in_odom, atol=1e-5)
+
+
+@pytest.mark.skipif(not INTEL.exists(), reason=f"needs {INTEL}")
+def test_a_log_read_by_the_library_is_bit_for_bit_its_bag(tmp_path):
+    frames, path = OdometryFrames("odom", "base_link", print), str(tmp_path / "intel.bag")
+    source = ScanSource(frames, print)
+    assert (
+        carmen_bags.carmen_to_bag([str(INTEL / "intel_keyframes.log.gz"), path, "--lidar-pose", *"000"]) == 0
+    )
+    with rosbag.Bag(path) as bag:
+        of_bag = [source.planar(m) for m in BagScans("/scan", frames, BagCount(), print, print).of(bag)]
+    of_log = list(planar_scans(INTEL / "intel_keyframes.log.gz"))
+    assert len(of_log) == len(of_bag) == 910
+    for (one, base), (other, other_base) in zip(of_log, of_bag):
+        assert (one.stamp_s, one.range_max_m, one.lidar_in_base, base) == (
+            other.stamp_s,
+            other.range_max_m,
+            other.lidar_in_base,
+            other_base,
+        )
+        np.testing.assert_array_equal(one.angles_rad, other.angles_rad)
+        np.testing.assert_array_equal(one.ranges_m, other.ranges_m)

@@ -15,7 +15,12 @@ from typing import Callable, Iterator
 import numpy as np
 
 from gridslam.errors import SlamError
+from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
+from gridslam.inputs.scan_projection import project
+from gridslam.scan import PlanarScan
 
+RANGE_MIN_M = 0.02
+"""The logs do not give the lidar's least range; a shorter reading is none."""
 RANGE_MAX_M = 80.0
 """FLASER does not give the lidar's range; this is the SICK LMS's."""
 NO_RETURN_BEYOND_M = 1.83
@@ -89,6 +94,31 @@ def read_log(path: str | Path, range_max_m: float | None = None) -> Iterator[Car
                 f"{path}:{number}: this {words[0]} message is incomplete or holds what is no number; "
                 "remove the line."
             ) from None
+
+
+def planar_scans(
+    path: str | Path, lidar_in_base: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> Iterator[tuple[PlanarScan, tuple[float, float, float]]]:
+    """Yield a log's scans with the base in odom (x, y, yaw), the input of the filter, bit for bit as its bag.
+
+    A bag holds ranges and angles in 32 bits, and orientations as quaternions. A rounding of the last bit
+    would lead the particles elsewhere. Each stamp is yielded once, in ascending order.
+
+    Args:
+        path: of the log.
+        lidar_in_base: pose of the lidar on the robot, x, y in m and yaw in rad.
+    """
+    last_s, range_min_m = -math.inf, float(np.float32(RANGE_MIN_M))
+    mounting = ((*lidar_in_base[:2], 0.0), _quaternion(lidar_in_base[2]))
+    for scan in read_log(path):
+        if not isinstance(scan, CarmenScan) or scan.stamp_s <= last_s:
+            continue
+        last_s = scan.stamp_s
+        angles = (float(np.float32(angle)) for angle in (scan.angle_min_rad, scan.angle_increment_rad))
+        ranges_m = scan.ranges_m.astype(np.float32)
+        planar = project(ranges_m, *angles, range_min_m, scan.range_max_m, mounting, stamp_s=last_s)
+        x, y, yaw = scan.robot_in_odom
+        yield planar, (x, y, roll_pitch_yaw_of(matrix_of_quaternion(_quaternion(yaw)))[2])
 
 
 def format_scan(scan: CarmenScan) -> str:
@@ -168,6 +198,10 @@ def _lines(path: str | Path) -> Iterator[str]:
             yield from lines
     except (OSError, EOFError, UnicodeDecodeError) as error:
         raise CarmenError(f"The log {path} cannot be read: {error}.") from None
+
+
+def _quaternion(yaw_rad: float) -> tuple[float, float, float, float]:
+    return 0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)
 
 
 def _numbers(*values: float) -> str:
