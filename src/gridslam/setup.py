@@ -14,6 +14,7 @@ setup(
             "gridslam.kernels",
             "gridslam.logs",
             "gridslam.loop_closure",
+            "gridslam.odometry",
             "gridslam.search",
             "gridslam_ros",
         ],

@@ -13,6 +13,10 @@ class ScanError(SlamError):
     """A laser scan that cannot be interpreted."""
 
 
+class NoUsableBeamError(ScanError):
+    """A scan in order of which no beam sees a wall."""
+
+
 class MapError(SlamError):
     """A map that cannot be interpreted, or that has outgrown its bounds."""
 

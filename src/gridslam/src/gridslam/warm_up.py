@@ -33,5 +33,7 @@ if __name__ == "__main__":
     from gridslam.loop_closure.warm_up import (
         warm_up_loop_closure,  # imported here, because it would slow the node's start
     )
+    from gridslam.odometry.warm_up import warm_up_odometry
 
-    print(f"gridslam's kernels are ready after {warm_up() + warm_up_loop_closure():.1f} s.")
+    seconds = warm_up() + warm_up_loop_closure() + warm_up_odometry()
+    print(f"gridslam's kernels are ready after {seconds:.1f} s.")

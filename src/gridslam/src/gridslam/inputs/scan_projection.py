@@ -11,7 +11,7 @@ from typing import Sequence, Tuple, Union
 
 import numpy as np
 
-from gridslam.errors import ScanError
+from gridslam.errors import NoUsableBeamError, ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.scan import PlanarScan
 
@@ -53,8 +53,8 @@ def project(
         stamp_s: when the scan was taken.
 
     Raises:
-        ScanError: the scan's geometry, the mounting or the attitude makes no sense, or no beam is
-            usable.
+        ScanError: the scan's geometry, the mounting or the attitude makes no sense.
+        NoUsableBeamError: no beam is usable.
     """
     ranges_m = np.asarray(ranges_m, dtype=np.float64)
     _check(ranges_m, angle_min_rad, angle_increment_rad, range_min_m, range_max_m)
@@ -69,7 +69,9 @@ def project(
     if height_m is not None:
         usable &= ~_hits_floor(ranges_m, slopes, height_m + translation_xyz[2])
     if not usable.any():
-        raise ScanError("No beam of the scan is usable: all are invalid, too close, steep or at the floor.")
+        raise NoUsableBeamError(
+            "No beam of the scan is usable: all are invalid, too close, steep or at the floor."
+        )
     return PlanarScan(
         stamp_s=stamp_s,
         angles_rad=bearings_rad[usable],

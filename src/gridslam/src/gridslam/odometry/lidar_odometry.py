@@ -1,0 +1,282 @@
+"""Where a UAV is in `odom`, by its scans, its IMU and its range finder.
+
+Each scan is levelled by the IMU's attitude and matched with a local map of the last keyframes: point to line,
+from the place that the IMU predicts. What a scan does not tell (along a bare wall, or with nothing in range)
+comes from the prediction alone, whose speed decays; the covariance grows and ``remark`` says so.
+
+References: hector_slam (Kohlbrecher et al. 2011) for SLAM in the plane with a leaning lidar; Censi 2008 for
+matching point to line; Zhang, Kaess and Singh 2016 for leaving out what a scan does not tell.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Callable, Sequence
+
+import numpy as np
+
+from gridslam.errors import NoUsableBeamError, ScanError
+from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
+from gridslam.inputs.scan_projection import LidarPose, project
+from gridslam.odometry.floor_height import FloorHeight
+from gridslam.odometry.inertial import InertialHistory, InertialReading, Lean
+from gridslam.odometry.local_map import LocalMap, beams_of
+from gridslam.odometry.matching import ScanMatch, match
+from gridslam.odometry.parameters import LidarOdometryParameters
+from gridslam.odometry.planar_filter import PLACE, POSE, SPEED, PlanarFilter
+
+LEAN_SIGMA_RAD = 0.01
+HEIGHT_UNKNOWN_M2 = 1.0
+SETTLING_KEYFRAMES, SETTLING_S = 5, 0.4
+"""The first keyframes come at this period even at rest, because their mean is better than one scan."""
+LOST_S = 2.0
+"""If no scan has matched for this long, the local map begins anew at the predicted place."""
+BACK_S = 0.5
+"""If a scan is older than the last by this much, the clock went back."""
+
+
+@dataclass(frozen=True)
+class OdometryEstimate:
+    """Pose and velocity of the base frame at a scan's stamp."""
+
+    stamp_s: float
+    position_xyz: tuple[float, float, float]
+    """m, in `odom`."""
+    roll_pitch_yaw: tuple[float, float, float]
+    """rad."""
+    velocity_xyz: tuple[float, float, float]
+    """m/s, along the base frame's own axes."""
+    rates_rad_s: tuple[float, float, float]
+    """About the base frame's own axes."""
+    pose_covariance: np.ndarray
+    """(6, 6) of x, y, z, roll, pitch, yaw, as nav_msgs/Odometry has it."""
+    velocity_covariance: np.ndarray
+    """(6, 6) of the velocity and the rates."""
+    share: float
+    """Of the scan's beams that found the local map."""
+    remark: str
+    """What the sensors did not tell, in one sentence; empty if all is well."""
+
+
+class LidarOdometry:
+    """Feed it the IMU's readings and the ranges as they come, then each scan.
+
+    Args:
+        parameters: see there.
+        start: x, y in m and yaw in rad of the base in `odom` at the first scan.
+    """
+
+    def __init__(
+        self,
+        parameters: LidarOdometryParameters | None = None,
+        start: Sequence[float] = (0.0, 0.0, 0.0),
+        say: Callable[[str], None] = lambda words: None,
+    ) -> None:
+        self._p = parameters or LidarOdometryParameters()
+        self._start = np.array(start, dtype=float)
+        if self._start.shape != (3,) or not np.isfinite(self._start).all():
+            raise ScanError(f"The odometry's start must be finite x, y, yaw, not {list(start)}.")
+        self._say = say
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew at the start."""
+        self._inertial, self.height = InertialHistory(), FloorHeight(self._p)
+        self._begin_map()
+        self._filter = PlanarFilter(self._p, self._start)
+        self._stamp_s: float | None = None
+        self._matched_s = -math.inf
+        self._keyframe_s = -math.inf
+        self._untold = np.zeros((0, 2))
+
+    def _begin_map(self) -> None:
+        self._map = LocalMap(self._p)
+
+    def on_imu(self, reading: InertialReading) -> None:
+        """Take a reading of the IMU."""
+        if self._inertial.add(reading):
+            climbing = 0.0 if reading.levelled is None else float(reading.levelled[2])
+            self.height.on_acceleration(reading.stamp_s, climbing)
+
+    def on_range(
+        self,
+        stamp_s: float,
+        range_m: float,
+        limits_m: tuple[float, float],
+        finder_in_base: tuple[Sequence[float], Sequence[float]],
+    ) -> None:
+        """Take a range of the range finder, which looks along x of its own frame.
+
+        Ranges beyond the limits, NaN and infinite ones do not count.
+
+        Args:
+            stamp_s: its time.
+            range_m: distance.
+            limits_m: least and greatest range.
+            finder_in_base: its (xyz, quaternion xyzw) in the base frame.
+        """
+        lean = self._inertial.lean_at(stamp_s)
+        if lean is None or not limits_m[0] <= range_m <= limits_m[1]:
+            return
+        x, y, z = finder_in_base[0]
+        end = np.array((x, y, z)) + range_m * matrix_of_quaternion(finder_in_base[1])[:, 0]
+        below_m = -float((matrix_of_lean(lean.roll_rad, lean.pitch_rad) @ end)[2])
+        if below_m > 0.0:
+            self.height.on_range(stamp_s, below_m)
+
+    def has_lean_at(self, stamp_s: float) -> bool:
+        """Whether the IMU has said how the UAV leans at an instant."""
+        return self._inertial.lean_at(stamp_s) is not None
+
+    def on_scan(
+        self,
+        stamp_s: float,
+        ranges_m: np.ndarray,
+        angles_rad: tuple[float, float],
+        limits_m: tuple[float, float],
+        lidar_in_base: LidarPose,
+    ) -> OdometryEstimate:
+        """Take a scan and return the estimate at its stamp.
+
+        Args:
+            stamp_s: its time.
+            ranges_m: (n,) by REP-117.
+            angles_rad: angle of the first beam, and from beam to beam.
+            limits_m: least and greatest range of the lidar.
+            lidar_in_base: see `project`.
+
+        Raises:
+            ScanError: the scan makes no sense, or is not newer than the last one.
+        """
+        if not math.isfinite(stamp_s):
+            raise ScanError(f"The scan's stamp must be finite, not {stamp_s}.")
+        if self._stamp_s is not None and stamp_s <= self._stamp_s:
+            if self._stamp_s - stamp_s < BACK_S:
+                raise ScanError("A scan is not newer than the one before it.")
+            self._say(f"The clock jumped back by {self._stamp_s - stamp_s:.3f} s; odometry begins anew.")
+            self.reset()
+        lean, remarks = self._lean(stamp_s)
+        beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks)
+        self._predict(stamp_s)
+        share = self._match(stamp_s, beams, remarks)
+        if not self.height.is_known:
+            remarks.append("The range finder tells no height.")
+        return self._estimate(stamp_s, lean, share, " ".join(remarks))
+
+    def _lean(self, stamp_s: float) -> tuple[Lean, list[str]]:
+        lean = self._inertial.lean_at(stamp_s)
+        if lean is not None:
+            return lean, []
+        return Lean(0.0, 0.0, (0.0, 0.0, 0.0)), ["The IMU is silent, so the scan counts as level."]
+
+    def _beams(
+        self,
+        stamp_s: float,
+        ranges_m: np.ndarray,
+        angles_rad: tuple[float, float],
+        limits_m: tuple[float, float],
+        lidar_in_base: LidarPose,
+        lean: Lean,
+        remarks: list[str],
+    ) -> np.ndarray:
+        over_floor_m = self.height.at(stamp_s)[0] - self.height.floor_m if self.height.is_known else None
+        try:
+            scan = project(
+                ranges_m,
+                *angles_rad,
+                *limits_m,
+                lidar_in_base,
+                (lean.roll_rad, lean.pitch_rad),
+                over_floor_m,
+                stamp_s,
+            )
+        except NoUsableBeamError as error:
+            remarks.append(str(error))
+            return np.empty((0, 7))
+        return beams_of(scan, self._p)
+
+    def _predict(self, stamp_s: float) -> None:
+        if self._stamp_s is not None:
+            motion = self._inertial.motion(self._stamp_s, stamp_s)
+            self._filter.predict(stamp_s - self._stamp_s, motion, self._untold)
+        self._stamp_s = stamp_s
+
+    def _match(self, stamp_s: float, beams: np.ndarray, remarks: list[str]) -> float:
+        pose = self._filter.state[POSE]
+        if self._map.is_empty:
+            self._add_keyframe(stamp_s, beams)
+            return 1.0 if len(beams) else 0.0
+        found = match(self._map, beams, pose.copy(), self._filter.covariance[POSE, POSE], self._p)
+        if found.share < self._p.match_min or not np.isfinite(found.pose).all():
+            self._untold = np.eye(2)
+            share = f"{100 * found.share:.0f} %"
+            remarks.append(f"The scan does not match: {share} of its beams find the local map.")
+            if stamp_s - self._matched_s > LOST_S and len(beams):
+                self._begin_map()
+                self._add_keyframe(stamp_s, beams)
+            return found.share
+        self._filter.correct(found)
+        self._untold = found.untold
+        if len(found.untold) < 2:
+            self._matched_s = stamp_s
+        if len(found.untold):
+            remarks.append(_untold_remark(found, float(pose[2])))
+        if self._is_keyframe_due(stamp_s, found.share):
+            self._add_keyframe(stamp_s, beams)
+        return found.share
+
+    def _is_keyframe_due(self, stamp_s: float, share: float) -> bool:
+        dx, dy, turn = self._filter.state[POSE] - self._map.newest_pose
+        return (
+            math.hypot(dx, dy) > self._p.keyframe_m
+            or abs(math.remainder(turn, math.tau)) > self._p.keyframe_rad
+            or (
+                stamp_s - self._keyframe_s > SETTLING_S
+                and (share < self._p.overlap_min or len(self._map) < SETTLING_KEYFRAMES)
+            )
+        )
+
+    def _add_keyframe(self, stamp_s: float, beams: np.ndarray) -> None:
+        if len(beams):
+            self._map.add(self._filter.state[POSE], beams)
+            self._keyframe_s = self._matched_s = stamp_s
+
+    def _estimate(self, stamp_s: float, lean: Lean, share: float, remark: str) -> OdometryEstimate:
+        x, y, yaw = (float(value) for value in self._filter.state[POSE])
+        z, climb, z_variance = self.height.at(stamp_s)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        heading = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+        attitude = heading @ matrix_of_lean(lean.roll_rad, lean.pitch_rad)
+        velocity = attitude.T @ np.array((*self._filter.state[SPEED], climb))
+        pose_covariance, speed_covariance = np.zeros((6, 6)), np.zeros((6, 6))
+        planar = self._filter.covariance
+        rows = np.ix_((0, 1, 5), (0, 1, 5))
+        pose_covariance[rows] = planar[POSE, POSE]
+        pose_covariance[2, 2] = z_variance if self.height.is_known else max(z_variance, HEIGHT_UNKNOWN_M2)
+        pose_covariance[3, 3] = pose_covariance[4, 4] = LEAN_SIGMA_RAD**2
+        in_odom = np.zeros((3, 3))
+        in_odom[PLACE, PLACE] = planar[SPEED, SPEED]
+        in_odom[2, 2] = self.height.climb_variance
+        speed_covariance[:3, :3] = attitude.T @ in_odom @ attitude
+        speed_covariance[3:, 3:] = LEAN_SIGMA_RAD**2 * np.eye(3)
+        return OdometryEstimate(
+            stamp_s,
+            (x, y, z),
+            (lean.roll_rad, lean.pitch_rad, yaw),
+            tuple(velocity.tolist()),
+            lean.rates_rad_s,
+            pose_covariance,
+            speed_covariance,
+            share,
+            remark,
+        )
+
+
+def _untold_remark(found: ScanMatch, yaw_rad: float) -> str:
+    if len(found.untold) == 2:
+        return "The scan tells no place: too little is in range."
+    x, y = found.untold[0]
+    degrees = math.degrees(math.remainder(math.atan2(y, x) - yaw_rad, math.pi))
+    told = f"the scan tells no place along {degrees:.0f} degrees from ahead."
+    return f"Only straight walls are in range: {told}"

@@ -1,0 +1,82 @@
+"""The local map: the surfaces that the last keyframes saw."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.kernels.nearest import NearestPoints
+from gridslam.kernels.surfaces import surface_normals, thin_out
+from gridslam.kernels.surfels import SurfelTable, add_points, find_surfels
+from gridslam.odometry.parameters import LidarOdometryParameters
+from gridslam.scan import PlanarScan
+
+SIDE = 512
+SPACING, DEPTH = 0.8, 1.0
+"""Cells: beams that end within this, along and across the bearing, are averaged."""
+
+
+def beams_of(scan: PlanarScan, parameters: LidarOdometryParameters) -> np.ndarray:
+    """Return (m, 7) a scan's ends nearer than ``range_m`` in m, as `find_surfels` takes them.
+
+    The normals point towards the lidar.
+    """
+    reach_m = min(parameters.range_m, scan.range_max_m - parameters.cell_m)
+    near = (scan.ranges_m < reach_m) & (scan.ranges_m > 0.0)
+    bearings, ranges = scan.angles_rad[near], scan.ranges_m[near] / parameters.cell_m
+    if bearings.size and (np.diff(bearings) < 0.0).any():
+        order = np.argsort(bearings, kind="stable")
+        bearings, ranges = bearings[order], ranges[order]
+    thin_bearings, thin_ranges = np.empty_like(bearings), np.empty_like(ranges)
+    count = thin_out(bearings, ranges, SPACING, DEPTH, thin_bearings, thin_ranges)
+    bearings, ranges = thin_bearings[:count], thin_ranges[:count]
+    points = np.stack((ranges * np.cos(bearings), ranges * np.sin(bearings)), axis=1)
+    normals, flat = np.empty_like(points), np.empty(count, np.bool_)
+    surface_normals(points, np.empty(count, np.bool_), normals, flat)
+    normals *= np.where(flat, -np.sign((normals * points).sum(axis=1)), 0.0)[:, None]
+    beams = np.zeros((count, 7))
+    beams[:, 0:2] = se2.transform(scan.lidar_in_base, points * parameters.cell_m)
+    beams[:, 2:4] = se2.transform((0.0, 0.0, scan.lidar_in_base[2]), normals)
+    return beams
+
+
+class LocalMap:
+    """Surface elements of the last keyframes, in the odometry's frame."""
+
+    def __init__(self, parameters: LidarOdometryParameters) -> None:
+        self._p = parameters
+        self._table = SurfelTable(np.zeros((SIDE, SIDE, 2), np.int64), np.zeros((SIDE, SIDE, 5)))
+        self._keyframes: deque[np.ndarray] = deque()
+        self._poses: deque[np.ndarray] = deque()
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is no keyframe yet."""
+        return not self._keyframes
+
+    @property
+    def newest_pose(self) -> np.ndarray:
+        """(3,) x, y, yaw of the last keyframe."""
+        return self._poses[-1]
+
+    def __len__(self) -> int:
+        return len(self._keyframes)
+
+    def add(self, pose: np.ndarray, beams: np.ndarray) -> None:
+        """Add a scan's beams (m, 7) at a pose (3,); the oldest keyframe leaves when there are too many."""
+        points = np.ones((len(beams), 5))
+        points[:, 0:2] = se2.transform(pose, beams[:, 0:2])
+        points[:, 2:4] = se2.transform((0.0, 0.0, pose[2]), beams[:, 2:4])
+        add_points(points, 1.0, self._p.cell_m, self._table)
+        self._keyframes.append(points)
+        self._poses.append(pose.copy())
+        if len(self._keyframes) > self._p.keyframes:
+            add_points(self._keyframes.popleft(), -1.0, self._p.cell_m, self._table)
+            self._poses.popleft()
+
+    def find(self, pose: np.ndarray, beams: np.ndarray, reach_m: float, nearby: NearestPoints) -> int:
+        """Find the surface nearest to each beam's end; see `find_surfels`."""
+        x, y, yaw = pose
+        return find_surfels(x, y, yaw, beams, reach_m, self._p.cell_m, self._table, nearby)

@@ -1,0 +1,89 @@
+"""Height over the floor of the start: boxes below are no climb."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gridslam.odometry.floor_height import FloorHeight
+from gridslam.odometry.parameters import LidarOdometryParameters
+
+IMU_S, RANGE_EVERY = 0.01, 5
+
+
+def fly(height_at, floor_at, seconds: float, bias: float = 0.0, seed: int = 1, finder=lambda t, h: h):
+    """Fly heights over floors; return (n, 4) time, estimated height, climb, and true height."""
+    rng, floor, rows, d = np.random.default_rng(seed), FloorHeight(LidarOdometryParameters()), [], 1e-3
+    for k in range(int(seconds / IMU_S)):
+        t = k * IMU_S
+        up = (height_at(t + d) - 2 * height_at(t) + height_at(t - d)) / d**2
+        floor.on_acceleration(t, up + bias)
+        if k % RANGE_EVERY == 0:
+            reading = finder(t, height_at(t) - floor_at(t) + 0.01 * rng.standard_normal())
+            if reading is not None:
+                floor.on_range(t, round(reading, 2))
+        rows.append((t, *floor.at(t)[:2], height_at(t)))
+    return np.array(rows), floor
+
+
+def hover(t: float) -> float:
+    return 2.0
+
+
+def climb(t: float) -> float:
+    return 1.0 + 0.5 * math.sin(0.8 * t)
+
+
+@pytest.mark.parametrize("height_at", [hover, climb])
+@pytest.mark.parametrize("bias", [0.0, 0.15])
+def test_it_follows_the_height_over_flat_ground(height_at, bias):
+    rows, _ = fly(height_at, lambda t: 0.0, 15.0, bias)
+    late = rows[rows[:, 0] > 5.0]
+    assert np.percentile(np.abs(late[:, 1] - late[:, 3]), 95) < 0.025
+    slope = np.gradient(late[:, 3], IMU_S)
+    assert np.sqrt(np.mean((late[:, 2] - slope) ** 2)) < 0.05
+
+
+@given(st.floats(0.3, 1.0), st.floats(0.3, 3.0))
+@settings(max_examples=20, deadline=None)
+def test_a_box_below_is_no_climb(box_m, width_s):
+    rows, floor = fly(climb, lambda t: box_m if 4.0 <= t < 4.0 + width_s else 0.0, 9.0)
+    late = rows[rows[:, 0] > 3.0]
+    assert np.abs(late[:, 1] - late[:, 3]).max() < 0.08
+    # A climb command of 1/s times the error stays below 0.3 m/s with a wide margin.
+    assert np.abs(late[:, 2] - np.gradient(late[:, 3], IMU_S)).max() < 0.2
+    assert floor.floor_m == 0.0  # the floor of before is recognised, without drift
+
+
+def test_a_box_shows_as_another_floor():
+    _, floor = fly(hover, lambda t: 0.5 if t >= 3.0 else 0.0, 5.0)
+    assert floor.floor_m == pytest.approx(0.5, abs=0.04)
+
+
+def test_one_wrong_reading_changes_nothing():
+    rows, floor = fly(hover, lambda t: 0.0, 5.0, finder=lambda t, h: 0.3 if abs(t - 3.0) < 1e-6 else h)
+    assert np.abs(rows[300:, 1] - 2.0).max() < 0.03
+    assert floor.floor_m == 0.0
+
+
+def test_a_shock_is_no_step_of_the_floor():
+    # Given a touchdown that the accelerometer sees as 50 m/s2 for 20 ms, and nothing to balance it
+    floor = FloorHeight(LidarOdometryParameters())
+    for k in range(300):
+        floor.on_acceleration(k * IMU_S, 50.0 if 100 <= k < 102 else 0.0)
+        if k % RANGE_EVERY == 0:
+            floor.on_range(k * IMU_S, 0.12)
+    assert floor.at(3.0)[0] == pytest.approx(0.12, abs=0.02)
+    assert floor.floor_m == 0.0
+
+
+def test_without_readings_the_height_is_not_known():
+    _rows, floor = fly(hover, lambda t: 0.0, 6.0, finder=lambda t, h: None if t > 3.0 else h)
+    assert not floor.is_known
+    floor.on_range(6.0, 1.7)
+    assert floor.is_known
+    assert floor.at(6.0)[0] == pytest.approx(1.7)

@@ -1,0 +1,224 @@
+"""The lidar odometry in drawn rooms: it follows the UAV, says what it is not told, and invents no motion."""
+
+from __future__ import annotations
+
+import math
+from typing import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from planar_world import cast
+
+from gridslam import ParameterError, ScanError, se2
+from gridslam.evaluation import Walls
+from gridslam.inputs.attitude import matrix_of_lean
+from gridslam.odometry import LidarOdometry, LidarOdometryParameters, OdometryEstimate
+from gridslam.odometry.inertial import GRAVITY_MPS2, InertialReading
+
+BEAMS = 360
+ANGLES = (-math.pi, math.tau / BEAMS)
+LIMITS = (0.1, 10.0)
+LEVEL = (0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0)
+DOWN = (0.0, 0.0, -0.05), (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
+HEIGHT = 1.5
+PERIOD = 0.05
+ROOM = Walls.from_polygons(
+    [
+        np.array([(-4.0, -3.0), (5.0, -3.0), (5.0, 1.0), (3.0, 1.0), (3.0, 4.0), (-4.0, 4.0)]),
+        np.array([(-1.5, 1.0), (-0.5, 1.2), (-0.8, 2.0)]),
+    ]
+)
+ONE_WALL = Walls(np.array([(-100.0, 3.0, 100.0, 3.0)]))
+NOTHING = Walls(np.array([(90.0, 90.0, 91.0, 90.0)]))
+
+
+def quaternion(roll: float, pitch: float) -> tuple[float, float, float, float]:
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    return cp * sr, sp * cr, -sp * sr, cp * cr
+
+
+def ranges_at(walls: Walls, pose, roll: float, pitch: float, rng: np.random.Generator) -> np.ndarray:
+    """What a leaning lidar sees of upright walls."""
+    angles = ANGLES[0] + ANGLES[1] * np.arange(BEAMS)
+    lean = matrix_of_lean(roll, pitch)
+    x, y, _ = lean[:, :2] @ np.stack((np.cos(angles), np.sin(angles)))
+    mount = lean @ np.array(LEVEL[0])
+    eye = se2.transform(pose, mount[None, :2])[0]
+    ranges = cast(walls.ends_m, eye, pose[2] + np.arctan2(y, x)) / np.hypot(x, y)
+    ranges += 0.01 * rng.standard_normal(BEAMS)
+    return np.where(ranges <= LIMITS[1], ranges, np.inf)
+
+
+def fly(
+    odometry: LidarOdometry,
+    walls: Walls,
+    pose_at: Callable[[float], np.ndarray],
+    seconds: float,
+    lean: tuple[float, float] = (0.0, 0.0),
+    bias: float = 0.0,
+    start_s: float = 0.0,
+    seed: int = 1,
+) -> list[OdometryEstimate]:
+    """Fly along pose_at(t) = (x, y, yaw). bias: error of the acceleration ahead, m/s2."""
+    rng, estimates, d = np.random.default_rng(seed), [], 1e-3
+    for t in np.arange(start_s, start_s + seconds, PERIOD):
+        for s in (t - 0.5 * PERIOD, t):
+            before, now, after = pose_at(s - d), pose_at(s), pose_at(s + d)
+            felt = se2.transform((0.0, 0.0, -now[2]), ((after - 2 * now + before)[:2] / d**2)[None])[0]
+            force = matrix_of_lean(*lean).T @ np.array((felt[0] + bias, felt[1], GRAVITY_MPS2))
+            rates = matrix_of_lean(*lean).T @ np.array((0.0, 0.0, (after - before)[2] / (2 * d)))
+            odometry.on_imu(InertialReading(s, quaternion(*lean), rates, force))
+        slant = math.cos(lean[0]) * math.cos(lean[1])
+        odometry.on_range(t, HEIGHT / slant - 0.05, (0.05, 40.0), DOWN)
+        ranges = ranges_at(walls, pose_at(t), *lean, rng)
+        estimates.append(odometry.on_scan(t, ranges, ANGLES, LIMITS, LEVEL))
+    return estimates
+
+
+def errors(estimates, pose_at) -> np.ndarray:
+    """(n, 3) of x, y, yaw."""
+    found = np.array([(*e.position_xyz[:2], e.roll_pitch_yaw[2]) for e in estimates])
+    true = np.array([pose_at(e.stamp_s) for e in estimates])
+    return np.column_stack([found[:, :2] - true[:, :2], se2.wrap(found[:, 2] - true[:, 2])])
+
+
+def still(t: float) -> np.ndarray:
+    return np.zeros(3)
+
+
+def circle(t: float) -> np.ndarray:
+    """0.9 m/s round a circle of 1.2 m, beginning at rest."""
+    angle = 0.75 * (t - math.tanh(t))
+    return np.array((1.2 * math.sin(angle), -1.2 * math.cos(angle), angle))
+
+
+def along_x(t: float) -> np.ndarray:
+    """Ahead at 0.5 m/s after a gentle start."""
+    return np.array((0.5 * (t - math.tanh(t)), 0.0, 0.0))
+
+
+@pytest.mark.parametrize("lean", [(0.0, 0.0), (0.1, -0.15)])
+def test_it_follows_a_flight_through_a_room(lean):
+    odometry = LidarOdometry(start=circle(0.0))
+    estimates = fly(odometry, ROOM, circle, 9.0, lean)
+    off = errors(estimates, circle)
+    # 40 flights gave at most 0.006 m, 0.0024 rad and 0.016 m/s
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.012
+    assert abs(off[:, 2]).max() < 0.005
+    last = estimates[-1]
+    assert last.position_xyz[2] == pytest.approx(HEIGHT, abs=0.01)
+    assert last.roll_pitch_yaw[:2] == pytest.approx(lean, abs=1e-6)
+    levelled = matrix_of_lean(*lean) @ np.array(last.velocity_xyz)
+    assert levelled == pytest.approx((0.9, 0.0, 0.0), abs=0.04)
+    assert last.remark == ""
+
+
+def test_the_covariance_covers_the_error():
+    # Squared errors over the covariance would average to 3; 120 estimates gave 0.24
+    ratios = []
+    for seed in range(6):
+        estimates = fly(LidarOdometry(start=circle(0.0)), ROOM, circle, 2.0, seed=seed)
+        off = errors(estimates[-1:], circle)[0]
+        rows = np.ix_((0, 1, 5), (0, 1, 5))
+        ratios.append(off @ np.linalg.solve(estimates[-1].pose_covariance[rows], off))
+    assert np.mean(ratios) < 3.0  # it may be cautious, but not sure of what is wrong
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
+@settings(max_examples=5, deadline=None)
+def test_where_odom_begins_changes_nothing_but_the_frame(yaw, x, y):
+    start = np.array((x, y, yaw))
+    plain = fly(LidarOdometry(start=circle(0.0)), ROOM, circle, 0.5)[-1]
+    moved = fly(LidarOdometry(start=se2.compose(start, circle(0.0))), ROOM, circle, 0.5)[-1]
+    expected = se2.compose(start, (*plain.position_xyz[:2], plain.roll_pitch_yaw[2]))
+    # The cells of the local map lie elsewhere, so not to the last digit
+    assert moved.position_xyz[:2] == pytest.approx(expected[:2], abs=0.01)
+    assert se2.wrap(moved.roll_pitch_yaw[2] - expected[2]) == pytest.approx(0.0, abs=0.005)
+
+
+def test_along_a_bare_wall_the_covariance_grows_and_a_remark_comes():
+    odometry = LidarOdometry(start=still(0.0))
+    estimates = fly(odometry, ONE_WALL, still, 4.0, bias=0.1)
+    last = estimates[-1]
+    assert "along 0 degrees" in last.remark.replace("-0", "0")
+    assert math.sqrt(last.pose_covariance[0, 0]) > 0.2 > 0.03 > math.sqrt(last.pose_covariance[1, 1])
+    assert last.pose_covariance[0, 0] > estimates[40].pose_covariance[0, 0]
+    # An acceleration that is wrong by 0.1 m/s2 would carry it 0.8 m in 4 s.
+    assert abs(last.position_xyz[0]) < 0.5
+    assert abs(last.velocity_xyz[0]) < 0.1 * LidarOdometryParameters().rest_time_s
+    assert abs(last.position_xyz[1]) < 0.02
+
+
+def test_with_nothing_in_range_it_comes_to_rest():
+    # Given a flight along a wall that ends
+    odometry = LidarOdometry(start=along_x(0.0))
+    fly(odometry, ROOM, along_x, 2.0)
+    # When nothing is in range any more
+    estimates = fly(odometry, NOTHING, lambda t: along_x(2.0), 8.0, start_s=2.0)
+    # Then it coasts, and the covariance grows
+    last = estimates[-1]
+    assert math.hypot(*last.velocity_xyz) < 0.02
+    assert min(last.pose_covariance[0, 0], last.pose_covariance[1, 1]) > 0.25
+    assert "does not match" in last.remark
+
+
+def test_it_goes_on_where_walls_come_back():
+    odometry = LidarOdometry(start=still(0.0))
+    fly(odometry, ROOM, still, 1.0)
+    fly(odometry, NOTHING, still, 1.0, start_s=1.0)
+    back = fly(odometry, ROOM, still, 1.0, start_s=2.0)[-1]
+    assert back.remark == ""
+    assert math.hypot(*back.position_xyz[:2]) < 0.02
+
+
+def test_without_imu_it_says_so_and_follows_all_the_same():
+    odometry, rng = LidarOdometry(start=along_x(0.0)), np.random.default_rng(1)
+    for t in np.arange(0.0, 4.0, PERIOD):
+        last = odometry.on_scan(t, ranges_at(ROOM, along_x(t), 0.0, 0.0, rng), ANGLES, LIMITS, LEVEL)
+    assert last.position_xyz[0] == pytest.approx(along_x(last.stamp_s)[0], abs=0.05)
+    assert "IMU is silent" in last.remark
+    assert "no height" in last.remark
+    assert last.pose_covariance[2, 2] >= 1.0
+
+
+def test_a_clock_that_jumps_back_begins_anew():
+    said = []
+    odometry = LidarOdometry(start=along_x(0.0), say=said.append)
+    fly(odometry, ROOM, along_x, 3.0)
+    again = fly(odometry, ROOM, along_x, 0.3)
+    assert again[0].position_xyz[:2] == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert len(said) == 1
+    assert "clock jumped back by 2.9" in said[0]
+
+
+def test_bad_scans_get_one_sentence():
+    odometry = LidarOdometry()
+    ranges = np.full(BEAMS, 2.0)
+    odometry.on_scan(1.0, ranges, ANGLES, LIMITS, LEVEL)
+    for stamp, bad, limits, words in (
+        (1.0, ranges, LIMITS, "not newer"),
+        (math.nan, ranges, LIMITS, "stamp must be finite"),
+        (2.0, np.zeros((2, 3)), LIMITS, "shape"),
+        (2.0, np.empty(0), LIMITS, "shape"),
+        (2.0, ranges, (0.1, -1.0), "range_max -1"),
+        (2.0, ranges, (math.nan, 10.0), "range_min nan"),
+    ):
+        with pytest.raises(ScanError, match=words) as caught:
+            odometry.on_scan(stamp, bad, ANGLES, limits, LEVEL)
+        assert str(caught.value).count("\n") == 0
+    blind = odometry.on_scan(3.0, np.full(BEAMS, np.nan), ANGLES, LIMITS, LEVEL)
+    assert "No beam of the scan is usable" in blind.remark
+
+
+def test_bad_readings_and_parameters_get_one_sentence():
+    with pytest.raises(ScanError, match="not finite"):
+        InertialReading(0.0, (0.0, 0.0, 0.0, math.nan), (0.0, 0.0, 0.0))
+    with pytest.raises(ScanError, match="norm"):
+        InertialReading(0.0, (0.0, 0.0, 0.0, 2.0), (0.0, 0.0, 0.0))
+    with pytest.raises(ScanError, match="start"):
+        LidarOdometry(start=(0.0, math.nan, 0.0))
+    for name, value in (("cell_m", 0.0), ("keyframes", 1.5), ("match_min", 2.0), ("reach_m", "far")):
+        with pytest.raises(ParameterError, match=name):
+            LidarOdometryParameters(**{name: value})
