@@ -50,7 +50,7 @@ def _with_real_px4(parameters: SimulationParameters, pacing: PacingParameters) -
         )
     link = SimulatorLink(port("simulator_port", DEFAULT_PORT))
     link.on_warning = rospy.logwarn
-    hil = HilParameters(origin=parameters.origin)
+    hil = HilParameters(origin=parameters.origin, gnss=parameters.gnss)
     rospy.loginfo(f"Waiting for PX4. {how_to_start(link.port)}")
     patience_s = number("px4_patience", 0.0, least=0.0) or math.inf
     rng = np.random.default_rng([parameters.seed, DEFAULT_PORT])

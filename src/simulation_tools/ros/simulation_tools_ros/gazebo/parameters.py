@@ -10,6 +10,7 @@ from simulation_tools import values
 from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Pose
+from simulation_tools.px4.px4 import STEADY
 from simulation_tools.running.pacing import PacingParameters
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters
@@ -50,6 +51,9 @@ def simulation_parameters() -> SimulationParameters:
         gui=bool(rospy.get_param("~gui", False)),
         sensors=tuple(str(rospy.get_param("~sensors", "")).split()),
         static_models=bool(rospy.get_param("~static_models", False)),
+        estimator=str(rospy.get_param("~estimator", STEADY)),
+        gnss=bool(rospy.get_param("~gnss", True)),
+        px4_parameters=dict(rospy.get_param("~px4_parameters", {})),
         level_lidar=bool(rospy.get_param("~level_lidar", False)),
         origin=GeodeticOrigin(
             number("latitude", GeodeticOrigin.latitude_deg),

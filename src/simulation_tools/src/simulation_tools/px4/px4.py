@@ -21,8 +21,10 @@ from simulation_tools.px4.control.flight_control import FlightControl
 from simulation_tools.px4.control.mixer import QUAD_WIDE
 from simulation_tools.px4.control.records import SETPOINT_DTYPE, fill
 from simulation_tools.px4.control.takeoff import TakeoffState
+from simulation_tools.px4.estimation.ekf_estimator import EkfEstimator
 from simulation_tools.px4.estimation.interface import Estimator, EstimatorStatus
 from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
+from simulation_tools.px4.estimation.sensors import SensorErrors
 from simulation_tools.px4.estimation.steady_estimator import EstimatorNoise, SteadyEstimator
 from simulation_tools.px4.modes import LandedState, Mode, Result, Severity
 from simulation_tools.px4.navigator import Navigator
@@ -32,6 +34,7 @@ from simulation_tools.px4.status import Px4Status
 from simulation_tools.vehicle.airframe import Airframe
 
 POSITION_PERIOD_US = 8_000
+STEADY, EKF2 = ESTIMATORS = ("steady", "ekf2")
 
 
 class Px4:
@@ -48,8 +51,12 @@ class Px4:
         rng: np.random.Generator | None = None,
         noise: EstimatorNoise | None = None,
         origin: GeodeticOrigin | None = None,
+        estimator: str = STEADY,
     ) -> None:
-        """noise: of the estimate, PX4-like by default. rng: its source; fixed seed 0 when none is given.
+        """estimator: `steady`, the truth with small errors, or `ekf2`, a filter on simulated sensors.
+
+        noise: of the steady estimate, PX4-like by default. rng: source of all noise; fixed seed 0 when none
+        is given.
 
         origin: where the world's origin lies on earth; Zurich, as PX4 SITL's, by default. From the first step
         on `origin` is where the local frame begins: where the vehicle then was.
@@ -59,9 +66,7 @@ class Px4:
         self.parameters = parameters or Px4Parameters()
         self.on_statustext: Callable[[Severity, str], None] = lambda severity, text: None
         p = self.parameters
-        self._estimator: Estimator = SteadyEstimator(
-            noise or EstimatorNoise(), rng or np.random.default_rng(0), p
-        )
+        self._estimator = _estimator(estimator, noise, rng or np.random.default_rng(0), p)
         self._world_origin = origin or GeodeticOrigin()
         self._commander = Commander(p, self._say)
         self._navigator = Navigator(p, lambda: self.origin, self._say)
@@ -284,3 +289,13 @@ class Px4:
             return LandedState.TAKEOFF
         landing = mode.is_auto and self._navigator.is_landing
         return LandedState.LANDING if landing else LandedState.IN_AIR
+
+
+def _estimator(
+    kind: str, noise: EstimatorNoise | None, rng: np.random.Generator, parameters: Px4Parameters
+) -> Estimator:
+    if kind == EKF2:
+        return EkfEstimator(SensorErrors(), rng, parameters)
+    if kind == STEADY:
+        return SteadyEstimator(noise or EstimatorNoise(), rng, parameters)
+    raise Px4Error(f'The estimator must be one of {", ".join(ESTIMATORS)}, not "{kind}".')

@@ -31,7 +31,7 @@ class HilParameters:
     origin: where the world's origin lies on earth. magnetic_field_ned_gauss: of the earth there. *_noise:
     standard deviations of white noise; none may be zero, because PX4 declares a sensor dead if its value
     stays the same for 100 samples. gps_rate_hz, gps_delay_s: PX4 expects a GPS to be late by EKF2_GPS_DELAY,
-    0.11 s. accelerometer_limit_m_s2: no sample exceeds it on any axis. PX4's accelerometers measure up to 16
+    0.11 s. gnss: False: no GPS is sent. accelerometer_limit_m_s2: no sample exceeds it on any axis. PX4's accelerometers measure up to 16
     g (157 m/s2) and count a greater sample as clipped. The first of the three even reads it with the
     opposite sign.
     """
@@ -45,6 +45,7 @@ class HilParameters:
     pressure_noise_pa: float = 1.0
     gps_rate_hz: float = 20.0
     gps_delay_s: float = 0.11
+    gnss: bool = True
 
     def __post_init__(self) -> None:
         for name in (
@@ -116,12 +117,12 @@ class HilSensors:
         return felt
 
     def gps(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_gps_message | None:
-        """Return HIL_GPS, if one is due, for the place of gps_delay_s ago. Call it at every step."""
+        """Return HIL_GPS, if there is GPS and one is due, for the place of gps_delay_s ago. Call it at every step."""
         self._past.append((time_us, state))
         measured_us = time_us - round(1e6 * self._parameters.gps_delay_s)
         while len(self._past) > 1 and self._past[1][0] <= measured_us:
             self._past.popleft()
-        if time_us < self._gps_schedule.due_us:
+        if not self._parameters.gnss or time_us < self._gps_schedule.due_us:
             return None
         self._gps_schedule.fired(time_us)
         return self._fix(self._past[0][1], time_us)

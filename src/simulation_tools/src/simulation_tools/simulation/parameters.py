@@ -9,6 +9,7 @@ from typing import Mapping
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Pose
+from simulation_tools.px4.px4 import ESTIMATORS, STEADY
 from simulation_tools.sdf.parser import PathLike
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.vehicle.wind import AirStream
@@ -20,6 +21,16 @@ class SimulationError(SimulationToolsError):
 
 class PhysicsDivergedError(SimulationError):
     """A body's place or speed is not finite, or absurd; only a reset helps."""
+
+
+WITHOUT_GNSS: Mapping[str, float] = {
+    "SYS_HAS_GPS": 0,
+    "SYS_HAS_MAG": 0,
+    "EKF2_AID_MASK": 24,
+    "EKF2_HGT_MODE": 3,
+    "EKF2_EV_DELAY": 50.0,
+}
+"""PX4 parameters of a UAV that flies by external vision alone: position, yaw and height."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +48,9 @@ class SimulationParameters:
     the UAV.
     origin: where the world's origin lies on earth. wind: air streams beside those of the world.
     lidar_noise_factor: times the noise of the UAV's lidar.
+    estimator: of the flight controller's stand-in: `steady` (the truth with small errors) or `ekf2` (a Kalman
+    filter on simulated sensors). gnss: False: neither GNSS nor compass, as inside a steel hull; the stand-in
+    then flies by external vision, always with `ekf2` (see `WITHOUT_GNSS`).
     """
 
     world: str
@@ -56,6 +70,8 @@ class SimulationParameters:
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
     wind: tuple[AirStream, ...] = ()
     lidar_noise_factor: float = 1.0
+    estimator: str = STEADY
+    gnss: bool = True
 
     def __post_init__(self) -> None:
         step_us_from(self.time_step_s)
@@ -63,6 +79,9 @@ class SimulationParameters:
             raise SimulationError(
                 f"lidar_noise_factor must be finite and not negative, but is {self.lidar_noise_factor}."
             )
+        if self.estimator not in ESTIMATORS:
+            known = ", ".join(ESTIMATORS)
+            raise SimulationError(f'estimator must be one of {known}, but is "{self.estimator}".')
         if self.seed < 0:
             raise SimulationError(f"seed must not be negative, but is {self.seed}.")
 

@@ -14,12 +14,13 @@ from simulation_tools.autopilot import Autopilot, VehicleState
 from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.px4 import Px4
+from simulation_tools.px4.px4 import EKF2, Px4
 from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.sdf.elements import World
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.sensors.imu import specific_force
 from simulation_tools.simulation.parameters import (
+    WITHOUT_GNSS,
     PhysicsDivergedError,
     SimulationError,
     SimulationParameters,
@@ -112,8 +113,16 @@ class Simulation:
         gravity_m_s2 = math.hypot(*self.world.settings.gravity_m_s2)
         command = self.airframe.hover_command(self.world.mass_kg(self.uav_name), gravity_m_s2)
         within_limits = round(min(max(command, 0.1), 0.8), 2)
-        tuned = {"MPC_THR_HOVER": within_limits, **self.parameters.px4_parameters}
-        return Px4(self.airframe, Px4Parameters(tuned), self._streams["px4"], origin=self.parameters.origin)
+        given = self.parameters
+        without = {} if given.gnss else WITHOUT_GNSS
+        tuned = {"MPC_THR_HOVER": within_limits, **without, **given.px4_parameters}
+        return Px4(
+            self.airframe,
+            Px4Parameters(tuned),
+            self._streams["px4"],
+            origin=given.origin,
+            estimator=given.estimator if given.gnss else EKF2,
+        )
 
     def _begin(self) -> None:
         self.time_us = 0

@@ -1,0 +1,162 @@
+"""From the filter's state, which lies in the past, to the estimate of now.
+
+Measurements are late: GNSS by EKF2_GPS_DELAY, vision by EKF2_EV_DELAY. The filter therefore runs that much
+behind, at the *fusion horizon*, and takes in each measurement at its own time. An inertial navigation without
+a filter runs at the present; its difference to the filter at the horizon is fed back to it. (A. Khosravian et
+al., "Recursive attitude estimation in the presence of multi-rate and multi-delay vector measurements", ACC
+2015.) PX4's EKF2 does the same. To correct twenty stored states is cheaper than to predict twenty
+covariances again.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from simulation_tools.px4.estimation.prediction import (
+    ATTITUDE,
+    POSITION,
+    VELOCITY,
+    integrate,
+    propagate,
+)
+from simulation_tools.px4.estimation.rotations import multiply
+
+IMU_DTYPE = np.dtype(
+    [
+        ("time_us", np.int64),  # of the sample's end
+        ("dt", np.float64),  # s
+        ("rates", np.float64, (3,)),  # rad/s, FRD
+        ("force", np.float64, (3,)),  # m/s2, FRD
+        ("predicted", np.float64, (10,)),  # the estimate after this sample: position, velocity, attitude
+    ]
+)
+
+CLOCK_DTYPE = np.dtype(
+    [
+        ("head", np.int64),  # where the next sample goes
+        ("count", np.int64),  # samples between horizon and now
+        ("horizon_us", np.int64),
+        ("since_propagation", np.float64),  # s of nominal prediction without one of the covariance
+        ("turn_correction", np.float64, (3,)),  # rad per sample, FRD
+        ("velocity_integral", np.float64, (3,)),
+        ("position_integral", np.float64, (3,)),
+    ]
+)
+
+
+@njit(cache=True)
+def advance(
+    samples: np.ndarray,
+    clocks: np.ndarray,
+    x: np.ndarray,
+    p: np.ndarray,
+    noise: np.ndarray,
+    now: np.ndarray,
+    delay_us: int,
+    period: float,
+) -> bool:
+    """Take in the newest sample, which has been written to samples[head]; return whether it is time to fuse.
+
+    now (16,): the present nominal state, predicted by the sample. x, p: the filter, predicted with every
+    sample that leaves the delay. The covariance follows at the slower `period`, s.
+    """
+    clock = clocks[0]
+    newest = samples[clock.head]
+    dt = newest.dt
+    now[10:] = x[10:]
+    rates = np.empty(3)
+    for i in range(3):
+        rates[i] = newest.rates[i] + clock.turn_correction[i] / dt
+    turned = np.empty((3, 3))
+    integrate(now, rates, newest.force, dt, turned)
+    newest.predicted[:] = now[:10]
+    clock.head = (clock.head + 1) % samples.size
+    clock.count += 1
+
+    due = False
+    while clock.count > 0:
+        oldest = samples[(clock.head - clock.count) % samples.size]
+        if oldest.time_us > newest.time_us - delay_us and clock.count < samples.size:
+            break
+        integrate(x, oldest.rates, oldest.force, oldest.dt, turned)
+        clock.horizon_us = oldest.time_us
+        clock.count -= 1
+        clock.since_propagation += oldest.dt
+        if clock.since_propagation >= period - 0.5 * oldest.dt:
+            propagate(p, x, turned, oldest.force, clock.since_propagation, noise)
+            clock.since_propagation = 0.0
+            due = True
+    return due
+
+
+@njit(cache=True)
+def follow(
+    samples: np.ndarray,
+    clocks: np.ndarray,
+    x: np.ndarray,
+    now: np.ndarray,
+    period: float,
+    time_constant_velocity: float,
+    time_constant_position: float,
+) -> None:
+    """Feed the difference between filter and prediction at the horizon back to the prediction.
+
+    Positions and velocities: proportional and integral, on the whole history at once, so that the delay is
+    not within the loop. Attitude: by a rate, with half of the greatest gain that the delay allows.
+    """
+    clock = clocks[0]
+    at_horizon = samples[(clock.head - clock.count - 1) % samples.size]
+    newest = samples[(clock.head - 1) % samples.size]
+    gain_velocity = period / max(time_constant_velocity, period)
+    gain_position = period / max(time_constant_position, period)
+    moved = np.zeros(6)
+    for i in range(3):
+        error = x[POSITION + i] - at_horizon.predicted[POSITION + i]
+        clock.position_integral[i] += error
+        moved[i] = gain_position * error + 0.1 * gain_position**2 * clock.position_integral[i]
+        error = x[VELOCITY + i] - at_horizon.predicted[VELOCITY + i]
+        clock.velocity_integral[i] += error
+        moved[3 + i] = gain_velocity * error + 0.1 * gain_velocity**2 * clock.velocity_integral[i]
+    turn = np.empty(4)
+    turn[0] = at_horizon.predicted[ATTITUDE]
+    turn[1:] = -at_horizon.predicted[ATTITUDE + 1 : ATTITUDE + 4]
+    multiply(turn, x[ATTITUDE : ATTITUDE + 4], turn)
+    share = math.copysign(newest.dt / max(1e-6 * (newest.time_us - clock.horizon_us), newest.dt), turn[0])
+    clock.turn_correction[:] = share * turn[1:]
+    _move(samples, clock.head, clock.count, moved, now)
+
+
+@njit(cache=True)
+def jump(samples: np.ndarray, clocks: np.ndarray, x: np.ndarray, now: np.ndarray) -> None:
+    """Make the prediction equal to the filter at the horizon, at once; for resets."""
+    clock = clocks[0]
+    at_horizon = samples[(clock.head - clock.count - 1) % samples.size]
+    moved = x[:6] - at_horizon.predicted[:6]
+    turn = np.empty(4)
+    turn[0] = at_horizon.predicted[ATTITUDE]
+    turn[1:] = -at_horizon.predicted[ATTITUDE + 1 : ATTITUDE + 4]
+    multiply(x[ATTITUDE : ATTITUDE + 4], turn, turn)  # from the old to the new, in NED
+    for k in range(-1, clock.count):
+        stored = samples[(clock.head - clock.count + k) % samples.size].predicted
+        attitude = stored[ATTITUDE : ATTITUDE + 4]
+        multiply(turn, attitude, attitude)
+    attitude = now[ATTITUDE : ATTITUDE + 4]
+    multiply(turn, attitude, attitude)
+    clock.turn_correction[:] = 0.0
+    clock.velocity_integral[:] = 0.0
+    clock.position_integral[:] = 0.0
+    _move(samples, clock.head, clock.count, moved, now)
+
+
+@njit(cache=True)
+def _move(samples: np.ndarray, head: int, count: int, by: np.ndarray, now: np.ndarray) -> None:
+    """Add to position and velocity (6,) of the present and of every stored state from the horizon on."""
+    for k in range(-1, count):
+        stored = samples[(head - count + k) % samples.size].predicted
+        for i in range(6):
+            stored[i] += by[i]
+    for i in range(6):
+        now[i] += by[i]
