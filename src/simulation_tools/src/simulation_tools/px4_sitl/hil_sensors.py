@@ -31,9 +31,9 @@ class HilParameters:
     origin: where the world's origin lies on earth. magnetic_field_ned_gauss: of the earth there. *_noise:
     standard deviations of white noise; none may be zero, because PX4 declares a sensor dead if its value
     stays the same for 100 samples. gps_rate_hz, gps_delay_s: PX4 expects a GPS to be late by EKF2_GPS_DELAY,
-    0.11 s. gnss: False: no GPS is sent. accelerometer_limit_m_s2: no sample exceeds it on any axis. PX4's accelerometers measure up to 16
-    g (157 m/s2) and count a greater sample as clipped. The first of the three even reads it with the
-    opposite sign.
+    0.11 s. gnss: False: no GPS is sent. accelerometer_limit_m_s2: no sample exceeds it on any axis. PX4's
+    accelerometers measure up to 16 g (157 m/s2) and count a greater sample as clipped. The first of the three
+    even reads it with the opposite sign.
     """
 
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
@@ -117,7 +117,7 @@ class HilSensors:
         return felt
 
     def gps(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_gps_message | None:
-        """Return HIL_GPS, if there is GPS and one is due, for the place of gps_delay_s ago. Call it at every step."""
+        """Return HIL_GPS, if one is due, for the place of gps_delay_s ago. Call it at every step."""
         self._past.append((time_us, state))
         measured_us = time_us - round(1e6 * self._parameters.gps_delay_s)
         while len(self._past) > 1 and self._past[1][0] <= measured_us:

@@ -1,6 +1,6 @@
 """PX4's EKF2 in short: an error-state Kalman filter on the flight controller's own sensors.
 
-See `prediction` and `correction` for the filter, `aiding` and `height` for what it uses when.
+See `kernels` for the filter, `aiding` and `height` for what it uses when.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3
@@ -20,39 +19,11 @@ from simulation_tools.px4.estimation.interface import (
     EstimatorStatus,
     SolutionFlag,
 )
-from simulation_tools.px4.estimation.prediction import (
-    ACCELEROMETER_BIAS,
-    ATTITUDE,
-    GRAVITY_M_S2,
-    GYROSCOPE_BIAS,
-    POSITION,
-    ROTATION_ERROR,
-    VELOCITY,
-)
-from simulation_tools.px4.estimation.rotations import matrix, yaw_of
+from simulation_tools.px4.estimation.kernels import POSITION, ROTATION_ERROR, VELOCITY, publish
 from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
 from simulation_tools.px4.estimation.sensors import OwnSensors, SensorErrors
 from simulation_tools.px4.estimation.settings import FilterSettings
 from simulation_tools.px4.parameters import Px4Parameters
-
-
-@njit(cache=True)
-def _publish(now: np.ndarray, rates: np.ndarray, force: np.ndarray, estimates: np.ndarray) -> None:
-    """Fill the estimate: the filter's present (16,), and the newest IMU sample (3,) without its biases."""
-    known = estimates[0]
-    for i in range(3):
-        known.position[i] = now[POSITION + i]
-        known.velocity[i] = now[VELOCITY + i]
-        known.rates[i] = rates[i] - now[GYROSCOPE_BIAS + i]
-        known.specific_force[i] = force[i] - now[ACCELEROMETER_BIAS + i]
-    known.attitude[:] = now[ATTITUDE : ATTITUDE + 4]
-    known.yaw = yaw_of(known.attitude)
-    turned = np.empty((3, 3))
-    matrix(known.attitude, turned)
-    for i in range(3):
-        known.acceleration[i] = GRAVITY_M_S2 if i == 2 else 0.0
-        for j in range(3):
-            known.acceleration[i] += turned[i, j] * known.specific_force[j]
 
 
 class EkfEstimator:
@@ -112,7 +83,7 @@ class EkfEstimator:
         if self.filter.advance(state.time_us, dt_s, rates, force):
             self.aiding.fuse(in_air, self._errors.declination_rad)
             self.filter.follow()
-        _publish(self.filter.now, self._rates, self._force, self.estimate)
+        publish(self.filter.now, self._rates, self._force, self.estimate)
 
     def _measure(self, state: VehicleState) -> None:
         """Give the filter what barometer, magnetometer and GNSS measure now."""

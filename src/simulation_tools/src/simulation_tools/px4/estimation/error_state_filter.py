@@ -6,25 +6,28 @@ import math
 
 import numpy as np
 
-from simulation_tools.px4.estimation.correction import (
-    forget,
-    fuse_components,
-    fuse_yaw,
-    reset_yaw,
-)
-from simulation_tools.px4.estimation.output_predictor import CLOCK_DTYPE, IMU_DTYPE, advance, follow, jump
-from simulation_tools.px4.estimation.prediction import (
+from simulation_tools.px4.estimation.kernels import (
     ACCELEROMETER_BIAS,
     ACCELEROMETER_BIAS_ERROR,
     ATTITUDE,
+    CLOCK_DTYPE,
     ERROR_SIZE,
     GYROSCOPE_BIAS_ERROR,
+    IMU_DTYPE,
     NOMINAL_SIZE,
     POSITION,
     ROTATION_ERROR,
     VELOCITY,
+    advance,
+    follow,
+    forget,
+    fuse_components,
+    fuse_yaw,
+    jump,
+    matrix,
+    reset_yaw,
+    yaw_of,
 )
-from simulation_tools.px4.estimation.rotations import matrix, yaw_of
 from simulation_tools.px4.estimation.settings import FilterSettings
 
 PERIOD_S = 0.008
@@ -37,7 +40,7 @@ _INITIAL_VELOCITY_M_S, _INITIAL_POSITION_M, _INITIAL_YAW_RAD = 0.5, 0.5, 1.0
 class ErrorStateFilter:
     """The filter at its horizon, `state` (16,) and `covariance` (15, 15), and `now` (16,), the present.
 
-    See `prediction` for the order of the states. now_us, horizon_us: their times.
+    See `kernels` for the order of the states. now_us, horizon_us: their times.
     """
 
     def __init__(self, settings: FilterSettings) -> None:

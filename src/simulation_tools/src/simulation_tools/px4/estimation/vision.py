@@ -45,7 +45,7 @@ def vision_measurement(sample: ExternalVision, settings: FilterSettings) -> Visi
         velocity, velocity_variance = (0.0, 0.0, 0.0), np.zeros(3)
 
     yaw_rad, yaw_variance = 0.0, 0.0
-    if _finite(sample.attitude):
+    if sample.attitude is not None and _finite(sample.attitude):
         yaw_rad = _yaw_of(sample.attitude)
         yaw_variance = settings.vision_yaw.variance
         if not fixed and math.isfinite(sample.yaw_variance_rad2):
