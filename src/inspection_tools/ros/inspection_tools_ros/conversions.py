@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 
-from geometry_msgs.msg import Pose, TwistStamped
+from geometry_msgs.msg import Point, Pose, TwistStamped
+from geometry_msgs.msg import Quaternion as QuaternionMessage
+from geometry_msgs.msg import Vector3 as Vector3Message
+from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
 from inspection_tools.errors import PoseError, ScanError, VelocityError
 from inspection_tools.geometry import Quaternion, Vector3, normalised
 from inspection_tools.position_controller import FARTHEST_M
 from inspection_tools.scan import ScanGeometry
-from node_tools.conversions import xyz, xyzw
+from inspection_tools.vision_pose import Motion
+from node_tools.conversions import time_of, xyz, xyzw
 
 GREATEST_SPEED_M_S = 1e6
 
@@ -52,6 +56,52 @@ def pose_of(pose: Pose) -> tuple[Vector3, Quaternion]:
     if max(map(abs, position_m)) > FARTHEST_M:
         raise PoseError(f"The pose has a position beyond {FARTHEST_M:g} m; check its source.")
     return position_m, normalised(xyzw(pose.orientation))
+
+
+def require_frames(odometry: Odometry, frame: str, child_frame: str) -> None:
+    """Check the frames of a nav_msgs/Odometry. An empty child frame is taken for the right one.
+
+    Raises:
+        PoseError: another frame.
+    """
+    given, child = odometry.header.frame_id.lstrip("/"), odometry.child_frame_id.lstrip("/")
+    if given != frame or child not in ("", child_frame):
+        raise PoseError(
+            f'The pose is of frame "{child}" in "{given}", but "{child_frame}" in "{frame}" is expected.'
+        )
+
+
+def motion_of(odometry: Odometry) -> Motion:
+    """Return a nav_msgs/Odometry in plain numbers.
+
+    Raises:
+        PoseError: as ``pose_of``.
+    """
+    position_m, orientation = pose_of(odometry.pose.pose)
+    twist = odometry.twist
+    return Motion(
+        odometry.header.stamp.to_nsec(),
+        position_m,
+        orientation,
+        xyz(twist.twist.linear),
+        xyz(twist.twist.angular),
+        odometry.pose.covariance,
+        twist.covariance,
+    )
+
+
+def odometry_of(motion: Motion, frame: str, child_frame: str) -> Odometry:
+    """Return a nav_msgs/Odometry of plain numbers."""
+    odometry = Odometry(child_frame_id=child_frame)
+    odometry.header.stamp, odometry.header.frame_id = time_of(motion.stamp_ns), frame
+    pose, twist = odometry.pose, odometry.twist
+    pose.pose.position = Point(*motion.position_m)
+    pose.pose.orientation = QuaternionMessage(*motion.orientation_xyzw)
+    pose.covariance = motion.pose_covariance
+    twist.twist.linear = Vector3Message(*motion.velocity_m_s)
+    twist.twist.angular = Vector3Message(*motion.rates_rad_s)
+    twist.covariance = motion.twist_covariance
+    return odometry
 
 
 def body_velocity_of(command: TwistStamped, base_frame: str) -> Vector3:

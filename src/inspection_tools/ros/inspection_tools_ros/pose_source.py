@@ -5,17 +5,21 @@ from __future__ import annotations
 import rospy
 from nav_msgs.msg import Odometry
 
+from inspection_tools.correction import CorrectionParameters, SlowCorrection
 from inspection_tools.errors import ParameterError, PoseError
-from inspection_tools.geometry import Quaternion, Vector3, multiply, rotate, yaw_of
+from inspection_tools.geometry import Quaternion, Vector3, yaw_of
 from inspection_tools_ros import conversions
 from inspection_tools_ros.frames import Frames
 from node_tools.newest_transforms import FrameError
+from node_tools.parameters import read_parameters
 
 POSE_SOURCES = ("odometry", "ground_truth", "slam")
 
 
 class PoseSource:
     """The source that the private parameters pose_source and {base, odom, map, world}_frame name.
+
+    With SLAM, its correction reaches the pose slowly: correction_speed, correction_turn_rate.
 
     Attributes:
         topic: of nav_msgs/Odometry: odometry, or ground_truth. goal_frame: the frame of poses and goals:
@@ -40,6 +44,7 @@ class PoseSource:
         self.goal_frame = self._map_frame if self._source == "slam" else self._pose_frame
         self._frames = Frames()
         if self._source == "slam":
+            self._correction = SlowCorrection(read_parameters(CorrectionParameters))
             self._frames.listen()
 
     def pose(self, odometry: Odometry) -> tuple[Vector3, float]:
@@ -48,21 +53,15 @@ class PoseSource:
         Raises:
             PoseError: another frame is expected, it is no pose, or TF does not know SLAM's correction (yet).
         """
-        frame, child = odometry.header.frame_id.lstrip("/"), odometry.child_frame_id.lstrip("/")
-        if frame != self._pose_frame or child not in ("", self.base_frame):
-            raise PoseError(
-                f'The pose is of frame "{child}" in "{frame}", '
-                f'but "{self.base_frame}" in "{self._pose_frame}" is expected.'
-            )
+        conversions.require_frames(odometry, self._pose_frame, self.base_frame)
         position_m, orientation = conversions.pose_of(odometry.pose.pose)
         if self._source != "slam":
             return position_m, yaw_of(orientation)
-        shift_m, turn = self._map_to_odom()
-        x, y, z = (a + b for a, b in zip(shift_m, rotate(turn, position_m)))
-        return (x, y, z), yaw_of(multiply(turn, orientation))
+        stamp_s = odometry.header.stamp.to_sec()
+        return self._correction.apply(stamp_s, (position_m, yaw_of(orientation)), *self._map_to_odom())
 
     def _map_to_odom(self) -> tuple[Vector3, Quaternion]:
-        """The newest correction by SLAM. This never waits, because the next pose asks again."""
+        """Return SLAM's newest correction. This never waits, because the next pose asks again."""
         try:
             return self._frames.look_up(self._map_frame, self._odom_frame)
         except FrameError as error:

@@ -1,5 +1,6 @@
 """Helpers for UAV inspection software, free of ROS: see README.md for the nodes around them."""
 
+from inspection_tools.correction import CorrectionParameters, SlowCorrection
 from inspection_tools.errors import (
     InspectionToolsError,
     MissionError,
@@ -14,9 +15,11 @@ from inspection_tools.padding import LidarPadding, PaddingParameters
 from inspection_tools.pairing import ReferencePairing
 from inspection_tools.position_controller import PositionController, PositionControllerParameters
 from inspection_tools.scan import ScanGeometry
+from inspection_tools.vision_pose import VisionPose, VisionPoseParameters, VisionState
 from inspection_tools.yaw_regulator import YawRegulator, YawRegulatorParameters
 
 __all__ = [
+    "CorrectionParameters",
     "InspectionToolsError",
     "LidarMedianFilter",
     "LidarPadding",
@@ -31,7 +34,11 @@ __all__ = [
     "ReferencePairing",
     "ScanError",
     "ScanGeometry",
+    "SlowCorrection",
     "VelocityError",
+    "VisionPose",
+    "VisionPoseParameters",
+    "VisionState",
     "Waypoint",
     "YawRegulator",
     "YawRegulatorParameters",

@@ -84,6 +84,9 @@ class PositionCommand:
     clock_jumped_back: bool
 
 
+STOP = PositionCommand((0.0, 0.0, 0.0), goal_reached=False, clock_jumped_back=False)
+
+
 class PositionController:
     """Answers each pose with one command. The time step comes from the stamps of the poses.
 

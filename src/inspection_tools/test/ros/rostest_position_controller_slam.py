@@ -10,9 +10,10 @@ import rospy
 import rostest
 from geometry_msgs.msg import Pose, PoseStamped, TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
+from node_tools.conversions import xyz
 from node_tools.testing import Input, Output, Stamps, Warned
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -64,14 +65,36 @@ class SlamTest(unittest.TestCase):
         self.assertAlmostEqual(math.hypot(linear.x, linear.y), 2.0)
         self.assertAlmostEqual(math.atan2(linear.y, linear.x), math.atan2(-77.0, 3.0), places=6)
 
-        # And a later correction moves the goal for the very next pose
-        tf.send(correction(stamps.next(0.01), 10.0, 0.0, 0.0))
+        # And a later correction by 0.02 rad, which moves the UAV by 0.74 m, moves the goal slowly
+        tf.send(correction(stamps.next(0.01), 10.0, 0.0, math.pi / 2.0 - 0.02))
         rospy.sleep(0.3)
-        for _ in range(200):
+        headings = []
+        for _ in range(800):
             poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
-            command = commands.next()
-        linear = command.twist.linear
-        self.assertAlmostEqual(math.atan2(linear.y, linear.x), math.atan2(-37.0, 43.0), places=6)
+            linear = commands.next().twist.linear
+            headings.append(math.atan2(linear.y, linear.x))
+        turn = [later - before for before, later in zip(headings, headings[1:])]
+        self.assertLess(max(map(abs, turn)), 0.002)
+        cos, sin = math.cos(0.02), math.sin(0.02)
+        there = (10.0 - 37.0 * cos - 3.0 * sin, 37.0 * sin - 3.0 * cos)
+        bearing = math.atan2(-there[1], 50.0 - there[0]) - (math.pi / 2.0 - 0.02)
+        self.assertAlmostEqual(headings[-1], bearing, places=6)
+
+        # When the flight controller has no pose
+        states = Input("vision_state", String)
+        states.send(String("stale"))
+        warned.wait_for("vision is stale")
+        poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
+        linear = commands.next().twist.linear
+        self.assertEqual((linear.x, linear.y, linear.z), (0.0, 0.0, 0.0))
+
+        # Then it stops, until the pose is good again
+        states.send(String("good"))
+        rospy.sleep(0.3)
+        poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
+        poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
+        commands.next()
+        self.assertGreater(math.hypot(*xyz(commands.next().twist.linear)), 0.0)
 
     def test_ground_truth_is_in_world(self):
         poses, setpoints = Input("gt/ground_truth", Odometry), Input("gt/pos_setpoint", Pose)

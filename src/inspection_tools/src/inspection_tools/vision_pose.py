@@ -1,0 +1,262 @@
+"""The pose that the flight controller flies by without GNSS: odometry, checked and never jumping.
+
+Odometry in the continuous frame comes in; what goes out is either good or nothing. Nothing is the honest
+answer to a bad pose: the flight controller then knows that it has lost its pose.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass, replace
+from typing import Sequence
+
+import numpy as np
+
+from inspection_tools.checks import check_number
+from inspection_tools.geometry import Quaternion, Vector3, multiply, rotate, yaw_of
+
+_X, _Y, _Z, _YAW = 0, 7, 14, 35  # of a covariance matrix of 6 x 6, row by row
+
+
+class VisionState(enum.Enum):
+    """Whether the flight controller gets a pose, and if not, why. The value is the state's name."""
+
+    WAITING = "waiting"
+    GOOD = "good"
+    STALE = "stale"
+    INVALID = "invalid"
+    UNCERTAIN = "uncertain"
+    JUMPED = "jumped"
+
+
+@dataclass(frozen=True)
+class VisionPoseParameters:
+    """When a pose is good enough to fly by.
+
+    Attributes:
+        max_age: A pose older than this is stale, and so is the last one, s.
+        max_speed: The greatest speed, m/s, of a pose that moves; a faster one has jumped.
+        jump: A pose may be off by this much more, m.
+        jump_turn: A heading that changes by more than this between two poses has jumped, rad.
+        settle_time: After a jump the poses must be steady for this time, s. They then count from where the
+            pose was before the jump.
+        max_deviation: The greatest standard deviation of the position, along any axis, m.
+        max_yaw_deviation: The greatest standard deviation of the heading, rad.
+        min_rate: Poses at this rate or more, Hz; 0: one for each pose that comes in. The poses between two
+            that came in are interpolated.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    max_age: float = 0.3
+    max_speed: float = 6.0
+    jump: float = 0.2
+    jump_turn: float = 0.6
+    settle_time: float = 0.5
+    max_deviation: float = 0.5
+    max_yaw_deviation: float = 0.3
+    min_rate: float = 30.0
+
+    def __post_init__(self) -> None:
+        check_number("max_age", self.max_age, 0.02, 10.0)
+        check_number("max_speed", self.max_speed, 0.1, 100.0)
+        check_number("jump", self.jump, 0.0, 100.0)
+        check_number("jump_turn", self.jump_turn, 0.01, math.pi)
+        check_number("settle_time", self.settle_time, 0.0, 60.0)
+        check_number("max_deviation", self.max_deviation, 1e-3, 1e6)
+        check_number("max_yaw_deviation", self.max_yaw_deviation, 1e-3, 1e6)
+        check_number("min_rate", self.min_rate, 0.0, 1000.0)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One nav_msgs/Odometry.
+
+    Attributes:
+        stamp_ns: Time of the measurement.
+        position_m, orientation_xyzw: Of the body in the odometry's frame; a unit quaternion.
+        velocity_m_s, rates_rad_s: In the body's frame.
+        pose_covariance, twist_covariance: 6 x 6, row by row: x, y, z and the turns about them. The pose's is
+            in the odometry's frame, the twist's in the body's.
+    Position and orientation are finite.
+    """
+
+    stamp_ns: int
+    position_m: Vector3
+    orientation_xyzw: Quaternion
+    velocity_m_s: Vector3
+    rates_rad_s: Vector3
+    pose_covariance: Sequence[float]
+    twist_covariance: Sequence[float]
+
+    @property
+    def stamp_s(self) -> float:
+        """Time of the measurement."""
+        return 1e-9 * self.stamp_ns
+
+
+class VisionPose:
+    """Decides for each odometry which poses the flight controller gets.
+
+    Attributes:
+        state: the present one. reason: one sentence about it.
+    """
+
+    def __init__(self, parameters: VisionPoseParameters | None = None) -> None:
+        self.parameters = parameters or VisionPoseParameters()
+        self.reset()
+
+    def reset(self) -> None:
+        """Start anew, as after a clock that jumped back."""
+        self._enter(VisionState.WAITING, "No odometry has come yet.")
+        self._last: Motion | None = None  # of the odometry
+        self._sent: Motion | None = None
+        self._steady_since_s = -math.inf
+        self._anchored = True
+        self._shift_m: Vector3 = (0.0, 0.0, 0.0)  # with the turn: from the odometry's frame to what goes out
+        self._turn_rad = 0.0
+
+    def update(self, motion: Motion, now_s: float) -> list[Motion]:
+        """Take in an odometry at the present time. Return the poses for the flight controller, oldest first.
+
+        The last of them is of the odometry's own time.
+        """
+        if not _is_known(motion):
+            self.refuse("The odometry's covariance has a value that is negative or not finite.")
+            return []
+        before, self._last = self._last, motion
+        if before is not None and motion.stamp_ns <= before.stamp_ns:
+            self._last = before
+            return []
+        jump = self._jump(before, motion)
+        if jump:
+            self._steady_since_s, self._anchored = motion.stamp_s, False
+        if now_s - motion.stamp_s > self.parameters.max_age:
+            self._enter(VisionState.STALE, f"The odometry is {now_s - motion.stamp_s:.2f} s old.")
+        elif jump or motion.stamp_s - self._steady_since_s < self.parameters.settle_time:
+            if jump:
+                self._enter(VisionState.JUMPED, jump)
+        elif self._uncertainty(motion):
+            self._enter(VisionState.UNCERTAIN, self._uncertainty(motion))
+        else:
+            return self._send(motion)
+        return []
+
+    def refuse(self, reason: str) -> None:
+        """Take in that something came that is no odometry. reason: one sentence."""
+        self._enter(VisionState.INVALID, reason)
+
+    def watch(self, now_s: float) -> None:
+        """Notice that no odometry comes any more."""
+        if self._last is None or self.state in (VisionState.WAITING, VisionState.STALE):
+            return
+        silence_s = now_s - self._last.stamp_s
+        if silence_s > self.parameters.max_age:
+            self._enter(VisionState.STALE, f"No odometry has come for {silence_s:.2f} s.")
+
+    def _enter(self, state: VisionState, reason: str) -> None:
+        self.state, self.reason = state, reason
+
+    def _jump(self, before: Motion | None, motion: Motion) -> str:
+        """Return how the pose jumped, in a sentence; empty if it did not."""
+        if before is None:
+            return ""
+        p = self.parameters
+        moved_m = math.dist(before.position_m, motion.position_m)
+        if moved_m > p.max_speed * (motion.stamp_s - before.stamp_s) + p.jump:
+            return f"The odometry jumped by {moved_m:.2f} m."
+        turned_rad = _turn(before.orientation_xyzw, motion.orientation_xyzw)
+        if abs(turned_rad) > p.jump_turn:
+            return f"The odometry's heading jumped by {turned_rad:.2f} rad."
+        return ""
+
+    def _uncertainty(self, motion: Motion) -> str:
+        """Return what is uncertain, in a sentence; empty if nothing is."""
+        p, covariance = self.parameters, motion.pose_covariance
+        position_m = math.sqrt(max(covariance[_X], covariance[_Y], covariance[_Z]))
+        if position_m > p.max_deviation:
+            return f"The odometry's position is uncertain: standard deviation {position_m:.2f} m."
+        yaw_rad = math.sqrt(covariance[_YAW])
+        if yaw_rad > p.max_yaw_deviation:
+            return f"The odometry's heading is uncertain: standard deviation {yaw_rad:.2f} rad."
+        return ""
+
+    def _send(self, motion: Motion) -> list[Motion]:
+        if not self._anchored:
+            self._anchored = True
+            self._anchor(motion)
+        self._enter(VisionState.GOOD, "The flight controller gets every pose.")
+        motion = self._moved(motion)
+        between, self._sent = self._between(self._sent, motion), motion
+        return between
+
+    def _anchor(self, motion: Motion) -> None:
+        """Let the poses go on from the last one that was sent."""
+        if self._sent is None:
+            return
+        self._turn_rad = _turn(motion.orientation_xyzw, self._sent.orientation_xyzw)
+        turned_m = rotate(_about_z(self._turn_rad), motion.position_m)
+        x, y, z = (a - b for a, b in zip(self._sent.position_m, turned_m))
+        self._shift_m = (x, y, z)
+
+    def _moved(self, motion: Motion) -> Motion:
+        if self._turn_rad == 0.0 and not any(self._shift_m):
+            return motion
+        turn = _about_z(self._turn_rad)
+        x, y, z = (a + b for a, b in zip(rotate(turn, motion.position_m), self._shift_m))
+        cos, sin = math.cos(self._turn_rad), math.sin(self._turn_rad)
+        both = np.kron(np.eye(2), np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0))))
+        covariance = both @ np.reshape(motion.pose_covariance, (6, 6)) @ both.T
+        return replace(
+            motion,
+            position_m=(x, y, z),
+            orientation_xyzw=multiply(turn, motion.orientation_xyzw),
+            pose_covariance=covariance.ravel().tolist(),
+        )
+
+    def _between(self, before: Motion | None, motion: Motion) -> list[Motion]:
+        """Return the poses that fill the time since the last one, and this one.
+
+        All together say no more than this one alone: each has a covariance greater by their number.
+        """
+        gap_s = 0.0 if before is None else motion.stamp_s - before.stamp_s
+        count = max(1, math.ceil(gap_s * self.parameters.min_rate - 1e-6))
+        if before is None or count == 1 or gap_s > self.parameters.max_age:
+            return [motion]
+        return [_blend(before, motion, (i + 1) / count, count) for i in range(count)]
+
+
+def _blend(a: Motion, b: Motion, share: float, weight: int) -> Motion:
+    def mix(first: Sequence[float], second: Sequence[float]) -> tuple:
+        return tuple(x + share * (y - x) for x, y in zip(first, second))
+
+    sign = math.copysign(1.0, sum(x * y for x, y in zip(a.orientation_xyzw, b.orientation_xyzw)))
+    mixed = mix(a.orientation_xyzw, [sign * component for component in b.orientation_xyzw])
+    length = math.sqrt(sum(component * component for component in mixed))
+    x, y, z, w = (component / length for component in mixed)
+    return Motion(
+        a.stamp_ns + round(share * (b.stamp_ns - a.stamp_ns)),
+        mix(a.position_m, b.position_m),
+        (x, y, z, w),
+        mix(a.velocity_m_s, b.velocity_m_s),
+        mix(a.rates_rad_s, b.rates_rad_s),
+        [weight * value for value in b.pose_covariance],
+        [weight * value for value in b.twist_covariance],
+    )
+
+
+def _is_known(motion: Motion) -> bool:
+    """Whether the pose's covariance is one."""
+    variances = (motion.pose_covariance[i] for i in (_X, _Y, _Z, _YAW))
+    return all(map(math.isfinite, motion.pose_covariance)) and all(value >= 0.0 for value in variances)
+
+
+def _turn(a_xyzw: Quaternion, b_xyzw: Quaternion) -> float:
+    """Heading of b less that of a, in [-pi, pi]."""
+    return math.remainder(yaw_of(b_xyzw) - yaw_of(a_xyzw), 2.0 * math.pi)
+
+
+def _about_z(turn_rad: float) -> Quaternion:
+    return (0.0, 0.0, math.sin(0.5 * turn_rad), math.cos(0.5 * turn_rad))

@@ -1,0 +1,148 @@
+"""The pose for the flight controller is good and continuous, or there is none and the state says why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from inspection_tools import ParameterError, VisionPose, VisionPoseParameters, VisionState
+from inspection_tools.vision_pose import Motion
+
+COVARIANCE = np.diag([1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 1e-6]).ravel().tolist()
+PERIOD_S = 0.025
+THERE = (0.5, 0.0, 2.0)  # a second after the start of `flight`
+
+
+def motion(time_s, position=(0.0, 0.0, 2.0), yaw=0.0, covariance=COVARIANCE, velocity=(0.5, 0.0, 0.0)):
+    orientation = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    return Motion(
+        round(1e9 * time_s), position, orientation, velocity, (0.0, 0.0, 0.0), covariance, COVARIANCE
+    )
+
+
+def feed(vision, motions):
+    """Give each at its own time. Return all that goes out."""
+    return [sent for given in motions for sent in vision.update(given, given.stamp_s)]
+
+
+def flight(start_s, seconds, place=(0.0, 0.0, 2.0), period_s=PERIOD_S):
+    """Along x at 0.5 m/s."""
+    times = [start_s + period_s * i for i in range(round(seconds / period_s))]
+    return [motion(t, (place[0] + 0.5 * (t - start_s), place[1], place[2])) for t in times]
+
+
+def deviation(position_m=0.01, yaw_rad=0.001):
+    return np.diag([position_m**2] * 3 + [1e-6, 1e-6, yaw_rad**2]).ravel().tolist()
+
+
+def test_good_odometry_goes_out_as_it_came_with_its_own_stamp():
+    vision = VisionPose()
+    assert vision.state is VisionState.WAITING
+    given = flight(5.0, 1.0)
+    assert feed(vision, given) == given
+    assert vision.state is VisionState.GOOD
+
+
+@pytest.mark.parametrize("rate_hz", [10.0, 15.0, 20.0])
+def test_a_slow_lidars_poses_are_filled_up_and_say_no_more_than_they_did(rate_hz):
+    vision = VisionPose(VisionPoseParameters(min_rate=30.0))
+    given = flight(5.0, 2.0, period_s=1.0 / rate_hz)
+    sent = feed(vision, given)
+    times = np.array([each.stamp_s for each in sent])
+    assert np.diff(times).max() <= 1.0 / 30.0 + 1e-6
+    assert [each.position_m[0] for each in sent] == pytest.approx(0.5 * (times - 5.0), abs=1e-6)
+    count = round((len(sent) - 1) / (len(given) - 1))
+    assert sent[-1].pose_covariance == pytest.approx([count * value for value in COVARIANCE])
+    assert sent[-1].stamp_ns == given[-1].stamp_ns
+
+
+def test_headings_between_two_poses_take_the_short_way():
+    vision = VisionPose()
+    vision.update(motion(0.0, yaw=3.1), 0.0)
+    half, whole = vision.update(motion(0.05, yaw=-3.1), 0.05)
+    headings = [
+        2.0 * math.atan2(each.orientation_xyzw[2], each.orientation_xyzw[3]) for each in (half, whole)
+    ]
+    assert [math.cos(heading) for heading in headings] == pytest.approx([-1.0, math.cos(3.1)])
+
+
+@pytest.mark.parametrize(
+    ("bad", "now_s", "state", "words"),
+    [
+        (motion(6.0, covariance=[math.nan] * 36), 6.0, VisionState.INVALID, "not finite"),
+        (motion(6.0, covariance=[-1.0] * 36), 6.0, VisionState.INVALID, "negative"),
+        (motion(6.0, THERE), 6.4, VisionState.STALE, "0.40 s old"),
+        (motion(6.0, THERE, covariance=deviation(position_m=0.6)), 6.0, VisionState.UNCERTAIN, "0.60 m"),
+        (motion(6.0, THERE, covariance=deviation(yaw_rad=0.4)), 6.0, VisionState.UNCERTAIN, "0.40 rad"),
+        (motion(6.0, (10.4875, 0.0, 2.0)), 6.0, VisionState.JUMPED, "jumped by 10.00 m"),
+        (motion(6.0, THERE, yaw=1.0), 6.0, VisionState.JUMPED, "1.00 rad"),
+    ],
+)
+def test_a_bad_pose_does_not_go_out_and_the_state_says_why(bad, now_s, state, words):
+    vision = VisionPose()
+    feed(vision, flight(5.0, 1.0))
+    assert vision.update(bad, now_s) == []
+    assert vision.state is state
+    assert words in vision.reason
+    assert vision.reason.endswith(".")
+
+
+def test_what_is_no_jump_is_good_again_with_the_next_pose():
+    vision = VisionPose()
+    feed(vision, flight(5.0, 1.0))
+    vision.refuse("The pose is of another frame.")
+    assert vision.state is VisionState.INVALID
+    assert feed(vision, [motion(6.1)])
+    assert vision.state is VisionState.GOOD
+
+
+def test_silence_is_noticed_and_a_short_gap_is_flown_over():
+    vision = VisionPose(VisionPoseParameters(max_age=0.3))
+    given = flight(5.0, 1.0)
+    feed(vision, given)
+    vision.watch(given[-1].stamp_s + 0.29)
+    assert vision.state is VisionState.GOOD
+    vision.watch(given[-1].stamp_s + 0.31)
+    assert (vision.state, vision.reason) == (VisionState.STALE, "No odometry has come for 0.31 s.")
+    late = motion(given[-1].stamp_s + 0.5, (0.7, 0.0, 2.0))
+    assert feed(vision, [late]) == [late]  # a gap so long is not filled
+
+
+def test_after_a_jump_the_pose_goes_on_from_where_it_was():
+    """The odometry starts again at its origin, facing elsewhere: what goes out never jumps."""
+    vision = VisionPose(VisionPoseParameters(settle_time=0.5))
+    sent = feed(vision, flight(5.0, 4.0))
+    again = [
+        replace(each, orientation_xyzw=(0.0, 0.0, 1.0, 0.0)) for each in flight(9.0, 2.0, (40.0, 0.0, 2.0))
+    ]
+    later = feed(vision, again)
+    assert later[0].stamp_s == pytest.approx(9.5, abs=PERIOD_S)  # it has settled
+    assert later[0].position_m == pytest.approx(sent[-1].position_m)
+    assert abs(later[0].orientation_xyzw[3]) == pytest.approx(1.0)
+    # Turned by pi, the odometry's motion along x is one along -x
+    moved_m = later[-1].position_m[0] - later[0].position_m[0]
+    assert moved_m == pytest.approx(-0.5 * (later[-1].stamp_s - later[0].stamp_s))
+    assert later[-1].pose_covariance == pytest.approx(COVARIANCE, abs=1e-12)
+
+
+def test_a_second_of_the_same_stamp_and_an_older_one_are_left_out():
+    vision = VisionPose()
+    feed(vision, flight(5.0, 1.0))
+    assert feed(vision, [motion(5.5), motion(5.975)]) == []
+    assert vision.state is VisionState.GOOD
+
+
+def test_a_reset_starts_anew():
+    vision = VisionPose()
+    feed(vision, flight(5.0, 1.0))
+    vision.reset()
+    assert vision.state is VisionState.WAITING
+    assert feed(vision, flight(0.0, 1.0, (30.0, 0.0, 2.0)))[0].position_m == (30.0, 0.0, 2.0)
+
+
+def test_parameters_are_checked():
+    with pytest.raises(ParameterError, match="max_age"):
+        VisionPoseParameters(max_age=0.0)
