@@ -51,7 +51,8 @@ class Commander:
         self._position = np.zeros(3)
         self._yaw_rad = 0.0
         self._landed = self._maybe_landed = True
-        self._position_valid = False
+        self._position_valid = self._height_valid = False
+        self._position_us: int | None = None
         self._setpoint_us: int | None = None
         self._ground_station_us: int | None = None
         self.armed_us = 0
@@ -69,13 +70,24 @@ class Commander:
         self._ground_station_us = now_us
 
     def update(
-        self, now_us: int, estimate: np.ndarray, position_valid: bool, landed: bool, maybe_landed: bool
+        self,
+        now_us: int,
+        estimate: np.ndarray,
+        position_valid: bool,
+        height_valid: bool,
+        landed: bool,
+        maybe_landed: bool,
     ) -> None:
         """Decide, from the estimate (record of ESTIMATE_DTYPE, shape (1,)) and the land detector."""
         self._now_us = now_us
         self._position = estimate["position"][0]
         self._yaw_rad = float(estimate["yaw"][0])
+        if position_valid and not self._position_valid:
+            self.mode_entries += 1  # an automatic mode that flew blind begins again from here
         self._position_valid = position_valid
+        if position_valid:
+            self._position_us = now_us
+        self._height_valid = height_valid
         self._maybe_landed = maybe_landed
         if self.home is None and position_valid:
             self._set_home()
@@ -154,11 +166,12 @@ class Commander:
                 return Result.ACCEPTED
             self._say(Severity.WARNING, "Arming denied! Already armed")
             return Result.DENIED
-        if not self._position_valid or self.home is None:
+        manual = self.wanted_mode.is_manual and self._parameters["COM_ARM_WO_GPS"] == 1
+        if not (self._height_valid if manual else self._position_valid and self.home is not None):
             self._say(Severity.CRITICAL, "Arming denied: no local position")
             return Result.TEMPORARILY_REJECTED
         self.armed = True
-        if not self._home_is_fixed:
+        if self._position_valid and not self._home_is_fixed:
             self._set_home()
         self.armed_us = self._landed_us = self._now_us
         self._flown = False
@@ -201,11 +214,21 @@ class Commander:
         """Let the failsafe choose the mode that flies."""
         before = self.mode
         situation = Situation(
-            self._now_us, self.armed, self._landed, self.offboard_available, self._ground_station_is_there
+            self._now_us,
+            self.armed,
+            self._landed,
+            self.offboard_available,
+            self._ground_station_is_there,
+            self._had_position_lately,
         )
         self.wanted_mode = self._failsafe.choose(self.wanted_mode, situation)
         if self.mode is not before:
             self.mode_entries += 1
+
+    @property
+    def _had_position_lately(self) -> bool:
+        valid_us = self._position_us
+        return valid_us is not None and self._now_us - valid_us <= 1e6 * self._parameters["COM_POS_FS_DELAY"]
 
     @property
     def _ground_station_is_there(self) -> bool:

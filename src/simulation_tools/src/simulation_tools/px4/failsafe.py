@@ -4,6 +4,8 @@ PX4 has two modes. The *main mode* was requested. The *navigation mode* flies. T
 failsafe. When the lost link or stream is back, they are equal again. There is one exception: a return after
 the loss of a link becomes the main mode.
 
+Without a local position only landing is left; it then sinks wherever the vehicle drifts.
+
 There is no remote control here, so its signal counts as lost from the start. Real PX4 would then also return
 from a hold in the air when it hears no ground station. Here it does so only if NAV_DLL_ACT asks for it.
 """
@@ -38,7 +40,7 @@ class Situation:
     """The inputs of the decision.
 
     now_us: simulation time. has_setpoints: offboard setpoints arrive. has_ground_station: its heartbeats
-    arrive.
+    arrive. has_position: there is a local position, or there was one COM_POS_FS_DELAY ago.
     """
 
     now_us: int
@@ -46,6 +48,7 @@ class Situation:
     landed: bool
     has_setpoints: bool
     has_ground_station: bool
+    has_position: bool = True
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,8 @@ class Failsafe:
             if situation.armed and not was_active:
                 self._begin(loss.reason, situation.now_us)
             main_mode = self._react(loss, main_mode, situation.now_us)
+            if not situation.has_position and self.mode.needs_position:
+                self.mode = Mode.AUTO_LAND
         if self.active is not was_active:
             self._say(Severity.INFO, f"Failsafe mode {'' if self.active else 'de'}activated")
         return main_mode
@@ -113,6 +118,8 @@ class Failsafe:
         if main_mode.is_manual and situation.armed:
             action = _LINK_LOSS_ACTIONS.get(p["NAV_RCL_ACT"], Mode.AUTO_LAND)
             return _Loss("No manual control stick input", action, p["COM_RCL_ACT_T"])
+        if main_mode.needs_position and situation.armed and not situation.has_position:
+            return _Loss("no local position", Mode.AUTO_LAND, is_link=False)
         holds = (
             main_mode in (Mode.AUTO_LOITER, Mode.AUTO_TAKEOFF) and situation.armed and not situation.landed
         )

@@ -37,6 +37,11 @@ class Mode(enum.Enum):
         return self.value[0] in (1, 2, 3, 5, 7)
 
     @property
+    def needs_position(self) -> bool:
+        """Whether it cannot go on without a local position; AUTO.LAND can, and OFFBOARD counts setpoints."""
+        return (self.is_auto and self is not Mode.AUTO_LAND) or self is Mode.POSCTL
+
+    @property
     def label(self) -> str:
         """The name as MAVROS writes it, e.g. ``AUTO.LAND``."""
         return self.name.replace("AUTO_", "AUTO.")

@@ -29,7 +29,7 @@ from simulation_tools.px4.estimation.steady_estimator import EstimatorNoise, Ste
 from simulation_tools.px4.modes import LandedState, Mode, Result, Severity
 from simulation_tools.px4.navigator import Navigator
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
+from simulation_tools.px4.setpoint import NAN, AttitudeSetpoint, Setpoint
 from simulation_tools.px4.status import Px4Status
 from simulation_tools.vehicle.airframe import Airframe
 
@@ -101,10 +101,14 @@ class Px4:
     # Input
 
     def offer_setpoint(self, setpoint: Setpoint | AttitudeSetpoint) -> bool:
-        """Take in an offboard setpoint. Return False if it asks for nothing; then it does not count."""
+        """Take in an offboard setpoint. Return False if it asks for nothing; then it does not count.
+
+        Without a local position only attitudes and rates keep OFFBOARD alive.
+        """
         if not setpoint.asks_something:
             return False
-        self._commander.setpoint_received(self._time_us)
+        if self.estimate_valid or isinstance(setpoint, AttitudeSetpoint):
+            self._commander.setpoint_received(self._time_us)
         if isinstance(setpoint, Setpoint) and setpoint.body:
             estimate = self.estimate[0]
             setpoint = setpoint.in_local_frame(float(estimate["yaw"]), estimate["attitude"].tolist())
@@ -247,7 +251,14 @@ class Px4:
         """Run everything that needs a position estimate, down to the attitude and thrust setpoint."""
         commander, estimate = self._commander, self._known
         detector = self._control.land_detector
-        commander.update(self._time_us, estimate, self.estimate_valid, detector.landed, detector.maybe_landed)
+        commander.update(
+            self._time_us,
+            estimate,
+            self.estimate_valid,
+            self._estimator.vertical_valid,
+            detector.landed,
+            detector.maybe_landed,
+        )
         if commander.mode_entries != self._mode_entries:
             self._mode_entries = commander.mode_entries
             if commander.armed and commander.mode.is_auto:
@@ -262,9 +273,15 @@ class Px4:
         if commander.mode is Mode.OFFBOARD and self._offboard is not None:
             if isinstance(self._offboard, AttitudeSetpoint):
                 return self._offboard
+            if not self.estimate_valid:
+                return self._blind_landing()
             fill(self._setpoint, self._offboard)
             return self._setpoint
-        if not (commander.armed and commander.mode.is_auto) or commander.home is None:
+        if not (commander.armed and commander.mode.is_auto):
+            return None
+        if not self.estimate_valid:
+            return self._blind_landing()
+        if commander.home is None:
             return None
         landed = self._control.land_detector.landed
         if commander.mode is Mode.AUTO_TAKEOFF and self._control.takeoff.state < TakeoffState.RAMPUP:
@@ -275,6 +292,14 @@ class Px4:
         self._setpoint[:] = asked
         if self._navigator.finished:
             commander.takeoff_finished()
+        return self._setpoint
+
+    def _blind_landing(self) -> np.ndarray:
+        """Return the setpoint without a position: level, sinking, and drifting wherever it drifts."""
+        sinking = Setpoint(
+            velocity=(NAN, NAN, self.parameters["MPC_LAND_SPEED"]), acceleration=(0.0, 0.0, NAN)
+        )
+        fill(self._setpoint, sinking)
         return self._setpoint
 
     @property
