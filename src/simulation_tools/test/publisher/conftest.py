@@ -29,6 +29,7 @@ class Bench:
         self.actions = []
         self.poses = True
         self.clock_ahead = 0  # of ROS's clock, of the poses' stamps, ns
+        self.vision = False  # whether external poses go to the flight controller, at 40 Hz
         self.commands = False  # whether velocity commands come, at 40 Hz
         self.velocity, self.yaw_rate = (1.0, 0.0, 0.0), 0.1
 
@@ -58,6 +59,9 @@ class Bench:
                 self.tell_state()
             if tick % 33 == 0 and self.poses:
                 self.tell_pose()
+            if self.vision and tick % 25 == 0:
+                self.tell_clock()
+                self.actions += self.publisher.on_vision(self.now + self.clock_ahead)
             if self.commands and tick % 25 == 0:
                 velocity, yaw_rate = self.velocity, self.yaw_rate
                 self.tell_clock()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import sys
+from collections import deque
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from simulation_tools.geometry import Pose
+from simulation_tools.ned_frames import attitude_to_enu, attitude_to_ned, enu_to_ned
 from simulation_tools.publisher import (
     AnnounceReady,
     FcuState,
@@ -18,67 +22,117 @@ from simulation_tools.publisher import (
     SendVelocity,
     SetpointPublisher,
 )
-from simulation_tools.px4.modes import LandedState
+from simulation_tools.px4.estimation.samples import ExternalVision
+from simulation_tools.px4.modes import LandedState, Mode
+from simulation_tools.px4.parameters import Px4Parameters
+from simulation_tools.px4.px4 import EKF2, Px4
+from simulation_tools.px4.setpoint import Setpoint
+from simulation_tools.simulation.parameters import WITHOUT_GNSS
 
 
-def fly_closed_loop(extra_kg, seconds, velocity=None):
-    """Fly the publisher on the flight controller; returns (flight, publisher, time when ready).
+class ClosedLoop:
+    """The publisher flies the flight controller; ready_s: the time when it was first ready.
 
-    velocity: commanded at 40 Hz all the time.
+    vision: of a flight controller that flies by external poses at 25 Hz, 30 ms old, with 1 cm of noise.
     """
-    sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
-    from flight import Flight
 
-    from simulation_tools.px4.modes import Mode
-    from simulation_tools.px4.setpoint import Setpoint
+    def __init__(self, extra_kg=0.13, vision=False):
+        sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
+        from flight import Flight
 
-    flight = Flight.of_iris(extra_kg, seed=2)
-    publisher = SetpointPublisher(PublisherParameters(ground_clearance_m=0.0))
-    ready_s = None
+        self.flight = Flight.of_iris(extra_kg, seed=2)
+        if vision:
+            parameters = Px4Parameters(WITHOUT_GNSS)
+            rng = np.random.default_rng(2)
+            self.flight.px4 = Px4(self.flight.airframe, parameters, rng, estimator=EKF2)
+        self.publisher = SetpointPublisher(PublisherParameters(ground_clearance_m=0.0, needs_vision=vision))
+        self.vision = vision
+        self.ready_s = None
+        self._noise = np.random.default_rng(3)
+        self._under_way = deque()  # poses, each with its time of arrival
+        self._ticks = 0
 
-    def act(actions):
-        nonlocal ready_s
+    def _act(self, actions):
+        px4 = self.flight.px4
         for action in actions:
             if isinstance(action, SendPosition):
-                flight.px4.offer_setpoint(Setpoint.hold(action.position, action.yaw))
+                px4.offer_setpoint(Setpoint.hold(action.position, action.yaw))
             elif isinstance(action, SendVelocity):
-                flight.px4.offer_setpoint(Setpoint.fly(action.linear, action.yaw_rate))
+                px4.offer_setpoint(Setpoint.fly(action.linear, action.yaw_rate))
             elif isinstance(action, RequestMode):
-                flight.px4.request_mode(Mode.OFFBOARD)
+                px4.request_mode(next(mode for mode in Mode if mode.label == action.mode))
             elif isinstance(action, RequestArm):
-                flight.px4.request_arm()
-            elif isinstance(action, AnnounceReady) and action.ready:
-                ready_s = flight.time_s
+                px4.request_arm()
+            elif isinstance(action, AnnounceReady) and action.ready and self.ready_s is None:
+                self.ready_s = self.flight.time_s
 
-    for tick in range(round(seconds / 0.004)):
-        flight.step()
-        now = 1000 * flight.body.time_us
-        status = flight.px4.status
-        if tick % 50 == 0:
-            act(publisher.on_landed_state(now, int(status.landed_state)))
-            state = FcuState(True, status.armed, status.mode.label, status.system_status)
-            act(publisher.on_state(now, state))
-            if flight.px4.home is not None:
-                act(publisher.on_home(now))
-        if tick % 8 == 0 and status.position_valid:
-            act(publisher.on_local_pose(now, Pose(flight.body.position, flight.body.attitude)))
-        if velocity is not None and tick % 6 == 0:
-            act(publisher.on_velocity(now, "", velocity, 0.0))
-    return flight, publisher, ready_s
+    def _see(self, now_us):
+        body = self.flight.body
+        if self.vision and self._ticks % 10 == 0:
+            place = enu_to_ned(body.position + self._noise.normal(0.0, 0.01, 3))
+            sample = ExternalVision(now_us, position_m=place, attitude=attitude_to_ned(body.attitude))
+            self._under_way.append((now_us + 30_000, sample))
+        while self._under_way and self._under_way[0][0] <= now_us:
+            self.flight.px4.offer_external_vision(self._under_way.popleft()[1])
+            self._act(self.publisher.on_vision(1000 * now_us))
+
+    def run(self, seconds, velocity=None):
+        """Fly; velocity: commanded at 40 Hz all the time. Return rows of time, true position and speed."""
+        rows = []
+        for _ in range(round(seconds / 0.004)):
+            self.flight.step()
+            self._ticks += 1
+            flight, publisher, now = self.flight, self.publisher, 1000 * self.flight.body.time_us
+            status = flight.px4.status
+            self._see(flight.body.time_us)
+            if self._ticks % 50 == 1:
+                self._act(publisher.on_landed_state(now, int(status.landed_state)))
+                state = FcuState(True, status.armed, status.mode.label, status.system_status)
+                self._act(publisher.on_state(now, state))
+                if flight.px4.home is not None:
+                    self._act(publisher.on_home(now))
+            if self._ticks % 8 == 1 and status.position_valid:
+                estimate = flight.px4.estimate[0]
+                seen = (enu_to_ned(estimate["position"]), attitude_to_enu(estimate["attitude"].tolist()))
+                known = (flight.body.position, flight.body.attitude)
+                self._act(publisher.on_local_pose(now, Pose(*(seen if self.vision else known))))
+            if velocity is not None and self._ticks % 6 == 1:
+                self._act(publisher.on_velocity(now, "", velocity, 0.0))
+            rows.append((flight.time_s, *flight.body.position, math.hypot(*flight.body.velocity)))
+        return np.array(rows)
 
 
 # Over six seeds of the estimate's noise 9.6 to 10.4 s and 10.5 to 11.4 s.
 @pytest.mark.parametrize(("extra_kg", "limit_s"), [(0.13, 10.6), (0.80, 11.6)])
 def test_in_closed_loop_it_is_ready_soon_and_does_not_overshoot(extra_kg, limit_s):
-    flight, _, ready_s = fly_closed_loop(extra_kg, 14.0)
-    assert ready_s is not None
-    assert ready_s < limit_s
+    loop = ClosedLoop(extra_kg)
+    loop.run(14.0)
+    flight = loop.flight
+    assert loop.ready_s is not None
+    assert loop.ready_s < limit_s
     assert flight.body.position == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
     assert flight.px4.status.landed_state is LandedState.IN_AIR
 
 
 @pytest.mark.parametrize("extra_kg", [0.13, 0.80])
 def test_in_closed_loop_commands_of_zero_hover_at_the_hover_height(extra_kg):
-    flight, _, ready_s = fly_closed_loop(extra_kg, 30.0, velocity=(0.0, 0.0, 0.0))
-    assert ready_s is not None
-    assert flight.body.position == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
+    loop = ClosedLoop(extra_kg)
+    loop.run(30.0, velocity=(0.0, 0.0, 0.0))
+    assert loop.ready_s is not None
+    assert loop.flight.body.position == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
+
+
+def test_in_closed_loop_without_vision_it_stops_within_two_metres_and_lands():
+    """Real PX4 left to itself flies on at 1 m/s for 5 s and is on the ground after 8.5 m."""
+    loop = ClosedLoop(vision=True)
+    loop.run(14.5)
+    assert loop.ready_s is not None
+    before = loop.run(4.0, velocity=(1.0, 0.0, 0.0))[-1]
+    assert before[4] == pytest.approx(1.0, abs=0.1)
+    loop.vision = False
+    after = loop.run(12.0, velocity=(1.0, 0.0, 0.0))
+    since_s, way_m = after[:, 0] - before[0], np.hypot(*(after[:, 1:3] - before[1:3]).T)
+    assert np.all(np.abs(np.gradient(way_m, since_s))[since_s > 1.6] < 0.2)
+    assert way_m.max() < 1.5
+    assert loop.flight.px4.status.landed_state is LandedState.ON_GROUND
+    assert after[since_s > 8.0, 3].max() < 0.1

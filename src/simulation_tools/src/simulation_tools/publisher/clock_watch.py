@@ -54,6 +54,10 @@ class ClockWatch:
             self._agreed_ns = now_ns
         return False
 
+    def latest_ns(self, now_ns: int) -> int:
+        """Return ROS's time, or that of a message if that is later or ROS's is unknown."""
+        return max(now_ns, self._clock_ns)
+
     def answered_at_ns(self, stamp_ns: int, p: PublisherParameters) -> int:
         """Return the time for a command: its stamp, unless that is far from the present time."""
         if not self.newest_ns:

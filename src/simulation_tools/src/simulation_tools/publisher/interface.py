@@ -10,6 +10,7 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Vector3
 
 OFFBOARD = "OFFBOARD"
+LANDING = "AUTO.LAND"
 _CRITICAL = 5  # MAV_STATE of a failsafe
 
 
@@ -47,7 +48,10 @@ class PublisherParameters:
 
     needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as it
     trusts its position. A vehicle that is armed earlier starts in a failsafe. Without satellites there may
-    never be a home position. time_is_simulated: commands may wait for their poses, see
+    never be a home position. needs_vision: the flight controller flies by external poses. If
+    none has gone to it for vision_timeout_s, the UAV stops, because it then knows its own speed for a few
+    seconds only. After vision_landing_s it lands: before PX4 gives up its position, which it does after 5 s
+    (EKF2_NOAID_TOUT). time_is_simulated: commands may wait for their poses, see
     `SetpointPublisher.patience_s`.
     """
 
@@ -73,6 +77,9 @@ class PublisherParameters:
     jump_back_s: float = 1.0
     wait_report_s: float = 10.0
     needs_home: bool = True
+    needs_vision: bool = False
+    vision_timeout_s: float = 0.25
+    vision_landing_s: float = 3.0
     time_is_simulated: bool = False
 
     def __post_init__(self) -> None:

@@ -8,6 +8,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.publisher.heard import Heard, Known
 from simulation_tools.publisher.hover import Hover
 from simulation_tools.publisher.interface import (
+    LANDING,
     OFFBOARD,
     Action,
     AnnounceReady,
@@ -18,7 +19,6 @@ from simulation_tools.publisher.interface import (
     RequestMode,
 )
 
-LANDING = "AUTO.LAND"
 _ON_GROUND = 1  # MAV_LANDED_STATE
 _NS = 1e-9
 
@@ -30,8 +30,12 @@ class Phase(enum.Enum):
     TAKING_OFF = "taking off"
     RETURNING = "getting back to hover after the flight controller or MAVROS was away"
     FLYING = "flying by commands"
+    BLIND = "standing still without a pose"
     YIELDED = "leaving the UAV to whoever changed its mode"
     IDLE = "on the ground, done"
+
+
+_LED = (Phase.TAKING_OFF, Phase.RETURNING, Phase.FLYING)  # by this node's setpoints
 
 
 class Phases:
@@ -50,21 +54,34 @@ class Phases:
             p.hover_height_m - p.ground_clearance_m
         )  # the local frame begins where the UAV stood
         self._seen_offboard = self._has_flown = self._may_arm = self._was_failsafe = False
+        self._flew = False  # before it became blind
 
     def advance(
-        self, now_ns: int, known: Known, stream_began_ns: int, poses_missing: bool, p: PublisherParameters
+        self,
+        now_ns: int,
+        known: Known,
+        stream_began_ns: int,
+        poses_missing: bool,
+        blind_s: float,
+        p: PublisherParameters,
     ) -> list[Action]:
         """Make the transitions by the messages known `decision_delay_s` ago.
 
         stream_began_ns: time of the first setpoint. poses_missing: poses came earlier and have stopped.
+        blind_s: how long the flight controller has had no external pose, if it needs them; else 0.
         """
         pose, state, landed, home = known
         if pose is None or state is None or landed is None or not state.connected:
             return []
-        self._may_arm = home or not p.needs_home
+        is_blind = blind_s > p.vision_timeout_s
+        self._may_arm = (home or not p.needs_home) and not is_blind
         is_flying = state.armed and landed != _ON_GROUND
         actions: list[Action] = []
-        if self.phase is Phase.WAITING:
+        if is_blind and state.in_offboard and self.phase in _LED:
+            actions = self._enter_blind(blind_s)
+        elif self.phase is Phase.BLIND:
+            actions = self._stand(now_ns, pose, state, blind_s, p)
+        elif self.phase is Phase.WAITING:
             actions = self._begin(pose, state, is_flying, p)
         elif self.phase is Phase.TAKING_OFF:
             has_streamed = (now_ns - stream_began_ns) * _NS >= p.min_stream_s
@@ -147,6 +164,24 @@ class Phases:
             return []
         return self._enter_flying(None, "hovering again, ready.")
 
+    def _stand(
+        self, now_ns: int, pose: Pose, state: FcuState, blind_s: float, p: PublisherParameters
+    ) -> list[Action]:
+        if not state.armed:
+            return self._end_flight()
+        if state.failsafe:
+            return self.return_to(pose)
+        if state.mode != OFFBOARD:
+            return self._enter_yielded(state)
+        if blind_s <= p.vision_timeout_s:
+            text = "the flight controller gets poses again"
+            if self._flew:
+                return self._enter_flying(pose, f"{text}, ready.")
+            return [*self.return_to(pose)[:1], Log(f"{text}: hovering first.", is_warning=False)]
+        if blind_s < p.vision_landing_s:
+            return []
+        return self._request(now_ns, p, RequestMode(LANDING))
+
     def _yield(self, pose: Pose, state: FcuState) -> list[Action]:
         if not state.armed:
             return self._enter_idle()
@@ -170,6 +205,14 @@ class Phases:
         if pose is not None:
             self._hover.hold(pose)
         return [AnnounceReady(True), Log(text, is_warning=False)]
+
+    def _enter_blind(self, blind_s: float) -> list[Action]:
+        self._flew = self.phase is Phase.FLYING
+        self.phase = Phase.BLIND
+        self._requested_ns = None
+        self._hover.release()
+        text = f"the flight controller has had no external pose for {blind_s:.2f} s: stopping, then landing."
+        return [AnnounceReady(False), Log(text)]
 
     def _enter_yielded(self, state: FcuState) -> list[Action]:
         self.phase = Phase.YIELDED
