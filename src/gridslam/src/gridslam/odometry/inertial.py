@@ -16,6 +16,8 @@ GRAVITY_MPS2 = 9.80665
 KEPT_S = 2.0
 SILENT_S = 0.2
 """If the last reading is older, the IMU is silent."""
+BACK_S = 0.5
+"""If a stamp is older than the last by this much, the clock went back."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +84,18 @@ class InertialHistory:
     def __init__(self) -> None:
         self._readings: deque[InertialReading] = deque()
 
+    @property
+    def newest_s(self) -> float:
+        """Stamp of the last reading; -inf without one."""
+        return self._readings[-1].stamp_s if self._readings else -math.inf
+
+    def is_back(self, reading: InertialReading) -> bool:
+        """Whether the clock went back before this reading."""
+        return reading.stamp_s < self.newest_s - BACK_S
+
     def add(self, reading: InertialReading) -> bool:
         """Take a reading. Return False, and leave it out, if it is not newer than the last."""
-        if self._readings and reading.stamp_s <= self._readings[-1].stamp_s:
+        if reading.stamp_s <= self.newest_s:
             return False
         self._readings.append(reading)
         while self._readings[-1].stamp_s - self._readings[0].stamp_s > KEPT_S:

@@ -20,7 +20,7 @@ from gridslam.errors import NoUsableBeamError, ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.inputs.scan_projection import LidarPose, project
 from gridslam.odometry.floor_height import FloorHeight
-from gridslam.odometry.inertial import InertialHistory, InertialReading, Lean
+from gridslam.odometry.inertial import BACK_S, InertialHistory, InertialReading, Lean
 from gridslam.odometry.local_map import LocalMap, beams_of
 from gridslam.odometry.matching import ScanMatch, match
 from gridslam.odometry.parameters import LidarOdometryParameters
@@ -32,8 +32,6 @@ SETTLING_KEYFRAMES, SETTLING_S = 5, 0.4
 """The first keyframes come at this period even at rest, because their mean is better than one scan."""
 LOST_S = 2.0
 """If no scan has matched for this long, the local map begins anew at the predicted place."""
-BACK_S = 0.5
-"""If a scan is older than the last by this much, the clock went back."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +93,8 @@ class LidarOdometry:
 
     def on_imu(self, reading: InertialReading) -> None:
         """Take a reading of the IMU."""
+        if self._inertial.is_back(reading):
+            self._go_back(self._inertial.newest_s - reading.stamp_s)
         if self._inertial.add(reading):
             climbing = 0.0 if reading.levelled is None else float(reading.levelled[2])
             self.height.on_acceleration(reading.stamp_s, climbing)
@@ -154,8 +154,7 @@ class LidarOdometry:
         if self._stamp_s is not None and stamp_s <= self._stamp_s:
             if self._stamp_s - stamp_s < BACK_S:
                 raise ScanError("A scan is not newer than the one before it.")
-            self._say(f"The clock jumped back by {self._stamp_s - stamp_s:.3f} s; odometry begins anew.")
-            self.reset()
+            self._go_back(self._stamp_s - stamp_s)
         lean, remarks = self._lean(stamp_s)
         beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks)
         self._predict(stamp_s)
@@ -163,6 +162,10 @@ class LidarOdometry:
         if not self.height.is_known:
             remarks.append("The range finder tells no height.")
         return self._estimate(stamp_s, lean, share, " ".join(remarks))
+
+    def _go_back(self, seconds: float) -> None:
+        self._say(f"The clock jumped back by {seconds:.3f} s; odometry begins anew.")
+        self.reset()
 
     def _lean(self, stamp_s: float) -> tuple[Lean, list[str]]:
         lean = self._inertial.lean_at(stamp_s)

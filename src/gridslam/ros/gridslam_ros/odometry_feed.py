@@ -1,0 +1,114 @@
+"""Orders the messages of lidar, IMU and range finder for the lidar odometry."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Callable
+
+import numpy as np
+from sensor_msgs.msg import Imu, LaserScan, Range
+
+from gridslam import ScanError, SlamError
+from gridslam.odometry import LidarOdometry, OdometryEstimate
+from gridslam.odometry.inertial import SILENT_S, InertialReading
+from gridslam_ros.odometry_frames import Pose
+from node_tools.conversions import xyz, xyzw
+
+RANGES_KEPT = 20
+
+
+class OdometryFeed:
+    """Gives the odometry every message in the order of the stamps, whichever came first.
+
+    A scan waits for a reading of the IMU that is at most ``imu_lag_s`` older, unless the IMU is silent.
+    Ranges count from the next later scan on. So the estimates depend on the messages alone.
+
+    Args:
+        odometry: takes the sensors' readings.
+        mount: frame of a sensor -> its pose in the base frame; raises SlamError if TF does not know it.
+        imu_lag_s: a little more than the IMU's period.
+        publish: is called with each estimate.
+        say: is called with a sentence about each message that is left out.
+    """
+
+    def __init__(
+        self,
+        odometry: LidarOdometry,
+        mount: Callable[[str], Pose],
+        imu_lag_s: float,
+        publish: Callable[[OdometryEstimate], None],
+        say: Callable[[str], None],
+    ) -> None:
+        self._odometry, self._mount, self._imu_lag_s = odometry, mount, imu_lag_s
+        self._publish, self._say = publish, say
+        self._scan: LaserScan | None = None
+        self._imu_s: float | None = None
+        self._ranges: deque[Range] = deque(maxlen=RANGES_KEPT)
+
+    def on_imu(self, message: Imu) -> None:
+        """Take the attitude, the rates and, if it is measured, the specific force."""
+        has_force = message.linear_acceleration_covariance[0] >= 0.0
+        try:
+            reading = InertialReading(
+                message.header.stamp.to_sec(),
+                xyzw(message.orientation),
+                xyz(message.angular_velocity),
+                xyz(message.linear_acceleration) if has_force else None,
+            )
+        except ScanError as error:
+            self._say(str(error))
+            return
+        self._imu_s = reading.stamp_s
+        self._odometry.on_imu(reading)
+        if self._scan is not None and not self._must_wait(self._scan.header.stamp.to_sec()):
+            self._process()
+
+    def on_range(self, message: Range) -> None:
+        """Take a range."""
+        self._ranges.append(message)
+
+    def on_scan(self, message: LaserScan) -> None:
+        """Take a scan. One that still waits is used first."""
+        if self._scan is not None:
+            self._process()
+        self._scan = message
+        if not self._must_wait(message.header.stamp.to_sec()):
+            self._process()
+
+    def _must_wait(self, stamp_s: float) -> bool:
+        """Whether the IMU's reading for a scan is still to come."""
+        if self._imu_s is None:
+            return False
+        return self._imu_lag_s < stamp_s - self._imu_s < SILENT_S
+
+    def _process(self) -> None:
+        scan, self._scan = self._scan, None
+        assert scan is not None  # the callers have looked
+        self._use_ranges(scan.header.stamp.to_sec())
+        try:
+            estimate = self._odometry.on_scan(
+                scan.header.stamp.to_sec(),
+                np.asarray(scan.ranges, float),
+                (scan.angle_min, scan.angle_increment),
+                (scan.range_min, scan.range_max),
+                self._mount(scan.header.frame_id),
+            )
+        except SlamError as error:
+            self._say(f"{error} The scan is left out.")
+            return
+        if estimate.remark:
+            self._say(estimate.remark)
+        self._publish(estimate)
+
+    def _use_ranges(self, before_s: float) -> None:
+        while self._ranges and self._ranges[0].header.stamp.to_sec() < before_s:
+            message = self._ranges.popleft()
+            try:
+                self._odometry.on_range(
+                    message.header.stamp.to_sec(),
+                    message.range,
+                    (message.min_range, message.max_range),
+                    self._mount(message.header.frame_id),
+                )
+            except SlamError as error:
+                self._say(f"{error} The range is left out.")

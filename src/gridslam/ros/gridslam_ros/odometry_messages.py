@@ -1,0 +1,44 @@
+"""From the lidar odometry's estimates to ROS messages."""
+
+from __future__ import annotations
+
+import math
+
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
+from nav_msgs.msg import Odometry
+
+from gridslam.odometry import OdometryEstimate
+from gridslam_ros.conversions import header_of
+
+
+def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> Odometry:
+    """Return nav_msgs/Odometry: the pose in ``odom_frame``, the twist along the axes of ``base_frame``."""
+    message = Odometry(header=header_of(estimate.stamp_s, odom_frame), child_frame_id=base_frame)
+    pose, twist = message.pose, message.twist
+    pose.pose.position = Point(*estimate.position_xyz)
+    pose.pose.orientation = _quaternion(*estimate.roll_pitch_yaw)
+    pose.covariance = estimate.pose_covariance.ravel().tolist()
+    twist.twist.linear, twist.twist.angular = Vector3(*estimate.velocity_xyz), Vector3(*estimate.rates_rad_s)
+    twist.covariance = estimate.velocity_covariance.ravel().tolist()
+    return message
+
+
+def transform_of(odometry: Odometry) -> TransformStamped:
+    """Return the pose of an odometry message as a transform."""
+    message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
+    position = odometry.pose.pose.position
+    message.transform.translation = Vector3(position.x, position.y, position.z)
+    message.transform.rotation = odometry.pose.pose.orientation
+    return message
+
+
+def _quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
+    cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
+    cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
+    cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
+    return Quaternion(
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )

@@ -1,0 +1,143 @@
+"""The order in which the lidar odometry gets its messages does not depend on which came first."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import rospy
+from geometry_msgs.msg import Quaternion, Vector3
+from gridslam_ros.odometry_feed import OdometryFeed
+from gridslam_ros.odometry_frames import FrameError
+from gridslam_ros.odometry_messages import odometry_message, transform_of
+from sensor_msgs.msg import Imu, LaserScan, Range
+from std_msgs.msg import Header
+
+from gridslam.odometry import LidarOdometry
+
+BEAMS = 90
+MOUNTS = {
+    "lidar": ((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0)),
+    "finder": ((0.0, 0.0, -0.05), (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))),
+}
+
+
+class Bench:
+    def __init__(self):
+        self.estimates, self.said = [], []
+        odometry = LidarOdometry(say=self.said.append)
+        self.feed = OdometryFeed(odometry, self._mount, 0.0205, self.estimates.append, self.said.append)
+
+    @staticmethod
+    def _mount(frame):
+        if frame not in MOUNTS:
+            raise FrameError(f'TF knows no transform from "{frame}" to "base_frame".')
+        return MOUNTS[frame]
+
+    def scan(self, stamp_s, frame="lidar", ranges=None, range_max=10.0):
+        angles = -math.pi + math.tau / BEAMS * np.arange(BEAMS)
+        walls = 2.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+        self.feed.on_scan(
+            LaserScan(
+                header=_header(stamp_s, frame),
+                angle_min=-math.pi,
+                angle_increment=math.tau / BEAMS,
+                range_min=0.1,
+                range_max=range_max,
+                ranges=walls if ranges is None else ranges,
+            )
+        )
+
+    def imu(self, stamp_s, orientation=(0.0, 0.0, 0.0, 1.0), force=(0.0, 0.0, 9.80665)):
+        message = Imu(header=_header(stamp_s, "base_link"), orientation=Quaternion(*orientation))
+        message.linear_acceleration = Vector3(*(force or (0.0, 0.0, 0.0)))
+        if force is None:
+            message.linear_acceleration_covariance = [-1.0] + 8 * [0.0]
+        self.feed.on_imu(message)
+
+    def range(self, stamp_s, range_m, frame="finder"):
+        self.feed.on_range(
+            Range(header=_header(stamp_s, frame), min_range=0.05, max_range=40.0, range=range_m)
+        )
+
+
+def _header(stamp_s, frame):
+    return Header(stamp=rospy.Time.from_sec(stamp_s), frame_id=frame)
+
+
+def test_a_scan_waits_for_the_imu_but_not_for_a_silent_one():
+    bench = Bench()
+    bench.scan(0.0)  # no IMU yet: nothing to wait for
+    assert len(bench.estimates) == 1
+    bench.imu(1.0)
+    bench.scan(1.05)
+    assert len(bench.estimates) == 1
+    bench.imu(1.04)
+    assert [round(e.stamp_s, 3) for e in bench.estimates] == [0.0, 1.05]
+    bench.scan(2.0)  # the IMU is silent
+    assert len(bench.estimates) == 3
+    assert "IMU is silent" in bench.said[-1]
+
+
+def test_the_next_scan_ends_the_wait_of_the_one_before():
+    bench = Bench()
+    bench.imu(1.0)
+    bench.scan(1.05)
+    bench.scan(1.10)
+    assert [round(e.stamp_s, 3) for e in bench.estimates] == [1.05]
+
+
+def test_a_range_counts_from_the_next_later_scan_on():
+    heights = []
+    for range_first in (True, False):
+        bench = Bench()
+        bench.imu(0.0)
+        bench.range(0.005, 1.0)
+        for stamp_s in (0.02, 0.04, 0.06):
+            bench.imu(stamp_s)
+            if range_first:
+                bench.range(stamp_s, 1.01)
+            bench.scan(stamp_s)
+            if not range_first:
+                bench.range(stamp_s, 1.01)
+        heights.append([e.position_xyz[2] for e in bench.estimates])
+    assert heights[0] == heights[1]
+    assert heights[0][0] == pytest.approx(1.05, abs=1e-3)
+
+
+def test_bad_messages_get_one_sentence_and_change_nothing():
+    bench = Bench()
+    bench.imu(0.0, orientation=(0.0, 0.0, 0.0, 0.0))
+    assert "norm" in bench.said[-1]
+    bench.imu(0.0, orientation=(math.nan, 0.0, 0.0, 1.0))
+    assert "not finite" in bench.said[-1]
+    bench.scan(1.0, frame="moon")
+    assert '"moon"' in bench.said[-1]
+    bench.scan(1.1, range_max=-1.0)
+    assert "range_max -1" in bench.said[-1]
+    assert bench.estimates == []
+    bench.range(1.0, math.nan)
+    bench.range(1.0, 1.0, frame="moon")
+    bench.imu(1.2, force=None)
+    bench.scan(1.2)
+    assert len(bench.estimates) == 1
+    assert not any("\n" in str(sentence) for sentence in bench.said)
+
+
+def test_a_message_holds_the_estimate():
+    bench = Bench()
+    roll, pitch = 0.1, -0.2
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    leaning = (cp * sr, sp * cr, -sp * sr, cp * cr)
+    bench.imu(0.0, leaning)
+    bench.scan(0.0)
+    message = odometry_message(bench.estimates[0], "odom", "base_frame")
+    orientation = message.pose.pose.orientation
+    found = (orientation.x, orientation.y, orientation.z, orientation.w)
+    assert found == pytest.approx(leaning, abs=1e-9)  # yaw 0 at the start
+    assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_frame")
+    assert len(message.pose.covariance) == len(message.twist.covariance) == 36
+    edge = transform_of(message)
+    assert edge.transform.rotation == orientation
+    assert (edge.header, edge.child_frame_id) == (message.header, "base_frame")
