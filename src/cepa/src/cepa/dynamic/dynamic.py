@@ -125,7 +125,9 @@ class Dynamic(Algorithm):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which points (n, 2) stand still, m, and what moves as discs (k, 6) that grow."""
         here = np.array(motion.position_m[:2])
-        moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, points[:, 2])
+        p, z = self.parameters, motion.position_m[2]
+        is_level = self._movers.clear_of_floor(points, p.floor_height - z, p.ceiling_height - z)
+        moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, is_level)
         discs = moving.discs(here)
         discs[:, :2] += self._delay_s * discs[:, 2:4]
         discs[:, 4] += self._delay_s * discs[:, 5]

@@ -40,8 +40,10 @@ class MoverParameters:
     """A velocity counts if it is so many times its standard deviation."""
     evidence_s: float = 0.07
     """How long the evidence must last."""
-    level_m: float = 0.7
-    """Only what the beams meet within this height above or below the lidar is tracked."""
+    floor_gap_m: float = 0.3
+    """What the beams meet so near to floor or ceiling is not tracked: they seem to move when the lidar tilts."""
+    floor_gap_share: float = 0.03
+    """Added to that for each metre of distance, for the errors of the attitude."""
     forget_s: float = 1.0
     """What moves is predicted so long where nobody sees it."""
 
@@ -118,21 +120,30 @@ class Movers:
         self._frame = 0
         self._turn, self._shift = 0.0, np.zeros(2)
 
+    def clear_of_floor(self, points: np.ndarray, floor_m: float, ceiling_m: float) -> np.ndarray:
+        """Return which ``points`` (n, 3), m, from the lidar, belong neither to floor nor ceiling (n,).
+
+        floor_m, ceiling_m: their heights above the lidar.
+        """
+        p = self.parameters
+        gap_m = p.floor_gap_m + p.floor_gap_share * np.hypot(points[:, 0], points[:, 1])
+        return (points[:, 2] > floor_m + gap_m) & (points[:, 2] < ceiling_m - gap_m)
+
     def update(
         self,
         stamp_s: float,
         points_xy: np.ndarray,
         sensor_xy: np.ndarray,
         sight_m: np.ndarray,
-        heights_m: np.ndarray | None = None,
+        is_level: np.ndarray | None = None,
     ) -> MoverSet:
         """Return what moves at a scan.
 
         points_xy: (n, 2) m, the ends of the beams that hit something, in the order of the beams; sensor_xy:
         (2,) m, the lidar; both in the odometry's frame. sight_m: (m,) m, how far the scan sees in m equal
         directions from the odometry's x axis (`kernels.sight.bins_of`); negative where no beam looks.
-        heights_m: (n,) m, of the points above the lidar; None: all are at its height. With them the floor,
-        which seems to move when the lidar tilts, is left out. After a clock that went back, or LONGEST_STEP_S
+        is_level: (n,) bool, which points belong neither to floor nor ceiling (`clear_of_floor`); None: all.
+        After a clock that went back, or LONGEST_STEP_S
         without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
@@ -141,7 +152,7 @@ class Movers:
             dt_s = 0.0
         self._stamp_s = stamp_s
         p = self.parameters
-        level = np.ones(len(points_xy), bool) if heights_m is None else np.abs(heights_m) <= p.level_m
+        level = np.ones(len(points_xy), bool) if is_level is None else is_level
         points = np.asarray(points_xy, float)[level] @ _rotation(self._turn).T + self._shift
         pose = np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
         labels = np.empty(len(points), np.int64)
