@@ -196,13 +196,13 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
         1.3,
         False,
     )
-    no_way = np.empty((0, 0)), 0.2, 0.0, 0.0
+    no_way = np.empty((0, 0, 0)), 0.2, 0.0, 0.0
     around = Surroundings(distance, 0.1, LAYER_M, 1.3, np.empty(0), unseen, 0.2, np.empty((0, 6)), *no_way)
     start, keep, ahead = np.zeros((3, 4)), np.full(64, 0.55), np.array([1.0, 0.0])
     least, most = np.empty(64), np.empty(64)
     braking(start, response, around, horizon, least, most)
     admissible, results = np.empty(60, np.bool_), np.zeros((60, 4))
-    rules = horizon, Cushions(0.5, 1.2, 0.55, np.zeros(64)), least, most
+    rules = horizon, Cushions(0.5, 1.2, 0.5, 0.55, np.zeros(64)), least, most
     judge(start, commands, response, around, *rules, ahead, admissible, results)
     assert least.min() >= 0.6  # so braking at once excuses nothing
     assert most.max() <= 0.0

@@ -51,7 +51,7 @@ def test_the_way_out_goes_round_a_wall():
 
 
 def test_an_opening_stays_as_it_was_within_the_hysteresis():
-    limits, states = np.array([0.43, 0.47, 0.51]), np.full((64, 64, 2), -math.inf)
+    limits, states = np.array([0.43, 0.47, 0.51]), np.full((64, 64, 3), -math.inf)
 
     def closed(distance_m, stamp_s):
         slowness = np.ones((3, 3))

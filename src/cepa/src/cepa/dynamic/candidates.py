@@ -9,7 +9,7 @@ import numpy as np
 REFERENCE, LAST, STANDSTILL = range(3)
 """Rows of the candidates; the fan follows."""
 DIRECTIONS = 48
-SPEEDS = (1.0, 0.75, 0.5, 0.25)
+SPEEDS = (1.0, 0.6, 0.3, 0.12)
 """As fractions of the reference's speed."""
 
 

@@ -28,6 +28,8 @@ STEP_S = 0.05
 BRAKE_S, COST_HORIZON_S, HOLD_S = 3.0, 1.6, 0.6
 COMMIT_PERIODS = 2.0
 LONGEST_COMMIT_S = 0.5
+NOISE_M = 0.06
+"""The nearest of a thing's points is nearer than the thing by so much. So r_LB is kept within it."""
 AHEAD_M = 2.0
 """It climbs to a height at which at least so much straight ahead is open."""
 CLEAR_STRIDE = 4
@@ -57,7 +59,9 @@ class Dynamic(Algorithm):
         self._response = response_of(model, STEP_S)
         steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
         hull_m = float(p.body_radius + p.margin)
-        self._cushions = Cushions(float(p.r_lb), float(p.r_ub), hull_m, model.tube_m(STEP_S, steps)[1:])
+        tube_m = model.tube_m(STEP_S, steps)[1:]
+        least_m = max(hull_m, p.r_lb - NOISE_M)
+        self._cushions = Cushions(float(p.r_lb), float(p.r_ub), least_m, hull_m, tube_m)
         self._delay_s = model.delay_s
         self._least, self._most = np.empty(steps), np.empty(steps)
         self._observer = Observer(model)
@@ -172,7 +176,7 @@ class Dynamic(Algorithm):
         """Return the distance to keep after each step of braking, m."""
         cushions = self._cushions
         tube = error_share(state, 0.0, 0.0) * cushions.tube
-        return np.maximum(cushions.inner, cushions.hull + tube)
+        return np.maximum(cushions.least, cushions.hull + tube)
 
     def _is_clear(self, reference: np.ndarray, state: np.ndarray, scan: Scan) -> bool:
         """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""
@@ -213,7 +217,7 @@ class Dynamic(Algorithm):
         field = space.distance, FIELD_CELL_M, LAYER_M, self._cloud_lookout.far_m
         seen = NO_SIGHT, space.unseen, SEEN_CELL_M, NO_MOVERS
         length, *offset = NO_WAY_SEARCHED
-        around = Surroundings(*field, *seen, length, WAY_CELL_M, *offset)
+        around = Surroundings(*field, *seen, length[None], WAY_CELL_M, *offset)
         height_m = space.open_height_m(direction, max(AHEAD_M, speed * COST_HORIZON_S), p.r_lb)
         level = candidates(reference, self._command, speed)
         commands = climbing(level, height_m / HEIGHT_GAIN_S, p.climb_max)
@@ -226,7 +230,7 @@ class Dynamic(Algorithm):
             layers = Layers(space.distance, FIELD_CELL_M, space.detours_m)
             ways = self._ways_out.search_layers(layers, direction, motion)
         length, *offset = ways or NO_WAY_SEARCHED
-        around = Surroundings(*field, *seen, length, WAY_CELL_M, *offset)
+        around = Surroundings(*field, *seen, length[None], WAY_CELL_M, *offset)
         admissible, results = self._judged(commands, state, around, direction)
         cost = self._cost.of(commands, results, self._command, speed)
         cost += self._cost.of_height(commands, results, self._command, height_m - space.middle_m)
@@ -259,7 +263,7 @@ class Dynamic(Algorithm):
         length, *offset = ways or NO_WAY_SEARCHED
         field = distance, FIELD_CELL_M, 1.0, self._lookout.far_m
         seen = sight.reach, NOTHING_UNSEEN, 1.0
-        return Surroundings(*field, *seen, discs, length, WAY_CELL_M, *offset), ways is not None
+        return Surroundings(*field, *seen, discs, length[None], WAY_CELL_M, *offset), ways is not None
 
     def _judged(
         self, commands: np.ndarray, state: np.ndarray, around: Surroundings, direction: np.ndarray

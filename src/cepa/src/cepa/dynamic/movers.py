@@ -41,7 +41,7 @@ class MoverParameters:
     evidence_s: float = 0.07
     """How long the evidence must last."""
     floor_gap_m: float = 0.3
-    """What the beams meet so near to floor or ceiling is not tracked: they seem to move when the lidar tilts."""
+    """What is so near to floor or ceiling is not tracked: both seem to move when the lidar tilts."""
     floor_gap_share: float = 0.03
     """Added to that for each metre of distance, for the errors of the attitude."""
     forget_s: float = 1.0

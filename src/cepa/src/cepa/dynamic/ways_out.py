@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cepa.kernels.field import close, favour, stamp, trace, ways_out
+from cepa.kernels.field import close, favour, stamp, trace, ways_out, widest
 from cepa.kernels.layers import best_layers
 from cepa.motion import Motion
 from cepa.parameters import CepaParameters
 
 CELL_M = 0.25
-CLOSED_M = -0.03
+CLOSED_M = 0.0
 """The way keeps so much more than r_LB. With less than 0, an opening of 2 r_LB + 0.2 m has a cell in it."""
 ROUNDS = 8
 NO_WAY_M = 10.0
@@ -23,8 +23,13 @@ FAVOUR = 0.8
 """A metre along the last way counts so much: of two ways of almost one length the UAV keeps to the first."""
 HYSTERESIS_M, STAY_S, STAY_CELLS = 0.04, 3.0, 64
 """What is narrow stays open or closed within so much, for so long. The UAV flies fewer cells in this time."""
+GIVEN_UP_UNTIL = 2
+"""Column of a cell's state."""
 LAYER_PENALTY_1_M = 0.5
 """A metre costs so much more for each metre off the height that is asked for."""
+STALL_S, STALL_M, GIVEN_UP_M, NARROW_M = 3.0, 0.5, 2.0, 0.1
+"""A UAV that stays within STALL_M for so long gives up what is narrow in the next GIVEN_UP_M of its way."""
+SLOWER = 1.0
 AHEAD_M, SLOW_AHEAD = 2.0, 6.0
 LEADS_BACK_M = 15.0
 """A way so much longer than the straight one leads back."""
@@ -57,9 +62,10 @@ class WaysOut:
         self._p = parameters
         side = 2 * round(0.5 * parameters.window_m / CELL_M) + 1
         self._distance = np.empty((side, side))
+        self._finer = np.empty((2 * side, 2 * side))
         self._length = np.empty((side, side))
         self._last = np.empty((8 * side, 2), np.int64)
-        self._states = np.empty((side + STAY_CELLS, side + STAY_CELLS, 2))
+        self._states = np.empty((side + STAY_CELLS, side + STAY_CELLS, 3))
         self._limits = parameters.r_lb + CLOSED_M + HYSTERESIS_M * np.array([-1.0, 0.0, 1.0])
         self.reset()
 
@@ -68,6 +74,7 @@ class WaysOut:
         self._last_count = 0
         self._states[:] = -math.inf
         self._back_until_s = -math.inf
+        self._stayed_xy, self._stayed_since_s = (math.inf, math.inf), math.inf
 
     def search(self, obstacles: np.ndarray, direction: np.ndarray, motion: Motion) -> Ways | None:
         """Return the ways out; None: there is none from here.
@@ -77,12 +84,34 @@ class WaysOut:
         """
         p, (x_m, y_m, _) = self._p, motion.position_m
         column, row, *offset = self._place(x_m, y_m)
-        stamp(obstacles + offset, self._distance, CELL_M, p.r_ub)
+        stamp(obstacles + offset, self._finer, 0.5 * CELL_M, p.r_ub)
+        widest(self._finer, self._distance)
         nearness = (p.r_ub - self._distance) / (p.r_ub - p.r_lb)
-        slowness = 1.0 + nearness
+        slowness = 1.0 + nearness + SLOWER * nearness**2
         place = column, row, motion.stamp_s, STAY_S
+        self._give_up_if_stalled(motion)
         close(self._distance, self._limits, *place, self._states, slowness)
-        return self._out(slowness, direction, motion)
+        ways = self._out(slowness, direction, motion)
+        if ways is None:
+            self._states[:, :, GIVEN_UP_UNTIL] = -math.inf
+        return ways
+
+    def _give_up_if_stalled(self, motion: Motion) -> None:
+        """Close what is narrow in the way ahead for memory_s if the UAV has got nowhere for long."""
+        x_m, y_m, _ = motion.position_m
+        if math.dist((x_m, y_m), self._stayed_xy) > STALL_M or motion.stamp_s < self._stayed_since_s:
+            self._stayed_xy, self._stayed_since_s = (x_m, y_m), motion.stamp_s
+        if motion.stamp_s - self._stayed_since_s < STALL_S:
+            return
+        self._stayed_since_s = motion.stamp_s
+        column, row, *_ = self._place(x_m, y_m)
+        half, cells = len(self._distance) // 2, len(self._states)
+        for way_column, way_row in self._last[: min(self._last_count, round(GIVEN_UP_M / CELL_M))]:
+            i, j = way_row - row + half, way_column - column + half
+            if self._distance[i, j] < self._p.r_lb + NARROW_M:
+                rows, columns = ((k + np.arange(-1, 2)) % cells for k in (way_row, way_column))
+                until = np.ix_(rows, columns, [GIVEN_UP_UNTIL])
+                self._states[until] = motion.stamp_s + self._p.memory_s
 
     def search_layers(self, layers: Layers, direction: np.ndarray, motion: Motion) -> Ways | None:
         """Return the ways out through layers of heights; a column of cells is as open as its best layer."""

@@ -20,21 +20,33 @@ def stamp(points: np.ndarray, field: np.ndarray, cell: float, far: float) -> Non
     half = 0.5 * (n - 1)
     reach = math.ceil(far / cell)
     field[:] = far * far
+    dx2 = np.empty(2 * reach + 2)
     for k in range(points.shape[0]):
         column, row = points[k, 0] / cell + half, points[k, 1] / cell + half
         first_row, last_row = max(0, int(row) - reach), min(n - 1, int(row) + 1 + reach)
         first_column, last_column = max(0, int(column) - reach), min(n - 1, int(column) + 1 + reach)
+        width = last_column - first_column + 1
+        for j in range(width):
+            dx2[j] = ((first_column + j - column) * cell) ** 2
         for i in range(first_row, last_row + 1):
-            dy = (i - row) * cell
-            dy2 = dy * dy
-            for j in range(first_column, last_column + 1):
-                dx = (j - column) * cell
-                d2 = dx * dx + dy2
-                if d2 < field[i, j]:
-                    field[i, j] = d2
+            dy2 = ((i - row) * cell) ** 2
+            cells = field[i, first_column : last_column + 1]
+            for j in range(width):  # without a branch, so that several cells go at once
+                d2 = dx2[j] + dy2
+                cells[j] = d2 if d2 < cells[j] else cells[j]
     for i in range(n):
         for j in range(n):
             field[i, j] = math.sqrt(field[i, j])
+
+
+@njit(cache=True)
+def widest(finer: np.ndarray, field: np.ndarray) -> None:
+    """Fill ``field`` (n, n) with the greatest of each four values of ``finer`` (2 n, 2 n)."""
+    for i in range(field.shape[0]):
+        for j in range(field.shape[1]):
+            a, b = finer[2 * i, 2 * j], finer[2 * i, 2 * j + 1]
+            c, d = finer[2 * i + 1, 2 * j], finer[2 * i + 1, 2 * j + 1]
+            field[i, j] = max(max(a, b), max(c, d))
 
 
 @njit(cache=True)
@@ -136,8 +148,9 @@ def close(
     """Write inf into ``slowness`` (n, n) where ``distance`` (n, n), m, leaves no room, with a hysteresis.
 
     limits (3,): a cell closes below the first and opens above the last, m. Between them it stays as it was
-    within the last ``hold`` s, and else closes below the middle one. states (m, m, 2): whether each cell of
-    the plane was closed, and when, at its index modulo m > n. column, row: of the middle among these cells.
+    within the last ``hold`` s, and else closes below the middle one. states (m, m, 3): whether each cell of
+    the plane was closed, when, and until when it is in any case, at its index modulo m > n. column, row: of
+    the middle among these cells.
     """
     n, m = slowness.shape[0], states.shape[0]
     for i in range(n):
@@ -150,5 +163,5 @@ def close(
             else:
                 is_closed = d < limits[1]
             states[k, h, 0], states[k, h, 1] = 1.0 if is_closed else 0.0, stamp
-            if is_closed:
+            if is_closed or stamp < states[k, h, 2]:
                 slowness[i, j] = math.inf

@@ -15,8 +15,9 @@ from numba import njit
 AT_REST_M_S, AT_REST_M_S2 = 0.05, 0.2
 FULL_ERROR_M_S, LEAST_ERROR_SHARE = 2.0, 0.33
 """From this speed on the response may have its whole stated error; a slower flight has less of it."""
+ANGLE_ERROR_RAD = 3e-4
 DEEPER_M = 0.02
-"""What stands nearer than the inner cushion may come nearer by so much, or noise would hold the UAV there."""
+"""What stands nearer than the least distance may come so much nearer, or noise would hold the UAV there."""
 
 
 class Response(NamedTuple):
@@ -51,7 +52,7 @@ class Surroundings(NamedTuple):
     movers: np.ndarray
     """(m, 6): x, y in m, velocity in m/s, radius in m, growth of the radius in m/s."""
     way: np.ndarray
-    """(k, k) m: length of the shortest way out from each cell; (0, 0): none was searched."""
+    """(1, k, k) m: length of the shortest way out from each cell; (0, 0, 0): none was searched."""
     way_cell_m: float
     way_x: float
     """m: of the UAV from the middle of ``way``."""
@@ -72,38 +73,42 @@ class Cushions(NamedTuple):
 
     inner: float
     outer: float
+    """The limits of discomfort."""
+    least: float
+    """Nothing may come nearer."""
     hull: float
     """Of the body, and what the scan's errors take."""
     tube: np.ndarray
     """(commit + brake,): how far the UAV may stray in FULL_ERROR_M_S flight after each step."""
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _advance(state: np.ndarray, response: Response, ux: float, uy: float, uz: float) -> None:
     f, g, step = response.f, response.g, response.step_s
-    ax, ay = state[0, 2], state[1, 2]
-    new_x = f[2, 1] * state[0, 1] + f[2, 2] * ax + f[2, 3] * state[0, 3] + g[2] * ux
-    new_y = f[2, 1] * state[1, 1] + f[2, 2] * ay + f[2, 3] * state[1, 3] + g[2] * uy
-    change = math.sqrt((new_x - ax) ** 2 + (new_y - ay) ** 2)
-    size = math.sqrt(new_x**2 + new_y**2)
-    is_linear = change <= response.jerk_max * step and size <= response.acceleration_max
-    if not is_linear:
-        share = min(1.0, response.jerk_max * step / max(change, 1e-9))
+    vx, ax, ix = state[0, 1], state[0, 2], state[0, 3]
+    vy, ay, iy = state[1, 1], state[1, 2], state[1, 3]
+    new_x = f[2, 1] * vx + f[2, 2] * ax + f[2, 3] * ix + g[2] * ux
+    new_y = f[2, 1] * vy + f[2, 2] * ay + f[2, 3] * iy + g[2] * uy
+    change2 = (new_x - ax) ** 2 + (new_y - ay) ** 2
+    most_change = response.jerk_max * step
+    if change2 <= most_change**2 and new_x**2 + new_y**2 <= response.acceleration_max**2:
+        state[0, 0] += f[0, 1] * vx + f[0, 2] * ax + f[0, 3] * ix + g[0] * ux
+        state[1, 0] += f[0, 1] * vy + f[0, 2] * ay + f[0, 3] * iy + g[0] * uy
+        state[0, 1] = f[1, 1] * vx + f[1, 2] * ax + f[1, 3] * ix + g[1] * ux
+        state[1, 1] = f[1, 1] * vy + f[1, 2] * ay + f[1, 3] * iy + g[1] * uy
+    else:
+        share = min(1.0, most_change / max(math.sqrt(change2), 1e-9))
         new_x, new_y = ax + share * (new_x - ax), ay + share * (new_y - ay)
         share = min(1.0, response.acceleration_max / max(math.sqrt(new_x**2 + new_y**2), 1e-9))
         new_x, new_y = share * new_x, share * new_y
-    for axis in range(2):
-        u, new = (ux, new_x) if axis == 0 else (uy, new_y)
-        v, a, i = state[axis, 1], state[axis, 2], state[axis, 3]
-        if is_linear:
-            state[axis, 0] += f[0, 1] * v + f[0, 2] * a + f[0, 3] * i + g[0] * u
-            state[axis, 1] = f[1, 1] * v + f[1, 2] * a + f[1, 3] * i + g[1] * u
-        else:
-            state[axis, 0] += step * (v + step * (2.0 * a + new) / 6.0)
-            state[axis, 1] = v + 0.5 * step * (a + new)
-        state[axis, 2] = new
-        state[axis, 3] = f[3, 1] * v + f[3, 2] * a + f[3, 3] * i + g[3] * u
-    state[2, 0] += response.step_s * state[2, 1]
+        state[0, 0] += step * (vx + step * (2.0 * ax + new_x) / 6.0)
+        state[1, 0] += step * (vy + step * (2.0 * ay + new_y) / 6.0)
+        state[0, 1] = vx + 0.5 * step * (ax + new_x)
+        state[1, 1] = vy + 0.5 * step * (ay + new_y)
+    state[0, 2], state[1, 2] = new_x, new_y
+    state[0, 3] = f[3, 1] * vx + f[3, 2] * ax + f[3, 3] * ix + g[3] * ux
+    state[1, 3] = f[3, 1] * vy + f[3, 2] * ay + f[3, 3] * iy + g[3] * uy
+    state[2, 0] += step * state[2, 1]
     state[2, 1] += response.climb_gain * (uz - state[2, 1])
 
 
@@ -128,47 +133,47 @@ def fly(
         t = from_s + (step + 0.5) * response.step_s
         while k + 1 < last and commands[(k + 1) % n, 0] <= t:
             k += 1
-        if k < last and commands[k % n, 0] <= t < commands[k % n, 1]:
-            _advance(state, response, commands[k % n, 2], commands[k % n, 3], commands[k % n, 4])
-        else:
-            _advance(state, response, 0.0, 0.0, 0.0)
+        now = k % n
+        holds = 1.0 if k < last and commands[now, 0] <= t < commands[now, 1] else 0.0
+        ux, uy, uz = commands[now, 2], commands[now, 3], commands[now, 4]
+        _advance(state, response, holds * ux, holds * uy, holds * uz)
 
 
 @njit(cache=True)
 def roll(start: np.ndarray, command: np.ndarray, response: Response, flown: int, path: np.ndarray) -> int:
     """Fly ``command`` (3,) for ``flown`` steps, then brake; fill ``path`` (n, 3), m; return its length."""
     state = start.copy()
+    ux, uy, uz = command
     for k in range(path.shape[0]):
-        if k < flown:
-            _advance(state, response, command[0], command[1], command[2])
-        else:
-            _advance(state, response, 0.0, 0.0, 0.0)
-            if _is_at_rest(state):
-                return k
+        if k == flown:
+            ux = uy = uz = 0.0
+        _advance(state, response, ux, uy, uz)
+        if k >= flown and _is_at_rest(state):
+            return k
         path[k] = state[:, 0]
     return path.shape[0]
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _is_at_rest(state: np.ndarray) -> bool:
     speed2 = state[0, 1] ** 2 + state[1, 1] ** 2 + state[2, 1] ** 2
     return speed2 < AT_REST_M_S**2 and state[0, 2] ** 2 + state[1, 2] ** 2 < AT_REST_M_S2**2
 
 
-@njit(cache=True)
-def _bilinear(grid: np.ndarray, cell: float, x: float, y: float, outside: float) -> float:
-    half = 0.5 * (grid.shape[0] - 1)
+@njit(cache=True, inline="always")
+def _bilinear(grid: np.ndarray, layer: int, cell: float, x: float, y: float, outside: float) -> float:
+    half = 0.5 * (grid.shape[1] - 1)
     column, row = x / cell + half, y / cell + half
     j, i = math.floor(column), math.floor(row)
-    if i < 0 or j < 0 or i >= grid.shape[0] - 1 or j >= grid.shape[0] - 1:
+    if i < 0 or j < 0 or i >= grid.shape[1] - 1 or j >= grid.shape[1] - 1:
         return outside
     s, t = column - j, row - i
-    return (1.0 - t) * ((1.0 - s) * grid[i, j] + s * grid[i, j + 1]) + t * (
-        (1.0 - s) * grid[i + 1, j] + s * grid[i + 1, j + 1]
+    return (1.0 - t) * ((1.0 - s) * grid[layer, i, j] + s * grid[layer, i, j + 1]) + t * (
+        (1.0 - s) * grid[layer, i + 1, j] + s * grid[layer, i + 1, j + 1]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _layer(count: int, layer_m: float, z: float) -> int:
     """Return the layer at height z, or -1 beyond the layers; a single layer has no height."""
     if count == 1:
@@ -177,34 +182,60 @@ def _layer(count: int, layer_m: float, z: float) -> int:
     return layer if 0 <= layer < count else -1
 
 
-@njit(cache=True)
-def _clearance(around: Surroundings, state: np.ndarray, t: float) -> float:
-    layer = _layer(around.distance.shape[0], around.layer_m, state[2, 0])
+@njit(cache=True, inline="always")
+def _clearance(
+    distance: np.ndarray,
+    cell_m: float,
+    layer_m: float,
+    far: float,
+    movers: np.ndarray,
+    state: np.ndarray,
+    t: float,
+) -> float:
+    layer = _layer(distance.shape[0], layer_m, state[2, 0])
     if layer < 0:
         return 0.0
     x, y = state[0, 0], state[1, 0]
-    d = _bilinear(around.distance[layer], around.cell_m, x, y, around.far)
-    for k in range(around.movers.shape[0]):
-        mover = around.movers[k]
-        dx, dy = x - mover[0] - mover[2] * t, y - mover[1] - mover[3] * t
-        d = min(d, math.sqrt(dx * dx + dy * dy) - mover[4] - mover[5] * t)
+    d = _bilinear(distance, layer, cell_m, x, y, far)
+    for k in range(movers.shape[0]):
+        dx, dy = x - movers[k, 0] - movers[k, 2] * t, y - movers[k, 1] - movers[k, 3] * t
+        d = min(d, math.sqrt(dx * dx + dy * dy) - movers[k, 4] - movers[k, 5] * t)
     return d
 
 
-@njit(cache=True)
-def _beyond_sight(around: Surroundings, state: np.ndarray) -> float:
+@njit(cache=True, inline="always")
+def _angle(x: float, y: float) -> float:
+    """Return atan2(y, x) within ANGLE_ERROR_RAD, in a third of the time."""
+    across, along = abs(y), abs(x)
+    low, high = (across, along) if across < along else (along, across)
+    if high == 0.0:
+        return 0.0
+    a = low / high
+    a2 = a * a
+    angle = a * (1.0 + a2 * (-0.327622764 + a2 * (0.15931422 - 0.0464964749 * a2)))
+    if across > along:
+        angle = 0.5 * math.pi - angle
+    if x < 0.0:
+        angle = math.pi - angle
+    return -angle if y < 0.0 else angle
+
+
+@njit(cache=True, inline="always")
+def _beyond_sight(
+    sight: np.ndarray, unseen: np.ndarray, unseen_cell_m: float, layer_m: float, state: np.ndarray
+) -> float:
     """Return how far the UAV is beyond what has been seen, m; with layers 1 or 0."""
     x, y = state[0, 0], state[1, 0]
-    if around.unseen.shape[0]:
-        layer = _layer(around.unseen.shape[0], around.layer_m, state[2, 0])
-        half = around.unseen.shape[1] // 2
-        i = math.floor(y / around.unseen_cell_m + 0.5) + half
-        j = math.floor(x / around.unseen_cell_m + 0.5) + half
+    if unseen.shape[0]:
+        layer = _layer(unseen.shape[0], layer_m, state[2, 0])
+        half = unseen.shape[1] // 2
+        i = math.floor(y / unseen_cell_m + 0.5) + half
+        j = math.floor(x / unseen_cell_m + 0.5) + half
         outside = layer < 0 or min(i, j) < 0 or max(i, j) > 2 * half
-        return 1.0 if outside or around.unseen[layer, i, j] else 0.0
-    bins = around.sight.size
-    b = math.floor(math.atan2(y, x) * bins / (2.0 * math.pi) + 0.5) % bins
-    return math.sqrt(x * x + y * y) - around.sight[b]
+        return 1.0 if outside or unseen[layer, i, j] else 0.0
+    bins = sight.size
+    b = math.floor(_angle(x, y) * bins / (2.0 * math.pi) + 0.5)
+    return math.sqrt(x * x + y * y) - sight[b + bins if b < 0 else b]
 
 
 @njit(cache=True)
@@ -217,11 +248,12 @@ def braking(
     beyond: np.ndarray,
 ) -> None:
     """Brake at once; fill (n,) ``clearance`` and ``beyond``, how far out of sight, m; n = commit + brake."""
+    distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _ = around
     state = start.copy()
     for k in range(horizon.commit + horizon.brake):
         _advance(state, response, 0.0, 0.0, 0.0)
-        clearance[k] = _clearance(around, state, (k + 1) * response.step_s)
-        beyond[k] = _beyond_sight(around, state)
+        clearance[k] = _clearance(distance, cell_m, layer_m, far, movers, state, (k + 1) * response.step_s)
+        beyond[k] = _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state)
 
 
 @njit(cache=True)
@@ -248,31 +280,56 @@ def _is_admissible(
 
     A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too.
     """
-    share = error_share(state, ux, uy)
+    distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _ = around
+    tube, share = cushions.tube, error_share(state, ux, uy)
     for k in range(horizon.commit + horizon.brake):
-        if k < horizon.commit:
-            _advance(state, response, ux, uy, uz)
-        else:
-            _advance(state, response, 0.0, 0.0, 0.0)
-            if _is_at_rest(state):
-                break
-        keep = max(cushions.inner, cushions.hull + share * cushions.tube[k])
-        if _clearance(around, state, (k + 1) * response.step_s) < min(keep, least[k]):
+        if k == horizon.commit:
+            ux = uy = uz = 0.0
+        _advance(state, response, ux, uy, uz)
+        if k >= horizon.commit and _is_at_rest(state):
+            break
+        keep = max(cushions.least, cushions.hull + share * tube[k])
+        if _clearance(distance, cell_m, layer_m, far, movers, state, (k + 1) * response.step_s) < min(
+            keep, least[k]
+        ):
             return False
-        if _beyond_sight(around, state) > max(0.0, most[k]):
+        if _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state) > max(0.0, most[k]):
             return False
     return True
 
 
 @njit(cache=True)
-def _way_from(around: Surroundings, x: float, y: float, direction: np.ndarray) -> float:
+def _way_from(way: np.ndarray, cell_m: float, x: float, y: float, direction: np.ndarray) -> float:
     """Return the length of the shortest way out from (x, y), m; outside of the window along ``direction``."""
-    half = 0.5 * (around.way.shape[0] - 1) * around.way_cell_m
-    x, y = x + around.way_x, y + around.way_y
+    half = 0.5 * (way.shape[1] - 1) * cell_m
     farthest = max(abs(x), abs(y))
     scale = min(1.0, 0.999 * half / farthest) if farthest > 0.0 else 1.0
     beyond = (1.0 - scale) * (x * direction[0] + y * direction[1])
-    return _bilinear(around.way, around.way_cell_m, scale * x, scale * y, math.inf) - beyond
+    return _bilinear(way, 0, cell_m, scale * x, scale * y, math.inf) - beyond
+
+
+@njit(cache=True, inline="always")
+def _way_slope(
+    way: np.ndarray, cell_m: float, x: float, y: float, direction: np.ndarray
+) -> tuple[float, float]:
+    """Return how much longer the way out is two cells farther along x and along y, m."""
+    h = cell_m
+    half = 0.5 * (way.shape[1] - 1)
+    column, row = x / h + half, y / h + half
+    j, i = math.floor(column), math.floor(row)
+    if min(i, j) < 1 or max(i, j) > way.shape[1] - 3:
+        along_x = _way_from(way, h, x + h, y, direction) - _way_from(way, h, x - h, y, direction)
+        return along_x, _way_from(way, h, x, y + h, direction) - _way_from(way, h, x, y - h, direction)
+    s, t = column - j, row - i
+    low_x = (1.0 - s) * (way[0, i, j + 1] - way[0, i, j - 1]) + s * (way[0, i, j + 2] - way[0, i, j])
+    high_x = (1.0 - s) * (way[0, i + 1, j + 1] - way[0, i + 1, j - 1]) + s * (
+        way[0, i + 1, j + 2] - way[0, i + 1, j]
+    )
+    low_y = (1.0 - t) * (way[0, i + 1, j] - way[0, i - 1, j]) + t * (way[0, i + 2, j] - way[0, i, j])
+    high_y = (1.0 - t) * (way[0, i + 1, j + 1] - way[0, i - 1, j + 1]) + t * (
+        way[0, i + 2, j + 1] - way[0, i, j + 1]
+    )
+    return (1.0 - t) * low_x + t * high_x, (1.0 - s) * low_y + s * high_y
 
 
 @njit(cache=True)
@@ -289,22 +346,21 @@ def _judge(
     result: np.ndarray,
 ) -> None:
     """Fly u for the whole horizon; fill ``result``: progress in m, discomfort, share lost, height in m."""
+    distance, cell_m, layer_m, far, _, _, _, movers, way, way_cell_m, way_x, way_y = around
     inner, outer = cushions.inner, cushions.outer
-    least = min(inner, _clearance(around, state, 0.0) - DEEPER_M)
+    least = min(cushions.least, _clearance(distance, cell_m, layer_m, far, movers, state, 0.0) - DEEPER_M)
     discomfort = 0.0
     lost = 0.0
     speed = math.sqrt(ux * ux + uy * uy)
     for k in range(horizon.cost):
         x, y = state[0, 0], state[1, 0]
-        if k >= horizon.hold and around.way.size:
-            h = around.way_cell_m
-            gx = _way_from(around, x + h, y, direction) - _way_from(around, x - h, y, direction)
-            gy = _way_from(around, x, y + h, direction) - _way_from(around, x, y - h, direction)
+        if k >= horizon.hold and way.size:
+            gx, gy = _way_slope(way, way_cell_m, x + way_x, y + way_y, direction)
             size = math.sqrt(gx * gx + gy * gy)
-            if 0.2 * h < size < 20.0 * h:
+            if 0.2 * way_cell_m < size < 20.0 * way_cell_m:
                 ux, uy = -speed * gx / size, -speed * gy / size
         _advance(state, response, ux, uy, uz)
-        d = _clearance(around, state, (k + 1) * response.step_s)
+        d = _clearance(distance, cell_m, layer_m, far, movers, state, (k + 1) * response.step_s)
         if d < least:
             state[0, 0], state[1, 0] = x, y
             lost = 1.0 - k / horizon.cost
@@ -313,8 +369,9 @@ def _judge(
         if d < outer:
             discomfort += ((outer - d) / (outer - inner)) ** 2
     x, y = state[0, 0], state[1, 0]
-    if around.way.size:
-        result[0] = _way_from(around, 0.0, 0.0, direction) - _way_from(around, x, y, direction)
+    if way.size:
+        here = _way_from(way, way_cell_m, way_x, way_y, direction)
+        result[0] = here - _way_from(way, way_cell_m, x + way_x, y + way_y, direction)
     else:
         result[0] = x * direction[0] + y * direction[1]
     result[1] = discomfort / horizon.cost
@@ -406,11 +463,11 @@ def is_clear(
     """
     for brakes in range(2):
         state = start.copy()
+        ux, uy, uz = command
         for k in range(horizon.commit + horizon.brake if brakes else horizon.cost):
-            if brakes and k >= horizon.commit:
-                _advance(state, response, 0.0, 0.0, 0.0)
-            else:
-                _advance(state, response, command[0], command[1], command[2])
+            if brakes and k == horizon.commit:
+                ux = uy = uz = 0.0
+            _advance(state, response, ux, uy, uz)
             if k % stride == 0 and not _is_free(state[0, 0], state[1, 0], scan, distance, radius):
                 return False
     return True
