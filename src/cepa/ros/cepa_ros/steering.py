@@ -7,7 +7,7 @@ import math
 import time
 from typing import NamedTuple
 
-from cepa import AttitudeError, Cloud, Decision, LaserScan2D, LidarAttitude, levelled
+from cepa import AttitudeError, Cloud, Decision, Dynamic, LaserScan2D, LidarAttitude, levelled
 from cepa.algorithm import Algorithm
 from cepa.decision import Vector2
 from cepa.pairing import PairedScan
@@ -47,12 +47,14 @@ class Steering:
         self._warnings = warnings
         self._limits = limits
         self._motion = OwnMotion(warnings)
-        self.take(algorithm)
+        self.algorithm = algorithm
+        self._last_xy = (0.0, 0.0)
 
     def take(self, algorithm: Algorithm) -> None:
-        """Steer by another algorithm, or by one with other parameters."""
+        """Steer by another algorithm, or by one with other parameters; it keeps what is remembered."""
+        if isinstance(algorithm, Dynamic) and isinstance(self.algorithm, Dynamic):
+            algorithm.take_over(self.algorithm)
         self.algorithm = algorithm
-        self.restart()
 
     def restart(self) -> None:
         """Forget everything, as after a clock that jumped back."""

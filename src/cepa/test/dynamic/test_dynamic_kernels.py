@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cepa import CepaParameters
 from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.response import ResponseModel
-from cepa.kernels.field import close, stamp, trace, ways_out
+from cepa.kernels.field import close, stamp, trace, ways_out, widest
 from cepa.kernels.memory import recall, remember
 from cepa.kernels.rollout import roll
 from cepa.kernels.sight import bins_of, fill_blind, points_of, reach_in_sight
@@ -30,6 +30,12 @@ def test_a_field_holds_the_distance_to_the_nearest_point(seed):
     nodes = np.stack(np.meshgrid(axis, axis), axis=-1)
     distances = np.linalg.norm(nodes[:, :, None] - points, axis=-1).min(axis=2, initial=1.3)
     np.testing.assert_allclose(field, distances, atol=1e-9)
+
+
+def test_a_cell_is_as_wide_as_its_widest_quarter():
+    finer, field = np.arange(16.0).reshape(4, 4), np.empty((2, 2))
+    widest(finer, field)
+    np.testing.assert_array_equal(field, [[5.0, 7.0], [13.0, 15.0]])
 
 
 def test_without_obstacles_the_way_out_is_straight():

@@ -154,14 +154,15 @@ def test_what_stops_stands():
     assert all(len(moving.positions) == 0 for t, _, _, moving in sets if t > 2.4)
 
 
-def test_what_is_far_above_or_below_is_no_thing_that_moves():
+def test_the_floor_is_no_thing_that_moves():
     # The floor ahead of a UAV that pitches: an arc of points that comes nearer, 1.5 m below
     movers, across = Movers(), np.linspace(-0.5, 0.5, 40)
     for k in range(80):
         points = np.stack([np.full(40, 8.0 - 1.5 * k * SCAN_S), across], axis=1)
         bins = np.full(360, 9.6)
         bins[[*range(-4, 5)]] = points[0, 0]
-        moving = movers.update(k * SCAN_S, points, np.zeros(2), bins, np.full(40, -1.5))
+        is_level = movers.clear_of_floor(np.column_stack((points, np.full(40, -1.5))), -1.6, 10.0)
+        moving = movers.update(k * SCAN_S, points, np.zeros(2), bins, is_level)
         assert len(moving.positions) == 0
         assert moving.is_moving.shape == (40,)
 

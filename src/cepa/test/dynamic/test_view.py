@@ -60,3 +60,17 @@ def test_what_was_seen_is_shown_where_it_stands_and_looking_does_not_change_the_
     np.testing.assert_allclose(left[1].remembered_m[:, 0], 2.8, atol=1e-6)  # the wall, 0.2 m nearer
     assert left[1].hidden.all()
     assert len(left[2].remembered_m) == 0  # seen free
+
+
+@pytest.mark.parametrize("change", [{}, {"r_ub": 1.5}, {"window_m": 12.0}, {"response_p": 1.4}])
+def test_another_set_of_parameters_takes_over_what_is_known(change):
+    wall, nothing = np.where(AHEAD, 3.0 / np.cos(ANGLES), np.inf), np.full(BEAMS, np.inf)
+    earlier, unchanged, other = Dynamic(), Dynamic(), Dynamic(CepaParameters(**change))
+    for number in range(4):
+        for algorithm in (earlier, unchanged):
+            fly(algorithm, wall, 0.1 * number, x=0.1 * number)
+    other.take_over(earlier)
+    answers = [fly(algorithm, nothing, 0.4, ~AHEAD, 0.4) for algorithm in (other, unchanged)]
+    assert len(other.view().remembered_m) == len(unchanged.view().remembered_m) > 0
+    assert other.view().hidden.all()
+    assert change or answers[0] == answers[1]

@@ -116,6 +116,11 @@ class CloudLookout:
         self._known = 0
         self._position_m = (math.nan, math.nan, math.nan)
 
+    def take_over(self, earlier: CloudLookout) -> None:
+        """Take over what one with other parameters remembers; it must not be used any longer."""
+        self._seen_s, self._voxels, self._known = earlier._seen_s, earlier._voxels, earlier._known
+        self._position_m = earlier._position_m
+
     def look(self, cloud: Cloud | None, motion: Motion) -> Space:
         """Return what is known with this cloud; None: no cloud came, only the memory counts."""
         if math.dist(motion.position_m, self._position_m) > GREATEST_MOVE_M:

@@ -87,6 +87,19 @@ class Dynamic(Algorithm):
         self._judgement: Judgement | None = None
         self._command = np.zeros(3)
 
+    def take_over(self, earlier: Dynamic) -> None:
+        """Take over what one with other parameters knows; that one must not be used any longer."""
+        self._grid, self._movers = earlier._grid, earlier._movers
+        self._stamp_s, self._period_s = earlier._stamp_s, earlier._period_s
+        self._command = earlier._command.copy()
+        self._observer.take_over(earlier._observer)
+        self._lookout.take_over(earlier._lookout)
+        if self._ways_out is not None and earlier._ways_out is not None:
+            self._ways_out.take_over(earlier._ways_out)
+        if self.wants_cloud and earlier._cloud_lookout is not None:
+            self._cloud_lookout = CloudLookout(self.parameters)
+            self._cloud_lookout.take_over(earlier._cloud_lookout)
+
     @property
     def commit_s(self) -> float:
         """How long an answer is safe to fly, s. Whoever flies it must brake when no other came until then."""

@@ -69,6 +69,15 @@ class Lookout:
         self._frames = 0
         self._frame_s = -math.inf
 
+    def take_over(self, earlier: Lookout) -> None:
+        """Take over what one with other parameters remembers."""
+        known = np.isfinite(earlier._cells_s)
+        xy, cells = earlier._cells_xy[known], len(self._cells_s)
+        columns, rows = (np.floor(xy / MEMORY_CELL_M).astype(int) % cells).T
+        self._cells_xy[rows, columns], self._cells_s[rows, columns] = xy, earlier._cells_s[known]
+        self._frames_xy, self._frames_bins = earlier._frames_xy.copy(), earlier._frames_bins.copy()
+        self._frames, self._frame_s = earlier._frames, earlier._frame_s
+
     def see(self, beams: Beams, motion: Motion, range_max: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the ends of the beams that hit something (n, 3), m, and how far each direction is seen.
 

@@ -46,6 +46,11 @@ class Observer:
         self._stamp_s = -math.inf
         self._first = self._next = 0
 
+    def take_over(self, earlier: Observer) -> None:
+        """Take over the state and the commands of one with another model."""
+        self._state, self._stamp_s = earlier._state.copy(), earlier._stamp_s
+        self._commands, self._first, self._next = earlier._commands.copy(), earlier._first, earlier._next
+
     def command(self, stamp_s: float, command: np.ndarray, hold_s: float) -> None:
         """Take in a command (3,), m/s, that is given at ``stamp_s``; after ``hold_s`` the UAV brakes."""
         begins_s = stamp_s + self._model.delay_s

@@ -76,6 +76,13 @@ class WaysOut:
         self._back_until_s = -math.inf
         self._stayed_xy, self._stayed_since_s = (math.inf, math.inf), math.inf
 
+    def take_over(self, earlier: WaysOut) -> None:
+        """Take over the last way, and what was open, from one with a window of the same size."""
+        if earlier._states.shape == self._states.shape:
+            self._last, self._last_count = earlier._last, earlier._last_count
+            self._states, self._back_until_s = earlier._states, earlier._back_until_s
+            self._stayed_xy, self._stayed_since_s = earlier._stayed_xy, earlier._stayed_since_s
+
     def search(self, obstacles: np.ndarray, direction: np.ndarray, motion: Motion) -> Ways | None:
         """Return the ways out; None: there is none from here.
 
