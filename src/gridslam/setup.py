@@ -12,6 +12,7 @@ setup(
             "gridslam.filter",
             "gridslam.inputs",
             "gridslam.kernels",
+            "gridslam.localisation",
             "gridslam.logs",
             "gridslam.loop_closure",
             "gridslam.odometry",

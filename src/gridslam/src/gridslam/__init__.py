@@ -1,6 +1,6 @@
 """Grid mapping SLAM with a Rao-Blackwellised particle filter (Grisetti et al. 2005, 2007). See README.md."""
 
-from gridslam.errors import MapError, ParameterError, ScanError, SlamError, StateError
+from gridslam.errors import MapError, ParameterError, PoseError, ScanError, SlamError, StateError
 from gridslam.filter.particle_filter import GridSlam, ScanUpdate
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
@@ -12,6 +12,7 @@ __all__ = [
     "OccupancyGrid",
     "ParameterError",
     "PlanarScan",
+    "PoseError",
     "ScanError",
     "ScanUpdate",
     "SlamError",

@@ -25,5 +25,9 @@ class StateError(SlamError):
     """A saved state that cannot be read or does not fit."""
 
 
+class PoseError(SlamError):
+    """A pose on the map that cannot be used."""
+
+
 class EvaluationError(SlamError):
     """A trajectory, a ground truth or a map that cannot be judged."""

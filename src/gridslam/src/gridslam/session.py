@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+import math
 import os
 import tempfile
 import warnings
@@ -18,11 +19,13 @@ from typing import TYPE_CHECKING, Callable, Sequence
 import numpy as np
 
 from gridslam import se2
-from gridslam.errors import ParameterError, StateError
+from gridslam.errors import ParameterError, PoseError, StateError
 from gridslam.files import state_file
 from gridslam.filter.particle_filter import GridSlam, ScanUpdate
 from gridslam.filter.starting_map import check
 from gridslam.inputs.continuous_odometry import ContinuousOdometry
+from gridslam.localisation.judgement import Judgement
+from gridslam.localisation.supervisor import Supervisor
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from gridslam.loop_closure import Closure, LoopCloser, LoopClosureParameters
 
 FILTER, ODOMETRY, CLOSER, CLOSER_PARAMETERS = "filter", "odometry.json", "closer.npz", "closer.json"
+JUDGEMENT = "judgement.json"
 """The parts of a saved session."""
 
 
@@ -45,7 +49,7 @@ class SlamSession:
         starting_pose: of the base in the map at the first scan; None: that of odometry. Map and odometry
             then begin as one frame.
         localisation_only: the starting map stays as it is.
-        say: is called with a sentence when something about the odometry is odd.
+        say: is called with a sentence when something about the odometry is odd, or the vehicle is lost.
 
     Raises MapError when the starting map's cells are not of the filter's size.
     """
@@ -65,12 +69,14 @@ class SlamSession:
         self._starting_map, self._localisation_only = starting_map, localisation_only
         self._starting_pose = starting_pose
         self._odometry = ContinuousOdometry(say)
+        self._supervisor = Supervisor(say)
+        self._starting_covariance: np.ndarray | None = None
         self._closer = None if loop_closure is None else _closer(loop_closure)
         self._slam: GridSlam | None = None
         self._mapped: GridSlam | None = None  # its map is taken over at the first scan
 
     def process(self, scan: PlanarScan, base_in_odom: Sequence[float]) -> ScanUpdate | None:
-        """Take in one scan. Return None if the vehicle has not moved enough since the last one.
+        """Take in one scan. Return None if it is not integrated, for lack of motion or of agreement.
 
         Raises:
             ScanError: the scan or the odometry makes no sense.
@@ -78,7 +84,7 @@ class SlamSession:
         base = self._odometry.follow(scan.stamp_s, base_in_odom)
         if self._slam is None:
             self._slam = self._begin(base)
-        update = self._slam.process(scan, tuple(base.tolist()))
+        update = self._supervisor.process(self._slam, scan, base)
         if update is not None and self._closer is not None and self._closer.update(self._slam):
             update = dataclasses.replace(update, base_in_map=self._slam.base_in_map)
         return update
@@ -99,7 +105,42 @@ class SlamSession:
         if self._mapped is not None:
             slam.take_over_map(self._mapped)
             self._mapped = None
+        if self._starting_map is not None:
+            self._supervisor.doubt(slam, "the start on the map was given")
+        if self._starting_covariance is not None:
+            slam.relocate(slam.base_in_map, self._starting_covariance, math.nan)
         return slam
+
+    def place(self, pose: Sequence[float], covariance: np.ndarray) -> None:
+        """Put the vehicle at a pose that somebody gives, as AMCL does. The particles are drawn around it.
+
+        Args:
+            pose: x, y in m and yaw in rad of the base in the map, now.
+            covariance: (3, 3) of the pose, m2, m rad and rad2.
+
+        Raises:
+            PoseError: pose or covariance make no sense, or the pose is outside the map, or there is no map.
+        """
+        self._require_on_the_map(check_pose(pose, covariance))
+        if self._slam is None:
+            self._starting_pose = (float(pose[0]), float(pose[1]), float(pose[2]))
+            self._starting_covariance = np.array(covariance, float)
+            return
+        self._slam.relocate(pose, np.array(covariance, float), self._odometry.last_s)
+        self._supervisor.doubt(self._slam, "the pose was given")
+
+    def _require_on_the_map(self, pose: np.ndarray) -> None:
+        source = self._slam or self._mapped
+        grid = self._starting_map if source is None else source.grid()
+        if grid is None:
+            raise PoseError("There is no map yet on which a pose could be.")
+        low, size = np.array(grid.origin_xy_m), np.array(grid.size_m)
+        if not ((low <= pose[:2]) & (pose[:2] <= low + size)).all():
+            high = low + size
+            raise PoseError(
+                f"The pose x {pose[0]:.2f} m, y {pose[1]:.2f} m is outside the map, which reaches from "
+                f"x {low[0]:.2f} to {high[0]:.2f} m and from y {low[1]:.2f} to {high[1]:.2f} m."
+            )
 
     # Results
 
@@ -135,6 +176,16 @@ class SlamSession:
             return (0.0, 0.0, 0.0) if self._starting_pose is None else None
         odom = se2.compose(self._slam.map_to_odom, self._odometry.odom_in_continuous)
         return tuple(odom.tolist())
+
+    @property
+    def judgement(self) -> Judgement | None:
+        """Whether the vehicle is tracked, and the numbers that say so; None before the first scan."""
+        return None if self._slam is None else self._slam.judgement
+
+    @property
+    def search(self) -> str:
+        """Describes how far the search for a lost vehicle is; empty if there is none."""
+        return self._supervisor.search
 
     @property
     def closures(self) -> list[Closure]:
@@ -185,6 +236,7 @@ class SlamSession:
                 with zipfile.ZipFile(part, "w") as state:
                     state.write(Path(folder, FILTER), FILTER)
                     state.writestr(ODOMETRY, json.dumps(self._odometry.state()))
+                    state.writestr(JUDGEMENT, json.dumps(self._slam.judgement.to_dict()))
                     if self._closer is not None:
                         _save_closer(state, self._closer)
                 os.replace(part, path)
@@ -223,6 +275,7 @@ class SlamSession:
                 session._slam = slam
                 session._localisation_only = slam.localisation_only
                 session._odometry.restore(json.loads(state.read(ODOMETRY)))
+                slam.judgement.restore(json.loads(state.read(JUDGEMENT)))
                 if session._closer is not None:
                     session._closer.from_arrays(
                         np.load(io.BytesIO(state.read(CLOSER))), len(slam.trajectory().stamps_s)
@@ -239,6 +292,23 @@ class SlamSession:
         session = cls(mapped.parameters, None, mapped.grid(), pose, localisation_only=True, say=say)
         session._mapped = mapped
         return session
+
+
+def check_pose(pose: Sequence[float], covariance: np.ndarray) -> np.ndarray:
+    """Return a pose (3,) that makes sense together with its covariance (3, 3).
+
+    Raises:
+        PoseError: it does not.
+    """
+    checked, spread = np.array(pose, float), np.array(covariance, float)
+    if checked.shape != (3,) or not np.isfinite(checked).all():
+        raise PoseError(f"A pose must be finite x, y and yaw, not {checked.tolist()}.")
+    if spread.shape != (3, 3) or not np.isfinite(spread).all():
+        raise PoseError("The pose's covariance must be finite numbers for x, y and yaw.")
+    tolerance = 1e-9 * max(1.0, float(np.abs(spread).max()))
+    if not np.allclose(spread, spread.T, atol=tolerance) or np.linalg.eigvalsh(spread)[0] < -tolerance:
+        raise PoseError("The pose's covariance is none: it must be symmetric, without a negative variance.")
+    return checked
 
 
 def closure_parameters(given: dict) -> LoopClosureParameters:

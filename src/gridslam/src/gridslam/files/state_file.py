@@ -19,7 +19,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
-FORMAT = 3
+FORMAT = 4
 TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
 
 DAMAGE = (
@@ -132,18 +132,23 @@ def _motion_arrays(motion: Motion | None) -> dict:
     if motion is None:
         return {}
     numbers = [motion.stamp_s, motion.distance_m, motion.turned_rad]
-    return {"motion": np.concatenate((motion.start, motion.now, motion.deviations, numbers))}
+    return {
+        "motion": np.concatenate(
+            (motion.start, motion.now, motion.deviations, numbers, motion.tried, [motion.due])
+        )
+    }
 
 
 def _motion(arrays: dict) -> Motion | None:
     if "motion" not in arrays:
         return None
     values = arrays["motion"]
-    if values.shape != (12,) or not np.isfinite(values).all():
+    if values.shape != (16,) or not np.isfinite(values).all():
         raise ValueError("the motion is none")
     motion = Motion(values[0:3], float(values[9]))
     motion.now, motion.deviations = values[3:6].copy(), values[6:9].copy()
     motion.distance_m, motion.turned_rad = float(values[10]), float(values[11])
+    motion.tried, motion.due = values[12:15].copy(), bool(values[15])
     return motion
 
 

@@ -31,6 +31,10 @@ class Motion:
         self.turned_rad = 0.0
         self.deviations = np.zeros(3)
         """Standard deviations of x, y in m and yaw in rad, in the base frame: the sum over all steps."""
+        self.tried = np.array((0.0, 0.0, stamp_s))
+        """Travel in m, turning in rad and stamp in s at which a scan was last processed, or refused."""
+        self.due = False
+        """Whether the next scan is to be processed, whatever the motion."""
 
     def add(self, base_in_odom: np.ndarray, parameters: SlamParameters) -> None:
         """Take the next odometry pose."""
@@ -52,11 +56,17 @@ class Motion:
 
     def is_enough(self, parameters: SlamParameters, stamp_s: float) -> bool:
         """Whether a scan at this time is worth processing."""
+        travelled_m, turned_rad, tried_s = self.tried.tolist()
         return (
-            self.distance_m >= parameters.linearUpdate
-            or self.turned_rad >= parameters.angularUpdate
-            or (parameters.temporalUpdate >= 0.0 and stamp_s - self.stamp_s > parameters.temporalUpdate)
+            self.due
+            or self.distance_m - travelled_m >= parameters.linearUpdate
+            or self.turned_rad - turned_rad >= parameters.angularUpdate
+            or (parameters.temporalUpdate >= 0.0 and stamp_s - tried_s > parameters.temporalUpdate)
         )
+
+    def refuse(self, stamp_s: float) -> None:
+        """Note that the scan at this time was refused: the next one comes after as much motion again."""
+        self.tried, self.due = np.array((self.distance_m, self.turned_rad, stamp_s)), False
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,16 @@ from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
 from gridslam.filter import starting_map as given_map
 from gridslam.filter.beams import Beams
-from gridslam.filter.motion_model import Motion, predict
+from gridslam.filter.motion_model import Motion, Prediction, predict
 from gridslam.filter.proposal import propose
 from gridslam.filter.rendering import Renderer
 from gridslam.filter.scan_matcher import ScanMatcher
 from gridslam.filter.state import FilterState
 from gridslam.filter.tile_map import TileMaps
 from gridslam.filter.workers import Workers
+from gridslam.kernels.matching import Matches
+from gridslam.localisation.evidence import Agreement, Evidence
+from gridslam.localisation.judgement import Judgement
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
@@ -85,6 +88,8 @@ class GridSlam:
         self._matcher = ScanMatcher(parameters)
         self._renderer = Renderer(parameters)
         self._workers = Workers(parameters.threads)
+        self.judgement = Judgement(known_map=localisation_only)
+        """Whether the vehicle is where the best particle says."""
 
     def _empty_maps(self, count: int) -> TileMaps:
         maps = TileMaps(count, self.parameters.delta)
@@ -95,7 +100,10 @@ class GridSlam:
     # The filter
 
     def process(self, scan: PlanarScan, base_in_odom: Sequence[float] | np.ndarray) -> ScanUpdate | None:
-        """Take in a scan. Return None if there was not enough motion (or time) since the last one.
+        """Take in a scan. Return None if it is not integrated.
+
+        That is so if there was not enough motion (or time) since the last one, or if the scan contradicts
+        the map, or if the pose was given and is not confirmed yet (see `judgement`).
 
         Raises:
             ScanError: the odometry is not a finite pose.
@@ -104,12 +112,27 @@ class GridSlam:
         odometry = _finite_pose(base_in_odom, "base_in_odom")
         if self._motion is None:
             return self._begin(scan, odometry)
-        self._motion.add(odometry, self.parameters)
-        if not self._motion.is_enough(self.parameters, scan.stamp_s):
-            return None
-        return self._step(scan, self._motion)
+        return self._step(scan, self._motion) if self.follow(odometry, scan.stamp_s) else None
 
-    def _begin(self, scan: PlanarScan, odometry: np.ndarray) -> ScanUpdate:
+    def follow(self, base_in_odom: Sequence[float] | np.ndarray, stamp_s: float) -> bool:
+        """Move with the odometry only. Return whether it was enough for a scan at this time.
+
+        Raises:
+            ScanError: the odometry is not a finite pose.
+            StateError: there was no scan yet.
+        """
+        odometry = _finite_pose(base_in_odom, "base_in_odom")
+        if self._motion is None:
+            raise StateError("There is no pose before the first scan.")
+        self._motion.add(odometry, self.parameters)
+        return self._motion.is_enough(self.parameters, stamp_s)
+
+    def refuse(self, stamp_s: float) -> None:
+        """Do not use the scan at this time: the next one comes after as much motion as between two scans."""
+        if self._motion is not None:
+            self._motion.refuse(stamp_s)
+
+    def _begin(self, scan: PlanarScan, odometry: np.ndarray) -> ScanUpdate | None:
         """Take in the first scan. It is matched only if there is a starting map."""
         self._motion = Motion(odometry, scan.stamp_s)
         if self._starting_map is not None:
@@ -119,8 +142,11 @@ class GridSlam:
         self._remember(scan)
         return self._update(scan, np.full(len(self._poses), 1.0 / len(self._poses)), False, True)
 
-    def _step(self, scan: PlanarScan, motion: Motion) -> ScanUpdate:
-        """One step of the filter; the names are those of algorithm 1 in the 2007 paper."""
+    def _step(self, scan: PlanarScan, motion: Motion) -> ScanUpdate | None:
+        """One step of the filter; the names are those of algorithm 1 in the 2007 paper.
+
+        A scan that contradicts the map is refused: particles and maps stay as they are.
+        """
         beams = Beams.from_scan(scan, self.parameters)
         prediction = predict(self._poses, motion, self._rng)
         noise = self._rng.standard_normal(self._poses.shape)
@@ -128,6 +154,9 @@ class GridSlam:
         self._maps.prepare(np.vstack((prediction.predicted, prediction.drawn)), beams)
 
         matches = self._matcher.match(self._maps, prediction, self.best_particle, beams, self._workers)
+        if not self.judgement.accepts(self._evidence(scan.stamp_s, beams, prediction, matches)):
+            motion.refuse(scan.stamp_s)
+            return None
         matched = matches.scores > self.parameters.minimumScore
         proposed = self._maps.to_metres(propose(matches, noise, self.parameters.delta))
         self._poses = np.where(matched[:, None], proposed, prediction.drawn)
@@ -141,13 +170,68 @@ class GridSlam:
             < self.parameters.resampleThreshold * self.parameters.particles
         )
         best_matched = bool(matched[self.best_particle])
+        self._motion = Motion(motion.now, scan.stamp_s)
+        if self.judgement.is_confirming and not self._localisation_only:
+            return None
         self._remember(scan)
         if resample:
             self._resample(resampling.systematic(weights, uniform))
         if not self._localisation_only:
             self._maps.insert(self._poses, beams)
-        self._motion = Motion(motion.now, scan.stamp_s)
         return self._update(scan, weights, resample, best_matched)
+
+    def _evidence(self, stamp_s: float, beams: Beams, prediction: Prediction, matches: Matches) -> Evidence:
+        """Return what a scan says, with the map before it."""
+        assert self._motion is not None
+        best = int(np.argmax(self._log_likelihoods + matches.log_likelihoods))
+        poses, weights = self._maps.to_metres(matches.poses), self.particle_weights
+        missed = poses[best] - prediction.predicted[best]
+        missed[2] = se2.wrap(missed[2])
+        ranges = np.hypot(*(beams.ends - beams.lidar)[beams.hits].T) * self.parameters.delta
+        from_middle = poses[:, :2] - weights @ poses[:, :2]
+        return Evidence(
+            stamp_s,
+            self._maps.agreement(best, poses[best], beams),
+            math.sqrt(float(weights @ (from_middle**2).sum(axis=1))),
+            resampling.effective_number(weights) / len(weights),
+            math.sqrt(float(missed @ prediction.information[best] @ missed)),
+            float(np.median(ranges)) if len(ranges) else 0.0,
+            self._motion.distance_m - float(self._motion.tried[0]),
+        )
+
+    def agreement(self, scan: PlanarScan, pose: Sequence[float] | np.ndarray) -> Agreement:
+        """Compare a scan, taken at a pose of the base in the map, with the best particle's map."""
+        beams = Beams.from_scan(scan, self.parameters)
+        return self._maps.agreement(self.best_particle, np.asarray(pose, float), beams)
+
+    def surface_points(self, scan: PlanarScan) -> np.ndarray:
+        """Return the ends (n, 2) of the beams that hit something, thinned, m, in the base frame."""
+        return Beams.from_scan(scan, self.parameters).matching[:, :2] * self.parameters.delta
+
+    def relocate(self, pose: Sequence[float] | np.ndarray, covariance: np.ndarray, stamp_s: float) -> None:
+        """Draw the particles around a pose of the base in the map. The first one is at the pose itself.
+
+        All get the best particle's map and path. The next scan is processed at once.
+
+        Args:
+            pose: x, y in m and yaw in rad.
+            covariance: (3, 3) of the pose, m2, m rad and rad2.
+            stamp_s: time of the pose.
+        """
+        self._resample(np.full(len(self._poses), self.best_particle))
+        self._poses = self._rng.multivariate_normal(np.asarray(pose, float), covariance, len(self._poses))
+        self._poses[0] = pose
+        self._poses[:, 2] = se2.wrap(self._poses[:, 2])
+        self._log_likelihoods[:] = 0.0
+        if self._motion is not None:
+            self._motion = Motion(self._motion.now, stamp_s)
+            self.widen(START_DEVIATION)
+
+    def widen(self, deviations: Sequence[float]) -> None:
+        """Process the next scan at once, with odometry more uncertain by these deviations (m, m, rad)."""
+        if self._motion is not None:
+            self._motion.deviations += deviations
+            self._motion.due = True
 
     def _resample(self, parents: np.ndarray) -> None:
         self._poses = self._poses[parents]

@@ -13,14 +13,18 @@ from numpy.typing import ArrayLike
 from gridslam.errors import MapError
 from gridslam.filter.beams import Beams
 from gridslam.filter.tile_pool import TilePool, require_indices
+from gridslam.kernels.agreement import agreement
 from gridslam.kernels.insertion import BeamEnds, insert_scan
 from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
+from gridslam.localisation.evidence import Agreement
 from gridslam.occupancy_grid import CELLS_MAX
 
 ROOM = 6
 """Extra tiles on each side when the tables grow."""
 RESERVE = 1024
 """When the pool grows, room is made for this many tiles besides one for each place in a table."""
+COMPARED_BEAMS_MAX = 200
+"""More beams of one scan than this tell nothing new about its agreement with a map."""
 TABLE_MAX = CELLS_MAX // SIDE**2
 """Greatest number of tiles in one particle's table, because the drawn map has a byte for each cell."""
 
@@ -91,6 +95,15 @@ class TileMaps:
         """Let the window cover all beams (base frame) at poses (particles, 3) in the map."""
         reach_m = self.delta_m * float(np.hypot(*np.vstack((beams.ends, beams.lidar)).T).max() + 2.0)
         self.cover(poses[:, :2].min(axis=0) - reach_m, poses[:, :2].max(axis=0) + reach_m)
+
+    def agreement(self, particle: int, pose: np.ndarray, beams: Beams) -> Agreement:
+        """Compare a scan, taken at a pose (3,) of the base in the map, with one particle's map."""
+        every = max(1, len(beams.matching) // COMPARED_BEAMS_MAX)
+        ends, tiles = np.ascontiguousarray(beams.matching[::every, :2]), self.pool.tiles
+        table = self.tables[particle]
+        return Agreement(
+            *agreement(self.to_cells(pose), beams.lidar, ends, table, tiles.occupied, tiles.visits)
+        )
 
     def insert(self, poses: np.ndarray, beams: Beams) -> None:
         """Enter a scan into every particle's map, taken at its pose (particles, 3)."""

@@ -25,6 +25,11 @@ class ContinuousOdometry:
         self._last: tuple[float, np.ndarray] | None = None  # stamp in s, and pose
         self.odom_in_continuous = np.zeros(3)
 
+    @property
+    def last_s(self) -> float:
+        """Stamp of the newest pose, s; NaN before the first one."""
+        return math.nan if self._last is None else self._last[0]
+
     def follow(self, stamp_s: float, base_in_odom: ArrayLike) -> np.ndarray:
         """Return the base in a frame in which it never jumps. At first this is the odometry's own frame.
 

@@ -1,0 +1,164 @@
+"""Judges by the scans whether the vehicle is where SLAM thinks it is: tracking, uncertain or lost.
+
+All thresholds are shares, or lengths as shares of the scan's own ranges. So they hold for any lidar. See
+doc/localisation.md for their margins.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Mapping
+
+from gridslam.localisation.evidence import Evidence
+
+TRACKING, UNCERTAIN, LOST = "tracking", "uncertain", "lost"
+STATES = (TRACKING, UNCERTAIN, LOST)
+CONTRADICTING_SHARE, AGREEING_SHARE = 0.45, 0.6
+"""A scan contradicts the map if fewer of its beams agree than the first; afterwards, the second."""
+UNSEEN_WEIGHT = 0.5
+"""Weight of a beam that ends in unseen space, against one that contradicts a map that should be known."""
+LOST_AFTER = 3
+"""Number of scans in a row that must contradict the map."""
+MEMORY = 0.7
+"""Weight of the scans before each new one in the smoothed share of beams that agree."""
+LOST_BELOW, UNCERTAIN_BELOW, TRACKING_FROM = 0.5, 0.6, 0.7
+"""Limits of the smoothed share."""
+SPREAD_UNCERTAIN, SPREAD_TRACKING = 0.75, 0.5
+"""Limits of the particles' spread, as shares of the scan's typical range."""
+
+
+class Judgement:
+    """Follows the evidence of the scans.
+
+    A scan that contradicts the map changes neither map nor pose. After LOST_AFTER of them in a row, or when
+    few beams have agreed for a while, the vehicle is lost.
+
+    Args:
+        known_map: the map is given and stays as it is, so scans should not end in unseen space.
+    """
+
+    def __init__(self, known_map: bool = False) -> None:
+        self._known_map = known_map
+        self.state = TRACKING
+        self.reason = "no scan has been judged yet"
+        self.last: Evidence | None = None
+        """The newest evidence."""
+        self.contradictions = 0
+        """Number of scans in a row that contradict the map."""
+        self.smoothed_share = 1.0
+        """Share of comparable beams that agree, over the last scans."""
+        self.scans_since_tracking = 0
+        """Number of scans judged since the state was last tracking."""
+        self.travelled_since_tracking_m = 0.0
+        """Travel since then."""
+        self.is_confirming = False
+        """Whether the pose was given or found, and `confirm` was not called since."""
+        self.agreed = 0
+        """Number of scans in a row that agree with the map."""
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the vehicle is lost."""
+        return self.state == LOST
+
+    def accepts(self, evidence: Evidence) -> bool:
+        """Judge one scan. Return whether it may change the map and the pose."""
+        self.last = evidence
+        self.scans_since_tracking += 1
+        self.travelled_since_tracking_m += evidence.travelled_m
+        contradicts = self._contradicts(evidence)
+        self.contradictions = self.contradictions + 1 if contradicts else 0
+        if self._is_meaningful(evidence):
+            self.smoothed_share += (1.0 - MEMORY) * (self.share_of(evidence) - self.smoothed_share)
+            self.agreed = 0 if contradicts else self.agreed + 1
+        self._decide(evidence)
+        return not contradicts and not self.is_lost
+
+    def doubt(self, reason: str) -> None:
+        """Begin anew at a pose that was given or found: uncertain until `confirm` is called."""
+        self.contradictions, self.agreed, self.smoothed_share = 0, 0, 1.0
+        self.is_confirming = True
+        self._enter(UNCERTAIN, reason)
+
+    def confirm(self) -> None:
+        """Note that the pose is right."""
+        self.is_confirming = False
+        self._enter(TRACKING, "the pose on the map is confirmed")
+
+    @property
+    def _unseen_weight(self) -> float:
+        """Until the pose on a map is confirmed, and for ever on a known map, unseen space counts, too."""
+        return UNSEEN_WEIGHT if self._known_map or self.is_confirming else 0.0
+
+    def share_of(self, evidence: Evidence) -> float:
+        """Return the share of a scan's beams that agree."""
+        return evidence.agreement.share(self._unseen_weight)
+
+    def _is_meaningful(self, evidence: Evidence) -> bool:
+        return evidence.agreement.is_meaningful(self._unseen_weight)
+
+    def lose(self, reason: str) -> None:
+        """Judge that the vehicle is lost, by something else than the share of beams."""
+        self.is_confirming = False
+        self._enter(LOST, reason)
+
+    def _contradicts(self, evidence: Evidence) -> bool:
+        limit = AGREEING_SHARE if self.contradictions or self.is_confirming else CONTRADICTING_SHARE
+        return self._is_meaningful(evidence) and self.share_of(evidence) < limit
+
+    def _decide(self, evidence: Evidence) -> None:
+        share = f"{100.0 * self.share_of(evidence):.0f} % of the beams agree with the map"
+        was_tracking = self.state == TRACKING
+        spread_limit = SPREAD_UNCERTAIN if was_tracking else SPREAD_TRACKING
+        if self.contradictions >= LOST_AFTER:
+            self.lose(f"{self.contradictions} scans in a row contradict the map: {share}")
+        elif self.smoothed_share < LOST_BELOW:
+            self.lose(f"few beams agree with the map: {100.0 * self.smoothed_share:.0f} %")
+        elif self.contradictions:
+            self._enter(UNCERTAIN, f"a scan contradicts the map: {share}")
+        elif self.is_confirming:
+            self._enter(UNCERTAIN, self.reason)
+        elif self.smoothed_share < (UNCERTAIN_BELOW if was_tracking else TRACKING_FROM):
+            self._enter(UNCERTAIN, f"few beams agree with the map: {100.0 * self.smoothed_share:.0f} %")
+        elif evidence.spread_m > spread_limit * evidence.typical_range_m > 0.0:
+            self._enter(UNCERTAIN, f"the particles are spread over {evidence.spread_m:.2f} m")
+        else:
+            self._enter(TRACKING, share)
+
+    def _enter(self, state: str, reason: str) -> None:
+        self.state, self.reason = state, reason
+        if state == TRACKING:
+            self.scans_since_tracking, self.travelled_since_tracking_m = 0, 0.0
+
+    # Saved states
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the input of `restore`."""
+        return {
+            "state": self.state,
+            "reason": self.reason,
+            "contradictions": self.contradictions,
+            "smoothed_share": self.smoothed_share,
+            "scans_since_tracking": self.scans_since_tracking,
+            "travelled_since_tracking_m": self.travelled_since_tracking_m,
+            "is_confirming": self.is_confirming,
+            "agreed": self.agreed,
+        }
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from the output of `to_dict`.
+
+        Raises:
+            KeyError: something lacks in it.
+            ValueError: it makes no sense.
+        """
+        counts = [saved[name] for name in ("contradictions", "scans_since_tracking", "agreed")]
+        share, travelled_m = float(saved["smoothed_share"]), float(saved["travelled_since_tracking_m"])
+        if saved["state"] not in STATES or any(type(count) is not int or count < 0 for count in counts):
+            raise ValueError("the judgement of the pose is none")
+        if not (0.0 <= share <= 1.0 and 0.0 <= travelled_m < math.inf):
+            raise ValueError("the judgement's numbers make no sense")
+        self.state, self.reason = saved["state"], str(saved["reason"])
+        self.contradictions, self.scans_since_tracking, self.agreed = counts
+        self.is_confirming = bool(saved["is_confirming"])
+        self.smoothed_share, self.travelled_since_tracking_m = share, travelled_m

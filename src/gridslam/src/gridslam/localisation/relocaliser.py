@@ -1,0 +1,192 @@
+"""Finds a lost vehicle anywhere on its map, and believes it only when several scans agree.
+
+The scans since the vehicle got lost are joined by odometry and searched for on the whole map. A place counts
+if no other one fits nearly as well, and if each of these scans agrees with it. Then the next scans must agree
+with it, too, and a last search with all of them must find it again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.localisation.evidence import Agreement
+from gridslam.localisation.judgement import UNSEEN_WEIGHT
+from gridslam.occupancy_grid import OccupancyGrid
+from gridslam.scan import PlanarScan
+
+if TYPE_CHECKING:
+    from gridslam.search import Place, PlaceSearch  # scipy slows the start
+
+SCANS_MAX = 16
+"""Number of scans that are searched for together."""
+SCANS_FIRST = 2
+"""The first search waits for this many."""
+CONFIRMATIONS = 2
+"""Number of further scans that must agree with a place."""
+SHARE_MIN = 0.65
+"""A scan agrees with a place if this share of its beams does."""
+FIT_MIN, FIT_SHARE, PLACES_MAX = 0.5, 0.8, 8
+"""Of the search: least mean fit of the points, least share of the best fit, and greatest number of places."""
+RIVAL_MARGIN, RIVAL_FACTOR = 0.05, 2.0
+"""A place rivals the best one if at most this share of the beams contradicts it, plus this many times the
+share that contradicts the best one.
+"""
+SIGMA_MAX_M = 0.3
+"""A place must be known to this, in every direction."""
+SAME_M, SAME_RAD = 0.5, 0.2
+"""Poses that differ by less than this are one place."""
+PAUSE_SCANS_MAX = 2
+"""After a search in vain, the next one waits for this many more scans at most."""
+
+
+class KnownMap(Protocol):
+    """The filter, of which the map counts only."""
+
+    def grid(self) -> OccupancyGrid:
+        """Return the map."""
+
+    def agreement(self, scan: PlanarScan, pose: np.ndarray) -> Agreement:
+        """Compare a scan, taken at a pose of the base in the map, with the map."""
+
+    def surface_points(self, scan: PlanarScan) -> np.ndarray:
+        """Return the ends (n, 2) of the beams that hit something, in the base frame."""
+
+
+@dataclass(frozen=True)
+class _Seen:
+    scan: PlanarScan
+    base_in_odom: np.ndarray
+
+
+class Relocaliser:
+    """Looks for the vehicle."""
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget scans and map: the vehicle has been found, or the search begins anew."""
+        self._seen: list[_Seen] = []
+        self._odom_in_map: np.ndarray | None = None
+        self._confirmed = self._pause = self._failures = 0
+        self._search: PlaceSearch | None = None
+        self.reason = ""
+        """How far the search is, in words; empty before the first one."""
+
+    def add(self, scan: PlanarScan, base_in_odom: np.ndarray) -> None:
+        """Take in a scan since the vehicle may be lost, with continuous odometry."""
+        self._seen = [*self._seen[-SCANS_MAX + 1 :], _Seen(scan, np.asarray(base_in_odom, float))]
+
+    def look(self, known: KnownMap) -> np.ndarray | None:
+        """Return the pose (3,) of the base at the newest scan if it is certain, else None."""
+        if self._odom_in_map is not None:
+            return self._confirm(known)
+        if len(self._seen) < SCANS_FIRST or self._pause > 0:
+            self._pause -= 1
+            return None
+        self._odom_in_map = self._unique(known)
+        if self._odom_in_map is None:
+            self._failures += 1
+            self._pause = min(self._failures, PAUSE_SCANS_MAX)
+        else:
+            self._confirmed = 0
+            self.reason = "a place has been found; more scans must agree with it"
+        return None
+
+    def has_better(self, known: KnownMap, base_in_map: np.ndarray) -> bool:
+        """Return whether the scans fit another place of the map clearly better than a pose of the base."""
+        if not self._seen:
+            return False
+        newest = self._seen[-1].base_in_odom
+        places = self._places(known)
+        if not places:
+            return False
+        x, y, yaw = se2.between(base_in_map, places[0].pose)
+        if np.hypot(x, y) < SAME_M and abs(yaw) < SAME_RAD:
+            return False
+        elsewhere = se2.compose(places[0].pose, se2.inverse(newest))
+        here = se2.compose(base_in_map, se2.inverse(newest))
+        best = self._mean_share(known, elsewhere)
+        return best >= SHARE_MIN and not _rivals(self._mean_share(known, here), best)
+
+    def _confirm(self, known: KnownMap) -> np.ndarray | None:
+        assert self._odom_in_map is not None
+        newest = self._seen[-1]
+        if not _agrees(known, newest, self._odom_in_map):
+            self.reason = "a place was found, but a later scan contradicts it"
+            self._odom_in_map = None
+            return None
+        self._confirmed += 1
+        if self._confirmed < CONFIRMATIONS:
+            return None
+        before = se2.compose(self._odom_in_map, newest.base_in_odom)
+        self._odom_in_map = self._unique(known)
+        if self._odom_in_map is None:
+            return None
+        here = se2.compose(self._odom_in_map, newest.base_in_odom)
+        x, y, yaw = se2.between(before, here)
+        if np.hypot(x, y) > SAME_M or abs(yaw) > SAME_RAD:
+            self.reason = "two searches have found different places"
+            self._odom_in_map = None
+            return None
+        return here
+
+    def _places(self, known: KnownMap) -> list[Place]:
+        """Search the map for all scans."""
+        from gridslam.search import LikelihoodField, PlaceSearch, SearchSettings
+
+        if self._search is None:
+            self._search = PlaceSearch(LikelihoodField.from_grid(known.grid()))
+        newest = self._seen[-1].base_in_odom
+        points = np.concatenate(
+            [
+                se2.transform(se2.between(newest, seen.base_in_odom), known.surface_points(seen.scan))
+                for seen in self._seen
+            ]
+        )
+        return self._search.find(points, SearchSettings(FIT_MIN, FIT_SHARE, PLACES_MAX))
+
+    def _unique(self, known: KnownMap) -> np.ndarray | None:
+        """Return the odometry's frame in the map if one place alone fits all scans."""
+        newest = self._seen[-1].base_in_odom
+        places = self._places(known)
+        if not places:
+            self.reason = "no place of the map fits the scans"
+            return None
+        frames = [se2.compose(place.pose, se2.inverse(newest)) for place in places]
+        shares = [self._mean_share(known, odom_in_map) for odom_in_map in frames]
+        best = int(np.argmax(shares))
+        alike = sum(_rivals(share, shares[best]) for share in shares)
+        if alike > 1:
+            self.reason = f"{alike} or more places of the map fit the scans alike"
+            return None
+        if np.sqrt(np.linalg.eigvalsh(places[best].covariance[:2, :2])[-1]) > SIGMA_MAX_M:
+            self.reason = "the scans fit along a whole wall or corridor"
+            return None
+        if not all(_agrees(known, seen, frames[best]) for seen in self._seen):
+            self.reason = "the best place of the map contradicts some of the scans"
+            return None
+        return frames[best]
+
+    def _mean_share(self, known: KnownMap, odom_in_map: np.ndarray) -> float:
+        """Return the mean share of the scans' beams that agree, with odometry's frame at a pose."""
+        return float(np.mean([_share(known, seen, odom_in_map) for seen in self._seen]))
+
+
+def _share(known: KnownMap, seen: _Seen, odom_in_map: np.ndarray) -> float:
+    """Return the share of a scan's beams that agree with the map, when odometry's frame is at a pose."""
+    found = known.agreement(seen.scan, se2.compose(odom_in_map, seen.base_in_odom))
+    return found.share(UNSEEN_WEIGHT) if found.is_meaningful() else 0.0
+
+
+def _rivals(share: float, best: float) -> bool:
+    """Return whether a place with this share of agreeing beams rivals the best one."""
+    return 1.0 - share < RIVAL_MARGIN + RIVAL_FACTOR * (1.0 - best)
+
+
+def _agrees(known: KnownMap, seen: _Seen, odom_in_map: np.ndarray) -> bool:
+    return _share(known, seen, odom_in_map) >= SHARE_MIN

@@ -1,0 +1,97 @@
+"""Gives scans to the filter while the vehicle is tracked, and searches for the vehicle while it is lost."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Callable
+
+import numpy as np
+
+from gridslam.localisation.relocaliser import Relocaliser
+from gridslam.localisation.standstill import Standstill
+from gridslam.scan import PlanarScan
+
+if TYPE_CHECKING:
+    from gridslam.filter.particle_filter import GridSlam, ScanUpdate
+
+CONFIRMATIONS = 2
+"""Number of scans in a row that must agree with a pose that was given or found."""
+FOUND_DEVIATION = (0.05, 0.05, 0.02)
+"""m, m, rad: uncertainty of a place that was found."""
+STANDSTILL_DEVIATION = (0.3, 0.3, 0.2)
+"""m, m, rad: uncertainty of odometry that stands still while the scan changes."""
+
+
+class Supervisor:
+    """Between odometry and the filter.
+
+    Args:
+        say: is called with a sentence when the vehicle is lost or found.
+    """
+
+    def __init__(self, say: Callable[[str], None]):
+        self._say = say
+        self._relocaliser = Relocaliser()
+        self._standstill = Standstill()
+
+    @property
+    def search(self) -> str:
+        """Describes how far the search for a lost vehicle is; empty before it began."""
+        return self._relocaliser.reason
+
+    def process(self, slam: GridSlam, scan: PlanarScan, base: np.ndarray) -> ScanUpdate | None:
+        """Take in a scan with continuous odometry (3,); see `GridSlam.process`."""
+        if self._standstill.has_changed(scan, base):
+            self._say(
+                "The scans change while odometry stands still: odometry has failed, the vehicle was carried, "
+                "or something moves before the lidar."
+            )
+            slam.widen(STANDSTILL_DEVIATION)
+        judgement = slam.judgement
+        if judgement.is_lost:
+            self._seek(slam, scan, base)
+            return None
+        judged = judgement.last
+        update = slam.process(scan, base)
+        if judgement.last is not judged:
+            self._remember(slam, scan, base)
+        return update
+
+    def _remember(self, slam: GridSlam, scan: PlanarScan, base: np.ndarray) -> None:
+        """Keep the judged scan while the pose is in doubt."""
+        judgement = slam.judgement
+        if not (judgement.contradictions or judgement.is_lost or judgement.is_confirming):
+            self._relocaliser.clear()
+            return
+        self._relocaliser.add(scan, base)
+        if judgement.is_confirming and judgement.agreed >= CONFIRMATIONS:
+            if self._relocaliser.has_better(slam, np.array(slam.base_in_map)):
+                judgement.lose("another place of the map fits the scans better")
+            else:
+                judgement.confirm()
+        if judgement.is_lost:
+            self._say(
+                f"The vehicle is lost: {judgement.reason}. The map stays as it is until the vehicle is found "
+                "or given by initialpose."
+            )
+            self._look(slam, scan)
+
+    def _seek(self, slam: GridSlam, scan: PlanarScan, base: np.ndarray) -> None:
+        if slam.follow(base, scan.stamp_s):
+            slam.refuse(scan.stamp_s)
+            self._relocaliser.add(scan, base)
+            self._look(slam, scan)
+
+    def _look(self, slam: GridSlam, scan: PlanarScan) -> None:
+        found = self._relocaliser.look(slam)
+        slam.judgement.reason = self._relocaliser.reason or slam.judgement.reason
+        if found is None:
+            return
+        x, y, yaw = found.tolist()
+        self._say(f"The vehicle is found again at x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad.")
+        slam.relocate(found, np.diag(FOUND_DEVIATION) ** 2, scan.stamp_s)
+        self.doubt(slam, "the vehicle was found again")
+
+    def doubt(self, slam: GridSlam, reason: str) -> None:
+        """Begin at a pose on the map that was given or found: the next scans must fit nowhere else better."""
+        slam.judgement.doubt(f"{reason}; the next scans must agree")
+        self._relocaliser.clear()

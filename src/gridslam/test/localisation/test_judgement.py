@@ -1,0 +1,110 @@
+"""The judgement of the pose: states, hysteresis, and that a saved one goes on."""
+
+import json
+
+import pytest
+
+from gridslam.localisation.evidence import Agreement, Evidence
+from gridslam.localisation.judgement import LOST, TRACKING, UNCERTAIN, Judgement
+
+
+def scan(share=1.0, unseen=0, beams=100, spread_m=0.0):
+    """The evidence of a scan with this share of agreeing beams among those that are not in unseen space."""
+    compared = beams - unseen
+    agreement = Agreement(round(share * compared), compared - round(share * compared), unseen)
+    return Evidence(0.0, agreement, spread_m, typical_range_m=2.0, travelled_m=0.5)
+
+
+def states(judgement, *shares):
+    return [(judgement.accepts(scan(share)), judgement.state)[1] for share in shares]
+
+
+def test_the_share_counts_beams_in_unseen_space_only_by_their_weight():
+    agreement = Agreement(30, 10, 40)
+    assert agreement.share() == 30 / 40
+    assert agreement.share(0.5) == 30 / 60
+    assert agreement.compared_share == 40 / 80
+    assert Agreement(0, 0, 50).share() == 1.0
+
+
+def test_scans_that_agree_are_tracking():
+    assert states(Judgement(), 1.0, 0.7, 0.9) == [TRACKING] * 3
+
+
+def test_three_contradictions_in_a_row_are_lost():
+    judgement = Judgement()
+    assert states(judgement, 1.0, 0.2, 0.3, 0.2) == [TRACKING, UNCERTAIN, UNCERTAIN, LOST]
+    assert judgement.scans_since_tracking == 3
+    assert judgement.travelled_since_tracking_m == 1.5
+    assert "3 scans in a row contradict the map" in judgement.reason
+
+
+def test_one_odd_scan_is_refused_and_forgotten():
+    judgement = Judgement()
+    assert [judgement.accepts(scan(share)) for share in (1.0, 0.3, 1.0)] == [True, False, True]
+    assert states(judgement, 1.0, 1.0) == [TRACKING, TRACKING]
+
+
+def test_after_a_contradiction_more_must_agree():
+    judgement = Judgement()
+    assert judgement.accepts(scan(0.5))
+    assert not judgement.accepts(scan(0.4))
+    assert not judgement.accepts(scan(0.5))
+    assert judgement.accepts(scan(0.7))
+
+
+def test_many_scans_that_agree_badly_are_lost_in_the_end():
+    judgement = Judgement()
+    found = states(judgement, *[0.47] * 12)
+    assert found[0] == TRACKING
+    assert found[-1] == LOST
+    assert found.index(UNCERTAIN) < found.index(LOST)
+
+
+def test_a_scan_in_unseen_space_says_nothing_while_mapping():
+    judgement = Judgement()
+    assert all(judgement.accepts(scan(0.0, unseen=80)) for _ in range(5))
+    assert judgement.state == TRACKING
+
+
+def test_a_scan_in_unseen_space_contradicts_a_known_map():
+    judgement = Judgement(known_map=True)
+    for _ in range(3):
+        judgement.accepts(scan(0.0, unseen=80))
+    assert judgement.state == LOST
+
+
+def test_particles_far_apart_are_uncertain_by_the_range_of_the_scan():
+    judgement = Judgement()
+    spreads = (1.4, 1.6, 1.4, 0.9)  # of 2 m: uncertain above 1.5 m, tracking again below 1 m
+    found = []
+    for spread_m in spreads:
+        judgement.accepts(scan(spread_m=spread_m))
+        found.append(judgement.state)
+    assert found == [TRACKING, UNCERTAIN, UNCERTAIN, TRACKING]
+
+
+def test_a_given_pose_is_uncertain_until_it_is_confirmed():
+    judgement = Judgement()
+    judgement.doubt("given")
+    assert states(judgement, 0.9, 0.9) == [UNCERTAIN, UNCERTAIN]
+    assert judgement.agreed == 2
+    judgement.confirm()
+    assert judgement.state == TRACKING
+
+
+def test_a_saved_judgement_goes_on():
+    judgement, again = Judgement(), Judgement()
+    states(judgement, 1.0, 0.3, 0.4)
+    again.restore(json.loads(json.dumps(judgement.to_dict())))
+    assert again.to_dict() == judgement.to_dict()
+    assert states(again, 0.3) == [LOST]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("state", "happy"), ("agreed", -1), ("contradictions", 0.5), ("smoothed_share", 7.0)],
+)
+def test_a_saved_judgement_that_is_none_is_refused(name, value):
+    with pytest.raises(ValueError, match="judgement"):
+        Judgement().restore({**Judgement().to_dict(), name: value})

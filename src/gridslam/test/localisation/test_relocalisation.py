@@ -1,0 +1,138 @@
+"""A lost vehicle is found on the whole map, and only where nothing else fits as well."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from planar_world import UST, along, drive, hold, rectangle_route
+from rooms import WALLS
+
+from gridslam import PoseError, SlamParameters, se2
+from gridslam.evaluation import Walls
+from gridslam.session import SlamSession
+
+LIDAR = dataclasses.replace(UST, beams=136)
+PARAMETERS = SlamParameters(particles=5, linearUpdate=0.5, angularUpdate=0.3, srr=0.05, srt=0.05, seed=1)
+ROOM_WAY = rectangle_route(2.0, 1.5, 0.5)
+
+
+def mapped(walls, route):
+    """The map of a way round a route."""
+    log = drive(walls, along(route, 0.25), LIDAR, 0)
+    session = SlamSession(PARAMETERS)
+    for pair in zip(log.scans, log.odometry):
+        session.process(*pair)
+    return session.grid()
+
+
+@pytest.fixture(scope="module")
+def room():
+    return mapped(WALLS, ROOM_WAY)
+
+
+def localised(walls, grid, route, off, only=True, first=0, metres=None):
+    """Start a vehicle on a known map, ``off`` its true pose; return (states, session, error, sentences)."""
+    log = drive(walls, along(route, 0.25), LIDAR, 1)
+    scans, odometry = log.scans[first:], log.odometry[first:]
+    said = []
+    session = SlamSession(
+        PARAMETERS,
+        starting_map=grid,
+        starting_pose=tuple(log.truth.poses_in_map[first] + off),
+        localisation_only=only,
+        say=said.append,
+    )
+    states = []
+    for scan, base in zip(scans, odometry):
+        session.process(scan, base)
+        states.append(session.judgement.state)
+    error = se2.between(se2.compose(session.map_to_odom, odometry[-1]), log.truth.poses_in_map[-1])
+    return states, session, error, said
+
+
+@pytest.mark.parametrize("only", [True, False])
+def test_a_wrong_start_is_lost_and_then_found(room, only):
+    states, _, error, said = localised(WALLS, room, ROOM_WAY, (2.5, 2.5, 0.7), only)
+    assert "lost" in states[: int(10.0 / 0.25)]
+    assert states[-1] == "tracking"
+    assert np.hypot(*error[:2]) < 0.1
+    assert [sentence.split(":")[0].split(" at ")[0] for sentence in said] == [
+        "The vehicle is lost",
+        "The vehicle is found again",
+    ]
+
+
+def test_a_right_start_is_never_doubted(room):
+    states, _, _, said = localised(WALLS, room, ROOM_WAY, (0.1, -0.05, 0.02))
+    assert said == []
+    assert set(states[:4]) == {"uncertain", "tracking"}
+    assert set(states[4:]) == {"tracking"}
+
+
+def test_a_map_of_repeating_beams_gives_no_false_place():
+    # Given a hold that looks the same when it is turned by half a turn, and a start 7 m off
+    walls, route = hold(), rectangle_route(11.0, 6.5, 0.3)
+    states, session, _, said = localised(walls, mapped(walls, route), route, (5.0, 4.9, 0.0))
+    # Then the vehicle stays lost, and the search says why
+    assert states[-1] == "lost"
+    assert "places of the map fit the scans alike" in session.search
+    assert not any("found again" in sentence for sentence in said)
+
+
+def test_with_something_in_it_the_hold_is_no_riddle():
+    boxes = Walls.from_polygons([np.array([(-10.0, -1.0), (-7.0, -1.0), (-7.0, 1.5), (-10.0, 1.5)])])
+    walls, route = Walls(np.vstack((hold().ends_m, boxes.ends_m))), rectangle_route(11.0, 6.5, 0.1)
+    states, _, error, _ = localised(walls, mapped(walls, route), route, (5.0, 4.9, 0.0))
+    assert "lost" in states
+    assert states[-1] == "tracking"
+    assert np.hypot(*error[:2]) < 0.2
+
+
+def test_a_given_pose_draws_the_particles_and_is_confirmed(room):
+    # Given a vehicle that is tracked, and is then carried to a corner, which odometry does not see
+    states, session, _, _ = localised(WALLS, room, ROOM_WAY[:2], (0.0, 0.0, 0.0))
+    assert states[-1] == "tracking"
+    log = drive(WALLS, along(ROOM_WAY[3:5], 0.25), LIDAR, 2)
+    truth = log.truth.poses_in_map[0]
+    session.place(np.add(truth, (0.1, 0.1, 0.05)), np.diag([0.04, 0.09, 0.01]))
+    # Then the particles are as the covariance says
+    assert session.judgement.state == "uncertain"
+    spread = session.particle_poses.std(axis=0)
+    assert 0.05 < spread[:2].min() < spread[:2].max() < 0.6
+    # And scans bring them to the true pose
+    before = se2.compose(se2.inverse(session.map_to_odom), session.slam.base_in_map)
+    for i, (scan, base) in enumerate(zip(log.scans, log.odometry)):
+        base = se2.compose(before, se2.between(log.odometry[0], base))
+        session.process(dataclasses.replace(scan, stamp_s=1000.0 + i), base)
+        assert session.judgement.state != "lost"
+    assert session.judgement.state == "tracking"
+    error = se2.between(se2.compose(session.map_to_odom, base), log.truth.poses_in_map[-1])
+    assert np.hypot(*error[:2]) < 0.1
+
+
+def test_poses_that_make_no_sense_are_refused_in_a_sentence(room):
+    session = SlamSession(PARAMETERS, starting_map=room, localisation_only=True)
+    good = np.diag([0.1, 0.1, 0.1])
+    for pose, covariance, sentence in (
+        ((np.nan, 0.0, 0.0), good, "finite x, y and yaw"),
+        ((99.0, 0.0, 0.0), good, "outside the map"),
+        ((0.0, 0.0, 0.0), -good, "negative variance"),
+        ((0.0, 0.0, 0.0), np.full((3, 3), np.inf), "finite numbers"),
+        ((0.0, 0.0, 0.0), np.arange(9.0).reshape(3, 3), "symmetric"),
+        ((0.0, 0.0, 0.0), np.eye(2), "covariance"),
+    ):
+        with pytest.raises(PoseError, match=sentence):
+            session.place(pose, covariance)
+    with pytest.raises(PoseError, match="no map yet"):
+        SlamSession(PARAMETERS).place((0.0, 0.0, 0.0), good)
+
+
+def test_a_pose_given_before_the_first_scan_is_the_start(room):
+    log = drive(WALLS, along(ROOM_WAY, 0.25), LIDAR, 3)
+    session = SlamSession(PARAMETERS, starting_map=room, localisation_only=True)
+    session.place(log.truth.poses_in_map[0] + (0.1, 0.05, 0.02), np.diag([0.04, 0.04, 0.01]))
+    for scan, base in zip(log.scans[:15], log.odometry):
+        session.process(scan, se2.compose((5.0, 5.0, 1.0), base))
+    assert session.judgement.state == "tracking"
+    here = se2.compose(session.map_to_odom, se2.compose((5.0, 5.0, 1.0), log.odometry[14]))
+    assert np.hypot(*(here - log.truth.poses_in_map[14])[:2]) < 0.1
