@@ -4,6 +4,8 @@ Flown by `Simulation` (PyBullet, the model `reference_quad`, an empty world, noi
 estimates), through the flight controller's setpoints; the reference was recorded on PX4 SITL. Several flights
 with noise of their own, and the median of each figure. It fails when a figure is more than 10 % off PX4's.
 
+--estimator ekf2 flies by the stand-in's Kalman filter instead; its keys begin with px4_ekf2.
+
 Keys: px4.MANOEUVRE.{ours, px4}.{rise_s, delay_s, overshoot_percent, settling_s, peak_tilt_deg, peak_rate},
 px4.MANOEUVRE.rms_percent, px4.takeoff.{ours, px4}, px4.hover.{ours, px4}; and results/px4.png.
 """
@@ -34,6 +36,7 @@ from benchmarks.simulator.step_response import (
 from master_thesis.files import replace_file
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Pose, quaternion_from_rpy, rotate_inverse
+from simulation_tools.px4.px4 import ESTIMATORS, STEADY
 from simulation_tools.simulation import Simulation, SimulationParameters
 
 PACKAGE = ROOT / "src/simulation_tools"
@@ -50,12 +53,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = options(__doc__)
     parser.add_argument("--seed", type=int, default=1, help="seed of the first flight's noise")
     parser.add_argument("--flights", type=int, default=5, help="number of flights")
+    parser.add_argument("--estimator", choices=ESTIMATORS, default=STEADY, help="of the stand-in")
     given = parser.parse_args(arguments)
+    prefix = "px4" if given.estimator == STEADY else f"px4_{given.estimator}"
     reference = read_reference(DATA / "px4_steps.csv.gz")
     published = json.loads((DATA / "px4_figures.json").read_text(encoding="utf-8"))
-    with Results("px4", given.results, vars(given)) as results:
+    with Results(prefix, given.results, vars(given)) as results:
         seeds = range(given.seed, given.seed + max(given.flights, 1))
-        flights = [fly(seed) for seed in tqdm(seeds, "flights", unit="")]
+        flights = [fly(seed, given.estimator) for seed in tqdm(seeds, "flights", unit="")]
         steps = {
             m.name: compare(m, [flown[m.name] for flown in flights], reference.get(m.name), published)
             for m in MANOEUVRES
@@ -64,10 +69,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         takeoff = {"ours": medians(takeoffs), "px4": takeoff_metrics(reference[TAKEOFF])}
         hovering = {"ours": hover_metrics([flown[HOVER] for flown in flights]), "px4": published["hover_cm"]}
         for name, values in steps.items():
-            results.add(f"px4.{name}", values)
-        results.add("px4.takeoff", takeoff)
-        results.add("px4.hover", hovering)
-        replace_file(given.results / "px4.png", png(flights[0], reference))
+            results.add(f"{prefix}.{name}", values)
+        results.add(f"{prefix}.takeoff", takeoff)
+        results.add(f"{prefix}.hover", hovering)
+        replace_file(given.results / f"{prefix}.png", png(flights[0], reference))
         print(f"\n{steps_table(steps)}\n\n{others_table(takeoff, hovering)}\n\n{sources([RECORDED])}")
         complaints = out_of_bounds(steps, takeoff, hovering, published)
         for complaint in complaints:
@@ -75,15 +80,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if complaints else 0
 
 
-def fly(seed: int) -> dict[str, np.ndarray]:
+def fly(seed: int, estimator: str) -> dict[str, np.ndarray]:
     """Return the rows of hover, of every manoeuvre and of a take-off, by name."""
-    pilot = new_pilot(seed)
+    pilot = new_pilot(seed, estimator)
     pilot.take_off(3.0, 18.0)
     flown = {HOVER: pilot.fly(HOVER_S), **{m.name: pilot.manoeuvre(m) for m in MANOEUVRES}}
-    return {**flown, TAKEOFF: new_pilot(seed).take_off(TAKEOFF_HEIGHT_M, 12.0)}
+    return {**flown, TAKEOFF: new_pilot(seed, estimator).take_off(TAKEOFF_HEIGHT_M, 12.0)}
 
 
-def new_pilot(seed: int) -> Pilot:
+def new_pilot(seed: int, estimator: str) -> Pilot:
     """Return a pilot of a reference quad that stands on the ground, its nose to the north."""
     simulation = Simulation(
         SimulationParameters(
@@ -93,6 +98,7 @@ def new_pilot(seed: int) -> Pilot:
             model_path=(str(PACKAGE / "models"),),
             spawn_pose=Pose((0.0, 0.0, 0.0), quaternion_from_rpy(0.0, 0.0, NORTH_RAD)),
             seed=seed,
+            estimator=estimator,
         )
     )
 

@@ -142,6 +142,9 @@ class Pilot:
         """Arm in OFFBOARD and take off; return the rows from the arming on."""
         self.stream(_hold(0.0, self._place_ned_m()[2] - rise_m))
         self.fly(1.0)
+        if not self._px4.estimate_valid:
+            self.fly(20.0, until=lambda: self._px4.estimate_valid)
+            self.fly(0.1)  # setpoints count from now on
         for answer in (self._px4.request_mode(Mode.OFFBOARD), self._px4.request_arm()):
             if answer is not Result.ACCEPTED:
                 raise RuntimeError(f"the take-off was refused: {answer.name}")

@@ -21,24 +21,24 @@ from simulation_tools.sensors.schedule import Schedule
 class SensorErrors:
     """The errors of the sensors of a Pixhawk. Standard deviations; `*_density`: per root of 1 Hz.
 
-    White noise of the IMU: data sheet of the ICM-20689 (InvenSense DS-000143), 0.006 deg/s and 150 ug per
+    White noise of the IMU: data sheet of the ICM-20602 (InvenSense DS-000176), 0.004 deg/s and 100 ug per
     root of 1 Hz. Random walks of the biases: the MPU-6000's bias stabilities of 4.6 deg/h and 36 ug over 500
     and 800 s (D. R. Greenheck, "Design and characterization of a low cost MEMS IMU cluster for precision
     navigation", Marquette University, 2009). Biases at power-on: what a calibration leaves.
-    Barometer: MS5611, 1.2 Pa at its greatest oversampling. Magnetometer and GNSS: as PX4's simulators; a GNSS
-    fix is late by gnss_delay_s.
+    Barometer: DPS310 (Infineon), 0.2 to 0.5 Pa by its mode. Magnetometer: as PX4's simulators. GNSS: so that a
+    hover wanders as much as real PX4's; a fix is late by gnss_delay_s.
     """
 
-    gyroscope_density: float = math.radians(0.006)  # rad/s
-    accelerometer_density: float = 150e-6 * 9.80665  # m/s2
+    gyroscope_density: float = math.radians(0.004)  # rad/s
+    accelerometer_density: float = 100e-6 * 9.80665  # m/s2
     gyroscope_walk_density: float = math.radians(4.6 / 3600.0) / math.sqrt(500.0)  # rad/s2
     accelerometer_walk_density: float = 36e-6 * 9.80665 / math.sqrt(800.0)  # m/s3
     gyroscope_bias_rad_s: float = 0.002
     accelerometer_bias_m_s2: float = 0.03
-    pressure_noise_pa: float = 1.2
+    pressure_noise_pa: float = 0.3
     magnetometer_noise_gauss: float = 0.002
-    gnss_position_noise_m: float = 0.1
-    gnss_velocity_noise_m_s: float = 0.02
+    gnss_position_noise_m: float = 0.09
+    gnss_velocity_noise_m_s: float = 0.005
     gnss_rate_hz: float = 20.0
     gnss_delay_s: float = 0.11
     magnetic_field_ned_gauss: Vector3 = (0.21523, 0.00771, 0.42741)
@@ -63,8 +63,8 @@ class Fix(NamedTuple):
     velocity: np.ndarray
 
 
-SAMPLE_RATE_HZ = 50.0
-"""Of barometer and magnetometer; more would not be used (EKF2_MIN_OBS_DT)."""
+SAMPLE_RATE_HZ = 20.0
+"""Of barometer and magnetometer; PX4 averages them to about this rate."""
 
 
 @njit(cache=True)
