@@ -221,7 +221,7 @@ def fuse_components(
     for k in range(measured.size):
         i = first + k
         here = (measured[k] - x[i]) ** 2 / (gate * gate * (p[i, i] + variances[k]))
-        if not here <= ratio:  # true for NaN, too
+        if here > ratio or math.isnan(here):  # once NaN, it stays NaN
             ratio = here
     if ratio <= 1.0:
         row = np.zeros(ERROR_SIZE)

@@ -25,7 +25,7 @@ class SensorErrors:
     root of 1 Hz. Random walks of the biases: the MPU-6000's bias stabilities of 4.6 deg/h and 36 ug over 500
     and 800 s (D. R. Greenheck, "Design and characterization of a low cost MEMS IMU cluster for precision
     navigation", Marquette University, 2009). Biases at power-on: what a calibration leaves.
-    Barometer: DPS310 (Infineon), 0.2 to 0.5 Pa by its mode. Magnetometer: as PX4's simulators. GNSS: so that a
+    Barometer: DPS310 (Infineon), 0.2 Pa. Magnetometer: as PX4's simulators. GNSS: so that a
     hover wanders as much as real PX4's; a fix is late by gnss_delay_s.
     """
 
@@ -35,10 +35,10 @@ class SensorErrors:
     accelerometer_walk_density: float = 36e-6 * 9.80665 / math.sqrt(800.0)  # m/s3
     gyroscope_bias_rad_s: float = 0.002
     accelerometer_bias_m_s2: float = 0.03
-    pressure_noise_pa: float = 0.3
+    pressure_noise_pa: float = 0.2
     magnetometer_noise_gauss: float = 0.002
     gnss_position_noise_m: float = 0.09
-    gnss_velocity_noise_m_s: float = 0.005
+    gnss_velocity_noise_m_s: float = 0.004
     gnss_rate_hz: float = 20.0
     gnss_delay_s: float = 0.11
     magnetic_field_ned_gauss: Vector3 = (0.21523, 0.00771, 0.42741)
