@@ -114,14 +114,14 @@ class RigidBody:
         self.attitude = quaternion_normalised(quaternion_multiply(self.attitude, turn))
         self._force_n = force
         if self.position[2] <= 0.0:
-            self._touch_ground()
+            self._touch_ground(dt)
         self.time_us += round(1e6 * dt)
 
-    def _touch_ground(self):
+    def _touch_ground(self, dt):
         x, y, _ = self.position
         self.position = (x, y, 0.0)
-        self.velocity = (0.0, 0.0, max(self.velocity[2], 0.0))
+        before, self.velocity = self.velocity, (0.0, 0.0, max(self.velocity[2], 0.0))
         self.rates = (0.0, 0.0, 0.0)
         self.attitude = quaternion_from_rpy(0.0, 0.0, Pose((0, 0, 0), self.attitude).yaw_rad)
-        if self.velocity[2] == 0.0:
-            self._force_n = (0.0, 0.0, self.mass_kg * GRAVITY)
+        stopped = rotate_inverse(self.attitude, tuple((a - b) / dt for a, b in zip(self.velocity, before)))
+        self._force_n = tuple(f + self.mass_kg * a for f, a in zip(self._force_n, stopped))
