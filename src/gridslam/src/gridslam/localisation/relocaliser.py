@@ -2,7 +2,8 @@
 
 The scans since the vehicle got lost are joined by odometry and searched for on the whole map. A place counts
 if no other one fits nearly as well, and if each of these scans agrees with it. Then the next scans must agree
-with it, too, and a last search with all of them must find it again.
+with it, too, and a last search with all of them must find it again. Of places that fit alike, as in a hall
+that looks the same from both ends, the heading chooses, because it is seldom lost with the position.
 """
 
 from __future__ import annotations
@@ -34,6 +35,10 @@ FIT_MIN, FIT_SHARE, PLACES_MAX = 0.5, 0.8, 8
 RIVAL_MARGIN, RIVAL_FACTOR = 0.05, 2.0
 """A place rivals the best one if at most this share of the beams contradicts it, plus this many times the
 share that contradicts the best one.
+"""
+HEADING_NEAR_RAD, HEADING_FAR_RAD = 1.0, 2.0
+"""Of places that fit alike, one counts if its heading is as near to that by odometry as the first, and the
+headings of all others are farther from it than the second.
 """
 SIGMA_MAX_M = 0.3
 """A place must be known to this, in every direction."""
@@ -81,14 +86,17 @@ class Relocaliser:
         """Take in a scan since the vehicle may be lost, with continuous odometry."""
         self._seen = [*self._seen[-SCANS_MAX + 1 :], _Seen(scan, np.asarray(base_in_odom, float))]
 
-    def look(self, known: KnownMap) -> np.ndarray | None:
-        """Return the pose (3,) of the base at the newest scan if it is certain, else None."""
+    def look(self, known: KnownMap, heading_rad: float) -> np.ndarray | None:
+        """Return the pose (3,) of the base at the newest scan if it is certain, else None.
+
+        ``heading_rad`` is its heading in the map at that scan, if only the position has been lost.
+        """
         if self._odom_in_map is not None:
-            return self._confirm(known)
+            return self._confirm(known, heading_rad)
         if len(self._seen) < SCANS_FIRST or self._pause > 0:
             self._pause -= 1
             return None
-        self._odom_in_map = self._unique(known)
+        self._odom_in_map = self._unique(known, heading_rad)
         if self._odom_in_map is None:
             self._failures += 1
             self._pause = min(self._failures, PAUSE_SCANS_MAX)
@@ -113,7 +121,7 @@ class Relocaliser:
         best = self._mean_share(known, elsewhere)
         return best >= SHARE_MIN and not _rivals(self._mean_share(known, here), best)
 
-    def _confirm(self, known: KnownMap) -> np.ndarray | None:
+    def _confirm(self, known: KnownMap, heading_rad: float) -> np.ndarray | None:
         assert self._odom_in_map is not None
         newest = self._seen[-1]
         if not _agrees(known, newest, self._odom_in_map):
@@ -124,7 +132,7 @@ class Relocaliser:
         if self._confirmed < CONFIRMATIONS:
             return None
         before = se2.compose(self._odom_in_map, newest.base_in_odom)
-        self._odom_in_map = self._unique(known)
+        self._odom_in_map = self._unique(known, heading_rad)
         if self._odom_in_map is None:
             return None
         here = se2.compose(self._odom_in_map, newest.base_in_odom)
@@ -150,8 +158,8 @@ class Relocaliser:
         )
         return self._search.find(points, SearchSettings(FIT_MIN, FIT_SHARE, PLACES_MAX))
 
-    def _unique(self, known: KnownMap) -> np.ndarray | None:
-        """Return the odometry's frame in the map if one place alone fits all scans."""
+    def _unique(self, known: KnownMap, heading_rad: float) -> np.ndarray | None:
+        """Return the odometry's frame in the map if one place alone fits all scans and the heading."""
         newest = self._seen[-1].base_in_odom
         places = self._places(known)
         if not places:
@@ -159,11 +167,13 @@ class Relocaliser:
             return None
         frames = [se2.compose(place.pose, se2.inverse(newest)) for place in places]
         shares = [self._mean_share(known, odom_in_map) for odom_in_map in frames]
-        best = int(np.argmax(shares))
-        alike = sum(_rivals(share, shares[best]) for share in shares)
-        if alike > 1:
-            self.reason = f"{alike} or more places of the map fit the scans alike"
+        alike = [i for i, share in enumerate(shares) if _rivals(share, max(shares))]
+        turned = np.array([abs(se2.wrap(places[i].pose[2] - heading_rad)) for i in alike])
+        near, far = turned < HEADING_NEAR_RAD, turned > HEADING_FAR_RAD
+        if len(alike) > 1 and not (near.sum() == 1 and (near | far).all()):
+            self.reason = f"{len(alike)} or more places of the map fit the scans alike"
             return None
+        best = alike[int(turned.argmin())]
         if np.sqrt(np.linalg.eigvalsh(places[best].covariance[:2, :2])[-1]) > SIGMA_MAX_M:
             self.reason = "the scans fit along a whole wall or corridor"
             return None

@@ -82,7 +82,7 @@ class Supervisor:
             self._look(slam, scan)
 
     def _look(self, slam: GridSlam, scan: PlanarScan) -> None:
-        found = self._relocaliser.look(slam)
+        found = self._relocaliser.look(slam, slam.base_in_map[2])
         slam.judgement.reason = self._relocaliser.reason or slam.judgement.reason
         if found is None:
             return
