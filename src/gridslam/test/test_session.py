@@ -210,6 +210,7 @@ def test_a_saved_session_with_damaged_parts_is_refused_by_its_own_name(log, tmp_
         parts = {name: whole.read(name) for name in whole.namelist()}
     nonsense = {
         "filter": b"no arrays",
+        "judgement.json": b'{"state": "happy"}',
         "odometry.json": b'{"last_s": "now", "last": [0, 0, 0], "odom": [0, 0, 0]}',
     }
     assert nonsense.keys() <= parts.keys()
@@ -223,3 +224,9 @@ def test_a_saved_session_with_damaged_parts_is_refused_by_its_own_name(log, tmp_
             SlamSession.load(path)
         assert str(told.value).startswith(f"{path} ")
         assert str(told.value).count("/tmp") <= str(path).count("/tmp")
+    # And cut off anywhere
+    whole = (tmp_path / "whole").read_bytes()
+    for share in (0.0, 0.3, 0.9, 0.999):
+        path.write_bytes(whole[: int(share * len(whole))])
+        with pytest.raises(StateError, match="cannot be read as a saved state"):
+            SlamSession.load(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Callable
 
 import numpy as np
@@ -11,6 +12,9 @@ from gridslam import PlanarScan
 from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.inputs.scan_projection import project
 from gridslam_ros.odometry_frames import OdometryFrames
+
+TURNS = 3
+"""Two lidars come in turns if they have changed places this often in twice as many scans."""
 
 
 class ScanSource:
@@ -33,7 +37,7 @@ class ScanSource:
         self._frames = frames
         self._say = say
         self._levelling, self._floor_z_m = levelling, floor_z_m
-        self._lidar: tuple[str, int] | None = None  # its frame and number of beams
+        self._lidars: deque[tuple[str, int]] = deque(maxlen=2 * TURNS)  # frames and numbers of beams
 
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
         """Return (levelled scan, base in odom as x, y, yaw) of a message whose frames are known.
@@ -66,9 +70,19 @@ class ScanSource:
 
     def _watch_lidar(self, scan: LaserScan) -> None:
         lidar = (scan.header.frame_id, len(scan.ranges))
-        if self._lidar is not None and self._lidar != lidar:
+        before = self._lidars[-1] if self._lidars else lidar
+        self._lidars.append(lidar)
+        if lidar == before:
+            return
+        last = list(self._lidars)
+        changes = sum(one != next_one for one, next_one in zip(last, last[1:]))
+        if changes >= TURNS and len(set(last)) == 2:
             self._say(
-                f'The scans changed from {self._lidar[1]} beams in "{self._lidar[0]}" to {lidar[1]} beams in '
+                f'Scans of {before[1]} beams in "{before[0]}" and of {lidar[1]} beams in "{lidar[0]}" come '
+                "in turns; mapping uses both, but two lidars need two topics, of which SLAM gets one."
+            )
+        else:
+            self._say(
+                f'The scans changed from {before[1]} beams in "{before[0]}" to {lidar[1]} beams in '
                 f'"{lidar[0]}"; mapping goes on with them.'
             )
-        self._lidar = lidar

@@ -21,7 +21,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, PoseError, StateError
 from gridslam.files import state_file
-from gridslam.filter.particle_filter import GridSlam, ScanUpdate
+from gridslam.filter.particle_filter import START_DEVIATION, GridSlam, ScanUpdate
 from gridslam.filter.starting_map import check
 from gridslam.inputs.continuous_odometry import ContinuousOdometry
 from gridslam.localisation.judgement import Judgement
@@ -70,6 +70,8 @@ class SlamSession:
         self._starting_pose = starting_pose
         self._odometry = ContinuousOdometry(say)
         self._supervisor = Supervisor(say)
+        self._is_resumed = False
+        """Whether there was no scan yet since a state was loaded."""
         self._starting_covariance: np.ndarray | None = None
         self._closer = None if loop_closure is None else _closer(loop_closure)
         self._slam: GridSlam | None = None
@@ -81,9 +83,14 @@ class SlamSession:
         Raises:
             ScanError: the scan or the odometry makes no sense.
         """
+        last_s, before = self._odometry.last_s, self._odometry.odom_in_continuous
         base = self._odometry.follow(scan.stamp_s, base_in_odom)
         if self._slam is None:
             self._slam = self._begin(base)
+        elif self._is_resumed and (scan.stamp_s < last_s or self._odometry.odom_in_continuous is not before):
+            self._supervisor.doubt(self._slam, "a new flight begins on the saved map")
+            self._slam.widen(START_DEVIATION)
+        self._is_resumed = False
         update = self._supervisor.process(self._slam, scan, base)
         if update is not None and self._closer is not None and self._closer.update(self._slam):
             update = dataclasses.replace(update, base_in_map=self._slam.base_in_map)
@@ -268,18 +275,18 @@ class SlamSession:
         """
         try:
             with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as state:
+                state_file.require_memory(state)
                 slam = state_file.read(Path(state.extract(FILTER, folder)), threads, name=path)
                 if localisation_only and not slam.localisation_only:
                     return cls._localising_on(slam, starting_pose, say)
                 session = cls(slam.parameters, _closer_parameters_in(state), say=say)
-                session._slam = slam
+                session._slam, session._is_resumed = slam, True
                 session._localisation_only = slam.localisation_only
                 session._odometry.restore(json.loads(state.read(ODOMETRY)))
                 slam.judgement.restore(json.loads(state.read(JUDGEMENT)))
                 if session._closer is not None:
-                    session._closer.from_arrays(
-                        np.load(io.BytesIO(state.read(CLOSER))), len(slam.trajectory().stamps_s)
-                    )
+                    arrays = np.load(io.BytesIO(state.read(CLOSER)), allow_pickle=False)
+                    session._closer.from_arrays(arrays, len(slam.trajectory().stamps_s))
         except (OSError, *state_file.DAMAGE) as error:
             raise StateError(f"{path} cannot be read as a saved state: {error}.") from None
         return session

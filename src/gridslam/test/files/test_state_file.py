@@ -92,6 +92,27 @@ def test_a_state_of_more_particles_than_it_holds_takes_no_memory_for_them(saved,
         state_file.read(tmp_path / "many.npz")
 
 
+def test_a_state_larger_than_the_memory_is_not_unpacked(saved, tmp_path, monkeypatch):
+    np.savez_compressed(tmp_path / "bomb.npz", **{**saved, "more": np.zeros(10**6)})
+    monkeypatch.setattr(state_file, "memory_bytes", lambda: 7 * 10**6)
+    with pytest.raises(StateError, match=r"more than this machine's 0\.0 GB"):
+        state_file.read(tmp_path / "bomb.npz")
+
+
+def test_a_state_with_pickled_objects_is_refused(saved, tmp_path):
+    np.savez(tmp_path / "pickled.npz", **{**saved, "poses": np.array([print], dtype=object)})
+    with pytest.raises(StateError, match="pickle"):
+        state_file.read(tmp_path / "pickled.npz")
+
+
+def test_a_state_of_another_version_is_refused(saved, tmp_path):
+    header = json.loads(str(saved["header"]))
+    header["format"] = 99
+    np.savez(tmp_path / "newer.npz", **{**saved, "header": np.array(json.dumps(header))})
+    with pytest.raises(StateError, match=r"another version \(99\) of gridslam"):
+        state_file.read(tmp_path / "newer.npz")
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_no_damaged_byte_of_a_state_gets_further_than_a_sentence(saved_file, tmp_path_factory, data):

@@ -77,6 +77,8 @@ def read(path: str | Path, threads: int | None = None, name: str | Path | None =
     """
     told = path if name is None else name
     try:
+        with zipfile.ZipFile(path) as packed:
+            require_memory(packed)
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         header = json.loads(str(arrays["header"]))
@@ -91,6 +93,22 @@ def read(path: str | Path, threads: int | None = None, name: str | Path | None =
         raise
     except (*DAMAGE, SlamError) as error:
         raise StateError(f"{told} holds no complete state of gridslam ({error}).") from None
+
+
+def require_memory(packed: zipfile.ZipFile) -> None:
+    """Refuse a file whose unpacked parts do not fit into this machine's memory.
+
+    Raises:
+        ValueError: they do not.
+    """
+    size, memory = sum(part.file_size for part in packed.infolist()), memory_bytes()
+    if size > memory:
+        raise ValueError(f"it claims {size / 1e9:.1f} GB, more than this machine's {memory / 1e9:.1f} GB")
+
+
+def memory_bytes() -> int:
+    """Return how much memory this machine has."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
 def _header(state: FilterState) -> dict:

@@ -1,0 +1,35 @@
+"""What a change of the lidar during a run is called."""
+
+import pytest
+
+rospy = pytest.importorskip("rospy", reason="needs ROS")
+scan_source = pytest.importorskip(
+    "gridslam_ros.scan_source", reason="the workspace is not built, or not sourced"
+)
+from gridslam_ros.odometry_frames import OdometryFrames  # noqa: E402
+from slam_probe import room_scan, transform  # noqa: E402
+
+
+def said_of(lidars):
+    """What is said of scans that come from these lidars (frame and beams), one after the other."""
+    said = []
+    frames = OdometryFrames("odom", "base_link", said.append)
+    for frame in {frame for frame, _ in lidars}:
+        frames.add(transform("base_link", frame, rospy.Time(0)).transforms, static=True)
+    source = scan_source.ScanSource(frames, said.append)
+    for index, (frame, beams) in enumerate(lidars):
+        stamp = rospy.Time(10 + index)
+        frames.add(transform("odom", "base_link", stamp).transforms)
+        source.planar(room_scan(stamp, (0.0, 0.0, 0.0), frame=frame, beams=beams))
+    return said
+
+
+def test_another_lidar_is_told_once():
+    said = said_of([("front", 360)] * 3 + [("rear", 180)] * 3)
+    assert len(said) == 1
+    assert 'changed from 360 beams in "front" to 180 beams in "rear"' in said[0]
+
+
+def test_two_lidars_on_one_topic_are_told_as_such():
+    said = said_of([("front", 360), ("rear", 360)] * 4)
+    assert 'Scans of 360 beams in "front" and of 360 beams in "rear" come in turns' in said[-1]
