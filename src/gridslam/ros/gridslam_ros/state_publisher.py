@@ -1,10 +1,11 @@
-"""Publishes whether the vehicle is tracked: ~state in one word, /diagnostics with the numbers."""
+"""Publishes whether the vehicle is tracked: in one word, as a marker for RViz, and with numbers."""
 
 from __future__ import annotations
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from std_msgs.msg import Header, String
+from std_msgs.msg import ColorRGBA, Header, String
+from visualization_msgs.msg import Marker
 
 from gridslam.localisation.judgement import LOST, TRACKING, UNCERTAIN, Judgement
 from gridslam.session import SlamSession
@@ -12,12 +13,20 @@ from gridslam.session import SlamSession
 PERIOD_S = 1.0
 """Time by the scans' stamps between two diagnostics of one state."""
 LEVELS = {TRACKING: DiagnosticStatus.OK, UNCERTAIN: DiagnosticStatus.WARN, LOST: DiagnosticStatus.ERROR}
+COLOURS = {TRACKING: (0.08, 0.6, 0.24, 1.0), UNCERTAIN: (0.96, 0.47, 0.0, 1.0), LOST: (0.8, 0.0, 0.0, 1.0)}
+TEXT_HEIGHT_M, TEXT_ABOVE_M = 0.6, 1.2
 
 
 class StatePublisher:
-    """Publishes the state when it changes, and diagnostics then and every second."""
+    """Publishes ~state and ~state_marker when the state changes, and /diagnostics then and every second.
 
-    def __init__(self) -> None:
+    Args:
+        base_frame: the marker is above it.
+    """
+
+    def __init__(self, base_frame: str) -> None:
+        self._base_frame = base_frame
+        self._markers = rospy.Publisher("~state_marker", Marker, queue_size=10, latch=True)
         self._states = rospy.Publisher("~state", String, queue_size=10, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         self._state = ""
@@ -30,10 +39,20 @@ class StatePublisher:
         if is_new:
             self._state = state
             self._states.publish(state)
+            self._markers.publish(marker_of(state, self._base_frame))
         if is_new or not 0.0 <= stamp.to_sec() - self._published_s < PERIOD_S:
             self._published_s = stamp.to_sec()
             status = status_of(session.judgement, session.search)
             self._diagnostics.publish(DiagnosticArray(Header(stamp=stamp), [status]))
+
+
+def marker_of(state: str, base_frame: str) -> Marker:
+    """Return the state as a text that moves with the vehicle."""
+    marker = Marker(ns="state", type=Marker.TEXT_VIEW_FACING, text=state, frame_locked=True)
+    marker.header.frame_id = base_frame
+    marker.pose.position.z, marker.pose.orientation.w = TEXT_ABOVE_M, 1.0
+    marker.scale.z, marker.color = TEXT_HEIGHT_M, ColorRGBA(*COLOURS[state])
+    return marker
 
 
 def status_of(judgement: Judgement | None, search: str) -> DiagnosticStatus:

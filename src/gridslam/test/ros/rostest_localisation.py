@@ -15,6 +15,7 @@ from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker
 
 from gridslam import se2
 from node_tools.testing import Input, Output, Warned, wait_until
@@ -94,6 +95,8 @@ class LocalisationTest(unittest.TestCase):
 
     def test_tracking_is_said_with_numbers_and_to_latecomers(self):
         self.assertEqual(Output(NODE + "/state", String).last(lambda state: True, "it").data, "tracking")
+        marker = Output(NODE + "/state_marker", Marker).last(lambda marker: True, "a marker")
+        self.assertEqual((marker.text, marker.header.frame_id), ("tracking", "base_link"))
         status = self.status(DiagnosticStatus.OK, "tracking")
         self.assertEqual(status.name, "gridslam: localisation")
         numbers = {each.key: each.value for each in status.values}
