@@ -12,6 +12,7 @@ from flight import Flight
 
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned
 from simulation_tools.px4.estimation.samples import ExternalVision
+from simulation_tools.px4.mavlink import telemetry
 from simulation_tools.px4.modes import LandedState, Mode, Result
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.px4 import EKF2, Px4
@@ -119,6 +120,14 @@ def test_vision_that_is_back_makes_it_offboard_again():
     flight.run(1.5)
     assert flight.px4.status.mode is Mode.OFFBOARD
     assert flight.texts == ["Failsafe mode deactivated"]
+
+
+def test_no_place_on_earth_is_told():
+    flight = flying(Setpoint.hold((0.0, 0.0, 2.0)), 1.0)
+    earthly = ("GLOBAL_POSITION_INT", "GPS_RAW_INT", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
+    for name in earthly:
+        assert telemetry.build(name, flight.px4, flight.px4.status) is None
+    assert telemetry.build("LOCAL_POSITION_NED", flight.px4, flight.px4.status) is not None
 
 
 def test_before_the_first_vision_only_manual_may_be_armed():

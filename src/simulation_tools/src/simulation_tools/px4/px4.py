@@ -154,6 +154,11 @@ class Px4:
         return self._estimator.horizontal_valid
 
     @property
+    def has_gnss(self) -> bool:
+        """Whether there is a GNSS receiver. Without one PX4 tells no place on earth, and no home."""
+        return self._estimator.uses_gnss
+
+    @property
     def estimator_status(self) -> EstimatorStatus:
         """How good the estimate is."""
         return self._estimator.status

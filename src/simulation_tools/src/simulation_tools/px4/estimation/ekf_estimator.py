@@ -96,6 +96,11 @@ class EkfEstimator:
         self.aiding.offer_own(state.time_us, fix, height_m, field)
 
     @property
+    def uses_gnss(self) -> bool:
+        """Whether there is a GNSS receiver, and the filter takes its fixes."""
+        return self.settings.uses_gnss
+
+    @property
     def horizontal_valid(self) -> bool:
         """Whether there is a position and a velocity over ground."""
         return self._running and self.aiding.horizontal_valid

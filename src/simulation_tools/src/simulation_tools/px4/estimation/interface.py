@@ -96,6 +96,11 @@ class Estimator(Protocol):
         ...
 
     @property
+    def uses_gnss(self) -> bool:
+        """Whether there is a GNSS receiver. Without one there is no place on earth."""
+        ...
+
+    @property
     def horizontal_valid(self) -> bool:
         """Whether there is a position and a velocity over ground. PX4 then sends LOCAL_POSITION_NED."""
         ...

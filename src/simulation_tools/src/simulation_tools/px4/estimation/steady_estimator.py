@@ -171,6 +171,7 @@ class SteadyEstimator:
     """
 
     GRAVITY_M_S2 = 9.80665
+    uses_gnss = True
 
     def __init__(self, noise: EstimatorNoise, rng: np.random.Generator, parameters: Px4Parameters) -> None:
         """rng: every `reset` goes back to its state at this call, so that flights repeat exactly."""

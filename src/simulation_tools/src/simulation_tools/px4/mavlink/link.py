@@ -183,7 +183,7 @@ class MavlinkLink:
 
     def _global_target(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         origin, home = self._px4.origin, self._px4.home
-        if home is None:
+        if home is None or not self._px4.has_gnss:
             self.statistics.refused_setpoints += 1  # without a position there is nothing to convert
             return
         self._offer(channel, m, lambda: from_global_target(m, origin, home.tolist()))

@@ -76,7 +76,7 @@ def _local_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | Non
 
 
 def _global_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    if not status.position_valid or px4.home is None:
+    if not status.position_valid or px4.home is None or not px4.has_gnss:
         return None
     estimate = px4.estimate[0]
     north, east, down = estimate["position"].tolist()
@@ -93,7 +93,9 @@ def _global_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | No
     )
 
 
-def _gps_raw(px4: Px4, status: Px4Status) -> common.MAVLink_message:
+def _gps_raw(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    if not px4.has_gnss:
+        return None
     estimate = px4.estimate[0]
     north, east, down = estimate["position"].tolist()
     vx, vy, _ = estimate["velocity"].tolist()
@@ -128,7 +130,7 @@ def _attitude_target(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 def _position_target_global(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
     """Return an automatic mode's target. PX4 sends it only in those modes."""
-    if not (status.mode.is_auto and status.armed and status.position_valid):
+    if not (status.mode.is_auto and status.armed and status.position_valid and px4.has_gnss):
         return None
     north, east, down = px4.active_setpoint["position"][0].tolist()
     if math.isnan(north + east + down):

@@ -12,7 +12,8 @@ _CURRENT_CA = -100  # PX4's simulated battery says -1 A
 _UTC_AT_START_US = 1_625_097_600_000_000  # 2021-07-01: the simulated world's date, the same in each flight
 _CELLS, _CELL_FULL_V, _CELL_EMPTY_V = 4, 4.05, 3.7  # PX4's simulated battery
 
-_SENSORS = 0x0020002F  # gyro, accelerometer, magnetometer, pressure, GPS, AHRS
+_SENSORS = 0x0020000B  # gyro, accelerometer, pressure, AHRS
+_MAGNETOMETER, _GPS, _VISION = 0x04, 0x20, 0x80
 _ARMING_CHECKS = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK: MAVSDK takes it for "is armable"
 
 
@@ -38,10 +39,13 @@ def _battery_voltage(status: Px4Status) -> float:
 
 def _sys_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     may_arm = _ARMING_CHECKS if status.position_valid else 0
+    sensors = _SENSORS | (_GPS if px4.has_gnss else _VISION)
+    if px4.parameters["SYS_HAS_MAG"] == 1:
+        sensors |= _MAGNETOMETER
     return common.MAVLink_sys_status_message(
-        _SENSORS | _ARMING_CHECKS,
-        _SENSORS | _ARMING_CHECKS,
-        _SENSORS | may_arm,
+        sensors | _ARMING_CHECKS,
+        sensors | _ARMING_CHECKS,
+        sensors | may_arm,
         100,
         round(1000.0 * _CELLS * _battery_voltage(status)),
         _CURRENT_CA,
@@ -81,7 +85,7 @@ def _system_time(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 
 def _home_position(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    if px4.home is None:
+    if px4.home is None or not px4.has_gnss:
         return None
     north, east, down = px4.home.tolist()
     latitude, longitude = px4.origin.to_global(north, east)
@@ -121,7 +125,7 @@ def _autopilot_version(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 
 def _gps_global_origin(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
-    if not status.position_valid:
+    if not (status.position_valid and px4.has_gnss):
         return None
     origin = px4.origin
     return common.MAVLink_gps_global_origin_message(
