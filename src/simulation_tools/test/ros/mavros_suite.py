@@ -2,5 +2,6 @@
 
 from rostest_mavros import TestMavros
 from rostest_mavros_plugins import TestMavrosPlugins
+from rostest_mavros_vision import TestMavrosVision
 
-__all__ = ["TestMavros", "TestMavrosPlugins"]
+__all__ = ["TestMavros", "TestMavrosPlugins", "TestMavrosVision"]

@@ -48,6 +48,16 @@ def test_gps_raw_int_has_the_accuracies_of_px4s_receiver(at_rest):
     assert gps.alt_ellipsoid == gps.alt
 
 
+def test_odometry_has_the_estimates_variances_and_a_velocity_in_the_body(in_flight):
+    """PX4 gives the variances of position and velocity, and zeros elsewhere."""
+    told, known = message(in_flight, "ODOMETRY"), in_flight.px4.estimator_status
+    assert [told.pose_covariance[i] for i in (0, 6, 11)] == list(known.position_variance_m2)
+    assert [told.velocity_covariance[i] for i in (0, 6, 11)] == list(known.velocity_variance_m2_s2)
+    assert sum(value != 0.0 for value in (*told.pose_covariance, *told.velocity_covariance)) <= 6
+    local = message(in_flight, "LOCAL_POSITION_NED")
+    assert math.hypot(told.vx, told.vy, told.vz) == pytest.approx(math.hypot(local.vx, local.vy, local.vz))
+
+
 def test_highres_imu_says_pascal(at_rest):
     """PX4 at 488.2 m: 95597.1, although MAVLink's unit is hPa."""
     assert message(at_rest, "HIGHRES_IMU").abs_pressure == pytest.approx(95597.1, abs=10.0)

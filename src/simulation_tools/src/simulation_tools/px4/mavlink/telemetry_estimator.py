@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from typing import Sequence
 
-import numpy as np
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.geometry import rotation_matrix
+from simulation_tools.geometry import rotate_inverse
 from simulation_tools.px4.modes import LandedState
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.status import Px4Status
 
-_NAN = math.nan
 _CLEARANCE_ON_GROUND_M = 0.1  # PX4's EKF2_MIN_RNG
 _ACCELERATION_VARIANCE = 0.05**2  # m2/s4, of the estimated acceleration
 
@@ -40,53 +38,42 @@ def _local_position_with_covariance(px4: Px4, status: Px4Status) -> common.MAVLi
         return None
     estimate, known = px4.estimate[0], px4.estimator_status
     variances = (*known.position_variance_m2, *known.velocity_variance_m2_s2, *(_ACCELERATION_VARIANCE,) * 3)
-    # The upper triangle of a diagonal 9 x 9, row by row
-    covariance = [variances[row] if row == column else 0.0 for row in range(9) for column in range(row, 9)]
     return common.MAVLink_local_position_ned_cov_message(
         status.time_us,
         common.MAV_ESTIMATOR_TYPE_AUTOPILOT,
         *estimate["position"].tolist(),
         *estimate["velocity"].tolist(),
         *estimate["acceleration"].tolist(),
-        covariance,
+        _diagonal(variances, 9),
     )
 
 
 def _odometry(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
+    """As PX4's: variances along the axes of NED only; 0 for attitude and rates."""
     if not status.position_valid:
         return None
     estimate, known = px4.estimate[0], px4.estimator_status
     attitude = estimate["attitude"].tolist()
-    velocity, covariance = _in_body(attitude, estimate["velocity"].tolist(), known.velocity_variance_m2_s2)
+    w, x, y, z = attitude
     return common.MAVLink_odometry_message(
         status.time_us,
         common.MAV_FRAME_LOCAL_NED,
         common.MAV_FRAME_BODY_FRD,
         *estimate["position"].tolist(),
         attitude,
-        *velocity,
+        *rotate_inverse((x, y, z, w), estimate["velocity"].tolist()),
         *estimate["rates"].tolist(),
-        _triangle(np.diag(known.position_variance_m2), np.diag(known.attitude_variance_rad2)),
-        _triangle(covariance, np.full((3, 3), _NAN)),
+        _diagonal(known.position_variance_m2, 6),
+        _diagonal(known.velocity_variance_m2_s2, 6),
         reset_counter=known.resets % 256,
         estimator_type=common.MAV_ESTIMATOR_TYPE_AUTOPILOT,
     )
 
 
-def _triangle(first: np.ndarray, second: np.ndarray) -> list[float]:
-    """Upper triangle of the 6 x 6 matrix of two 3 x 3 blocks, row by row."""
-    matrix = np.zeros((6, 6))
-    matrix[:3, :3], matrix[3:, 3:] = first, second
-    return matrix[np.triu_indices(6)].tolist()
-
-
-def _in_body(
-    q: list[float], velocity: list[float], variances: Sequence[float]
-) -> tuple[list[float], np.ndarray]:
-    """A velocity and its covariance in the body's frame, from NED; q: w x y z."""
-    w, x, y, z = q
-    to_body = rotation_matrix((x, y, z, w)).T
-    return (to_body @ velocity).tolist(), to_body @ np.diag(variances) @ to_body.T
+def _diagonal(variances: Sequence[float], size: int) -> list[float]:
+    """Upper triangle, row by row, of a matrix with these first values on its diagonal and zeros elsewhere."""
+    padded = (*variances, *(0.0,) * (size - len(variances)))
+    return [padded[row] if row == column else 0.0 for row in range(size) for column in range(row, size)]
 
 
 def _distance(px4: Px4, status: Px4Status) -> common.MAVLink_message | None:
