@@ -6,6 +6,7 @@ from collections import deque
 from typing import Callable
 
 import numpy as np
+from genpy import Time
 from sensor_msgs.msg import Imu, LaserScan, Range
 
 from gridslam import ScanError, SlamError
@@ -27,7 +28,7 @@ class OdometryFeed:
         odometry: takes the sensors' readings.
         mount: frame of a sensor -> its pose in the base frame; raises SlamError if TF does not know it.
         imu_lag_s: a little more than the IMU's period.
-        publish: is called with each estimate.
+        publish: is called with each estimate and the exact stamp of its scan.
         say: is called with a sentence about each message that is left out.
     """
 
@@ -36,12 +37,13 @@ class OdometryFeed:
         odometry: LidarOdometry,
         mount: Callable[[str], Pose],
         imu_lag_s: float,
-        publish: Callable[[OdometryEstimate], None],
+        publish: Callable[[Time, OdometryEstimate], None],
         say: Callable[[str], None],
     ) -> None:
         self._odometry, self._mount, self._imu_lag_s = odometry, mount, imu_lag_s
         self._publish, self._say = publish, say
         self._scan: LaserScan | None = None
+        self._answered: tuple[Time, OdometryEstimate] | None = None
         self._imu_s: float | None = None
         self._ranges: deque[Range] = deque(maxlen=RANGES_KEPT)
 
@@ -69,6 +71,9 @@ class OdometryFeed:
 
     def on_scan(self, message: LaserScan) -> None:
         """Take a scan. One that still waits is used first."""
+        if self._answered is not None and message.header.stamp == self._answered[0]:
+            self._publish(*self._answered)  # simulators in lockstep send the same scan again
+            return
         if self._scan is not None:
             self._process()
         self._scan = message
@@ -98,7 +103,8 @@ class OdometryFeed:
             return
         if estimate.remark:
             self._say(estimate.remark)
-        self._publish(estimate)
+        self._answered = scan.header.stamp, estimate
+        self._publish(*self._answered)
 
     def _use_ranges(self, before_s: float) -> None:
         while self._ranges and self._ranges[0].header.stamp.to_sec() < before_s:

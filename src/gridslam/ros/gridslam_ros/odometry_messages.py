@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 
+from genpy import Time
 from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
+from std_msgs.msg import Header
 
 from gridslam.odometry import OdometryEstimate
-from gridslam_ros.conversions import header_of
 
 
-def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> Odometry:
+def odometry_message(stamp: Time, estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> Odometry:
     """Return nav_msgs/Odometry: the pose in ``odom_frame``, the twist along the axes of ``base_frame``."""
-    message = Odometry(header=header_of(estimate.stamp_s, odom_frame), child_frame_id=base_frame)
+    message = Odometry(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_frame)
     pose, twist = message.pose, message.twist
     pose.pose.position = Point(*estimate.position_xyz)
     pose.pose.orientation = _quaternion(*estimate.roll_pitch_yaw)
