@@ -38,17 +38,22 @@ class Boxes:
 
     def cloud(self, position: np.ndarray) -> Cloud:
         """Return what a level Puck sees."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ranges = np.where(DIRECTIONS[:, 2] < 0.0, -position[2] / DIRECTIONS[:, 2], math.inf)
-            for low, high in self.corners:
-                ends = np.sort(
-                    np.stack([(low - position) / DIRECTIONS, (high - position) / DIRECTIONS]), axis=0
-                )
-                enters, leaves = ends[0].max(axis=1), ends[1].min(axis=1)
-                ranges = np.minimum(ranges, np.where((enters < leaves) & (enters > 0.0), enters, math.inf))
+        ranges = self.ranges(position, DIRECTIONS)
         met = (ranges > RANGE_MIN_M) & (ranges < RANGE_MAX_M)
         points = DIRECTIONS[met] * ranges[met, None]
         return Cloud(points, (CHANNELS_RAD[0], CHANNELS_RAD[-1]), RANGE_MIN_M, RANGE_MAX_M)
+
+    def ranges(self, position: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Return how far beams along unit vectors (n, 3) go, m; inf where they meet nothing."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ranges = np.where(directions[:, 2] < 0.0, -position[2] / directions[:, 2], math.inf)
+            for low, high in self.corners:
+                ends = np.sort(
+                    np.stack([(low - position) / directions, (high - position) / directions]), axis=0
+                )
+                enters, leaves = ends[0].max(axis=1), ends[1].min(axis=1)
+                ranges = np.minimum(ranges, np.where((enters < leaves) & (enters > 0.0), enters, math.inf))
+        return ranges
 
     def clearance(self, position: np.ndarray, radius: float, below: float, above: float) -> float:
         """Return how far, m, a cylinder is from the boxes; 0 where it touches one."""

@@ -187,6 +187,28 @@ def test_sources_that_share_stamps_are_never_missed_however_the_messages_race(ra
     assert values(answered) == [(tick, tick, tick) for tick in range(1, instants)]
 
 
+def fly_with_clouds(p, instants):
+    """Scans at 40 Hz, clouds at 10 Hz which come after their scan until they fail; which scans waited."""
+    waited = []
+    p.offer("cloud", -25 * MS, "before the scans")
+    for tick in range(instants):
+        waited.append(tick not in [pair.scan.value for pair in p.offer_scan(tick * 25 * MS, tick)])
+        if tick % 4 == 0 and tick < 24:
+            for pair in p.offer("cloud", tick * 25 * MS, f"cloud {tick}"):
+                assert values([pair]) == [(tick, f"cloud {tick}")]
+    return waited
+
+
+def test_only_those_scans_wait_for_a_slow_source_that_share_its_stamps():
+    waited = fly_with_clouds(ScanPairing(("cloud",), nearest=("cloud",)), 24)
+    assert waited[8:] == [tick % 4 == 0 for tick in range(8, 24)]
+
+
+def test_a_slow_source_that_fails_holds_up_one_scan():
+    waited = fly_with_clouds(ScanPairing(("cloud",), nearest=("cloud",)), 40)
+    assert waited[21:] == [tick == 24 for tick in range(21, 40)]
+
+
 # -- recordings: nothing is lacking, nothing is urgent ----------------------------------------------------
 
 

@@ -133,7 +133,7 @@ def stats_of(
 def remembered_of(header: Header, view: View) -> PointCloud2:
     """Return what `Dynamic` remembers, in the scan's frame; hidden is 1 where the scan cannot see it."""
     rows = np.zeros((len(view.remembered_m), 4), np.float32)
-    rows[:, :2], rows[:, 3] = view.remembered_m, view.hidden
+    rows[:, :3], rows[:, 3] = view.remembered_m, view.hidden
     names = ("x", "y", "z", "hidden")
     return PointCloud2(
         header=header,

@@ -44,7 +44,7 @@ def write_view(header: Header, view: View) -> list[Marker]:
     markers = []
     for name, path in ((PREDICTED, view.predicted_m), (BRAKING, view.braking_m)):
         marker = _marker(header, name, Marker.LINE_STRIP)
-        marker.points = [Point(x, y, 0.0) for x, y in path.tolist()]
+        marker.points = [Point(*place) for place in path.tolist()]
         marker.scale.x = SHAFT_M
         marker.color = ColorRGBA(*PATH_COLOURS[name], 1.0)
         markers.append(marker)
@@ -61,9 +61,9 @@ def write_view(header: Header, view: View) -> list[Marker]:
 
 
 def read_path(message: MarkerArray, name: str) -> np.ndarray:
-    """Return a path (n, 2) of a message, m; (0, 2) if it has none."""
-    points = [(p.x, p.y) for marker in message.markers if marker.ns == name for p in marker.points]
-    return np.array(points).reshape(-1, 2)
+    """Return a path (n, 3) of a message, m; (0, 3) if it has none."""
+    points = [(p.x, p.y, p.z) for marker in message.markers if marker.ns == name for p in marker.points]
+    return np.array(points).reshape(-1, 3)
 
 
 def read_movers(message: MarkerArray) -> np.ndarray:

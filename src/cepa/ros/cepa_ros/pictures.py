@@ -47,7 +47,7 @@ class Canvas:
         alpha: float = 1.0,
         height_m: float = 0.0,
     ) -> None:
-        """Draw a closed or open line through ``points`` (n, 2)."""
+        """Draw a closed or open line through ``points`` (n, 2) or (n, 3)."""
         self._add(name, Marker.LINE_STRIP, points, [(*colour, alpha)], width_m, height_m)
 
     def segments(self, name: str, ends: np.ndarray, colours: list[Rgba], width_m: float) -> None:
@@ -78,7 +78,8 @@ class Canvas:
         marker = Marker(ns=name, id=0, type=kind)
         marker.header.stamp, marker.header.frame_id = self._header.stamp, self._header.frame_id
         marker.pose.position.z, marker.pose.orientation.w = height_m, 1.0
-        marker.points = [Point(x, y, 0.0) for x, y in points.tolist()]
+        heights = points[:, 2] if points.shape[1] == 3 else np.zeros(len(points))
+        marker.points = [Point(x, y, z) for (x, y), z in zip(points[:, :2].tolist(), heights.tolist())]
         marker.scale.x = marker.scale.y = marker.scale.z = width_m
         marker.color = ColorRGBA(*colours[0]) if colours else ColorRGBA()
         marker.colors = [ColorRGBA(*colour) for colour in colours] if len(colours) > 1 else []
@@ -128,9 +129,12 @@ def draw(
 
 
 def _draw_foreseen(canvas: Canvas, message: MarkerArray, parameters: CepaParameters) -> None:
-    """Draw the predicted path with both cushions along it, the braking path, and what moves."""
+    """Draw the predicted path with both cushions along it, the braking path, and what moves.
+
+    The cushions are drawn in the scan's plane, as seen from above.
+    """
     predicted = decision_message.read_path(message, PREDICTED)
-    middles = predicted[::-PATH_STEP]  # with the last
+    middles = predicted[::-PATH_STEP, :2]  # with the last
     for name, radius, colour in (
         ("cushion_ub", parameters.r_ub, OUTER),
         ("cushion_lb", parameters.r_lb, INNER),
@@ -141,7 +145,8 @@ def _draw_foreseen(canvas: Canvas, message: MarkerArray, parameters: CepaParamet
     braking, colours = decision_message.read_path(message, BRAKING), decision_message.PATH_COLOURS
     canvas.lines(BRAKING, braking, colours[BRAKING], BRAKING_WIDTH_M)
     hull = view.circle(parameters.body_radius) if len(braking) else np.empty((0, 2))
-    canvas.lines("standstill", hull + braking[-1:], colours[BRAKING], 0.03)
+    standstill = np.pad(hull, ((0, 0), (0, 1))) + braking[-1:]
+    canvas.lines("standstill", standstill, colours[BRAKING], 0.03)
     canvas.lines(PREDICTED, predicted, colours[PREDICTED], PATH_WIDTH_M, height_m=0.5 * ARROW_HEIGHT_M)
     movers = decision_message.read_movers(message)
     moving = [(*colours[MOVER], 0.9)]

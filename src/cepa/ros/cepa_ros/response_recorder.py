@@ -11,7 +11,7 @@ import rosbag
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 
-from cepa.dynamic.recording import IdentificationError, Recording
+from cepa.identification.recording import IdentificationError, Recording
 from node_tools.conversions import xyz, yaw_of
 
 DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, OSError, EOFError, ValueError, LookupError)

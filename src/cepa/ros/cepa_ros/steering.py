@@ -91,8 +91,17 @@ class Steering:
         """Return the cloud of the scan's instant, if there is one and the algorithm uses it."""
         if self._limits is None or not self.algorithm.wants_cloud:
             return None
-        in_body_m = paired.fresh("cloud", MAX_AGE_OF_CLOUD_NS, None)
-        return None if in_body_m is None else self._limits.cloud(out_of_body(in_body_m, mount))
+        cloud = paired.values["cloud"]
+        age_ns = math.inf if cloud is None else abs(paired.scan.stamp_ns - cloud.stamp_ns)
+        if cloud is None:
+            self._warnings.say("No cloud has come yet; the scan alone counts. Check the topic cloud.")
+        elif age_ns > MAX_AGE_NS:
+            self._warnings.say(
+                f"No cloud is within {1e-9 * age_ns:.1f} s of the scan; what clouds showed before counts."
+            )
+        if cloud is None or age_ns > MAX_AGE_OF_CLOUD_NS:
+            return None
+        return self._limits.cloud(out_of_body(cloud.value, mount))
 
     def _own_velocity(self, own: OwnState | None, trusted: bool) -> tuple[float, ...]:
         """Return the own velocity; zero if it is not known, or the last command if that counts more."""

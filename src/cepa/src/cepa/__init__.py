@@ -8,7 +8,7 @@ from cepa.dynamic.dynamic import Dynamic
 from cepa.errors import AttitudeError, CepaError, MotionError, ParameterError, ScanError, VelocityError
 from cepa.improved import Improved
 from cepa.levelling import LidarAttitude, levelled
-from cepa.motion import Cloud, Motion
+from cepa.motion import Cloud, Motion, Ranging
 from cepa.original import Original
 from cepa.parameters import SLOW_DETOURS, CepaParameters
 from cepa.scan import LaserScan2D
@@ -32,6 +32,7 @@ __all__ = [
     "MotionError",
     "Original",
     "ParameterError",
+    "Ranging",
     "Reason",
     "ScanError",
     "VelocityError",

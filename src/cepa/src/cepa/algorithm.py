@@ -11,7 +11,7 @@ import numpy as np
 
 from cepa.decision import Decision, Reason, Vector2
 from cepa.errors import VelocityError
-from cepa.motion import Cloud, Motion
+from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid, LaserScan2D
 
@@ -66,6 +66,10 @@ class Algorithm(ABC):
         Raises:
             VelocityError: a velocity is not two finite numbers, or is faster than anything flies.
         """
+
+    def take_ranges(self, rangings: Sequence[Ranging]) -> None:
+        """Take in what range finders measured when the next scan was taken; who cannot climb ignores it."""
+        del rangings
 
     def reset(self) -> None:
         """Forget what was kept of earlier scans."""

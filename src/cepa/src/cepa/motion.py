@@ -112,6 +112,11 @@ class Cloud:
     azimuth_rad: tuple[float, float] = (-math.pi, math.pi)
     """First and last direction around its z axis."""
 
+    @property
+    def looks_all_around(self) -> bool:
+        """Whether its azimuth is a full turn, but for a beam or two."""
+        return self.azimuth_rad[1] - self.azimuth_rad[0] > 2.0 * math.pi - 0.05
+
     def __post_init__(self) -> None:
         points = np.asarray(self.points_m)
         if points.ndim != 2 or points.shape[1] != 3:
@@ -122,6 +127,36 @@ class Cloud:
             )
         if not self.elevation_rad[0] < self.elevation_rad[1]:
             raise MotionError(f"A cloud's elevations must rise, not {self.elevation_rad}.")
+
+
+@dataclass(frozen=True)
+class Ranging:
+    """What a range finder measured. Raises MotionError for what makes no sense."""
+
+    origin_m: Vector3
+    """m: of the sensor in the lidar's frame."""
+    direction: Vector3
+    """Unit vector in the lidar's frame."""
+    range_m: float
+    """m; as REP-117: inf: nothing up to range_max_m; -inf: nearer than range_min_m; NaN: invalid."""
+    range_min_m: float
+    range_max_m: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.range_min_m < self.range_max_m < math.inf:
+            raise MotionError(
+                f"A range finder's limits must fulfil 0 <= min < max, not {self.range_min_m} and "
+                f"{self.range_max_m}; check its driver."
+            )
+        if not abs(math.hypot(*self.direction) - 1.0) < 0.01 or not all(map(math.isfinite, self.origin_m)):
+            raise MotionError(f"A range finder's pose makes no sense: {self.origin_m}, {self.direction}.")
+
+    @property
+    def free_m(self) -> float:
+        """How far the beam has passed, m."""
+        if self.range_m > self.range_max_m:
+            return self.range_max_m
+        return self.range_m if self.range_m >= self.range_min_m else 0.0  # NaN fails, too
 
 
 def rotation_matrix(orientation_xyzw: Sequence[float]) -> np.ndarray:

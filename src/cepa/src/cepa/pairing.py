@@ -8,6 +8,8 @@ from typing import Any
 
 KEPT_MESSAGES = 64
 KEPT_SCANS = 8
+KEPT_SHARED = 3
+"""Of so many scans in a row that had a source's message, the least distance tells how often one has."""
 
 PATIENT_MESSAGES = 20_000
 PATIENT_SCANS = 2_000
@@ -46,6 +48,7 @@ class ScanPairing:
     sources share their stamps with the scans. A scan waits for the message of such a source. So the outcome
     does not depend on which message was faster. The scan waits until the next scan comes at the latest. If a
     source's message did not come until then, no scan waits for this source until it shares a stamp again.
+    A source may be slower than the scans and share the stamp of every fourth. Then only every fourth waits.
 
     Args:
         sources: names of the sources.
@@ -64,6 +67,8 @@ class ScanPairing:
         kept = PATIENT_MESSAGES if self._patient else KEPT_MESSAGES
         self._messages: dict[str, deque] = {source: deque(maxlen=kept) for source in self._sources}
         self._shares_stamps = dict.fromkeys(self._sources, True)  # trusted from a source's first message on
+        self._shared: dict[str, deque] = {source: deque(maxlen=KEPT_SHARED) for source in self._sources}
+        self._offered = 0
         self._jumped_back: set[str] = set()  # sources whose stamps went back since the last scan
         self._scan_stamps: deque = deque(maxlen=KEPT_SCANS)
         self._held: deque[Stamped] = deque()
@@ -82,6 +87,7 @@ class ScanPairing:
         ready = [self._release()] if len(self._held) == (PATIENT_SCANS if self._patient else 1) else []
         self._jumped_back.clear()
         self._scan_stamps.append(stamp_ns)
+        self._offered += 1
         self._held.append(Stamped(stamp_ns, scan))
         return ready + self._ready()
 
@@ -92,8 +98,10 @@ class ScanPairing:
             messages.clear()  # its clock jumped back
             self._jumped_back.add(source)
         messages.append(Stamped(stamp_ns, value))
-        if stamp_ns in self._scan_stamps:
-            self._shares_stamps[source] = True
+        for back, scan_ns in enumerate(reversed(self._scan_stamps)):
+            if scan_ns == stamp_ns:
+                self._share(source, self._offered - 1 - back)
+                break
         return self._ready()
 
     @property
@@ -116,21 +124,41 @@ class ScanPairing:
         messages, scan_ns = self._messages[source], self._held[0].stamp_ns
         if self._patient:
             return not messages or messages[-1].stamp_ns < scan_ns
-        return bool(messages) and self._shares_stamps[source] and messages[-1].stamp_ns < scan_ns
+        to_come = bool(messages) and self._shares_stamps[source] and messages[-1].stamp_ns < scan_ns
+        return to_come and self._has_turn(source, self._number_of_oldest())
+
+    def _has_turn(self, source: str, number: int) -> bool:
+        """Whether the source, if it goes on as before, has a message for the scan with this number."""
+        shared = self._shared[source]
+        period = min((later - earlier for earlier, later in zip(shared, list(shared)[1:])), default=1)
+        return not shared or number - shared[-1] >= period
+
+    def _number_of_oldest(self) -> int:
+        return self._offered - len(self._held)
+
+    def _share(self, source: str, number: int) -> None:
+        """Take in that a message of the source has the stamp of the scan with this number."""
+        self._shares_stamps[source] = True
+        shared = self._shared[source]
+        if not shared or number > shared[-1]:
+            shared.append(number)
 
     def _release(self) -> PairedScan:
+        number = self._number_of_oldest()
         scan = self._held.popleft()
-        return PairedScan(scan, {source: self._find(source, scan.stamp_ns) for source in self._sources})
+        values = {source: self._find(source, scan.stamp_ns, number) for source in self._sources}
+        return PairedScan(scan, values)
 
-    def _find(self, source: str, stamp_ns: int) -> Stamped | None:
+    def _find(self, source: str, stamp_ns: int, number: int) -> Stamped | None:
         messages = self._messages[source]
         for message in reversed(messages):
             if message.stamp_ns == stamp_ns:
-                self._shares_stamps[source] = True
+                self._share(source, number)
                 return message
         if not messages:
             return None
-        self._shares_stamps[source] = False
+        if self._has_turn(source, number):
+            self._shares_stamps[source] = False
         if source in self._nearest:
             return min(messages, key=lambda message: abs(message.stamp_ns - stamp_ns))
         if self._patient:

@@ -12,7 +12,7 @@ from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, motion_at
 from cepa import CepaParameters, Cloud, Dynamic, ParameterError
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
 from cepa.dynamic.cloud_lookout import LAYER_M, LAYERS, CloudLookout
-from cepa.dynamic.dynamic import STEP_S
+from cepa.dynamic.judge import STEP_S
 from cepa.dynamic.observer import response_of
 from cepa.dynamic.ways_out import Layers, WaysOut
 from cepa.kernels.rollout import (

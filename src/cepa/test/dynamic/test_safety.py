@@ -110,3 +110,25 @@ def test_without_further_scans_it_brakes_and_touches_nothing(seed):
     in_time = lambda t_s: t_s < blind_s or t_s > blind_s + 2.5  # noqa: E731
     clearance_m, _ = least_clearance(thicket(rng), 4.0, adversary, rng, in_time)
     assert clearance_m > BODY_RADIUS_M
+
+
+@pytest.mark.parametrize("r_lb", [0.5, 0.8])
+def test_when_things_are_within_r_lb_it_leaves_between_them_and_touches_nothing(r_lb):
+    # Columns of 0.2 m around it, those behind nearer, as in Experiment 2; ahead is a gap of 1 m
+    bearings, distances = np.radians([52.0, -52.0, 120.0, -120.0]), np.array([0.85, 0.85, 0.53, 0.53])
+    columns = np.column_stack((distances * np.cos(bearings), distances * np.sin(bearings), np.full(4, 0.1)))
+    scene, uav, lidar = Scene(circles=columns), DisturbedUav(), Lidar(math.radians(360.0))
+    algorithm, rng = Dynamic(CepaParameters(r_lb=r_lb)), np.random.default_rng(0)
+    assert scene.clearance(uav.position) < r_lb - 0.05
+    for step in range(round(5.0 / STEP_S)):
+        t_s = step * STEP_S
+        if step % SCAN_STEPS == 0:
+            pose = (*uav.position, 2.0), (0.0, 0.0, 0.0, 1.0), (*uav.velocity, 0.0)
+            scan = lidar.scan(scene, uav.position, 0.0, rng)
+            decision = algorithm.steer(scan, (0.0, 0.0), uav.velocity, Motion(t_s, *pose))
+            assert step or (decision.emergency and decision.reason is Reason.MARGIN_LOST)
+            uav.command(t_s, decision.velocity_xy)
+        uav.step(t_s, (0.0, 0.0))
+        assert scene.clearance(uav.position) > BODY_RADIUS_M
+    assert scene.clearance(uav.position) > r_lb - 0.05
+    assert not decision.emergency

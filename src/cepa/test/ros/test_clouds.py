@@ -25,6 +25,7 @@ def message(order="<", **changes):
         rows[name] = POINTS[:, column]
     fields = [PointField(name, 4 * k, PointField.FLOAT32, 1) for k, name in enumerate("xyz")]
     cloud = PointCloud2(height=1, width=len(rows), fields=fields, point_step=16, row_step=16 * len(rows))
+    cloud.header.stamp.secs = 1
     cloud.is_bigendian, cloud.data = order == ">", rows.tobytes()
     for name, value in changes.items():
         setattr(cloud, name, value)
@@ -36,9 +37,18 @@ def test_points_come_as_they_were_written(order):
     np.testing.assert_array_equal(points_of(message(order)), POINTS)
 
 
-@pytest.mark.parametrize("changes", [{"fields": []}, {"data": b"short"}, {"row_step": 7}])
+def test_rows_may_be_longer_than_their_points():
+    cloud = message()
+    cloud.width, cloud.height, cloud.row_step = 1, 3, 20
+    cloud.data = b"".join(cloud.data[16 * k : 16 * k + 16] + b"gap." for k in range(3))
+    np.testing.assert_array_equal(points_of(cloud), POINTS)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"fields": []}, {"data": b"short"}, {"row_step": 7}, {"point_step": 8}, {"point_step": 0}]
+)
 def test_clouds_that_make_no_sense_are_refused(changes):
-    with pytest.raises(MotionError, match="The cloud has"):
+    with pytest.raises(MotionError, match="The cloud"):
         points_of(message(**changes))
 
 

@@ -17,7 +17,7 @@ import rospy  # noqa: E402
 from geometry_msgs.msg import TwistStamped  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
 
-from cepa.dynamic.recording import IdentificationError  # noqa: E402
+from cepa.identification.recording import IdentificationError  # noqa: E402
 
 COMMAND = Path(__file__).resolve().parents[2] / "nodes" / "identify_response"
 COMMANDS, ODOMETRY = "/UAV/vel_setpoint/final/body", "/UAV/odometry"

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
 from cepa.dynamic.lookout import FIELD_CELL_M, FIELD_WINDOW_M, OWN_PLACE_M, RANGE_MARGIN_M, SEEN_FREE_M
+from cepa.dynamic.pseudo_3d import Cells, Plane, ends_of, see_plane, see_ranges, shade
 from cepa.kernels.layers import distance_layers, unseen_layers
 from cepa.kernels.panorama import free_distances, level, see
 from cepa.kernels.voxels import NOBODY, Voxels, recall, remember
-from cepa.motion import Cloud, Motion
+from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 
 LAYERS, LAYER_M = 15, 0.15
@@ -38,6 +39,9 @@ NEAR_M = 1.5
 MISSES = 3
 GREATEST_MOVE_M = 1.0
 """The grids repeat themselves, so that a farther move between two clouds drops the memory."""
+BESIDE_M = 0.15
+"""A point so near to the rim of what moves belongs to it."""
+NO_DISCS = np.empty((0, 6))
 FEWEST_RETURNS = 10
 """A cloud with fewer points shows nothing: the lidar may be covered."""
 
@@ -47,6 +51,8 @@ class Space(NamedTuple):
 
     points: np.ndarray
     """(n, 3) m: seen and remembered."""
+    is_hidden: np.ndarray
+    """(n,) bool: which of them were not seen just now."""
     distance: np.ndarray
     """(LAYERS, n, n) m: to the nearest obstacle at the height of each layer; overwritten by the next."""
     unseen: np.ndarray
@@ -111,6 +117,7 @@ class CloudLookout:
 
     def reset(self) -> None:
         """Forget what was seen."""
+        self.sees_all_around = False
         self._seen_s[:] = -math.inf
         self._voxels.slots[:] = NOBODY
         self._known = 0
@@ -119,16 +126,36 @@ class CloudLookout:
     def take_over(self, earlier: CloudLookout) -> None:
         """Take over what one with other parameters remembers; it must not be used any longer."""
         self._seen_s, self._voxels, self._known = earlier._seen_s, earlier._voxels, earlier._known
-        self._position_m = earlier._position_m
+        self._position_m, self.sees_all_around = earlier._position_m, earlier.sees_all_around
 
-    def look(self, cloud: Cloud | None, motion: Motion) -> Space:
-        """Return what is known with this cloud; None: no cloud came, only the memory counts."""
+    def look(
+        self,
+        cloud: Cloud | None,
+        motion: Motion,
+        discs: np.ndarray = NO_DISCS,
+        plane: Plane | None = None,
+        rangings: Sequence[Ranging] = (),
+    ) -> Space:
+        """Return what is known with this cloud; None: no cloud came, only the memory counts.
+
+        discs: what moves (k, 6), m; what the cloud shows of it is not remembered. plane: what a planar scan
+        shows, for a cloud that does not look all around, or for none. rangings: of range finders.
+        """
         if math.dist(motion.position_m, self._position_m) > GREATEST_MOVE_M:
             self.reset()
         self._position_m = motion.position_m
         origin, stamp_s = np.array(motion.position_m), motion.stamp_s
         oldest_s = stamp_s - self._p.memory_s
+        p = self._p
+        if cloud is not None:
+            self.sees_all_around |= cloud.looks_all_around
         returns = self._picture(cloud, motion)
+        if plane is not None:
+            returns = np.concatenate((returns, plane.points))
+        if rangings:
+            returns = np.concatenate((returns, ends_of(rangings, motion, p.body_below, p.body_above)))
+        for x, y, _, _, radius, _ in discs:
+            returns = returns[np.hypot(returns[:, 0] - x, returns[:, 1] - y) > radius + BESIDE_M]
         self._known = remember(returns, origin, stamp_s, REACH_M, self._voxels, self._known)
         picture = self._nearest, ROW_TAN, SEEN_FREE_M, NEAR_M, MISSES
         self._known = recall(
@@ -137,14 +164,18 @@ class CloudLookout:
         points = self._recalled[: self._known]
         middle_m = LAYER_M * round(origin[2] / LAYER_M)
         heights_m = middle_m - origin[2] + LAYER_M * (np.arange(LAYERS) - LAYERS // 2)
-        self._see(origin, stamp_s, oldest_s)
+        self._see(origin, stamp_s, oldest_s, knows_own_place=plane is None)
+        self._see_by_plane_and_ranges(plane, rangings, motion, middle_m - origin[2])
         origin[2] = middle_m
         asked_m = HEIGHT_GAIN_S * motion.climb_ref_m_s
         z = heights_m + motion.position_m[2]
         allowed = (self._p.height_min <= z) & (z <= self._p.height_max)
         detours_m = np.where(allowed, np.abs(heights_m - asked_m), math.inf)
-        fields = self._distances(points, heights_m), self._unseen_since(oldest_s, origin)
-        return Space(points, *fields, heights_m, detours_m, asked_m)
+        distance, unseen = self._distances(points, heights_m), self._unseen_since(oldest_s, origin)
+        if plane is not None:
+            shade(distance, plane, points, unseen, FIELD_CELL_M, SEEN_CELL_M / FIELD_CELL_M, self.far_m)
+        is_hidden = self._voxels.stamps[: self._known] < stamp_s
+        return Space(points, is_hidden, distance, unseen, heights_m, detours_m, asked_m)
 
     def _picture(self, cloud: Cloud | None, motion: Motion) -> np.ndarray:
         """Fill the pictures of what is near and what is free; return the cloud's returns (n, 3), levelled."""
@@ -169,12 +200,22 @@ class CloudLookout:
         distance_layers(above_middle, FIELD_CELL_M, LAYER_M, *body, self.far_m, self._columns, self._field)
         return self._field
 
-    def _see(self, origin: np.ndarray, stamp_s: float, oldest_s: float) -> None:
+    def _see(self, origin: np.ndarray, stamp_s: float, oldest_s: float, knows_own_place: bool) -> None:
         p = self._p
         ends = p.body_below + SEEN_LEVEL_M, p.body_above + SEEN_LEVEL_M
-        own = np.array([p.body_radius + OWN_PLACE_M, *ends])
+        own = np.array([p.body_radius + OWN_PLACE_M if knows_own_place else 0.0, *ends])
         row_tan, when = ROW_TAN * (ROWS // COARSE_ROWS), (stamp_s, oldest_s)
         see(self._free, row_tan, origin, *when, SEEN_CELL, SEEN_REACH_M, own, NEAR_M, self._seen_s)
+
+    def _see_by_plane_and_ranges(
+        self, plane: Plane | None, rangings: Sequence[Ranging], motion: Motion, middle_m: float
+    ) -> None:
+        p, cells = self._p, Cells(self._seen_s, SEEN_CELL_M, SEEN_LEVEL_M)
+        own_m = p.body_radius + OWN_PLACE_M
+        if plane is not None:
+            body = own_m, BODY_SHARE_SEEN * p.body_below, BODY_SHARE_SEEN * p.body_above
+            see_plane(cells, plane, motion, body, middle_m)
+        see_ranges(cells, rangings, motion, own_m)
 
     def _unseen_since(self, oldest_s: float, origin: np.ndarray) -> np.ndarray:
         p = self._p

@@ -9,6 +9,8 @@ from cepa.parameters import CepaParameters
 COMFORT, LOST, CHANGE = 0.6, 1.0, 0.2
 HEIGHT, CLIMB_CHANGE = 0.3, 0.05
 """For a metre off the height, and for a change of the climb by 1 m/s."""
+LEAVING_CHANGE = 0.02
+"""For a change of the command by 1 m/s in an emergency."""
 SLOWEST_SCALE_M_S = 1.0
 
 
@@ -18,6 +20,7 @@ class Cost:
     def __init__(self, parameters: CepaParameters):
         self.comfort, self.lost, self.change = COMFORT, LOST, CHANGE
         self.height, self.climb_change = HEIGHT, CLIMB_CHANGE
+        self.leaving_change = LEAVING_CHANGE
 
     def of(self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
         """Return the cost (n,) of each command (n, 3), m/s; results (n, 4): what `judge` found.
@@ -35,3 +38,14 @@ class Cost:
         """Return what each command costs (n,) besides, for the height that it misses: ``height_m``."""
         change = np.abs(commands[:, 2] - last[2])
         return self.height * np.abs(results[:, 3] - height_m) + self.climb_change * change
+
+    def of_leaving(
+        self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, has_direction: bool
+    ) -> np.ndarray:
+        """Return the cost (n,) of each command in an emergency.
+
+        Cheap is what progresses in the direction to leave in; without one, what keeps farthest away.
+        """
+        progress, discomfort, lost, _ = results.T
+        change = np.linalg.norm(commands - last, axis=1)
+        return (-progress if has_direction else discomfort) + self.lost * lost + self.leaving_change * change

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Sequence
 
 import numpy as np
@@ -11,34 +10,29 @@ import numpy as np
 from cepa.algorithm import Algorithm, velocity
 from cepa.decision import Decision, Reason
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
-from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S, LAYER_M, SEEN_CELL_M, CloudLookout
+from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S
 from cepa.dynamic.cost import Cost
+from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge
+from cepa.dynamic.leaving import Leaving
 from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
 from cepa.dynamic.movers import Movers
-from cepa.dynamic.observer import Observer, response_of
+from cepa.dynamic.observer import Observer
+from cepa.dynamic.pseudo_3d import Plane
+from cepa.dynamic.spatial import Spatial, Way
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
-from cepa.dynamic.ways_out import Layers, Ways, WaysOut
-from cepa.kernels.rollout import Cushions, Horizon, Scan, Surroundings, braking, error_share, is_clear, judge
-from cepa.motion import Cloud, Motion
+from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Ways, WaysOut
+from cepa.kernels.rollout import Scan, Surroundings
+from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
 
-STEP_S = 0.05
-BRAKE_S, COST_HORIZON_S, HOLD_S = 3.0, 1.6, 0.6
 COMMIT_PERIODS = 2.0
-LONGEST_COMMIT_S = 0.5
-NOISE_M = 0.06
-"""The nearest of a thing's points is nearer than the thing by so much. So r_LB is kept within it."""
-AHEAD_M = 2.0
-"""It climbs to a height at which at least so much straight ahead is open."""
-CLEAR_STRIDE = 4
-"""The paths of the reference are looked at in every fourth step."""
-NO_MOVERS = np.empty((0, 6))
 EVASION_M_S = 1.5
 """The UAV evades what moves with so much, even when the reference is slower."""
-NO_WAY_SEARCHED = Ways(np.empty((0, 0)), 0.0, 0.0)
-NO_SIGHT = np.empty(0)
+CLIMB_SHARES = (1.0, 0.5, 0.25)
+"""Of the greatest climb: what it tries on the spot."""
+AT_REST_M_S = 0.1
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
 
 
@@ -56,14 +50,9 @@ class Dynamic(Algorithm):
     def __init__(self, parameters: CepaParameters | None = None):
         p = parameters or CepaParameters()
         model = p.response
-        self._response = response_of(model, STEP_S)
-        steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
-        hull_m = float(p.body_radius + p.margin)
-        tube_m = model.tube_m(STEP_S, steps)[1:]
-        least_m = max(hull_m, p.r_lb - NOISE_M)
-        self._cushions = Cushions(float(p.r_lb), float(p.r_ub), least_m, hull_m, tube_m)
         self._delay_s = model.delay_s
-        self._least, self._most = np.empty(steps), np.empty(steps)
+        self._judge = Judge(p)
+        self._leaving = Leaving(p, self._judge.hull_m)
         self._observer = Observer(model)
         self._lookout = Lookout(p)
         self._movers = Movers()
@@ -78,7 +67,9 @@ class Dynamic(Algorithm):
         self._observer.reset()
         self._lookout.reset()
         self._movers.reset()
-        self._cloud_lookout: CloudLookout | None = None
+        self._spatial: Spatial | None = None
+        self._rangings: Sequence[Ranging] = ()
+        self._leaving.reset()
         if self._ways_out is not None:
             self._ways_out.reset()
         self._stamp_s = -math.inf
@@ -96,14 +87,21 @@ class Dynamic(Algorithm):
         self._lookout.take_over(earlier._lookout)
         if self._ways_out is not None and earlier._ways_out is not None:
             self._ways_out.take_over(earlier._ways_out)
-        if self.wants_cloud and earlier._cloud_lookout is not None:
-            self._cloud_lookout = CloudLookout(self.parameters)
-            self._cloud_lookout.take_over(earlier._cloud_lookout)
+        if self.wants_cloud and earlier._spatial is not None:
+            self._spatial = Spatial(self.parameters)
+            self._spatial.take_over(earlier._spatial)
 
     @property
     def commit_s(self) -> float:
         """How long an answer is safe to fly, s. Whoever flies it must brake when no other came until then."""
         return min(max(self.parameters.commit_s, COMMIT_PERIODS * self._period_s), LONGEST_COMMIT_S)
+
+    def take_ranges(self, rangings: Sequence[Ranging]) -> None:
+        """Take in what range finders measured when the next scan was taken.
+
+        From the first on the UAV climbs and sinks into what they or a cloud have seen.
+        """
+        self._rangings = rangings if self.wants_cloud else ()
 
     def steer(
         self,
@@ -115,8 +113,8 @@ class Dynamic(Algorithm):
     ) -> Decision:
         """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError.
 
-        Without ``motion`` nothing is remembered. Once a cloud came, the scan counts no more, and the answer
-        has a climb.
+        Without ``motion`` nothing is remembered. Once a cloud or a range finder's range came, the answer has
+        a climb. Once a cloud came that looks all around, the scan shows what moves, and nothing else.
         """
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
@@ -124,23 +122,34 @@ class Dynamic(Algorithm):
         self._motion = motion
         turn = _rotation(motion.yaw_rad)
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
-        if self.wants_cloud and (cloud or self._cloud_lookout):
-            return self._steer_in_space(reference, state, cloud, motion, turn)
         points, seen = self._lookout.see(beams, motion, scan.range_max)
-        standing, discs = self._told_apart(points, seen, motion)
+        is_moving, discs = self._what_moves(points, seen, motion)
+        standing = points[~is_moving, :2]
+        self._judgement = None
+        if self.wants_cloud and (cloud or self._rangings or self._spatial):
+            self._spatial = self._spatial or Spatial(self.parameters)
+            plane = None
+            if self._spatial.wants_plane(cloud):
+                plane = self._plane(points[~is_moving], standing, seen, motion)
+            space = self._spatial.look(cloud, motion, discs, plane, self._rangings)
+            self._rangings = ()
+            near = space.points[self._is_at_the_body(space.points[:, 2]), :2]
+            self._moment = Moment(motion, near, seen, state, discs, space)
+            return self._steer_in_space(reference, turn)
         self._lookout.keep(standing, seen, motion)
-        self._moment, self._judgement = Moment(motion, standing, seen, state), None
+        self._moment = Moment(motion, standing, seen, state, discs)
         view = beams.ranges, beams.seen, beams.angle_0 + motion.yaw_rad, beams.increment
         clear_m = scan.range_max - RANGE_MARGIN_M
-        if not len(discs) and self._is_clear(reference, state, Scan(standing, *view, clear_m)):
+        if not len(discs) and self._judge.is_clear(
+            reference, state, Scan(standing, *view, clear_m), self.commit_s
+        ):
             return self._answer(reference, turn, 0.0, 1, Reason.CUSHION_CLEAR)
-        sight = self._lookout.look(standing, seen, motion)
-        return self._best_of_admissible(reference, state, sight, discs, turn)
+        return self._steer_in_plane(reference, turn)
 
-    def _told_apart(
+    def _what_moves(
         self, points: np.ndarray, seen: np.ndarray, motion: Motion
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return which points (n, 2) stand still, m, and what moves as discs (k, 6) that grow."""
+        """Return which points (n, 3), m, belong to what moves (n,), and that as discs (k, 6) that grow."""
         here = np.array(motion.position_m[:2])
         p, z = self.parameters, motion.position_m[2]
         is_level = self._movers.clear_of_floor(points, p.floor_height - z, p.ceiling_height - z)
@@ -148,10 +157,20 @@ class Dynamic(Algorithm):
         discs = moving.discs(here)
         discs[:, :2] += self._delay_s * discs[:, 2:4]
         discs[:, 4] += self._delay_s * discs[:, 5]
-        return points[~moving.is_moving, :2], discs
+        return moving.is_moving, discs
+
+    def _plane(self, points: np.ndarray, standing: np.ndarray, seen: np.ndarray, motion: Motion) -> Plane:
+        """Return what a planar lidar knows, from the ends of its beams (n, 3), m, that stand still."""
+        self._lookout.keep(standing, seen, motion)
+        sight = self._lookout.look(standing, seen, motion)
+        return Plane(points, seen, self._lookout.distances(sight))
+
+    def _is_at_the_body(self, heights_m: np.ndarray) -> np.ndarray:
+        p = self.parameters
+        return (-p.body_below <= heights_m) & (heights_m <= p.body_above)
 
     def report(self) -> Report | None:
-        """Return the reasons of the last answer; None: there was none yet, or it came from clouds."""
+        """Return the reasons of the last answer; None: there was none yet."""
         if self._moment is None:
             return None
         return report_of(self._moment, self._judgement, self.parameters.body_radius)
@@ -160,7 +179,7 @@ class Dynamic(Algorithm):
         """Return what was known and foreseen at the last answer; None as for ``report``."""
         if self._moment is None:
             return None
-        foreseen = self._command, self._response, self._horizon(), self._lookout
+        foreseen = self._command, self._judge.response, self._judge.horizon(self.commit_s), self._lookout
         return view_of(self._moment, self._judgement, *foreseen)
 
     def _guessed_motion(self, v_uav: tuple[float, float]) -> Motion:
@@ -185,84 +204,111 @@ class Dynamic(Algorithm):
         state[:, 0] -= way
         return motion, state
 
-    def _keep(self, state: np.ndarray) -> np.ndarray:
-        """Return the distance to keep after each step of braking, m."""
-        cushions = self._cushions
-        tube = error_share(state, 0.0, 0.0) * cushions.tube
-        return np.maximum(cushions.least, cushions.hull + tube)
-
-    def _is_clear(self, reference: np.ndarray, state: np.ndarray, scan: Scan) -> bool:
-        """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""
-        between_m = 0.5 * CLEAR_STRIDE * STEP_S * math.hypot(reference[0], reference[1])
-        distance_m = math.hypot(self.parameters.r_ub, between_m)
-        paths = state, reference, self._response, self._horizon()
-        return bool(is_clear(*paths, scan, distance_m, float(self.parameters.body_radius), CLEAR_STRIDE))
-
-    def _horizon(self) -> Horizon:
-        return Horizon(
-            math.ceil(self.commit_s / STEP_S - 1e-6), _steps(BRAKE_S), _steps(COST_HORIZON_S), _steps(HOLD_S)
-        )
-
-    def _best_of_admissible(
-        self, reference: np.ndarray, state: np.ndarray, sight: Sight, discs: np.ndarray, turn: np.ndarray
-    ) -> Decision:
+    def _steer_in_plane(self, reference: np.ndarray, turn: np.ndarray) -> Decision:
+        """Choose among level velocities, by the scan and its memory."""
+        assert self._moment is not None  # since steer
         speed, direction = _course(reference)
+        _, standing, seen, state, discs, _ = self._moment
+        sight = self._lookout.look(standing, seen, self._motion)
         around, has_way = self._surroundings(sight, discs, direction, speed)
         fan_speed = max(speed, EVASION_M_S) if len(discs) else speed
         commands = candidates(reference, self._command, fan_speed)
-        admissible, results = self._judged(commands, state, around, direction)
-        margin_m = float((self._least - self._keep(state))[: sum(self._horizon()[:2])].min())
-        self._judgement = Judgement(sight, around, int(admissible.sum()), margin_m)
-        cost = self._cost.of(commands, results, self._command, speed)
-        cost[~admissible] = math.inf
-        return self._least_costly(commands, cost, results, around, has_way, turn)
+        known = sight.remembered, sight.is_hidden
+        return self._best_of_admissible(reference, commands, state, around, has_way, known, turn)
 
-    def _steer_in_space(
-        self, reference: np.ndarray, state: np.ndarray, cloud: Cloud | None, motion: Motion, turn: np.ndarray
-    ) -> Decision:
-        """Choose among velocities with a climb, by clouds; None: this one is missing."""
-        self._moment = self._judgement = None
-        p, (speed, direction) = self.parameters, _course(reference)
-        if self._cloud_lookout is None:
-            self._cloud_lookout = CloudLookout(p)
-        space = self._cloud_lookout.look(cloud, motion)
+    def _steer_in_space(self, reference: np.ndarray, turn: np.ndarray) -> Decision:
+        """Choose among velocities with a climb, by clouds or by a plane and range finders."""
+        assert self._moment is not None  # since steer
+        assert self._spatial is not None
+        p, space, discs = self.parameters, self._moment.space, self._moment.discs
+        assert space is not None
+        speed, direction = _course(reference)
+        state = self._moment.state.copy()
         state[2, 0] -= space.middle_m
-        field = space.distance, FIELD_CELL_M, LAYER_M, self._cloud_lookout.far_m
-        seen = NO_SIGHT, space.unseen, SEEN_CELL_M, NO_MOVERS
-        length, *offset = NO_WAY_SEARCHED
-        around = Surroundings(*field, *seen, length[None], WAY_CELL_M, *offset)
-        height_m = space.open_height_m(direction, max(AHEAD_M, speed * COST_HORIZON_S), p.r_lb)
-        level = candidates(reference, self._command, speed)
+        fan_speed = max(speed, EVASION_M_S) if len(discs) else speed
+        level = candidates(reference, self._command, fan_speed)
+        height_m = self._spatial.open_height_m(space, direction, speed)
         commands = climbing(level, height_m / HEIGHT_GAIN_S, p.climb_max)
-        is_free, result = self._judged(commands[REFERENCE : REFERENCE + 1], state, around, direction)
+        around = self._spatial.around(space, discs)
+        first = commands[REFERENCE : REFERENCE + 1]
+        is_free, result = self._judge.judge(first, state, around, direction, self.commit_s)
         if is_free[0] and result[0, 1] == result[0, 2] == 0.0 and height_m == space.asked_m:
-            decision = self._answer(commands[REFERENCE], turn, 0.0, 1, Reason.CUSHION_CLEAR)
-            return replace(decision, climb_m_s=float(self._command[2]))
-        ways: Ways | None = NO_WAY_SEARCHED
-        if self._ways_out is not None and speed >= p.reference_speed_min:
-            layers = Layers(space.distance, FIELD_CELL_M, space.detours_m)
-            ways = self._ways_out.search_layers(layers, direction, motion)
-        length, *offset = ways or NO_WAY_SEARCHED
-        around = Surroundings(*field, *seen, length[None], WAY_CELL_M, *offset)
-        admissible, results = self._judged(commands, state, around, direction)
-        cost = self._cost.of(commands, results, self._command, speed)
-        cost += self._cost.of_height(commands, results, self._command, height_m - space.middle_m)
-        cost[~admissible] = math.inf
-        decision = self._least_costly(commands, cost, results, around, ways is not None, turn)
-        return replace(decision, climb_m_s=float(self._command[2]))
+            return self._answer(commands[REFERENCE], turn, 0.0, 1, Reason.CUSHION_CLEAR)
+        searches = speed >= p.reference_speed_min
+        way = self._spatial.way(
+            space, discs, direction, height_m, self._motion, self._ways_out if searches else None
+        )
+        if way.climbs:
+            return self._climb_on_the_spot(way, state, turn)
+        known = space.points, space.is_hidden
+        choice = commands, state, way.around, way.is_open, known, turn, way.height_m - space.middle_m
+        return self._best_of_admissible(reference, *choice)
 
-    def _least_costly(
+    def _climb_on_the_spot(self, way: Way, state: np.ndarray, turn: np.ndarray) -> Decision:
+        """Climb or sink as fast as may be, to look for a way at other heights."""
+        assert self._spatial is not None
+        shares = way.climbs * np.array(CLIMB_SHARES)
+        commands = np.stack(
+            [np.zeros(len(shares)), np.zeros(len(shares)), self.parameters.climb_max * shares], 1
+        )
+        admissible, _ = self._judge.judge(commands, state, way.around, np.zeros(2), self.commit_s)
+        if admissible.any():
+            return self._answer(commands[admissible.argmax()], turn, 0.0, len(commands), Reason.STEERED)
+        if not np.any(np.abs(state[:, 1]) > AT_REST_M_S):
+            self._spatial.give_up_height()
+        return self._answer(np.zeros(3), turn, math.inf, len(commands), Reason.BRAKING)
+
+    def _best_of_admissible(
         self,
+        reference: np.ndarray,
         commands: np.ndarray,
-        cost: np.ndarray,
-        results: np.ndarray,
+        state: np.ndarray,
         around: Surroundings,
         has_way: bool,
+        known: tuple[np.ndarray, np.ndarray],
         turn: np.ndarray,
+        height_m: float | None = None,
     ) -> Decision:
+        """Return the least costly of the commands (n, 3) that are admissible, or the way out of an emergency.
+
+        known: what is remembered, and which of it is hidden. height_m: to fly at, in the state's axes.
+        """
+        speed, direction = _course(reference)
+        admissible, results = self._judge.judge(commands, state, around, direction, self.commit_s)
+        margin_m = self._judge.braking_margin_m(state, self.commit_s)
+        self._judgement = Judgement(*known, int(admissible.sum()), margin_m)
+        cost = self._cost.of(commands, results, self._command, speed)
+        if height_m is not None:
+            cost += self._cost.of_height(commands, results, self._command, height_m)
+        cost[~admissible] = math.inf
         best = int(np.argmin(cost)) if has_way and np.isfinite(cost).any() else STANDSTILL
-        reason = self._reason(best, has_way, around, results[best])
+        if self._leaving.is_needed(around, float(results[best, 0]), speed):
+            return self._leave(reference, state, around, turn)
+        is_reference = best == REFERENCE and np.array_equal(commands[best, :2], reference[:2])
+        reason = Reason.NO_WAY if not has_way else Reason.BRAKING if best == STANDSTILL else Reason.STEERED
+        if has_way and is_reference and results[best, 1] == results[best, 2] == 0.0:
+            reason = Reason.CUSHION_CLEAR
         return self._answer(commands[best], turn, float(cost[best]), len(commands), reason)
+
+    def _leave(
+        self, reference: np.ndarray, state: np.ndarray, around: Surroundings, turn: np.ndarray
+    ) -> Decision:
+        """Return the admissible velocity that regains r_LB fastest; the hull's own margin must suffice."""
+        p, speed = self.parameters, max(math.hypot(reference[0], reference[1]), self.parameters.v_max)
+        direction = self._leaving.direction(around)
+        straight = np.zeros(3) if direction is None else np.array([*(p.v_max * direction), 0.0])
+        commands = candidates(straight, self._command, speed)
+        if self._moment is not None and self._moment.space is not None:
+            commands = climbing(commands, 0.0, p.climb_max)
+        around = around._replace(way=NO_WAY_SEARCHED.length[None])
+        away = np.zeros(2) if direction is None else direction
+        admissible, results = self._judge.judge(
+            commands, state, around, away, self.commit_s, is_emergency=True
+        )
+        cost = self._cost.of_leaving(commands, results, self._command, direction is not None)
+        cost[~admissible] = math.inf
+        best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
+        return self._answer(commands[best], turn, float(cost[best]), len(commands), Reason.MARGIN_LOST)
 
     def _surroundings(
         self, sight: Sight, discs: np.ndarray, direction: np.ndarray, speed: float
@@ -278,36 +324,15 @@ class Dynamic(Algorithm):
         seen = sight.reach, NOTHING_UNSEEN, 1.0
         return Surroundings(*field, *seen, discs, length[None], WAY_CELL_M, *offset), ways is not None
 
-    def _judged(
-        self, commands: np.ndarray, state: np.ndarray, around: Surroundings, direction: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return which commands (n, 3) are admissible (n,), and what flying them brings (n, 4)."""
-        horizon = self._horizon()
-        braking(state, self._response, around, horizon, self._least, self._most)
-        admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 4))
-        world = self._response, around, horizon, self._cushions, self._least, self._most
-        judge(state, commands, *world, direction, admissible, results)
-        return admissible, results
-
-    def _reason(self, best: int, has_way: bool, around: Surroundings, result: np.ndarray) -> Reason:
-        p = self.parameters
-        middle = around.distance.shape[1] // 2
-        if around.distance[around.distance.shape[0] // 2, middle, middle] < p.body_radius + p.margin:
-            return Reason.MARGIN_LOST
-        if not has_way:
-            return Reason.NO_WAY
-        if best == STANDSTILL:
-            return Reason.BRAKING
-        clear = best == REFERENCE and result[1] == 0.0 and result[2] == 0.0
-        return Reason.CUSHION_CLEAR if clear else Reason.STEERED
-
     def _answer(
         self, command: np.ndarray, turn: np.ndarray, cost: float, tested: int, reason: Reason
     ) -> Decision:
         self._command = command.copy()
         self._observer.command(self._stamp_s, command, self.commit_s)
         x, y = turn.T @ command[:2]
-        return Decision((float(x), float(y)), reason is Reason.MARGIN_LOST, cost, tested, reason)
+        climb = float(command[2]) if self._moment is not None and self._moment.space is not None else None
+        emergency = reason is Reason.MARGIN_LOST
+        return Decision((float(x), float(y)), emergency, cost, tested, reason, climb_m_s=climb)
 
 
 def _course(reference: np.ndarray) -> tuple[float, np.ndarray]:
@@ -319,7 +344,3 @@ def _course(reference: np.ndarray) -> tuple[float, np.ndarray]:
 def _rotation(angle_rad: float) -> np.ndarray:
     c, s = math.cos(angle_rad), math.sin(angle_rad)
     return np.array([[c, -s], [s, c]])
-
-
-def _steps(seconds: float) -> int:
-    return round(seconds / STEP_S)

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cepa.dynamic.lookout import Lookout, Sight
-from cepa.kernels.rollout import Horizon, Response, Surroundings, roll
+from cepa.dynamic.cloud_lookout import Space
+from cepa.dynamic.lookout import Lookout
+from cepa.kernels.rollout import Horizon, Response, roll
 from cepa.motion import Motion
 
-HERE = np.zeros((1, 2))
+HERE = np.zeros((1, 3))
 
 
 class Moment(NamedTuple):
@@ -20,18 +21,24 @@ class Moment(NamedTuple):
 
     motion: Motion
     standing: np.ndarray
-    """(n, 2) m: the ends of the beams that hit what stands still."""
+    """(n, 2) m: the ends of the beams that hit what stands still; with ``space`` all at the body's height."""
     seen: np.ndarray
     """(SIGHT_BINS,) m: how far each direction is seen."""
     state: np.ndarray
     """(3, 4): see kernels/rollout.py."""
+    discs: np.ndarray
+    """(k, 6): what moves, see kernels/rollout.py."""
+    space: Space | None = None
+    """What clouds or range finders show; None: there are none."""
 
 
 class Judgement(NamedTuple):
     """How the candidates were judged. There is none if nothing was near the reference's path."""
 
-    sight: Sight
-    around: Surroundings
+    remembered: np.ndarray
+    """(k, 2) or (k, 3) m: all remembered points."""
+    is_hidden: np.ndarray
+    """(k,) bool: which of them were not seen just now."""
     admissible: int
     """Number of candidates that could be flown."""
     braking_margin_m: float
@@ -56,18 +63,18 @@ class Report:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What is known and foreseen, m and m/s in the plane of the scan's frame (levelled)."""
+    """What is known and foreseen, m and m/s in the scan's frame; without clouds as if that were level."""
 
     predicted_m: np.ndarray
-    """(n, 2): the path if the answer is flown on."""
+    """(n, 3): the path if the answer is flown on."""
     braking_m: np.ndarray
-    """(n, 2): the path if no further answer comes, down to standstill."""
+    """(n, 3): the path if no further answer comes, down to standstill."""
     remembered_m: np.ndarray
-    """(n, 2): points that earlier scans have shown, and that this one has not seen free."""
+    """(n, 3): points that earlier scans have shown, and that this one has not seen free."""
     hidden: np.ndarray
     """(n,) bool: which of them this scan cannot see."""
     movers: np.ndarray
-    """(n, 5): position, velocity and radius of what moves."""
+    """(n, 5): position, velocity and radius of what moves, in the plane."""
 
 
 def report_of(moment: Moment, judgement: Judgement | None, body_radius: float) -> Report:
@@ -76,7 +83,7 @@ def report_of(moment: Moment, judgement: Judgement | None, body_radius: float) -
     clearance_m = float(nearest_m) - body_radius
     if judgement is None:
         return Report(clearance_m)
-    counts = len(judgement.sight.remembered), len(judgement.around.movers)
+    counts = len(judgement.remembered), len(moment.discs)
     return Report(clearance_m, judgement.admissible, judgement.braking_margin_m, *counts)
 
 
@@ -93,15 +100,28 @@ def view_of(
     roll(moment.state, command, response, horizon.cost, predicted)
     braking = np.empty((horizon.commit + horizon.brake, 3))
     braking = braking[: roll(moment.state, command, response, horizon.commit, braking)]
-    scan = moment.standing, moment.seen, moment.motion
-    sight = judgement.sight if judgement else lookout.look(*scan, forgets=False)
-    movers = judgement.around.movers if judgement else np.empty((0, 6))
-    c, s = math.cos(moment.motion.yaw_rad), math.sin(moment.motion.yaw_rad)
-    into_scan = np.array([[c, -s], [s, c]])  # rows turn by -yaw
+    into_scan = _turned_back(moment.motion, is_level=moment.space is None)
+    if moment.space is not None:
+        remembered, hidden = moment.space.points, moment.space.is_hidden
+    else:
+        known = judgement or lookout.look(moment.standing, moment.seen, moment.motion, forgets=False)
+        remembered, hidden = np.pad(known.remembered, ((0, 0), (0, 1))), known.is_hidden
+    flat, movers = into_scan[:2, :2], moment.discs
     return View(
-        np.concatenate((HERE, predicted[:, :2] @ into_scan)),
-        np.concatenate((HERE, braking[:, :2] @ into_scan)),
-        sight.remembered @ into_scan,
-        sight.is_hidden.copy(),
-        np.concatenate((movers[:, :2] @ into_scan, movers[:, 2:4] @ into_scan, movers[:, 4:5]), axis=1),
+        np.concatenate((HERE, predicted @ into_scan)),
+        np.concatenate((HERE, braking @ into_scan)),
+        remembered @ into_scan,
+        hidden.copy(),
+        np.concatenate((movers[:, :2] @ flat, movers[:, 2:4] @ flat, movers[:, 4:5]), axis=1),
     )
+
+
+def _turned_back(motion: Motion, is_level: bool) -> np.ndarray:
+    """Return the matrix (3, 3) that takes rows along the odometry's axes into the scan's frame.
+
+    is_level: as if the scan's frame were level; only its heading counts.
+    """
+    if not is_level:
+        return motion.rotation()
+    c, s = math.cos(motion.yaw_rad), math.sin(motion.yaw_rad)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

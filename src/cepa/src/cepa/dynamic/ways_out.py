@@ -55,6 +55,9 @@ class Ways(NamedTuple):
     offset_y: float
 
 
+NO_WAY_SEARCHED = Ways(np.empty((0, 0)), 0.0, 0.0)
+
+
 class WaysOut:
     """Searches again at every call. The grid's cells are fixed to the odometry's frame."""
 
@@ -70,11 +73,12 @@ class WaysOut:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last way, and that one led back."""
+        """Forget the last way, and that one led back (`leads_back`: whether the newest one does)."""
         self._last_count = 0
         self._states[:] = -math.inf
         self._back_until_s = -math.inf
         self._stayed_xy, self._stayed_since_s = (math.inf, math.inf), math.inf
+        self.leads_back = False
 
     def take_over(self, earlier: WaysOut) -> None:
         """Take over the last way, and what was open, from one with a window of the same size."""
@@ -142,10 +146,12 @@ class WaysOut:
         ahead = direction[0] * side[None, :] + direction[1] * side[:, None] > AHEAD_M
         soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
         ways = self._ways(slowness, direction, x_m, y_m)
-        if self._length_here(ways) <= longest_m or motion.stamp_s < self._back_until_s:
+        self.leads_back = self._length_here(ways) > longest_m
+        if not self.leads_back or motion.stamp_s < self._back_until_s:
             return ways
         through = self._ways(soft, direction, x_m, y_m)
         if self._length_here(through) <= longest_m:
+            self.leads_back = False
             return through
         self._back_until_s = motion.stamp_s + self._p.memory_s
         return ways

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cepa.dynamic.identify import COVERED, HORIZONS_S, MARGIN_M, Identification, predicted_velocities
+from cepa.identification.identify import COVERED, HORIZONS_S, MARGIN_M, Identification, predicted_velocities
 
 MEASURED, MODELLED, COMMANDED = "#404040", "#cc1f1a", "#9ecae1"
 SHOWN_S = 30.0

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from cepa import ParameterError
-from cepa.dynamic.identify import identify
-from cepa.dynamic.recording import Recording
-from cepa.dynamic.response_report import draw, report
-from cepa.dynamic.steps import StepFlight, StepParameters
+from cepa.identification.identify import identify
+from cepa.identification.recording import Recording
+from cepa.identification.response_report import draw, report
+from cepa.identification.steps import StepFlight, StepParameters
 
 STEP_S = 0.01
 

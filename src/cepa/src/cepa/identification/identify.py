@@ -10,8 +10,8 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import least_squares
 from scipy.signal import fftconvolve, lfilter
 
-from cepa.dynamic.recording import STEP_S, IdentificationError, Piece, Recording, pieces_of
 from cepa.dynamic.response import ResponseModel
+from cepa.identification.recording import STEP_S, IdentificationError, Piece, Recording, pieces_of
 
 SETTLING_S = 1.0
 """At the start of a piece the acceleration is not known; after this time it follows from the commands."""

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from cepa.dynamic.identify import identify, predicted_velocities
-from cepa.dynamic.recording import IdentificationError, Recording
+from cepa.identification.identify import identify, predicted_velocities
+from cepa.identification.recording import IdentificationError, Recording
 
 STEP_S = 0.0025
 SCAN_S = 0.025

@@ -1,0 +1,94 @@
+"""Judges commands by the paths that the UAV would fly."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cepa.dynamic.observer import response_of
+from cepa.kernels.rollout import (
+    Cushions,
+    Horizon,
+    Scan,
+    Surroundings,
+    braking,
+    error_share,
+    is_clear,
+    judge,
+)
+from cepa.parameters import CepaParameters
+
+STEP_S = 0.05
+BRAKE_S, COST_HORIZON_S, HOLD_S = 3.0, 1.6, 0.6
+LONGEST_COMMIT_S = 0.5
+NOISE_M = 0.06
+"""The nearest of a thing's points is nearer than the thing by so much. So r_LB is kept within it."""
+CLEAR_STRIDE = 4
+"""The paths of the reference are looked at in every fourth step."""
+LEAST_COMFORT_M = 0.05
+"""In an emergency comfort begins so far beyond the margin at the least."""
+
+
+class Judge:
+    """Knows the UAV's response and the distances to keep. Vectors are as in kernels/rollout.py."""
+
+    def __init__(self, parameters: CepaParameters):
+        p, model = parameters, parameters.response
+        self._p = p
+        self.response = response_of(model, STEP_S)
+        steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
+        tube_m = model.tube_m(STEP_S, steps)[1:]
+        self.hull_m = float(p.body_radius + p.margin)
+        least_m = max(self.hull_m, p.r_lb - NOISE_M)
+        self._usual = Cushions(float(p.r_lb), float(p.r_ub), least_m, self.hull_m, tube_m)
+        comfort_m = max(float(p.r_lb), self.hull_m + LEAST_COMFORT_M)
+        self._emergency = Cushions(self.hull_m, comfort_m, self.hull_m, self.hull_m, tube_m)
+        self._least, self._most = np.empty(steps), np.empty(steps)
+
+    @staticmethod
+    def horizon(commit_s: float) -> Horizon:
+        """Return how far ahead paths are judged."""
+        commit = math.ceil(commit_s / STEP_S - 1e-6)
+        return Horizon(commit, _steps(BRAKE_S), _steps(COST_HORIZON_S), _steps(HOLD_S))
+
+    def judge(
+        self,
+        commands: np.ndarray,
+        state: np.ndarray,
+        around: Surroundings,
+        direction: np.ndarray,
+        commit_s: float,
+        is_emergency: bool = False,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which commands (n, 3) are admissible (n,), and what flying them brings (n, 4).
+
+        is_emergency: only the margin of the hull is kept, and comfort ends at r_LB.
+        """
+        horizon = self.horizon(commit_s)
+        braking(state, self.response, around, horizon, self._least, self._most)
+        admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 4))
+        cushions = self._emergency if is_emergency else self._usual
+        world = self.response, around, horizon, cushions, self._least, self._most
+        judge(state, commands, *world, direction, admissible, results)
+        return admissible, results
+
+    def braking_margin_m(self, state: np.ndarray, commit_s: float) -> float:
+        """Return how much more than it must keep the UAV keeps from everything if it brakes at once, m.
+
+        It belongs to the last ``judge``.
+        """
+        tube = error_share(state, 0.0, 0.0) * self._usual.tube
+        keep = np.maximum(self._usual.least, self.hull_m + tube)
+        return float((self._least - keep)[: sum(self.horizon(commit_s)[:2])].min())
+
+    def is_clear(self, reference: np.ndarray, state: np.ndarray, scan: Scan, commit_s: float) -> bool:
+        """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""
+        between_m = 0.5 * CLEAR_STRIDE * STEP_S * math.hypot(reference[0], reference[1])
+        distance_m = math.hypot(self._p.r_ub, between_m)
+        paths = state, reference, self.response, self.horizon(commit_s)
+        return bool(is_clear(*paths, scan, distance_m, float(self._p.body_radius), CLEAR_STRIDE))
+
+
+def _steps(seconds: float) -> int:
+    return round(seconds / STEP_S)

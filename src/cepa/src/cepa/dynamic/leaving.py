@@ -1,0 +1,69 @@
+"""The emergency of `Dynamic`: something is too near, and the UAV leaves along admissible paths."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cepa.dynamic.judge import COST_HORIZON_S
+from cepa.kernels.rollout import Surroundings
+from cepa.parameters import CepaParameters
+
+LOST_M, IDLE_SHARE = 0.1, 0.3
+"""What is so much nearer than r_LB is an emergency, if the answer progresses by less than this share."""
+DIRECTIONS, FARTHEST_M = 72, 4.0
+TURN_M = 0.5
+"""It counts as so much farther to turn back from the direction in which the UAV leaves already."""
+
+
+class Leaving:
+    """Tells when it is an emergency, and in which direction r_LB is regained soonest."""
+
+    def __init__(self, parameters: CepaParameters, hull_m: float):
+        """hull_m: of the body with its margin."""
+        self._p, self._hull_m = parameters, hull_m
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget that it is an emergency."""
+        self._is_on = False
+        self._last = np.zeros(2)
+
+    def is_needed(self, around: Surroundings, progress_m: float, speed: float) -> bool:
+        """Whether something is within the hull's margin, or within r_LB while the UAV gains nothing.
+
+        It lasts until r_LB is free. progress_m: of the answer over COST_HORIZON_S. speed: of the reference.
+        """
+        p, field = self._p, around.distance
+        middle = field.shape[1] // 2
+        here_m = float(field[len(field) // 2, middle, middle])
+        idles = speed < p.reference_speed_min or progress_m < IDLE_SHARE * speed * COST_HORIZON_S
+        begins = here_m < self._hull_m or (here_m < p.r_lb - LOST_M and idles)
+        self._is_on = here_m < p.r_lb if self._is_on else begins
+        if not self._is_on:
+            self._last = np.zeros(2)
+        return self._is_on
+
+    def direction(self, around: Surroundings) -> np.ndarray | None:
+        """Return the direction (2,) in which a straight flight regains r_LB soonest; None: there is none.
+
+        On its way it keeps the hull's margin, or what it has where it is.
+        """
+        field = around.distance[len(around.distance) // 2]
+        middle = len(field) // 2
+        angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
+        directions = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+        steps = np.arange(around.cell_m, FARTHEST_M, around.cell_m)
+        nodes = np.rint(steps[:, None, None] * directions / around.cell_m).astype(int) + middle
+        columns, rows = np.clip(nodes, 0, 2 * middle).transpose(2, 0, 1)
+        along_m = field[rows, columns]
+        keep_m = min(self._hull_m, float(field[middle, middle]) - LOST_M)
+        is_kept = np.minimum.accumulate(along_m, axis=0) >= keep_m
+        is_regained = is_kept & (along_m >= self._p.r_lb)
+        way_m = np.where(is_regained.any(axis=0), steps[is_regained.argmax(axis=0)], math.inf)
+        way_m += TURN_M * (1.0 - directions @ self._last)
+        if math.isinf(way_m.min()):
+            return None
+        self._last = directions[int(np.argmin(way_m))]
+        return self._last

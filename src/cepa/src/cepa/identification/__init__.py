@@ -1,0 +1,1 @@
+"""Finds how a UAV follows velocity commands, from a recording or from a flight of steps."""

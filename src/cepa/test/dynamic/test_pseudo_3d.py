@@ -1,0 +1,100 @@
+"""A UAV whose lidar sees one plane climbs and sinks only into what a range finder has seen."""
+
+import math
+
+import numpy as np
+import pytest
+from spatial_flight import LEVEL, STEP_S, Boxes
+
+from cepa import CepaParameters, Dynamic, LaserScan2D, Motion, MotionError, Ranging
+from cepa.dynamic.observer import response_of
+from cepa.kernels.rollout import fly
+
+BEAMS, PERIOD_S, SPEED_M_S = 360, 0.05, 1.5
+ANGLES = -math.pi + np.arange(BEAMS) * 2.0 * math.pi / BEAMS
+AROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(BEAMS)], axis=1)
+HALL = [[(-2.0, -3.0, 0.0), (30.0, -2.8, 9.0)], [(-2.0, 2.8, 0.0), (30.0, 3.0, 9.0)]]
+END = [[(-2.2, -3.0, 0.0), (-2.0, 3.0, 9.0)]]
+LOW_WALL = Boxes(np.array([[(3.0, -3.0, 0.0), (3.3, 3.0, 2.3)], *HALL, *END]))
+CEILING = [[(-2.2, -3.0, 2.6), (30.0, 3.0, 9.0)]]
+BEAM = Boxes(np.array([[(3.0, -3.0, 1.8), (3.3, 3.0, 9.0)], *HALL, *END, *CEILING]))
+UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+
+
+def ranging(boxes, position, direction):
+    """What a range finder of 10 m measures."""
+    nearly = np.array([[1e-9, 1e-9, direction[2]]])
+    return Ranging((0.0, 0.0, 0.0), direction, float(boxes.ranges(position, nearly)[0]), 0.05, 10.0)
+
+
+def path_along_x(boxes, directions, patience_s):
+    """Fly along a hall at 2 m with range finders in these directions; positions (n, 3), least clearance."""
+    steering, position, state = Dynamic(), np.array([0.0, 0.0, 2.0]), np.zeros((3, 4))
+    model = steering.parameters.response
+    response, command, path, clearance_m = response_of(model, STEP_S), np.zeros(3), [position], math.inf
+    for number in range(round(patience_s / PERIOD_S)):
+        ranges = boxes.ranges(position, AROUND)
+        scan = LaserScan2D(
+            np.where(ranges > 10.0, math.inf, ranges), -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0
+        )
+        steering.take_ranges([ranging(boxes, position, direction) for direction in directions])
+        climb_ref = float(np.clip(2.0 - position[2], -1.0, 1.0))
+        motion = Motion(number * PERIOD_S, tuple(position), LEVEL, tuple(state[:, 1]), climb_ref)
+        decision = steering.steer(scan, (SPEED_M_S, 0.0), tuple(state[:2, 1]), motion)
+        late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s])
+        state[:, 0] = 0.0
+        commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
+        fly(state, commands, 0, 2, 0.0, PERIOD_S, response)
+        position = position + state[:, 0]
+        path.append(position)
+        clearance_m = min(clearance_m, boxes.clearance(position, 0.35, 0.25, 0.1))
+        if position[0] > 4.5:
+            break
+    return np.array(path), clearance_m
+
+
+def test_it_climbs_over_a_low_wall_where_a_range_finder_sees_free_above():
+    path, clearance_m = path_along_x(LOW_WALL, (UP, DOWN), 9.0)
+    assert path[-1, 0] > 4.5
+    assert clearance_m > 0.05
+    assert path[np.abs(path[:, 0] - 3.15) < 0.3, 2].min() > 2.3 + 0.25
+
+
+def test_it_sinks_under_a_beam_where_a_ceiling_is_above():
+    path, clearance_m = path_along_x(BEAM, (UP, DOWN), 12.0)
+    assert path[-1, 0] > 4.5
+    assert clearance_m > 0.05
+    assert path[:, 2].max() < 2.2
+
+
+@pytest.mark.parametrize(("boxes", "direction"), [(LOW_WALL, DOWN), (BEAM, UP)], ids=["up", "down"])
+def test_it_stays_where_no_range_finder_looks(boxes, direction):
+    path, clearance_m = path_along_x(boxes, (direction,), 5.0)
+    moved = -direction[2] * (path[:, 2] - 2.0)
+    assert moved.max() < 0.1  # a layer is 0.15 m high
+    assert path[:, 0].max() < 3.0
+    assert clearance_m > 0.05
+
+
+def test_height_limits_hold():
+    steering = Dynamic(CepaParameters(height_max=2.05))
+    position = np.array([2.0, 0.0, 2.0])
+    for number in range(6):
+        steering.take_ranges([ranging(LOW_WALL, position, UP)])
+        scan = LaserScan2D(LOW_WALL.ranges(position, AROUND), -math.pi, 2 * math.pi / BEAMS, 0.06, 60.0)
+        motion = Motion(0.05 * number, tuple(position), LEVEL, (0.0, 0.0, 0.0), 0.0)
+        assert steering.steer(scan, (SPEED_M_S, 0.0), (0.0, 0.0), motion).climb_m_s <= 0.05
+
+
+@pytest.mark.parametrize(
+    ("range_m", "free_m"), [(3.0, 3.0), (math.inf, 10.0), (-math.inf, 0.0), (math.nan, 0.0), (0.01, 0.0)]
+)
+def test_what_a_range_says(range_m, free_m):
+    assert Ranging((0.0, 0.0, 0.0), UP, range_m, 0.05, 10.0).free_m == free_m
+
+
+@pytest.mark.parametrize("wrong", [{"direction": (0.0, 0.0, 2.0)}, {"range_max_m": 0.01}])
+def test_a_range_finder_that_makes_no_sense_is_refused(wrong):
+    right = {"origin_m": (0.0, 0.0, 0.0), "direction": UP, "range_m": 1.0, "range_min_m": 0.05}
+    with pytest.raises(MotionError, match="range finder"):
+        Ranging(**{"range_max_m": 10.0, **right, **wrong})

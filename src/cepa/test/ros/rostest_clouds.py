@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""The node cepa with clouds: what it answers, what it tells, and clouds that make no sense."""
+
+import math
+import sys
+import unittest
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from visualization_msgs.msg import MarkerArray
+
+from node_tools.testing import Input, Output, Stamps, Warned, wait_until
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from cepa_probe import odometry_of, of_stamp, scan_of, velocity_of
+
+WALL_M = 1.7
+HEIGHTS = np.radians(np.arange(-15.0, 15.1, 2.0))
+AROUND = np.radians(np.arange(-180.0, 180.0, 2.0))
+
+
+def low_wall():
+    """A Puck 2 m over a floor, 1.7 m before a wall of 1.9 m that goes on to both sides."""
+    around, up = (angles.ravel() for angles in np.meshgrid(AROUND, HEIGHTS))
+    along = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=1)
+    with np.errstate(divide="ignore"):
+        to_floor = np.where(along[:, 2] < 0.0, -2.0 / along[:, 2], math.inf)
+        to_wall = np.where(along[:, 0] > 0.0, WALL_M / along[:, 0], math.inf)
+    to_wall[to_wall * along[:, 2] > -0.1] = math.inf
+    ranges = np.minimum(to_floor, to_wall)
+    return along[ranges < 100.0] * ranges[ranges < 100.0, None]
+
+
+def cloud_of(stamp, points, frame="base_frame", **changes):
+    """A cloud of points (n, 3), m; ``changes`` replace what it says."""
+    fields = [PointField(name, 4 * k, PointField.FLOAT32, 1) for k, name in enumerate("xyz")]
+    cloud = PointCloud2(height=1, width=len(points), fields=fields, point_step=12, row_step=12 * len(points))
+    cloud.header.stamp, cloud.header.frame_id = stamp, frame
+    cloud.data = np.asarray(points, np.float32).tobytes()
+    for name, value in changes.items():
+        setattr(cloud, name, value)
+    return cloud
+
+
+class CloudsTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.commands = Output("vel_setpoint_out", TwistStamped)
+        cls.stats = Output("cepa/stats", DiagnosticArray)
+        cls.decisions = Output("cepa/decision", MarkerArray)
+        cls.remembered = Output("cepa/remembered", PointCloud2)
+        cls.pictures = Output("cepa_visualiser/markers", MarkerArray)
+        cls.scans = Input("scan_in", LaserScan)
+        cls.references = Input("vel_setpoint_in", TwistStamped)
+        cls.odometry = Input("odometry", Odometry)
+        cls.clouds = Input("cloud", PointCloud2)
+        cls.warned = Warned("/cepa")
+        cls.stamps = Stamps(100.0)
+
+    def fly(self, points=None, stamp=None, v_ref=(1.0, 0.0, 0.0), **changes):
+        """The command for one scan at 10 Hz, which sees nothing, and for its cloud."""
+        stamp = stamp or self.stamps.next(0.1)
+        if points is not None:
+            self.clouds.send(cloud_of(changes.pop("cloud_stamp", stamp), points, **changes))
+        self.odometry.send(odometry_of(stamp, v_ref))
+        self.references.send(velocity_of(stamp, v_ref))
+        rospy.rostime.wallsleep(0.05)
+        self.scans.send(scan_of(stamp))
+        if points is None or changes:  # its cloud does not count: a second scan tells that none will come
+            rospy.rostime.wallsleep(0.05)
+            self.scans.send(scan_of(self.stamps.next(1e-3)))
+        linear = of_stamp(self.commands, stamp).twist.linear
+        return np.array([linear.x, linear.y, linear.z])
+
+    def test_1_until_a_cloud_comes_the_scan_counts(self):
+        np.testing.assert_allclose(self.fly(v_ref=(1.0, 0.0, 0.2)), (1.0, 0.0, 0.2))
+        self.warned.wait_for("No cloud has come yet; the scan alone counts.")
+
+    def test_2_it_climbs_over_a_low_wall_and_tells_why(self):
+        for output in (self.stats, self.decisions, self.remembered, self.pictures):
+            output.messages.clear()
+        for _ in range(3):
+            answer = self.fly(low_wall())
+        self.assertGreater(answer[2], 0.2)  # the scan sees nothing
+        status = self.stats.last(
+            lambda message: message.header.stamp.to_sec() > self.stamps.now_s - 0.05, "the newest answer"
+        ).status[0]
+        values = {pair.key: pair.value for pair in status.values}
+        self.assertEqual(status.message, "steered")
+        self.assertAlmostEqual(float(values["clearance_m"]), WALL_M - 0.35, delta=0.01)
+        self.assertGreater(int(values["remembered"]), 100)
+        self.assertGreater(int(values["admissible"]), 0)
+        markers = {marker.ns: marker for marker in self.decisions.messages[-1].markers}
+        path = markers["predicted path"].points
+        self.assertGreater(path[-1].z, 0.2)
+        self.assertLess(markers["braking path"].points[-1].x, WALL_M - 0.35)
+        rows = np.frombuffer(self.remembered.messages[-1].data, np.float32).reshape(-1, 4)
+        on_wall = rows[np.abs(rows[:, 0] - WALL_M) < 0.01]
+        self.assertGreater(np.ptp(on_wall[:, 2]), 0.3)
+        drawn = self.pictures.last(lambda message: message.markers, "a picture").markers
+        lines = {marker.ns: marker for marker in drawn}
+        self.assertGreater(max(point.z for point in lines["predicted path"].points), 0.2)
+
+    def test_3_clouds_that_make_no_sense_are_dropped_with_one_sentence_each(self):
+        wall = low_wall()
+        cases = {
+            "has no fields x, y and z": {"fields": []},
+            "fields do not fit into points of 8 bytes": {"point_step": 8},
+            "bytes for 1 rows of": {"data": b"short"},
+            "has no stamp": {"cloud_stamp": rospy.Time()},
+            'from "nowhere"': {"frame": "nowhere"},
+            "no valid point among": {"points": np.full((50, 3), math.nan)},
+        }
+        for sentence, changes in cases.items():
+            for _ in range(2):
+                answer = self.fly(**{"points": wall, **changes})
+                self.assertLess(np.hypot(*answer[:2]), 1.01)
+            self.warned.wait_for(sentence)
+        for sentence in cases:
+            self.assertEqual(self.warned.count(sentence), 1, sentence)
+        partly = np.concatenate((wall, np.full((50, 3), math.nan)))
+        self.assertGreater(self.fly(partly)[2], 0.2)
+        self.assertEqual(self.warned.count("no valid point among"), 1)
+
+    def test_4_without_clouds_it_brakes_at_the_edge_of_what_was_seen(self):
+        self.fly(low_wall())
+        for _ in range(8):
+            self.fly()
+        self.warned.wait_for("what clouds showed before counts")
+
+    def test_5_a_clock_that_jumps_back_is_survived(self):
+        self.fly(low_wall())
+        self.clouds.send(cloud_of(rospy.Time(50), low_wall()))
+        self.assertGreater(self.fly(low_wall())[2], 0.2)
+        type(self).stamps = Stamps(20.0)
+        self.fly(low_wall())
+        self.warned.wait_for("clock jumped back")
+        wait_until(lambda: self.fly(low_wall())[2] > 0.2, "the next climb")
+
+
+if __name__ == "__main__":
+    rospy.init_node("cepa_clouds")
+    rostest.rosrun("cepa", "cepa_clouds", CloudsTest)
