@@ -112,10 +112,10 @@ def test_without_further_scans_it_brakes_and_touches_nothing(seed):
     assert clearance_m > BODY_RADIUS_M
 
 
-@pytest.mark.parametrize("r_lb", [0.5, 0.8])
-def test_when_things_are_within_r_lb_it_leaves_between_them_and_touches_nothing(r_lb):
+@pytest.mark.parametrize(("r_lb", "rear_m"), [(0.8, 0.62), (0.8, 0.53), (0.5, 0.48)])
+def test_when_things_are_within_r_lb_it_leaves_between_them_and_touches_nothing(r_lb, rear_m):
     # Columns of 0.2 m around it, those behind nearer, as in Experiment 2; ahead is a gap of 1 m
-    bearings, distances = np.radians([52.0, -52.0, 120.0, -120.0]), np.array([0.85, 0.85, 0.53, 0.53])
+    bearings, distances = np.radians([52.0, -52.0, 120.0, -120.0]), np.array([0.75, 0.75, rear_m, rear_m])
     columns = np.column_stack((distances * np.cos(bearings), distances * np.sin(bearings), np.full(4, 0.1)))
     scene, uav, lidar = Scene(circles=columns), DisturbedUav(), Lidar(math.radians(360.0))
     algorithm, rng = Dynamic(CepaParameters(r_lb=r_lb)), np.random.default_rng(0)

@@ -13,6 +13,8 @@ from cepa.parameters import CepaParameters
 LOST_M, IDLE_SHARE = 0.1, 0.3
 """What is so much nearer than r_LB is an emergency, if the answer progresses by less than this share."""
 DIRECTIONS, FARTHEST_M = 72, 4.0
+NARROW = 5.0
+"""It counts as so many metres farther to come nearer to anything by a metre."""
 TURN_M = 0.5
 """It counts as so much farther to turn back from the direction in which the UAV leaves already."""
 
@@ -48,7 +50,7 @@ class Leaving:
     def direction(self, around: Surroundings) -> np.ndarray | None:
         """Return the direction (2,) in which a straight flight regains r_LB soonest; None: there is none.
 
-        On its way it keeps the hull's margin, or what it has where it is.
+        On its way it keeps the hull's margin, or what it has where it is. A wider way counts as shorter.
         """
         field = around.distance[len(around.distance) // 2]
         middle = len(field) // 2
@@ -58,10 +60,12 @@ class Leaving:
         nodes = np.rint(steps[:, None, None] * directions / around.cell_m).astype(int) + middle
         columns, rows = np.clip(nodes, 0, 2 * middle).transpose(2, 0, 1)
         along_m = field[rows, columns]
-        keep_m = min(self._hull_m, float(field[middle, middle]) - LOST_M)
-        is_kept = np.minimum.accumulate(along_m, axis=0) >= keep_m
-        is_regained = is_kept & (along_m >= self._p.r_lb)
-        way_m = np.where(is_regained.any(axis=0), steps[is_regained.argmax(axis=0)], math.inf)
+        narrowest_m = np.minimum.accumulate(along_m, axis=0)
+        keep_m = min(self._hull_m, float(field[middle, middle]))
+        is_regained = (narrowest_m >= keep_m) & (along_m >= self._p.r_lb)
+        first = is_regained.argmax(axis=0)
+        way_m = np.where(is_regained.any(axis=0), steps[first], math.inf)
+        way_m += NARROW * (self._p.r_lb - narrowest_m[first, np.arange(DIRECTIONS)])
         way_m += TURN_M * (1.0 - directions @ self._last)
         if math.isinf(way_m.min()):
             return None
