@@ -59,6 +59,11 @@ REFUSED = {
     "missing": ("fly_to_goal", [FOREST], "fly_to_goal.launch needs goal:=..."),
     "world": ("fly_to_goal", ["world:=/no.world", "goal:=9 0 2"], "There is no world file /no.world;"),
     "mission": ("experiment_3", ["mission:=/no.yaml"], "/no.yaml cannot be read"),
+    "truth": (
+        "experiment_4",
+        ["gnss:=false", "pose_source:=ground_truth"],
+        "Without GNSS the UAV cannot fly by the ground truth; give pose_source:=odometry or",
+    ),
     "cushions": ("experiment_3", ["r_ub:=0.4"], "r_lb must be less than r_ub"),
     "filter": ("experiment_2", ["K:=-3"], "k_filter must be greater than 0, not -3"),
     "look": ("experiment_2", ["look:=long"], "'long' is no look; give a number from 0 to 8."),

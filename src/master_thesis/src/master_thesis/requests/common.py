@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any, Mapping, TypeVar
 
+from master_thesis.errors import ScenarioError
 from master_thesis.worlds import scenario
 
 Limits = TypeVar("Limits", bound=Any)
@@ -24,6 +25,14 @@ def choices_of(asked: Mapping[str, Any]) -> dict[str, Any]:
         "seed": scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
         "model": str(asked.get("model", "iris")),
     }
+
+
+def check_pose_source(asked: Mapping[str, Any], sources: tuple[str, ...]) -> None:
+    """Check `pose_source`, which without GNSS cannot be the ground truth; raises ScenarioError."""
+    source = scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), sources)
+    if source == "ground_truth" and str(asked.get("gnss", "true")).lower() == "false":
+        others = " or ".join(f"pose_source:={other}" for other in sources if other != source)
+        raise ScenarioError(f"Without GNSS the UAV cannot fly by the ground truth; give {others}.")
 
 
 def limits_of(asked: Mapping[str, Any], kind: type[Limits]) -> Limits:

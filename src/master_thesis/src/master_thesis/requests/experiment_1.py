@@ -8,7 +8,7 @@ from typing import Any, Mapping
 
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
-from master_thesis.requests.common import choices_of, limits_of
+from master_thesis.requests.common import check_pose_source, choices_of, limits_of
 from master_thesis.requests.free_places import check_course
 from master_thesis.worlds import scenario
 
@@ -34,7 +34,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
         scenario.choose("scenario", name, scenario.SCENARIOS)
     choices = choices_of(asked)
     avoidance = str(asked.get("avoidance", scenario.CEPA))
-    scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), scenario.POSE_SOURCES)
+    check_pose_source(asked, scenario.POSE_SOURCES)
     world = scenario.absolute("world", str(asked.get("world", "")))
     start = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
     goal = scenario.place("goal", asked.get("goal", "40 0 2"))

@@ -11,7 +11,7 @@ from inspection_tools import InspectionToolsError, read_mission, way_m
 from master_thesis.errors import ScenarioError
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
-from master_thesis.requests.common import choices_of, limits_of
+from master_thesis.requests.common import check_pose_source, choices_of, limits_of
 from master_thesis.requests.free_places import check_course
 from master_thesis.worlds import scenario
 
@@ -39,8 +39,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
         MasterThesisError, SimulationToolsError: one sentence.
     """
     choices = choices_of(asked)
-    sources = scenario.MAPPING_POSE_SOURCES
-    scenario.choose("pose_source", str(asked.get("pose_source", "ground_truth")), sources)
+    check_pose_source(asked, scenario.MAPPING_POSE_SOURCES)
     world = scenario.absolute("world", str(asked.get("world", "")))
     start = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
     mission = scenario.absolute("mission", str(asked.get("mission", "")))
