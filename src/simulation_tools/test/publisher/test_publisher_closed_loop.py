@@ -45,7 +45,9 @@ class ClosedLoop:
             parameters = Px4Parameters(WITHOUT_GNSS)
             rng = np.random.default_rng(2)
             self.flight.px4 = Px4(self.flight.airframe, parameters, rng, estimator=EKF2)
-        self.publisher = SetpointPublisher(PublisherParameters(ground_clearance_m=0.0, needs_vision=vision))
+        self.publisher = SetpointPublisher(
+            PublisherParameters(ground_clearance_m=0.0, needs_vision=vision, needs_home=not vision)
+        )
         self.vision = vision
         self.ready_s = None
         self._noise = np.random.default_rng(3)
