@@ -11,7 +11,9 @@ import math
 from dataclasses import replace
 
 from simulation_tools.autopilot import Autopilot, VehicleState
-from simulation_tools.geometry import ORIGIN, Pose, Vector3, rotate_inverse
+from simulation_tools.geometry import IDENTITY, ORIGIN, Pose, Vector3, rotate_inverse
+from simulation_tools.ned_frames import attitude_to_ned
+from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
 from simulation_tools.px4.px4 import EKF2, Px4
@@ -42,6 +44,9 @@ IRIS = "iris"
 
 WIND = "wind of the world"
 """Name of the wind's random stream; no sensor is called so."""
+
+WARM_UP_MOST_S = 10.0
+"""Of simulated time; an estimator may need some seconds to find its position."""
 
 WATCH_PERIOD_US = 100_000
 """Time between two checks that no body is absurdly far or fast."""
@@ -249,11 +254,16 @@ class Simulation:
         """
         if self.px4 is None:
             return
-        for _ in range(round(1.0 / self.time_step_s)):
+        for _ in range(round(WARM_UP_MOST_S / self.time_step_s)):
+            sample = ExternalVision(self.time_us, ORIGIN, attitude=attitude_to_ned(IDENTITY.orientation_xyzw))
+            self.px4.offer_external_vision(sample)
             self.px4.offer_setpoint(Setpoint.hold((0.0, 0.0, 1.0)))
             self.px4.request_mode(Mode.OFFBOARD)
             self.px4.request_arm()
             self.step()
+            armed_us = self.px4.armed_since_us
+            if armed_us is not None and self.time_us - armed_us > 1_000_000:
+                break
         self.reset()
 
     def reset_poses(self) -> None:

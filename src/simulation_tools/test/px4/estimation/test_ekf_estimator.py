@@ -5,11 +5,14 @@ A vehicle that stands still in the air is enough: the filter knows its motion by
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.px4.estimation.ekf_estimator import EkfEstimator
@@ -267,6 +270,51 @@ def test_a_distance_that_is_none_leaves_the_height_to_the_barometer(distance_m, 
     assert math.isnan(bench.status.height_over_ground_m)
     assert abs(bench.position[2]) < 0.3
     assert bench.status.flags == 831
+
+
+wild = st.one_of(st.sampled_from([NAN, math.inf, -math.inf, 0.0, 3e38, -3e38]), st.floats(-1e3, 1e3))
+threes = st.one_of(st.none(), st.tuples(wild, wild, wild))
+visions = st.builds(
+    ExternalVision,
+    time_us=st.integers(0, 2 * 10**7),
+    position_m=threes,
+    velocity_m_s=threes,
+    attitude=st.one_of(st.none(), st.tuples(wild, wild, wild, wild)),
+    position_variance_m2=st.tuples(wild, wild, wild),
+    velocity_variance_m2_s2=st.tuples(wild, wild, wild),
+    yaw_variance_rad2=wild,
+    velocity_in_body=st.booleans(),
+)
+distances = st.builds(RangeSample, st.integers(0, 2 * 10**7), wild, wild, wild, st.integers(-1, 100))
+
+
+@pytest.fixture(scope="module")
+def everything():
+    """An estimator that takes all that vision and a range finder may say."""
+    bench = Bench(EKF2_AID_MASK=8 + 16 + 256, EKF2_HGT_MODE=2)
+    bench.sees = replace(bench.sees, velocity_m_s=(0.0, 0.0, 0.0))
+    bench.run(10.0)
+    assert bench.estimator.horizontal_valid
+    bench.sees = None
+    return bench
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.one_of(visions, distances), min_size=1, max_size=8), st.booleans())
+def test_whatever_arrives_the_estimate_stays_a_number(everything, arriving, late):
+    bench = copy.deepcopy(everything)
+    if late:
+        bench.run(6.9)  # just before what arrives next is reset to
+    for sample in arriving:
+        sample = replace(sample, time_us=bench.time_us + sample.time_us % 40_000)
+        if isinstance(sample, ExternalVision):
+            bench.estimator.offer_external_vision(sample)
+        else:
+            bench.estimator.offer_range(sample)
+        bench.run(0.1)
+    assert np.isfinite(bench.estimator.estimate.view(np.float64)).all()
+    assert np.isfinite(bench.estimator.filter.covariance).all()
+    assert bench.status.flags & 1
 
 
 def test_parameters_count_from_the_next_power_on():

@@ -33,6 +33,7 @@ from simulation_tools.px4.estimation.settings import FilterSettings
 PERIOD_S = 0.008
 """Of the covariance's prediction and of fusion; PX4's is 8 to 12 ms on a 250 Hz IMU."""
 
+_FARTHEST_M = 1e6  # a reset goes no farther, as in PX4
 _LEAST_STEP_US = 1000  # of the simulation: how many samples the delay may hold
 _INITIAL_VELOCITY_M_S, _INITIAL_POSITION_M, _INITIAL_YAW_RAD = 0.5, 0.5, 1.0
 
@@ -148,7 +149,7 @@ class ErrorStateFilter:
         self._reset(VELOCITY + first, values, variances)
 
     def _reset(self, first: int, values: np.ndarray, variances: np.ndarray) -> None:
-        self.state[first : first + len(values)] = values
+        self.state[first : first + len(values)] = np.clip(values, -_FARTHEST_M, _FARTHEST_M)
         forget(self.covariance, first, variances)
         self._jump()
 
