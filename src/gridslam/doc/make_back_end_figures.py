@@ -52,8 +52,9 @@ def fly(log, parameters: LoopClosureParameters):
     )
     closer = LoopCloser(parameters)
     for scan, odometry in zip(log.scans, log.odometry):
+        closer.take(slam, scan.stamp_s)
         if slam.process(scan, odometry) is not None:
-            closer.update(slam)
+            closer.update(slam, odometry)
     closer.finish(slam)
     return slam, closer
 
@@ -84,7 +85,8 @@ def draw_loop_closure(log, before: GridSlam, after: GridSlam, closer: LoopCloser
 def _draw_surface(ax, slam: GridSlam) -> None:
     parameters = LoopClosureParameters()
     chain, trajectory = Chain(parameters), slam.trajectory()
-    chain.follow(trajectory.stamps_s, trajectory.poses_in_map, slam.processed_scans())
+    poses = trajectory.poses_in_map
+    chain.follow(trajectory.stamps_s, poses, slam.processed_scans(), poses)
     last, stretch = len(chain) - 1, parameters.stretch_m
     first_map, last_map = chain.local_map(0, stretch, stretch), chain.local_map(last, stretch, 0.0)
     x, y, yaw = se2.between(chain.poses[0], chain.poses[last])

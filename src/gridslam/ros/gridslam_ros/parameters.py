@@ -48,8 +48,8 @@ class NodeParameters:
     """x, y in m and yaw in rad of the base in the map at the first scan; empty: as odometry has it."""
     localisation_only: bool = False
     """The starting map stays as it is."""
-    loop_closure: bool = False
-    """Find places again and correct the map."""
+    loop_closure: bool | None = None
+    """Find places again and correct the map. None: yes, unless localisation_only."""
     state_file: str = ""
     """Path of the file for ~save_state and ~load_state."""
     continue_from_state: bool = False
@@ -84,6 +84,8 @@ class NodeParameters:
         for name in PATHS:
             object.__setattr__(self, name, str(getattr(self, name)))
         for name in YES_OR_NO:
+            if name == "loop_closure" and self.loop_closure is None:
+                object.__setattr__(self, name, not self.localisation_only)
             if not isinstance(getattr(self, name), (bool, int)):
                 raise ParameterError(f"{name} must be true or false, not {getattr(self, name)!r}.")
         for name in (*NOT_NEGATIVE, "throttle_scans", "floor_z"):

@@ -24,7 +24,7 @@ class Sessions:
     def __init__(self, given: dict, say: Callable[[str], None]):
         self._given, self._say = given, say
         self._settings, self._parameters, closure, _ = sort_parameters(given)
-        self._closure = closure_parameters(closure) if self._settings.loop_closure else None
+        self._closure = closure_parameters(closure) if self._settings.loop_closure else False
         self._starting_map = read_map(self._settings.starting_map) if self._settings.starting_map else None
 
     def first(self) -> SlamSession:

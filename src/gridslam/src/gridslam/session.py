@@ -44,7 +44,7 @@ class SlamSession:
 
     Args:
         parameters: of the filter.
-        loop_closure: parameters of the loop closer; None: none.
+        loop_closure: whether loops are closed, or the parameters for it. Localisation alone closes none.
         starting_map: the first map; None: an empty one.
         starting_pose: of the base in the map at the first scan; None: that of odometry. Map and odometry
             then begin as one frame.
@@ -57,7 +57,7 @@ class SlamSession:
     def __init__(
         self,
         parameters: SlamParameters,
-        loop_closure: LoopClosureParameters | None = None,
+        loop_closure: LoopClosureParameters | bool | None = True,
         starting_map: OccupancyGrid | None = None,
         starting_pose: tuple[float, float, float] | None = None,
         localisation_only: bool = False,
@@ -73,7 +73,7 @@ class SlamSession:
         self._is_resumed = False
         """Whether there was no scan yet since a state was loaded."""
         self._starting_covariance: np.ndarray | None = None
-        self._closer = None if loop_closure is None else _closer(loop_closure)
+        self._closer = _closer(loop_closure) if loop_closure and not localisation_only else None
         self._slam: GridSlam | None = None
         self._mapped: GridSlam | None = None  # its map is taken over at the first scan
 
@@ -91,9 +91,11 @@ class SlamSession:
             self._supervisor.doubt(self._slam, "a new flight begins on the saved map")
             self._slam.widen(START_DEVIATION)
         self._is_resumed = False
+        if self._closer is not None:
+            self._closer.take(self._slam, scan.stamp_s)
         update = self._supervisor.process(self._slam, scan, base)
-        if update is not None and self._closer is not None and self._closer.update(self._slam):
-            update = dataclasses.replace(update, base_in_map=self._slam.base_in_map)
+        if update is not None and self._closer is not None:
+            self._closer.update(self._slam, base)
         return update
 
     def finish(self) -> None:
@@ -286,7 +288,7 @@ class SlamSession:
                 slam.judgement.restore(json.loads(state.read(JUDGEMENT)))
                 if session._closer is not None:
                     arrays = np.load(io.BytesIO(state.read(CLOSER)), allow_pickle=False)
-                    session._closer.from_arrays(arrays, len(slam.trajectory().stamps_s))
+                    session._closer.from_arrays(arrays, slam.processed_scans())
         except (OSError, *state_file.DAMAGE) as error:
             raise StateError(f"{path} cannot be read as a saved state: {error}.") from None
         return session
@@ -344,7 +346,7 @@ def _closer_parameters_in(state: zipfile.ZipFile) -> LoopClosureParameters | Non
     return closure_parameters(json.loads(state.read(CLOSER_PARAMETERS)))
 
 
-def _closer(parameters: LoopClosureParameters) -> LoopCloser:
+def _closer(parameters: LoopClosureParameters | bool) -> LoopCloser:
     from gridslam.loop_closure import LoopCloser  # only if it is used, because it slows the start
 
-    return LoopCloser(parameters)
+    return LoopCloser(None if isinstance(parameters, bool) else parameters)

@@ -12,6 +12,7 @@ from gridslam.filter.particle_filter import GridSlam
 from gridslam.loop_closure import LoopCloser, LoopClosureParameters
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
+from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.match import Match
 from gridslam.loop_closure.pose_graph import ShortestWays, optimise
 from gridslam.parameters import SlamParameters
@@ -34,8 +35,11 @@ class Steps:
     def __len__(self):
         return len(self.poses)
 
-    def held_covariances(self):
-        return self.covariances
+    def edges(self):
+        return [
+            Edge(i, i + 1, step, covariance)
+            for i, (step, covariance) in enumerate(zip(self.steps, self.covariances))
+        ]
 
 
 class Path:
@@ -67,7 +71,7 @@ def test_error_is_spread_evenly_over_equal_steps():
     """n steps of variance v, a closure of variance w that is off by d: each step takes d v / (n v + w)."""
     chain = Steps((1.0, 0.0, 0.0), np.diag([0.04, 0.04, 0.0025]), 10)
     closure = match(0, 10, (10.05, 0.0, 0.0), sigma=0.2)
-    corrected = optimise(chain, [closure])
+    corrected = optimise(chain.poses, [*chain.edges(), closure])
     share = 0.05 * 0.04 / (10 * 0.04 + 0.04)
     assert corrected[:, 0] == pytest.approx(np.arange(11) * (1.0 + share), abs=1e-4)
     assert np.abs(corrected[:, 1:]).max() < 1e-6
@@ -76,14 +80,15 @@ def test_error_is_spread_evenly_over_equal_steps():
 def test_absurd_closure_loses_its_weight():
     chain = Steps((1.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.0004]), 10)
     right = [match(0, 10, (10.0, 0.0, 0.0)), match(1, 9, (8.0, 0.0, 0.0)), match(2, 10, (8.0, 0.0, 0.0))]
-    corrected = optimise(chain, [*right, match(0, 9, (6.0, 0.0, 0.0))])
+    corrected = optimise(chain.poses, [*chain.edges(), *right, match(0, 9, (6.0, 0.0, 0.0))])
     assert np.abs(corrected - chain.poses).max() < 0.05
 
 
 def test_same_graph_gives_the_same_path_bit_for_bit():
     chain = Steps((1.0, 0.0, 0.1), np.diag([0.01, 0.01, 0.0004]), 200)
     closures = [match(i, i + 63, (0.1, 0.05, 0.02 * i)) for i in range(0, 130, 7)]
-    assert np.array_equal(optimise(chain, closures), optimise(chain, closures))
+    edges = [*chain.edges(), *closures]
+    assert np.array_equal(optimise(chain.poses, edges), optimise(chain.poses, edges))
 
 
 def test_steps_hold_more_firmly_than_lone_matches_and_less_where_the_filter_has_corrected_itself():
@@ -91,13 +96,17 @@ def test_steps_hold_more_firmly_than_lone_matches_and_less_where_the_filter_has_
     x = np.concatenate([np.arange(0.0, 12.0, 0.5), np.arange(12.0, -0.1, -0.5)])
     path, p = Path(np.column_stack([x, np.zeros((len(x), 2))])), LoopClosureParameters()
     chain = Chain(p)
-    chain.follow(np.arange(len(x)), path.poses, path.scans)
-    held = chain.held_covariances()
+    chain.follow(np.arange(len(x)), path.poses, path.scans, path.poses)
+    seen = np.ones(len(x) - 1, dtype=bool)
+    seen[3] = False
+    held = [edge.covariance for edge in chain.edges(seen)][: len(seen)]
     # then only on the last metres is there a place nearby that was left behind 20 m of path before
-    far = chain.way_m[1:] < p.separation_m
-    np.testing.assert_allclose(held[far], p.step_share**2 * chain.covariances[far])
-    odometry = np.diag((0.03**2 * 0.5 + 0.002**2, 0.03**2 * 0.5 + 0.002**2, 0.015**2 * 0.5 + 0.0005**2))
-    np.testing.assert_allclose(held[chain.way_m[1:] > p.separation_m + 0.1][-1], odometry)
+    far = (chain.way_m[1:] < p.separation_m) & seen
+    np.testing.assert_allclose(np.array(held)[far], p.step_share**2 * chain.covariances[far])
+    odometry = np.diag((0.1**2 * 0.5 + 0.002**2, 0.1**2 * 0.5 + 0.002**2, 0.1**2 * 0.5 + 0.0005**2))
+    np.testing.assert_allclose(held[-1], odometry)
+    # and a step that no link spans is trusted like odometry, too
+    np.testing.assert_allclose(held[3], odometry)
     assert (np.linalg.eigvalsh(chain.covariances[-1] - odometry) < 0.0).all()
 
 
@@ -116,7 +125,11 @@ def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monke
         # when a scan after the other comes in
         for count in range(2, len(path.poses) + 1):
             part = Path(path.poses[:count])
-            closer.update(part)
+            if count == 2:
+                closer.update(part, path.poses[0])
+            else:
+                closer.take(part, math.inf)
+            closer.update(part, path.poses[count - 1])
         # then the ways between searches are as the parameters say
         np.testing.assert_allclose(np.diff(searched), expected_m)
 
@@ -223,9 +236,10 @@ def run(seed, parameters=None, truth=TRUTH, drift=None):
     closer = LoopCloser(parameters)
     nodes = []
     for node, (scan, odometry) in enumerate(zip(log.scans, log.odometry)):
+        closer.take(slam, scan.stamp_s)
         if slam.process(scan, odometry) is not None:
             nodes.append(node)
-            closer.update(slam)
+            closer.update(slam, odometry)
     closer.finish(slam)
     return closer, slam, log, truth[nodes]
 
@@ -253,18 +267,19 @@ def test_scans_that_see_nothing_find_nothing():
     nothing = np.full(60, np.inf)
     for second, x in enumerate([*range(20), *range(20, -1, -1)]):
         scan = PlanarScan(float(second), np.linspace(-2.0, 2.0, 60), nothing, (0.0, 0.0, 0.0), 5.0)
+        closer.take(slam, float(second))
         if slam.process(scan, (float(x), 0.0, 0.0)) is not None:
-            assert closer.update(slam) is None
+            closer.update(slam, np.array((x, 0.0, 0.0)))
     closer.finish(slam)
     assert closer.closures == []
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_round_trip_is_closed_and_the_path_corrected(seed):
-    """Over 8 seeds: 15 to 18 closures, wrong by 0.04 m at most; ATE 0.02 to 0.23 m."""
+    """The odometry errs by 1 to 2 m; the filter alone by 0.06 to 0.16 m."""
     closer, slam, log, truth = run(seed)
     errors = closure_errors_m(closer, log)
     assert len(errors) >= 2
     assert max(errors) < 0.3  # a beam's distance is 3 m
-    assert ate(slam.trajectory().poses_in_map, truth) < 0.3
+    assert ate(slam.trajectory().poses_in_map, truth) < 0.05
     assert ate(log.odometry, log.truth.poses_in_map) > 0.5

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from gridslam import se2
+from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.local_map import LocalMap, SurfacePoints, build_local_map, surface_points
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.refinement import normal_matrix
@@ -30,6 +31,8 @@ class Chain:
         """(k - 1, 3) each node but the first, in the frame of the one before it."""
         self.covariances = np.empty((0, 3, 3))
         """(k - 1, 3, 3) of the steps' errors."""
+        self.odometry = np.empty((0, 3))
+        """(k, 3) pose of the base in the odometry's frame, at the nodes."""
         self.way_m = np.zeros(0)
         """(k,) length of the path up to each node."""
         self._scans: list[PlanarScan] = []
@@ -40,8 +43,18 @@ class Chain:
     def __len__(self) -> int:
         return len(self.poses)
 
-    def follow(self, stamps_s: np.ndarray, poses_in_map: np.ndarray, scans: list[PlanarScan]) -> None:
-        """Take over the filter's path (k, 3) and scans. Steps since the last correction may have changed."""
+    def follow(
+        self,
+        stamps_s: np.ndarray,
+        poses_in_map: np.ndarray,
+        scans: list[PlanarScan],
+        odometry: np.ndarray,
+    ) -> None:
+        """Take over the filter's path (k, 3), scans and odometry (k, 3).
+
+        Steps since the last correction may have changed.
+        """
+        self.odometry = odometry
         for scan in scans[len(self._surfaces) :]:
             surface = surface_points(scan, self._parameters.range_m)
             self._surfaces.append(surface)
@@ -65,6 +78,7 @@ class Chain:
             "steps": self.steps,
             "covariances": self.covariances,
             "way_m": self.way_m,
+            "odometry": self.odometry,
             "settled": np.array(self._settled),
         }
 
@@ -75,6 +89,7 @@ class Chain:
         steps: np.ndarray,
         covariances: np.ndarray,
         way_m: np.ndarray,
+        odometry: np.ndarray,
         settled: np.ndarray,
     ) -> None:
         """Go on from what `to_arrays` has returned.
@@ -87,6 +102,7 @@ class Chain:
             ("stamps", stamps_s, (nodes,)),
             ("poses", poses, (nodes, 3)),
             ("way", way_m, (max(1, nodes),)),
+            ("odometry", odometry, (nodes, 3)),
             ("steps", steps, (between, 3)),
             ("covariances", covariances, (between, 3, 3)),
         ):
@@ -94,6 +110,7 @@ class Chain:
                 raise ValueError(f"the chain's {name} are of shape {array.shape}, not {shape}")
         self.stamps_s, self.poses, self.steps = stamps_s, poses, steps
         self.covariances, self.way_m, self._settled = covariances, way_m, int(settled)
+        self.odometry = odometry
 
     def _first_changed(self, poses_in_map: np.ndarray) -> int:
         """Return the first changed step. Steps change when another particle becomes the best one."""
@@ -125,17 +142,24 @@ class Chain:
         covariances[:, 2, 2] = heading + STEP_SIGMA_MIN_RAD**2
         return covariances
 
-    def held_covariances(self) -> np.ndarray:
-        """Return the covariances (k - 1, 3, 3) of the steps for weighing against closures.
+    def edges(self, is_seen: np.ndarray) -> list[Edge]:
+        """Return each step twice: as the filter has it, and as odometry measured it.
 
-        Matches against one map have similar errors, so the path bends less than `covariances` allow. When
-        the filter comes back to a place, its steps also contain its own correction of the drift. So these
-        steps are trusted only like odometry. A closure then replaces that correction, and leaves the earlier
-        path alone.
+        Matches against one map have similar errors, so `step_share` tells how firmly the filter's steps hold.
+        Some are trusted only like odometry. When the filter comes back to a place, its steps also contain its
+        own correction of the drift, and a closure must be able to replace that. Where ``is_seen`` (k - 1,) is
+        False, the two scans have nothing to be matched by.
         """
-        back = self._is_back()[1:, None, None]
-        held = self._parameters.step_share**2 * self.covariances
-        return np.where(back, self._odometry_covariances(self.steps), held)
+        measured = se2.between(self.odometry[:-1], self.odometry[1:])
+        loose = self._odometry_covariances(measured)
+        firm = self._parameters.step_share**2 * self.covariances
+        is_firm = is_seen & ~self._is_back()[1:]
+        held = np.where(is_firm[:, None, None], firm, loose)
+        return [
+            Edge(node, node + 1, step, covariance)
+            for steps, covariances in ((self.steps, held), (measured, loose))
+            for node, (step, covariance) in enumerate(zip(steps, covariances))
+        ]
 
     def _is_back(self) -> np.ndarray:
         """Return for each node (k,) whether a node from long before is nearby."""

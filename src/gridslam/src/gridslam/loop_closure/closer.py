@@ -11,17 +11,21 @@ from gridslam import se2
 from gridslam.filter.tile_pool import require_indices
 from gridslam.loop_closure.chain import Chain, match_information
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
+from gridslam.loop_closure.job import Job
 from gridslam.loop_closure.local_map import LocalMap
 from gridslam.loop_closure.match import Closure, Match
 from gridslam.loop_closure.matcher import Window, correlate
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import ShortestWays, import_gtsam, optimise
 from gridslam.loop_closure.refinement import Refined, refine
+from gridslam.loop_closure.scan_links import ScanLinks
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 
-CHAIN = "chain_"
-"""Prefix of the chain's arrays in a saved state."""
+CHAIN, LINKS = "chain_", "links_"
+"""Prefixes of the chain's and the links' arrays in a saved state."""
+ROUNDS_MAX = 5
+"""A correction ends after this many rounds of linking passes and optimising."""
 REFINEMENT_GATE_M = 0.2
 
 
@@ -41,19 +45,25 @@ class Slam(Protocol):
 class LoopCloser:
     """Watches a filter that keeps its scans, and corrects it.
 
+    The work is done in one thread beside the filter. Its result is taken at a fixed stamp, so the same scans
+    give the same map.
+
     Raises SlamError at once if GTSAM is not installed, instead of in flight.
     """
 
     def __init__(self, parameters: LoopClosureParameters | None = None) -> None:
         import_gtsam()
         self._parameters = parameters or LoopClosureParameters()
-        self._chain = Chain(self._parameters)
+        self._chain, self._links = Chain(self._parameters), ScanLinks(self._parameters)
+        self._odometry: list[np.ndarray] = []
+        self._job: Job | None = None
         self._matches: list[Match] = []
         self._consistent = np.zeros((0, 0), dtype=bool)
         self._counted: list[Match] = []
         self._searched_m = 0.0
         self._agreed = False
         """Whether the last search found a place again, and the path agreed with it."""
+        self._closures: list[Closure] = []
 
     @property
     def parameters(self) -> LoopClosureParameters:
@@ -63,15 +73,45 @@ class LoopCloser:
     @property
     def closures(self) -> list[Closure]:
         """The closures that count at present. A closure stops counting when later ones contradict it."""
-        return [self._closure(match) for match in self._counted]
+        return self._closures
 
-    def update(self, slam: Slam) -> Closure | None:
-        """Search for a revisited place.
+    def update(self, slam: Slam, base_in_odom: np.ndarray) -> None:
+        """Begin to search for a revisited place, unless the last search is still to be taken.
 
-        Call this after each scan that the filter has processed. Returns the newest closure if there are new
-        ones, else None. If they move the path, the filter has adopted the corrected path.
+        Call this after each scan that the filter has processed, with the odometry (3,) at the scan.
         """
-        self._follow(slam)
+        self._odometry.append(np.array(base_in_odom, float))
+        if self._job is None:
+            path, scans, odometry = slam.trajectory(), slam.processed_scans(), np.array(self._odometry)
+            begun_s = float(path.stamps_s[-1])
+            self._job = Job(begun_s, begun_s + self._parameters.answer_s, lambda: self._work(path, scans, odometry))
+
+    def take(self, slam: Slam, stamp_s: float) -> bool:
+        """Take over the result that is due at a scan's stamp. Return whether the path was corrected.
+
+        Call this before each scan that the filter gets. It waits for the result if need be.
+        """
+        if self._job is None or not self._job.is_due(stamp_s):
+            return False
+        corrected, self._job = self._job.result(), None
+        self._closures = [self._closure(match) for match in self._counted]
+        if corrected is None:
+            return False
+        path = slam.trajectory().poses_in_map
+        since = se2.between(path[len(corrected) - 1], path[len(corrected) :])
+        slam.adopt(np.vstack([corrected, se2.compose(corrected[-1], since)]))
+        return True
+
+    def finish(self, slam: Slam) -> None:
+        """Give the filter the path corrected by all links and closures. Call this at the end of the log."""
+        self.take(slam, math.inf)
+        self._follow(slam.trajectory(), slam.processed_scans(), np.array(self._odometry))
+        if self._counted:
+            slam.adopt(self._corrected())
+
+    def _work(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> np.ndarray | None:
+        """Follow the path, search for a place seen before. Return the corrected path, or None."""
+        self._follow(path, scans, odometry)
         way_m = self._chain.way_m[-1]
         p = self._parameters
         if way_m - self._searched_m < (p.search_agreed_m if self._agreed else p.search_every_m):
@@ -81,21 +121,27 @@ class LoopCloser:
             return None
         before, self._counted = set(self._counted), self._choose()
         new = [match for match in self._counted if match not in before]
-        if not before.issubset(self._counted) or any(self._is_off(match) for match in new):
-            self._correct(slam)
-        return self._closure(new[-1]) if new else None
-
-    def finish(self, slam: Slam) -> None:
-        """Give the filter the path corrected by all closures. Call this at the end of the log."""
-        self._follow(slam)
-        if self._counted:
-            self._correct(slam)
+        if before.issubset(self._counted) and not any(self._is_off(match) for match in new):
+            return None
+        return self._corrected()
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the closer's complete state without parameters, for `from_arrays`."""
+        """Return the closer's complete state without parameters, for `from_arrays`.
+
+        It waits for the work at hand. Its result is taken when it is due.
+        """
+        job = self._job
+        pending = None if job is None else job.result()
         matches, index = self._matches, {id(match): i for i, match in enumerate(self._matches)}
         return {
             **{CHAIN + name: values for name, values in self._chain.to_arrays().items()},
+            **{LINKS + name: values for name, values in self._links.to_arrays().items()},
+            "odometry": np.reshape(self._odometry, (-1, 3)),
+            "due_s": np.array([] if job is None else [job.begun_s, job.due_s]),
+            "closures": np.array(
+                [(c.stamp_from_s, c.stamp_to_s, *c.pose_difference, c.score) for c in self._closures]
+            ).reshape(-1, 6),
+            "pending": np.empty((0, 3)) if pending is None else pending,
             "match_nodes": np.array([(match.older, match.newer) for match in matches], int).reshape(-1, 2),
             "match_poses": np.array([match.newer_in_older for match in matches]).reshape(-1, 3),
             "match_covariances": np.array([match.covariance for match in matches]).reshape(-1, 3, 3),
@@ -106,18 +152,26 @@ class LoopCloser:
             "agreed": np.array(self._agreed),
         }
 
-    def from_arrays(self, arrays: Mapping[str, np.ndarray], path_nodes: int) -> None:
-        """Go on from the output of `to_arrays`, on a filter's path of this many nodes.
+    def from_arrays(self, arrays: Mapping[str, np.ndarray], scans: list[PlanarScan]) -> None:
+        """Go on from the output of `to_arrays`, on a filter that has processed these scans.
 
         Raises:
             KeyError: something lacks in it.
             ValueError: it points at what is not there.
         """
-        chain = {name[len(CHAIN) :]: arrays[name] for name in arrays if name.startswith(CHAIN)}
+        chain, links = (
+            {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
+            for prefix in (CHAIN, LINKS)
+        )
         self._chain.from_arrays(**chain)
-        if len(self._chain) > path_nodes:
-            raise ValueError(f"the chain has {len(self._chain)} nodes, the path {path_nodes}")
-        require_indices(arrays["match_nodes"], len(self._chain) - 1, "the matches' nodes")
+        nodes = len(self._chain)
+        if nodes > len(scans) or arrays["odometry"].shape != (len(scans), 3):
+            raise ValueError(
+                f"the chain has {nodes} nodes, the odometry {len(arrays['odometry'])}, the path {len(scans)}"
+            )
+        self._links.from_arrays(links, scans[:nodes])
+        self._odometry = list(arrays["odometry"])
+        require_indices(arrays["match_nodes"], nodes - 1, "the matches' nodes")
         require_indices(arrays["counted"], len(arrays["match_nodes"]) - 1, "the matches that count")
         columns = (arrays[f"match_{name}"] for name in ("nodes", "poses", "covariances", "scores"))
         self._matches = [
@@ -126,11 +180,19 @@ class LoopCloser:
         ]
         self._consistent = arrays["consistent"]
         self._counted = [self._matches[i] for i in arrays["counted"]]
+        self._closures = [
+            Closure(since_s, to_s, (x, y, yaw), score)
+            for since_s, to_s, x, y, yaw, score in arrays["closures"].reshape(-1, 6).tolist()
+        ]
         self._searched_m, self._agreed = float(arrays["searched_m"]), bool(arrays["agreed"])
+        pending = arrays["pending"] if len(arrays["pending"]) else None
+        if pending is not None and pending.shape != (nodes, 3):
+            raise ValueError(f"the correction at hand has the shape {pending.shape}")
+        self._job = Job(*arrays["due_s"].tolist(), lambda: pending) if arrays["due_s"].size == 2 else None
 
-    def _follow(self, slam: Slam) -> None:
-        trajectory = slam.trajectory()
-        self._chain.follow(trajectory.stamps_s, trajectory.poses_in_map, slam.processed_scans())
+    def _follow(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> None:
+        self._chain.follow(path.stamps_s, path.poses_in_map, scans, odometry)
+        self._links.extend(scans, self._chain.poses, self._chain.way_m)
 
     def _search(self) -> bool:
         """Compare the newest local map with earlier ones of the place. Return whether a match was found."""
@@ -229,10 +291,19 @@ class LoopCloser:
         here = se2.between(self._chain.poses[match.older], self._chain.poses[match.newer])
         return math.dist(here[:2], match.newer_in_older[:2]) > self._parameters.correction_min_m
 
-    def _correct(self, slam: Slam) -> None:
-        corrected = optimise(self._chain, self._counted)
-        slam.adopt(corrected)
-        self._chain.settle(corrected)
+    def _corrected(self) -> np.ndarray:
+        """Return the path (k, 3) that fits all measurements, and settle on it.
+
+        The better the path, the more scans of different passes can be linked, and the other way round.
+        """
+        poses = self._chain.poses
+        for _ in range(ROUNDS_MAX):
+            steps = self._chain.edges(self._links.is_seen())
+            poses = optimise(poses, [*steps, *self._links.edges, *self._counted])
+            if not self._links.link_passes(poses, self._chain.way_m):
+                break
+        self._chain.settle(poses)
+        return poses
 
     def _closure(self, match: Match) -> Closure:
         stamps = self._chain.stamps_s

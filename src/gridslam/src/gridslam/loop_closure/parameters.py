@@ -13,7 +13,14 @@ NOT_NEGATIVE = (
     "odometry_rad_per_sqrt_rad",
     "drift_share",
 )
-SHARES = ("score_min", "overlap_min", "rival_overlap_min", "rival_share_max")
+SHARES = (
+    "score_min",
+    "overlap_min",
+    "rival_overlap_min",
+    "rival_share_max",
+    "link_share_min",
+    "link_pass_share_min",
+)
 
 
 @dataclass(frozen=True)
@@ -23,6 +30,8 @@ class LoopClosureParameters:
     Raises ParameterError, in one sentence, for values that make no sense alone or together.
     """
 
+    answer_s: float = 0.5
+    """s: a correction is taken over this long after the scan that led to it, by the scans' stamps."""
     search_every_m: float = 0.5
     """m: search for a revisited place after this much travel."""
     search_agreed_m: float = 8.0
@@ -68,15 +77,15 @@ class LoopClosureParameters:
     support_m: float = 10.0
     """m: a match counts only if another one within this much travel agrees with it."""
 
-    odometry_m_per_sqrt_m: float = 0.03
+    odometry_m_per_sqrt_m: float = 0.1
     """m: odometry's standard deviation along and across after one metre."""
-    odometry_rad_per_sqrt_m: float = 0.015
+    odometry_rad_per_sqrt_m: float = 0.1
     """rad: odometry's standard deviation of the heading after one metre."""
-    odometry_rad_per_sqrt_rad: float = 0.03
+    odometry_rad_per_sqrt_rad: float = 0.2
     """rad: the same after one radian turned."""
     drift_share: float = 0.005
     """Systematic part of the path's error, besides noise and matching, m per m."""
-    step_share: float = 0.5
+    step_share: float = 1.0
     """Stiffness of steps against closures: their deviations as a share of a single match's."""
     match_sigma_m: float = 0.03
     """m: standard deviation of a matched point from its surface."""
@@ -86,6 +95,26 @@ class LoopClosureParameters:
     """m: least standard deviation of a closure ..."""
     closure_sigma_rad: float = 0.003
     """rad: ... and of its heading, because local maps are slightly bent."""
+    link_range_m: float = 30.0
+    """m: beams are used up to here to link scans."""
+    link_reach_m: float = 10.0
+    """m: a scan is linked with scans at most this much travel before it ..."""
+    links_back: int = 5
+    """... and with at most this many of them."""
+    link_radius_m: float = 3.0
+    """m: a scan is linked with scans of other passes at most this far away ..."""
+    link_separation_m: float = 10.0
+    """m: ... and at least this much travel before it."""
+    link_gate_m: float = 0.3
+    """m: points farther apart are no pair ..."""
+    link_pass_gate_m: float = 0.8
+    """m: ... nor at the start of a link with a scan of another pass."""
+    link_share_min: float = 0.3
+    """Least share of a scan's points that have a pair in a link ..."""
+    link_pass_share_min: float = 0.5
+    """... and in a link with a scan of another pass."""
+    link_rms_max_m: float = 0.1
+    """m: greatest root mean square of the pairs' distances in a link."""
     correction_min_m: float = 0.03
     """m: correct the path if it differs from a new closure by more than this, or at the end of the log."""
 

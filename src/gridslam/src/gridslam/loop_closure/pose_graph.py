@@ -1,4 +1,4 @@
-"""The path as a pose graph of steps and closures, optimised by GTSAM.
+"""The path as a pose graph of steps, links and closures, optimised by GTSAM.
 
 F. Dellaert and M. Kaess, "Factor Graphs for Robot Perception" (2017). The uncertainty along the shortest
 path between two nodes is an upper bound of their uncertainty in the whole graph: M. Bosse et al., "An Atlas
@@ -8,7 +8,7 @@ framework for scalable mapping" (ICRA 2003).
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Sequence
+from typing import Iterable, Sequence
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -17,37 +17,38 @@ from scipy.sparse.csgraph import dijkstra
 from gridslam import se2
 from gridslam.errors import SlamError
 from gridslam.loop_closure.chain import Chain
+from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.match import Match
 
-ROBUST_SCALE = 2.0  # from this many standard deviations on, a closure loses weight (Cauchy)
+ROBUST_SCALE = 2.0  # from this many standard deviations on, an edge loses weight (Cauchy)
 ANCHOR_SIGMA = 1e-6
 CLOSURE_WAY_M = 0.1  # length of an edge over a closure, in metres of path
 
 
-def optimise(chain: Chain, closures: Sequence[Match]) -> np.ndarray:
-    """Return the nodes' poses (k, 3) that fit steps and closures best. The first node stays fixed.
+def optimise(start: np.ndarray, edges: Iterable[Edge | Match]) -> np.ndarray:
+    """Return the nodes' poses (k, 3) that fit the edges best. The first node stays fixed.
+
+    Args:
+        start: poses (k, 3) from which the search starts.
+        edges: steps, links and closures. Each loses weight when the others contradict it.
 
     Raises:
         SlamError: GTSAM is not installed.
     """
     gtsam = import_gtsam()
-    graph, start = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
     fixed = gtsam.noiseModel.Isotropic.Sigma(3, ANCHOR_SIGMA)
-    graph.add(gtsam.PriorFactorPose2(0, gtsam.Pose2(*chain.poses[0]), fixed))
-    for node, pose in enumerate(chain.poses):
-        start.insert(node, gtsam.Pose2(*pose))
-    for node, (step, covariance) in enumerate(zip(chain.steps, chain.held_covariances())):
-        noise = gtsam.noiseModel.Gaussian.Covariance(covariance)
-        graph.add(gtsam.BetweenFactorPose2(node, node + 1, gtsam.Pose2(*step), noise))
+    graph.add(gtsam.PriorFactorPose2(0, gtsam.Pose2(*start[0]), fixed))
+    for node, pose in enumerate(start):
+        values.insert(node, gtsam.Pose2(*pose))
     cauchy = gtsam.noiseModel.mEstimator.Cauchy.Create(ROBUST_SCALE)
-    for closure in closures:
-        noise = gtsam.noiseModel.Robust.Create(
-            cauchy, gtsam.noiseModel.Gaussian.Covariance(closure.covariance)
-        )
-        measured = gtsam.Pose2(*closure.newer_in_older)
-        graph.add(gtsam.BetweenFactorPose2(closure.older, closure.newer, measured, noise))
-    result = gtsam.LevenbergMarquardtOptimizer(graph, start).optimize()
-    poses = [result.atPose2(node) for node in range(len(chain))]
+    for edge in edges:
+        gaussian = gtsam.noiseModel.Gaussian.Covariance(edge.covariance)
+        noise = gtsam.noiseModel.Robust.Create(cauchy, gaussian)
+        measured = gtsam.Pose2(*edge.newer_in_older)
+        graph.add(gtsam.BetweenFactorPose2(edge.older, edge.newer, measured, noise))
+    result = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
+    poses = [result.atPose2(node) for node in range(len(start))]
     return np.array([(pose.x(), pose.y(), pose.theta()) for pose in poses])
 
 

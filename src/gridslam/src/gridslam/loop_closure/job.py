@@ -1,0 +1,32 @@
+"""Work that is done beside the filter, and taken at a fixed stamp."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Callable
+
+import numpy as np
+
+
+class Job:
+    """Runs a function in a thread of its own.
+
+    Args:
+        begun_s: stamp of the scan that led to the work, s.
+        due_s: the result is taken at the first scan with this stamp or a later one, s.
+        work: returns corrected poses (k, 3), or None.
+    """
+
+    def __init__(self, begun_s: float, due_s: float, work: Callable[[], np.ndarray | None]) -> None:
+        self.begun_s, self.due_s = begun_s, due_s
+        executor = ThreadPoolExecutor(1, "loop_closure")
+        self._future = executor.submit(work)
+        executor.shutdown(wait=False)
+
+    def is_due(self, stamp_s: float) -> bool:
+        """Return whether the result is to be taken at a stamp, or before it. It is, if the clock went back."""
+        return not self.begun_s <= stamp_s < self.due_s
+
+    def result(self) -> np.ndarray | None:
+        """Wait for the result and return it. An exception of the work is raised here."""
+        return self._future.result()

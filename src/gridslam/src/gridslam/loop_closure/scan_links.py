@@ -1,0 +1,134 @@
+"""All links of a path: of each scan with those just before it, and with other passes of the place."""
+
+from __future__ import annotations
+
+from typing import Mapping
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from gridslam import se2
+from gridslam.filter.tile_pool import require_indices
+from gridslam.kernels.links import Surfaces
+from gridslam.loop_closure.edge import Edge
+from gridslam.loop_closure.links import link, surfaces_of
+from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.scan import PlanarScan
+
+SPACING_M = 0.5
+"""m: of the scans just before a scan, those closer to each other than this add nothing."""
+PASSES_MAX = 3
+"""A scan is linked with at most this many scans of other passes, the nearest."""
+TRY_AGAIN_M = 0.1
+"""m: two scans that could not be linked are tried again when their poses have moved by more than this."""
+
+
+class ScanLinks:
+    """Measures links, each pair of scans once."""
+
+    def __init__(self, parameters: LoopClosureParameters) -> None:
+        self._parameters = parameters
+        self._surfaces: list[Surfaces] = []
+        self._back: dict[tuple[int, int], Edge] = {}
+        self._passes: dict[tuple[int, int], Edge] = {}
+        self._failed: dict[tuple[int, int], np.ndarray] = {}
+
+    @property
+    def edges(self) -> list[Edge]:
+        """All links."""
+        return [*self._back.values(), *self._passes.values()]
+
+    def is_seen(self) -> np.ndarray:
+        """Return for each step (k - 1,) whether a link spans it."""
+        seen = np.zeros(max(0, len(self._surfaces) - 1), dtype=bool)
+        for older, newer in self._back:
+            seen[older:newer] = True
+        return seen
+
+    def extend(self, scans: list[PlanarScan], poses: np.ndarray, way_m: np.ndarray) -> None:
+        """Take in the scans at new nodes. Link each with scans just before it."""
+        p = self._parameters
+        for newer in range(len(self._surfaces), len(scans)):
+            self._surfaces.append(surfaces_of(scans[newer], p.link_range_m))
+            found, last_m = 0, np.inf
+            for older in range(newer - 1, -1, -1):
+                if found == p.links_back or way_m[newer] - way_m[older] > p.link_reach_m:
+                    break
+                if older == newer - 1 or last_m - way_m[older] >= SPACING_M:
+                    last_m = way_m[older]
+                    predicted = se2.between(poses[older], poses[newer])
+                    edge = link(older, newer, self._surfaces, predicted, p)
+                    if edge is not None:
+                        self._back[older, newer] = edge
+                        found += 1
+
+    def link_passes(self, poses: np.ndarray, way_m: np.ndarray) -> int:
+        """Link scans with those of other passes nearby, by present poses (k, 3).
+
+        Returns the number of new links. Links that the poses contradict are forgotten.
+        """
+        p, before = self._parameters, set(self._passes)
+        for pair, known in list(self._passes.items()):
+            if _distance(poses, pair, known.newer_in_older) > p.link_gate_m:
+                del self._passes[pair]
+        tree = cKDTree(poses[:, :2])
+        for newer, nearby in enumerate(tree.query_ball_point(poses[:, :2], p.link_radius_m)):
+            others = np.array([i for i in nearby if way_m[i] < way_m[newer] - p.link_separation_m], int)
+            distance = np.hypot(*(poses[others, :2] - poses[newer, :2]).T)
+            for older in others[np.argsort(distance, kind="stable")][:PASSES_MAX].tolist():
+                self._try(older, newer, poses)
+        return len(set(self._passes) - before)
+
+    def _try(self, older: int, newer: int, poses: np.ndarray) -> None:
+        pair = (older, newer)
+        tried = self._failed.get(pair)
+        if pair in self._passes or (tried is not None and _distance(poses, pair, tried) < TRY_AGAIN_M):
+            return
+        predicted = se2.between(poses[older], poses[newer])
+        edge = link(older, newer, self._surfaces, predicted, self._parameters, is_pass=True)
+        if edge is None:
+            self._failed[pair] = predicted
+        else:
+            self._passes[pair] = edge
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return the input of `from_arrays`."""
+        edges, failed = self.edges, list(self._failed.items())
+        return {
+            "nodes": np.array([(edge.older, edge.newer) for edge in edges], int).reshape(-1, 2),
+            "poses": np.array([edge.newer_in_older for edge in edges]).reshape(-1, 3),
+            "covariances": np.array([edge.covariance for edge in edges]).reshape(-1, 3, 3),
+            "back": np.array(len(self._back)),
+            "failed_nodes": np.array([pair for pair, _ in failed], int).reshape(-1, 2),
+            "failed_poses": np.array([pose for _, pose in failed]).reshape(-1, 3),
+        }
+
+    def from_arrays(self, arrays: Mapping[str, np.ndarray], scans: list[PlanarScan]) -> None:
+        """Go on from the output of `to_arrays`, with the scans at all nodes so far.
+
+        Raises:
+            KeyError: something lacks in it.
+            ValueError: it points at what is not there.
+        """
+        for name in ("nodes", "failed_nodes"):
+            require_indices(arrays[name], len(scans) - 1, "the links' nodes")
+        self._surfaces = [surfaces_of(scan, self._parameters.link_range_m) for scan in scans]
+        edges = [
+            Edge(int(older), int(newer), pose, covariance)
+            for (older, newer), pose, covariance in zip(
+                *(arrays[n] for n in ("nodes", "poses", "covariances"))
+            )
+        ]
+        back = int(arrays["back"])
+        self._back = {(edge.older, edge.newer): edge for edge in edges[:back]}
+        self._passes = {(edge.older, edge.newer): edge for edge in edges[back:]}
+        self._failed = {
+            (int(older), int(newer)): pose
+            for (older, newer), pose in zip(arrays["failed_nodes"], arrays["failed_poses"])
+        }
+
+
+def _distance(poses: np.ndarray, pair: tuple[int, int], newer_in_older: np.ndarray) -> float:
+    """Return the distance (m) of a relative pose from that of present poses."""
+    error = se2.between(se2.between(poses[pair[0]], poses[pair[1]]), newer_in_older)
+    return float(np.hypot(error[0], error[1]))

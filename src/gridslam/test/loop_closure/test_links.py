@@ -1,0 +1,107 @@
+"""Scans are linked by their surfaces, with the uncertainty that their surfaces leave."""
+
+import math
+
+import numpy as np
+import pytest
+from planar_world import Lidar, scan_at
+from rooms import WALLS
+
+from gridslam import se2
+from gridslam.evaluation import Walls
+from gridslam.kernels.links import Surfaces, align, nearest_by_bearing
+from gridslam.loop_closure import LoopClosureParameters
+from gridslam.loop_closure.links import link, surfaces_of
+from gridslam.loop_closure.scan_links import ScanLinks
+
+LIDAR = Lidar(2.0 * math.pi * 359 / 360, 360, 10.0, 0.01, 10.0)
+PARAMETERS = LoopClosureParameters()
+
+
+def scan_from(walls, pose, seed=0):
+    return scan_at(walls, np.array(pose, float), LIDAR, np.random.default_rng(seed))
+
+
+def seen_from(walls, pose, seed=0) -> Surfaces:
+    return surfaces_of(scan_from(walls, pose, seed), 30.0)
+
+
+def test_nearest_point_is_that_of_all_points():
+    surfaces = seen_from(WALLS, (1.0, -1.5, 0.7))
+    rng = np.random.default_rng(1)
+    for x, y in rng.uniform(-6.0, 6.0, (400, 2)):
+        distance = np.hypot(*(surfaces.points - (x, y)).T)
+        for gate in (0.3, 5.0):
+            found = nearest_by_bearing(surfaces, x, y, gate)
+            if distance.min() >= gate:
+                assert found == -1
+            else:
+                assert distance[found] == pytest.approx(distance.min())
+
+
+def normal_matrix(reference: Surfaces, query: Surfaces, pose, gate_m: float) -> tuple[np.ndarray, int]:
+    """The sum of J^T J over the pairs of points, one by one."""
+    total, pairs = np.zeros((3, 3)), 0
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    to_reference = np.array([[cos, -sin], [sin, cos]])
+    for point, normal in zip(query.points, query.normals):
+        moved = to_reference @ point + pose[:2]
+        distance = np.hypot(*(reference.points - moved).T)
+        j = int(distance.argmin())
+        target = reference.normals[j]
+        if distance[j] < gate_m and (to_reference @ normal) @ target > math.cos(math.radians(40.0)):
+            here = to_reference.T @ target
+            row = np.array([*here, point[0] * here[1] - point[1] * here[0]])
+            total, pairs = total + np.outer(row, row), pairs + 1
+    return total, pairs
+
+
+def test_alignment_is_right_and_its_matrix_that_of_the_plain_sum():
+    first, second = (1.0, -1.5, 0.2), (1.4, -1.2, 0.6)
+    reference, query = seen_from(WALLS, first, 1), seen_from(WALLS, second, 2)
+    truth = se2.between(np.array(first), np.array(second))
+    pose, matrix = truth + np.array([0.1, -0.08, 0.05]), np.zeros((3, 3))
+    pairs, rms_m = align(reference, query, pose, 0.3, matrix)
+    np.testing.assert_allclose(pose, truth, atol=0.01)
+    assert rms_m < 0.03
+    plain, count = normal_matrix(reference, query, pose, 0.15)  # the gate ends at half
+    assert abs(pairs - count) <= 2
+    np.testing.assert_allclose(matrix, plain, rtol=0.05, atol=0.05 * count)
+
+
+def test_along_a_bare_corridor_a_link_measures_nothing():
+    corridor = Walls.from_polygons([np.array([(-50.0, -1.2), (50.0, -1.2), (50.0, 1.2), (-50.0, 1.2)])])
+    scans = [seen_from(corridor, (0.0, 0.1, 0.0), 1), seen_from(corridor, (1.0, 0.1, 0.0), 2)]
+    found = link(0, 1, scans, np.array([0.8, 0.0, 0.0]), PARAMETERS)
+    assert found.covariance[0, 0] > 50.0  # m2
+    assert found.covariance[1, 1] < 0.01**2
+    assert found.covariance[2, 2] < 0.01**2
+    assert abs(found.newer_in_older[1]) < 0.02
+
+
+def test_what_does_not_overlap_is_not_linked():
+    scans = [seen_from(WALLS, (1.0, -1.5, 0.0)), seen_from(WALLS, (-3.0, 1.5, 2.0))]
+    assert link(0, 1, scans, np.array([20.0, 0.0, 0.0]), PARAMETERS) is None
+
+
+def test_passes_of_a_place_are_linked_and_links_survive_a_saved_state():
+    # given a way round the room and back to the start, 14 m later
+    corners = np.array([(2.0, -1.5), (2.0, 1.0), (-2.0, 1.5), (-2.0, -1.5), (2.0, -1.5)])
+    poses = np.concatenate(
+        [np.linspace(a, b, 6, endpoint=False) for a, b in zip(corners[:-1], corners[1:])] + [corners[-1:]]
+    )
+    poses = np.column_stack([poses, np.linspace(0.0, 2.0 * math.pi, len(poses))])
+    way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+    scans = [scan_from(WALLS, pose, seed) for seed, pose in enumerate(poses)]
+    links = ScanLinks(PARAMETERS)
+    links.extend(scans, poses, way_m)
+    assert links.is_seen().all()
+    assert links.link_passes(poses, way_m) > 0
+    for edge in links.edges:
+        truth = se2.between(poses[edge.older], poses[edge.newer])
+        np.testing.assert_allclose(edge.newer_in_older[:2], truth[:2], atol=0.03)
+    # then a copy knows the same, and finds nothing new
+    copy = ScanLinks(PARAMETERS)
+    copy.from_arrays(links.to_arrays(), scans)
+    assert [(e.older, e.newer) for e in copy.edges] == [(e.older, e.newer) for e in links.edges]
+    assert copy.link_passes(poses, way_m) == 0
