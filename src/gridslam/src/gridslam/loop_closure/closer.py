@@ -84,7 +84,9 @@ class LoopCloser:
         if self._job is None:
             path, scans, odometry = slam.trajectory(), slam.processed_scans(), np.array(self._odometry)
             begun_s = float(path.stamps_s[-1])
-            self._job = Job(begun_s, begun_s + self._parameters.answer_s, lambda: self._work(path, scans, odometry))
+            self._job = Job(
+                begun_s, begun_s + self._parameters.answer_s, lambda: self._work(path, scans, odometry)
+            )
 
     def take(self, slam: Slam, stamp_s: float) -> bool:
         """Take over the result that is due at a scan's stamp. Return whether the path was corrected.

@@ -24,7 +24,7 @@ class Job:
         executor.shutdown(wait=False)
 
     def is_due(self, stamp_s: float) -> bool:
-        """Return whether the result is to be taken at a stamp, or before it. It is, if the clock went back."""
+        """Return whether the result is to be taken at a stamp. It is, too, if the clock went back."""
         return not self.begun_s <= stamp_s < self.due_s
 
     def result(self) -> np.ndarray | None:
