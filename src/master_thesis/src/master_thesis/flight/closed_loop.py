@@ -38,7 +38,8 @@ from master_thesis.flight.course import Action, Outcome, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.publisher_link import PublisherLink
-from simulation_tools.geometry import Pose, rotate
+from master_thesis.flight.without_gnss import OwnOdometry
+from simulation_tools.geometry import Pose, Vector3, rotate
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
 from simulation_tools.sensors.cloud import Cloud as LidarTurn
@@ -107,7 +108,11 @@ class ScanListener(Protocol):
 
 
 class ClosedLoop:
-    """One flight from take-off to landing. Use it as a context manager, or `close` it."""
+    """One flight from take-off to landing. Use it as a context manager, or `close` it.
+
+    own_odometry: without GNSS, the odometry that everything is flown by. correct: takes time in s and the
+    pose of `pose_source`, returns the position and the heading that the mission is flown by (SLAM's).
+    """
 
     def __init__(
         self,
@@ -140,6 +145,8 @@ class ClosedLoop:
         self._pilot = pilot
         self._cepa = steering or ALGORITHMS[parameters.algorithm](parameters.cepa)
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
+        self.own_odometry = None if parameters.simulation.gnss else OwnOdometry(self.simulation, px4)
+        self.correct: Callable[[float, Pose], tuple[Vector3, float]] = _as_it_is
         self.publisher = PublisherLink(px4, parameters.conditions.hover_of(parameters.publisher))
         self.newest_scan: LaserScan2D | None = None  # CEPA's input: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
@@ -179,11 +186,15 @@ class ClosedLoop:
         """Simulate one time step and pass it on to all parts. The first call gives the instant t = 0."""
         output = self.simulation.step() if self._begun else self.simulation.sense()
         self._begun = True
+        if self.own_odometry is not None:
+            output = output._replace(odometry=self.own_odometry.on_step(output))
         if output.ground_truth is not None and output.odometry is not None:
             self._on_pose(1e-6 * output.time_us, output.ground_truth.pose, output.odometry)
             if output.scan is not None and self._delivery.scan_arrives():
                 self._cloud = cloud_of(output) if self._cepa.wants_cloud else None
                 self._on_scan(output.time_us, output.scan, output.odometry.pose, output.ground_truth.pose)
+        elif output.ground_truth is not None:  # without GNSS odometry comes with the scans only
+            self._on_truth(1e-6 * output.time_us, output.ground_truth.pose)
         self._brake_if_blind(output.time_us)
         self.publisher.on_time(output.time_us)
         self._watch(output)
@@ -193,22 +204,26 @@ class ClosedLoop:
         self._odometry_age_s, self._odometry = self._delivery.odometry(t_s, odometry)
         self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
         pose = truth if self.parameters.pose_source == "ground_truth" else self._odometry.pose
-        reached = self._follow_mission(t_s, pose)
-        command = self._position_controller.update(t_s, pose.position_m, pose.yaw_rad)
+        position_m, yaw_rad = self.correct(t_s, pose)
+        reached = self._follow_mission(t_s, position_m)
+        command = self._position_controller.update(t_s, position_m, yaw_rad)
         self._v_ref = command.velocity_m_s
         if self._pilot is not None and self.publisher.ready:
             self._v_ref = self._pilot(t_s, truth)
         self.log.v_ref.add(t_s, *self._v_ref, 0.0)
-        self._carry_out(self.monitor.on_truth(t_s, truth.position_m, truth.orientation_xyzw))
+        self._on_truth(t_s, truth)
         self.monitor.on_goal_reached(command.goal_reached if reached is None else reached)
 
-    def _follow_mission(self, t_s: float, pose: Pose) -> bool | None:
+    def _on_truth(self, t_s: float, truth: Pose) -> None:
+        self._carry_out(self.monitor.on_truth(t_s, truth.position_m, truth.orientation_xyzw))
+
+    def _follow_mission(self, t_s: float, position_m: Vector3) -> bool | None:
         """Fly to the next waypoint. Return whether the mission is over, or None without a mission."""
         if not self.parameters.mission:
             return None
         if self._mission is None:
             return False
-        status = self._mission.update(t_s, pose.position_m)
+        status = self._mission.update(t_s, position_m)
         if status.target_changed:
             self._position_controller.set_setpoint(status.target.position_m)
         if status.stalled:
@@ -301,6 +316,10 @@ class ClosedLoop:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+
+def _as_it_is(_t_s: float, pose: Pose) -> tuple[Vector3, float]:
+    return pose.position_m, pose.yaw_rad
 
 
 def cloud_of(output: StepOutput) -> Cloud | None:

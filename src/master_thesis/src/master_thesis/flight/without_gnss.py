@@ -1,0 +1,107 @@
+"""Flight without GNSS in the closed loop, in place of lidar_odometry, vision_pose_publisher and MAVROS."""
+
+from __future__ import annotations
+
+import time
+
+from gridslam.odometry import LidarOdometry, OdometryEstimate
+from gridslam.odometry.inertial import InertialReading
+from inspection_tools.vision_pose import Motion, VisionPose
+from master_thesis.errors import FlightError
+from simulation_tools.geometry import Pose, quaternion_from_rpy
+from simulation_tools.ned_frames import attitude_to_enu, attitude_to_ned, enu_to_ned, flu_to_frd
+from simulation_tools.px4.estimation.samples import ExternalVision
+from simulation_tools.px4.px4 import Px4
+from simulation_tools.sensors.odometry import OdometrySample
+from simulation_tools.sensors.range_finder import RangeFinder
+from simulation_tools.simulation import Simulation, StepOutput
+
+IMU_PERIOD_US = 20_000
+"""Of PX4's ATTITUDE_QUATERNION on the offboard link."""
+
+
+class OwnOdometry:
+    """Odometry from the simulated lidar, the flight controller's IMU and the range finder.
+
+    estimates: of all scans. cpu_ms: CPU time of each.
+    """
+
+    def __init__(self, simulation: Simulation, px4: Px4) -> None:
+        """Begin at the spawn pose; raises FlightError if the UAV has no range finder."""
+        if not any(isinstance(sensor.device, RangeFinder) for sensor in simulation.payload):
+            raise FlightError("Without GNSS the UAV needs a range finder; add sensors:=range_finder.")
+        spawn = simulation.parameters.spawn_pose
+        self._simulation, self._px4 = simulation, px4
+        self._odometry = LidarOdometry(start=(*spawn.position_m[:2], spawn.yaw_rad))
+        self._vision = VisionPose()
+        self._due_us = 0
+        self.estimates: list[OdometryEstimate] = []
+        self.cpu_ms: list[float] = []
+
+    def on_step(self, output: StepOutput) -> OdometrySample | None:
+        """Take the sensors of one instant. Return the odometry if there is a scan."""
+        t_s = 1e-6 * output.time_us
+        if output.time_us >= self._due_us:
+            self._due_us = (output.time_us // IMU_PERIOD_US + 1) * IMU_PERIOD_US
+            self._odometry.on_imu(self._inertial(t_s))
+        found = self._on_scan(output) if output.scan is not None else None
+        for sensor in output.payload:  # after the scan: a range counts from the next scan on, as in the node
+            if isinstance(sensor.device, RangeFinder):
+                reading = sensor.read()
+                assert isinstance(reading, float)
+                limits = sensor.device.range_min, sensor.device.range_max
+                mount = sensor.mount.pose
+                self._odometry.on_range(t_s, reading, limits, (mount.position_m, mount.orientation_xyzw))
+        return found
+
+    def _inertial(self, t_s: float) -> InertialReading:
+        estimate = self._px4.estimate[0]
+        return InertialReading(
+            t_s,
+            attitude_to_enu(estimate["attitude"].tolist()),
+            flu_to_frd(estimate["rates"].tolist()),
+            flu_to_frd(estimate["specific_force"].tolist()),
+        )
+
+    def _on_scan(self, output: StepOutput) -> OdometrySample:
+        lidar = self._simulation.lidar
+        assert lidar is not None  # it made the scan
+        assert output.scan is not None
+        mount = lidar.pose_in_body
+        started = time.thread_time()
+        estimate = self._odometry.on_scan(
+            1e-6 * output.time_us,
+            output.scan,
+            (lidar.angle_min, lidar.angle_increment),
+            (lidar.range_min, lidar.range_max),
+            (mount.position_m, mount.orientation_xyzw),
+        )
+        self.cpu_ms.append(1e3 * (time.thread_time() - started))
+        self.estimates.append(estimate)
+        self._tell_px4(output.time_us, estimate)
+        orientation = quaternion_from_rpy(*estimate.roll_pitch_yaw)
+        return OdometrySample(
+            Pose(estimate.position_xyz, orientation), estimate.velocity_xyz, estimate.rates_rad_s
+        )
+
+    def _tell_px4(self, time_us: int, estimate: OdometryEstimate) -> None:
+        motion = Motion(
+            1000 * time_us,
+            estimate.position_xyz,
+            quaternion_from_rpy(*estimate.roll_pitch_yaw),
+            estimate.velocity_xyz,
+            estimate.rates_rad_s,
+            estimate.pose_covariance.ravel().tolist(),
+            estimate.velocity_covariance.ravel().tolist(),
+        )
+        for sent in self._vision.update(motion, motion.stamp_s):
+            x, y, z, yaw = (sent.pose_covariance[i] for i in (0, 7, 14, 35))
+            self._px4.offer_external_vision(
+                ExternalVision(
+                    sent.stamp_ns // 1000,
+                    position_m=enu_to_ned(sent.position_m),
+                    attitude=attitude_to_ned(sent.orientation_xyzw),
+                    position_variance_m2=(y, x, z),
+                    yaw_variance_rad2=yaw,
+                )
+            )
