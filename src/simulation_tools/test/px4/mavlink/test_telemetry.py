@@ -5,6 +5,7 @@ At rest and in flight, master of July 2021, MAVLink 2 (see the figures in each t
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
@@ -56,6 +57,14 @@ def test_odometry_has_the_estimates_variances_and_a_velocity_in_the_body(in_flig
     assert sum(value != 0.0 for value in (*told.pose_covariance, *told.velocity_covariance)) <= 6
     local = message(in_flight, "LOCAL_POSITION_NED")
     assert math.hypot(told.vx, told.vy, told.vz) == pytest.approx(math.hypot(local.vx, local.vy, local.vz))
+
+
+def test_altitude_tells_the_terrain_below_a_range_finder(in_flight, monkeypatch):
+    seen = dataclasses.replace(in_flight.px4.estimator_status, height_over_ground_m=1.5)
+    monkeypatch.setattr(type(in_flight.px4), "estimator_status", seen)
+    altitude = message(in_flight, "ALTITUDE")
+    assert altitude.bottom_clearance == 1.5
+    assert altitude.altitude_terrain == pytest.approx(altitude.altitude_local - 1.5)
 
 
 def test_highres_imu_says_pascal(at_rest):
