@@ -34,6 +34,9 @@ def flight(start_s, seconds, place=(0.0, 0.0, 2.0), period_s=PERIOD_S):
     return [motion(t, (place[0] + 0.5 * (t - start_s), place[1], place[2])) for t in times]
 
 
+UNKNOWN_HEIGHT = np.diag([1e-4, 1e-4, 1.0, 1e-6, 1e-6, 1e-6]).ravel().tolist()
+
+
 def deviation(position_m=0.01, yaw_rad=0.001):
     return np.diag([position_m**2] * 3 + [1e-6, 1e-6, yaw_rad**2]).ravel().tolist()
 
@@ -76,6 +79,7 @@ def test_headings_between_two_poses_take_the_short_way():
         (motion(6.0, covariance=[-1.0] * 36), 6.0, VisionState.INVALID, "negative"),
         (motion(6.0, THERE), 6.4, VisionState.STALE, "0.40 s old"),
         (motion(6.0, THERE, covariance=deviation(position_m=0.6)), 6.0, VisionState.UNCERTAIN, "0.60 m"),
+        (motion(6.0, THERE, covariance=UNKNOWN_HEIGHT), 6.0, VisionState.UNCERTAIN, "height is uncertain"),
         (motion(6.0, THERE, covariance=deviation(yaw_rad=0.4)), 6.0, VisionState.UNCERTAIN, "0.40 rad"),
         (motion(6.0, (10.4875, 0.0, 2.0)), 6.0, VisionState.JUMPED, "jumped by 10.00 m"),
         (motion(6.0, THERE, yaw=1.0), 6.0, VisionState.JUMPED, "1.00 rad"),

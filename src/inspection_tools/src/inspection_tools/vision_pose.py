@@ -175,12 +175,14 @@ class VisionPose:
     def _uncertainty(self, motion: Motion) -> str:
         """Return what is uncertain, in a sentence; empty if nothing is."""
         p, covariance = self.parameters, motion.pose_covariance
-        position_m = math.sqrt(max(covariance[_X], covariance[_Y], covariance[_Z]))
-        if position_m > p.max_deviation:
-            return f"The odometry's position is uncertain: standard deviation {position_m:.2f} m."
-        yaw_rad = math.sqrt(covariance[_YAW])
-        if yaw_rad > p.max_yaw_deviation:
-            return f"The odometry's heading is uncertain: standard deviation {yaw_rad:.2f} rad."
+        for what, variance, limit, unit in (
+            ("position", max(covariance[_X], covariance[_Y]), p.max_deviation, "m"),
+            ("height", covariance[_Z], p.max_deviation, "m"),
+            ("heading", covariance[_YAW], p.max_yaw_deviation, "rad"),
+        ):
+            deviation = math.sqrt(variance)
+            if deviation > limit:
+                return f"The odometry's {what} is uncertain: standard deviation {deviation:.2f} {unit}."
         return ""
 
     def _send(self, motion: Motion) -> list[Motion]:
