@@ -16,9 +16,18 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "src"), str(HERE.parent / "test")]
 
 import plain_cepa as reference  # noqa: E402
-from planar_flight import Scene  # noqa: E402
+from planar_flight import BODY_RADIUS_M, SCAN_EVERY, STEP_S, Scene, Uav, fly, to_goal  # noqa: E402
 
-from cepa import SLOW_DETOURS, CepaParameters, Improved, LaserScan2D, LidarAttitude, levelled, view  # noqa: E402
+from cepa import (  # noqa: E402
+    SLOW_DETOURS,
+    CepaParameters,
+    Dynamic,
+    Improved,
+    LaserScan2D,
+    LidarAttitude,
+    levelled,
+    view,
+)
 from cepa.emergency import open_sections  # noqa: E402
 from cepa.kernels.emergency import safe_directions  # noqa: E402
 from cepa.levelling import needed_sight  # noqa: E402
@@ -37,6 +46,7 @@ def main() -> None:
         ("steering", draw_steering),
         ("emergency", draw_emergency),
         ("extensions", draw_extensions),
+        ("side_flip", draw_side_flip),
     ):
         figure = draw()
         figure.savefig(HERE / f"{name}.png", dpi=110, bbox_inches="tight")
@@ -234,6 +244,80 @@ def _arrow(ax, velocity, colour, label, named: bool = True) -> None:
     ax.plot([], [], color=colour, lw=2.0, label=label)
     if named:
         ax.annotate(label, velocity, offset, textcoords="offset points", color=colour, fontsize=8)
+
+
+FLIP_SEED, FLIP_SPEED_M_S, FLIP_GOAL = 8, 4.0, (26.0, 0.0)
+FLIP_WINDOW_M, BEFORE_S, COMMANDS_EVERY = (-0.5, 17.0, -8.0, 6.5), 1.6, 6
+"""Of the map; what the right panel shows before the contact; every so many scans an arrow."""
+
+
+def thick_forest(seed: int) -> Scene:
+    """Return 0.12 trunks per m2 of 0.25 to 1 m radius, some overlapping, none near the start."""
+    rng = np.random.default_rng(seed)
+    low, high = (3.0, -7.0, 0.25), (24.0, 7.0, 1.0)
+    trunks = np.column_stack([rng.uniform(a, b, 40) for a, b in zip(low, high)])
+    return Scene(circles=trunks[np.hypot(trunks[:, 0], trunks[:, 1]) - trunks[:, 2] > 2.0])
+
+
+def draw_side_flip():
+    """One forest, flown by both algorithms at 4 m/s: the command of one changes its side too late."""
+    scene, flights = thick_forest(FLIP_SEED), {}
+    for name, algorithm in (("improved", Improved(PARAMETERS)), ("dynamic", Dynamic(PARAMETERS))):
+        pilot, rng = to_goal(FLIP_GOAL, FLIP_SPEED_M_S), np.random.default_rng(FLIP_SEED)
+        flights[name] = fly(algorithm, scene, pilot, Uav(), rng, time_limit_s=20.0)
+    path = np.array(flights["improved"].path)
+    clearance_m = np.array([scene.clearance(position) for position in path])
+    contact = int(np.argmax(clearance_m < BODY_RADIUS_M))
+    assert contact > 0
+    assert not flights["dynamic"].contact
+    figure, (plan, directions) = plt.subplots(1, 2, figsize=(9.5, 4.0), width_ratios=(1.6, 1.0))
+    _draw_flight(plan, flights["dynamic"], GREEN, "dynamic", len(flights["dynamic"].path))
+    _draw_flight(plan, flights["improved"], RED, "improved", contact + 1)
+    _draw_forest(plan, scene, path[contact])
+    _draw_directions(directions, flights["improved"], contact)
+    figure.tight_layout()
+    return figure
+
+
+def _draw_flight(ax, flight, colour: str, name: str, scans: int) -> None:
+    """Draw the way, the UAV's own circle and the commands of the first scans."""
+    path, commands = np.array(flight.path)[:scans], np.array(flight.commands)[:scans]
+    ax.plot(*path.T, color=colour, lw=1.5, zorder=3, label=f"{name}, and its commands")
+    shown = np.arange(scans - 1, -1, -COMMANDS_EVERY)
+    arrows = {"angles": "xy", "scale_units": "xy", "scale": 3.0, "width": 0.004, "zorder": 4}
+    ax.quiver(*path[shown].T, *commands[shown].T, color=colour, alpha=0.6, **arrows)
+    for index in shown[::2]:
+        ax.add_patch(plt.Circle(path[index], BODY_RADIUS_M, fill=False, color=colour, lw=0.5, zorder=3))
+
+
+def _draw_forest(ax, scene: Scene, contact_xy: np.ndarray) -> None:
+    for x, y, radius in scene.circles:
+        ax.add_patch(plt.Circle((x, y), radius, color="#b9a58c", zorder=1))
+    ax.add_patch(plt.Circle(contact_xy, BODY_RADIUS_M, color=RED, zorder=5))
+    line = {"arrowstyle": "-", "color": RED}
+    kind = {"textcoords": "offset points", "color": RED, "fontweight": "bold", "arrowprops": line}
+    ax.annotate("contact", contact_xy, (24, 40), **kind)
+    left, right, low, high = FLIP_WINDOW_M
+    ax.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=2)
+
+
+def _draw_directions(ax, flight, contact: int) -> None:
+    """Draw the directions of command and velocity over the time before the contact."""
+    period_s = SCAN_EVERY * STEP_S
+    first = contact - round(BEFORE_S / period_s)
+    velocity = np.gradient(np.array(flight.path), period_s, axis=0)
+    times_s = (np.arange(first, contact + 1) - contact) * period_s
+    for values, colour, label in (
+        (np.array(flight.commands), RED, "command"),
+        (velocity, SCAN, "velocity"),
+    ):
+        x, y = values[first : contact + 1].T
+        ax.plot(times_s, np.degrees(np.unwrap(np.arctan2(y, x))), color=colour, label=label)
+    ax.axvline(0.0, color=RED, lw=1.0, ls=":")
+    ax.set(xlabel="time before the contact [s]", ylabel="direction [deg]")
+    ax.set_title("improved: the velocity cannot follow", loc="left", fontsize=8)
+    ax.legend(frameon=False)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cepa import LaserScan2D
+from cepa import LaserScan2D, Motion
 
 STEP_S = 0.004
 SCAN_EVERY = 6  # steps: 24 ms, as near to 40 Hz as the step allows
@@ -159,7 +159,10 @@ def fly(
                 flight.reached = True
                 break
             scan = lidar.scan(scene, (uav.x, uav.y), uav.yaw, rng)
-            decision = algorithm.steer(scan, turn(v_ref, -uav.yaw), turn((uav.vx, uav.vy), -uav.yaw))
+            velocities = turn(v_ref, -uav.yaw), turn((uav.vx, uav.vy), -uav.yaw)
+            level = 0.0, 0.0, math.sin(0.5 * uav.yaw), math.cos(0.5 * uav.yaw)
+            motion = Motion(step * STEP_S, (uav.x, uav.y, 2.0), level, (uav.vx, uav.vy, 0.0))
+            decision = algorithm.steer(scan, *velocities, motion)
             towards = (
                 decision.velocity_xy if math.hypot(*decision.velocity_xy) > 0.1 else turn(v_ref, -uav.yaw)
             )

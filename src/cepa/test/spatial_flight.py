@@ -81,9 +81,17 @@ def motion_at(
 
 
 def fly_along_x(
-    steering: Dynamic, boxes: Boxes, speed: float, distance_m: float, patience_s: float
+    steering: Dynamic,
+    boxes: Boxes,
+    speed: float,
+    distance_m: float,
+    patience_s: float,
+    pushed_up_m_s2: float = 0.0,
 ) -> Flight:
-    """Fly along x at HEIGHT_M, after a climb from the floor, until ``distance_m`` or out of patience."""
+    """Fly along x at HEIGHT_M, after a climb from the floor, until ``distance_m`` or out of patience.
+
+    pushed_up_m_s2: an acceleration that disturbs the UAV all the time.
+    """
     model = steering.parameters.response
     response = response_of(model, STEP_S)
     position, state, flight = np.array([0.0, 0.0, 0.4]), np.zeros((3, 4)), Flight()
@@ -100,6 +108,7 @@ def fly_along_x(
         for step in range(5):
             begin = 0.2 * step * PERIOD_S
             fly(state, commands, 0, 2, begin, begin + 0.2 * PERIOD_S, response)
+            state[2, 1] += 0.2 * PERIOD_S * pushed_up_m_s2
             body = position + state[:, 0]
             flight.clearances_m.append(boxes.clearance(body, 0.3, 0.25, 0.1))
         position = position + state[:, 0]

@@ -7,7 +7,7 @@ import math
 import time
 from typing import NamedTuple
 
-from cepa import AttitudeError, Cloud, Decision, Dynamic, LaserScan2D, LidarAttitude, levelled
+from cepa import AttitudeError, Cloud, Decision, Dynamic, LaserScan2D, LidarAttitude, Ranging, levelled
 from cepa.algorithm import Algorithm
 from cepa.decision import Vector2
 from cepa.pairing import PairedScan
@@ -15,12 +15,14 @@ from cepa_ros.clouds import CloudLimits, out_of_body
 from cepa_ros.conversions import OwnState
 from cepa_ros.frames import Mount
 from cepa_ros.own_motion import OwnMotion
+from cepa_ros.ranges import SOURCES, in_lidar_frame
 from node_tools.throttled_warnings import ThrottledWarnings
 
 MAX_AGE_NS = 500_000_000
 MAX_AGE_OF_ATTITUDE_NS = 50_000_000
 MAX_AGE_OF_CLOUD_NS = 20_000_000
 """Between the stamps of a scan and of a cloud that counts as taken from the same place."""
+MAX_AGE_OF_RANGE_NS = 100_000_000
 STANDSTILL = (0.0, 0.0, 0.0)
 
 
@@ -80,6 +82,7 @@ class Steering:
         own_xy = mount.turn.undo(*self._own_velocity(own, trusted=motion is not None)[:2])
         if self.algorithm.parameters.levelling:
             scan = self._levelled(scan, paired, mount, math.hypot(*own_xy))
+        self.algorithm.take_ranges(self._ranges(paired, mount))
         decision = self.algorithm.steer(scan, reference_xy, own_xy, motion, self._cloud(paired, mount))
         computation_ms = 1e3 * (time.perf_counter() - start)
         self._last_xy = mount.turn.apply(*decision.velocity_xy)
@@ -102,6 +105,15 @@ class Steering:
         if cloud is None or age_ns > MAX_AGE_OF_CLOUD_NS:
             return None
         return self._limits.cloud(out_of_body(cloud.value, mount))
+
+    def _ranges(self, paired: PairedScan, mount: Mount) -> list[Ranging]:
+        """Return what the range finders measured lately, in the scan's frame."""
+        sources = [source for source in SOURCES if source in paired.values]
+        rangings = [paired.fresh(source, MAX_AGE_OF_RANGE_NS, None) for source in sources]
+        found = [ranging for ranging in rangings if ranging is not None]
+        if sources and not found:
+            self._warnings.say("No range of a range finder is near to the scan in time; check their topics.")
+        return in_lidar_frame(found, mount)
 
     def _own_velocity(self, own: OwnState | None, trusted: bool) -> tuple[float, ...]:
         """Return the own velocity; zero if it is not known, or the last command if that counts more."""

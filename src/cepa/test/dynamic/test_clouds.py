@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from planar_flight import Scene
 from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, motion_at
 
-from cepa import CepaParameters, Cloud, Dynamic, ParameterError
+from cepa import CepaParameters, Cloud, Dynamic, LaserScan2D, ParameterError, Reason
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
-from cepa.dynamic.cloud_lookout import LAYER_M, LAYERS, CloudLookout
+from cepa.dynamic.cloud_lookout import HEIGHT_ERROR_M, LAYER_M, LAYERS, CloudLookout
 from cepa.dynamic.judge import STEP_S
-from cepa.dynamic.observer import response_of
+from cepa.dynamic.observer import CLIMB_LAG_S, response_of
 from cepa.dynamic.ways_out import Layers, WaysOut
 from cepa.kernels.rollout import (
     AT_REST_M_S,
@@ -26,6 +27,8 @@ from cepa.kernels.rollout import (
     judge,
 )
 
+CLIMB_ERROR_M_S2 = 0.2
+"""The vertical disturbance that doc/three_dimensions.md allows."""
 LOW_WALL = Boxes(np.array([[(6.0, -20.0, 0.0), (6.3, 20.0, 1.9)]]))
 BEAM = Boxes(np.array([[(6.0, -20.0, 2.05), (6.3, 20.0, 6.0)]]))
 NOTHING = Boxes(np.empty((0, 2, 3)))
@@ -33,13 +36,44 @@ NOTHING = Boxes(np.empty((0, 2, 3)))
 
 @pytest.mark.parametrize(("boxes", "over"), [(LOW_WALL, True), (BEAM, False)], ids=["low wall", "overhang"])
 def test_flies_over_a_low_wall_and_under_an_overhang_and_comes_back_to_its_height(boxes, over):
-    flight = fly_along_x(Dynamic(), boxes, speed=2.0, distance_m=11.0, patience_s=12.0)
+    towards_it = -CLIMB_ERROR_M_S2 if over else CLIMB_ERROR_M_S2  # the worst that is allowed
+    flight = fly_along_x(Dynamic(), boxes, 2.0, 11.0, patience_s=12.0, pushed_up_m_s2=towards_it)
     path = np.array(flight.positions)
     assert path[-1, 0] > 11.0
     assert min(flight.clearances_m) > 0.05
     passing = path[np.abs(path[:, 0] - 6.15) < 0.5, 2]
     assert (passing > 2.2).all() if over else (passing < 1.9).all()
     assert path[-1, 2] == pytest.approx(HEIGHT_M, abs=0.15)
+
+
+def test_the_allowed_vertical_disturbance_leads_no_farther_than_the_error_of_the_height_within_1_s():
+    state, given, step_s = np.zeros((3, 4)), np.array([[0.0, 9.0, 0.0, 0.0, 0.0]]), 0.001
+    response = response_of(CepaParameters().response, step_s)
+    for step in range(1000):
+        state[2, 1] += CLIMB_ERROR_M_S2 * step_s
+        fly(state, given, 0, 1, step * step_s, (step + 1) * step_s, response)
+    lag_s = CLIMB_LAG_S
+    straying_m = CLIMB_ERROR_M_S2 * lag_s * (1.0 - lag_s * (1.0 - math.exp(-1.0 / lag_s)))
+    assert state[2, 0] == pytest.approx(straying_m, rel=0.01)
+    assert straying_m <= HEIGHT_ERROR_M
+
+
+def test_a_mover_that_the_scan_shows_counts_at_all_heights():
+    # A cylinder comes along x at 1.5 m/s; the Puck's clouds show nothing but the floor
+    steering, floor = Dynamic(), NOTHING
+    angles = -math.pi + np.arange(720) * 2.0 * math.pi / 720
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    for number in range(16):
+        t_s = 0.1 * number
+        scene = Scene(circles=np.array([[6.0 - 1.5 * t_s, 0.0, 0.3], [2.0, 6.0, 0.3], [-3.0, -5.0, 0.4]]))
+        ranges = scene.ranges(np.zeros(2), directions)
+        scan = LaserScan2D(np.where(ranges > 20.0, math.inf, ranges), -math.pi, 2 * math.pi / 720, 0.1, 20.0)
+        motion = motion_at(t_s, (0.0, 0.0, HEIGHT_M))
+        cloud = floor.cloud(np.array([0.0, 0.0, HEIGHT_M]))
+        decision = steering.steer(scan, (2.0, 0.0), (0.0, 0.0), motion, cloud)
+    assert steering.report().movers == 1
+    assert decision.velocity_xy[0] < 1.9  # it does not fly on, neither above nor below
+    assert decision.reason is not Reason.CUSHION_CLEAR
 
 
 def test_without_clouds_it_stays_in_the_plane_and_leaves_the_climb_to_the_reference():

@@ -12,13 +12,13 @@ import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
 from visualization_msgs.msg import MarkerArray
 
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import odometry_of, of_stamp, scan_of, velocity_of
+from cepa_probe import Mounts, odometry_of, of_stamp, scan_of, velocity_of
 
 WALL_M = 1.7
 HEIGHTS = np.radians(np.arange(-15.0, 15.1, 2.0))
@@ -60,6 +60,9 @@ class CloudsTest(unittest.TestCase):
         cls.references = Input("vel_setpoint_in", TwistStamped)
         cls.odometry = Input("odometry", Odometry)
         cls.clouds = Input("cloud", PointCloud2)
+        cls.ranges_up = Input("range_finder_up", Range)
+        cls.mounts = Mounts()
+        cls.mounts.add("base_frame", "up_link", pitch=-math.pi / 2)
         cls.warned = Warned("/cepa")
         cls.stamps = Stamps(100.0)
 
@@ -78,9 +81,29 @@ class CloudsTest(unittest.TestCase):
         linear = of_stamp(self.commands, stamp).twist.linear
         return np.array([linear.x, linear.y, linear.z])
 
-    def test_1_until_a_cloud_comes_the_scan_counts(self):
+    def test_0_until_a_cloud_comes_the_scan_counts(self):
         np.testing.assert_allclose(self.fly(v_ref=(1.0, 0.0, 0.2)), (1.0, 0.0, 0.2))
         self.warned.wait_for("No cloud has come yet; the scan alone counts.")
+
+    def climb(self, range_m, frame="up_link", **limits):
+        """The climb that answers a wish for 0.5 m/s, after a range of the range finder that looks up."""
+        stamp = self.stamps.next(0.1)
+        message = Range(range=range_m, **{"min_range": 0.05, "max_range": 10.0, **limits})
+        message.header.stamp, message.header.frame_id = stamp, frame
+        self.ranges_up.send(message)
+        return self.fly(stamp=stamp, v_ref=(0.0, 0.0, 0.5))[2]
+
+    def test_1_range_finders_say_where_it_may_climb(self):
+        wait_until(lambda: self.climb(math.inf) > 0.4, "the range finder's place on the UAV")
+        self.assertLess(self.climb(0.4), 0.1)
+        for sentence, wrong in (
+            ("limits must fulfil", {"max_range": 0.01}),
+            ("looks neither up nor down", {"frame": "base_frame"}),
+        ):
+            self.climb(8.0, **wrong)
+            self.warned.wait_for(sentence)
+        type(self).stamps = Stamps(50.0)  # the clock jumps back, so all this is forgotten
+        self.fly()
 
     def test_2_it_climbs_over_a_low_wall_and_tells_why(self):
         for output in (self.stats, self.decisions, self.remembered, self.pictures):
@@ -115,7 +138,7 @@ class CloudsTest(unittest.TestCase):
             "bytes for 1 rows of": {"data": b"short"},
             "has no stamp": {"cloud_stamp": rospy.Time()},
             'from "nowhere"': {"frame": "nowhere"},
-            "no valid point among": {"points": np.full((50, 3), math.nan)},
+            "no valid point among": {"points": np.full((50, 3), math.nan), "frame": "base_frame"},
         }
         for sentence, changes in cases.items():
             for _ in range(2):
@@ -136,7 +159,7 @@ class CloudsTest(unittest.TestCase):
 
     def test_5_a_clock_that_jumps_back_is_survived(self):
         self.fly(low_wall())
-        self.clouds.send(cloud_of(rospy.Time(50), low_wall()))
+        self.clouds.send(cloud_of(rospy.Time(40), low_wall()))
         self.assertGreater(self.fly(low_wall())[2], 0.2)
         type(self).stamps = Stamps(20.0)
         self.fly(low_wall())

@@ -58,7 +58,7 @@ def draw(found: Identification, path: Path) -> None:
         plot.plot(t[shown], modelled[shown, axis], "--", color=MODELLED, label="modelled")
         plot.set_ylabel(f"velocity along {'xy'[axis]} [m/s]")
         plot.grid(alpha=0.3)
-    axes[0].legend(loc="upper right")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncol=3, frameon=False)
     axes[1].set_xlabel("time [s]")
     error = np.sqrt(np.mean((modelled - piece.velocities[:, :2]) ** 2))
     axes[0].set_title(
