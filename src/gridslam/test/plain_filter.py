@@ -132,11 +132,17 @@ def score(plain: PlainMap, pose, beams, kernel: int, sigma: float) -> float:
     return sum(math.exp(-squared(vector, normal, beams[i, 6]) / sigma) for vector, normal, i in found)
 
 
-def log_likelihood(plain: PlainMap, pose, beams, kernel: int, sigma: float, missed: float) -> float:
-    """Return the sum of -d2 / sigma, or ``missed`` for a beam that has no point of the map near."""
+def log_likelihood(
+    plain: PlainMap, pose, beams, kernel: int, sigma: float, missed: float, counts=None
+) -> float:
+    """Return the sum of -d2 / sigma, or ``missed`` for a beam that has no point of the map near.
+
+    Only the beams that ``counts`` names count; None: all.
+    """
     return sum(
         missed if each is None else -squared(each[0], each[1], beams[each[2], 6]) / sigma
-        for each in offsets(plain, pose, beams, kernel)
+        for i, each in enumerate(offsets(plain, pose, beams, kernel))
+        if counts is None or counts[i]
     )
 
 

@@ -60,3 +60,8 @@ def test_what_is_drawn_has_the_models_mean_and_covariance():
     np.testing.assert_allclose(np.cov(errors.T), covariance, atol=0.03 * covariance.max())
     # and the information is the inverse of that
     np.testing.assert_allclose(prediction.information[0] @ covariance, np.eye(3), atol=1e-9)
+    # and the log-density falls by half a squared deviation, along and across the heading
+    off = prediction.predicted.copy()
+    off[0, :2] += 2.0 * motion.deviation[0] * np.array((cos, sin))
+    off[1, 2] += 3.0 * motion.deviation[2] - 2.0 * np.pi
+    np.testing.assert_allclose(prediction.log_density(off)[:3], (-2.0, -4.5, 0.0), atol=1e-9)

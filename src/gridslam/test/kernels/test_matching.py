@@ -67,6 +67,10 @@ def room():
     return ParticleMap(maps.tables[0], *maps.pool.surfaces), Fixed(plain_of(maps, 0))
 
 
+ALL, HALF = np.ones(len(BEAMS), bool), np.arange(len(BEAMS)) % 2 == 0
+"""Beams that count."""
+
+
 def points_near(grid, pose, kernel: int = 1) -> tuple[NearestPoints, int]:
     """The map's points nearest to the beams' ends, and how many they are."""
     nearby = NearestPoints(np.empty((len(BEAMS), 2)), np.empty(len(BEAMS), int))
@@ -81,10 +85,10 @@ def test_score_and_likelihood_equal_the_reference(room, shift, kernel):
     ours = nearest.score(*pose, BEAMS, 1, grid, kernel, SIGMA, -1.0)
     assert ours == pytest.approx(reference.score(plain, pose, BEAMS, kernel, SIGMA), rel=1e-6)
     again, likelihood = nearest.measure(
-        *pose, BEAMS, *points_near(grid, pose, kernel), SIGMA, 2.0 * SIGMA, -7.0
+        *pose, BEAMS, *points_near(grid, pose, kernel), HALF, SIGMA, 2.0 * SIGMA, -7.0
     )
     assert again == pytest.approx(ours)
-    expected = reference.log_likelihood(plain, pose, BEAMS, kernel, 2.0 * SIGMA, -7.0)
+    expected = reference.log_likelihood(plain, pose, BEAMS, kernel, 2.0 * SIGMA, -7.0, HALF)
     assert likelihood == pytest.approx(expected, rel=1e-6)
 
 
@@ -142,7 +146,7 @@ def test_gauss_newton_equals_the_reference_and_finds_the_pose(room, shift):
     pose = start.copy()
     nearby, _ = points_near(grid, pose)
     found = matching.refine(pose, start, prior, BEAMS, grid, SEARCH, 8, nearby, factor)
-    value, _ = nearest.measure(*pose, BEAMS, nearby, found, SIGMA, SIGMA, -1.0)
+    value, _ = nearest.measure(*pose, BEAMS, nearby, found, ALL, SIGMA, SIGMA, -1.0)
     expected = reference.refine(plain, start, start, prior, BEAMS, 1, SIGMA, 8)
     np.testing.assert_allclose(pose, expected, atol=0.06)  # it may stop within this
     assert value == pytest.approx(reference.score(plain, pose, BEAMS, 1, SIGMA), rel=0.01)
@@ -205,3 +209,21 @@ def test_scattered_poses_have_the_covariance_of_the_information():
     covariance = np.linalg.inv(information)
     scale = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
     np.testing.assert_allclose(np.cov(poses.T) / scale, covariance / scale, atol=0.05)
+
+
+def test_what_beams_tell_along_a_bare_corridor_is_ignored():
+    # given walls at 0.7 rad, of which 3 in 1000 normals point along them, or 3 in 100, as with doors
+    axes = np.array([(math.cos(0.7), -math.sin(0.7)), (math.sin(0.7), math.cos(0.7))])
+    for share, kept in ((0.003, 0.0), (0.03, 1.0)):
+        whole = np.zeros((3, 3))
+        whole[:2, :2] = axes @ np.diag((200.0, 200.0 * share)) @ axes.T
+        whole[2, :2] = whole[:2, 2] = (30.0, -12.0)
+        whole[2, 2] = 900.0
+        # when what they tell along it is left out, then across and the turn stay as they are
+        project = np.eye(3)
+        project[:2, :2] = axes @ np.diag((1.0, kept)) @ axes.T
+        information, gradient = np.tril(whole), np.array((3.0, -1.0, 5.0))
+        expected = project @ gradient
+        least_squares.ignore_unobserved(information, gradient)
+        np.testing.assert_allclose(information, np.tril(project @ whole @ project), atol=1e-9)
+        np.testing.assert_allclose(gradient, expected, atol=1e-9)

@@ -18,8 +18,9 @@ THIN_DEPTH = 2.0
 """Cells: greatest difference of their ranges."""
 BACK_STEP = math.sqrt(2.0)
 """Cells: where a beam fits, the cell this much before its end is not occupied."""
-ALONG_WEIGHT = 0.1
-"""Weight of an offset along a flat surface; across it: 1. The map has only samples of the surface."""
+ALONG_WEIGHT = 0.0
+"""Weight of an offset along a flat surface; across it: 1. The map has only samples of the surface, so this
+offset says nothing. Any weight would hold the pose where the search began, against odometry."""
 
 
 @dataclass(frozen=True, eq=False)

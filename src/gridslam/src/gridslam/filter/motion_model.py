@@ -80,6 +80,12 @@ class Prediction:
     information: np.ndarray
     """(particles, 3, 3) inverse covariance of the motion model around ``predicted``, in 1/m2 and 1/rad2."""
 
+    def log_density(self, poses: np.ndarray) -> np.ndarray:
+        """Return the log-density (particles,) of poses (particles, 3) by odometry; 0 at ``predicted``."""
+        errors = poses - self.predicted
+        errors[:, 2] = se2.wrap(errors[:, 2])
+        return -0.5 * np.einsum("pi,pij,pj->p", errors, self.information, errors)
+
 
 def predict(poses: np.ndarray, motion: Motion, rng: np.random.Generator) -> Prediction:
     """Move particles (particles, 3) as odometry did, with and without noise."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Sequence
 
 import numpy as np
@@ -17,6 +16,7 @@ from gridslam.filter.motion_model import Motion, Prediction, predict
 from gridslam.filter.proposal import propose
 from gridslam.filter.rendering import Renderer
 from gridslam.filter.scan_matcher import ScanMatcher
+from gridslam.filter.scan_update import ScanUpdate
 from gridslam.filter.state import FilterState
 from gridslam.filter.tile_map import TileMaps
 from gridslam.filter.workers import Workers
@@ -33,24 +33,6 @@ START_DEVIATION = (0.1, 0.1, 0.05)
 
 WEIGHT_SMOOTHING = 15.0
 """Log-likelihoods are divided by ogain times this (gmapping: times the number of particles)."""
-
-
-@dataclass(frozen=True)
-class ScanUpdate:
-    """The result of a processed scan."""
-
-    stamp_s: float
-    """s: the scan's."""
-    base_in_map: tuple[float, float, float]
-    """x, y in m and yaw in rad of the best particle."""
-    neff: float
-    """Effective number of particles, before resampling."""
-    resampled: bool
-    """Whether the particles were resampled."""
-    matched: bool
-    """Whether the scan fitted the best particle's map; if not, odometry alone has placed it."""
-    entropy: float
-    """Of the particles' weights, before resampling."""
 
 
 class GridSlam:
@@ -88,6 +70,7 @@ class GridSlam:
         self._matcher = ScanMatcher(parameters)
         self._renderer = Renderer(parameters)
         self._workers = Workers(parameters.threads)
+        self._smoothing = parameters.ogain * WEIGHT_SMOOTHING
         self.judgement = Judgement(known_map=localisation_only)
         """Whether the vehicle is where the best particle says."""
 
@@ -150,6 +133,7 @@ class GridSlam:
         beams = Beams.from_scan(scan, self.parameters)
         prediction = predict(self._poses, motion, self._rng)
         noise = self._rng.standard_normal(self._poses.shape)
+        noise[self.best_particle] = 0.0
         uniform = self._rng.random()
         self._maps.prepare(np.vstack((prediction.predicted, prediction.drawn)), beams)
 
@@ -163,6 +147,7 @@ class GridSlam:
         self._poses[:, 2] = se2.wrap(self._poses[:, 2])
         self._log_weights += matches.log_likelihoods
         self._log_likelihoods += matches.log_likelihoods
+        self._log_likelihoods += self._smoothing * prediction.log_density(self._poses)
 
         weights = self.particle_weights
         resample = (
@@ -259,7 +244,7 @@ class GridSlam:
 
     @property
     def best_particle(self) -> int:
-        """The particle whose whole path explains its scans best."""
+        """The particle whose whole path explains scans and odometry best."""
         return int(np.argmax(self._log_likelihoods))
 
     @property
@@ -288,8 +273,7 @@ class GridSlam:
     @property
     def particle_weights(self) -> np.ndarray:
         """(particles,) weights since the last resampling; their sum is one."""
-        gain = 1.0 / (self.parameters.ogain * WEIGHT_SMOOTHING)
-        return resampling.normalised(self._log_weights, gain)
+        return resampling.normalised(self._log_weights, 1.0 / self._smoothing)
 
     @property
     def entropy(self) -> float:

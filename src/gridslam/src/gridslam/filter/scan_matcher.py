@@ -9,6 +9,8 @@ particles do.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from gridslam import se2
@@ -39,6 +41,10 @@ EXPECTED_SHARE = 0.85
 """A particle with less than this share of the best one's score searches for its own correction."""
 AMBIGUOUS_SHARE = 0.6
 """If less than this share of a scan fits the map, it may fit in several ways."""
+UNTOLD_SHARE = 1e-6
+"""Beams tell nothing in a direction in which their share of the information is below this."""
+SEEN_DEVIATIONS = 2.0
+"""A beam that ends at a surface counts if the surface was seen this many of odometry's deviations around."""
 NULL_LIKELIHOOD_M2 = 0.5
 """m2: squared distance that counts for a beam without a point of the map near it (gmapping's)."""
 
@@ -69,7 +75,10 @@ class ScanMatcher:
         predicted, drawn = maps.to_cells(prediction.predicted), maps.to_cells(prediction.drawn)
         drawn[:, 2] = predicted[:, 2] + se2.wrap(drawn[:, 2] - predicted[:, 2])
         motions = Motions(predicted, drawn, self._priors(prediction.information))
-        starts, score = self._common_correction(maps, motions, best, beams)
+        starts, score, is_observed = self._common_correction(maps, motions, best, beams)
+        counts = np.ones(len(beams.matching), bool)
+        if not is_observed:
+            counts = self._seen_before(maps, prediction, best, beams.matching)
         count = len(predicted)
         matches = Matches(np.empty((count, 3)), np.empty(count), np.empty(count), np.zeros((count, 3, 3)))
         workers.share(
@@ -80,6 +89,7 @@ class ScanMatcher:
             EXPECTED_SHARE * score,
             score < AMBIGUOUS_SHARE * len(beams.matching),
             beams.matching,
+            counts,
             self._search,
             maps.tables,
             maps.pool.surfaces,
@@ -89,13 +99,17 @@ class ScanMatcher:
 
     def _common_correction(
         self, maps: TileMaps, motions: Motions, best: int, beams: Beams
-    ) -> tuple[np.ndarray, float]:
-        """Apply the best particle's correction to every prediction; return the poses and the score."""
+    ) -> tuple[np.ndarray, float, bool]:
+        """Apply the best particle's correction to every prediction.
+
+        Returns the poses, the score, and whether beams tell the position in all directions.
+        """
         predicted, drawn, priors = motions
         steps = se2.between(predicted[: CANDIDATES - 1], drawn[: CANDIDATES - 1])
         candidates = np.vstack((predicted[best], se2.compose(predicted[best], steps)))
         every = max(1, min(CANDIDATES_EVERY, len(beams.matching) // CANDIDATES_BEAMS))
-        grid, mode = ParticleMap(maps.tables[best], *maps.pool.surfaces), np.empty(3)
+        grid = ParticleMap(maps.tables[best], *maps.pool.surfaces)
+        mode, lower = np.empty(3), np.zeros((3, 3))
         score = find_mode(
             candidates,
             predicted[best],
@@ -106,10 +120,32 @@ class ScanMatcher:
             self._search,
             COMMON_LOOKS,
             mode,
+            lower,
         )
         starts = se2.compose(predicted, se2.between(predicted[best], mode))
         starts[:, 2] = predicted[:, 2] + se2.wrap(starts[:, 2] - predicted[:, 2])
-        return starts, score
+        told = np.linalg.eigvalsh((lower @ lower.T - priors[best])[:2, :2])
+        return starts, score, told[0] > UNTOLD_SHARE * told[1]
+
+    def _seen_before(
+        self, maps: TileMaps, prediction: Prediction, best: int, beams: np.ndarray
+    ) -> np.ndarray:
+        """Return which beams (m,) end where the best particle's map was seen, by odometry.
+
+        If the others counted along a corridor, a path that lags behind would seem likelier, because more of
+        its scan fits.
+        """
+        pose = maps.to_cells(prediction.predicted[best])
+        before = se2.transform(pose, beams[:, 0:2] - beams[:, 2:4])
+        normals = se2.transform((0.0, 0.0, pose[2]), beams[:, 4:6])
+        weakest = np.linalg.eigvalsh(prediction.information[best][:2, :2])[0]
+        reach = SEEN_DEVIATIONS / (math.sqrt(weakest) * self._parameters.delta) + 1.0
+        shift = np.where(beams[:, 6:7] < 1.0, reach * normals[:, ::-1] * (-1.0, 1.0), 0.0)
+        return (
+            maps.are_seen(best, before)
+            & maps.are_seen(best, before + shift)
+            & maps.are_seen(best, before - shift)
+        )
 
     def _priors(self, information: np.ndarray) -> np.ndarray:
         """Return the motion's information per cell and rad, in units of one beam's."""

@@ -28,7 +28,7 @@ class FilterState:
     log_weights: np.ndarray
     """(particles,) since the last resampling."""
     log_likelihoods: np.ndarray
-    """(particles,) of each particle's whole path."""
+    """(particles,) of each particle's whole path, by scans and odometry."""
     tree: dict[str, np.ndarray]
     """Arrays of `TrajectoryTree`."""
     maps: dict[str, np.ndarray]

@@ -58,6 +58,15 @@ class TileMaps:
         scaled[..., :2] = (scaled[..., :2] + self.corner * SIDE) * self.delta_m
         return scaled
 
+    def are_seen(self, particle: int, points: np.ndarray) -> np.ndarray:
+        """Return whether a beam has met the cells at points (n, 2), in cells from the window's corner."""
+        height, width = self.tables.shape[1:]
+        x, y = np.floor(points).astype(np.int64).T
+        inside = (x >= 0) & (y >= 0) & (x < width * SIDE) & (y < height * SIDE)
+        x, y = np.where(inside, x, 0), np.where(inside, y, 0)
+        tiles = self.tables[particle][y // SIDE, x // SIDE]
+        return inside & (self.pool.tiles.visits[tiles, (y % SIDE) * SIDE + x % SIDE] > 0)
+
     def cover(self, low_xy_m: ArrayLike, high_xy_m: ArrayLike) -> None:
         """Let the window cover a box in the map frame. Raises MapError if the box is absurdly large."""
         tile_m = SIDE * self.delta_m

@@ -10,6 +10,8 @@ from numba import njit
 from gridslam.kernels.nearest import NearestPoints, offset
 
 PIVOT_MIN = 1e-9
+OBSERVED_SHARE = 0.01
+"""A direction in which beams tell less than this share of what they tell across it is not observed."""
 
 
 @njit(cache=True, nogil=True)
@@ -60,6 +62,26 @@ def linearise(
     gradient[0] -= gx
     gradient[1] -= gy
     gradient[2] -= gt
+
+
+@njit(cache=True, nogil=True)
+def ignore_unobserved(information: np.ndarray, gradient: np.ndarray) -> None:
+    """Remove what beams tell along the weakest direction of x and y, if it is not observed.
+
+    Along a bare corridor that is noise of the surfaces' normals. Without it the prior decides there.
+    Only the lower triangle of ``information`` (3, 3) is read and written.
+    """
+    xx, yx, yy = information[0, 0], information[1, 0], information[1, 1]
+    spread, mean = math.hypot(0.5 * (xx - yy), yx), 0.5 * (xx + yy)
+    if mean - spread >= OBSERVED_SHARE * (mean + spread):
+        return
+    strongest = 0.5 * math.atan2(2.0 * yx, xx - yy)
+    x, y, value = math.cos(strongest), math.sin(strongest), mean + spread
+    information[0, 0], information[1, 0], information[1, 1] = value * x * x, value * x * y, value * y * y
+    turn = x * information[2, 0] + y * information[2, 1]
+    information[2, 0], information[2, 1] = turn * x, turn * y
+    uphill = x * gradient[0] + y * gradient[1]
+    gradient[0], gradient[1] = uphill * x, uphill * y
 
 
 @njit(cache=True, nogil=True)

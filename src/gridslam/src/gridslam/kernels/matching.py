@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from gridslam.kernels.least_squares import add_prior, factor, linearise, solve
+from gridslam.kernels.least_squares import add_prior, factor, ignore_unobserved, linearise, solve
 from gridslam.kernels.nearest import NearestPoints, ParticleMap, find_points, measure, score
 
 CONVERGED_CELLS = 0.03
@@ -118,6 +118,7 @@ def refine(
             gradient[:] = 0.0
             sigma = search.refine_sigma
             linearise(pose[0], pose[1], pose[2], beams, nearby, found, sigma, information, gradient)
+            ignore_unobserved(information, gradient)
             add_prior(pose, prior_pose, prior, information, gradient)
             factor(information, lower)
             solve(lower, gradient)
@@ -136,11 +137,18 @@ def _is_small(step: np.ndarray) -> bool:
 
 @njit(cache=True, nogil=True)
 def _measure(
-    pose: np.ndarray, beams: np.ndarray, nearby: NearestPoints, found: int, search: Search
+    pose: np.ndarray,
+    beams: np.ndarray,
+    counts: np.ndarray,
+    nearby: NearestPoints,
+    found: int,
+    search: Search,
 ) -> tuple[float, float]:
     """Return the score and the log-likelihood of a pose (3,) by the points found near it."""
     sigmas = (search.score_sigma, search.likelihood_sigma)
-    return measure(pose[0], pose[1], pose[2], beams, nearby, found, sigmas[0], sigmas[1], search.missed)
+    return measure(
+        pose[0], pose[1], pose[2], beams, nearby, found, counts, sigmas[0], sigmas[1], search.missed
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -154,11 +162,12 @@ def find_mode(
     search: Search,
     looks: int,
     mode: np.ndarray,
+    lower: np.ndarray,
 ) -> float:
     """Climb from every candidate (c, 3) with every ``every``-th beam; refine the best result with all beams.
 
-    ``predicted`` (3,) and ``prior`` (3, 3) belong to the map's particle. ``mode`` (3,) takes the pose.
-    Returns its score.
+    ``predicted`` (3,) and ``prior`` (3, 3) belong to the map's particle. ``mode`` (3,) takes the pose,
+    and ``lower`` (3, 3) the Cholesky factor of its information. Returns its score.
     """
     top = -1.0
     for c in range(candidates.shape[0]):
@@ -167,8 +176,8 @@ def find_mode(
             top = value
             mode[0], mode[1], mode[2] = x, y, yaw
     nearby = _room_for(beams)
-    found = refine(mode, predicted, prior, beams, grid, search, looks, nearby, np.zeros((3, 3)))
-    return _measure(mode, beams, nearby, found, search)[0]
+    found = refine(mode, predicted, prior, beams, grid, search, looks, nearby, lower)
+    return _measure(mode, beams, np.ones(beams.shape[0], np.bool_), nearby, found, search)[0]
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -185,6 +194,7 @@ def match(
     expected: float,
     is_ambiguous: bool,
     beams: np.ndarray,
+    counts: np.ndarray,
     search: Search,
     tables: np.ndarray,
     surfaces: tuple[np.ndarray, np.ndarray, np.ndarray],
@@ -195,7 +205,8 @@ def match(
     Each particle is refined from its start. If its score stays below ``expected``, it also climbs from its
     drawn pose, and keeps the better result. If the scan is ambiguous, it only climbs from its drawn pose. A
     particle whose score does not exceed the search's least is not matched: it stays at its drawn pose, and
-    the scan's likelihood is that of this pose. ``surfaces`` are the tiles' occupied, ends and means.
+    the scan's likelihood is that of this pose. ``counts`` (n,) bool names the beams that count in
+    likelihoods. ``surfaces`` are the tiles' occupied, ends and means.
     """
     scores, likelihoods, factors = matches.scores, matches.log_likelihoods, matches.factors
     lower, looks = np.zeros((3, 3)), search.looks
@@ -207,12 +218,12 @@ def match(
         scores[p] = -1.0
         if not is_ambiguous:
             found = refine(pose, predicted, prior, beams, grid, search, looks, nearby, factors[p])
-            scores[p], likelihoods[p] = _measure(pose, beams, nearby, found, search)
+            scores[p], likelihoods[p] = _measure(pose, beams, counts, nearby, found, search)
         if is_ambiguous or scores[p] < expected:
             x, y, yaw, _ = climb(motions.drawn[p], beams, 1, grid, search, search.halvings)
             other = np.array((x, y, yaw))
             found = refine(other, predicted, prior, beams, grid, search, looks, nearby, lower)
-            value, likelihood = _measure(other, beams, nearby, found, search)
+            value, likelihood = _measure(other, beams, counts, nearby, found, search)
             if value > scores[p]:
                 scores[p], likelihoods[p] = value, likelihood
                 pose[:] = other
@@ -220,4 +231,4 @@ def match(
         if not scores[p] > search.least_score:
             pose[:] = motions.drawn[p]
             found = find_points(pose[0], pose[1], pose[2], beams, grid, search.kernel, nearby)
-            likelihoods[p] = _measure(pose, beams, nearby, found, search)[1]
+            likelihoods[p] = _measure(pose, beams, counts, nearby, found, search)[1]

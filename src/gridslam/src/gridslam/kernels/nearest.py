@@ -180,19 +180,22 @@ def measure(
     beams: np.ndarray,
     nearby: NearestPoints,
     found: int,
+    counts: np.ndarray,
     score_sigma: float,
     likelihood_sigma: float,
     missed: float,
 ) -> tuple[float, float]:
     """Return the score and the log-likelihood of a pose, by the points of `find_points`.
 
-    The log-likelihood is the sum of -d2 / likelihood_sigma, and of ``missed`` for a beam without a point.
+    The log-likelihood is the sum of -d2 / likelihood_sigma, and of ``missed`` for a beam without a point,
+    over the beams that ``counts`` (n,) bool names.
     """
     points, which = nearby
     cos, sin = math.cos(yaw), math.sin(yaw)
-    total, likelihood = 0.0, missed * (beams.shape[0] - found)
+    total, likelihood = 0.0, missed * counts.sum()
     for k in range(found):
         d2 = offset(x, y, cos, sin, beams, which[k], points[k, 0], points[k, 1])[6]
         total += math.exp(-d2 / score_sigma)
-        likelihood -= d2 / likelihood_sigma
+        if counts[which[k]]:
+            likelihood -= missed + d2 / likelihood_sigma
     return total, likelihood

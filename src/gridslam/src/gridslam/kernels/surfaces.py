@@ -12,7 +12,7 @@ from numba import njit
 
 STEP_MAX = 3.0
 """Cells: neighbours closer than this are always on one surface."""
-SLANT_MAX = 7.0
+SLANT_MAX = 12.0
 """Greatest distance of neighbours on one surface, as a multiple of their distance across the bearing."""
 TURN_MAX = 0.1
 """rad: greatest angle between neighbours on one surface that are farther apart."""
@@ -84,6 +84,10 @@ def surface_normals(points: np.ndarray, along: np.ndarray, normals: np.ndarray, 
             and along[high + 1]
             and (high - i < NEIGHBOURS or _distance(points, i, high + 1) <= REACH)
         ):
+            high += 1
+        while high - low + 1 < POINTS_MIN and along[low]:
+            low -= 1
+        while high - low + 1 < POINTS_MIN and high + 1 < n and along[high + 1]:
             high += 1
         flat[i] = high - low + 1 >= POINTS_MIN and _fit(points, low, high, normals[i])
         if not flat[i]:

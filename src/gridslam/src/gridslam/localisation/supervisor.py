@@ -11,7 +11,8 @@ from gridslam.localisation.standstill import Standstill
 from gridslam.scan import PlanarScan
 
 if TYPE_CHECKING:
-    from gridslam.filter.particle_filter import GridSlam, ScanUpdate
+    from gridslam.filter.particle_filter import GridSlam
+    from gridslam.filter.scan_update import ScanUpdate
 
 CONFIRMATIONS = 2
 """Number of scans in a row that must agree with a pose that was given or found."""
