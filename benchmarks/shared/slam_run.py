@@ -52,7 +52,9 @@ def run(scans: Iterable[PlanarScan], odometry: np.ndarray, parameters: SlamParam
         began = time.process_time()
         update = session.process(scan, base)
         cpu_s += time.process_time() - began
-        online.append(se2.compose(session.map_to_odom, base))
+        map_to_odom = session.map_to_odom
+        assert map_to_odom is not None  # since the first scan
+        online.append(se2.compose(map_to_odom, base))
         if update is not None:
             costs_s.append(cpu_s)
             cpu_s = 0.0

@@ -48,7 +48,7 @@ def check_pool(maps: TileMaps) -> None:
     pool, tiles = maps.pool, maps.pool.tiles
     references = np.bincount(maps.tables.ravel(), minlength=pool.capacity)
     references[EMPTY] = 0
-    of_ends = np.bincount(tiles.ends[references > 0], minlength=pool.capacity)
+    of_ends = np.bincount(tiles.ends[references > 0], minlength=tiles.end_references.size)
     of_ends[EMPTY] = 0
     for kept, expected, stack, left in (
         (tiles.references, references, tiles.free_tiles, tiles.free[TILES]),

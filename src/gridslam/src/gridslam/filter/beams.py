@@ -63,7 +63,7 @@ def _matching_beams(bearings: np.ndarray, ranges: np.ndarray, lidar: np.ndarray,
     bearings, ranges = thin_bearings[:count], thin_ranges[:count]
     points = _points(bearings, ranges)
     normals, flat = np.empty_like(points), np.empty(count, np.bool_)
-    surface_normals(points, np.empty(count, np.bool_), normals, flat)
+    surface_normals(points, np.empty(count, np.bool_), normals, flat, True)
     turn = (0.0, 0.0, lidar[2])
     beams = np.empty((count, 7))
     beams[:, 0:2] = se2.transform(lidar, points)

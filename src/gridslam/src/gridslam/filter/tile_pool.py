@@ -8,7 +8,9 @@ from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES, Tiles
 
 TILES_FIRST = 2048
 """Tiles of the first pool. Only used tiles take memory."""
-ARRAYS = ("references", "stamps", "visits", "occupied", "ends", "end_references", "hits", "means")
+ARRAYS = (("references", "stamps", "visits", "occupied", "ends"), ("end_references", "hits", "means"))
+"""Of TILES and of ENDS."""
+STACKS = ("free_tiles", "free_ends")
 SAVED = ("stamps", "visits", "occupied", "ends")
 SAVED_ENDS = ("hits", "means")
 
@@ -23,7 +25,7 @@ class TilePool:
 
     @property
     def capacity(self) -> int:
-        """Number of tiles there is room for, and of entries of ends."""
+        """Number of tiles there is room for."""
         return self.tiles.references.size
 
     @property
@@ -38,23 +40,26 @@ class TilePool:
 
     def reserve(self, count: int) -> None:
         """Make room for this many more tiles and entries of ends."""
-        if self.tiles.free.min() >= count:
-            return
-        old, more = self.capacity, max(self.capacity, count)
-        for name in ARRAYS:  # one at a time, so that only one is in memory twice
+        for which in (TILES, ENDS):
+            if self.tiles.free[which] < count:
+                self._grow(which, count)
+
+    def _grow(self, which: int, count: int) -> None:
+        """Double the tiles or the entries of ends, at least to this many more."""
+        old = len(getattr(self.tiles, ARRAYS[which][0]))
+        new = old + max(old, count)
+        for name in ARRAYS[which]:  # one at a time, so that only one is in memory twice
             array = getattr(self.tiles, name)
-            grown = np.zeros((old + more, *array.shape[1:]), array.dtype)
+            grown = np.zeros((new, *array.shape[1:]), array.dtype)
             grown[:old] = array
             self.tiles = self.tiles._replace(**{name: grown})
             del array
-        stacks = [self.tiles.free_tiles, self.tiles.free_ends]
-        for which, stack in enumerate(stacks):
-            left = self.tiles.free[which]
-            stacks[which] = np.empty(old + more - 1, np.int32)
-            stacks[which][:more] = np.arange(old + more - 1, old - 1, -1)
-            stacks[which][more : more + left] = stack[:left]
-        self.tiles.free[:] += more
-        self.tiles = self.tiles._replace(free_tiles=stacks[TILES], free_ends=stacks[ENDS])
+        left = self.tiles.free[which]
+        stack = np.empty(new - 1, np.int32)
+        stack[: new - old] = np.arange(new - 1, old - 1, -1)
+        stack[new - old : new - old + left] = getattr(self.tiles, STACKS[which])[:left]
+        self.tiles.free[which] += new - old
+        self.tiles = self.tiles._replace(**{STACKS[which]: stack})
 
     def take(self, count: int, stamp: int) -> np.ndarray:
         """Return this many empty tiles, each with its own ends.
@@ -78,7 +83,7 @@ class TilePool:
         references = np.bincount(tables.ravel(), minlength=self.capacity)
         references[EMPTY] = 0
         self._release(tiles.references, references, tiles.free_tiles, TILES)
-        of_ends = np.bincount(tiles.ends[references > 0], minlength=self.capacity)
+        of_ends = np.bincount(tiles.ends[references > 0], minlength=tiles.end_references.size)
         of_ends[EMPTY] = 0
         self._release(tiles.end_references, of_ends, tiles.free_ends, ENDS)
 

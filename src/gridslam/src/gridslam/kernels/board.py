@@ -1,7 +1,7 @@
 """The board on which the beams of a scan are counted, before the counts go to a particle's tiles.
 
-It has one byte for each cell around the beams, row by row. A tile adds its part of the board in words of
-eight cells.
+It has one byte for each cell around the beams: tile by tile, and row by row in a tile. So a tile's part is as
+contiguous as the tile itself, and is added in words of eight cells.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from gridslam.kernels.tiles import COUNT_MAX, SIDE, SIDE_BITS
+from gridslam.kernels.tiles import COUNT_MAX, MASK, SIDE, SIDE_BITS
 
 ROW_BITS = 32
 ROW = float(1 << ROW_BITS)
@@ -17,6 +17,10 @@ ROW = float(1 << ROW_BITS)
 WORD_BITS = 3
 """A word holds 2 to the power of this many cells."""
 ROW_WORDS = SIDE >> WORD_BITS
+CELL_BITS = 2 * SIDE_BITS
+"""A tile holds 2 to the power of this many cells."""
+WORDS = 1 << (CELL_BITS - WORD_BITS)
+"""A tile's words."""
 SEVEN_BITS = np.uint64(0x7F7F7F7F7F7F7F7F)
 TOP_BITS = np.uint64(0x8080808080808080)
 GATHER = np.uint64(0x0102040810204080)
@@ -63,63 +67,70 @@ def parts_of(lidar: np.ndarray, ends: np.ndarray) -> int:
     return parts
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _at(x: int, y: int, width: int) -> np.uint64:
+    """Return the index on a board of ``width`` tiles of the cell x, y from the board's corner."""
+    tile = (y >> SIDE_BITS) * width + (x >> SIDE_BITS)
+    return np.uint64(tile << CELL_BITS | (y & MASK) << SIDE_BITS | x & MASK)
+
+
 @njit(cache=True, nogil=True)
 def count_beam(
-    lidar: np.ndarray, end: np.ndarray, board: np.ndarray, stride: int, origin: int, home: int
+    lidar: np.ndarray, end: np.ndarray, board: np.ndarray, width: int, left: int, low: int
 ) -> bool:
     """Count a beam in the cells from the lidar's on to the one before its end's.
 
-    ``board`` (cells,) uint8 has cell x, y at y * stride + x - origin. Nearly every beam begins in ``home``,
-    the lidar's own cell, which is not counted here. The return value says whether the beam counts there.
+    ``board`` (cells,) uint8 is ``width`` tiles wide; its corner is the cell left, low. Nearly every beam
+    begins in the lidar's own cell, which is not counted here. The return value says whether the beam counts
+    there.
     """
     steep = abs(end[1] - lidar[1]) > abs(end[0] - lidar[0])
     if steep:
-        x0, y0, x1, y1, along, across = lidar[1], lidar[0], end[1], end[0], stride, 1
+        x0, y0, x1, y1, first_x, first_y = lidar[1], lidar[0], end[1], end[0], low, left
     else:
-        x0, y0, x1, y1, along, across = lidar[0], lidar[1], end[0], end[1], 1, stride
+        x0, y0, x1, y1, first_x, first_y = lidar[0], lidar[1], end[0], end[1], left, low
     start, stop = int(x0), int(x1)
     if start == stop:
         return False
     slope = (y1 - y0) / (x1 - x0)
     # The middle of the lidar's own column may lie behind the lidar.
     row = int(min(max(y0 + (start + 0.5 - x0) * slope, min(y0, y1)), max(y0, y1)))
-    begin = start * along + row * across - origin
-    if begin != home:
-        board[np.uint64(begin)] += np.uint8(1)
+    is_home = row == int(y0)
+    if not is_home:
+        x, y = (row - first_y, start - first_x) if steep else (start - first_x, row - first_y)
+        board[_at(x, y, width)] += np.uint8(1)
     first, last = (start + 1, stop - 1) if stop > start else (stop + 1, start - 1)
     fixed, step = np.int64((y0 + (first + 0.5 - x0) * slope) * ROW), np.int64(slope * ROW)
-    cell = first * along - origin
-    if steep:  # two loops, to save a multiplication by one
-        for _ in range(last - first + 1):
-            board[np.uint64(cell + (fixed >> ROW_BITS))] += np.uint8(1)
+    fixed -= np.int64(first_y) << ROW_BITS
+    if steep:  # two loops, so that each knows which way it goes
+        for column in range(first - first_x, last - first_x + 1):
+            board[_at(fixed >> ROW_BITS, column, width)] += np.uint8(1)
             fixed += step
-            cell += stride
     else:
-        for _ in range(last - first + 1):
-            board[np.uint64(cell + (fixed >> ROW_BITS) * stride)] += np.uint8(1)
+        for column in range(first - first_x, last - first_x + 1):
+            board[_at(column, fixed >> ROW_BITS, width)] += np.uint8(1)
             fixed += step
-            cell += 1
-    return begin == home
+    return is_home
 
 
 @njit(cache=True, nogil=True, inline="always")
-def is_crossed(words: np.ndarray, stride: int) -> bool:
+def is_crossed(words: np.ndarray) -> bool:
     """Return whether any of a tile's cells on the board was counted."""
     for row in range(SIDE):
         counted = np.uint64(0)
         for word in range(ROW_WORDS):
-            counted |= words[row * stride + word]
+            counted |= words[row * ROW_WORDS + word]
         if counted:
             return True
     return False
 
 
 @njit(cache=True, nogil=True, inline="always")
-def counted(words: np.ndarray, first: int) -> np.uint64:
+def counted(words: np.ndarray, row: int) -> np.uint64:
     """Return bits of a row's counted cells."""
     bits = np.uint64(0)
     for word in range(ROW_WORDS):
-        more = words[first + word]
+        more = words[row * ROW_WORDS + word]
         # the top bit of each nonzero byte; the product collects them in its top byte
         tops = ((((more & SEVEN_BITS) + SEVEN_BITS) | more) & TOP_BITS) >> np.uint64(7)
         bits |= ((tops * GATHER) >> np.uint64(56)) << np.uint64(word << WORD_BITS)
@@ -127,26 +138,16 @@ def counted(words: np.ndarray, first: int) -> np.uint64:
 
 
 @njit(cache=True, nogil=True)
-def add(words: np.ndarray, stride: int, cells: np.ndarray) -> bool:
+def add(words: np.ndarray, cells: np.ndarray) -> bool:
     """Add eight cells at a time to those of a tile. If one would overflow, add nothing and return False."""
     carried = np.uint64(0)
-    for row in range(SIDE):
-        for word in range(ROW_WORDS):
-            more, old = words[row * stride + word], cells[row * ROW_WORDS + word]
-            total = old + more
-            cells[row * ROW_WORDS + word] = total
-            carried |= (old & more) | ((old | more) & ~total)
+    for word in range(WORDS):
+        more, old = words[word], cells[word]
+        total = old + more
+        cells[word] = total
+        carried |= (old & more) | ((old | more) & ~total)
     if carried & TOP_BITS == 0:
         return True
-    for row in range(SIDE):
-        for word in range(ROW_WORDS):
-            cells[row * ROW_WORDS + word] -= words[row * stride + word]
+    for word in range(WORDS):
+        cells[word] -= words[word]
     return False
-
-
-@njit(cache=True, nogil=True)
-def clear(words: np.ndarray, stride: int) -> None:
-    """Clear a tile's part of the board."""
-    for row in range(SIDE):
-        for word in range(ROW_WORDS):
-            words[row * stride + word] = 0

@@ -13,9 +13,8 @@ import numpy as np
 from numba import njit
 
 from gridslam.kernels.board import (
-    WORD_BITS,
+    WORDS,
     add,
-    clear,
     count_beam,
     counted,
     is_crossed,
@@ -80,13 +79,13 @@ def _count(
 
 
 @njit(cache=True, nogil=True)
-def _clear_bits(tile: int, words: np.ndarray, stride: int, entry: int, tiles: Tiles) -> None:
+def _clear_bits(tile: int, words: np.ndarray, entry: int, tiles: Tiles) -> None:
     """Clear the bits of counted cells in which too few beams have ended."""
     visits, occupied, hits = tiles.visits, tiles.occupied, tiles.hits
     for row in range(SIDE):
         if occupied[tile, row] == 0:
             continue
-        bits = np.int64(occupied[tile, row]) & np.int64(counted(words, row * stride))
+        bits = np.int64(occupied[tile, row]) & np.int64(counted(words, row))
         cell = row * SIDE
         while bits:
             if bits & 1 and hits[entry, cell] <= FULLNESS * visits[tile, cell]:
@@ -96,13 +95,12 @@ def _clear_bits(tile: int, words: np.ndarray, stride: int, entry: int, tiles: Ti
 
 
 @njit(cache=True, nogil=True)
-def _add_one_by_one(tile: int, board: np.ndarray, at: int, stride: int, tiles: Tiles) -> None:
+def _add_one_by_one(tile: int, part: np.ndarray, tiles: Tiles) -> None:
     """Add a tile's part of the board cell by cell, because some count would overflow."""
-    for row in range(SIDE):
-        for column in range(SIDE):
-            more = np.int64(board[at + row * stride + column])
-            if more > 0:
-                _count(tile, row * SIDE + column, more, 0, tiles.ends[tile], tiles)
+    for cell in range(part.size):
+        more = np.int64(part[cell])
+        if more > 0:
+            _count(tile, cell, more, 0, tiles.ends[tile], tiles)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -125,30 +123,26 @@ def _hit(tile: int, end: np.ndarray, entry: int, tiles: Tiles) -> None:
 
 @njit(cache=True, nogil=True)
 def _add_board(
-    table: np.ndarray,
-    stamp: int,
-    box: tuple[int, int, int, int],
-    stride: int,
-    board: np.ndarray,
-    tiles: Tiles,
+    table: np.ndarray, stamp: int, box: tuple[int, int, int, int], board: np.ndarray, tiles: Tiles
 ) -> None:
     """Add the board's counts to the tiles of a box, and clear the board."""
-    words, row_words = board.view(np.uint64), stride >> WORD_BITS
+    words = board.view(np.uint64)
     left, low, right, high = box
+    place = 0
     for y in range(low, high + 1):
         for x in range(left, right + 1):
-            at = (y - low) * SIDE * stride + (x - left) * SIDE
-            part = words[at >> WORD_BITS :]
-            if not is_crossed(part, row_words):
+            part = words[place * WORDS : (place + 1) * WORDS]
+            place += 1
+            if not is_crossed(part):
                 continue
             tile = own_tile(table, y, x, stamp, tiles)
-            if not add(part, row_words, tiles.visits[tile].view(np.uint64)):
+            if not add(part, tiles.visits[tile].view(np.uint64)):
                 if tiles.ends[tile] != EMPTY:  # the next count halves the hits
                     own_ends(tile, tiles)
-                _add_one_by_one(tile, board, at, stride, tiles)
+                _add_one_by_one(tile, part.view(np.uint8), tiles)
             if tiles.ends[tile] != EMPTY:
-                _clear_bits(tile, part, row_words, tiles.ends[tile], tiles)
-            clear(part, row_words)
+                _clear_bits(tile, part, tiles.ends[tile], tiles)
+            part[:] = 0
 
 
 @njit(cache=True, nogil=True)
@@ -183,14 +177,12 @@ def _insert_beams(
     """Enter placed beams into one particle's map."""
     lidar, points = scan.placed[0], scan.placed[1:]
     left, low, right, _ = box
-    stride = (right - left + 1) * SIDE
-    origin = low * SIDE * stride + left * SIDE
-    home = int(lidar[1]) * stride + int(lidar[0]) - origin
+    width = right - left + 1
     at_home, parts = 0, parts_of(lidar, points)
     for part in range(parts):
         for i in range(part, points.shape[0], parts):
-            at_home += count_beam(lidar, points[i], scan.board, stride, origin, home)
-        _add_board(table, stamp, box, stride, scan.board, tiles)
+            at_home += count_beam(lidar, points[i], scan.board, width, left * SIDE, low * SIDE)
+        _add_board(table, stamp, box, scan.board, tiles)
     if at_home:
         _add_at_home(table, stamp, lidar, at_home, tiles)
     _add_hits(table, stamp, points, scan.are_hits, tiles)

@@ -12,7 +12,7 @@ from numba import njit
 
 STEP_MAX = 3.0
 """Cells: neighbours closer than this are always on one surface."""
-SLANT_MAX = 12.0
+SLANT_MAX, GRAZING_MAX = 7.0, 12.0
 """Greatest distance of neighbours on one surface, as a multiple of their distance across the bearing."""
 TURN_MAX = 0.1
 """rad: greatest angle between neighbours on one surface that are farther apart."""
@@ -57,24 +57,27 @@ def thin_out(
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _are_neighbours(points: np.ndarray, i: int, j: int) -> bool:
+def _are_neighbours(points: np.ndarray, i: int, j: int, slant: float) -> bool:
     """Whether two successive points may lie on one surface."""
     xi, yi, xj, yj = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
     distance = math.hypot(xi - xj, yi - yj)
     near = min(math.hypot(xi, yi), math.hypot(xj, yj))
     turn = abs(math.atan2(xi * yj - yi * xj, xi * xj + yi * yj))
-    return distance <= STEP_MAX or (turn <= TURN_MAX and distance <= SLANT_MAX * turn * near)
+    return distance <= STEP_MAX or (turn <= TURN_MAX and distance <= slant * turn * near)
 
 
 @njit(cache=True, nogil=True)
-def surface_normals(points: np.ndarray, along: np.ndarray, normals: np.ndarray, flat: np.ndarray) -> None:
+def surface_normals(
+    points: np.ndarray, along: np.ndarray, normals: np.ndarray, flat: np.ndarray, grazing: bool = False
+) -> None:
     """Fit a line to every point and its neighbours. Write the normals (n, 2), and which points are flat (n,).
 
-    ``along`` (n,) bool is scratch: whether a point is on one surface with the one before it.
+    ``along`` (n,) bool is scratch: whether a point is on one surface with the one before it. ``grazing``
+    also fits what beams hardly meet, and the ends of surfaces.
     """
-    n = points.shape[0]
+    n, slant = points.shape[0], GRAZING_MAX if grazing else SLANT_MAX
     for i in range(n):
-        along[i] = i > 0 and _are_neighbours(points, i - 1, i)
+        along[i] = i > 0 and _are_neighbours(points, i - 1, i, slant)
     for i in range(n):
         low, high = i, i
         while along[low] and (i - low < NEIGHBOURS or _distance(points, i, low - 1) <= REACH):
@@ -85,9 +88,9 @@ def surface_normals(points: np.ndarray, along: np.ndarray, normals: np.ndarray, 
             and (high - i < NEIGHBOURS or _distance(points, i, high + 1) <= REACH)
         ):
             high += 1
-        while high - low + 1 < POINTS_MIN and along[low]:
+        while grazing and high - low + 1 < POINTS_MIN and along[low]:
             low -= 1
-        while high - low + 1 < POINTS_MIN and high + 1 < n and along[high + 1]:
+        while grazing and high - low + 1 < POINTS_MIN and high + 1 < n and along[high + 1]:
             high += 1
         flat[i] = high - low + 1 >= POINTS_MIN and _fit(points, low, high, normals[i])
         if not flat[i]:

@@ -114,9 +114,16 @@ def planar_scans(
         if not isinstance(scan, CarmenScan) or scan.stamp_s <= last_s:
             continue
         last_s = scan.stamp_s
-        angles = (float(np.float32(angle)) for angle in (scan.angle_min_rad, scan.angle_increment_rad))
-        ranges_m = scan.ranges_m.astype(np.float32)
-        planar = project(ranges_m, *angles, range_min_m, scan.range_max_m, mounting, stamp_s=last_s)
+        angle_min_rad, increment_rad = np.float32((scan.angle_min_rad, scan.angle_increment_rad)).tolist()
+        planar = project(
+            scan.ranges_m.astype(np.float32),
+            angle_min_rad,
+            increment_rad,
+            range_min_m,
+            scan.range_max_m,
+            mounting,
+            stamp_s=last_s,
+        )
         x, y, yaw = scan.robot_in_odom
         yield planar, (x, y, roll_pitch_yaw_of(matrix_of_quaternion(_quaternion(yaw)))[2])
 
