@@ -76,6 +76,19 @@ def test_a_mover_that_the_scan_shows_counts_at_all_heights():
     assert decision.reason is not Reason.CUSHION_CLEAR
 
 
+def test_beside_a_cameras_cloud_the_scan_counts():
+    # A wall 1 m to the left, where the camera does not look
+    angles = -math.pi + np.arange(360) * 2.0 * math.pi / 360
+    ranges = np.where(np.abs(angles - 0.5 * math.pi) < 1.2, 1.0 / np.maximum(np.sin(angles), 0.1), math.inf)
+    scan = LaserScan2D(ranges, -math.pi, 2.0 * math.pi / 360, 0.06, 10.0)
+    ahead = Cloud(np.tile((4.0, 0.0, -1.9), (20, 1)), (-0.48, 0.48), 0.2, 10.0, (-0.61, 0.61))
+    steering = Dynamic()
+    decision = steering.steer(scan, (0.0, 1.0), (0.0, 0.0), motion_at(0.0, (0.0, 0.0, HEIGHT_M)), ahead)
+    assert steering.report().clearance_m == pytest.approx(1.0 - CepaParameters().body_radius, abs=0.01)
+    assert decision.velocity_xy[1] < 0.6
+    assert decision.climb_m_s is not None
+
+
 def test_without_clouds_it_stays_in_the_plane_and_leaves_the_climb_to_the_reference():
     assert Dynamic().steer(NO_SCAN, (1.0, 0.0), (1.0, 0.0), motion_at(0.0, (0.0, 0.0, 2.0))).climb_m_s is None
     level = Dynamic(CepaParameters(climb_max=0.0))

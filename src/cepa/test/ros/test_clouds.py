@@ -1,18 +1,24 @@
 """Clouds as messages, with points worked out by hand."""
 
 import math
+import types
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 pytest.importorskip("cepa_ros.clouds", reason="the workspace is not built, or not sourced")
 
+import rospy
 from cepa_ros.clouds import CloudLimits, into_body, out_of_body, points_of
 from cepa_ros.frames import Mount, PlaneTurn
 from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
 
 from cepa import MotionError, ParameterError
 
+CAMERA_LIMITS = Path(__file__).resolve().parents[2] / "config/clouds/depth_camera.yaml"
 POINTS = np.array([[1.0, 2.0, 3.0], [math.nan, 0.0, 0.0], [-4.0, 5.5, -6.0]], np.float32)
 LIMITS = {"elevation_min": -0.3, "elevation_max": 0.3, "range_min": 0.5, "range_max": 100.0}
 HALF = math.sqrt(0.5)
@@ -68,3 +74,26 @@ def test_the_limits_are_read_and_checked():
     for wrong in ("puck", {**LIMITS, "range_min": "near"}, {"range_min": 1.0}, {**LIMITS, "range_max": 0.1}):
         with pytest.raises(ParameterError):
             CloudLimits.of(wrong)
+
+
+def test_the_simulators_depth_camera_gives_a_cloud_as_cepa_takes_it():
+    payload_output = pytest.importorskip("simulation_tools_ros.gazebo.payload_output")
+    # A camera of 320 x 240 pixels and 70 degrees, as the simulator's: the axis goes between the middle pixels
+    camera = types.SimpleNamespace(focal_px=160.0 / math.tan(math.radians(35.0)), centre_px=(159.5, 119.5))
+    depths = np.full((240, 320), np.inf, np.float32)
+    depths[119:121, 159:161] = 4.0
+    depths[120, 319] = 2.0
+    header = Header(stamp=rospy.Time(1))
+    in_optical = points_of(payload_output.depth_cloud_message(header, depths, camera))
+    mount = Mount(PlaneTurn(0.0), (0.16, 0.0, -0.03), (-0.5, 0.5, -0.5, 0.5))
+    in_body = into_body(in_optical, mount)
+    seen = in_body[np.isfinite(in_body).all(axis=1)]
+    assert len(seen) == 5
+    np.testing.assert_allclose(seen[:2], [[4.16, y, -0.03 + 0.0087] for y in (0.0087, -0.0087)], atol=1e-3)
+    right = seen[np.argmin(seen[:, 1])]
+    np.testing.assert_allclose(right, [2.16, -2.0 * math.tan(math.radians(35.0)), -0.03], atol=0.01)
+    limits = CloudLimits.of(yaml.safe_load(CAMERA_LIMITS.read_text()))
+    assert not limits.cloud(seen).looks_all_around
+    low, high = limits.azimuth_rad
+    assert low <= math.atan2(right[1], right[0] - 0.16) + 1e-3
+    assert high == -low

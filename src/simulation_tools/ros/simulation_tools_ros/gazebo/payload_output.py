@@ -41,7 +41,8 @@ class PayloadOutput:
         if isinstance(device, Camera):
             frame = self._prefix + optical_frame(f"{sensor.mount.link}/{name}")
             image, info = advertise(f"{name}/image_raw", Image), advertise(f"{name}/camera_info", CameraInfo)
-            return _camera(frame, image, info, device)
+            points = advertise(f"{name}/points", PointCloud2) if device.depth else None
+            return _camera(frame, image, info, points, device)
         kinds: dict[type, tuple[type, Callable]] = {
             RangeFinder: (Range, range_message),
             CloudLidar: (PointCloud2, cloud_message),
@@ -57,16 +58,24 @@ class PayloadOutput:
         return publish
 
 
-def _camera(frame: str, image: Any, info: Any, camera: Camera) -> Callable:
-    """Return the function that publishes a camera's picture and optics with one stamp."""
+def _camera(frame: str, image: Any, info: Any, points: Any, camera: Camera) -> Callable:
+    """Return the function that publishes a camera's picture and optics with one stamp.
+
+    points: publisher of a depth camera's cloud, or None.
+    """
 
     def publish(time_us: int, sensor: PayloadSensor) -> None:
         header = Header(stamp=stamp(time_us), frame_id=frame)
         if info.get_num_connections():
             info.publish(camera_info_message(header, camera))
+        wants_points = points is not None and points.get_num_connections()
+        if not (wants_points or image.get_num_connections()):
+            return
+        picture: Any = sensor.read()
         if image.get_num_connections():
-            picture: Any = sensor.read()
             image.publish(image_message(header, picture))
+        if wants_points:
+            points.publish(depth_cloud_message(header, picture, camera))
 
     return publish
 
@@ -119,6 +128,29 @@ def image_message(header: Header, picture: np.ndarray) -> Image:
         is_bigendian=0,
         step=picture.strides[0],
         data=picture.tobytes(),
+    )
+
+
+def depth_cloud_message(header: Header, depths_m: np.ndarray, camera: Camera) -> PointCloud2:
+    """Return the points of a depth camera's picture (height, width), in its optical frame.
+
+    A pixel that shows nothing is a point of NaN, as in depth_image_proc.
+    """
+    (height, width), (cx, cy) = depths_m.shape, camera.centre_px
+    z = np.where(np.isfinite(depths_m), depths_m, np.nan)
+    x = (np.arange(width) - cx) / camera.focal_px * z
+    y = (np.arange(height)[:, None] - cy) / camera.focal_px * z
+    points = np.stack([x, y, z], axis=-1).astype("<f4")
+    return PointCloud2(
+        header=header,
+        height=height,
+        width=width,
+        fields=[PointField(name, 4 * column, PointField.FLOAT32, 1) for column, name in enumerate("xyz")],
+        is_bigendian=False,
+        point_step=12,
+        row_step=12 * width,
+        data=points.tobytes(),
+        is_dense=bool(np.isfinite(points).all()),
     )
 
 
