@@ -18,6 +18,7 @@ setup(
             "gridslam.odometry",
             "gridslam.search",
             "gridslam_ros",
+            "gridslam_ros.odometry",
         ],
         package_dir={"": "src", "gridslam_ros": "ros/gridslam_ros"},
     )

@@ -1,0 +1,1 @@
+"""The lidar odometry and its ROS messages."""
