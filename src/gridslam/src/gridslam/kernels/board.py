@@ -68,7 +68,7 @@ def parts_of(lidar: np.ndarray, ends: np.ndarray) -> int:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _at(x: int, y: int, width: int) -> np.uint64:
+def _at(x: int | np.int64, y: int | np.int64, width: int) -> np.uint64:
     """Return the index on a board of ``width`` tiles of the cell x, y from the board's corner."""
     tile = (y >> SIDE_BITS) * width + (x >> SIDE_BITS)
     return np.uint64(tile << CELL_BITS | (y & MASK) << SIDE_BITS | x & MASK)

@@ -114,11 +114,10 @@ def planar_scans(
         if not isinstance(scan, CarmenScan) or scan.stamp_s <= last_s:
             continue
         last_s = scan.stamp_s
-        angle_min_rad, increment_rad = np.float32((scan.angle_min_rad, scan.angle_increment_rad)).tolist()
         planar = project(
             scan.ranges_m.astype(np.float32),
-            angle_min_rad,
-            increment_rad,
+            float(np.float32(scan.angle_min_rad)),
+            float(np.float32(scan.angle_increment_rad)),
             range_min_m,
             scan.range_max_m,
             mounting,
