@@ -16,7 +16,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-from benchmarks import avoidance, cepa, experiment_1, px4, sim  # noqa: E402
+from benchmarks import avoidance, cepa, experiment_1, gnss_denied, px4, sim  # noqa: E402
 from benchmarks.avoidance_rows import judging, mixed_forests, real_time, rows  # noqa: E402
 from benchmarks.shared import places  # noqa: E402
 from benchmarks.shared.flights import Question  # noqa: E402
@@ -37,6 +37,12 @@ def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):
         "sim": {"graph": {"rtf": 5.0}},
         "cepa": {"empty": {"speedup": 950.0}, "first_call_s": 0.2},
     }
+
+
+def test_distances_from_the_planned_path_are_those_of_its_nearest_line():
+    corner = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)])
+    points = np.array([(2.0, 0.5), (-3.0, 4.0), (4.2, 2.0), (4.0, 5.0)])
+    assert gnss_denied.distances(points, corner) == pytest.approx([0.5, 5.0, 0.2, 2.0])
 
 
 def test_benchmarks_that_end_at_once_lose_nothing(tmp_path):
