@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from planar_world import URG, Drift, along, drive, hold, rectangle_route
+from repeated_worlds import closure_errors
 
 from gridslam import se2
 from gridslam.errors import ParameterError
@@ -283,3 +284,11 @@ def test_round_trip_is_closed_and_the_path_corrected(seed):
     assert max(errors) < 0.3  # a beam's distance is 3 m
     assert ate(slam.trajectory().poses_in_map, truth) < 0.05
     assert ate(log.odometry, log.truth.poses_in_map) > 0.5
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_places_that_look_alike_are_not_taken_for_each_other(seed):
+    """Rows of equal rooms and beams; `benchmarks.slam_repeated` counts over a hundred worlds."""
+    errors = closure_errors(seed)
+    assert len(errors) > 0
+    assert errors[:, 0].max() < 0.5  # the next room or beam is at least 2.5 m away

@@ -96,7 +96,8 @@ class LoopCloser:
         if self._job is None or not self._job.is_due(stamp_s):
             return False
         corrected, self._job = self._job.result(), None
-        self._closures = [self._closure(match) for match in self._counted]
+        if len(self._counted) != len(self._closures) or corrected is not None:
+            self._closures = [self._closure(match) for match in self._counted]
         if corrected is None:
             return False
         path = slam.trajectory().poses_in_map
@@ -119,6 +120,11 @@ class LoopCloser:
         if way_m - self._searched_m < (p.search_agreed_m if self._agreed else p.search_every_m):
             return None
         self._searched_m = way_m
+        if self._counted and self._links.agrees(
+            len(scans) - 1, self._chain.poses, self._chain.way_m, p.correction_min_m
+        ):
+            self._agreed = True
+            return None
         if not self._search():
             return None
         before, self._counted = set(self._counted), self._choose()

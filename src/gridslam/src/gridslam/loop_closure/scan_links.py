@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Mapping
 
 import numpy as np
@@ -67,29 +68,52 @@ class ScanLinks:
 
         Returns the number of new links. Links that the poses contradict are forgotten.
         """
-        p, before = self._parameters, set(self._passes)
-        for pair, known in list(self._passes.items()):
-            if _distance(poses, pair, known.newer_in_older) > p.link_gate_m:
-                del self._passes[pair]
-        tree = cKDTree(poses[:, :2])
-        for newer, nearby in enumerate(tree.query_ball_point(poses[:, :2], p.link_radius_m)):
-            others = np.array([i for i in nearby if way_m[i] < way_m[newer] - p.link_separation_m], int)
-            distance = np.hypot(*(poses[others, :2] - poses[newer, :2]).T)
-            for older in others[np.argsort(distance, kind="stable")][:PASSES_MAX].tolist():
-                self._try(older, newer, poses)
-        return len(set(self._passes) - before)
+        p = self._parameters
+        for pair in _moved(self._passes, poses, p.link_gate_m):
+            del self._passes[pair]
+        for pair in _moved(self._failed, poses, TRY_AGAIN_M):
+            del self._failed[pair]
+        pairs = [
+            pair
+            for newer, nearby in enumerate(
+                cKDTree(poses[:, :2]).query_ball_point(poses[:, :2], p.link_radius_m)
+            )
+            for pair in self._nearest(newer, np.array(nearby), poses, way_m)
+            if pair not in self._passes and pair not in self._failed
+        ]
+        if not pairs:
+            return 0
+        older, newer = np.array(pairs).T
+        before = len(self._passes)
+        for pair, predicted in zip(pairs, se2.between(poses[older], poses[newer])):
+            edge = link(*pair, self._surfaces, predicted, p, is_pass=True)
+            if edge is None:
+                self._failed[pair] = predicted
+            else:
+                self._passes[pair] = edge
+        return len(self._passes) - before
 
-    def _try(self, older: int, newer: int, poses: np.ndarray) -> None:
-        pair = (older, newer)
-        tried = self._failed.get(pair)
-        if pair in self._passes or (tried is not None and _distance(poses, pair, tried) < TRY_AGAIN_M):
-            return
-        predicted = se2.between(poses[older], poses[newer])
-        edge = link(older, newer, self._surfaces, predicted, self._parameters, is_pass=True)
-        if edge is None:
-            self._failed[pair] = predicted
-        else:
-            self._passes[pair] = edge
+    def _nearest(
+        self, newer: int, nearby: np.ndarray, poses: np.ndarray, way_m: np.ndarray
+    ) -> list[tuple[int, int]]:
+        """Return (older, newer) for the nearest nodes of earlier passes."""
+        others = nearby[way_m[nearby] < way_m[newer] - self._parameters.link_separation_m]
+        if not others.size:
+            return []
+        others = np.sort(others)
+        distance = np.hypot(*(poses[others, :2] - poses[newer, :2]).T)
+        return [(int(older), newer) for older in others[np.argsort(distance, kind="stable")][:PASSES_MAX]]
+
+    def agrees(self, newer: int, poses: np.ndarray, way_m: np.ndarray, within_m: float) -> bool:
+        """Return whether a scan fits one of an earlier pass where the present poses (k, 3) have them."""
+        distance = np.hypot(*(poses[:, :2] - poses[newer, :2]).T)
+        nearby = np.flatnonzero(distance < self._parameters.link_radius_m)
+        for older, _ in self._nearest(newer, nearby, poses, way_m):
+            predicted = se2.between(poses[older], poses[newer])
+            edge = link(older, newer, self._surfaces, predicted, self._parameters, is_pass=True)
+            if edge is not None:
+                return math.dist(edge.newer_in_older[:2], predicted[:2]) < within_m
+        return False
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the input of `from_arrays`."""
@@ -128,7 +152,14 @@ class ScanLinks:
         }
 
 
-def _distance(poses: np.ndarray, pair: tuple[int, int], newer_in_older: np.ndarray) -> float:
-    """Return the distance (m) of a relative pose from that of present poses."""
-    error = se2.between(se2.between(poses[pair[0]], poses[pair[1]]), newer_in_older)
-    return float(np.hypot(error[0], error[1]))
+def _moved(
+    known: Mapping[tuple[int, int], Edge | np.ndarray], poses: np.ndarray, by_m: float
+) -> list[tuple[int, int]]:
+    """Return the pairs whose relative pose was another one, by more than this distance."""
+    if not known:
+        return []
+    older, newer = np.array(list(known)).T
+    then = np.array([value.newer_in_older if isinstance(value, Edge) else value for value in known.values()])
+    error = se2.between(se2.between(poses[older], poses[newer]), then)
+    far = np.hypot(error[:, 0], error[:, 1]) > by_m
+    return [pair for pair, is_far in zip(list(known), far) if is_far]
