@@ -146,9 +146,8 @@ def summary(trials: Sequence[dict]) -> dict:
 
 
 def _spread(values: Sequence[float | None]) -> dict[str, float] | None:
-    if None in values:
-        return None
-    return {"median": float(np.median(values)), "worst": float(np.max(values))}
+    known = [value for value in values if value is not None]
+    return {"median": float(np.median(known)), "worst": max(known)} if known else None
 
 
 def _cells(numbers: dict, seeds: int) -> tuple:
