@@ -196,7 +196,9 @@ class LoopCloser:
         pending = arrays["pending"] if len(arrays["pending"]) else None
         if pending is not None and pending.shape != (nodes, 3):
             raise ValueError(f"the correction at hand has the shape {pending.shape}")
-        self._job = Job(*arrays["due_s"].tolist(), lambda: pending) if arrays["due_s"].size == 2 else None
+        if arrays["due_s"].size:
+            begun_s, due_s = arrays["due_s"].tolist()
+            self._job = Job(begun_s, due_s, lambda: pending)
 
     def _follow(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> None:
         self._chain.follow(path.stamps_s, path.poses_in_map, scans, odometry)
