@@ -164,6 +164,13 @@ def test_with_nothing_in_range_it_comes_to_rest():
     assert "does not match" in last.remark
 
 
+def test_where_nothing_was_ever_in_range_no_pose_is_certain():
+    first, *_, last = fly(LidarOdometry(start=still(0.0)), NOTHING, still, 1.0)
+    for estimate in (first, last):
+        assert min(estimate.pose_covariance[0, 0], estimate.pose_covariance[1, 1]) >= 1.0
+        assert "nothing has been in range" in estimate.remark
+
+
 def test_it_goes_on_where_walls_come_back():
     odometry = LidarOdometry(start=still(0.0))
     fly(odometry, ROOM, still, 1.0)

@@ -27,7 +27,8 @@ from gridslam.odometry.parameters import LidarOdometryParameters
 from gridslam.odometry.planar_filter import PLACE, POSE, SPEED, PlanarFilter
 
 LEAN_SIGMA_RAD = 0.01
-HEIGHT_UNKNOWN_M2 = 1.0
+UNKNOWN_M2 = 1.0
+"""Least variance of a height or a place that nothing has told yet."""
 SETTLING_KEYFRAMES, SETTLING_S = 5, 0.4
 """The first keyframes come at this period even at rest, because their mean is better than one scan."""
 LOST_S = 2.0
@@ -209,7 +210,11 @@ class LidarOdometry:
         pose = self._filter.state[POSE]
         if self._map.is_empty:
             self._add_keyframe(stamp_s, beams)
-            return 1.0 if len(beams) else 0.0
+            if len(beams):
+                return 1.0
+            self._untold = np.eye(2)
+            remarks.append("The scan tells no place: nothing has been in range yet.")
+            return 0.0
         found = match(self._map, beams, pose.copy(), self._filter.covariance[POSE, POSE], self._p)
         if found.share < self._p.match_min or not np.isfinite(found.pose).all():
             self._untold = np.eye(2)
@@ -256,7 +261,9 @@ class LidarOdometry:
         planar = self._filter.covariance
         rows = np.ix_((0, 1, 5), (0, 1, 5))
         pose_covariance[rows] = planar[POSE, POSE]
-        pose_covariance[2, 2] = z_variance if self.height.is_known else max(z_variance, HEIGHT_UNKNOWN_M2)
+        pose_covariance[2, 2] = z_variance if self.height.is_known else max(z_variance, UNKNOWN_M2)
+        if self._map.is_empty:
+            pose_covariance[0, 0], pose_covariance[1, 1] = np.maximum(np.diag(planar)[PLACE], UNKNOWN_M2)
         pose_covariance[3, 3] = pose_covariance[4, 4] = LEAN_SIGMA_RAD**2
         in_odom = np.zeros((3, 3))
         in_odom[PLACE, PLACE] = planar[SPEED, SPEED]
