@@ -47,10 +47,10 @@ def test_one_odd_scan_is_refused_and_forgotten():
 
 def test_after_a_contradiction_more_must_agree():
     judgement = Judgement()
-    assert judgement.accepts(scan(0.5))
+    assert judgement.accepts(scan(0.47))
     assert not judgement.accepts(scan(0.4))
-    assert not judgement.accepts(scan(0.5))
-    assert judgement.accepts(scan(0.7))
+    assert not judgement.accepts(scan(0.47))
+    assert judgement.accepts(scan(0.55))
 
 
 def test_many_scans_that_agree_badly_are_lost_in_the_end():

@@ -100,6 +100,22 @@ def test_with_something_in_it_the_hold_is_no_riddle():
     assert np.hypot(*error[:2]) < 0.2
 
 
+def test_on_its_own_map_a_search_in_vain_ends():
+    # Given a room that was mapped, and a vehicle that is carried to another building
+    flight = drive(WALLS, along(ROOM_WAY[:3], 0.25), LIDAR, 0)
+    said = []
+    session = SlamSession(PARAMETERS, say=said.append)
+    for pair in zip(flight.scans, flight.odometry):
+        session.process(*pair)
+    away = drive(hold(), along(HOLD_WAY[:3], 0.25), LIDAR, 1)
+    there = se2.compose(flight.odometry[-1], se2.between(away.odometry[0], away.odometry))
+    for scan, base in zip(away.scans, there):
+        session.process(dataclasses.replace(scan, stamp_s=1000.0 + scan.stamp_s), base)
+    # Then it says that it goes on by odometry
+    assert any("not found on the map" in sentence for sentence in said)
+    assert not any("found again" in sentence for sentence in said)
+
+
 def test_a_given_pose_draws_the_particles_and_is_confirmed(room):
     # Given a vehicle that is tracked, and is then carried to a corner, which odometry does not see
     states, session, _, _ = localised(WALLS, room, ROOM_WAY[:2], (0.0, 0.0, 0.0))

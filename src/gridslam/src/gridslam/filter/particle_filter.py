@@ -173,6 +173,7 @@ class GridSlam:
         missed = poses[best] - prediction.predicted[best]
         missed[2] = se2.wrap(missed[2])
         ranges = np.hypot(*(beams.ends - beams.lidar)[beams.hits].T) * self.parameters.delta
+        range_m = float(np.median(ranges)) if len(ranges) else 0.0
         from_middle = poses[:, :2] - weights @ poses[:, :2]
         return Evidence(
             stamp_s,
@@ -180,7 +181,8 @@ class GridSlam:
             math.sqrt(float(weights @ (from_middle**2).sum(axis=1))),
             resampling.effective_number(weights) / len(weights),
             math.sqrt(float(missed @ prediction.information[best] @ missed)),
-            float(np.median(ranges)) if len(ranges) else 0.0,
+            range_m,
+            self.parameters.srt * self.parameters.linearUpdate * range_m,
             self._motion.distance_m - float(self._motion.tried[0]),
         )
 
@@ -246,6 +248,11 @@ class GridSlam:
     def best_particle(self) -> int:
         """The particle whose whole path explains scans and odometry best."""
         return int(np.argmax(self._log_likelihoods))
+
+    @property
+    def has_own_map(self) -> bool:
+        """Whether the map was made by this filter alone."""
+        return self._starting_map is None
 
     @property
     def localisation_only(self) -> bool:

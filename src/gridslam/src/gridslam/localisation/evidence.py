@@ -50,5 +50,7 @@ class Evidence:
     """Distance of the matched pose from odometry's, in standard deviations of the motion model."""
     typical_range_m: float = 0.0
     """Median range of the beams that hit something; 0 if none did."""
+    blur_m: float = 0.0
+    """How far odometry's error between two scans moves the ends of typical beams."""
     travelled_m: float = 0.0
     """By odometry, since the evidence before."""

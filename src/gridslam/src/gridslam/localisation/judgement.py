@@ -13,10 +13,16 @@ from gridslam.localisation.evidence import Evidence
 
 TRACKING, UNCERTAIN, LOST = "tracking", "uncertain", "lost"
 STATES = (TRACKING, UNCERTAIN, LOST)
-CONTRADICTING_SHARE, AGREEING_SHARE = 0.45, 0.6
-"""A scan contradicts the map if fewer of its beams agree than the first; afterwards, the second."""
+CONTRADICTING_SHARE, AGREEING_SHARE, CONFIRMING_SHARE = 0.45, 0.5, 0.6
+"""A scan contradicts the map if fewer of its beams agree than the first; after such a scan, the second; while
+a given pose is not confirmed yet, the third.
+"""
 UNSEEN_WEIGHT = 0.5
 """Weight of a beam that ends in unseen space, against one that contradicts a map that should be known."""
+BRIDGED_BLUR_M = 0.3
+"""While mapping, a scan is refused only if odometry errs by less than this until the next one. Otherwise the
+map would lose more by the gap than by the scan.
+"""
 LOST_AFTER = 3
 """Number of scans in a row that must contradict the map."""
 MEMORY = 0.7
@@ -55,6 +61,8 @@ class Judgement:
         """Whether the pose was given or found, and `confirm` was not called since."""
         self.agreed = 0
         """Number of scans in a row that agree with the map."""
+        self.is_lenient = False
+        """Whether scans are used even if they contradict the map."""
 
     @property
     def is_lost(self) -> bool:
@@ -97,14 +105,30 @@ class Judgement:
     def _is_meaningful(self, evidence: Evidence) -> bool:
         return evidence.agreement.is_meaningful(self._unseen_weight)
 
+    def give_up(self, reason: str) -> None:
+        """Go on without having found the lost vehicle: uncertain, and scans are used, until one agrees."""
+        self.contradictions, self.agreed, self.smoothed_share = 0, 0, UNCERTAIN_BELOW
+        self.is_lenient = True
+        self._enter(UNCERTAIN, reason)
+
     def lose(self, reason: str) -> None:
         """Judge that the vehicle is lost, by something else than the share of beams."""
         self.is_confirming = False
         self._enter(LOST, reason)
 
     def _contradicts(self, evidence: Evidence) -> bool:
-        limit = AGREEING_SHARE if self.contradictions or self.is_confirming else CONTRADICTING_SHARE
+        limit = AGREEING_SHARE if self.contradictions else CONTRADICTING_SHARE
+        if self.is_confirming:
+            limit = CONFIRMING_SHARE
+        if not self._can_refuse(evidence):
+            return False
+        if self.is_lenient and self.share_of(evidence) < TRACKING_FROM:
+            return False
+        self.is_lenient = False
         return self._is_meaningful(evidence) and self.share_of(evidence) < limit
+
+    def _can_refuse(self, evidence: Evidence) -> bool:
+        return self._known_map or self.is_confirming or evidence.blur_m < BRIDGED_BLUR_M
 
     def _decide(self, evidence: Evidence) -> None:
         share = f"{100.0 * self.share_of(evidence):.0f} % of the beams agree with the map"
@@ -112,7 +136,7 @@ class Judgement:
         spread_limit = SPREAD_UNCERTAIN if was_tracking else SPREAD_TRACKING
         if self.contradictions >= LOST_AFTER:
             self.lose(f"{self.contradictions} scans in a row contradict the map: {share}")
-        elif self.smoothed_share < LOST_BELOW:
+        elif self.smoothed_share < LOST_BELOW and self._can_refuse(evidence) and not self.is_lenient:
             self.lose(f"few beams agree with the map: {100.0 * self.smoothed_share:.0f} %")
         elif self.contradictions:
             self._enter(UNCERTAIN, f"a scan contradicts the map: {share}")
@@ -143,6 +167,7 @@ class Judgement:
             "travelled_since_tracking_m": self.travelled_since_tracking_m,
             "is_confirming": self.is_confirming,
             "agreed": self.agreed,
+            "is_lenient": self.is_lenient,
         }
 
     def restore(self, saved: Mapping[str, Any]) -> None:
@@ -160,5 +185,5 @@ class Judgement:
             raise ValueError("the judgement's numbers make no sense")
         self.state, self.reason = saved["state"], str(saved["reason"])
         self.contradictions, self.scans_since_tracking, self.agreed = counts
-        self.is_confirming = bool(saved["is_confirming"])
+        self.is_confirming, self.is_lenient = bool(saved["is_confirming"]), bool(saved["is_lenient"])
         self.smoothed_share, self.travelled_since_tracking_m = share, travelled_m

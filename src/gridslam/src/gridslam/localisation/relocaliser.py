@@ -9,7 +9,7 @@ that looks the same from both ends, the heading chooses, because it is seldom lo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -22,8 +22,12 @@ from gridslam.scan import PlanarScan
 if TYPE_CHECKING:
     from gridslam.search import Place, PlaceSearch  # scipy slows the start
 
-SCANS_MAX = 16
-"""Number of scans that are searched for together."""
+SCANS_MAX, SCANS_NEW = 16, 4
+"""Number of scans with which places are compared, and of the newest ones, which are searched for. Odometry
+blurs longer windows, but they tell more.
+"""
+RANGE_MAX_M = 12.0
+"""Farther points are not searched for: they would need more headings."""
 SCANS_FIRST = 2
 """The first search waits for this many."""
 CONFIRMATIONS = 2
@@ -44,7 +48,7 @@ SIGMA_MAX_M = 0.3
 """A place must be known to this, in every direction."""
 SAME_M, SAME_RAD = 0.5, 0.2
 """Poses that differ by less than this are one place."""
-PAUSE_SCANS_MAX = 2
+PAUSE_SCANS_MAX = 3
 """After a search in vain, the next one waits for this many more scans at most."""
 
 
@@ -124,7 +128,7 @@ class Relocaliser:
     def _confirm(self, known: KnownMap, heading_rad: float) -> np.ndarray | None:
         assert self._odom_in_map is not None
         newest = self._seen[-1]
-        if not _agrees(known, newest, self._odom_in_map):
+        if _share(known, newest, self._odom_in_map) < SHARE_MIN:
             self.reason = "a place was found, but a later scan contradicts it"
             self._odom_in_map = None
             return None
@@ -144,7 +148,7 @@ class Relocaliser:
         return here
 
     def _places(self, known: KnownMap) -> list[Place]:
-        """Search the map for all scans."""
+        """Search the map for the newest scans."""
         from gridslam.search import LikelihoodField, PlaceSearch, SearchSettings
 
         if self._search is None:
@@ -153,10 +157,11 @@ class Relocaliser:
         points = np.concatenate(
             [
                 se2.transform(se2.between(newest, seen.base_in_odom), known.surface_points(seen.scan))
-                for seen in self._seen
+                for seen in self._seen[-SCANS_NEW:]
             ]
         )
-        return self._search.find(points, SearchSettings(FIT_MIN, FIT_SHARE, PLACES_MAX))
+        near = points[np.hypot(*points.T) < RANGE_MAX_M]
+        return self._search.find(near, SearchSettings(FIT_MIN, FIT_SHARE, PLACES_MAX))
 
     def _unique(self, known: KnownMap, heading_rad: float) -> np.ndarray | None:
         """Return the odometry's frame in the map if one place alone fits all scans and the heading."""
@@ -166,25 +171,29 @@ class Relocaliser:
             self.reason = "no place of the map fits the scans"
             return None
         frames = [se2.compose(place.pose, se2.inverse(newest)) for place in places]
-        shares = [self._mean_share(known, odom_in_map) for odom_in_map in frames]
-        alike = [i for i, share in enumerate(shares) if _rivals(share, max(shares))]
+        shares = np.array([[_share(known, seen, frame) for seen in self._seen] for frame in frames])
+        new, all_scans = shares[:, -SCANS_NEW:].mean(axis=1), shares.mean(axis=1)
+        alike = np.flatnonzero(_rivals(new, new.max()) & _rivals(all_scans, all_scans.max()))
+        if not len(alike):
+            self.reason = "the newest scans fit another place than the others do"
+            return None
         turned = np.array([abs(se2.wrap(places[i].pose[2] - heading_rad)) for i in alike])
         near, far = turned < HEADING_NEAR_RAD, turned > HEADING_FAR_RAD
         if len(alike) > 1 and not (near.sum() == 1 and (near | far).all()):
             self.reason = f"{len(alike)} or more places of the map fit the scans alike"
             return None
-        best = alike[int(turned.argmin())]
+        best = int(alike[turned.argmin()])
         if np.sqrt(np.linalg.eigvalsh(places[best].covariance[:2, :2])[-1]) > SIGMA_MAX_M:
             self.reason = "the scans fit along a whole wall or corridor"
             return None
-        if not all(_agrees(known, seen, frames[best]) for seen in self._seen):
+        if shares[best, -SCANS_NEW:].min() < SHARE_MIN:
             self.reason = "the best place of the map contradicts some of the scans"
             return None
         return frames[best]
 
     def _mean_share(self, known: KnownMap, odom_in_map: np.ndarray) -> float:
-        """Return the mean share of the scans' beams that agree, with odometry's frame at a pose."""
-        return float(np.mean([_share(known, seen, odom_in_map) for seen in self._seen]))
+        """Return the mean share of the newest scans' beams that agree, with odometry's frame at a pose."""
+        return float(np.mean([_share(known, seen, odom_in_map) for seen in self._seen[-SCANS_NEW:]]))
 
 
 def _share(known: KnownMap, seen: _Seen, odom_in_map: np.ndarray) -> float:
@@ -193,10 +202,6 @@ def _share(known: KnownMap, seen: _Seen, odom_in_map: np.ndarray) -> float:
     return found.share(UNSEEN_WEIGHT) if found.is_meaningful() else 0.0
 
 
-def _rivals(share: float, best: float) -> bool:
-    """Return whether a place with this share of agreeing beams rivals the best one."""
+def _rivals(share: Any, best: float) -> Any:
+    """Return whether a place with this share of agreeing beams, or each of several, rivals the best one."""
     return 1.0 - share < RIVAL_MARGIN + RIVAL_FACTOR * (1.0 - best)
-
-
-def _agrees(known: KnownMap, seen: _Seen, odom_in_map: np.ndarray) -> bool:
-    return _share(known, seen, odom_in_map) >= SHARE_MIN

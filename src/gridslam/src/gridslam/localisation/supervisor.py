@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 CONFIRMATIONS = 2
 """Number of scans in a row that must agree with a pose that was given or found."""
+SCANS_IN_VAIN = 20
+"""After this many scans the search ends, if the map is SLAM's own."""
 FOUND_DEVIATION = (0.05, 0.05, 0.02)
 """m, m, rad: uncertainty of a place that was found."""
 STANDSTILL_DEVIATION = (0.3, 0.3, 0.2)
@@ -33,6 +35,7 @@ class Supervisor:
         self._say = say
         self._relocaliser = Relocaliser()
         self._standstill = Standstill()
+        self._in_vain = 0
 
     @property
     def search(self) -> str:
@@ -70,6 +73,7 @@ class Supervisor:
             else:
                 judgement.confirm()
         if judgement.is_lost:
+            self._in_vain = 0
             self._say(
                 f"The vehicle is lost: {judgement.reason}. The map stays as it is until the vehicle is found "
                 "or given by initialpose."
@@ -81,6 +85,11 @@ class Supervisor:
             slam.refuse(scan.stamp_s)
             self._relocaliser.add(scan, base)
             self._look(slam, scan)
+            self._in_vain += 1
+            if slam.judgement.is_lost and slam.has_own_map and self._in_vain >= SCANS_IN_VAIN:
+                self._say("The vehicle was not found on the map; mapping goes on where odometry says it is.")
+                slam.judgement.give_up("the vehicle was not found on the map")
+                self._relocaliser.clear()
 
     def _look(self, slam: GridSlam, scan: PlanarScan) -> None:
         found = self._relocaliser.look(slam, slam.base_in_map[2])
