@@ -91,6 +91,8 @@ RADIUS_MEMORY_S, RADIUS_LEARNING_S = 1.0, 0.15
 EVIDENCE_MAX_S = 0.5
 SAMPLES = 12
 LONGEST_STEP_S = 0.5
+NO_VECTORS, NO_RADII, NO_COVARIANCES = np.empty((0, 2)), np.empty(0), np.empty((0, 2, 2))
+NOTHING_SEEN = np.empty(0, np.int64)
 BESIDE_M = 0.15
 """A point so near to a moving thing's rim belongs to it."""
 
@@ -155,6 +157,9 @@ class Movers:
         level = np.ones(len(points_xy), bool) if is_level is None else is_level
         points = np.asarray(points_xy, float)[level] @ _rotation(self._turn).T + self._shift
         pose = np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
+        if not len(points) and not len(self._tracks):
+            self._keep_frame(pose, sight_m, self._clusters[:0], NOTHING_SEEN)
+            return MoverSet(NO_VECTORS, NO_VECTORS, NO_RADII, NO_COVARIANCES, np.zeros(len(level), bool))
         labels = np.empty(len(points), np.int64)
         limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
         found = kernels.segment(points, pose, sight_m, *limits, self._clusters, labels)
@@ -201,9 +206,7 @@ class Movers:
         p = self.parameters
         sizes = math.exp(-dt_s / RADIUS_MEMORY_S), 1.0 - math.exp(-dt_s / RADIUS_LEARNING_S)
         kernels.correct(self._tracks, clusters, owners, p.deviation_m, p.deviation_hidden_m, *sizes)
-        if self._frames_bins is None or self._frames_bins.shape[1] != len(sight_m):
-            self._frames_bins = np.full((FRAMES, len(sight_m)), -1.0)
-        frames = self._frames, self._frames_bins, self._stamp_s - self._frames_s
+        frames = self._frames, self._bins_of_frames(len(sight_m)), self._stamp_s - self._frames_s
         evidence = YOUNGEST_S, p.free_gap_m, p.share
         limits = dt_s, p.speed_min_m_s, p.significance, EVIDENCE_MAX_S
         seen = self._tracks, clusters, owners, self._surfaces, points
@@ -243,16 +246,21 @@ class Movers:
         self._moving = np.concatenate((self._moving, np.zeros(new.size, bool)))
         return np.concatenate((owners, new))
 
+    def _bins_of_frames(self, size: int) -> np.ndarray:
+        """Return how far earlier scans saw (FRAMES, size), m; nothing yet if the size has changed."""
+        if self._frames_bins is None or self._frames_bins.shape[1] != size:
+            self._frames_bins = np.full((FRAMES, size), -1.0)
+        return self._frames_bins
+
     def _keep_frame(
         self, pose: np.ndarray, sight_m: np.ndarray, clusters: np.ndarray, owners: np.ndarray
     ) -> None:
         newest_s = self._frames_s[self._frame - 1]
         if self._stamp_s - newest_s < FRAME_PERIOD_S - 1e-6:
             return
-        assert self._frames_bins is not None  # since the scan was learnt
         self._frames_s[self._frame] = self._stamp_s
         self._frames[self._frame] = pose
-        self._frames_bins[self._frame] = sight_m
+        self._bins_of_frames(len(sight_m))[self._frame] = sight_m
         seen = owners >= 0
         self._surfaces[:, self._frame] = math.nan
         surfaces = clusters[owners[seen], kernels.SURFACE_X : kernels.SURFACE_Y + 1]

@@ -438,10 +438,12 @@ def _is_free(x: float, y: float, scan: Scan, distance: float, radius: float) -> 
         return False
     width = int(math.asin(radius / r) / scan.increment) + 1
     middle = math.floor((math.atan2(y, x) - scan.angle_0) / scan.increment + 0.5)
-    for j in range(middle - width, middle + width + 1):
-        beam = j % scan.ranges.size
-        if not scan.seen[beam] or scan.ranges[beam] < r:
+    ranges, seen = scan.ranges, scan.seen
+    beam = (middle - width) % ranges.size
+    for _ in range(2 * width + 1):
+        if not seen[beam] or ranges[beam] < r:
             return False
+        beam = beam + 1 if beam + 1 < ranges.size else 0
     return True
 
 

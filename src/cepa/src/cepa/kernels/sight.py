@@ -50,17 +50,19 @@ def bins_of(
     per_rad = m / (2.0 * math.pi)
     reach = max(0, math.ceil(0.5 * (increment * per_rad - 1.0)))
     bins[:] = math.inf
+    x, y = math.cos(angle_0 - increment), math.sin(angle_0 - increment)
+    cos, sin = math.cos(increment), math.sin(increment)
     for k in range(ranges.size):
+        x, y = cos * x - sin * y, sin * x + cos * y
         if not seen[k]:
             continue
-        angle = angle_0 + k * increment
-        x, y = math.cos(angle), math.sin(angle)
         ahead = rotation[0, 0] * x + rotation[0, 1] * y
         left = rotation[1, 0] * x + rotation[1, 1] * y
         r = min(ranges[k], range_max) * math.sqrt(ahead * ahead + left * left)
         middle = math.floor(math.atan2(left, ahead) * per_rad + 0.5)
         for b in range(middle - reach, middle + reach + 1):
-            bins[b % m] = min(bins[b % m], r)
+            b = b + m if b < 0 else b - m if b >= m else b
+            bins[b] = min(bins[b], r)
     for b in range(m):
         if math.isinf(bins[b]):
             bins[b] = -1.0
