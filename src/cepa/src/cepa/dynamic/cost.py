@@ -6,7 +6,9 @@ import numpy as np
 
 from cepa.parameters import CepaParameters
 
-COMFORT, LOST, CHANGE = 0.6, 1.0, 0.2
+COMFORT, LOST, CHANGE = 1.2, 1.0, 0.2
+"""Of k3, of the whole horizon, and of k1 = |v_uav| k4 + k5 relative to its value with k4 = 1 and k5 = 6."""
+USUAL_K4, USUAL_K5 = 1.0, 6.0
 HEIGHT, CLIMB_CHANGE = 0.3, 0.05
 """For a metre off the height, and for a change of the climb by 1 m/s."""
 LEAVING_CHANGE = 0.02
@@ -18,18 +20,23 @@ class Cost:
     """Progress counts against discomfort, against what would be lost by a contact, and against change."""
 
     def __init__(self, parameters: CepaParameters):
-        self.comfort, self.lost, self.change = COMFORT, LOST, CHANGE
+        self._p = parameters
+        self.progress, self.comfort, self.lost = parameters.k2, COMFORT * parameters.k3, LOST
         self.height, self.climb_change = HEIGHT, CLIMB_CHANGE
         self.leaving_change = LEAVING_CHANGE
 
-    def of(self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
+    def of(
+        self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, speed: float, own_speed: float
+    ) -> np.ndarray:
         """Return the cost (n,) of each command (n, 3), m/s; results (n, 4): what `judge` found.
 
-        last: the last command (3,). speed: of the reference, m/s.
+        last: the last command (3,). speed, own_speed: of the reference and of the UAV, m/s.
         """
         progress, discomfort, lost, _ = results.T
         change = np.hypot(commands[:, 0] - last[0], commands[:, 1] - last[1])
-        along = (self.change * change - progress) / max(speed, SLOWEST_SCALE_M_S)
+        k1 = own_speed * self._p.k4 + self._p.k5
+        steady = CHANGE * k1 / (own_speed * USUAL_K4 + USUAL_K5)
+        along = (steady * change - self.progress * progress) / max(speed, SLOWEST_SCALE_M_S)
         return along + self.comfort * discomfort + self.lost * lost
 
     def of_height(

@@ -14,7 +14,7 @@ from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge
 from cepa.dynamic.leaving import Leaving
-from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
+from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight, level_reach
 from cepa.dynamic.movers import Movers
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.pseudo_3d import Plane
@@ -153,7 +153,8 @@ class Dynamic(Algorithm):
         here = np.array(motion.position_m[:2])
         p, z = self.parameters, motion.position_m[2]
         is_level = self._movers.clear_of_floor(points, p.floor_height - z, p.ceiling_height - z)
-        moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, is_level)
+        level_sight = np.minimum(seen, level_reach(motion.rotation()))
+        moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, is_level, level_sight)
         discs = moving.discs(here)
         discs[:, :2] += self._delay_s * discs[:, 2:4]
         discs[:, 4] += self._delay_s * discs[:, 5]
@@ -277,7 +278,8 @@ class Dynamic(Algorithm):
         admissible, results = self._judge.judge(commands, state, around, direction, self.commit_s)
         margin_m = self._judge.braking_margin_m(state, self.commit_s)
         self._judgement = Judgement(*known, int(admissible.sum()), margin_m)
-        cost = self._cost.of(commands, results, self._command, speed)
+        own_speed = math.hypot(state[0, 1], state[1, 1])
+        cost = self._cost.of(commands, results, self._command, speed, own_speed)
         if height_m is not None:
             cost += self._cost.of_height(commands, results, self._command, height_m)
         cost[~admissible] = math.inf

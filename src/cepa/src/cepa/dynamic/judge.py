@@ -20,10 +20,12 @@ from cepa.kernels.rollout import (
 from cepa.parameters import CepaParameters
 
 STEP_S = 0.05
-BRAKE_S, COST_HORIZON_S, HOLD_S = 3.0, 1.6, 0.6
+BRAKE_S, HOLD_S, LONGEST_COST_S = 3.0, 0.6, 4.0
 LONGEST_COMMIT_S = 0.5
 NOISE_M = 0.06
 """The nearest of a thing's points is nearer than the thing by so much. So r_LB is kept within it."""
+MEETING_S = 3.0
+"""The cost looks so far ahead while something moves: to step aside takes so long."""
 CLEAR_STRIDE = 4
 """The paths of the reference are looked at in every fourth step."""
 LEAST_COMFORT_M = 0.05
@@ -46,11 +48,10 @@ class Judge:
         self._emergency = Cushions(self.hull_m, comfort_m, self.hull_m, self.hull_m, tube_m)
         self._least, self._most = np.empty(steps), np.empty(steps)
 
-    @staticmethod
-    def horizon(commit_s: float) -> Horizon:
+    def horizon(self, commit_s: float) -> Horizon:
         """Return how far ahead paths are judged."""
         commit = math.ceil(commit_s / STEP_S - 1e-6)
-        return Horizon(commit, _steps(BRAKE_S), _steps(COST_HORIZON_S), _steps(HOLD_S))
+        return Horizon(commit, _steps(BRAKE_S), _steps(cost_horizon_s(self._p)), _steps(HOLD_S))
 
     def judge(
         self,
@@ -66,6 +67,8 @@ class Judge:
         is_emergency: only the margin of the hull is kept, and comfort ends at r_LB.
         """
         horizon = self.horizon(commit_s)
+        if len(around.movers):
+            horizon = horizon._replace(cost=_steps(MEETING_S))
         braking(state, self.response, around, horizon, self._least, self._most)
         admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 4))
         cushions = self._emergency if is_emergency else self._usual
@@ -88,6 +91,11 @@ class Judge:
         distance_m = math.hypot(self._p.r_ub, between_m)
         paths = state, reference, self.response, self.horizon(commit_s)
         return bool(is_clear(*paths, scan, distance_m, float(self._p.body_radius), CLEAR_STRIDE))
+
+
+def cost_horizon_s(parameters: CepaParameters) -> float:
+    """Return how far ahead the cost looks: by T after the commit time."""
+    return min(parameters.commit_s + parameters.time_horizon, LONGEST_COST_S)
 
 
 def _steps(seconds: float) -> int:

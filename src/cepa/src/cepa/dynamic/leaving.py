@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cepa.dynamic.judge import COST_HORIZON_S
+from cepa.dynamic.judge import cost_horizon_s
 from cepa.kernels.rollout import Surroundings
 from cepa.parameters import CepaParameters
 
@@ -35,12 +35,12 @@ class Leaving:
     def is_needed(self, around: Surroundings, progress_m: float, speed: float) -> bool:
         """Whether something is within the hull's margin, or within r_LB while the UAV gains nothing.
 
-        It lasts until r_LB is free. progress_m: of the answer over COST_HORIZON_S. speed: of the reference.
+        It lasts until r_LB is free. progress_m: of the answer in cost_horizon_s. speed: of the reference.
         """
         p, field = self._p, around.distance
         middle = field.shape[1] // 2
         here_m = float(field[len(field) // 2, middle, middle])
-        idles = speed < p.reference_speed_min or progress_m < IDLE_SHARE * speed * COST_HORIZON_S
+        idles = speed < p.reference_speed_min or progress_m < IDLE_SHARE * speed * cost_horizon_s(p)
         begins = here_m < self._hull_m or (here_m < p.r_lb - LOST_M and idles)
         self._is_on = here_m < p.r_lb if self._is_on else begins
         if not self._is_on:

@@ -27,6 +27,20 @@ OWN_PLACE_M = 0.25
 """The place that the body takes is free, and so much around it where nobody has looked yet."""
 
 
+LEVEL_M = 0.7
+ANGLES_RAD = 2.0 * math.pi / SIGHT_BINS * np.arange(SIGHT_BINS)
+DIRECTIONS = np.stack((np.cos(ANGLES_RAD), np.sin(ANGLES_RAD)))
+
+
+def level_reach(rotation: np.ndarray) -> np.ndarray:
+    """Return how far (SIGHT_BINS,) beams stay within LEVEL_M of the lidar's height, m, in the plane.
+
+    rotation (3, 3): of the lidar's frame into the odometry's.
+    """
+    slopes = rotation[:2, 2] @ DIRECTIONS / rotation[2, 2]
+    return LEVEL_M / np.maximum(np.abs(slopes), 1e-6)
+
+
 class Sight(NamedTuple):
     """What is known at a scan, along the odometry's axes with the lidar at the origin."""
 

@@ -138,6 +138,7 @@ class Movers:
         sensor_xy: np.ndarray,
         sight_m: np.ndarray,
         is_level: np.ndarray | None = None,
+        level_sight_m: np.ndarray | None = None,
     ) -> MoverSet:
         """Return what moves at a scan.
 
@@ -145,6 +146,8 @@ class Movers:
         (2,) m, the lidar; both in the odometry's frame. sight_m: (m,) m, how far the scan sees in m equal
         directions from the odometry's x axis (`kernels.sight.bins_of`); negative where no beam looks.
         is_level: (n,) bool, which points belong neither to floor nor ceiling (`clear_of_floor`); None: all.
+        level_sight_m: (m,) m, as ``sight_m``, but only as far as the beams stay near the lidar's height: a
+        beam that passes over a thing does not show that it is gone; None: ``sight_m``.
         After a clock that went back, or LONGEST_STEP_S
         without a scan, everything is forgotten.
         """
@@ -170,8 +173,9 @@ class Movers:
         kernels.associate(clusters, self._tracks, p.gate_m, matches, owners)
         self._align(dt_s, points, pose, clusters, owners)
         self._learn(dt_s, points, pose, sight_m, clusters, owners)
-        seen = self._forget(pose, sight_m, owners)
+        seen = self._forget(pose, sight_m if level_sight_m is None else level_sight_m, owners)
         seen = self._begin(clusters, matches, seen)
+        self._find_again()
         self._keep_frame(pose, sight_m, clusters, seen)
         return self._answer(points, labels, level, seen)
 
@@ -245,6 +249,19 @@ class Movers:
         self._surfaces = np.concatenate((self._surfaces, np.full((new.size, FRAMES, 2), math.nan)))
         self._moving = np.concatenate((self._moving, np.zeros(new.size, bool)))
         return np.concatenate((owners, new))
+
+    def _find_again(self) -> None:
+        """Let what appears near a moving thing that is out of sight move on as that did."""
+        tracks = self._tracks
+        unseen = tracks[:, kernels.UNSEEN] > 0.0
+        unknown = ~unseen & ~self._moving & (tracks[:, kernels.VV] > 0.5 * self.parameters.speed_first_m_s**2)
+        for lost in tracks[self._moving & unseen]:
+            reach_m = lost[kernels.RADIUS] + self.parameters.gate_m + 3.0 * math.sqrt(lost[kernels.PP])
+            apart_m = np.hypot(tracks[:, kernels.X] - lost[kernels.X], tracks[:, kernels.Y] - lost[kernels.Y])
+            found = unknown & (apart_m < reach_m) & (tracks[:, kernels.USUAL] < 1.5 * lost[kernels.RADIUS])
+            tracks[found, kernels.VX : kernels.RADIUS + 1] = lost[kernels.VX : kernels.RADIUS + 1]
+            tracks[found, kernels.EVIDENCE] = lost[kernels.EVIDENCE]
+            self._moving |= found
 
     def _bins_of_frames(self, size: int) -> np.ndarray:
         """Return how far earlier scans saw (FRAMES, size), m; nothing yet if the size has changed."""

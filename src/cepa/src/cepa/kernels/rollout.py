@@ -354,7 +354,7 @@ def _judge(
     speed = math.sqrt(ux * ux + uy * uy)
     for k in range(horizon.cost):
         x, y = state[0, 0], state[1, 0]
-        if k >= horizon.hold and way.size:
+        if k >= horizon.hold and way.size and not movers.size:  # the way does not know what moves
             gx, gy = _way_slope(way, way_cell_m, x + way_x, y + way_y, direction)
             size = math.sqrt(gx * gx + gy * gy)
             if 0.2 * way_cell_m < size < 20.0 * way_cell_m:
