@@ -13,12 +13,12 @@ from sensor_msgs.msg import LaserScan
 BEAMS = 1440
 
 
-def of_stamp(output, stamp):
-    """Wait for the message of one stamp; what came before it is dropped."""
+def of_stamp(output, *stamps):
+    """Wait for the message of one of the stamps; what came before it is dropped."""
     while True:
         message = output.next()
         header = message.header if hasattr(message, "header") else message.markers[0].header
-        if header.stamp == stamp:
+        if header.stamp in stamps:
             return message
 
 
