@@ -89,7 +89,6 @@ def further_sensors(uav: Uav) -> list[tuple[Link, Sensor]]:
 def unsimulated(uav: Uav) -> tuple[str, ...]:
     """Return a sentence for each flat lidar besides the first: the simulator has one scan."""
     first = uav.lidar.sensor if uav.lidar else None
-    first = uav.lidar.sensor if uav.lidar else None
     return tuple(
         f'{uav.model.source}: The lidar "{sensor.name}" is not simulated: a UAV has one scan.'
         for _, sensor in _sensors(uav.model)
