@@ -6,9 +6,11 @@
 from __future__ import annotations
 
 import ast
+import importlib
 from pathlib import Path
 
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 ROOT = Path(__file__).resolve().parents[2]
 GUARDED = ROOT / "src/gridslam/src/gridslam/kernels"
@@ -43,3 +45,28 @@ def test_kernels_use_nothing_of_ours_from_another_file(path):
 
 def test_there_are_files_to_look_at():
     assert len(WITH_KERNELS) > 5
+
+
+@pytest.mark.parametrize("module", ["cepa.kernels", "gridslam.kernels", "simulation_tools.kernel_cache"])
+def test_processes_that_compile_at_the_same_time_never_mix_their_code(module, tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:  # numba as it comes
+        patch.setattr(IndexDataCacheFile, "_data_name", counted)
+        assert code_for_int(tmp_path / "numba") == "code for float"
+        importlib.reload(importlib.import_module(module))
+        assert code_for_int(tmp_path / "ours") == "code for int"
+
+
+def counted(file: IndexDataCacheFile, number: int) -> str:
+    return file._data_name_pattern.format(number=number)
+
+
+def code_for_int(folder: Path) -> str | None:
+    """What the cache holds for an int after two processes have compiled a kernel for an int and a float."""
+    folder.mkdir()
+    one, other = (IndexDataCacheFile(str(folder), "kernel", "stamp") for _ in range(2))
+    one._load_index = other._load_index = dict  # both looked before the other wrote
+    write = one._save_data
+    # The second process writes index and code after the first wrote its index, and before its code
+    one._save_data = lambda name, code: (other.save("int", "code for int"), write(name, code))
+    one.save("float", "code for float")
+    return IndexDataCacheFile(str(folder), "kernel", "stamp").load("int")

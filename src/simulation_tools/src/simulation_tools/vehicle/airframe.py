@@ -14,9 +14,9 @@ import math
 from typing import Sequence
 
 import numpy as np
-from numba import njit
 
 from simulation_tools.geometry import Vector3
+from simulation_tools.kernel_cache import njit
 from simulation_tools.sdf.elements import Model
 from simulation_tools.vehicle.rotor import AirframeError, Rotor
 from simulation_tools.vehicle.rotor_plugins import read_rotors

@@ -11,9 +11,9 @@ import math
 from typing import Tuple
 
 import numpy as np
-from numba import njit
 
 from simulation_tools.geometry import Vector3
+from simulation_tools.kernel_cache import njit
 from simulation_tools.px4.parameters import Px4Parameters
 
 AXES = ("ROLL", "PITCH", "YAW")

@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import Sequence
 
 import numpy as np
-from numba import njit
+
+from simulation_tools.kernel_cache import njit
 
 # PX4's rotor positions of a wide quadrotor, (x forward, y right) in metres, and the direction of turning:
 # front right ccw, rear left ccw, front left cw, rear right cw. Airframe 10016 flies with this one.

@@ -11,8 +11,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from simulation_tools.kernel_cache import njit
 from simulation_tools.px4.control.records import ATTITUDE_SETPOINT_DTYPE
 from simulation_tools.px4.parameters import Px4Parameters
 

@@ -19,7 +19,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from simulation_tools.kernel_cache import njit
 
 GRAVITY_M_S2 = 9.80665
 

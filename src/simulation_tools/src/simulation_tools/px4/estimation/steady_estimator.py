@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3
+from simulation_tools.kernel_cache import njit
 from simulation_tools.px4.estimation.interface import (
     AIDED,
     ESTIMATE_DTYPE,
