@@ -16,7 +16,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-from benchmarks import avoidance, cepa, experiment_1, gnss_denied, px4, sim  # noqa: E402
+from benchmarks import avoidance, cepa, experiment_1, px4, sim  # noqa: E402
 from benchmarks.avoidance_rows import judging, mixed_forests, real_time, rows  # noqa: E402
 from benchmarks.shared import places  # noqa: E402
 from benchmarks.shared.flights import Question  # noqa: E402
@@ -26,6 +26,7 @@ from benchmarks.simulator import graph  # noqa: E402
 from benchmarks.slam_rows import goals  # noqa: E402
 from cepa import CepaParameters, Improved, LaserScan2D  # noqa: E402
 from master_thesis.campaign.reading import read_campaign  # noqa: E402
+from master_thesis.experiments_3_4.flight_without_gnss import distances  # noqa: E402
 from master_thesis.trials.trial import Trial  # noqa: E402
 
 
@@ -42,7 +43,7 @@ def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):
 def test_distances_from_the_planned_path_are_those_of_its_nearest_line():
     corner = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)])
     points = np.array([(2.0, 0.5), (-3.0, 4.0), (4.2, 2.0), (4.0, 5.0)])
-    assert gnss_denied.distances(points, corner) == pytest.approx([0.5, 5.0, 0.2, 2.0])
+    assert distances(points, corner) == pytest.approx([0.5, 5.0, 0.2, 2.0])
 
 
 def test_benchmarks_that_end_at_once_lose_nothing(tmp_path):

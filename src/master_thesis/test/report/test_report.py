@@ -70,7 +70,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
     assert "Interrupted; all finished pieces are kept; the next call goes on from here." in interrupted
     assert "Traceback" not in interrupted
     assert code_of_second == 0, errors
-    before = int(re.search(r"(\d+) of 7 trials are there from before", errors).group(1))
+    before = int(re.search(r"(\d+) of 8 trials are there from before", errors).group(1))
     assert before >= 1
     assert sorted(line["name"] for line in lines_of(folder)) == sorted(piece.name for piece in plan(SMALLEST))
 

@@ -15,7 +15,14 @@ from master_thesis.files import replace_file
 from master_thesis.report import thesis
 from master_thesis.report.content import Section
 from master_thesis.report.plan import plan
-from master_thesis.report.sections import experiment_1, experiment_2, experiment_3, experiment_4, measurements
+from master_thesis.report.sections import (
+    experiment_1,
+    experiment_2,
+    experiment_3,
+    experiment_4,
+    measurements,
+    without_gnss,
+)
 from master_thesis.report.size import Size
 from master_thesis.results.run_folder import machine, versions
 from master_thesis.trials.run import version
@@ -28,6 +35,7 @@ _SECTIONS = (
     experiment_2.section,
     experiment_3.section,
     experiment_4.section,
+    without_gnss.section,
     measurements.build_section,
     measurements.launch_section,
 )

@@ -5,7 +5,13 @@ from __future__ import annotations
 from typing import Sequence
 
 from master_thesis.report.piece import Piece
-from master_thesis.report.pieces import experiment_1, experiment_2, experiments_3_4, measurements
+from master_thesis.report.pieces import (
+    experiment_1,
+    experiment_2,
+    experiments_3_4,
+    measurements,
+    without_gnss,
+)
 from master_thesis.report.size import Size
 
 
@@ -13,7 +19,7 @@ def plan(size: Size) -> list[Piece]:
     """Return every piece of a report of this size."""
     return [
         piece
-        for kind in (experiment_1, experiment_2, experiments_3_4, measurements)
+        for kind in (experiment_1, experiment_2, experiments_3_4, without_gnss, measurements)
         for piece in kind.pieces(size)
     ]
 

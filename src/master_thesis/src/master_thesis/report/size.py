@@ -15,6 +15,7 @@ EXPERIMENTS = (
     "experiment_2",
     "experiment_3",
     "experiment_4",
+    "without_gnss",
     "measurement_1",
     "measurement_2",
 )

@@ -1,0 +1,140 @@
+"""Experiments 3 and 4 without GNSS and without ROS, flown by lidar, IMU and range finder."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gridslam.odometry.warm_up import warm_up_odometry
+from gridslam.warm_up import warm_up
+from inspection_tools.correction import SlowCorrection
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
+from master_thesis.experiments_3_4.slam_run import SlamParticipant
+from master_thesis.experiments_3_4.slam_setup import read_setup
+from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.course import Outcome
+from master_thesis.flight.flight_recording import LidarGeometry
+from simulation_tools.geometry import Pose, Vector3
+
+
+@dataclass(frozen=True)
+class FlownWithoutGnss:
+    """A flight with the truth about it.
+
+    truth, odometry, flown_by: rows of time in s and position in m, (n, 4): the true pose, the lidar's
+    odometry, and the pose in `map` by which the mission is flown. way_xy: start and waypoints, (k, 2).
+    cpu_ms: mean CPU time of the odometry per scan. ends_at_waypoint: it does not end after a time.
+    """
+
+    outcome: Outcome
+    truth: np.ndarray
+    odometry: np.ndarray
+    flown_by: np.ndarray
+    way_xy: np.ndarray
+    flight_height_m: float
+    cpu_ms: float
+    ends_at_waypoint: bool
+
+    def metrics(self) -> dict:
+        """Return how the flight ended, and its errors in m."""
+        in_air = self.truth[:, 3] > 0.8 * self.flight_height_m
+        odometry_off, flown_by_off = (_errors(rows, self.truth) for rows in (self.odometry, self.flown_by))
+        landed_off_m = math.dist(self.truth[-1, 1:3], self.way_xy[-1])
+        return {
+            "flown": self.outcome.reached_goal and self.outcome.landed,
+            "contact": self.outcome.collision,
+            "failure": self.outcome.failure,
+            "landed_off_m": landed_off_m if self.ends_at_waypoint else None,
+            "ate_m": _rms(np.hypot(*flown_by_off[:, :2].T)),
+            "odometry_ate_m": _rms(np.hypot(*odometry_off[:, :2].T)),
+            "path_p95_m": float(np.percentile(distances(self.truth[in_air, 1:3], self.way_xy), 95)),
+            "height_p95_m": float(np.percentile(np.abs(odometry_off[:, 2]), 95)),
+            "cpu_ms": self.cpu_ms,
+        }
+
+    def path_xy(self, every_m: float) -> list[list[float]]:
+        """Return places of the true path that are at least this far apart, and its last one."""
+        places = self.truth[:, 1:3]
+        way_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))))
+        chosen = np.searchsorted(way_m, np.append(np.arange(0.0, way_m[-1], every_m), way_m[-1]))
+        return np.round(places[chosen], 3).tolist()
+
+
+def parameters_without_gnss(world: str, lidar: str, seed: int) -> ClosedLoopParameters:
+    """Return the closed loop of a scenario, flown by the UAV's own odometry.
+
+    Raises:
+        ScenarioError: there is no such scenario.
+    """
+    parameters = parameters_of(world, lidar, seed)
+    return replace(
+        parameters,
+        simulation=replace(parameters.simulation, sensors=("range_finder",), gnss=False),
+        pose_source="odometry",
+        publisher=replace(parameters.publisher, needs_home=False),
+    )
+
+
+def fly_without_gnss(world: str, seed: int, parameters: ClosedLoopParameters) -> FlownWithoutGnss:
+    """Fly a scenario to its end: odometry from the lidar, SLAM with loop closure, the mission in `map`."""
+    warm_up()
+    warm_up_odometry()
+    with ClosedLoop(parameters) as loop:
+        own = loop.own_odometry
+        assert own is not None  # there is no GNSS
+        slam = SlamParticipant(
+            read_setup(world).session(seed, loop_closure=True), LidarGeometry.of(loop.lidar)
+        )
+        loop.listeners.append(slam)
+        pose = SlamPose(slam)
+        loop.correct = pose.of
+        outcome = loop.run()
+        scenario = SCENARIOS[world]
+        return FlownWithoutGnss(
+            outcome,
+            np.array(loop.log.truth.rows)[:, :4],
+            np.array([(e.stamp_s, *e.position_xyz) for e in own.estimates]),
+            np.array(pose.rows),
+            np.array([scenario.start_xyz_yaw[:2], *(w.position_m[:2] for w in parameters.mission)]),
+            scenario.flight_height_m,
+            float(np.mean(own.cpu_ms)),
+            not math.isfinite(parameters.duration_s),
+        )
+
+
+class SlamPose:
+    """The pose in `map` that the mission is flown by. rows: time in s and position, of every odometry."""
+
+    def __init__(self, slam: SlamParticipant) -> None:
+        self._slam, self._slow = slam, SlowCorrection()
+        self.rows: list[tuple[float, ...]] = []
+
+    def of(self, t_s: float, pose: Pose) -> tuple[Vector3, float]:
+        """Return position and heading in `map` of a pose in `odom`."""
+        x, y, yaw = self._slam.session.map_to_odom or (0.0, 0.0, 0.0)
+        turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+        position_m, yaw_rad = self._slow.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, 0.0), turn)
+        self.rows.append((t_s, *position_m))
+        return position_m, yaw_rad
+
+
+def distances(points_xy: np.ndarray, way_xy: np.ndarray) -> np.ndarray:
+    """Return (n,) distances of points (n, 2) from a way of straight lines (k, 2)."""
+    begin, along = way_xy[:-1], np.diff(way_xy, axis=0)
+    length2 = np.maximum((along**2).sum(axis=1), 1e-12)
+    to_points = points_xy[:, None] - begin
+    share = np.clip((to_points * along).sum(axis=2) / length2, 0.0, 1.0)
+    return np.hypot(*np.moveaxis(to_points - share[..., None] * along, 2, 0)).min(axis=1)
+
+
+def _errors(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Return (n, 3) found less true positions; both rows begin with the time."""
+    return found[:, 1:4] - np.column_stack(
+        [np.interp(found[:, 0], truth[:, 0], truth[:, i]) for i in (1, 2, 3)]
+    )
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,127 @@
+"""Experiments 3 and 4 without GNSS on the page: what each lidar can do."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Sequence
+
+import numpy as np
+from matplotlib.collections import PatchCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from inspection_tools import read_mission
+from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
+from master_thesis.report import thesis
+from master_thesis.report.content import Block, Picture, Section, Table, number, seeds_of
+from master_thesis.report.pieces.without_gnss import EXPERIMENT, piece
+from master_thesis.report.sections.maps import ORDER, short_name
+from master_thesis.report.size import Size
+from master_thesis.results import palette
+from master_thesis.results.picture_files import svg
+from master_thesis.trials.store import Store
+from master_thesis.worlds.floor_plan import outlines_of_file
+
+COLUMNS = {
+    "ate_m": "error of the pose flown by, m",
+    "odometry_ate_m": "error of odometry, m",
+    "path_p95_m": "off the planned path, 95 %, m",
+    "landed_off_m": "landed off the start, m",
+    "height_p95_m": "error of the height, 95 %, m",
+}
+_SOLID = "#5b6066"
+
+
+def section(size: Size, store: Store) -> Section:
+    """Return the section of the pieces that are there."""
+    flown = {world: _flights(world, size, store) for world in size.worlds}
+    flown = {world: flights for world, flights in flown.items() if flights}
+    blocks: list[Block] = [_table(flown), _paths(flown)] if flown else []
+    return Section(
+        key=EXPERIMENT,
+        title="Experiments 3 and 4 without GNSS",
+        reference="not in the thesis, whose UAV flies by the ground truth",
+        method=(
+            "The UAV flies Experiments 3 and 4 by lidar, IMU and a range finder that looks down, as in a "
+            "steel hold. The flight controller's only position is odometry from the lidar. gridslam with "
+            "loop closure corrects it, and the UAV flies its mission by the corrected pose. The ground "
+            "truth only judges."
+        ),
+        blocks=blocks,
+        findings=(),
+        parameters=f"{seeds_of(size.map_seeds)}; launch argument gnss:=false",
+    )
+
+
+def _flights(world: str, size: Size, store: Store) -> dict[str, list[dict]]:
+    """Return the results of each lidar, by range, over the seeds."""
+    found: dict[str, list[dict]] = {}
+    for lidar in (each for each in ORDER if each in size.lidars):
+        rows = (store.get(piece(size, world, lidar, seed)) for seed in size.map_seeds)
+        done = [row.result for row in rows if row is not None]
+        if done:
+            found[lidar] = done
+    return found
+
+
+def _table(flown: Mapping[str, Mapping[str, Sequence[dict]]]) -> Table:
+    rows = [
+        (
+            f"{world}, {short_name(lidar)}, {thesis.LIDARS[lidar].range_m:g} m",
+            f"{sum(done['flown'] for done in results)} of {len(results)}",
+            str(sum(done["contact"] for done in results)),
+            *(_middle_and_worst([done[key] for done in results]) for key in COLUMNS),
+        )
+        for world, lidars in flown.items()
+        for lidar, results in lidars.items()
+    ]
+    return Table(
+        "What each lidar can do without GNSS",
+        ("world, lidar, range", "flown and landed", "contacts", *COLUMNS.values()),
+        rows,
+        note="Median over the seeds, the worst in brackets. Errors of poses: root mean square over the "
+        "flight, not aligned. Off the planned path: true distance from the straight lines between the "
+        "waypoints, corners included. The flight in the room ends after a time, not at its start.",
+    )
+
+
+def _middle_and_worst(values: Sequence[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    if not known:
+        return "-"
+    middle = number(float(np.median(known)), 3)
+    return middle if len(known) == 1 else f"{middle} ({max(known):.3f})"
+
+
+def _paths(flown: Mapping[str, Mapping[str, Sequence[dict]]]) -> Picture:
+    """Return the true paths of the first flight of each lidar."""
+    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    for axes, (world, lidars) in zip(np.atleast_1d(figure.subplots(1, len(flown))), flown.items()):
+        _draw_world(axes, world)
+        for lidar, results in lidars.items():
+            path_xy = np.array(results[0]["path_xy"])
+            axes.plot(*path_xy.T, color=palette.LIDARS[lidar], lw=1.1, label=short_name(lidar))
+            axes.plot(
+                *path_xy[-1], palette.MARKERS[lidar], ms=5, color=palette.LIDARS[lidar], mec="black", mew=0.4
+            )
+        axes.legend(fontsize=7, loc="center", framealpha=0.9)
+    return Picture(
+        svg(figure),
+        "True paths of one flight with each lidar, with a mark where it ended. Dashed: the planned path.",
+        "The worlds from above with the path flown with each lidar",
+        wide=True,
+    )
+
+
+def _draw_world(axes: Any, world: str) -> None:
+    scenario = SCENARIOS[world]
+    shapes = [o for o in outlines_of_file(scenario.world_path) if o.blocks(scenario.flight_height_m)]
+    patches = [Polygon(o.outline_xy, closed=True) for o in shapes if len(o.outline_xy) > 2]
+    axes.add_collection(PatchCollection(patches, facecolor=_SOLID, edgecolor="black", linewidth=0.3))
+    way = [scenario.start_xyz_yaw[:2], *(w.position_m[:2] for w in read_mission(scenario.mission_path))]
+    axes.plot(*np.array(way).T, "--", color="black", lw=0.6)
+    axes.autoscale_view()
+    axes.set_aspect("equal")
+    axes.set_title(world, fontsize=9)
+    axes.set_xlabel("x [m]", fontsize=8)
+    axes.set_ylabel("y [m]", fontsize=8)
+    axes.tick_params(labelsize=7)
