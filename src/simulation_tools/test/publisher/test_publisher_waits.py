@@ -199,6 +199,14 @@ def test_every_wait_says_for_what(told, words):
     assert all(words in text and "still " in text for text in said)
 
 
+def test_without_gnss_it_says_where_the_pose_should_come_from():
+    publisher = SetpointPublisher(PublisherParameters(needs_home=False, needs_vision=True))
+    publisher.on_state(50 * MS, STANDS)
+    publisher.on_landed_state(50 * MS, GROUND)
+    assert "no `local_position/pose` from MAVROS yet" in publisher.waiting_for
+    assert "needs external poses" in publisher.waiting_for
+
+
 def test_nothing_is_waited_for_in_flight():
     px4 = Px4Like()
     px4.run(20_000)

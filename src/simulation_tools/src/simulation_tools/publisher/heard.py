@@ -54,7 +54,9 @@ class Heard:
         if self.landed.newest() is None:
             return "no `extended_state` from MAVROS yet"
         if self.poses.newest() is None:
-            return "no `local_position/pose` from MAVROS yet"
+            words = "no `local_position/pose` from MAVROS yet"
+            why = " (the flight controller needs external poses; /UAV/vision_state says what it gets)"
+            return words + why if p.needs_vision else words
         if p.needs_home and self.homes.newest() is None and not state.armed:
             return "no home position (`home_position/home`) from MAVROS yet"
         if state.mode != OFFBOARD:
