@@ -16,16 +16,8 @@ from cepa.dynamic.cloud_lookout import HEIGHT_ERROR_M, LAYER_M, LAYERS, CloudLoo
 from cepa.dynamic.judge import STEP_S
 from cepa.dynamic.observer import CLIMB_LAG_S, response_of
 from cepa.dynamic.ways_out import Layers, WaysOut
-from cepa.kernels.rollout import (
-    AT_REST_M_S,
-    AT_REST_M_S2,
-    Cushions,
-    Horizon,
-    Surroundings,
-    braking,
-    fly,
-    judge,
-)
+from cepa.kernels.rollout import AT_REST_M_S, AT_REST_M_S2, braking, fly, judge
+from cepa.kernels.surroundings import Cushions, Horizon, Surroundings
 
 CLIMB_ERROR_M_S2 = 0.2
 """The vertical disturbance that doc/three_dimensions.md allows."""
@@ -247,9 +239,9 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
     around = Surroundings(distance, 0.1, LAYER_M, 1.3, np.empty(0), unseen, 0.2, np.empty((0, 6)), *no_way)
     start, keep, ahead = np.zeros((3, 4)), np.full(64, 0.55), np.array([1.0, 0.0])
     least, most = np.empty(64), np.empty(64)
-    braking(start, response, around, horizon, least, most)
-    admissible, results = np.empty(60, np.bool_), np.zeros((60, 4))
-    rules = horizon, Cushions(0.5, 1.2, 0.5, 0.55, np.zeros(64)), least, most
+    nearest = braking(start, response, around, horizon, least, most)
+    admissible, results = np.empty(60, np.bool_), np.zeros((60, 5))
+    rules = horizon, Cushions(0.5, 1.2, 0.5, 0.55, np.zeros(64)), least, most, nearest
     judge(start, commands, response, around, *rules, ahead, admissible, results)
     assert least.min() >= 0.6  # so braking at once excuses nothing
     assert most.max() <= 0.0

@@ -10,6 +10,7 @@ import pytest
 from cepa.kernels import movers as kernels
 
 ALL_AROUND = np.full(360, 9.0)
+LEVEL = np.full(360, math.inf)
 AT_ORIGIN = np.zeros(3)
 
 
@@ -37,7 +38,7 @@ def plain_segments(points, gap, least):
 def test_segments_are_those_of_the_plain_reference(seed):
     points = scan_of_arcs(np.random.default_rng(seed))
     clusters, labels = np.empty((200, kernels.CLUSTER_COLUMNS)), np.empty(len(points), np.int64)
-    count = kernels.segment(points, AT_ORIGIN, ALL_AROUND, 0.3, 3, math.inf, clusters, labels)
+    count = kernels.segment(points, AT_ORIGIN, ALL_AROUND, LEVEL, 0.3, 3, math.inf, clusters, labels)
     expected = plain_segments(points, 0.3, 3)
     assert count == len(expected)
     for c, segment in enumerate(expected):
@@ -51,7 +52,7 @@ def test_segments_are_those_of_the_plain_reference(seed):
 def test_a_large_thing_has_no_label():
     wall = np.stack([np.full(60, 2.0), np.linspace(-3.0, 3.0, 60)], axis=1)
     clusters, labels = np.empty((9, kernels.CLUSTER_COLUMNS)), np.empty(60, np.int64)
-    assert kernels.segment(wall, AT_ORIGIN, ALL_AROUND, 0.3, 3, 1.5, clusters, labels) == 0
+    assert kernels.segment(wall, AT_ORIGIN, ALL_AROUND, LEVEL, 0.3, 3, 1.5, clusters, labels) == 0
     assert (labels == -1).all()
 
 
@@ -62,10 +63,10 @@ def test_what_something_nearer_hides_is_marked():
     points = np.concatenate((near, far))
     bins = ALL_AROUND.copy()
     clusters, labels = np.empty((9, kernels.CLUSTER_COLUMNS)), np.empty(20, np.int64)
-    kernels.segment(points, AT_ORIGIN, bins, 0.3, 3, 1.5, clusters, labels)
+    kernels.segment(points, AT_ORIGIN, bins, LEVEL, 0.3, 3, 1.5, clusters, labels)
     assert list(clusters[:2, kernels.HIDDEN]) == [0.0, 1.0]
     bins[-20:-10] = -1.0  # the near trunk's right end is at -11 degrees
-    kernels.segment(points, AT_ORIGIN, bins, 0.3, 3, 1.5, clusters, labels)
+    kernels.segment(points, AT_ORIGIN, bins, LEVEL, 0.3, 3, 1.5, clusters, labels)
     assert clusters[0, kernels.HIDDEN] == 1.0
 
 
@@ -90,6 +91,32 @@ def test_the_filter_is_a_kalman_filter_of_constant_velocity():
         covariance = covariance - np.outer(gain, covariance[0])
     columns = [kernels.X, kernels.Y, kernels.VX, kernels.VY, kernels.PP, kernels.PV, kernels.VV]
     assert track[0, columns] == pytest.approx([*mean.ravel(), *covariance.ravel()[[0, 1, 3]]])
+
+
+@pytest.mark.parametrize("tilted", [False, True])
+def test_a_part_of_a_thing_moves_its_track_only_if_the_lidar_is_level(tilted):
+    # Given a wide thing that moves along x, of which a scan shows only the left half
+    track, cluster = np.zeros((1, kernels.TRACK_COLUMNS)), np.zeros((1, kernels.CLUSTER_COLUMNS))
+    track[0, [kernels.VX, kernels.PP, kernels.VV]] = -2.0, 0.01, 0.1
+    track[0, [kernels.RADIUS, kernels.USUAL, kernels.UNSEEN]] = 0.9, 0.9, 0.025
+    before = track.copy()
+    half = [kernels.MIDDLE_Y, kernels.SIZE, kernels.TILTED]
+    cluster[0, half] = 0.45, 0.45, float(tilted)
+    kernels.correct(track, cluster, np.zeros(1, np.int64), 0.05, 0.3, 1.0, 0.2)
+    if tilted:
+        before[0, kernels.UNSEEN] = 0.0
+        assert track == pytest.approx(before)
+    else:
+        assert track[0, kernels.Y] == pytest.approx(0.45)
+
+
+def test_beams_far_from_level_at_the_end_of_a_thing_are_marked():
+    wall = np.stack([np.full(30, 2.0), np.linspace(-0.5, 0.5, 30)], axis=1)
+    clusters, labels = np.empty((9, kernels.CLUSTER_COLUMNS)), np.empty(30, np.int64)
+    for level_m, expected in ((2.2, 0.0), (1.9, 1.0)):
+        level = np.full(360, level_m)
+        kernels.segment(wall, AT_ORIGIN, ALL_AROUND, level, 0.3, 3, 1.5, clusters, labels)
+        assert clusters[0, kernels.TILTED] == expected
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -8,6 +8,8 @@ from cepa.parameters import CepaParameters
 
 COMFORT, LOST, CHANGE = 1.2, 1.0, 0.2
 """Of k3, of the whole horizon, and of k1 = |v_uav| k4 + k5 relative to its value with k4 = 1 and k5 = 6."""
+CAUGHT = 6.0
+"""For the whole horizon lost to what moves. It is worth more than any way in MEETING_S, back or forth."""
 USUAL_K4, USUAL_K5 = 1.0, 6.0
 HEIGHT, CLIMB_CHANGE = 0.3, 0.05
 """For a metre off the height, and for a change of the climb by 1 m/s."""
@@ -28,16 +30,16 @@ class Cost:
     def of(
         self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, speed: float, own_speed: float
     ) -> np.ndarray:
-        """Return the cost (n,) of each command (n, 3), m/s; results (n, 4): what `judge` found.
+        """Return the cost (n,) of each command (n, 3), m/s; results (n, 5): what `judge` found.
 
         last: the last command (3,). speed, own_speed: of the reference and of the UAV, m/s.
         """
-        progress, discomfort, lost, _ = results.T
+        progress, discomfort, lost, _, caught = results.T
         change = np.hypot(commands[:, 0] - last[0], commands[:, 1] - last[1])
         k1 = own_speed * self._p.k4 + self._p.k5
         steady = CHANGE * k1 / (own_speed * USUAL_K4 + USUAL_K5)
         along = (steady * change - self.progress * progress) / max(speed, SLOWEST_SCALE_M_S)
-        return along + self.comfort * discomfort + self.lost * lost
+        return along + self.comfort * discomfort + self.lost * lost + CAUGHT * caught
 
     def of_height(
         self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, height_m: float
@@ -53,6 +55,7 @@ class Cost:
 
         Cheap is what progresses in the direction to leave in; without one, what keeps farthest away.
         """
-        progress, discomfort, lost, _ = results.T
+        progress, discomfort, lost, _, caught = results.T
         change = np.linalg.norm(commands - last, axis=1)
-        return (-progress if has_direction else discomfort) + self.lost * lost + self.leaving_change * change
+        contact = self.lost * lost + CAUGHT * caught
+        return (-progress if has_direction else discomfort) + contact + self.leaving_change * change

@@ -22,7 +22,7 @@ from cepa.dynamic.spatial import Spatial, Way
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
 from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Ways, WaysOut
-from cepa.kernels.rollout import Scan, Surroundings
+from cepa.kernels.surroundings import Scan, Surroundings
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
@@ -153,8 +153,8 @@ class Dynamic(Algorithm):
         here = np.array(motion.position_m[:2])
         p, z = self.parameters, motion.position_m[2]
         is_level = self._movers.clear_of_floor(points, p.floor_height - z, p.ceiling_height - z)
-        level_sight = np.minimum(seen, level_reach(motion.rotation()))
-        moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, is_level, level_sight)
+        level_m = level_reach(motion.rotation())
+        moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, is_level, level_m)
         discs = moving.discs(here)
         discs[:, :2] += self._delay_s * discs[:, 2:4]
         discs[:, 4] += self._delay_s * discs[:, 5]

@@ -7,16 +7,8 @@ import math
 import numpy as np
 
 from cepa.dynamic.observer import response_of
-from cepa.kernels.rollout import (
-    Cushions,
-    Horizon,
-    Scan,
-    Surroundings,
-    braking,
-    error_share,
-    is_clear,
-    judge,
-)
+from cepa.kernels.rollout import braking, error_share, is_clear, judge
+from cepa.kernels.surroundings import Cushions, Horizon, Scan, Surroundings
 from cepa.parameters import CepaParameters
 
 STEP_S = 0.05
@@ -47,6 +39,7 @@ class Judge:
         comfort_m = max(float(p.r_lb), self.hull_m + LEAST_COMFORT_M)
         self._emergency = Cushions(self.hull_m, comfort_m, self.hull_m, self.hull_m, tube_m)
         self._least, self._most = np.empty(steps), np.empty(steps)
+        self._nearest_m = math.inf
 
     def horizon(self, commit_s: float) -> Horizon:
         """Return how far ahead paths are judged."""
@@ -62,17 +55,17 @@ class Judge:
         commit_s: float,
         is_emergency: bool = False,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return which commands (n, 3) are admissible (n,), and what flying them brings (n, 4).
+        """Return which commands (n, 3) are admissible (n,), and what flying them brings (n, 5).
 
         is_emergency: only the margin of the hull is kept, and comfort ends at r_LB.
         """
         horizon = self.horizon(commit_s)
         if len(around.movers):
             horizon = horizon._replace(cost=_steps(MEETING_S))
-        braking(state, self.response, around, horizon, self._least, self._most)
-        admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 4))
+        self._nearest_m = braking(state, self.response, around, horizon, self._least, self._most)
+        admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 5))
         cushions = self._emergency if is_emergency else self._usual
-        world = self.response, around, horizon, cushions, self._least, self._most
+        world = self.response, around, horizon, cushions, self._least, self._most, self._nearest_m
         judge(state, commands, *world, direction, admissible, results)
         return admissible, results
 
@@ -83,7 +76,8 @@ class Judge:
         """
         tube = error_share(state, 0.0, 0.0) * self._usual.tube
         keep = np.maximum(self._usual.least, self.hull_m + tube)
-        return float((self._least - keep)[: sum(self.horizon(commit_s)[:2])].min())
+        standing_m = float((self._least - keep)[: sum(self.horizon(commit_s)[:2])].min())
+        return min(standing_m, self._nearest_m - self.hull_m)
 
     def is_clear(self, reference: np.ndarray, state: np.ndarray, scan: Scan, commit_s: float) -> bool:
         """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from cepa.dynamic.judge import cost_horizon_s
-from cepa.kernels.rollout import Surroundings
+from cepa.kernels.surroundings import Surroundings
 from cepa.parameters import CepaParameters
 
 LOST_M, IDLE_SHARE = 0.1, 0.3

@@ -138,7 +138,7 @@ class Movers:
         sensor_xy: np.ndarray,
         sight_m: np.ndarray,
         is_level: np.ndarray | None = None,
-        level_sight_m: np.ndarray | None = None,
+        level_m: np.ndarray | None = None,
     ) -> MoverSet:
         """Return what moves at a scan.
 
@@ -146,8 +146,8 @@ class Movers:
         (2,) m, the lidar; both in the odometry's frame. sight_m: (m,) m, how far the scan sees in m equal
         directions from the odometry's x axis (`kernels.sight.bins_of`); negative where no beam looks.
         is_level: (n,) bool, which points belong neither to floor nor ceiling (`clear_of_floor`); None: all.
-        level_sight_m: (m,) m, as ``sight_m``, but only as far as the beams stay near the lidar's height: a
-        beam that passes over a thing does not show that it is gone; None: ``sight_m``.
+        level_m: (m,) m, how far the beams of each direction stay near the lidar's height; None: everywhere.
+        A beam that passes over a thing does not show that it is gone, nor how wide it is.
         After a clock that went back, or LONGEST_STEP_S
         without a scan, everything is forgotten.
         """
@@ -165,7 +165,8 @@ class Movers:
             return MoverSet(NO_VECTORS, NO_VECTORS, NO_RADII, NO_COVARIANCES, np.zeros(len(level), bool))
         labels = np.empty(len(points), np.int64)
         limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
-        found = kernels.segment(points, pose, sight_m, *limits, self._clusters, labels)
+        level_m = np.full(len(sight_m), math.inf) if level_m is None else level_m
+        found = kernels.segment(points, pose, sight_m, level_m, *limits, self._clusters, labels)
         clusters = self._clusters[:found]
         kernels.predict(self._tracks, dt_s, p.acceleration_m_s2)
         matches = np.empty(len(clusters), np.int64)
@@ -173,7 +174,7 @@ class Movers:
         kernels.associate(clusters, self._tracks, p.gate_m, matches, owners)
         self._align(dt_s, points, pose, clusters, owners)
         self._learn(dt_s, points, pose, sight_m, clusters, owners)
-        seen = self._forget(pose, sight_m if level_sight_m is None else level_sight_m, owners)
+        seen = self._forget(pose, np.minimum(sight_m, level_m), owners)
         seen = self._begin(clusters, matches, seen)
         self._find_again()
         self._keep_frame(pose, sight_m, clusters, seen)

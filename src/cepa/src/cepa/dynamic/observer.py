@@ -9,7 +9,8 @@ import numpy as np
 from scipy.linalg import solve_discrete_are
 
 from cepa.dynamic.response import ResponseModel
-from cepa.kernels.rollout import Response, fly
+from cepa.kernels.rollout import fly
+from cepa.kernels.surroundings import Response
 
 VELOCITY_NOISE_M_S = 0.01
 ACCELERATION_NOISE_M_S2, INTEGRAL_NOISE_M_S2 = 5.0, 0.5

@@ -12,7 +12,7 @@ from cepa.dynamic.lookout import FIELD_CELL_M
 from cepa.dynamic.pseudo_3d import HeightSearch, Plane
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
 from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Layers, Ways, WaysOut
-from cepa.kernels.rollout import Surroundings
+from cepa.kernels.surroundings import Surroundings
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 

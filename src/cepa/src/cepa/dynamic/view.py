@@ -10,7 +10,8 @@ import numpy as np
 
 from cepa.dynamic.cloud_lookout import Space
 from cepa.dynamic.lookout import Lookout
-from cepa.kernels.rollout import Horizon, Response, roll
+from cepa.kernels.rollout import roll
+from cepa.kernels.surroundings import Horizon, Response
 from cepa.motion import Motion
 
 HERE = np.zeros((1, 3))
@@ -27,7 +28,7 @@ class Moment(NamedTuple):
     state: np.ndarray
     """(3, 4): see kernels/rollout.py."""
     discs: np.ndarray
-    """(k, 6): what moves, see kernels/rollout.py."""
+    """(k, 6): what moves, see kernels/surroundings.py."""
     space: Space | None = None
     """What clouds or range finders show; None: there are none."""
 

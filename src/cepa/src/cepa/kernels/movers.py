@@ -1,9 +1,9 @@
 """What moves: clusters of a scan's points, their tracks, and the evidence that a track is no standing thing.
 
 A cluster's row is first and end index of its points, middle x and y, radius (m), whether something nearer
-hides one of its ends, and x and y of the point in its middle. A track's row is x, y (m), velocity (m/s),
-variance of position, covariance, variance of velocity (per axis), radius, radius over the last scans (m),
-time unseen and evidence (s).
+hides one of its ends, x and y of the point in its middle, and whether the beams at its ends are far from
+level. A track's row is x, y (m), velocity (m/s), variance of position, covariance, variance of velocity (per
+axis), radius, radius over the last scans (m), time unseen and evidence (s).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-FIRST, END, MIDDLE_X, MIDDLE_Y, SIZE, HIDDEN, SURFACE_X, SURFACE_Y, CLUSTER_COLUMNS = range(9)
+FIRST, END, MIDDLE_X, MIDDLE_Y, SIZE, HIDDEN, SURFACE_X, SURFACE_Y, TILTED, CLUSTER_COLUMNS = range(10)
 X, Y, VX, VY, PP, PV, VV, RADIUS, USUAL, UNSEEN, EVIDENCE, TRACK_COLUMNS = range(12)
 ADJACENT_RAD = math.radians(3.0)
 HEADING_ERROR_RAD = 0.005
@@ -28,6 +28,7 @@ def segment(
     points: np.ndarray,
     pose: np.ndarray,
     bins: np.ndarray,
+    level: np.ndarray,
     gap: float,
     least_points: int,
     greatest_radius: float,
@@ -38,8 +39,8 @@ def segment(
 
     Fills ``clusters`` (c, CLUSTER_COLUMNS) with those that have enough points and are small enough to move,
     and ``labels`` (n,) with each point's cluster or -1; returns their number. pose (3: x, y, turn of the
-    bins) and bins (m,) are the scan's, as in ``_is_free``. The last and the first point are neighbours.
-    Indices count on beyond n there.
+    bins) and bins (m,) are the scan's, as in ``_is_free``; level (m,): how far its beams are near the lidar's
+    height, m. The last and the first point are neighbours. Indices count on beyond n there.
     """
     n = points.shape[0]
     labels[:] = -1
@@ -52,7 +53,7 @@ def segment(
             continue
         if k - first >= least_points and count < clusters.shape[0]:
             cluster = clusters[count]
-            _measure(points, pose, bins, first, k, gap, cluster)
+            _measure(points, pose, bins, level, first, k, gap, cluster)
             if cluster[SIZE] <= greatest_radius:
                 for j in range(first, k):
                     labels[j % n] = count
@@ -72,6 +73,7 @@ def _measure(
     points: np.ndarray,
     pose: np.ndarray,
     bins: np.ndarray,
+    level: np.ndarray,
     first: int,
     end: int,
     gap: float,
@@ -85,12 +87,14 @@ def _measure(
         dx, dy = points[k % n, 0] - middle_x, points[k % n, 1] - middle_y
         largest = max(largest, dx * dx + dy * dy)
     hidden = _hides(points, pose, (first - 1) % n, a, gap) or _hides(points, pose, end % n, b, gap)
-    hidden = hidden or _is_at_edge(points, pose, bins, a) or _is_at_edge(points, pose, bins, b)
+    hidden = hidden or _exceeds(points, pose, bins, a, 0.0) or _exceeds(points, pose, bins, b, 0.0)
+    tilted = _exceeds(points, pose, level, a, 1.0) or _exceeds(points, pose, level, b, 1.0)
     surface = ((first + end - 1) // 2) % n
     cluster[FIRST], cluster[END] = first, end
     cluster[MIDDLE_X], cluster[MIDDLE_Y], cluster[SIZE] = middle_x, middle_y, math.sqrt(largest)
     cluster[HIDDEN] = 1.0 if hidden else 0.0
     cluster[SURFACE_X], cluster[SURFACE_Y] = points[surface, 0], points[surface, 1]
+    cluster[TILTED] = 1.0 if tilted else 0.0
 
 
 @njit(cache=True)
@@ -103,15 +107,19 @@ def _hides(points: np.ndarray, pose: np.ndarray, other: int, end: int, gap: floa
 
 
 @njit(cache=True)
-def _is_at_edge(points: np.ndarray, pose: np.ndarray, bins: np.ndarray, end: int) -> bool:
-    """Whether the end of a cluster is at the edge of what the lidar sees."""
+def _exceeds(points: np.ndarray, pose: np.ndarray, bins: np.ndarray, end: int, share: float) -> bool:
+    """Whether ``share`` of the distance of a cluster's end is more than the bins near it say.
+
+    With share 0: whether it is at the edge of what the lidar sees.
+    """
     per_rad = bins.size / (2.0 * math.pi)
-    direction = math.atan2(points[end, 1] - pose[1], points[end, 0] - pose[0]) - pose[2]
+    dx, dy = points[end, 0] - pose[0], points[end, 1] - pose[1]
+    direction = math.atan2(dy, dx) - pose[2]
     middle = math.floor(direction * per_rad + 0.5)
     least = math.inf
     for b in range(middle - 2, middle + 3):
         least = min(least, bins[b % bins.size])
-    return least < 0.0
+    return least < share * math.hypot(dx, dy)
 
 
 @njit(cache=True)
@@ -227,17 +235,22 @@ def correct(
 
     The radius is the greatest seen, of which ``memory`` (0 to 1) is left after each scan. The usual radius
     follows by the share ``learning``. What differs from it by RESIZED_M and a tenth shows another side, or no
-    more of it. The middle then jumps, and says nothing of the velocity.
+    more of it. The middle then jumps, and says nothing of the velocity. A lidar that leans may see less of a
+    thing because its beams pass over the rest. Then the track goes on as predicted.
     """
     for t in range(tracks.shape[0]):
         if owners[t] < 0:
             continue
         track, cluster = tracks[t], clusters[owners[t]]
+        track[UNSEEN] = 0.0
+        resized = max(RESIZED_M, 0.1 * track[USUAL])
+        if cluster[TILTED] > 0.0 and cluster[SIZE] < track[USUAL] - resized:
+            continue
         sigma = deviation_hidden if cluster[HIDDEN] > 0.0 else deviation
         gain = 1.0 / (track[PP] + sigma * sigma)
         gain_p, gain_v = track[PP] * gain, track[PV] * gain
         dx, dy = cluster[MIDDLE_X] - track[X], cluster[MIDDLE_Y] - track[Y]
-        if abs(cluster[SIZE] - track[USUAL]) > max(RESIZED_M, 0.1 * track[USUAL]):
+        if abs(cluster[SIZE] - track[USUAL]) > resized:
             gain_p, gain_v = 1.0, 0.0
         track[X] += gain_p * dx
         track[Y] += gain_p * dy
@@ -248,7 +261,6 @@ def correct(
         track[PP] = (1.0 - gain_p) * track[PP] if gain_p < 1.0 else sigma * sigma
         track[USUAL] += learning * (cluster[SIZE] - track[USUAL])
         track[RADIUS] = max(cluster[SIZE], memory * track[RADIUS])
-        track[UNSEEN] = 0.0
 
 
 @njit(cache=True)

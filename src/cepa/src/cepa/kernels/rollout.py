@@ -7,10 +7,11 @@ velocity, acceleration and integral, and for z position and velocity only.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+
+from cepa.kernels.surroundings import Cushions, Horizon, Response, Scan, Surroundings
 
 AT_REST_M_S, AT_REST_M_S2 = 0.05, 0.2
 FULL_ERROR_M_S, LEAST_ERROR_SHARE = 2.0, 0.33
@@ -18,68 +19,6 @@ FULL_ERROR_M_S, LEAST_ERROR_SHARE = 2.0, 0.33
 ANGLE_ERROR_RAD = 3e-4
 DEEPER_M = 0.02
 """What stands nearer than the least distance may come so much nearer, or noise would hold the UAV there."""
-
-
-class Response(NamedTuple):
-    """The response over one step: x(t + step) = F x + G u; in z ``climb_gain`` of the velocity's error."""
-
-    f: np.ndarray
-    """(4, 4)"""
-    g: np.ndarray
-    """(4,)"""
-    acceleration_max: float
-    """m/s2"""
-    jerk_max: float
-    """m/s3"""
-    climb_gain: float
-    step_s: float
-
-
-class Surroundings(NamedTuple):
-    """What is around the UAV, on square grids that are centred on it, and in directions."""
-
-    distance: np.ndarray
-    """(layers, n, n) m: to the nearest obstacle, at most ``far``; rows y, columns x; layers: odd."""
-    cell_m: float
-    layer_m: float
-    """m: from layer to layer; the middle one is at the UAV's height."""
-    far: float
-    sight: np.ndarray
-    """(bins,) m: how far the body's centre may go in each direction within what has been seen."""
-    unseen: np.ndarray
-    """(layers, k, k) bool: where the body would be in what was not seen; without layers ``sight`` counts."""
-    unseen_cell_m: float
-    movers: np.ndarray
-    """(m, 6): x, y in m, velocity in m/s, radius in m, growth of the radius in m/s."""
-    way: np.ndarray
-    """(1, k, k) m: length of the shortest way out from each cell; (0, 0, 0): none was searched."""
-    way_cell_m: float
-    way_x: float
-    """m: of the UAV from the middle of ``way``."""
-    way_y: float
-
-
-class Horizon(NamedTuple):
-    """How far ahead paths are judged, in steps."""
-
-    commit: int
-    brake: int
-    cost: int
-    hold: int
-
-
-class Cushions(NamedTuple):
-    """The distances to keep, m."""
-
-    inner: float
-    outer: float
-    """The limits of discomfort."""
-    least: float
-    """Nothing may come nearer."""
-    hull: float
-    """Of the body, and what the scan's errors take."""
-    tube: np.ndarray
-    """(commit + brake,): how far the UAV may stray in FULL_ERROR_M_S flight after each step."""
 
 
 @njit(cache=True, inline="always")
@@ -183,20 +122,17 @@ def _layer(count: int, layer_m: float, z: float) -> int:
 
 
 @njit(cache=True, inline="always")
-def _clearance(
-    distance: np.ndarray,
-    cell_m: float,
-    layer_m: float,
-    far: float,
-    movers: np.ndarray,
-    state: np.ndarray,
-    t: float,
-) -> float:
+def _clearance(distance: np.ndarray, cell_m: float, layer_m: float, far: float, state: np.ndarray) -> float:
+    """Return the distance to the nearest of what stands, m."""
     layer = _layer(distance.shape[0], layer_m, state[2, 0])
-    if layer < 0:
-        return 0.0
+    return _bilinear(distance, layer, cell_m, state[0, 0], state[1, 0], far) if layer >= 0 else 0.0
+
+
+@njit(cache=True, inline="always")
+def _clearance_of_movers(movers: np.ndarray, state: np.ndarray, t: float) -> float:
+    """Return the distance to the nearest of what moves, m, after t s."""
     x, y = state[0, 0], state[1, 0]
-    d = _bilinear(distance, layer, cell_m, x, y, far)
+    d = math.inf
     for k in range(movers.shape[0]):
         dx, dy = x - movers[k, 0] - movers[k, 2] * t, y - movers[k, 1] - movers[k, 3] * t
         d = min(d, math.sqrt(dx * dx + dy * dy) - movers[k, 4] - movers[k, 5] * t)
@@ -246,14 +182,20 @@ def braking(
     horizon: Horizon,
     clearance: np.ndarray,
     beyond: np.ndarray,
-) -> None:
-    """Brake at once; fill (n,) ``clearance`` and ``beyond``, how far out of sight, m; n = commit + brake."""
+) -> float:
+    """Brake at once; return how near what moves comes, m.
+
+    Fill (n,) ``clearance`` of what stands, and ``beyond``, how far out of sight, m; n = commit + brake.
+    """
     distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _ = around
     state = start.copy()
+    nearest = math.inf
     for k in range(horizon.commit + horizon.brake):
         _advance(state, response, 0.0, 0.0, 0.0)
-        clearance[k] = _clearance(distance, cell_m, layer_m, far, movers, state, (k + 1) * response.step_s)
+        clearance[k] = _clearance(distance, cell_m, layer_m, far, state)
+        nearest = min(nearest, _clearance_of_movers(movers, state, (k + 1) * response.step_s))
         beyond[k] = _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state)
+    return nearest
 
 
 @njit(cache=True)
@@ -272,13 +214,15 @@ def _is_admissible(
     cushions: Cushions,
     least: np.ndarray,
     most: np.ndarray,
+    nearest: float,
     ux: float,
     uy: float,
     uz: float,
 ) -> bool:
     """Whether flying u for the commit time and then braking keeps its distance and stays within sight.
 
-    A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too.
+    A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too, and what moves
+    may come as near as it comes to a UAV that brakes at once (``nearest``).
     """
     distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _ = around
     tube, share = cushions.tube, error_share(state, ux, uy)
@@ -289,9 +233,9 @@ def _is_admissible(
         if k >= horizon.commit and _is_at_rest(state):
             break
         keep = max(cushions.least, cushions.hull + share * tube[k])
-        if _clearance(distance, cell_m, layer_m, far, movers, state, (k + 1) * response.step_s) < min(
-            keep, least[k]
-        ):
+        if _clearance(distance, cell_m, layer_m, far, state) < min(keep, least[k]):
+            return False
+        if _clearance_of_movers(movers, state, (k + 1) * response.step_s) < min(keep, nearest):
             return False
         if _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state) > max(0.0, most[k]):
             return False
@@ -345,12 +289,13 @@ def _judge(
     direction: np.ndarray,
     result: np.ndarray,
 ) -> None:
-    """Fly u for the whole horizon; fill ``result``: progress in m, discomfort, share lost, height in m."""
+    """Fly u for the whole horizon; fill ``result`` (5,): see ``judge``."""
     distance, cell_m, layer_m, far, _, _, _, movers, way, way_cell_m, way_x, way_y = around
     inner, outer = cushions.inner, cushions.outer
-    least = min(cushions.least, _clearance(distance, cell_m, layer_m, far, movers, state, 0.0) - DEEPER_M)
+    least = min(cushions.least, _clearance(distance, cell_m, layer_m, far, state) - DEEPER_M)
+    least_of_movers = min(cushions.least, _clearance_of_movers(movers, state, 0.0) - DEEPER_M)
     discomfort = 0.0
-    lost = 0.0
+    result[2] = result[4] = 0.0
     speed = math.sqrt(ux * ux + uy * uy)
     for k in range(horizon.cost):
         x, y = state[0, 0], state[1, 0]
@@ -360,12 +305,14 @@ def _judge(
             if 0.2 * way_cell_m < size < 20.0 * way_cell_m:
                 ux, uy = -speed * gx / size, -speed * gy / size
         _advance(state, response, ux, uy, uz)
-        d = _clearance(distance, cell_m, layer_m, far, movers, state, (k + 1) * response.step_s)
-        if d < least:
+        d = _clearance(distance, cell_m, layer_m, far, state)
+        d_of_movers = _clearance_of_movers(movers, state, (k + 1) * response.step_s)
+        if d < least or d_of_movers < least_of_movers:
             state[0, 0], state[1, 0] = x, y
-            lost = 1.0 - k / horizon.cost
+            result[2 if d < least else 4] = 1.0 - k / horizon.cost
             discomfort += horizon.cost - k
             break
+        d = min(d, d_of_movers)
         if d < outer:
             discomfort += ((outer - d) / (outer - inner)) ** 2
     x, y = state[0, 0], state[1, 0]
@@ -375,7 +322,6 @@ def _judge(
     else:
         result[0] = x * direction[0] + y * direction[1]
     result[1] = discomfort / horizon.cost
-    result[2] = lost
     result[3] = state[2, 0]
 
 
@@ -389,40 +335,26 @@ def judge(
     cushions: Cushions,
     least: np.ndarray,
     most: np.ndarray,
+    nearest: float,
     direction: np.ndarray,
     admissible: np.ndarray,
     results: np.ndarray,
 ) -> None:
-    """Judge every command (n, 3) in m/s: fill ``admissible`` (n,) and, where it is, ``results`` (n, 4).
+    """Judge every command (n, 3) in m/s: fill ``admissible`` (n,) and, where it is, ``results`` (n, 5).
 
-    least, most: what ``braking`` gives. direction: unit vector of the reference. results: progress in m,
-    discomfort, share of the horizon that is lost to a contact, height at the end in m.
+    least, most, nearest: what ``braking`` gives. direction: unit vector of the reference. results: progress
+    in m, discomfort, share of the horizon that is lost to a contact with what stands, height at the end in m,
+    share that is lost to a contact with what moves.
     """
+    world = response, around, horizon, cushions
     state = start.copy()
     for n in range(commands.shape[0]):
         ux, uy, uz = commands[n]
         state[:] = start
-        admissible[n] = _is_admissible(state, response, around, horizon, cushions, least, most, ux, uy, uz)
+        admissible[n] = _is_admissible(state, *world, least, most, nearest, ux, uy, uz)
         if admissible[n]:
             state[:] = start
-            _judge(state, response, around, horizon, cushions, ux, uy, uz, direction, results[n])
-
-
-class Scan(NamedTuple):
-    """A scan as it came: a full turn of beams."""
-
-    points: np.ndarray
-    """(n, 2) m: the ends of its beams, along the odometry's axes."""
-    ranges: np.ndarray
-    """(N,) m"""
-    seen: np.ndarray
-    """(N,) bool"""
-    angle_0: float
-    """rad: direction of beam 0 in the odometry's plane."""
-    increment: float
-    """rad"""
-    farthest: float
-    """m: beyond it nothing counts as seen."""
+            _judge(state, *world, ux, uy, uz, direction, results[n])
 
 
 @njit(cache=True)

@@ -1,0 +1,89 @@
+"""What paths are rolled through and judged by: the response, what is around the UAV, the distances to keep.
+
+Axes are those of the odometry's frame, with the UAV at the origin.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Response(NamedTuple):
+    """The response over one step: x(t + step) = F x + G u; in z ``climb_gain`` of the velocity's error."""
+
+    f: np.ndarray
+    """(4, 4)"""
+    g: np.ndarray
+    """(4,)"""
+    acceleration_max: float
+    """m/s2"""
+    jerk_max: float
+    """m/s3"""
+    climb_gain: float
+    step_s: float
+
+
+class Surroundings(NamedTuple):
+    """What is around the UAV, on square grids that are centred on it, and in directions."""
+
+    distance: np.ndarray
+    """(layers, n, n) m: to the nearest obstacle, at most ``far``; rows y, columns x; layers: odd."""
+    cell_m: float
+    layer_m: float
+    """m: from layer to layer; the middle one is at the UAV's height."""
+    far: float
+    sight: np.ndarray
+    """(bins,) m: how far the body's centre may go in each direction within what has been seen."""
+    unseen: np.ndarray
+    """(layers, k, k) bool: where the body would be in what was not seen; without layers ``sight`` counts."""
+    unseen_cell_m: float
+    movers: np.ndarray
+    """(m, 6): x, y in m, velocity in m/s, radius in m, growth of the radius in m/s."""
+    way: np.ndarray
+    """(1, k, k) m: length of the shortest way out from each cell; (0, 0, 0): none was searched."""
+    way_cell_m: float
+    way_x: float
+    """m: of the UAV from the middle of ``way``."""
+    way_y: float
+
+
+class Horizon(NamedTuple):
+    """How far ahead paths are judged, in steps."""
+
+    commit: int
+    brake: int
+    cost: int
+    hold: int
+
+
+class Cushions(NamedTuple):
+    """The distances to keep, m."""
+
+    inner: float
+    outer: float
+    """The limits of discomfort."""
+    least: float
+    """Nothing may come nearer."""
+    hull: float
+    """Of the body, and what the scan's errors take."""
+    tube: np.ndarray
+    """(commit + brake,): how far the UAV may stray in FULL_ERROR_M_S flight after each step."""
+
+
+class Scan(NamedTuple):
+    """A scan as it came: a full turn of beams."""
+
+    points: np.ndarray
+    """(n, 2) m: the ends of its beams, along the odometry's axes."""
+    ranges: np.ndarray
+    """(N,) m"""
+    seen: np.ndarray
+    """(N,) bool"""
+    angle_0: float
+    """rad: direction of beam 0 in the odometry's plane."""
+    increment: float
+    """rad"""
+    farthest: float
+    """m: beyond it nothing counts as seen."""
