@@ -44,7 +44,7 @@ class TileMaps:
         """Position of the window's lower left tile: x, y, in tiles from the map's origin."""
         self.stamp = 0
         """How many times a particle's map was written."""
-        self._board = np.zeros(0, np.uint8)
+        self._board, self._are_crossed = np.zeros(0, np.uint8), np.zeros(0, bool)
 
     def to_cells(self, poses: np.ndarray) -> np.ndarray:
         """Return poses (..., 3) in m and rad in cells from the window's corner, and rad."""
@@ -127,7 +127,7 @@ class TileMaps:
         these are at something.
         """
         self._reserve_board(points)
-        scan = BeamEnds(points, hits, np.empty_like(points), self._board)
+        scan = BeamEnds(points, hits, np.empty_like(points), self._board, self._are_crossed)
         particle = 0
         while particle < len(self.tables):
             particle = insert_scan(particle, self.tables, cells, scan, self.stamp + 1, self.pool.tiles)
@@ -138,9 +138,9 @@ class TileMaps:
     def _reserve_board(self, points: np.ndarray) -> None:
         """Make the board large enough for the beams at any heading."""
         span = 2.0 * float(np.hypot(*(points[1:] - points[0]).T).max(initial=0.0))
-        size = int(span / SIDE + 4.0) ** 2 * SIDE**2
-        if self._board.size < size:
-            self._board = np.zeros(size, np.uint8)
+        tiles = int(span / SIDE + 4.0) ** 2
+        if self._are_crossed.size < tiles:
+            self._board, self._are_crossed = np.zeros(tiles * SIDE**2, np.uint8), np.zeros(tiles, bool)
 
     def enter(self, cells_xy: np.ndarray, hits: np.ndarray, visits: int) -> None:
         """Enter these counts into cells (n, 2) of maps that are empty and all alike."""

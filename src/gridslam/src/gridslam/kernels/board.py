@@ -67,22 +67,21 @@ def parts_of(lidar: np.ndarray, ends: np.ndarray) -> int:
     return parts
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _at(x: int | np.int64, y: int | np.int64, width: int) -> np.uint64:
-    """Return the index on a board of ``width`` tiles of the cell x, y from the board's corner."""
-    tile = (y >> SIDE_BITS) * width + (x >> SIDE_BITS)
-    return np.uint64(tile << CELL_BITS | (y & MASK) << SIDE_BITS | x & MASK)
-
-
 @njit(cache=True, nogil=True)
 def count_beam(
-    lidar: np.ndarray, end: np.ndarray, board: np.ndarray, width: int, left: int, low: int
+    lidar: np.ndarray,
+    end: np.ndarray,
+    board: np.ndarray,
+    are_crossed: np.ndarray,
+    width: int,
+    left: int,
+    low: int,
 ) -> bool:
     """Count a beam in the cells from the lidar's on to the one before its end's.
 
-    ``board`` (cells,) uint8 is ``width`` tiles wide; its corner is the cell left, low. Nearly every beam
-    begins in the lidar's own cell, which is not counted here. The return value says whether the beam counts
-    there.
+    ``board`` (cells,) uint8 is ``width`` tiles wide; its corner is the cell left, low. ``are_crossed``
+    (tiles,) takes which tiles hold a counted cell. Nearly every beam begins in the lidar's own cell, which is
+    not counted here. The return value says whether the beam counts there.
     """
     steep = abs(end[1] - lidar[1]) > abs(end[0] - lidar[0])
     if steep:
@@ -98,31 +97,29 @@ def count_beam(
     is_home = row == int(y0)
     if not is_home:
         x, y = (row - first_y, start - first_x) if steep else (start - first_x, row - first_y)
-        board[_at(x, y, width)] += np.uint8(1)
+        tile = (y >> SIDE_BITS) * width + (x >> SIDE_BITS)
+        board[tile << CELL_BITS | (y & MASK) << SIDE_BITS | x & MASK] += np.uint8(1)
+        are_crossed[tile] = True
     first, last = (start + 1, stop - 1) if stop > start else (stop + 1, start - 1)
     fixed, step = np.int64((y0 + (first + 0.5 - x0) * slope) * ROW), np.int64(slope * ROW)
     fixed -= np.int64(first_y) << ROW_BITS
-    if steep:  # two loops, so that each knows which way it goes
-        for column in range(first - first_x, last - first_x + 1):
-            board[_at(fixed >> ROW_BITS, column, width)] += np.uint8(1)
+    column, last = first - first_x, last - first_x
+    row_bits, column_bits = (0, SIDE_BITS) if steep else (SIDE_BITS, 0)
+    row_tiles, column_tiles = (1, width) if steep else (width, 1)
+    while column <= last:  # tile by tile along the major axis, in which the beam meets one or two tiles
+        in_tile = min(last, column | MASK)
+        tile = (column >> SIDE_BITS) * column_tiles
+        for row in (fixed >> ROW_BITS, (fixed + (in_tile - column) * step) >> ROW_BITS):
+            are_crossed[tile + (row >> SIDE_BITS) * row_tiles] = True
+        place = tile << CELL_BITS | (column & MASK) << column_bits
+        for _ in range(column, in_tile + 1):
+            row = fixed >> ROW_BITS
+            row_place = (row >> SIDE_BITS) * row_tiles << CELL_BITS | (row & MASK) << row_bits
+            board[np.uint64(place + row_place)] += np.uint8(1)
             fixed += step
-    else:
-        for column in range(first - first_x, last - first_x + 1):
-            board[_at(column, fixed >> ROW_BITS, width)] += np.uint8(1)
-            fixed += step
+            place += 1 << column_bits
+        column = in_tile + 1
     return is_home
-
-
-@njit(cache=True, nogil=True, inline="always")
-def is_crossed(words: np.ndarray) -> bool:
-    """Return whether any of a tile's cells on the board was counted."""
-    for row in range(SIDE):
-        counted = np.uint64(0)
-        for word in range(ROW_WORDS):
-            counted |= words[row * ROW_WORDS + word]
-        if counted:
-            return True
-    return False
 
 
 @njit(cache=True, nogil=True, inline="always")

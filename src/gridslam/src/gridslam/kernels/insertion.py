@@ -17,7 +17,6 @@ from gridslam.kernels.board import (
     add,
     count_beam,
     counted,
-    is_crossed,
     parts_of,
     tiles_around,
 )
@@ -46,6 +45,8 @@ class BeamEnds(NamedTuple):
     """(n + 1, 2) scratch."""
     board: np.ndarray
     """(cells,) uint8, scratch: 0 before, and 0 again afterwards."""
+    are_crossed: np.ndarray
+    """(tiles of the board,) bool, scratch, likewise."""
 
 
 @njit(cache=True, nogil=True)
@@ -123,25 +124,32 @@ def _hit(tile: int, end: np.ndarray, entry: int, tiles: Tiles) -> None:
 
 @njit(cache=True, nogil=True)
 def _add_board(
-    table: np.ndarray, stamp: int, box: tuple[int, int, int, int], board: np.ndarray, tiles: Tiles
+    table: np.ndarray, stamp: int, box: tuple[int, int, int, int], scan: BeamEnds, tiles: Tiles
 ) -> None:
     """Add the board's counts to the tiles of a box, and clear the board."""
-    words = board.view(np.uint64)
+    words, are_crossed = scan.board.view(np.uint64), scan.are_crossed
+    # Each tuple of arrays that is handed to another function costs time, so most tiles go without.
+    references, stamps, visits, ends = tiles.references, tiles.stamps, tiles.visits, tiles.ends
     left, low, right, high = box
-    place = 0
+    place = -1
     for y in range(low, high + 1):
         for x in range(left, right + 1):
-            part = words[place * WORDS : (place + 1) * WORDS]
             place += 1
-            if not is_crossed(part):
+            if not are_crossed[place]:
                 continue
-            tile = own_tile(table, y, x, stamp, tiles)
-            if not add(part, tiles.visits[tile].view(np.uint64)):
-                if tiles.ends[tile] != EMPTY:  # the next count halves the hits
+            are_crossed[place] = False
+            part = words[place * WORDS : (place + 1) * WORDS]
+            tile = table[y, x]
+            if references[tile] == 1:
+                stamps[tile] = stamp
+            else:
+                tile = own_tile(table, y, x, stamp, tiles)
+            if not add(part, visits[tile].view(np.uint64)):
+                if ends[tile] != EMPTY:  # the next count halves the hits
                     own_ends(tile, tiles)
                 _add_one_by_one(tile, part.view(np.uint8), tiles)
-            if tiles.ends[tile] != EMPTY:
-                _clear_bits(tile, part, tiles.ends[tile], tiles)
+            if ends[tile] != EMPTY:
+                _clear_bits(tile, part, ends[tile], tiles)
             part[:] = 0
 
 
@@ -181,8 +189,10 @@ def _insert_beams(
     at_home, parts = 0, parts_of(lidar, points)
     for part in range(parts):
         for i in range(part, points.shape[0], parts):
-            at_home += count_beam(lidar, points[i], scan.board, width, left * SIDE, low * SIDE)
-        _add_board(table, stamp, box, scan.board, tiles)
+            at_home += count_beam(
+                lidar, points[i], scan.board, scan.are_crossed, width, left * SIDE, low * SIDE
+            )
+        _add_board(table, stamp, box, scan, tiles)
     if at_home:
         _add_at_home(table, stamp, lidar, at_home, tiles)
     _add_hits(table, stamp, points, scan.are_hits, tiles)
