@@ -50,3 +50,15 @@ def test_every_package_has_a_map():
 def test_a_file_that_a_page_names_exists(page):
     named = re.findall(r"`([a-z0-9_./]+\.(?:py|launch|test|cfg|world))`", page.read_text(encoding="utf-8"))
     assert [name for name in named if not any(file.endswith(f"/{name}") for file in FILES)] == []
+
+
+@pytest.mark.parametrize("package", room_maps.PAGES)
+def test_the_readmes_list_every_node(package):
+    """A package's README lists all its programs, but those that only launch files call."""
+    nodes = {path.name for path in (ROOT / "src" / package / "nodes").glob("*") if path.suffix == ""}
+    own = (ROOT / "src" / package / "README.md").read_text(encoding="utf-8")
+    assert {node for node in nodes if not re.search(rf"\b{node}\b", own)} <= {"check_launch", "check_flight"}
+    launches = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("src/*/launch/**/*.launch"))
+    started = set(re.findall(rf'pkg="{package}" type="(\w+)"', launches))
+    (row,) = re.findall(rf"^\| \[{package}\].*", (ROOT / "README.md").read_text(encoding="utf-8"), re.M)
+    assert {node for node in started if f"`{node}`" not in row} == set()
