@@ -265,6 +265,11 @@ def test_parameters_that_px4_would_take_for_dead_sensors_are_refused(name, value
         HilParameters(**{name: value})
 
 
+def test_without_gnss_px4_gets_no_fix():
+    sensors = HilSensors(HilParameters(gnss=False), np.random.default_rng(0))
+    assert all(sensors.gps(VehicleState(t_us), t_us) is None for t_us in range(4000, 1_000_000, 4000))
+
+
 def test_gps_is_late_by_its_delay_in_closed_form():
     sensors = HilSensors(HilParameters(), np.random.default_rng(0))
     fixes = []
