@@ -22,7 +22,6 @@ def parameters(**changes):
         mission=(),
         goal_xyz_m=(-3.5, -0.5, 1.6),
         pose_source="odometry",
-        publisher=replace(given.publisher, needs_home=False),
     )
 
 

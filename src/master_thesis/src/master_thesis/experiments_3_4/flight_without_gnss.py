@@ -73,7 +73,6 @@ def parameters_without_gnss(world: str, lidar: str, seed: int) -> ClosedLoopPara
         parameters,
         simulation=replace(parameters.simulation, sensors=("range_finder",), gnss=False),
         pose_source="odometry",
-        publisher=replace(parameters.publisher, needs_home=False),
     )
 
 

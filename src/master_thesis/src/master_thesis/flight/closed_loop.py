@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable, Protocol, Sequence, Tuple
 
 import numpy as np
@@ -32,13 +32,14 @@ from inspection_tools import (
     YawRegulatorParameters,
     way_m,
 )
+from inspection_tools.position_controller import STOP, PositionCommand
 from master_thesis.errors import FlightError
 from master_thesis.flight.conditions import Conditions, Delivery
 from master_thesis.flight.course import Action, Outcome, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.publisher_link import PublisherLink
-from master_thesis.flight.without_gnss import OwnOdometry
+from master_thesis.flight.without_gnss import LIDAR, Outage, OwnOdometry
 from simulation_tools.geometry import Pose, Vector3, rotate
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
@@ -112,6 +113,7 @@ class ClosedLoop:
 
     own_odometry: without GNSS, the odometry that everything is flown by. correct: takes time in s and the
     pose of `pose_source`, returns the position and the heading that the mission is flown by (SLAM's).
+    outage: a part that dies; set it at any time.
     """
 
     def __init__(
@@ -147,7 +149,11 @@ class ClosedLoop:
         self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
         self.own_odometry = None if parameters.simulation.gnss else OwnOdometry(self.simulation, px4)
         self.correct: Callable[[float, Pose], tuple[Vector3, float]] = _as_it_is
-        self.publisher = PublisherLink(px4, parameters.conditions.hover_of(parameters.publisher))
+        publisher = parameters.conditions.hover_of(parameters.publisher)
+        if self.own_odometry is not None:
+            publisher = replace(publisher, needs_home=False, needs_vision=True)
+        self.publisher = PublisherLink(px4, publisher)
+        self.outage: Outage | None = None
         self.newest_scan: LaserScan2D | None = None  # CEPA's input: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
         self._answered_us = 0
@@ -186,8 +192,12 @@ class ClosedLoop:
         """Simulate one time step and pass it on to all parts. The first call gives the instant t = 0."""
         output = self.simulation.step() if self._begun else self.simulation.sense()
         self._begun = True
+        if self.outage is not None and self.outage.holds(LIDAR, 1e-6 * output.time_us):
+            output = output._replace(scan=None)
         if self.own_odometry is not None:
-            output = output._replace(odometry=self.own_odometry.on_step(output))
+            output = output._replace(odometry=self.own_odometry.on_step(output, self.outage))
+            if self.own_odometry.told_us == output.time_us:
+                self.publisher.on_vision(output.time_us)
         if output.ground_truth is not None and output.odometry is not None:
             self._on_pose(1e-6 * output.time_us, output.ground_truth.pose, output.odometry)
             if output.scan is not None and self._delivery.scan_arrives():
@@ -195,7 +205,8 @@ class ClosedLoop:
                 self._on_scan(output.time_us, output.scan, output.odometry.pose, output.ground_truth.pose)
         elif output.ground_truth is not None:  # without GNSS odometry comes with the scans only
             self._on_truth(1e-6 * output.time_us, output.ground_truth.pose)
-        self._brake_if_blind(output.time_us)
+        if self.own_odometry is None or output.odometry is not None:  # CEPA's clock is the odometry
+            self._brake_if_blind(output.time_us)
         self.publisher.on_time(output.time_us)
         self._watch(output)
         return output
@@ -206,13 +217,19 @@ class ClosedLoop:
         pose = truth if self.parameters.pose_source == "ground_truth" else self._odometry.pose
         position_m, yaw_rad = self.correct(t_s, pose)
         reached = self._follow_mission(t_s, position_m)
-        command = self._position_controller.update(t_s, position_m, yaw_rad)
+        command = self._command(t_s, position_m, yaw_rad)
         self._v_ref = command.velocity_m_s
         if self._pilot is not None and self.publisher.ready:
             self._v_ref = self._pilot(t_s, truth)
         self.log.v_ref.add(t_s, *self._v_ref, 0.0)
         self._on_truth(t_s, truth)
         self.monitor.on_goal_reached(command.goal_reached if reached is None else reached)
+
+    def _command(self, t_s: float, position_m: Vector3, yaw_rad: float) -> PositionCommand:
+        if self.own_odometry is not None and not self.own_odometry.is_good:
+            self._position_controller.reset()
+            return STOP
+        return self._position_controller.update(t_s, position_m, yaw_rad)
 
     def _on_truth(self, t_s: float, truth: Pose) -> None:
         self._carry_out(self.monitor.on_truth(t_s, truth.position_m, truth.orientation_xyzw))

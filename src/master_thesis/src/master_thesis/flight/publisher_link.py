@@ -73,6 +73,11 @@ class PublisherLink:
             if due(time_us) and not self.silent:
                 self._carry_out(tell(1000 * time_us))
 
+    def on_vision(self, time_us: int) -> None:
+        """Pass on that the flight controller has got an external pose."""
+        if not self.silent:
+            self._carry_out(self._publisher.on_vision(1000 * time_us))
+
     def on_velocity(self, time_us: int, velocity_flu_m_s: Vector3, yaw_rate_rad_s: float) -> None:
         """Pass on a velocity command for the scan of this instant."""
         if not self.silent:

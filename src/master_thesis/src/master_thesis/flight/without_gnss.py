@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import time
+from dataclasses import dataclass
 
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import InertialReading
-from inspection_tools.vision_pose import Motion, VisionPose
+from inspection_tools.vision_pose import Motion, VisionPose, VisionState
 from master_thesis.errors import FlightError
 from simulation_tools.geometry import Pose, quaternion_from_rpy
 from simulation_tools.ned_frames import attitude_to_enu, attitude_to_ned, enu_to_ned, flu_to_frd
@@ -19,11 +21,36 @@ from simulation_tools.simulation import Simulation, StepOutput
 IMU_PERIOD_US = 20_000
 """Of PX4's ATTITUDE_QUATERNION on the offboard link."""
 
+LIDAR, RANGE_FINDER, BRIDGE, SLAM = "lidar", "range_finder", "bridge", "slam"
+PARTS = (LIDAR, RANGE_FINDER, BRIDGE, SLAM)
+"""The bridge is vision_pose_publisher, which begins anew when it comes back. So does SLAM."""
+
+
+@dataclass(frozen=True)
+class Outage:
+    """A part of the chain dies in flight.
+
+    part: of `PARTS`. begins_s: simulation time. lasts_s: infinite: for good.
+    """
+
+    part: str
+    begins_s: float
+    lasts_s: float = math.inf
+
+    def __post_init__(self) -> None:
+        if self.part not in PARTS:
+            raise FlightError(f"There is no part '{self.part}' to end; choose one of {', '.join(PARTS)}.")
+
+    def holds(self, part: str, t_s: float) -> bool:
+        """Whether this part is dead at a time."""
+        return part == self.part and self.begins_s <= t_s < self.begins_s + self.lasts_s
+
 
 class OwnOdometry:
     """Odometry from the simulated lidar, the flight controller's IMU and the range finder.
 
-    estimates: of all scans. cpu_ms: CPU time of each.
+    estimates: of all scans. cpu_ms: CPU time of each. told_us: time of the last pose that the flight
+    controller got.
     """
 
     def __init__(self, simulation: Simulation, px4: Px4) -> None:
@@ -37,22 +64,35 @@ class OwnOdometry:
         self._due_us = 0
         self.estimates: list[OdometryEstimate] = []
         self.cpu_ms: list[float] = []
+        self.told_us: int | None = None
+        self._bridge_is_dead = False
 
-    def on_step(self, output: StepOutput) -> OdometrySample | None:
+    @property
+    def is_good(self) -> bool:
+        """Whether the flight controller gets the poses, as vision_pose_publisher says."""
+        return self._vision.state is VisionState.GOOD
+
+    def on_step(self, output: StepOutput, outage: Outage | None = None) -> OdometrySample | None:
         """Take the sensors of one instant. Return the odometry if there is a scan."""
         t_s = 1e-6 * output.time_us
+        self._watch_bridge(outage is not None and outage.holds(BRIDGE, t_s))
         if output.time_us >= self._due_us:
             self._due_us = (output.time_us // IMU_PERIOD_US + 1) * IMU_PERIOD_US
             self._odometry.on_imu(self._inertial(t_s))
         found = self._on_scan(output) if output.scan is not None else None
         for sensor in output.payload:  # after the scan: a range counts from the next scan on, as in the node
-            if isinstance(sensor.device, RangeFinder):
+            if isinstance(sensor.device, RangeFinder) and not (outage and outage.holds(RANGE_FINDER, t_s)):
                 reading = sensor.read()
                 assert isinstance(reading, float)
                 limits = sensor.device.range_min, sensor.device.range_max
                 mount = sensor.mount.pose
                 self._odometry.on_range(t_s, reading, limits, (mount.position_m, mount.orientation_xyzw))
         return found
+
+    def _watch_bridge(self, is_dead: bool) -> None:
+        if self._bridge_is_dead and not is_dead:
+            self._vision.reset()
+        self._bridge_is_dead = is_dead
 
     def _inertial(self, t_s: float) -> InertialReading:
         estimate = self._px4.estimate[0]
@@ -78,7 +118,8 @@ class OwnOdometry:
         )
         self.cpu_ms.append(1e3 * (time.thread_time() - started))
         self.estimates.append(estimate)
-        self._tell_px4(output.time_us, estimate)
+        if not self._bridge_is_dead:
+            self._tell_px4(output.time_us, estimate)
         orientation = quaternion_from_rpy(*estimate.roll_pitch_yaw)
         return OdometrySample(
             Pose(estimate.position_xyz, orientation), estimate.velocity_xyz, estimate.rates_rad_s
@@ -95,6 +136,7 @@ class OwnOdometry:
             estimate.velocity_covariance.ravel().tolist(),
         )
         for sent in self._vision.update(motion, motion.stamp_s):
+            self.told_us = time_us
             x, y, z, yaw = (sent.pose_covariance[i] for i in (0, 7, 14, 35))
             self._px4.offer_external_vision(
                 ExternalVision(

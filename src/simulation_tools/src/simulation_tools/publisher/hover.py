@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.publisher.brake import Brake
 from simulation_tools.publisher.history import History
 from simulation_tools.publisher.interface import PublisherError, PublisherParameters, SendPosition
 
@@ -86,10 +87,18 @@ class Hover:
         here = self._poses.at(now_ns - p.decision_delay_s / _NS)
         return math.dist(here.position_m, self._held[0])
 
+    def brake(self, now_ns: int, p: PublisherParameters) -> Brake:
+        """Return how to stop without a pose from now on."""
+        before, here = self._last_two(now_ns, p)
+        return Brake(now_ns, before, here, _SPEED_WINDOW_S, p)
+
     def speed_m_s(self, now_ns: int, p: PublisherParameters) -> float:
         """Return the UAV's mean speed over the last 0.2 s; infinity if it is unknown."""
-        then_ns = now_ns - p.decision_delay_s / _NS
-        here, before = self._poses.at(then_ns), self._poses.at(then_ns - _SPEED_WINDOW_S / _NS)
+        before, here = self._last_two(now_ns, p)
         if before is None:
             return math.inf
         return math.dist(here.position_m, before.position_m) / _SPEED_WINDOW_S
+
+    def _last_two(self, now_ns: int, p: PublisherParameters) -> tuple[Pose | None, Pose]:
+        then_ns = now_ns - p.decision_delay_s / _NS
+        return self._poses.at(then_ns - _SPEED_WINDOW_S / _NS), self._poses.at(then_ns)

@@ -50,8 +50,9 @@ class PublisherParameters:
     trusts its position. A vehicle that is armed earlier starts in a failsafe. Without satellites there may
     never be a home position. needs_vision: the flight controller flies by external poses. If
     none has gone to it for vision_timeout_s, the UAV stops, because it then knows its own speed for a few
-    seconds only. After vision_landing_s it lands: before PX4 gives up its position, which it does after 5 s
-    (EKF2_NOAID_TOUT). time_is_simulated: commands may wait for their poses, see
+    seconds only. For brake_time_s the command is brake_gain times its speed (of brake_speed_m_s at most)
+    backwards, then zero. After vision_landing_s it lands: before PX4 gives up its position, which it does
+    after 5 s (EKF2_NOAID_TOUT). time_is_simulated: commands may wait for their poses, see
     `SetpointPublisher.patience_s`.
     """
 
@@ -80,6 +81,9 @@ class PublisherParameters:
     needs_vision: bool = False
     vision_timeout_s: float = 0.25
     vision_landing_s: float = 3.0
+    brake_time_s: float = 0.2
+    brake_gain: float = 2.0
+    brake_speed_m_s: float = 2.0
     time_is_simulated: bool = False
 
     def __post_init__(self) -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 
 from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.publisher.brake import STANDSTILL
 from simulation_tools.publisher.clock_watch import ClockWatch
 from simulation_tools.publisher.commands import Command, Commands
 from simulation_tools.publisher.heard import Heard
@@ -33,7 +34,6 @@ _NS = 1e-9
 _BEFORE_NS = 1_000_000
 _POSE_PATIENCE_S = 0.2
 _FIRST_POSE_PATIENCE_S = 0.01  # the first one may come at any time
-_ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 
 class SetpointPublisher:
@@ -205,4 +205,5 @@ class SetpointPublisher:
                 return commanded
         if self.phase in (Phase.TAKING_OFF, Phase.RETURNING, Phase.FLYING):
             return self._hover.setpoint(now_ns, stamp_ns, self.parameters)
-        return SendVelocity(stamp_ns, _ZERO, 0.0)
+        brake = self._phases.brake if self.phase is Phase.BLIND else None
+        return SendVelocity(stamp_ns, brake.velocity(now_ns) if brake else STANDSTILL, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 
 from simulation_tools.geometry import Pose
+from simulation_tools.publisher.brake import Brake
 from simulation_tools.publisher.heard import Heard, Known
 from simulation_tools.publisher.hover import Hover
 from simulation_tools.publisher.interface import (
@@ -55,6 +56,7 @@ class Phases:
         )  # the local frame begins where the UAV stood
         self._seen_offboard = self._has_flown = self._may_arm = self._was_failsafe = False
         self._flew = False  # before it became blind
+        self.brake: Brake | None = None  # of the last time it became blind
 
     def advance(
         self,
@@ -78,7 +80,7 @@ class Phases:
         is_flying = state.armed and landed != _ON_GROUND
         actions: list[Action] = []
         if is_blind and state.in_offboard and self.phase in _LED:
-            actions = self._enter_blind(blind_s)
+            actions = self._enter_blind(now_ns, blind_s, p)
         elif self.phase is Phase.BLIND:
             actions = self._stand(now_ns, pose, state, blind_s, p)
         elif self.phase is Phase.WAITING:
@@ -206,7 +208,8 @@ class Phases:
             self._hover.hold(pose)
         return [AnnounceReady(True), Log(text, is_warning=False)]
 
-    def _enter_blind(self, blind_s: float) -> list[Action]:
+    def _enter_blind(self, now_ns: int, blind_s: float, p: PublisherParameters) -> list[Action]:
+        self.brake = self._hover.brake(now_ns, p)
         self._flew = self.phase is Phase.FLYING
         self.phase = Phase.BLIND
         self._requested_ns = None

@@ -28,7 +28,7 @@ WITHOUT_GNSS: Mapping[str, float] = {
     "SYS_HAS_MAG": 0,
     "EKF2_AID_MASK": 24,
     "EKF2_HGT_MODE": 3,
-    "EKF2_EV_DELAY": 50.0,
+    "EKF2_EV_DELAY": 0.0,
 }
 """PX4 parameters of a UAV that flies by external vision alone: position, yaw and height."""
 
