@@ -34,6 +34,7 @@ CLIMB_SHARES = (1.0, 0.5, 0.25)
 """Of the greatest climb: what it tries on the spot."""
 AT_REST_M_S = 0.1
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
+NO_DISCS = np.empty((0, 6))
 
 
 class Dynamic(Algorithm):
@@ -155,6 +156,8 @@ class Dynamic(Algorithm):
         is_level = self._movers.clear_of_floor(points, p.floor_height - z, p.ceiling_height - z)
         level_m = level_reach(motion.rotation())
         moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, is_level, level_m)
+        if not len(moving.positions):
+            return moving.is_moving, NO_DISCS
         discs = moving.discs(here)
         discs[:, :2] += self._delay_s * discs[:, 2:4]
         discs[:, 4] += self._delay_s * discs[:, 5]

@@ -74,7 +74,7 @@ class Judge:
 
         It belongs to the last ``judge``.
         """
-        tube = error_share(state, 0.0, 0.0) * self._usual.tube
+        tube = error_share(state[0, 1], state[1, 1], 0.0, 0.0) * self._usual.tube
         keep = np.maximum(self._usual.least, self.hull_m + tube)
         standing_m = float((self._least - keep)[: sum(self.horizon(commit_s)[:2])].min())
         return min(standing_m, self._nearest_m - self.hull_m)

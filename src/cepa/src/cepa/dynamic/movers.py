@@ -128,8 +128,9 @@ class Movers:
         floor_m, ceiling_m: their heights above the lidar.
         """
         p = self.parameters
-        gap_m = p.floor_gap_m + p.floor_gap_share * np.hypot(points[:, 0], points[:, 1])
-        return (points[:, 2] > floor_m + gap_m) & (points[:, 2] < ceiling_m - gap_m)
+        x, y, z = points.T
+        gap_m = p.floor_gap_m + p.floor_gap_share * np.sqrt(x * x + y * y)
+        return (z > floor_m + gap_m) & (z < ceiling_m - gap_m)
 
     def update(
         self,
@@ -162,7 +163,7 @@ class Movers:
         pose = np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
         if not len(points) and not len(self._tracks):
             self._keep_frame(pose, sight_m, self._clusters[:0], NOTHING_SEEN)
-            return MoverSet(NO_VECTORS, NO_VECTORS, NO_RADII, NO_COVARIANCES, np.zeros(len(level), bool))
+            return _nothing_moves(len(level))
         labels = np.empty(len(points), np.int64)
         limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
         level_m = np.full(len(sight_m), math.inf) if level_m is None else level_m
@@ -176,9 +177,10 @@ class Movers:
         self._learn(dt_s, points, pose, sight_m, clusters, owners)
         seen = self._forget(pose, np.minimum(sight_m, level_m), owners)
         seen = self._begin(clusters, matches, seen)
-        self._find_again()
+        if self._moving.any():
+            self._find_again()
         self._keep_frame(pose, sight_m, clusters, seen)
-        return self._answer(points, labels, level, seen)
+        return self._answer(points, labels, level, seen) if self._moving.any() else _nothing_moves(len(level))
 
     def _align(
         self, dt_s: float, points: np.ndarray, pose: np.ndarray, clusters: np.ndarray, owners: np.ndarray
@@ -230,6 +232,8 @@ class Movers:
         kernels.are_free(self._tracks, pose, sight_m, self.parameters.free_gap_m, free)
         allowed_s = np.where(self._moving, self.parameters.forget_s, STANDING_FORGET_S)
         stays = unseen_s <= np.where(free, MISSED_S, allowed_s)
+        if stays.all():
+            return owners
         self._tracks, self._surfaces = self._tracks[stays], self._surfaces[stays]
         self._moving = self._moving[stays]
         return owners[stays]
@@ -301,6 +305,10 @@ class Movers:
         positions = (moving[:, kernels.X : kernels.Y + 1] - self._shift) @ back
         velocities = moving[:, kernels.VX : kernels.VY + 1] @ back
         return MoverSet(positions, velocities, moving[:, kernels.RADIUS], covariances, is_moving)
+
+
+def _nothing_moves(points: int) -> MoverSet:
+    return MoverSet(NO_VECTORS, NO_VECTORS, NO_RADII, NO_COVARIANCES, np.zeros(points, bool))
 
 
 def _rotation(angle_rad: float) -> np.ndarray:

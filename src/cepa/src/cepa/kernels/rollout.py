@@ -7,6 +7,7 @@ velocity, acceleration and integral, and for z position and velocity only.
 from __future__ import annotations
 
 import math
+from typing import Tuple
 
 import numpy as np
 from numba import njit
@@ -19,36 +20,62 @@ FULL_ERROR_M_S, LEAST_ERROR_SHARE = 2.0, 0.33
 ANGLE_ERROR_RAD = 3e-4
 DEEPER_M = 0.02
 """What stands nearer than the least distance may come so much nearer, or noise would hold the UAV there."""
+State = Tuple[Tuple[float, ...], Tuple[float, ...], Tuple[float, ...]]
+"""The numbers of a state (3, 4): four for x, four for y, two for z."""
+Law = Tuple[
+    Tuple[float, ...],
+    Tuple[float, ...],
+    Tuple[float, ...],
+    Tuple[float, ...],
+    Tuple[float, float],
+    float,
+    float,
+]
+"""Rows of F and of G for position, velocity, acceleration and integral, the limits, climb_gain and step_s."""
 
 
 @njit(cache=True, inline="always")
-def _advance(state: np.ndarray, response: Response, ux: float, uy: float, uz: float) -> None:
-    f, g, step = response.f, response.g, response.step_s
-    vx, ax, ix = state[0, 1], state[0, 2], state[0, 3]
-    vy, ay, iy = state[1, 1], state[1, 2], state[1, 3]
-    new_x = f[2, 1] * vx + f[2, 2] * ax + f[2, 3] * ix + g[2] * ux
-    new_y = f[2, 1] * vy + f[2, 2] * ay + f[2, 3] * iy + g[2] * uy
+def _law(response: Response) -> Law:
+    """Return the response as plain numbers, which stay in registers."""
+    f, g = response.f, response.g
+    position, velocity = (f[0, 1], f[0, 2], f[0, 3], g[0]), (f[1, 1], f[1, 2], f[1, 3], g[1])
+    acceleration, integral = (f[2, 1], f[2, 2], f[2, 3], g[2]), (f[3, 1], f[3, 2], f[3, 3], g[3])
+    limits = response.acceleration_max, response.jerk_max * response.step_s
+    return position, velocity, acceleration, integral, limits, response.climb_gain, response.step_s
+
+
+@njit(cache=True, inline="always")
+def _of_array(state: np.ndarray) -> State:
+    x, y, z = state[0], state[1], state[2]
+    return (x[0], x[1], x[2], x[3]), (y[0], y[1], y[2], y[3]), (z[0], z[1])
+
+
+@njit(cache=True, inline="always")
+def _advance(state: State, law: Law, ux: float, uy: float, uz: float) -> State:
+    """Return the state one step later."""
+    (x, vx, ax, ix), (y, vy, ay, iy), (z, vz) = state
+    p, v, a, i, (most, most_change), climb_gain, step = law
+    new_x = a[0] * vx + a[1] * ax + a[2] * ix + a[3] * ux
+    new_y = a[0] * vy + a[1] * ay + a[2] * iy + a[3] * uy
     change2 = (new_x - ax) ** 2 + (new_y - ay) ** 2
-    most_change = response.jerk_max * step
-    if change2 <= most_change**2 and new_x**2 + new_y**2 <= response.acceleration_max**2:
-        state[0, 0] += f[0, 1] * vx + f[0, 2] * ax + f[0, 3] * ix + g[0] * ux
-        state[1, 0] += f[0, 1] * vy + f[0, 2] * ay + f[0, 3] * iy + g[0] * uy
-        state[0, 1] = f[1, 1] * vx + f[1, 2] * ax + f[1, 3] * ix + g[1] * ux
-        state[1, 1] = f[1, 1] * vy + f[1, 2] * ay + f[1, 3] * iy + g[1] * uy
+    if change2 <= most_change**2 and new_x**2 + new_y**2 <= most**2:
+        x += p[0] * vx + p[1] * ax + p[2] * ix + p[3] * ux
+        y += p[0] * vy + p[1] * ay + p[2] * iy + p[3] * uy
+        new_vx = v[0] * vx + v[1] * ax + v[2] * ix + v[3] * ux
+        new_vy = v[0] * vy + v[1] * ay + v[2] * iy + v[3] * uy
     else:
         share = min(1.0, most_change / max(math.sqrt(change2), 1e-9))
         new_x, new_y = ax + share * (new_x - ax), ay + share * (new_y - ay)
-        share = min(1.0, response.acceleration_max / max(math.sqrt(new_x**2 + new_y**2), 1e-9))
+        share = min(1.0, most / max(math.sqrt(new_x**2 + new_y**2), 1e-9))
         new_x, new_y = share * new_x, share * new_y
-        state[0, 0] += step * (vx + step * (2.0 * ax + new_x) / 6.0)
-        state[1, 0] += step * (vy + step * (2.0 * ay + new_y) / 6.0)
-        state[0, 1] = vx + 0.5 * step * (ax + new_x)
-        state[1, 1] = vy + 0.5 * step * (ay + new_y)
-    state[0, 2], state[1, 2] = new_x, new_y
-    state[0, 3] = f[3, 1] * vx + f[3, 2] * ax + f[3, 3] * ix + g[3] * ux
-    state[1, 3] = f[3, 1] * vy + f[3, 2] * ay + f[3, 3] * iy + g[3] * uy
-    state[2, 0] += step * state[2, 1]
-    state[2, 1] += response.climb_gain * (uz - state[2, 1])
+        x += step * (vx + step * (2.0 * ax + new_x) / 6.0)
+        y += step * (vy + step * (2.0 * ay + new_y) / 6.0)
+        new_vx = vx + 0.5 * step * (ax + new_x)
+        new_vy = vy + 0.5 * step * (ay + new_y)
+    new_ix = i[0] * vx + i[1] * ax + i[2] * ix + i[3] * ux
+    new_iy = i[0] * vy + i[1] * ay + i[2] * iy + i[3] * uy
+    new_z = z + step * vz, vz + climb_gain * (uz - vz)
+    return (x, new_vx, new_x, new_ix), (y, new_vy, new_y, new_iy), new_z
 
 
 @njit(cache=True)
@@ -67,6 +94,7 @@ def fly(
     count, modulo n. Each holds until the next one begins, or it is braked.
     """
     n = commands.shape[0]
+    law, now_state = _law(response), _of_array(state)
     k = first
     for step in range(math.floor((to_s - from_s) / response.step_s + 0.5)):
         t = from_s + (step + 0.5) * response.step_s
@@ -75,28 +103,32 @@ def fly(
         now = k % n
         holds = 1.0 if k < last and commands[now, 0] <= t < commands[now, 1] else 0.0
         ux, uy, uz = commands[now, 2], commands[now, 3], commands[now, 4]
-        _advance(state, response, holds * ux, holds * uy, holds * uz)
+        now_state = _advance(now_state, law, holds * ux, holds * uy, holds * uz)
+    along_x, along_y, along_z = now_state
+    for column in range(4):
+        state[0, column], state[1, column] = along_x[column], along_y[column]
+    state[2, 0], state[2, 1] = along_z
 
 
 @njit(cache=True)
 def roll(start: np.ndarray, command: np.ndarray, response: Response, flown: int, path: np.ndarray) -> int:
     """Fly ``command`` (3,) for ``flown`` steps, then brake; fill ``path`` (n, 3), m; return its length."""
-    state = start.copy()
+    law, state = _law(response), _of_array(start)
     ux, uy, uz = command
     for k in range(path.shape[0]):
         if k == flown:
             ux = uy = uz = 0.0
-        _advance(state, response, ux, uy, uz)
+        state = _advance(state, law, ux, uy, uz)
         if k >= flown and _is_at_rest(state):
             return k
-        path[k] = state[:, 0]
+        path[k, 0], path[k, 1], path[k, 2] = state[0][0], state[1][0], state[2][0]
     return path.shape[0]
 
 
 @njit(cache=True, inline="always")
-def _is_at_rest(state: np.ndarray) -> bool:
-    speed2 = state[0, 1] ** 2 + state[1, 1] ** 2 + state[2, 1] ** 2
-    return speed2 < AT_REST_M_S**2 and state[0, 2] ** 2 + state[1, 2] ** 2 < AT_REST_M_S2**2
+def _is_at_rest(state: State) -> bool:
+    (_, vx, ax, _), (_, vy, ay, _), (_, vz) = state
+    return vx**2 + vy**2 + vz**2 < AT_REST_M_S**2 and ax**2 + ay**2 < AT_REST_M_S2**2
 
 
 @njit(cache=True, inline="always")
@@ -122,16 +154,16 @@ def _layer(count: int, layer_m: float, z: float) -> int:
 
 
 @njit(cache=True, inline="always")
-def _clearance(distance: np.ndarray, cell_m: float, layer_m: float, far: float, state: np.ndarray) -> float:
+def _clearance(distance: np.ndarray, cell_m: float, layer_m: float, far: float, state: State) -> float:
     """Return the distance to the nearest of what stands, m."""
-    layer = _layer(distance.shape[0], layer_m, state[2, 0])
-    return _bilinear(distance, layer, cell_m, state[0, 0], state[1, 0], far) if layer >= 0 else 0.0
+    layer = _layer(distance.shape[0], layer_m, state[2][0])
+    return _bilinear(distance, layer, cell_m, state[0][0], state[1][0], far) if layer >= 0 else 0.0
 
 
 @njit(cache=True, inline="always")
-def _clearance_of_movers(movers: np.ndarray, state: np.ndarray, t: float) -> float:
+def _clearance_of_movers(movers: np.ndarray, state: State, t: float) -> float:
     """Return the distance to the nearest of what moves, m, after t s."""
-    x, y = state[0, 0], state[1, 0]
+    x, y = state[0][0], state[1][0]
     d = math.inf
     for k in range(movers.shape[0]):
         dx, dy = x - movers[k, 0] - movers[k, 2] * t, y - movers[k, 1] - movers[k, 3] * t
@@ -158,12 +190,12 @@ def _angle(x: float, y: float) -> float:
 
 @njit(cache=True, inline="always")
 def _beyond_sight(
-    sight: np.ndarray, unseen: np.ndarray, unseen_cell_m: float, layer_m: float, state: np.ndarray
+    sight: np.ndarray, unseen: np.ndarray, unseen_cell_m: float, layer_m: float, state: State
 ) -> float:
     """Return how far the UAV is beyond what has been seen, m; with layers 1 or 0."""
-    x, y = state[0, 0], state[1, 0]
+    x, y = state[0][0], state[1][0]
     if unseen.shape[0]:
-        layer = _layer(unseen.shape[0], layer_m, state[2, 0])
+        layer = _layer(unseen.shape[0], layer_m, state[2][0])
         half = unseen.shape[1] // 2
         i = math.floor(y / unseen_cell_m + 0.5) + half
         j = math.floor(x / unseen_cell_m + 0.5) + half
@@ -188,10 +220,10 @@ def braking(
     Fill (n,) ``clearance`` of what stands, and ``beyond``, how far out of sight, m; n = commit + brake.
     """
     distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _ = around
-    state = start.copy()
+    law, state = _law(response), _of_array(start)
     nearest = math.inf
     for k in range(horizon.commit + horizon.brake):
-        _advance(state, response, 0.0, 0.0, 0.0)
+        state = _advance(state, law, 0.0, 0.0, 0.0)
         clearance[k] = _clearance(distance, cell_m, layer_m, far, state)
         nearest = min(nearest, _clearance_of_movers(movers, state, (k + 1) * response.step_s))
         beyond[k] = _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state)
@@ -199,16 +231,16 @@ def braking(
 
 
 @njit(cache=True)
-def error_share(state: np.ndarray, ux: float, uy: float) -> float:
+def error_share(vx: float, vy: float, ux: float, uy: float) -> float:
     """Return the share of the stated error that the response may have in a flight that begins so."""
-    fastest2 = max(state[0, 1] ** 2 + state[1, 1] ** 2, ux * ux + uy * uy)
+    fastest2 = max(vx**2 + vy**2, ux * ux + uy * uy)
     return max(LEAST_ERROR_SHARE, min(1.0, math.sqrt(fastest2) / FULL_ERROR_M_S))
 
 
 @njit(cache=True)
 def _is_admissible(
-    state: np.ndarray,
-    response: Response,
+    state: State,
+    law: Law,
     around: Surroundings,
     horizon: Horizon,
     cushions: Cushions,
@@ -225,17 +257,18 @@ def _is_admissible(
     may come as near as it comes to a UAV that brakes at once (``nearest``).
     """
     distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _ = around
-    tube, share = cushions.tube, error_share(state, ux, uy)
+    tube, share = cushions.tube, error_share(state[0][1], state[1][1], ux, uy)
+    step_s = law[-1]
     for k in range(horizon.commit + horizon.brake):
         if k == horizon.commit:
             ux = uy = uz = 0.0
-        _advance(state, response, ux, uy, uz)
+        state = _advance(state, law, ux, uy, uz)
         if k >= horizon.commit and _is_at_rest(state):
             break
         keep = max(cushions.least, cushions.hull + share * tube[k])
         if _clearance(distance, cell_m, layer_m, far, state) < min(keep, least[k]):
             return False
-        if _clearance_of_movers(movers, state, (k + 1) * response.step_s) < min(keep, nearest):
+        if _clearance_of_movers(movers, state, (k + 1) * step_s) < min(keep, nearest):
             return False
         if _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state) > max(0.0, most[k]):
             return False
@@ -278,8 +311,8 @@ def _way_slope(
 
 @njit(cache=True)
 def _judge(
-    state: np.ndarray,
-    response: Response,
+    state: State,
+    law: Law,
     around: Surroundings,
     horizon: Horizon,
     cushions: Cushions,
@@ -298,31 +331,31 @@ def _judge(
     result[2] = result[4] = 0.0
     speed = math.sqrt(ux * ux + uy * uy)
     for k in range(horizon.cost):
-        x, y = state[0, 0], state[1, 0]
+        before = state
         if k >= horizon.hold and way.size and not movers.size:  # the way does not know what moves
-            gx, gy = _way_slope(way, way_cell_m, x + way_x, y + way_y, direction)
+            gx, gy = _way_slope(way, way_cell_m, state[0][0] + way_x, state[1][0] + way_y, direction)
             size = math.sqrt(gx * gx + gy * gy)
             if 0.2 * way_cell_m < size < 20.0 * way_cell_m:
                 ux, uy = -speed * gx / size, -speed * gy / size
-        _advance(state, response, ux, uy, uz)
+        state = _advance(state, law, ux, uy, uz)
         d = _clearance(distance, cell_m, layer_m, far, state)
-        d_of_movers = _clearance_of_movers(movers, state, (k + 1) * response.step_s)
+        d_of_movers = _clearance_of_movers(movers, state, (k + 1) * law[-1])
         if d < least or d_of_movers < least_of_movers:
-            state[0, 0], state[1, 0] = x, y
+            state = before[0], before[1], state[2]
             result[2 if d < least else 4] = 1.0 - k / horizon.cost
             discomfort += horizon.cost - k
             break
         d = min(d, d_of_movers)
         if d < outer:
             discomfort += ((outer - d) / (outer - inner)) ** 2
-    x, y = state[0, 0], state[1, 0]
+    x, y = state[0][0], state[1][0]
     if way.size:
         here = _way_from(way, way_cell_m, way_x, way_y, direction)
         result[0] = here - _way_from(way, way_cell_m, x + way_x, y + way_y, direction)
     else:
         result[0] = x * direction[0] + y * direction[1]
     result[1] = discomfort / horizon.cost
-    result[3] = state[2, 0]
+    result[3] = state[2][0]
 
 
 @njit(cache=True)
@@ -346,14 +379,12 @@ def judge(
     in m, discomfort, share of the horizon that is lost to a contact with what stands, height at the end in m,
     share that is lost to a contact with what moves.
     """
-    world = response, around, horizon, cushions
-    state = start.copy()
+    world = _law(response), around, horizon, cushions
+    state = _of_array(start)
     for n in range(commands.shape[0]):
         ux, uy, uz = commands[n]
-        state[:] = start
         admissible[n] = _is_admissible(state, *world, least, most, nearest, ux, uy, uz)
         if admissible[n]:
-            state[:] = start
             _judge(state, *world, ux, uy, uz, direction, results[n])
 
 
@@ -395,13 +426,14 @@ def is_clear(
     All of both paths must lie in sight of the scan. Every ``stride``-th step is looked at.
     radius: of the body.
     """
+    law = _law(response)
     for brakes in range(2):
-        state = start.copy()
+        state = _of_array(start)
         ux, uy, uz = command
         for k in range(horizon.commit + horizon.brake if brakes else horizon.cost):
             if brakes and k == horizon.commit:
                 ux = uy = uz = 0.0
-            _advance(state, response, ux, uy, uz)
-            if k % stride == 0 and not _is_free(state[0, 0], state[1, 0], scan, distance, radius):
+            state = _advance(state, law, ux, uy, uz)
+            if k % stride == 0 and not _is_free(state[0][0], state[1][0], scan, distance, radius):
                 return False
     return True
