@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import ast
 import importlib
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -23,7 +26,7 @@ def kernels_in(tree: ast.Module) -> list[ast.FunctionDef]:
     return [node for node in functions if any("njit" in ast.dump(each) for each in node.decorator_list)]
 
 
-WITH_KERNELS = [path for path in FILES if kernels_in(ast.parse(path.read_text(encoding="utf-8")))]
+WITH_KERNELS = [path for path in FILES if "@njit" in path.read_text(encoding="utf-8")]
 
 
 @pytest.mark.parametrize("path", WITH_KERNELS, ids=lambda path: str(path.relative_to(ROOT / "src")))
@@ -70,3 +73,23 @@ def code_for_int(folder: Path) -> str | None:
     one._save_data = lambda name, code: (other.save("int", "code for int"), write(name, code))
     one.save("float", "code for float")
     return IndexDataCacheFile(str(folder), "kernel", "stamp").load("int")
+
+
+UNCALLED = """
+import runpy, sys
+package = sys.argv[1]
+runpy.run_module(f"{package}.warm_up", run_name="__main__")
+modules = [module for name, module in sys.modules.items() if name.startswith(package)]
+kernels = [pair for module in modules for pair in vars(module).items() if hasattr(pair[1], "py_func")]
+by_others = {name for _, kernel in kernels for name in kernel.py_func.__code__.co_names}
+print("not called:", sorted({name for name, kernel in kernels if not kernel.signatures} - by_others))
+"""
+
+
+@pytest.mark.parametrize("package", ["cepa", "gridslam", "simulation_tools"])
+def test_every_kernel_is_called_by_the_warm_up(package):
+    """Or it would be compiled in flight."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src" / package / "src")}
+    command = [sys.executable, "-c", UNCALLED, package]
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=120)
+    assert told.stdout.splitlines()[-1] == "not called: []"
