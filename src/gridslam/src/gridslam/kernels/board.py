@@ -134,17 +134,7 @@ def counted(words: np.ndarray, row: int) -> np.uint64:
     return bits
 
 
-@njit(cache=True, nogil=True)
-def add(words: np.ndarray, cells: np.ndarray) -> bool:
-    """Add eight cells at a time to those of a tile. If one would overflow, add nothing and return False."""
-    carried = np.uint64(0)
-    for word in range(WORDS):
-        more, old = words[word], cells[word]
-        total = old + more
-        cells[word] = total
-        carried |= (old & more) | ((old | more) & ~total)
-    if carried & TOP_BITS == 0:
-        return True
-    for word in range(WORDS):
-        cells[word] -= words[word]
-    return False
+@njit(cache=True, nogil=True, inline="always")
+def carries(old: np.uint64, more: np.uint64, total: np.uint64) -> np.uint64:
+    """Return nonzero if one of the eight cells in ``total`` = ``old`` + ``more`` has overflown."""
+    return ((old & more) | ((old | more) & ~total)) & TOP_BITS

@@ -14,7 +14,7 @@ from numba import njit
 
 from gridslam.kernels.board import (
     WORDS,
-    add,
+    carries,
     count_beam,
     counted,
     parts_of,
@@ -30,7 +30,7 @@ from gridslam.kernels.tiles import (
     SIDE_BITS,
     Tiles,
     own_ends,
-    own_tile,
+    own_tiles,
 )
 
 
@@ -123,59 +123,65 @@ def _hit(tile: int, end: np.ndarray, entry: int, tiles: Tiles) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _add_board(
-    table: np.ndarray, stamp: int, box: tuple[int, int, int, int], scan: BeamEnds, tiles: Tiles
-) -> None:
-    """Add the board's counts to the tiles of a box, and clear the board."""
+def _add_board(table: np.ndarray, box: tuple[int, int, int, int], scan: BeamEnds, tiles: Tiles) -> None:
+    """Add the board's counts to the table's own tiles in a box, and clear the board."""
     words, are_crossed = scan.board.view(np.uint64), scan.are_crossed
-    # Each tuple of arrays that is handed to another function costs time, so most tiles go without.
-    references, stamps, visits, ends = tiles.references, tiles.stamps, tiles.visits, tiles.ends
-    left, low, right, high = box
-    place = -1
-    for y in range(low, high + 1):
-        for x in range(left, right + 1):
-            place += 1
-            if not are_crossed[place]:
-                continue
-            are_crossed[place] = False
-            part = words[place * WORDS : (place + 1) * WORDS]
-            tile = table[y, x]
-            if references[tile] == 1:
-                stamps[tile] = stamp
-            else:
-                tile = own_tile(table, y, x, stamp, tiles)
-            if not add(part, visits[tile].view(np.uint64)):
-                if ends[tile] != EMPTY:  # the next count halves the hits
-                    own_ends(tile, tiles)
-                _add_one_by_one(tile, part.view(np.uint8), tiles)
-            if ends[tile] != EMPTY:
-                _clear_bits(tile, part, ends[tile], tiles)
-            part[:] = 0
+    visits, ends = tiles.visits.view(np.uint64), tiles.ends
+    width = box[2] - box[0] + 1
+    for place in range(width * (box[3] - box[1] + 1)):
+        if not are_crossed[place]:
+            continue
+        are_crossed[place] = False
+        first, tile = place * WORDS, table[box[1] + place // width, box[0] + place % width]
+        carried = np.uint64(0)
+        for word in range(WORDS):
+            more, old = words[first + word], visits[tile, word]
+            total = old + more
+            visits[tile, word] = total
+            carried |= carries(old, more, total)
+        if carried:
+            for word in range(WORDS):
+                visits[tile, word] -= words[first + word]
+            if ends[tile] != EMPTY:  # the next count halves the hits
+                own_ends(tile, tiles)
+            _add_one_by_one(tile, words[first : first + WORDS].view(np.uint8), tiles)
+        if ends[tile] != EMPTY:
+            _clear_bits(tile, words[first : first + WORDS], ends[tile], tiles)
+        for word in range(WORDS):
+            words[first + word] = 0
 
 
 @njit(cache=True, nogil=True)
-def _add_at_home(table: np.ndarray, stamp: int, lidar: np.ndarray, count: int, tiles: Tiles) -> None:
+def _add_at_home(table: np.ndarray, lidar: np.ndarray, count: int, tiles: Tiles) -> None:
     """Add this many beams to the lidar's own cell, where they begin."""
     x, y = int(lidar[0]), int(lidar[1])
-    tile = own_tile(table, y >> SIDE_BITS, x >> SIDE_BITS, stamp, tiles)
+    tile = table[y >> SIDE_BITS, x >> SIDE_BITS]
     if tiles.ends[tile] != EMPTY:  # hits may be halved
         own_ends(tile, tiles)
     _count(tile, (y & MASK) * SIDE + (x & MASK), count, 0, tiles.ends[tile], tiles)
 
 
 @njit(cache=True, nogil=True)
-def _add_hits(table: np.ndarray, stamp: int, points: np.ndarray, are_hits: np.ndarray, tiles: Tiles) -> None:
+def _add_hits(table: np.ndarray, points: np.ndarray, are_hits: np.ndarray, tiles: Tiles) -> None:
     """Count the beams' ends (n, 2) that are hits."""
     for i in range(points.shape[0]):
         if are_hits[i]:
-            row, column = int(points[i, 1]) >> SIDE_BITS, int(points[i, 0]) >> SIDE_BITS
-            tile = table[row, column]
-            if tiles.stamps[tile] != stamp:
-                tile = own_tile(table, row, column, stamp, tiles)
+            tile = table[int(points[i, 1]) >> SIDE_BITS, int(points[i, 0]) >> SIDE_BITS]
             entry = tiles.ends[tile]
             if entry == EMPTY or tiles.end_references[entry] > 1:
                 entry = own_ends(tile, tiles)
             _hit(tile, points[i], entry, tiles)
+
+
+@njit(cache=True, nogil=True)
+def _mark_points(
+    points: np.ndarray, are_meant: np.ndarray, box: tuple[int, int, int, int], are_crossed: np.ndarray
+) -> None:
+    """Mark the places in a box of the points (n, 2) that are meant (n,)."""
+    for i in range(points.shape[0]):
+        if are_meant[i]:
+            row, column = int(points[i, 1]) >> SIDE_BITS, int(points[i, 0]) >> SIDE_BITS
+            are_crossed[(row - box[1]) * (box[2] - box[0] + 1) + column - box[0]] = True
 
 
 @njit(cache=True, nogil=True)
@@ -187,15 +193,20 @@ def _insert_beams(
     left, low, right, _ = box
     width = right - left + 1
     at_home, parts = 0, parts_of(lidar, points)
+    _mark_points(points, scan.are_hits, box, scan.are_crossed)
     for part in range(parts):
+        in_part = 0
         for i in range(part, points.shape[0], parts):
-            at_home += count_beam(
+            in_part += count_beam(
                 lidar, points[i], scan.board, scan.are_crossed, width, left * SIDE, low * SIDE
             )
-        _add_board(table, stamp, box, scan, tiles)
+        at_home += in_part
+        _mark_points(scan.placed[:1], np.full(1, in_part > 0), box, scan.are_crossed)
+        own_tiles(table, box, scan.are_crossed, stamp, tiles)
+        _add_board(table, box, scan, tiles)
     if at_home:
-        _add_at_home(table, stamp, lidar, at_home, tiles)
-    _add_hits(table, stamp, points, scan.are_hits, tiles)
+        _add_at_home(table, lidar, at_home, tiles)
+    _add_hits(table, points, scan.are_hits, tiles)
 
 
 @njit(cache=True, nogil=True)

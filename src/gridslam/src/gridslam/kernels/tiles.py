@@ -54,25 +54,37 @@ class Tiles(NamedTuple):
     """(2,) number of entries on each stack: TILES, ENDS."""
 
 
-@njit(cache=True, nogil=True, inline="always")
-def own_tile(table: np.ndarray, row: int, column: int, stamp: int, tiles: Tiles) -> int:
-    """Return a table's own tile at a place, and stamp it. If other tables share the tile, copy it first."""
-    tile = table[row, column]
-    if tile == EMPTY or tiles.references[tile] > 1:
-        tiles.free[TILES] -= 1
-        own = tiles.free_tiles[tiles.free[TILES]]
-        tiles.visits[own] = tiles.visits[tile]
-        tiles.occupied[own] = tiles.occupied[tile]
-        tiles.ends[own] = tiles.ends[tile]
-        tiles.references[own] = 1
-        if tiles.ends[own] != EMPTY:
-            tiles.end_references[tiles.ends[own]] += 1
-        if tile != EMPTY:
-            tiles.references[tile] -= 1
-        table[row, column] = own
-        tile = own
-    tiles.stamps[tile] = stamp
-    return tile
+@njit(cache=True, nogil=True)
+def own_tiles(
+    table: np.ndarray, box: tuple[int, int, int, int], are_wanted: np.ndarray, stamp: int, tiles: Tiles
+) -> None:
+    """Give a table its own tiles at the wanted places of a box, and stamp them. Copy what others share.
+
+    ``box`` is the first column and row and the last ones; ``are_wanted`` (places,) bool goes row by row.
+    """
+    # No array is handed on in the loop: each would cost more than the rest.
+    references, stamps, visits, occupied = tiles.references, tiles.stamps, tiles.visits, tiles.occupied
+    ends, end_references, free_tiles, free = tiles.ends, tiles.end_references, tiles.free_tiles, tiles.free
+    width = box[2] - box[0] + 1
+    for place in range(width * (box[3] - box[1] + 1)):
+        if not are_wanted[place]:
+            continue
+        row, column = box[1] + place // width, box[0] + place % width
+        tile = table[row, column]
+        if references[tile] != 1:
+            free[TILES] -= 1
+            own = free_tiles[free[TILES]]
+            visits[own] = visits[tile]
+            occupied[own] = occupied[tile]
+            ends[own] = ends[tile]
+            references[own] = 1
+            if ends[own] != EMPTY:
+                end_references[ends[own]] += 1
+            if tile != EMPTY:
+                references[tile] -= 1
+            table[row, column] = own
+            tile = own
+        stamps[tile] = stamp
 
 
 @njit(cache=True, nogil=True, inline="always")
