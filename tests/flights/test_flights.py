@@ -205,11 +205,10 @@ def only_from_nodes(traceback: re.Match) -> str:
     return traceback[0] if "/nodes/" in traceback[0] else ""
 
 
-@pytest.mark.parametrize("after_s", [0.2, 1.0])  # while the nodes import, while they connect
-def test_interrupted_while_it_starts_the_launch_ends_quietly(processes, tmp_path, after_s):
+def test_interrupted_while_it_starts_the_launch_ends_quietly(processes, tmp_path):
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", world=WORLDS / "empty.world", goal="9 0 2")
     flight.wait_until_said("process[experiment", READY_PATIENCE_S)
-    time.sleep(after_s)
+    time.sleep(1.0)  # some nodes still import, others connect
     flight.interrupt()
     flight.wait(60.0)
     assert "Traceback" not in KEYBOARD_INTERRUPT.sub(only_from_nodes, flight.said)

@@ -126,10 +126,6 @@ class LidarOdometry:
         if below_m > 0.0:
             self.height.on_range(stamp_s, below_m)
 
-    def has_lean_at(self, stamp_s: float) -> bool:
-        """Whether the IMU has said how the UAV leans at an instant."""
-        return self._inertial.lean_at(stamp_s) is not None
-
     def on_scan(
         self,
         stamp_s: float,

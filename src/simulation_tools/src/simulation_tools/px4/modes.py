@@ -59,7 +59,6 @@ class Mode(enum.Enum):
 ARMED_FLAG = 128
 STABILISED_FLAG = 16
 MAIN_MODES = frozenset(mode.value[0] for mode in Mode)
-BY_CUSTOM_MODE = {mode.custom_mode: mode for mode in Mode}
 
 
 class Result(enum.IntEnum):
