@@ -13,7 +13,7 @@ from master_thesis.report.size import Size
 
 EXPERIMENT = "without_gnss"
 DRAWN_EVERY_M = 0.1
-_COST_S = {"room": 40.0, "hold": 20.0}
+_COST_S = {"room": 60.0, "hold": 22.0}
 
 
 def pieces(size: Size) -> list[Piece]:

@@ -94,7 +94,7 @@ def _middle_and_worst(values: Sequence[float | None]) -> str:
 
 def _paths(flown: Mapping[str, Mapping[str, Sequence[dict]]]) -> Picture:
     """Return the true paths of the first flight of each lidar."""
-    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    figure = Figure(figsize=(5.5 * len(flown), 4.2), layout="constrained")
     for axes, (world, lidars) in zip(np.atleast_1d(figure.subplots(1, len(flown))), flown.items()):
         _draw_world(axes, world)
         for lidar, results in lidars.items():
