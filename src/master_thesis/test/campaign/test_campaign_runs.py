@@ -252,7 +252,7 @@ def check_loadable(values):
 
 
 ROWS = set(SHIPPED.glob("avoidance*.yaml")) - {SHIPPED / "avoidance_forest.yaml"}
-"""Of `bench avoidance`, which tests/test_benchmarks.py flies."""
+"""Of `bench avoidance`, which tests/bench flies."""
 FLOWN_HERE = sorted(set(SHIPPED.glob("*.yaml")) - ROWS)
 
 

@@ -1,0 +1,122 @@
+"""A smallest run of each benchmark, and what it measures with."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import avoidance, cepa, experiment_1, sim
+from benchmarks.shared import places
+from benchmarks.shared.flights import Question
+from cepa import CepaParameters, Improved, LaserScan2D
+from master_thesis.experiments_3_4.flight_without_gnss import distances
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_distances_from_the_planned_path_are_those_of_its_nearest_line():
+    corner = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)])
+    points = np.array([(2.0, 0.5), (-3.0, 4.0), (4.2, 2.0), (4.0, 5.0)])
+    assert distances(points, corner) == pytest.approx([0.5, 5.0, 0.2, 2.0])
+
+
+def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):
+    path = tmp_path / "hallway.world"
+    path.write_text(places.hallway(2.4))
+    questions = places.questions(str(path), np.random.default_rng(1), 20, (15.0, 0.6), 0.5)
+    ranges = np.array([question.scan.ranges for question in questions])
+    assert ranges.min() > 0.5
+    across = (ranges[:, :720] + ranges[:, 720:]).min(axis=1)  # opposite beams; wider where a door is
+    assert np.median(across) == pytest.approx(2.4, abs=6 * places.NOISE_M)
+
+
+def test_a_replay_counts_what_the_algorithm_says():
+    free = LaserScan2D(np.full(1440, np.inf), -math.pi, math.radians(0.25), 0.06, 10.0)
+    figures = cepa.replay(Improved(CepaParameters()), [Question(free, (2.0, 0.0), (0.0, 0.0))] * 5, times=2)
+    assert figures["directions"] == 1.0
+    assert 0.0 < figures["median_us"] <= figures["p99_us"] <= figures["max_us"]
+
+
+@pytest.fixture
+def run(tmp_path, capsys):
+    """Run a benchmark; returns what stands in benchmarks.json and what was printed."""
+
+    def run(benchmark, *arguments):
+        benchmark.main(["--results", str(tmp_path), *arguments])
+        return json.loads((tmp_path / "benchmarks.json").read_text()), capsys.readouterr().out
+
+    return run
+
+
+@pytest.mark.flight
+def test_cepa_is_benchmarked(run):
+    written, said = run(cepa, "--scenarios", "forest", "--goal", "3", "--places", "20")
+    forest = written["cepa"]["forest"]
+    assert forest["original"]["directions"] > 4 * 1000  # four speeds in each of the beams that are seen
+    assert forest["improved"]["directions"] < forest["original"]["directions"] / 10
+    assert forest["speedup"] == pytest.approx(forest["original"]["mean_us"] / forest["improved"]["mean_us"])
+    assert forest["speedup"] > 50  # 300 on a quiet machine
+    assert written["cepa"]["worst_hallway"]["max_us"] > 0.0
+    assert written["cepa"]["first_call_s"] > 0.0
+    assert "thesis, improved / original" in said
+
+
+@pytest.mark.flight
+def test_the_campaign_is_flown(run, tmp_path):
+    written, said = run(avoidance, "--smallest", "--workers", "1", "--rows", "mixed", "thick")
+    campaign = written["cepa"]["campaign"]
+    for name in ("improved", "original", "improved_velocity_aware", "improved_levelling"):
+        assert campaign[name]["all"]["flights"] == 2
+        assert campaign[name]["4_m_s"]["flights"] == 1
+    assert campaign["improved_at_2_m_s"]["collisions"] == 0
+    assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (8.0 - 0.2)
+    assert (tmp_path / "avoidance/flights.png").read_bytes().startswith(b"\x89PNG")
+    assert "improved, all" in said
+    thick = written["avoidance"]["thick_forest"]["4_m_s"]["improved"]
+    assert thick["flights"] == 1
+    assert thick["computation_ms"]["p99"] > 0.0
+    assert "thick forests" in said
+
+
+@pytest.mark.flight
+def test_the_table_of_experiment_1_is_flown(run, tmp_path):
+    few = ("--scenarios", "forest", "--seeds", "1", "--goal", "3", "--workers", "1")
+    written, said = run(experiment_1, *few)
+    improved = written["experiment_1"]["forest"]["improved"]
+    assert improved["reached_goal"] == improved["flights"] == 1
+    assert improved["collisions"] == 0
+    assert improved["computation_ms"]["mean"] > 0.0
+    assert 1.5 < improved["flight_time_s"]["mean"] < 6.0  # 3 m at 2 m/s, around a trunk
+    assert (tmp_path / "experiment_1.md").read_text() in said
+    assert (tmp_path / "experiment_1.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.flight
+def test_the_simulator_s_rays_are_benchmarked_as_bringup_does(tmp_path):
+    command = (sys.executable, "-m", "benchmarks.sim", "--results", str(tmp_path), "--parts", "raycast")
+    libraries = os.pathsep.join([*map(str, ROOT.glob("src/*/src")), os.environ.get("PYTHONPATH", "")])
+    environment = {**os.environ, "PYTHONPATH": libraries}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    rays = json.loads((tmp_path / "benchmarks.json").read_text())["sim"]["raycast"]
+    assert 1.0 < rays["mrays_s"] < rays["embree_mrays_s"]  # 14 and 20 on a quiet machine
+    assert sim.ANCHORS["raycast.mrays_s"].text in done.stdout
+
+
+@pytest.mark.flight
+def test_a_soak_is_flown_with_faults_and_without_contacts(run):
+    written, said = run(sim, "--soak", "--minutes", "0.4", "--seed", "3")
+    soak = written["sim"]["soak"]
+    assert soak["simulated_s"] == pytest.approx(24.0)
+    assert soak["goals"] >= 1
+    assert sum(soak["faults"].values()) >= 1
+    assert soak["contacts"] == 0
+    assert abs(soak["clock_drift_ms"]) < 1e-3
+    assert "contacts: 0" in said
