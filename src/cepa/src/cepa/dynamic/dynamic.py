@@ -141,11 +141,16 @@ class Dynamic(Algorithm):
         self._moment = Moment(motion, standing, seen, state, discs)
         view = beams.ranges, beams.seen, beams.angle_0 + motion.yaw_rad, beams.increment
         clear_m = scan.range_max - RANGE_MARGIN_M
-        if not len(discs) and self._judge.is_clear(
-            reference, state, Scan(standing, *view, clear_m), self.commit_s
-        ):
+        is_open = not len(discs) and not self._leads_away(reference)
+        scan_in_plane = Scan(standing, *view, clear_m)
+        if is_open and self._judge.is_clear(reference, state, scan_in_plane, self.commit_s):
             return self._answer(reference, turn, 0.0, 1, Reason.CUSHION_CLEAR)
         return self._steer_in_plane(reference, turn)
+
+    def _leads_away(self, reference: np.ndarray) -> bool:
+        """Whether the last way out did not begin towards the reference, so that it must be searched again."""
+        searches = math.hypot(reference[0], reference[1]) >= self.parameters.reference_speed_min
+        return searches and self._ways_out is not None and self._ways_out.leads_away
 
     def _what_moves(
         self, points: np.ndarray, seen: np.ndarray, motion: Motion

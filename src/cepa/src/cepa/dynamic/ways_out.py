@@ -31,6 +31,8 @@ STALL_S, STALL_M, GIVEN_UP_M, NARROW_M = 3.0, 0.5, 2.0, 0.1
 """A UAV that stays within STALL_M for so long gives up what is narrow in the next GIVEN_UP_M of its way."""
 SLOWER = 1.0
 AHEAD_M, SLOW_AHEAD = 2.0, 6.0
+CELLS_AHEAD = 2
+"""A way leads away if it is no shorter from so many cells ahead."""
 LEADS_BACK_M = 15.0
 """A way so much longer than the straight one leads back."""
 
@@ -73,12 +75,16 @@ class WaysOut:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last way, and that one led back (`leads_back`: whether the newest one does)."""
+        """Forget the last way, and where it led.
+
+        leads_back: whether the newest way is much longer than the straight one. leads_away: whether it does
+        not begin towards the reference, or there is none.
+        """
         self._last_count = 0
         self._states[:] = -math.inf
         self._back_until_s = -math.inf
         self._stayed_xy, self._stayed_since_s = (math.inf, math.inf), math.inf
-        self.leads_back = False
+        self.leads_back = self.leads_away = False
 
     def take_over(self, earlier: WaysOut) -> None:
         """Take over the last way, and what was open, from one with a window of the same size."""
@@ -86,6 +92,7 @@ class WaysOut:
             self._last, self._last_count = earlier._last, earlier._last_count
             self._states, self._back_until_s = earlier._states, earlier._back_until_s
             self._stayed_xy, self._stayed_since_s = earlier._stayed_xy, earlier._stayed_since_s
+            self.leads_away = earlier.leads_away
 
     def search(self, obstacles: np.ndarray, direction: np.ndarray, motion: Motion) -> Ways | None:
         """Return the ways out; None: there is none from here.
@@ -105,7 +112,14 @@ class WaysOut:
         ways = self._out(slowness, direction, motion)
         if ways is None:
             self._states[:, :, GIVEN_UP_UNTIL] = -math.inf
+        self.leads_away = ways is None or self._is_longer_ahead(ways.length, direction)
         return ways
+
+    @staticmethod
+    def _is_longer_ahead(length: np.ndarray, direction: np.ndarray) -> bool:
+        here = len(length) // 2
+        columns, rows = np.rint(CELLS_AHEAD * direction).astype(int)
+        return bool(length[here + rows, here + columns] >= length[here, here])
 
     def _give_up_if_stalled(self, motion: Motion) -> None:
         """Close what is narrow in the way ahead for memory_s if the UAV has got nowhere for long."""
