@@ -15,7 +15,16 @@ from typing import Callable, Protocol, Sequence, Tuple
 
 import numpy as np
 
-from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters, LaserScan2D, LidarAttitude, Motion, levelled
+from cepa import (
+    ALGORITHMS,
+    SLOW_DETOURS,
+    CepaParameters,
+    LaserScan2D,
+    LidarAttitude,
+    Motion,
+    Ranging,
+    levelled,
+)
 from cepa.algorithm import Algorithm
 from cepa.motion import Cloud
 from inspection_tools import (
@@ -46,6 +55,7 @@ from simulation_tools.px4.modes import Mode
 from simulation_tools.sensors.cloud import Cloud as LidarTurn
 from simulation_tools.sensors.cloud import CloudLidar
 from simulation_tools.sensors.odometry import OdometrySample
+from simulation_tools.sensors.range_finder import RangeFinder
 from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
 
 Velocity = Tuple[float, float, float]
@@ -61,7 +71,8 @@ class ClosedLoopParameters:
     Every default is the nodes'. goal_xyz_m: in the frame of `pose_source`; None: no goal, so v_ref stays
     zero. mission: waypoints instead of the goal. The goal counts as reached after the last one, or after
     duration_s. patience_s: if a waypoint takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
-    conditions: those that are worse than the simulation's own parameters.
+    range_finders: CEPA climbs and sinks into what range finders up and down have seen. conditions: those
+    that are worse than the simulation's own parameters.
     """
 
     simulation: SimulationParameters
@@ -70,6 +81,7 @@ class ClosedLoopParameters:
     duration_s: float = math.inf
     patience_s: float = 60.0
     algorithm: str = "improved"
+    range_finders: bool = False
     pose_source: str = "ground_truth"
     cepa: CepaParameters = CEPA
     median_filter: MedianFilterParameters = field(default_factory=MedianFilterParameters)
@@ -202,6 +214,8 @@ class ClosedLoop:
             self._on_pose(1e-6 * output.time_us, output.ground_truth.pose, output.odometry)
             if output.scan is not None and self._delivery.scan_arrives():
                 self._cloud = cloud_of(output) if self._cepa.wants_cloud else None
+                if self.parameters.range_finders:
+                    self._cepa.take_ranges(rangings_of(output, self.lidar.pose_in_body))
                 self._on_scan(output.time_us, output.scan, output.odometry.pose, output.ground_truth.pose)
         elif output.ground_truth is not None:  # without GNSS odometry comes with the scans only
             self._on_truth(1e-6 * output.time_us, output.ground_truth.pose)
@@ -355,3 +369,17 @@ def cloud_of(output: StepOutput) -> Cloud | None:
                 (around.min_angle_rad, around.max_angle_rad),
             )
     return None
+
+
+def rangings_of(output: StepOutput, lidar_in_body: Pose) -> list[Ranging]:
+    """Measure with the UAV's range finders that are due. They look along the x axes of their own frames."""
+    rangings = []
+    for sensor in output.payload:
+        if isinstance(sensor.device, RangeFinder):
+            in_lidar = lidar_in_body.inverse() @ sensor.mount.pose
+            range_m = sensor.read()
+            assert isinstance(range_m, float)
+            limits = sensor.device.range_min, sensor.device.range_max
+            direction: np.ndarray = in_lidar.rotation[:, 0]
+            rangings.append(Ranging(in_lidar.position_m, tuple(direction.tolist()), range_m, *limits))
+    return rangings
