@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gridslam.filter.beams import THIN_DEPTH, THIN_SPACING, Beams
+from gridslam.filter.beams import BEAMS_MAX, THIN_DEPTH, THIN_SPACING, Beams
 from gridslam.kernels.surfaces import surface_normals, thin_out
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
@@ -85,7 +85,22 @@ def test_matching_costs_no_more_for_a_lidar_that_sees_the_same_with_more_beams(c
     angles = np.linspace(-math.pi, math.pi, count, endpoint=False)
     beams = beams_of(angles, 3.0 + 0.01 * rng.standard_normal(count))
     assert len(beams.matching) <= at_most
-    assert len(beams.ends) == count
+
+
+@pytest.mark.parametrize(("count", "at_most"), [(180, 180), (BEAMS_MAX, BEAMS_MAX), (10_000, 1600)])
+def test_the_map_gets_each_beam_unless_they_lie_close_together(count, at_most):
+    # given a wall all around at 3 m, and nothing in range in every second direction of a quarter
+    angles = np.linspace(-math.pi, math.pi, count, endpoint=False)
+    ranges = np.where((angles > 0.0) & (angles < 0.5 * math.pi) & (np.arange(count) % 2 > 0), 9.0, 3.0)
+    beams = beams_of(angles, ranges, maxUrange=4.0, delta=0.05)
+    # then there are at most as many beams as half cells along both circles, and none is between hit and miss
+    assert (len(beams.ends) == count) == (count <= BEAMS_MAX)
+    assert len(beams.ends) <= at_most
+    np.testing.assert_allclose(np.hypot(*beams.ends.T), np.where(beams.hits, 60.0, 80.0), atol=0.01)
+    assert (
+        np.diff(np.sort(np.arctan2(*beams.ends[beams.hits].T[::-1]))).max()
+        < 2.0 * 0.5 / 60.0 + 4 * math.pi / count
+    )
 
 
 def normals_of(points):

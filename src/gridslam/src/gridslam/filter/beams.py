@@ -12,6 +12,9 @@ from gridslam.kernels.surfaces import surface_normals, thin_out
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
+BEAMS_MAX = 2000
+"""The map gets all beams of a scan with at most this many. Of more beams, it gets the means of neighbours, as
+scan matching does."""
 THIN_SPACING = 0.5
 """Cells: beams that end within this on one surface are averaged for scan matching."""
 THIN_DEPTH = 2.0
@@ -44,11 +47,15 @@ class Beams:
         bearings, ranges = scan.angles_rad[order], scan.ranges_m[order]
         valid = (ranges <= greatest) & (ranges > 0.0)
         bearings, ranges = bearings[valid], ranges[valid]
-        hits = ranges <= usable
         scale = 1.0 / parameters.delta
         lidar = np.array(scan.lidar_in_base) * (scale, scale, 1.0)
-        ends = se2.transform(lidar, _points(bearings, np.minimum(ranges, usable) * scale))
-        matching = _matching_beams(bearings[hits], ranges[hits] * scale, lidar, parameters.lskip + 1)
+        hits, ranges = ranges <= usable, np.minimum(ranges, usable) * scale
+        matching = _matching_beams(bearings[hits], ranges[hits], lidar, parameters.lskip + 1)
+        if len(ranges) > BEAMS_MAX:
+            kept = [_thinned(bearings[each], ranges[each]) for each in (hits, ~hits)]
+            bearings, ranges = np.concatenate(kept, axis=1)
+            hits = np.arange(len(ranges)) < len(kept[0][0])
+        ends = se2.transform(lidar, _points(bearings, ranges))
         return cls(lidar[:2].copy(), ends, hits, matching)
 
 
@@ -56,12 +63,17 @@ def _points(bearings: np.ndarray, ranges: np.ndarray) -> np.ndarray:
     return np.stack((ranges * np.cos(bearings), ranges * np.sin(bearings)), axis=1)
 
 
-def _matching_beams(bearings: np.ndarray, ranges: np.ndarray, lidar: np.ndarray, every: int) -> np.ndarray:
-    """Return (m, 7): ends, steps, normals, and the weight along the surface."""
+def _thinned(bearings: np.ndarray, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the means of neighbouring beams that end close together; ranges in cells."""
     thin_bearings, thin_ranges = np.empty_like(bearings), np.empty_like(ranges)
     count = thin_out(bearings, ranges, THIN_SPACING, THIN_DEPTH, thin_bearings, thin_ranges)
-    bearings, ranges = thin_bearings[:count], thin_ranges[:count]
-    points = _points(bearings, ranges)
+    return thin_bearings[:count], thin_ranges[:count]
+
+
+def _matching_beams(bearings: np.ndarray, ranges: np.ndarray, lidar: np.ndarray, every: int) -> np.ndarray:
+    """Return (m, 7): ends, steps, normals, and the weight along the surface."""
+    bearings, ranges = _thinned(bearings, ranges)
+    points, count = _points(bearings, ranges), len(bearings)
     normals, flat = np.empty_like(points), np.empty(count, np.bool_)
     surface_normals(points, np.empty(count, np.bool_), normals, flat, True)
     turn = (0.0, 0.0, lidar[2])

@@ -109,13 +109,13 @@ def count_beam(
     while column <= last:  # tile by tile along the major axis, in which the beam meets one or two tiles
         in_tile = min(last, column | MASK)
         tile = (column >> SIDE_BITS) * column_tiles
-        for row in (fixed >> ROW_BITS, (fixed + (in_tile - column) * step) >> ROW_BITS):
-            are_crossed[tile + (row >> SIDE_BITS) * row_tiles] = True
+        for at in (fixed, fixed + (in_tile - column) * step):
+            are_crossed[tile + (at >> ROW_BITS + SIDE_BITS) * row_tiles] = True
         place = tile << CELL_BITS | (column & MASK) << column_bits
         for _ in range(column, in_tile + 1):
-            row = fixed >> ROW_BITS
-            row_place = (row >> SIDE_BITS) * row_tiles << CELL_BITS | (row & MASK) << row_bits
-            board[np.uint64(place + row_place)] += np.uint8(1)
+            minor = fixed >> ROW_BITS
+            across = (minor >> SIDE_BITS) * row_tiles << CELL_BITS | (minor & MASK) << row_bits
+            board[np.uint64(place + across)] += np.uint8(1)
             fixed += step
             place += 1 << column_bits
         column = in_tile + 1
