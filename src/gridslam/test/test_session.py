@@ -9,6 +9,8 @@ import pytest
 
 from gridslam import MapError, OccupancyGrid, ParameterError, SlamParameters, StateError, se2
 from gridslam.filter.particle_filter import GridSlam
+from gridslam.localisation.relocaliser import Relocaliser
+from gridslam.loop_closure.job import Job
 from gridslam.session import SlamSession, closure_parameters
 
 PARAMETERS = SlamParameters(
@@ -72,6 +74,31 @@ def test_a_reset_of_odometry_does_not_move_the_vehicle(log):
         error_m(session.trajectory().poses_in_map[-1], truth) < 0.45 + 0.1
     )  # the last scan may wait for motion
     assert error_m(base_in_map(session, reset), truth) < 0.1
+
+
+@pytest.mark.parametrize("by", ["initialpose", "search"])
+def test_a_correction_begun_before_the_vehicle_was_put_elsewhere_does_not_take_it_back(log, by, monkeypatch):
+    # Given a correction of the path that is due at the next scan
+    session, middle = SlamSession(PARAMETERS, say=lambda sentence: None), len(log.scans) // 2
+    run(session, log, last=middle)
+    path, elsewhere = session.trajectory().poses_in_map, np.array((5.0, 3.0, 1.0))
+    session._closer.forget()
+    session._closer._job = Job(0.0, log.scans[middle].stamp_s + 1.0, lambda: path)
+    # When the vehicle is put elsewhere on the map before that
+    if by == "initialpose":
+        session.place(elsewhere, 1e-4 * np.eye(3))
+    else:
+        session.judgement.lose("it was carried")
+        monkeypatch.setattr(Relocaliser, "look", lambda self, known, heading_rad: elsewhere)
+        while session.judgement.is_lost:
+            session.process(log.scans[middle], log.odometry[middle])
+            middle += 1
+    # Then it goes on from there, when the correction would have been due, too
+    before = base_in_map(session, log.odometry[middle - 1])
+    assert error_m(before, elsewhere) < 0.05
+    late = dataclasses.replace(log.scans[middle], stamp_s=log.scans[middle].stamp_s + 5.0)
+    session.process(late, log.odometry[middle])
+    assert error_m(base_in_map(session, log.odometry[middle]), before) < 1.0
 
 
 def test_a_run_continued_from_its_state_equals_one_that_was_never_interrupted(log, tmp_path):

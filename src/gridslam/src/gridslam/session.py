@@ -94,7 +94,10 @@ class SlamSession:
         self._is_resumed = False
         if self._closer is not None:
             self._closer.take(self._slam, scan.stamp_s)
+        was_lost = self._slam.judgement.is_lost
         update = self._supervisor.process(self._slam, scan, base)
+        if self._closer is not None and was_lost and not self._slam.judgement.is_lost:
+            self._closer.forget()
         if update is not None and self._closer is not None:
             self._closer.update(self._slam, base)
         return update
@@ -137,6 +140,8 @@ class SlamSession:
             self._starting_covariance = np.array(covariance, float)
             return
         self._slam.relocate(pose, np.array(covariance, float), self._odometry.last_s)
+        if self._closer is not None:
+            self._closer.forget()
         self._supervisor.doubt(self._slam, "the pose was given")
 
     def _require_on_the_map(self, pose: np.ndarray) -> None:

@@ -105,6 +105,12 @@ class LoopCloser:
         slam.adopt(np.vstack([corrected, se2.compose(corrected[-1], since)]))
         return True
 
+    def forget(self) -> None:
+        """Drop the result at hand, because the vehicle has been put elsewhere since its scan."""
+        if self._job is not None:
+            self._job.result()
+            self._job = None
+
     def finish(self, slam: Slam) -> None:
         """Give the filter the path corrected by all links and closures. Call this at the end of the log."""
         self.take(slam, math.inf)
