@@ -12,16 +12,16 @@ from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
 from gridslam.filter import starting_map as given_map
 from gridslam.filter.beams import Beams
-from gridslam.filter.motion_model import Motion, Prediction, predict
+from gridslam.filter.motion_model import Motion, predict
 from gridslam.filter.proposal import propose
 from gridslam.filter.rendering import Renderer
+from gridslam.filter.scan_evidence import evidence_of
 from gridslam.filter.scan_matcher import ScanMatcher
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.filter.state import FilterState
 from gridslam.filter.tile_map import TileMaps
 from gridslam.filter.workers import Workers
-from gridslam.kernels.matching import Matches
-from gridslam.localisation.evidence import Agreement, Evidence
+from gridslam.localisation.evidence import Agreement
 from gridslam.localisation.judgement import Judgement
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
@@ -138,7 +138,19 @@ class GridSlam:
         self._maps.prepare(np.vstack((prediction.predicted, prediction.drawn)), beams)
 
         matches = self._matcher.match(self._maps, prediction, self.best_particle, beams, self._workers)
-        if not self.judgement.accepts(self._evidence(scan.stamp_s, beams, prediction, matches)):
+        best = int(np.argmax(self._log_likelihoods + matches.log_likelihoods))
+        evidence = evidence_of(
+            scan.stamp_s,
+            beams,
+            self._maps,
+            matches,
+            prediction,
+            best,
+            self.particle_weights,
+            motion,
+            self.parameters,
+        )
+        if not self.judgement.accepts(evidence):
             motion.refuse(scan.stamp_s)
             return None
         matched = matches.scores > self.parameters.minimumScore
@@ -164,27 +176,6 @@ class GridSlam:
         if not self._localisation_only:
             self._maps.insert(self._poses, beams)
         return self._update(scan, weights, resample, best_matched)
-
-    def _evidence(self, stamp_s: float, beams: Beams, prediction: Prediction, matches: Matches) -> Evidence:
-        """Return what a scan says, with the map before it."""
-        assert self._motion is not None
-        best = int(np.argmax(self._log_likelihoods + matches.log_likelihoods))
-        poses, weights = self._maps.to_metres(matches.poses), self.particle_weights
-        missed = poses[best] - prediction.predicted[best]
-        missed[2] = se2.wrap(missed[2])
-        ranges = np.hypot(*(beams.ends - beams.lidar)[beams.hits].T) * self.parameters.delta
-        range_m = float(np.median(ranges)) if len(ranges) else 0.0
-        from_middle = poses[:, :2] - weights @ poses[:, :2]
-        return Evidence(
-            stamp_s,
-            self._maps.agreement(best, poses[best], beams),
-            math.sqrt(float(weights @ (from_middle**2).sum(axis=1))),
-            resampling.effective_number(weights) / len(weights),
-            math.sqrt(float(missed @ prediction.information[best] @ missed)),
-            range_m,
-            self.parameters.srt * self.parameters.linearUpdate * range_m,
-            self._motion.distance_m - float(self._motion.tried[0]),
-        )
 
     def agreement(self, scan: PlanarScan, pose: Sequence[float] | np.ndarray) -> Agreement:
         """Compare a scan, taken at a pose of the base in the map, with the best particle's map."""
