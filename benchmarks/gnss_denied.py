@@ -8,25 +8,32 @@ depends on its seed alone. The table has medians and the worst of the seeds.
 after a time, wherever the UAV is, and has none.
 
 Keys: gnss_denied.WORLD.LIDAR.{flown, contacts, landed_off_m, ate_m, odometry_ate_m, path_p95_m, height_p95_m,
-cpu_ms}, each but the first two with .median and .worst.
+cpu_ms}, each but the first two with .median and .worst; gnss_denied.killed.PART.{briefly, for_good} for parts
+of the chain that die in flight (`--rows killed`).
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
+import json
 from typing import Sequence
 
 import numpy as np
 
+from benchmarks.gnss_rows import killed
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_all, trial_options
 from master_thesis.experiments_3_4.flight_without_gnss import fly_without_gnss, parameters_without_gnss
+from master_thesis.flight.without_gnss import PARTS
 from master_thesis.trials.trial import Trial
 from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
+ROWS = ("missions", "killed")
 SEEDS = (1, 2, 3, 4, 5)
 BRIEF_SEEDS = (1,)
+KILLS, BRIEF_KILLS = 50, 2
 METRICS = {
     "landed_off_m": "landed off the last waypoint [m]",
     "ate_m": "ATE of the pose flown by [m]",
@@ -40,10 +47,20 @@ METRICS = {
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
     parser = trial_options(__doc__ or "")
+    parser.add_argument("--rows", nargs="+", default=ROWS, choices=ROWS)
+    parser.add_argument("--kills", type=int, default=None, help="of each part, for a while and for good")
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     parser.add_argument("--worlds", nargs="+", default=WORLDS, choices=WORLDS)
     parser.add_argument("--lidars", nargs="+", default=LIDARS, choices=LIDARS)
     given = parser.parse_args(arguments)
+    with Results("gnss_denied", given.results, vars(given)) as results:
+        if "missions" in given.rows:
+            _fly_missions(given, results)
+        if "killed" in given.rows:
+            _kill(given, results)
+
+
+def _fly_missions(given: argparse.Namespace, results: Results) -> None:
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
     cases = list(itertools.product(given.worlds, given.lidars))
     flights = [(*case, seed) for case in cases for seed in seeds]
@@ -51,14 +68,32 @@ def main(arguments: Sequence[str] | None = None) -> None:
         Trial(" ".join(map(str, flight)), fly, dict(zip(("world", "lidar", "seed"), flight)))
         for flight in flights
     ]
-    with Results("gnss_denied", given.results, vars(given)) as results:
-        found = list(run_all("gnss_denied", trials, given))
-        rows = []
-        for i, (world, lidar) in enumerate(cases):
-            numbers = summary(found[i * len(seeds) : (i + 1) * len(seeds)])
-            results.add(f"gnss_denied.{world}.{lidar}", numbers)
-            rows.append((world, lidar, *_cells(numbers, len(seeds))))
-        print(table(("world", "lidar", "flown", "contacts", *METRICS.values()), rows))
+    found = list(run_all("gnss_denied", trials, given))
+    rows = []
+    for i, (world, lidar) in enumerate(cases):
+        numbers = summary(found[i * len(seeds) : (i + 1) * len(seeds)])
+        results.add(f"gnss_denied.{world}.{lidar}", numbers)
+        rows.append((world, lidar, *_cells(numbers, len(seeds))))
+    print(table(("world", "lidar", "flown", "contacts", *METRICS.values()), rows))
+
+
+def _kill(given: argparse.Namespace, results: Results) -> None:
+    kills = given.kills or (BRIEF_KILLS if given.brief else KILLS)
+    rounds, seeds = killed.flights_for(kills), range(1, kills + 1)
+    trials = [Trial(f"briefly {seed}", killed.briefly, {"seed": seed}) for seed in range(1, rounds + 1)]
+    trials += [
+        Trial(f"{part} {seed}", killed.for_good, {"part": part, "seed": seed})
+        for seed in seeds
+        for part in PARTS
+    ]
+    found = run_all("gnss_denied_killed", trials, given)
+    for number, part in enumerate(PARTS):
+        numbers = {
+            "briefly": killed.summary_briefly(part, found[:rounds]),
+            "for_good": killed.summary_for_good(part, found[rounds + number :: len(PARTS)]),
+        }
+        results.add(f"gnss_denied.killed.{part}", numbers)
+        print(part, json.dumps(numbers))
 
 
 def fly(world: str, lidar: str, seed: int) -> dict:

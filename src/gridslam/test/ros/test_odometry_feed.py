@@ -73,9 +73,10 @@ def _header(stamp_s, frame):
 
 def test_a_scan_waits_for_the_imu_but_not_for_a_silent_one():
     bench = Bench()
-    bench.scan(0.0)  # no IMU yet: nothing to wait for
-    assert len(bench.estimates) == 1
+    bench.scan(0.0)
+    assert not bench.estimates
     bench.imu(1.0)
+    assert len(bench.estimates) == 1
     bench.scan(1.05)
     assert len(bench.estimates) == 1
     bench.imu(1.04)
@@ -99,9 +100,32 @@ def test_a_scan_that_comes_again_gets_the_same_answer_with_its_exact_stamp():
     bench = Bench()
     for _ in range(2):
         bench.scan(2.252)
+        bench.range(2.252, 1.0)
+    bench.imu(2.252)
+    bench.scan(2.252)
     assert bench.estimates[0] is bench.estimates[1]
     assert bench.stamps[0].to_nsec() == bench.stamps[1].to_nsec() == 2_252_000_000
-    assert len(bench.said) == 1  # of the IMU
+    assert len(bench.said) == 1  # of the range finder
+
+
+def test_an_imu_that_never_comes_holds_up_the_first_scan_only():
+    bench = Bench()
+    bench.scan(1.0)
+    for stamp_s in (1.1, 1.2):
+        bench.scan(stamp_s)
+    assert [round(e.stamp_s, 3) for e in bench.estimates] == [1.0, 1.1, 1.2]
+
+
+def test_a_later_reading_of_the_imu_does_not_count_whenever_it_comes():
+    leans = []
+    for comes_first in (True, False):
+        bench = Bench()
+        bench.imu(1.0)
+        if comes_first:
+            bench.imu(1.02, orientation=(0.1, 0.0, 0.0, math.sqrt(0.99)))
+        bench.scan(1.02)
+        leans.append(bench.estimates[0].roll_pitch_yaw)
+    assert leans[0] == leans[1]
 
 
 def test_a_range_counts_from_the_next_later_scan_on():
@@ -128,8 +152,10 @@ def test_bad_messages_get_one_sentence_and_change_nothing():
     assert "norm" in bench.said[-1]
     bench.imu(0.0, orientation=(math.nan, 0.0, 0.0, 1.0))
     assert "not finite" in bench.said[-1]
+    bench.imu(1.0)
     bench.scan(1.0, frame="moon")
     assert '"moon"' in bench.said[-1]
+    bench.imu(1.1)
     bench.scan(1.1, range_max=-1.0)
     assert "range_max -1" in bench.said[-1]
     assert bench.estimates == []

@@ -5,7 +5,10 @@ from __future__ import annotations
 import threading
 import time
 
+import pytest
 from run_loop_rig import in_background
+
+from simulation_tools.running.lockstep import Barrier
 
 
 def test_time_waits_for_the_setpoint_of_each_scan(rig):
@@ -63,6 +66,19 @@ def test_every_participant_is_waited_for(rig):
     assert done()
     assert took_s >= 12 * 0.005
     assert rig.loop.meter.lockstep_misses == 0
+
+
+@pytest.mark.parametrize(("sent", "lacking"), [(False, ""), (True, "the external pose")])
+def test_an_external_pose_is_waited_for_if_one_was_sent(sent, lacking):
+    barrier = Barrier(frozenset(), "vision")
+    barrier.raise_for(100)
+    barrier.on_setpoint(100)
+    barrier.on_pose(75)  # of the scan before
+    assert barrier.missing() == "an acknowledgement on vision"
+    barrier.acknowledge("vision", 100, sent_pose=sent)
+    assert barrier.missing() == lacking
+    barrier.on_pose(100)
+    assert not barrier.lacks_pose
 
 
 def test_a_missing_participant_is_counted(rig):

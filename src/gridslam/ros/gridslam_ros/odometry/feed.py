@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import Callable
 
@@ -16,13 +17,17 @@ from gridslam_ros.odometry_frames import Pose
 from node_tools.conversions import xyz, xyzw
 
 RANGES_KEPT = 20
+READINGS_KEPT = 100
+"""Of the IMU, without a scan."""
 
 
 class OdometryFeed:
     """Gives the odometry every message in the order of the stamps, whichever came first.
 
-    A scan waits for a reading of the IMU that is at most ``imu_lag_s`` older, unless the IMU is silent.
-    Ranges count from the next later scan on. So the estimates depend on the messages alone.
+    A scan waits for a reading of the IMU that is at most ``imu_lag_s`` older, unless the IMU is silent. The
+    first such reading is the last one that counts for it. The very first scan waits for the IMU until the
+    next scan comes. Ranges count from the next later scan on. So the estimates depend on the messages alone,
+    not on their order.
 
     Args:
         odometry: takes the sensors' readings.
@@ -45,7 +50,9 @@ class OdometryFeed:
         self._scan: LaserScan | None = None
         self._answered: tuple[Time, OdometryEstimate] | None = None
         self._imu_s: float | None = None
+        self._readings: deque[InertialReading] = deque()
         self._ranges: deque[Range] = deque(maxlen=RANGES_KEPT)
+        self._range_stamp: Time | None = None
 
     def on_imu(self, message: Imu) -> None:
         """Take the attitude, the rates and, if it is measured, the specific force."""
@@ -60,21 +67,27 @@ class OdometryFeed:
         except ScanError as error:
             self._say(str(error))
             return
+        if self._imu_s is not None and reading.stamp_s < self._imu_s:
+            self._use_readings(math.inf)  # the clock went back
         self._imu_s = reading.stamp_s
-        self._odometry.on_imu(reading)
+        self._readings.append(reading)
+        if len(self._readings) > READINGS_KEPT:
+            self._odometry.on_imu(self._readings.popleft())
         if self._scan is not None and not self._must_wait(self._scan.header.stamp.to_sec()):
             self._process()
 
     def on_range(self, message: Range) -> None:
-        """Take a range."""
-        self._ranges.append(message)
+        """Take a range. One that a simulator in lockstep sends again does not count."""
+        if message.header.stamp != self._range_stamp:
+            self._range_stamp = message.header.stamp
+            self._ranges.append(message)
 
     def on_scan(self, message: LaserScan) -> None:
         """Take a scan. One that still waits is used first."""
         if self._answered is not None and message.header.stamp == self._answered[0]:
             self._publish(*self._answered)  # simulators in lockstep send the same scan again
             return
-        if self._scan is not None:
+        if self._scan is not None and message.header.stamp != self._scan.header.stamp:
             self._process()
         self._scan = message
         if not self._must_wait(message.header.stamp.to_sec()):
@@ -83,12 +96,13 @@ class OdometryFeed:
     def _must_wait(self, stamp_s: float) -> bool:
         """Whether the IMU's reading for a scan is still to come."""
         if self._imu_s is None:
-            return False
+            return self._answered is None
         return self._imu_lag_s < stamp_s - self._imu_s < SILENT_S
 
     def _process(self) -> None:
         scan, self._scan = self._scan, None
         assert scan is not None  # the callers have looked
+        self._use_readings(scan.header.stamp.to_sec() - self._imu_lag_s)
         self._use_ranges(scan.header.stamp.to_sec())
         try:
             estimate = self._odometry.on_scan(
@@ -105,6 +119,14 @@ class OdometryFeed:
             self._say(estimate.remark)
         self._answered = scan.header.stamp, estimate
         self._publish(*self._answered)
+
+    def _use_readings(self, until_s: float) -> None:
+        """Use the readings up to the first one that is not older than a time."""
+        while self._readings:
+            reading = self._readings.popleft()
+            self._odometry.on_imu(reading)
+            if reading.stamp_s >= until_s:
+                return
 
     def _use_ranges(self, before_s: float) -> None:
         while self._ranges and self._ranges[0].header.stamp.to_sec() < before_s:

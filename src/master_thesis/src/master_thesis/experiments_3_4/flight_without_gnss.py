@@ -16,6 +16,7 @@ from master_thesis.experiments_3_4.slam_setup import read_setup
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.course import Outcome
 from master_thesis.flight.flight_recording import LidarGeometry
+from master_thesis.flight.without_gnss import SLAM
 from simulation_tools.geometry import Pose, Vector3
 
 
@@ -83,12 +84,7 @@ def fly_without_gnss(world: str, seed: int, parameters: ClosedLoopParameters) ->
     with ClosedLoop(parameters) as loop:
         own = loop.own_odometry
         assert own is not None  # there is no GNSS
-        slam = SlamParticipant(
-            read_setup(world).session(seed, loop_closure=True), LidarGeometry.of(loop.lidar)
-        )
-        loop.listeners.append(slam)
-        pose = SlamPose(slam)
-        loop.correct = pose.of
+        pose = SlamPose(loop, world, seed)
         outcome = loop.run()
         scenario = SCENARIOS[world]
         return FlownWithoutGnss(
@@ -104,15 +100,34 @@ def fly_without_gnss(world: str, seed: int, parameters: ClosedLoopParameters) ->
 
 
 class SlamPose:
-    """The pose in `map` that the mission is flown by. rows: time in s and position, of every odometry."""
+    """SLAM beside a closed loop, whose mission it lets fly in `map`. SLAM that died begins a new map.
 
-    def __init__(self, slam: SlamParticipant) -> None:
-        self._slam, self._slow = slam, SlowCorrection()
+    rows: time in s and position, of every odometry. map_to_odom: x, y in m and yaw in rad, the newest.
+    """
+
+    def __init__(self, loop: ClosedLoop, world: str, seed: int) -> None:
+        self._setup, self._seed, self._loop = read_setup(world), seed, loop
+        self._slam: SlamParticipant | None = None
+        self._slow = SlowCorrection()
+        self.map_to_odom = (0.0, 0.0, 0.0)
         self.rows: list[tuple[float, ...]] = []
+        loop.listeners.append(self)
+        loop.correct = self.of
+
+    def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+        """Take a scan, as a ScanListener."""
+        if self._loop.outage is not None and self._loop.outage.holds(SLAM, t_s):
+            self._slam = None
+            return
+        if self._slam is None:
+            session = self._setup.session(self._seed, loop_closure=True)
+            self._slam = SlamParticipant(session, LidarGeometry.of(self._loop.lidar))
+        self._slam.on_scan(t_s, ranges, odometry, truth)
+        self.map_to_odom = self._slam.session.map_to_odom or self.map_to_odom
 
     def of(self, t_s: float, pose: Pose) -> tuple[Vector3, float]:
         """Return position and heading in `map` of a pose in `odom`."""
-        x, y, yaw = self._slam.session.map_to_odom or (0.0, 0.0, 0.0)
+        x, y, yaw = self.map_to_odom
         turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
         position_m, yaw_rad = self._slow.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, 0.0), turn)
         self.rows.append((t_s, *position_m))

@@ -190,6 +190,11 @@ class ClosedLoop:
         """The outcome so far."""
         return self.monitor.course.outcome
 
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has ended."""
+        return self._finished
+
     def run(self, until: Callable[[ClosedLoop], bool] = lambda loop: False) -> Outcome:
         """Fly until the run is over or `until(loop)` is true. The run's limits guarantee an end."""
         while not (self._finished or until(self)):

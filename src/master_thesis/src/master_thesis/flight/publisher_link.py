@@ -46,12 +46,14 @@ class Due:
 class PublisherLink:
     """Passes PX4's messages to the publisher, and the publisher's actions to PX4.
 
-    silent: nothing passes in either direction, as if the publisher had died.
+    silent: nothing passes in either direction, as if the publisher had died. velocity_m_s: of the last
+    setpoint (FLU); zero for a position.
     """
 
     def __init__(self, px4: Px4, parameters: PublisherParameters) -> None:
         self.silent = False
         self.ready = False
+        self.velocity_m_s: Vector3 = (0.0, 0.0, 0.0)
         self._px4 = px4
         self._home: object = None  # the last one passed on
         self._publisher = SetpointPublisher(parameters)
@@ -108,9 +110,11 @@ class PublisherLink:
     def _carry_out(self, actions: list) -> None:
         for action in actions:
             if isinstance(action, SendVelocity):
+                self.velocity_m_s = action.linear
                 stamp_ms = action.stamp_ns // 1_000_000
                 self._px4.offer_setpoint(Setpoint.fly(action.linear, action.yaw_rate, stamp_ms))
             elif isinstance(action, SendPosition):
+                self.velocity_m_s = (0.0, 0.0, 0.0)
                 stamp_ms = action.stamp_ns // 1_000_000
                 self._px4.offer_setpoint(Setpoint.hold(action.position, action.yaw, stamp_ms))
             elif isinstance(action, RequestMode):

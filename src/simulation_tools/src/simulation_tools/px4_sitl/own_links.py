@@ -11,6 +11,7 @@ class OwnLinks:
 
     def __init__(self) -> None:
         self.on_setpoint: Callable[[int], None] = lambda time_boot_ms: None
+        self.on_external_pose: Callable[[int], None] = lambda time_boot_ms: None
 
     def poll(self, time_us: int, until: Callable[[], bool] = lambda: False) -> None:
         """Do nothing: no input comes this way."""

@@ -21,10 +21,14 @@ class Barrier:
     """What lockstep waits for after a scan: a setpoint and acknowledgements with the scan's stamp.
 
     Stamps must be equal. A late answer to an earlier scan, or one from before a reset, does not count.
+    pose_sender: the participant that says whether it has sent an external pose for the scan; empty: none.
+    Such a pose is waited for, too.
     """
 
-    def __init__(self, participants: frozenset[str]) -> None:
-        self._participants = participants
+    def __init__(self, participants: frozenset[str], pose_sender: str = "") -> None:
+        self._participants = participants | {pose_sender} - {""}
+        self._pose_sender = pose_sender
+        self._pose_under_way = self._has_pose = False
         self._acknowledged_ms: dict[str, int] = {}
         self._changed = threading.Condition()
         self._stamp_ms = -1
@@ -33,23 +37,37 @@ class Barrier:
     def raise_for(self, stamp_ms: int) -> None:
         """Wait for the answers to this scan from now on."""
         self._stamp_ms = stamp_ms
-        self.has_setpoint = False
+        self.has_setpoint = self._has_pose = False
 
     def on_setpoint(self, stamp_ms: int) -> None:
         """Take the stamp of a setpoint that arrived."""
         self.has_setpoint = self.has_setpoint or stamp_ms == self._stamp_ms
 
-    def acknowledge(self, participant: str, stamp_ms: int) -> None:
-        """Take a participant's acknowledgement; from any thread."""
+    def on_pose(self, stamp_ms: int) -> None:
+        """Take the stamp of an external pose that arrived."""
+        self._has_pose = self._has_pose or stamp_ms == self._stamp_ms
+
+    def acknowledge(self, participant: str, stamp_ms: int, sent_pose: bool = False) -> None:
+        """Take a participant's acknowledgement; from any thread. sent_pose: by the sender of poses."""
         with self._changed:
             self._acknowledged_ms[participant] = stamp_ms
+            if participant == self._pose_sender:
+                self._pose_under_way = sent_pose
             self._changed.notify()
+
+    @property
+    def lacks_pose(self) -> bool:
+        """Whether an external pose for the scan is under way. Ask when all participants have acknowledged."""
+        return self._pose_under_way and not self._has_pose
 
     def missing(self) -> str:
         """Return what has not come yet, in words."""
         missing = [] if self.has_setpoint else ["a setpoint"]
         with self._changed:
-            missing += [f"an acknowledgement on {name}" for name in sorted(self._silent())]
+            silent = sorted(self._silent())
+        missing += [f"an acknowledgement on {name}" for name in silent]
+        if not silent and self.lacks_pose:
+            missing.append("the external pose")
         return " and ".join(missing)
 
     def wait_for_participants(self, timeout_s: float) -> bool:
@@ -80,13 +98,13 @@ class Lockstep:
 
     def __init__(
         self,
-        participants: frozenset[str],
+        barrier: Barrier,
         link: SetpointInput,
         clock: WallClock,
         attend: Callable[[], bool],
         is_interrupted: Callable[[], bool],
     ) -> None:
-        self.barrier = Barrier(participants)
+        self.barrier = barrier
         self._link = link
         self._clock = clock
         self._attend = attend
@@ -95,25 +113,30 @@ class Lockstep:
     def wait(self, time_us: int, timeout_s: float) -> bool:
         """Wait for the answers to the scan of time_us. Return False after a time-out or an interruption.
 
-        MAVLink input is applied up to the setpoint that answers the scan, and no further.
+        MAVLink input is applied up to the setpoint and the external pose of the scan, and no further.
         """
         barrier = self.barrier
-        deadline_s = self._clock.now() + timeout_s
         barrier.raise_for(time_us // 1000)
-        while not barrier.has_setpoint:
-            remaining_s = deadline_s - self._clock.now()
-            if remaining_s <= 0.0 or self._is_interrupted():
-                return False
-            if self._link.wait(min(remaining_s, LOOK_PERIOD_S)):
-                self._link.poll(time_us, lambda: barrier.has_setpoint)
-            if self._attend():
-                deadline_s = self._clock.now() + timeout_s
+        self._deadline_s = self._clock.now() + timeout_s
+        if not self._read_until(lambda: barrier.has_setpoint, time_us, timeout_s):
+            return False
         while not barrier.wait_for_participants(LOOK_PERIOD_S):
-            if self._clock.now() > deadline_s or self._is_interrupted():
+            if self._is_late(timeout_s):
                 return False
-            if self._attend():
-                deadline_s = self._clock.now() + timeout_s
+        return self._read_until(lambda: not barrier.lacks_pose, time_us, timeout_s)
+
+    def _read_until(self, is_there: Callable[[], bool], time_us: int, timeout_s: float) -> bool:
+        while not is_there():
+            if self._link.wait(LOOK_PERIOD_S):
+                self._link.poll(time_us, is_there)
+            if not is_there() and self._is_late(timeout_s):
+                return False
         return True
+
+    def _is_late(self, timeout_s: float) -> bool:
+        if self._attend():
+            self._deadline_s = self._clock.now() + timeout_s
+        return self._clock.now() > self._deadline_s or self._is_interrupted()
 
     def wait_for_first(
         self, time_us: int, publish_again: Callable[[], None], warn: Callable[[str], None]

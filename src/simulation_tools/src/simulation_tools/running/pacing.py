@@ -27,6 +27,7 @@ class PacingParameters:
 
     real_time_factor: simulated seconds per wall second, 0 = as fast as possible. lockstep: wait after each
     scan for the setpoint made from it. participants: names of further acknowledgements to wait for.
+    pose_sender: the one that also says whether it has sent an external pose, see `Barrier`; empty: none.
     lockstep_timeout_s: wall time to wait for the answers to a scan. After it the loop counts a miss and goes
     on.
     """
@@ -34,6 +35,7 @@ class PacingParameters:
     real_time_factor: float = 1.0
     lockstep: bool = False
     participants: frozenset[str] = frozenset()
+    pose_sender: str = ""
     lockstep_timeout_s: float = 1.0
 
     def __post_init__(self) -> None:

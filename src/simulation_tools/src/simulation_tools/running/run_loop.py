@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Callable, Protocol
 
-from simulation_tools.running.lockstep import Lockstep, SetpointInput
+from simulation_tools.running.lockstep import Barrier, Lockstep, SetpointInput
 from simulation_tools.running.pacing import Pacer, PacingParameters, WallClock
 from simulation_tools.running.performance import PerformanceFigures, PerformanceMeter
 from simulation_tools.running.requests import Requests
@@ -32,6 +32,7 @@ class Link(SetpointInput, Protocol):
     """What the loop needs of the MAVLink link."""
 
     on_setpoint: Callable[[int], None]
+    on_external_pose: Callable[[int], None]
 
     def send_due(self, time_us: int) -> None:
         """Send the telemetry that is due."""
@@ -78,14 +79,14 @@ class RunLoop:
         self._output = output
         self._pacing = pacing or PacingParameters()
         self._pacer = Pacer(self._clock)
-        self._lockstep = Lockstep(
-            self._pacing.participants, link, self._clock, self._attend, self._is_interrupted
-        )
+        barrier = Barrier(self._pacing.participants, self._pacing.pose_sender)
+        self._lockstep = Lockstep(barrier, link, self._clock, self._attend, self._is_interrupted)
         self._requests = Requests()
         self._should_stop: Callable[[], bool] = lambda: False
         self._restarted = True
         self._reported_s = 0.0
         link.on_setpoint = self._on_setpoint
+        link.on_external_pose = barrier.on_pose
 
     @property
     def pacing(self) -> PacingParameters:
@@ -96,13 +97,17 @@ class RunLoop:
         """Run `function` between two steps, from any thread; return what it returns, raise what it raises."""
         return self._requests.call(function, timeout_s)
 
-    def acknowledge(self, participant: str, stamp_us: int) -> None:
-        """Note that a lockstep participant is done with scan(stamp_us); from any thread."""
-        self._lockstep.barrier.acknowledge(participant, stamp_us // 1000)
+    def acknowledge(self, participant: str, stamp_us: int, sent_pose: bool = False) -> None:
+        """Note that a lockstep participant is done with scan(stamp_us); from any thread.
+
+        sent_pose: the sender of external poses has sent one of this stamp.
+        """
+        self._lockstep.barrier.acknowledge(participant, stamp_us // 1000, sent_pose)
 
     def set_pacing(self, pacing: PacingParameters) -> None:
         """Change the pacing; the participants stay the same. Within `call` only."""
-        self._pacing = replace(pacing, participants=self._pacing.participants)
+        now = self._pacing
+        self._pacing = replace(pacing, participants=now.participants, pose_sender=now.pose_sender)
         self._pacer.restart(self._simulation.time_us)
 
     def set_paused(self, paused: bool) -> None:

@@ -41,8 +41,11 @@ class ExternalEstimates:
             "DISTANCE_SENSOR": self._on_range,
         }
 
-    def handle(self, m: common.MAVLink_message, clock: ClockSync, now_us: int) -> None:
-        """Take in a message of one of the `handlers`, received now from a client of this clock."""
+    def handle(self, m: common.MAVLink_message, clock: ClockSync, now_us: int) -> int:
+        """Take in a message of one of the `handlers`, received now from a client of this clock.
+
+        Return its stamp in PX4's time, us.
+        """
         name = m.get_type()
         stamp_us = 1000 * m.time_boot_ms if name == "DISTANCE_SENSOR" else getattr(m, "usec", None)
         time_us = clock.own_time_us(m.time_usec if stamp_us is None else stamp_us, now_us)
@@ -52,6 +55,7 @@ class ExternalEstimates:
         elif late_s > BEHIND_S:
             self._warn(f"{name} late", f"MAVLink: {name} is {late_s:.3g} s old; PX4 fuses nothing so old")
         self.handlers[name](m, time_us)
+        return time_us
 
     def _offer(self, name: str, sample: ExternalVision) -> None:
         if sample.position_m is not None and not _all_finite(sample.position_m):

@@ -50,7 +50,8 @@ class LinkStatistics:
 class MavlinkLink:
     """Connects a `Px4` with its clients. Not thread-safe: only the thread that steps the Px4 may call it.
 
-    `on_setpoint` is called for each accepted setpoint with its `time_boot_ms`. `on_warning` is called once
+    `on_setpoint` is called for each accepted setpoint with its `time_boot_ms`, `on_external_pose` for each
+    external pose. `on_warning` is called once
     per kind of trouble, with a sentence.
     """
 
@@ -77,6 +78,7 @@ class MavlinkLink:
         self._time_us = 0
         self.statistics = LinkStatistics()
         self.on_setpoint: Callable[[int], None] = lambda time_boot_ms: None
+        self.on_external_pose: Callable[[int], None] = lambda time_boot_ms: None
         self.on_warning: Callable[[str], None] = lambda sentence: None
         self._warned: set[str] = set()
         self.offboard = Channel(
@@ -275,7 +277,9 @@ class MavlinkLink:
             channel.reply(answer, sender)
 
     def _estimate(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
-        self._estimates.handle(m, channel.clock, self._time_us)
+        stamp_us = self._estimates.handle(m, channel.clock, self._time_us)
+        if m.get_type() != "DISTANCE_SENSOR":
+            self.on_external_pose(stamp_us // 1000)
 
     def _ping(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
         if m.target_system == 0 and m.target_component == 0:

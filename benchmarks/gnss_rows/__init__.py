@@ -1,0 +1,1 @@
+"""Rows of the benchmark `gnss_denied` beside its missions."""
