@@ -93,21 +93,40 @@ def test_the_filter_is_a_kalman_filter_of_constant_velocity():
     assert track[0, columns] == pytest.approx([*mean.ravel(), *covariance.ravel()[[0, 1, 3]]])
 
 
-@pytest.mark.parametrize("tilted", [False, True])
-def test_a_part_of_a_thing_moves_its_track_only_if_the_lidar_is_level(tilted):
+@pytest.mark.parametrize("reason", [None, kernels.TILTED, kernels.HIDDEN])
+def test_a_part_of_a_thing_moves_its_track_only_if_that_is_all_there_is(reason):
     # Given a wide thing that moves along x, of which a scan shows only the left half
     track, cluster = np.zeros((1, kernels.TRACK_COLUMNS)), np.zeros((1, kernels.CLUSTER_COLUMNS))
     track[0, [kernels.VX, kernels.PP, kernels.VV]] = -2.0, 0.01, 0.1
     track[0, [kernels.RADIUS, kernels.USUAL, kernels.UNSEEN]] = 0.9, 0.9, 0.025
     before = track.copy()
-    half = [kernels.MIDDLE_Y, kernels.SIZE, kernels.TILTED]
-    cluster[0, half] = 0.45, 0.45, float(tilted)
+    cluster[0, [kernels.MIDDLE_Y, kernels.SIZE]] = 0.45, 0.45
+    if reason is not None:
+        cluster[0, reason] = 1.0
     kernels.correct(track, cluster, np.zeros(1, np.int64), 0.05, 0.3, 1.0, 0.2)
-    if tilted:
+    if reason is None:
+        assert track[0, kernels.Y] == pytest.approx(0.45)
+    else:
         before[0, kernels.UNSEEN] = 0.0
         assert track == pytest.approx(before)
-    else:
-        assert track[0, kernels.Y] == pytest.approx(0.45)
+
+
+def test_a_long_side_that_goes_out_of_sight_does_not_change_the_velocity():
+    # Given a lorry of 4.5 m by 1.8 m that drives on at 1 m/s
+    dt, owners = 0.025, np.zeros(1, np.int64)
+    track, cluster = np.zeros((1, kernels.TRACK_COLUMNS)), np.zeros((1, kernels.CLUSTER_COLUMNS))
+    track[0, [kernels.VX, kernels.PP, kernels.VV]] = 1.0, 0.03**2, 0.25**2
+    track[0, [kernels.PV, kernels.RADIUS, kernels.USUAL]] = 0.005, 2.4, 2.4
+    # When its front alone stays in sight, within 0.25 s
+    for step in range(20):
+        side_m = max(4.5 - 0.45 * step, 0.0)
+        cluster[0, kernels.MIDDLE_X] = (step + 1) * dt + (4.5 - side_m) / 2.0
+        cluster[0, kernels.SIZE] = math.hypot(side_m, 1.8) / 2.0
+        kernels.predict(track, dt, 0.6)
+        kernels.correct(track, cluster, owners, 0.05, 0.3, 0.98, 0.15)
+    # Then its place is the front's, and its velocity as before
+    assert track[0, kernels.X] == pytest.approx(20 * dt + 2.25)
+    assert track[0, kernels.VX] == pytest.approx(1.0, abs=0.15)
 
 
 def test_beams_far_from_level_at_the_end_of_a_thing_are_marked():

@@ -234,9 +234,10 @@ def correct(
     """Take the clusters' middles as measurements of their tracks; deviations in m.
 
     The radius is the greatest seen, of which ``memory`` (0 to 1) is left after each scan. The usual radius
-    follows by the share ``learning``. What differs from it by RESIZED_M and a tenth shows another side, or no
-    more of it. The middle then jumps, and says nothing of the velocity. A lidar that leans may see less of a
-    thing because its beams pass over the rest. Then the track goes on as predicted.
+    follows by the share ``learning``. A middle is as uncertain as the radius differs from the usual one,
+    because the thing shows another side. From RESIZED_M and a tenth on the middle jumps, and says nothing of
+    the velocity. Less of a thing may also be seen because something hides the rest, because it is at the
+    edge of the view, or because a lidar that leans looks over it. Then the track goes on as predicted.
     """
     for t in range(tracks.shape[0]):
         if owners[t] < 0:
@@ -244,13 +245,14 @@ def correct(
         track, cluster = tracks[t], clusters[owners[t]]
         track[UNSEEN] = 0.0
         resized = max(RESIZED_M, 0.1 * track[USUAL])
-        if cluster[TILTED] > 0.0 and cluster[SIZE] < track[USUAL] - resized:
+        grown = cluster[SIZE] - track[USUAL]
+        if cluster[TILTED] + cluster[HIDDEN] > 0.0 and grown < -resized:
             continue
-        sigma = deviation_hidden if cluster[HIDDEN] > 0.0 else deviation
+        sigma = math.hypot(deviation_hidden if cluster[HIDDEN] > 0.0 else deviation, grown)
         gain = 1.0 / (track[PP] + sigma * sigma)
         gain_p, gain_v = track[PP] * gain, track[PV] * gain
         dx, dy = cluster[MIDDLE_X] - track[X], cluster[MIDDLE_Y] - track[Y]
-        if abs(cluster[SIZE] - track[USUAL]) > resized:
+        if abs(grown) > resized:
             gain_p, gain_v = 1.0, 0.0
         track[X] += gain_p * dx
         track[Y] += gain_p * dy
@@ -259,7 +261,7 @@ def correct(
         track[VV] -= gain_v * track[PV]
         track[PV] *= 1.0 - gain_p
         track[PP] = (1.0 - gain_p) * track[PP] if gain_p < 1.0 else sigma * sigma
-        track[USUAL] += learning * (cluster[SIZE] - track[USUAL])
+        track[USUAL] += learning * grown
         track[RADIUS] = max(cluster[SIZE], memory * track[RADIUS])
 
 
