@@ -214,7 +214,7 @@ def master_of_module(processes_of_module):
 
 def start_master(processes: Processes) -> Processes:
     """Start a ROS master on a free port, lead `processes` to it, and wait until it answers."""
-    from master_thesis.flight.free_ports import free_ports
+    from master_thesis.graph.free_ports import free_ports
 
     (port,) = free_ports(1)
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"

@@ -18,8 +18,8 @@ from master_thesis.campaign.places import place_of
 from master_thesis.campaign.reading import read_campaign
 from master_thesis.campaign.trial import thinned_times
 from master_thesis.errors import GraphError
-from master_thesis.flight.free_ports import free_ports
-from master_thesis.flight.launched_graph import Graph
+from master_thesis.graph.free_ports import free_ports
+from master_thesis.graph.launched_graph import Graph
 from master_thesis.trials.trial import Trial
 
 FLIGHTS, BRIEF_FLIGHTS, SPEED_M_S = 20, 2, 4.0

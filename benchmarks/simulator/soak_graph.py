@@ -23,8 +23,8 @@ from tqdm import tqdm
 
 from benchmarks.simulator.soak import AREA_X_M, AREA_Y_M, GOAL_CLEARANCE_M
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.free_ports import free_ports
-from master_thesis.flight.launched_graph import Graph
+from master_thesis.graph.free_ports import free_ports
+from master_thesis.graph.launched_graph import Graph
 from simulation_tools.geometry import Pose
 from simulation_tools.px4_ports import own_ports
 from simulation_tools.simulation import Simulation

@@ -26,7 +26,7 @@ LIBRARY = sorted(
 TOOLS = {"simulation_tools", "inspection_tools", "cepa", "gridslam"}
 ROOMS = (
     {"errors", "files"},
-    {"baselines", "doctor", "worlds"},
+    {"baselines", "doctor", "graph", "worlds"},
     {"flight"},
     {"results"},
     {"experiment_1", "experiment_2", "experiments_3_4", "trials"},

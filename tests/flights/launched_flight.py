@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from master_thesis.flight.free_ports import free_ports
+from master_thesis.graph.free_ports import free_ports
 
 READY_PATIENCE_S = 150.0  # quiet machines need 12 s
 OWN_MACHINE = 0.2  # share of the processors that somebody else may use on a machine of one's own

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from launched_flight import READY_PATIENCE_S, Flight
 
-from master_thesis.flight.free_ports import free_ports
+from master_thesis.graph.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[2]
 WORLDS = ROOT / "src/master_thesis/worlds"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis.flight.free_ports import free_ports
+from master_thesis.graph.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[2]
 SETUP_PATIENCE_S = 400.0

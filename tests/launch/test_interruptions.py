@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis.flight.free_ports import free_ports
+from master_thesis.graph.free_ports import free_ports
 
 pytest.importorskip("rosgraph", reason="needs ROS")
 

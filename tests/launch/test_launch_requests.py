@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis.flight.free_ports import free_ports
+from master_thesis.graph.free_ports import free_ports
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 request = pytest.importorskip("master_thesis_ros.launch.request", reason="needs the workspace's environment")

@@ -10,7 +10,7 @@ from subprocess import PIPE, STDOUT
 import pytest
 from launched_flight import Flight
 
-from master_thesis.flight.free_ports import free_ports
+from master_thesis.graph.free_ports import free_ports
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 

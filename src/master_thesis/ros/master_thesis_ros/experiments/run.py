@@ -15,8 +15,8 @@ from master_thesis.errors import MasterThesisError
 from master_thesis.flight.bag_recorder import BagRecorder
 from master_thesis.flight.description import RunDescription
 from master_thesis.flight.monitor import Monitor
-from master_thesis.flight.processes import age_s
 from master_thesis.flight.wall_metrics import WallMetrics
+from master_thesis.graph.processes import age_s
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.worlds import scenario
 from master_thesis_ros.experiments.experiment_node import INTERRUPTED, ExperimentNode, WatchedRun

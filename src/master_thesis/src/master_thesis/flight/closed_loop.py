@@ -9,35 +9,20 @@ flight depends on the machine.
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, field, replace
 from typing import Callable, Protocol, Sequence, Tuple
 
 import numpy as np
 
-from cepa import (
-    ALGORITHMS,
-    SLOW_DETOURS,
-    CepaParameters,
-    LaserScan2D,
-    LidarAttitude,
-    Motion,
-    Ranging,
-    levelled,
-)
+from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters, LaserScan2D
 from cepa.algorithm import Algorithm
-from cepa.motion import Cloud
 from inspection_tools import (
-    LidarMedianFilter,
-    LidarPadding,
     MedianFilterParameters,
     Mission,
     PaddingParameters,
     PositionController,
     PositionControllerParameters,
-    ScanGeometry,
     Waypoint,
-    YawRegulator,
     YawRegulatorParameters,
     way_m,
 )
@@ -48,14 +33,12 @@ from master_thesis.flight.course import Action, Outcome, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.publisher_link import PublisherLink
+from master_thesis.flight.steering_chain import SteeringChain
 from master_thesis.flight.without_gnss import LIDAR, Outage, OwnOdometry
-from simulation_tools.geometry import Pose, Vector3, rotate
+from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
-from simulation_tools.sensors.cloud import Cloud as LidarTurn
-from simulation_tools.sensors.cloud import CloudLidar
 from simulation_tools.sensors.odometry import OdometrySample
-from simulation_tools.sensors.range_finder import RangeFinder
 from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
 
 Velocity = Tuple[float, float, float]
@@ -151,14 +134,17 @@ class ClosedLoop:
             raise FlightError("The UAV has no lidar, without which CEPA cannot fly; choose one.")
         assert px4 is not None  # no other mode was requested
         self.lidar, self._px4 = lidar, px4
-        self._geometry = ScanGeometry(lidar.beams, lidar.angle_min, lidar.angle_increment)
-        self._median_filter = LidarMedianFilter(parameters.median_filter)
-        self._padding = LidarPadding(parameters.padding)
+        self._steering = SteeringChain(
+            lidar,
+            steering or ALGORITHMS[parameters.algorithm](parameters.cepa),
+            parameters.median_filter,
+            parameters.padding,
+            parameters.yaw_regulator,
+            parameters.range_finders,
+        )
         self._position_controller = PositionController(parameters.position_controller)
         self._mission: Mission | None = None
         self._pilot = pilot
-        self._cepa = steering or ALGORITHMS[parameters.algorithm](parameters.cepa)
-        self._yaw_regulator = YawRegulator(parameters.yaw_regulator)
         self.own_odometry = None if parameters.simulation.gnss else OwnOdometry(self.simulation, px4)
         self.correct: Callable[[float, Pose], tuple[Vector3, float]] = _as_it_is
         publisher = parameters.conditions.hover_of(parameters.publisher)
@@ -166,10 +152,8 @@ class ClosedLoop:
             publisher = replace(publisher, needs_home=False, needs_vision=True)
         self.publisher = PublisherLink(px4, publisher)
         self.outage: Outage | None = None
-        self.newest_scan: LaserScan2D | None = None  # CEPA's input: filtered and padded
         self._v_ref = (0.0, 0.0, 0.0)
         self._answered_us = 0
-        self._cloud: Cloud | None = None  # of the scan's instant
         self._odometry_age_s = 0.0
         self._odometry = OdometrySample(Pose.identity(), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         self._finished = False
@@ -179,6 +163,11 @@ class ClosedLoop:
     def log(self) -> FlightLog:
         """The flight's time series so far."""
         return self.monitor.log
+
+    @property
+    def newest_scan(self) -> LaserScan2D | None:
+        """CEPA's newest input: filtered and padded; None before the first scan."""
+        return self._steering.newest_scan
 
     @property
     def time_s(self) -> float:
@@ -218,10 +207,7 @@ class ClosedLoop:
         if output.ground_truth is not None and output.odometry is not None:
             self._on_pose(1e-6 * output.time_us, output.ground_truth.pose, output.odometry)
             if output.scan is not None and self._delivery.scan_arrives():
-                self._cloud = cloud_of(output) if self._cepa.wants_cloud else None
-                if self.parameters.range_finders:
-                    self._cepa.take_ranges(rangings_of(output, self.lidar.pose_in_body))
-                self._on_scan(output.time_us, output.scan, output.odometry.pose, output.ground_truth.pose)
+                self._on_scan(output, output.scan, output.odometry.pose, output.ground_truth.pose)
         elif output.ground_truth is not None:  # without GNSS odometry comes with the scans only
             self._on_truth(1e-6 * output.time_us, output.ground_truth.pose)
         if self.own_odometry is None or output.odometry is not None:  # CEPA's clock is the odometry
@@ -268,30 +254,15 @@ class ClosedLoop:
             )
         return status.done or t_s - self.outcome.times_s[Phase.FLYING] >= self.parameters.duration_s
 
-    def _on_scan(self, time_us: int, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
-        t_s, lidar = 1e-6 * time_us, self.lidar
+    def _on_scan(self, output: StepOutput, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+        t_s = 1e-6 * output.time_us
         for listener in self.listeners:
             listener.on_scan(t_s, ranges, odometry, truth)
-        limits = lidar.range_min, lidar.range_max
-        filtered = self._median_filter.filter(ranges, self._geometry, *limits)
-        padded = self._padding.pad(filtered, self._geometry, *limits)
-        geometry = padded.geometry
-        scan = LaserScan2D(
-            padded.ranges, geometry.angle_min_rad, geometry.angle_increment_rad, *limits, seen=padded.seen
-        )
-        self.newest_scan = scan
-        started = time.thread_time()  # CPU time of this thread, so that other load does not count
-        if self._cepa.parameters.levelling:
-            scan = self._levelled(scan)
-        own_velocity = self._odometry.linear_velocity_m_s[:2]
-        decision = self._cepa.steer(scan, self._v_ref[:2], own_velocity, self._motion(t_s), self._cloud)
-        computation_ms = 1e3 * (time.thread_time() - started)
-        climb = self._v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
-        velocity = (*decision.velocity_xy, climb)
-        yaw_rate = self._yaw_regulator.update(decision.velocity_xy, self._v_ref[:2])
-        self.publisher.on_velocity(time_us, velocity, yaw_rate)
-        self._answered_us = time_us
-        self.log.add_scan(t_s, ranges, lidar.angle_min, lidar.angle_increment)
+        answer = self._steering.answer(output, self._v_ref, self._odometry, self._odometry_age_s)
+        velocity, yaw_rate, decision, computation_ms = answer
+        self.publisher.on_velocity(output.time_us, velocity, yaw_rate)
+        self._answered_us = output.time_us
+        self.log.add_scan(t_s, ranges, self.lidar.angle_min, self.lidar.angle_increment)
         self.log.v_safe.add(t_s, *velocity, 0.0)
         self.log.v_final.add(t_s, *velocity, yaw_rate)
         self.log.decisions.add(
@@ -305,24 +276,8 @@ class ClosedLoop:
 
     def _brake_if_blind(self, time_us: int) -> None:
         """Brake when no scan was answered for longer than the last answer is safe to fly."""
-        if 1e-6 * (time_us - self._answered_us) > self._cepa.commit_s + 1e-6:
+        if 1e-6 * (time_us - self._answered_us) > self._steering.commit_s + 1e-6:
             self.publisher.on_velocity(time_us, (0.0, 0.0, 0.0), 0.0)
-
-    def _motion(self, t_s: float) -> Motion:
-        body = self._odometry.pose
-        lidar = body @ self.lidar.pose_in_body
-        velocity = rotate(body.orientation_xyzw, self._odometry.linear_velocity_m_s)
-        age_s = self._odometry_age_s
-        return Motion(t_s, lidar.position_m, lidar.orientation_xyzw, velocity, self._v_ref[2], age_s)
-
-    def _levelled(self, scan: LaserScan2D) -> LaserScan2D:
-        body, mount = self._odometry.pose, self.lidar.pose_in_body
-        attitude = LidarAttitude.of_mounted(
-            body.position_m[2], body.orientation_xyzw, mount.position_m, mount.orientation_xyzw
-        )
-        return levelled(
-            scan, attitude, self._cepa.parameters, math.hypot(*self._odometry.linear_velocity_m_s[:2])
-        )
 
     def _watch(self, output: StepOutput) -> None:
         for contact in output.contacts:
@@ -356,35 +311,3 @@ class ClosedLoop:
 
 def _as_it_is(_t_s: float, pose: Pose) -> tuple[Vector3, float]:
     return pose.position_m, pose.yaw_rad
-
-
-def cloud_of(output: StepOutput) -> Cloud | None:
-    """Measure with the UAV's three-dimensional lidar, which is due when its scan is; None if it has none."""
-    for sensor in output.payload:
-        if isinstance(sensor.device, CloudLidar):
-            lidar = sensor.device.sensor
-            turn = sensor.read()
-            assert isinstance(turn, LidarTurn)
-            up, around = lidar.vertical, lidar.horizontal
-            return Cloud(
-                turn.points_m,
-                (up.min_angle_rad, up.max_angle_rad),
-                lidar.range_min_m,
-                lidar.range_max_m,
-                (around.min_angle_rad, around.max_angle_rad),
-            )
-    return None
-
-
-def rangings_of(output: StepOutput, lidar_in_body: Pose) -> list[Ranging]:
-    """Measure with the UAV's range finders that are due. They look along the x axes of their own frames."""
-    rangings = []
-    for sensor in output.payload:
-        if isinstance(sensor.device, RangeFinder):
-            in_lidar = lidar_in_body.inverse() @ sensor.mount.pose
-            range_m = sensor.read()
-            assert isinstance(range_m, float)
-            limits = sensor.device.range_min, sensor.device.range_max
-            direction: np.ndarray = in_lidar.rotation[:, 0]
-            rangings.append(Ranging(in_lidar.position_m, tuple(direction.tolist()), range_m, *limits))
-    return rangings

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Iterator, Sequence
 
 from master_thesis.errors import GraphError
-from master_thesis.flight.free_ports import free_ports
-from master_thesis.flight.launched_graph import Graph
+from master_thesis.graph.free_ports import free_ports
+from master_thesis.graph.launched_graph import Graph
 from master_thesis.report.piece import Piece
 from master_thesis.report.size import Size
 

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Sequence
 
 from master_thesis.errors import GraphError
-from master_thesis.flight import processes
-from master_thesis.flight.free_ports import free_ports
+from master_thesis.graph import processes
+from master_thesis.graph.free_ports import free_ports
 
 TOKEN = "LAUNCHED_GRAPH"
 """Environment variable that marks all processes of a graph."""

@@ -1,0 +1,1 @@
+"""A graph of ROS nodes that a program starts and watches."""
