@@ -41,10 +41,10 @@ def test_search_finds_what_trying_every_pose_finds(seed):
     there = se2.compose(here, rng.uniform(-0.4, 0.4, 3))
     first, second = local_map(ROOM, [here], seed, 0.2), local_map(ROOM, [there], seed + 10, 0.2)
     window = Window(np.zeros(3), 0.8, 0.3)
-    search = Correlation(first, second, window, 0.3)
+    search = Correlation(first, second, window)
     # When searched
-    optimum = search.best(0.0)
-    rival = search.rival_score(optimum, 0.5, 0.0)
+    optimum = search.best(0.0, 0.3)
+    rival = search.rival_score(optimum, 0.5, 0.0, 0.3)
     # Then best and rival are those of exhaustive search
     angles = search.angles_rad
     best, pose = reference.best_score(first, second, window, angles, 0.3)
@@ -58,7 +58,7 @@ def test_search_finds_what_trying_every_pose_finds(seed):
 def test_nothing_above_the_floor_is_nothing():
     first, second = local_map(ROOM, [(0.5, 0.0, 0.3)], 0, 0.2), local_map(ROOM, [(0.6, 0.0, 0.3)], 1, 0.2)
     window = Window(np.zeros(3), 0.5, 0.1)
-    assert Correlation(first, second, window, 0.3).best(1.0) is None
+    assert Correlation(first, second, window).best(1.0, 0.3) is None
 
 
 def test_table_is_a_gaussian_of_the_distance_from_the_points():

@@ -14,8 +14,8 @@ from numba import njit
 
 FITS, CLASHES = 0, 1
 FULL = 255.0
-BLOCK, PAIR = 8, 2
-"""Side, in shifts, of the squares that share a bound: first blocks, then 2 x 2 squares in them."""
+BLOCK = 8
+"""Side, in shifts, of the squares that share a bound."""
 
 
 class Reference(NamedTuple):
@@ -23,8 +23,6 @@ class Reference(NamedTuple):
 
     table: np.ndarray
     """(h, w, 2)"""
-    pairs: np.ndarray
-    """As ``pooled`` of `block_bounds`, of PAIR x PAIR cells."""
     points_xy: np.ndarray
     """(m, 2) its points, in cells of its table."""
 
@@ -50,7 +48,7 @@ class Blocks(NamedTuple):
     least: float
     """Fewer comparisons than this lower the score."""
     bounds: np.ndarray
-    """Of `block_bounds`."""
+    """(angles, n, n) of the scores of n x n blocks of BLOCK x BLOCK shifts."""
     order: np.ndarray
     """Flat indices of ``bounds``, best first."""
 
@@ -85,20 +83,60 @@ def stamp_fits(cells: np.ndarray, profile: np.ndarray, fits: np.ndarray) -> None
                 fits[row, column] = max(fits[row, column], profile[row - y + reach, column - x + reach])
 
 
-@njit(cache=True, nogil=True)
-def _sums(table: np.ndarray, cells: np.ndarray, dx: int, dy: int) -> tuple[float, float]:
-    """Sum both values at every point (n, 2) of integer cells, moved by dx, dy.
+@njit(cache=True, nogil=True, inline="always")
+def _overlap(first: int, count: int, size: int) -> tuple[int, int]:
+    """Return the first and one past the last i of 0 <= i < count for which 0 <= first + i < size."""
+    return max(0, -first), min(count, size - first)
 
-    Points outside count as zero.
+
+@njit(cache=True, nogil=True)
+def block_sums(phases: np.ndarray, cells: np.ndarray, half: int, sums: np.ndarray) -> None:
+    """Sum the greatest fits and the least clashes that the points meet in each block of BLOCK x BLOCK shifts.
+
+    Args:
+        phases: (BLOCK, BLOCK, h, 2 w) uint8: [y, x, row, column] is the value, as in a table, of cell row
+            BLOCK + y, column BLOCK + x of a pooled table. That holds, per cell, the greatest FITS and the
+            least CLASHES of the BLOCK x BLOCK cells from it on. Its first cell is BLOCK before the table's.
+        cells: (angles, points, 2) int64: the points' cells for every angle.
+        half: shifts reach from -half to half.
+        sums: (angles, n, 2 n) int32, gets the FITS and CLASHES of the n x n blocks. Initially 0.
     """
-    height, width = table.shape[:2]
-    fits = clashes = 0
+    height, width, count = phases.shape[2], phases.shape[3] // 2, sums.shape[1]
+    for a in range(cells.shape[0]):
+        for i in range(cells.shape[1]):
+            x, y = cells[a, i, 0] + BLOCK - half, cells[a, i, 1] + BLOCK - half
+            column, row = x // BLOCK, y // BLOCK
+            left, right = _overlap(column, count, width)
+            if left >= right:
+                continue
+            values = phases[y % BLOCK, x % BLOCK]
+            low, high = _overlap(row, count, height)
+            for block in range(low, high):
+                more = values[row + block, 2 * (column + left) : 2 * (column + right)]
+                total = sums[a, block, 2 * left : 2 * right]
+                for k in range(total.size):
+                    total[k] += more[k]
+
+
+@njit(cache=True, nogil=True)
+def _shift_sums(table: np.ndarray, cells: np.ndarray, dx: int, dy: int, sums: np.ndarray) -> None:
+    """Sum the values at the points (n, 2) for all shifts of the block whose first one is dx, dy.
+
+    ``table`` is (h, 2 w). ``sums`` (BLOCK, 2 BLOCK) int32 gets FITS and CLASHES. Points outside count as 0.
+    """
+    height, width = table.shape[0], table.shape[1] // 2
+    sums[:] = 0
     for i in range(cells.shape[0]):
         x, y = cells[i, 0] + dx, cells[i, 1] + dy
-        if 0 <= x < width and 0 <= y < height:
-            fits += table[y, x, FITS]
-            clashes += table[y, x, CLASHES]
-    return fits / FULL, clashes / FULL
+        left, right = _overlap(x, BLOCK, width)
+        if left >= right:
+            continue
+        low, high = _overlap(y, BLOCK, height)
+        for row in range(low, high):
+            more = table[y + row, 2 * (x + left) : 2 * (x + right)]
+            total = sums[row, 2 * left : 2 * right]
+            for k in range(total.size):
+                total[k] += more[k]
 
 
 @njit(cache=True, nogil=True)
@@ -121,24 +159,6 @@ def _clashes_back(
 
 
 @njit(cache=True, nogil=True)
-def block_bounds(pooled: np.ndarray, cells: np.ndarray, half: int, least: float) -> np.ndarray:
-    """Bound the score of each block of BLOCK x BLOCK shifts from above: (angles, n, n) float32.
-
-    ``pooled`` holds, per cell, the greatest FITS and the least CLASHES of the BLOCK x BLOCK cells from it on,
-    its first cell being BLOCK before the table's; ``cells`` (angles, n, 2) int64 are the points' cells for
-    every angle; shifts reach from -half to half. ``least``: fewer comparisons than this lower the score.
-    """
-    blocks = (2 * half + BLOCK) // BLOCK
-    bounds = np.empty((cells.shape[0], blocks, blocks), dtype=np.float32)
-    for a in range(cells.shape[0]):
-        for by in range(blocks):
-            for bx in range(blocks):
-                fits, clashes = _sums(pooled, cells[a], (bx + 1) * BLOCK - half, (by + 1) * BLOCK - half)
-                bounds[a, by, bx] = fits / max(fits + clashes, least)
-    return bounds
-
-
-@njit(cache=True, nogil=True)
 def best_shift(
     blocks: Blocks, reference: Reference, query: Query, circle: np.ndarray, floor: float
 ) -> tuple[float, int, int, int]:
@@ -155,28 +175,27 @@ def best_shift(
     side = blocks.bounds.shape[1]
     best, best_a, best_dx, best_dy = floor, 0, 0, 0
     flat = blocks.bounds.reshape(-1)
+    table = reference.table.reshape(reference.table.shape[0], -1)
+    sums = np.empty((BLOCK, 2 * BLOCK), np.int32)
     for index in blocks.order:
         if flat[index] <= best:
             break
         a, rest = index // (side * side), index % (side * side)
         cos, sin = np.cos(query.angles_rad[a]), np.sin(query.angles_rad[a])
         first_x, first_y = (rest % side) * BLOCK - half, (rest // side) * BLOCK - half
-        for part in range((BLOCK // PAIR) ** 2):
-            x0 = first_x + part % (BLOCK // PAIR) * PAIR
-            y0 = first_y + part // (BLOCK // PAIR) * PAIR
-            fits, clashes = _sums(reference.pairs, cells[a], x0 + PAIR, y0 + PAIR)
-            if fits / max(fits + clashes, least) <= best:
-                continue
-            for dy in range(y0, min(y0 + PAIR, half + 1)):
-                for dx in range(x0, min(x0 + PAIR, half + 1)):
-                    if (dx - circle[0]) ** 2 + (dy - circle[1]) ** 2 < circle[2] ** 2:
-                        continue
-                    fits, clashes = _sums(reference.table, cells[a], dx, dy)
-                    if fits / max(fits + clashes, least) <= best:
-                        continue
-                    x, y = query.corners_xy[a, 0] + dx, query.corners_xy[a, 1] + dy
-                    clashes += _clashes_back(query.table, reference.points_xy, x, y, cos, sin)
-                    score = fits / max(fits + clashes, least)
-                    if score > best:
-                        best, best_a, best_dx, best_dy = score, a, dx, dy
+        _shift_sums(table, cells[a], first_x, first_y, sums)
+        for dy in range(first_y, min(first_y + BLOCK, half + 1)):
+            for dx in range(first_x, min(first_x + BLOCK, half + 1)):
+                column = 2 * (dx - first_x)
+                fits = sums[dy - first_y, column + FITS] / FULL
+                clashes = sums[dy - first_y, column + CLASHES] / FULL
+                if fits / max(fits + clashes, least) <= best:
+                    continue
+                if (dx - circle[0]) ** 2 + (dy - circle[1]) ** 2 < circle[2] ** 2:
+                    continue
+                x, y = query.corners_xy[a, 0] + dx, query.corners_xy[a, 1] + dy
+                clashes += _clashes_back(query.table, reference.points_xy, x, y, cos, sin)
+                score = fits / max(fits + clashes, least)
+                if score > best:
+                    best, best_a, best_dx, best_dy = score, a, dx, dy
     return best, best_a, best_dx, best_dy

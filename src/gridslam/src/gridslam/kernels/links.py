@@ -14,7 +14,6 @@ from numba import njit
 
 from gridslam.kernels.least_squares import factor, solve
 
-TURN = 2.0 * math.pi
 FACING_COS = math.cos(math.radians(40.0))
 """Normals that differ by more belong to different surfaces."""
 STEP_M, STEP_RAD = 1e-4, 1e-5
@@ -44,21 +43,28 @@ def nearest_by_bearing(surfaces: Surfaces, x: float, y: float, gate: float) -> i
     points, _, bearings, lidar = surfaces
     count = len(bearings)
     dx, dy = x - lidar[0], y - lidar[1]
-    distance = math.hypot(dx, dy)
-    # A point within the gate is seen within this angle.
-    reach = math.pi if distance <= gate else math.asin(gate / distance)
-    bearing = math.atan2(dy, dx)
-    first = int(np.searchsorted(bearings, bearing))
+    first = int(np.searchsorted(bearings, math.atan2(dy, dx)))
     best, found = gate * gate, -1
     for direction in (1, -1):
-        start = first if direction == 1 else first - 1
-        for step in range(count):
-            i = (start + direction * step) % count
-            if (direction * (bearings[i] - bearing)) % TURN > reach:
+        i = first if direction == 1 else first - 1
+        for _ in range(count):
+            if i == count:
+                i = 0
+            elif i < 0:
+                i = count - 1
+            from_x, from_y = points[i, 0] - lidar[0], points[i, 1] - lidar[1]
+            ahead, aside = dx * from_x + dy * from_y, direction * (dx * from_y - dy * from_x)
+            # No point farther round can be nearer than the ray from the lidar through this one, up to a
+            # quarter turn, and than the lidar from there to half a turn.
+            if ahead > 0.0:
+                if aside > 0.0 and aside * aside > best * (from_x * from_x + from_y * from_y):
+                    break
+            elif aside < 0.0 or dx * dx + dy * dy > best:
                 break
             square = (points[i, 0] - x) ** 2 + (points[i, 1] - y) ** 2
             if square < best:
                 best, found = square, i
+            i += direction
     return found
 
 

@@ -312,9 +312,8 @@ class LoopCloser:
 
         The better the path, the more scans of different passes can be linked, and the other way round.
         """
-        poses = self._chain.poses
+        poses, steps = self._chain.poses, self._chain.edges(self._links.is_seen())
         for _ in range(ROUNDS_MAX):
-            steps = self._chain.edges(self._links.is_seen())
             poses = optimise(poses, [*steps, *self._links.edges, *self._counted])
             if not self._links.link_passes(poses, self._chain.way_m):
                 break

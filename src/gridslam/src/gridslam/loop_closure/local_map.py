@@ -14,6 +14,8 @@ from gridslam.scan import PlanarScan
 MARGIN_CELLS = 8
 NEIGHBOUR_GAP_M = 0.3  # if ends are farther apart (or a tenth of the range), they are on two surfaces
 NEIGHBOUR_GAP_SHARE = 0.1
+NO_QUARTER, QUARTERS = 9.0, 12
+"""The first stands for a missing normal, beside the quadrants -2 to 2. There are fewer than the second."""
 PROFILE_SIGMAS = 3.6  # 255 exp(-3.6^2 / 2) rounds to 0
 
 
@@ -130,8 +132,10 @@ def _table(
     points: np.ndarray, free: np.ndarray, origin: np.ndarray, resolution_m: float, blur_m: float
 ) -> np.ndarray:
     table = np.zeros((*free.shape, 2), dtype=np.uint8)
-    cells = np.unique(np.floor((points - origin) / resolution_m).astype(np.int64), axis=0)
-    stamp_fits(cells, _profile(resolution_m, blur_m), table[:, :, FITS])
+    columns, rows = np.floor((points - origin) / resolution_m).astype(np.int64).T
+    occupied = np.zeros(free.shape, dtype=np.bool_)
+    occupied[rows, columns] = True
+    stamp_fits(np.argwhere(occupied)[:, ::-1], _profile(resolution_m, blur_m), table[:, :, FITS])
     table[:, :, CLASHES] = np.where(free, 255 - table[:, :, FITS], 0)
     return table
 
@@ -149,11 +153,13 @@ def _thin(points: np.ndarray, normals: np.ndarray, spacing_m: float) -> SurfaceP
     quarter = np.where(
         np.isfinite(normals[:, 0]),
         np.floor((np.arctan2(normals[:, 1], normals[:, 0]) + math.pi / 4) / (math.pi / 2)),
-        9.0,
+        NO_QUARTER,
     )
-    key = np.column_stack([np.floor(points / spacing_m), quarter]).astype(np.int64)
-    _, group, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    group = group.reshape(-1)
+    columns, rows = np.floor(points / spacing_m).astype(np.int64).T
+    rows -= rows.min(initial=0)
+    # One number for each point sorts much faster than rows of three.
+    key = (columns * (rows.max(initial=0) + 1) + rows) * QUARTERS + quarter.astype(np.int64)
+    _, group, count = np.unique(key, return_inverse=True, return_counts=True)
     mean = np.stack([np.bincount(group, values) for values in points.T], axis=1) / count[:, None]
     normal = np.stack([np.bincount(group, values) for values in normals.T], axis=1)
     with np.errstate(invalid="ignore"):

@@ -15,12 +15,12 @@ from gridslam.kernels.correlation import (
     BLOCK,
     CLASHES,
     FITS,
-    PAIR,
+    FULL,
     Blocks,
     Query,
     Reference,
     best_shift,
-    block_bounds,
+    block_sums,
 )
 from gridslam.loop_closure.local_map import LocalMap
 
@@ -51,12 +51,9 @@ class Optimum:
 
 
 class Correlation:
-    """One search of a window for the pose at which two local maps agree best.
+    """One search of a window for the pose at which two local maps agree best."""
 
-    overlap_min: share of the query's points that should be comparable. With fewer the score falls.
-    """
-
-    def __init__(self, reference: LocalMap, query: LocalMap, window: Window, overlap_min: float):
+    def __init__(self, reference: LocalMap, query: LocalMap, window: Window):
         self._window, self._resolution_m = window, reference.resolution_m
         cell = reference.resolution_m
         points = _spread(query.surface.points_xy_m, POINTS_MAX)
@@ -68,27 +65,42 @@ class Correlation:
         self._query = Query(query.table, self.angles_rad, cells, (corners - reference.origin_xy_m) / cell)
         share = len(points) / max(1, len(query.surface.points_xy_m))  # both maps' points have equal weight
         back = _spread(reference.points_in_cells, round(share * len(reference.surface.points_xy_m)))
-        self._reference = Reference(reference.table, pooled(reference.table, PAIR), back)
-        half, least = int(np.ceil(window.reach_m / cell)), max(1.0, overlap_min * len(points))
-        bounds = block_bounds(pooled(reference.table, BLOCK), cells, half, least)
-        self._blocks = Blocks(half, least, bounds, np.argsort(-bounds, axis=None, kind="stable"))
+        self._reference, self._points = Reference(reference.table, back), len(points)
+        self._half = int(np.ceil(window.reach_m / cell))
+        count = (2 * self._half + BLOCK) // BLOCK
+        self._sums = np.zeros((len(poses), count, 2 * count), np.int32)
+        block_sums(_phases(reference.table), cells, self._half, self._sums)
 
-    def best(self, score_min: float) -> Optimum | None:
-        """Return the best pose, without a rival yet; None if no pose scores more than `score_min`."""
-        score, angle, dx, dy = best_shift(
-            self._blocks, self._reference, self._query, NOTHING_LEFT_OUT, score_min
+    def _best_shift(
+        self, overlap_min: float, circle: np.ndarray, score_min: float
+    ) -> tuple[float, int, int, int]:
+        """Search the blocks that may hold a higher score than `score_min`, with the highest bound first."""
+        least = max(1.0, overlap_min * self._points)
+        fits, clashes = self._sums[:, :, FITS::2] / FULL, self._sums[:, :, CLASHES::2] / FULL
+        bounds = (fits / np.maximum(fits + clashes, least)).astype(np.float32)
+        order = np.flatnonzero(bounds > score_min)
+        order = order[np.argsort(-bounds.reshape(-1)[order], kind="stable")]
+        return best_shift(
+            Blocks(self._half, least, bounds, order), self._reference, self._query, circle, score_min
         )
+
+    def best(self, score_min: float, overlap_min: float) -> Optimum | None:
+        """Return the best pose, without a rival yet; None if no pose scores more than `score_min`.
+
+        overlap_min: share of the query's points that should be comparable. With fewer the score falls.
+        """
+        score, angle, dx, dy = self._best_shift(overlap_min, NOTHING_LEFT_OUT, score_min)
         if score <= score_min:
             return None
         shift = np.array([dx, dy]) * self._resolution_m
         pose = np.array([*(self._window.predicted[:2] + shift), se2.wrap(self.angles_rad[angle])])
         return Optimum(pose, float(score), 0.0)
 
-    def rival_score(self, optimum: Optimum, distance_m: float, score_min: float) -> float:
+    def rival_score(self, optimum: Optimum, distance_m: float, score_min: float, overlap_min: float) -> float:
         """Return the best score `distance_m` or farther from an optimum; `score_min` when none is better."""
         middle = optimum.query_in_reference[:2] - self._window.predicted[:2]
         circle = np.array([*middle, distance_m]) / self._resolution_m
-        return float(best_shift(self._blocks, self._reference, self._query, circle, score_min)[0])
+        return float(self._best_shift(overlap_min, circle, score_min)[0])
 
 
 def correlate(
@@ -107,30 +119,40 @@ def correlate(
     of the best score is reported with that share. Rivals only need an overlap of `rival_overlap_min` (None:
     `overlap_min`), because the UAV may have seen little of the true place again so far.
     """
-    correlation = Correlation(reference, query, window, overlap_min)
-    optimum = correlation.best(score_min)
+    correlation = Correlation(reference, query, window)
+    optimum = correlation.best(score_min, overlap_min)
     if optimum is None:
         return None
-    if rival_overlap_min is not None:
-        correlation = Correlation(reference, query, window, rival_overlap_min)
-    rival = correlation.rival_score(optimum, rival_distance_m, rival_share * optimum.score)
+    rival = correlation.rival_score(
+        optimum,
+        rival_distance_m,
+        rival_share * optimum.score,
+        overlap_min if rival_overlap_min is None else rival_overlap_min,
+    )
     return Optimum(optimum.query_in_reference, optimum.score, rival)
 
 
-def pooled(table: np.ndarray, side: int) -> np.ndarray:
-    """Greatest FITS and least CLASHES of the side x side cells from each cell on.
+def _phases(table: np.ndarray) -> np.ndarray:
+    """Return the input of `block_sums` for a table."""
+    fits, clashes = _pooled(table[:, :, FITS], np.maximum), _pooled(table[:, :, CLASHES], np.minimum)
+    rows, columns = (side // BLOCK for side in fits.shape)
+    phases = np.empty((BLOCK, BLOCK, rows, 2 * columns), np.uint8)
+    for first, values in ((FITS, fits), (CLASHES, clashes)):
+        phases[:, :, :, first::2] = values.reshape(rows, BLOCK, columns, BLOCK).transpose(1, 3, 0, 2)
+    return phases
 
-    Cell [0, 0] of the result stands for the cell `side` rows and columns before the table's first.
+
+def _pooled(values: np.ndarray, choose: np.ufunc) -> np.ndarray:
+    """Greatest or least value of the BLOCK x BLOCK cells from each cell on; outside the table it is 0.
+
+    Cell [0, 0] of the result stands for the cell BLOCK rows and columns before the table's first. The sides
+    are multiples of BLOCK.
     """
-    best = np.pad(table, ((side, side), (side, side), (0, 0)))
+    best = np.pad(values, [(BLOCK, BLOCK + -side % BLOCK) for side in values.shape])
     reach = 1
-    while reach < side:  # a power of two: each round doubles the reach
-        for axis in (0, 1):
-            ahead = best[reach:] if axis == 0 else best[:, reach:]
-            here = best[: ahead.shape[0], : ahead.shape[1]]
-            best = np.empty_like(ahead)
-            np.maximum(here[:, :, FITS], ahead[:, :, FITS], out=best[:, :, FITS])
-            np.minimum(here[:, :, CLASHES], ahead[:, :, CLASHES], out=best[:, :, CLASHES])
+    while reach < BLOCK:  # a power of two: each round doubles the reach
+        best[:-reach] = choose(best[:-reach], best[reach:])
+        best[:, :-reach] = choose(best[:, :-reach], best[:, reach:])
         reach *= 2
     return best
 
