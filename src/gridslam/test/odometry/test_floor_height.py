@@ -70,20 +70,28 @@ def test_one_wrong_reading_changes_nothing():
     assert floor.floor_m == 0.0
 
 
-def test_a_shock_is_no_step_of_the_floor():
+@pytest.mark.parametrize("silent_s", [0.0, 1.5])
+@pytest.mark.parametrize("shock", [50.0, -50.0])
+def test_a_shock_is_no_step_of_the_floor(shock, silent_s):
     # Given a touchdown that the accelerometer sees as 50 m/s2 for 20 ms, and nothing to balance it
-    floor = FloorHeight(LidarOdometryParameters())
+    floor, heights_m = FloorHeight(LidarOdometryParameters()), []
     for k in range(300):
-        floor.on_acceleration(k * IMU_S, 50.0 if 100 <= k < 102 else 0.0)
+        # When the IMU is silent from the shock on
+        if not 102 <= k < 102 + silent_s / IMU_S:
+            floor.on_acceleration(k * IMU_S, shock if 100 <= k < 102 else 0.0)
         if k % RANGE_EVERY == 0:
             floor.on_range(k * IMU_S, 0.12)
+        heights_m.append(floor.at((k + 0.9) * IMU_S)[0])
+    # Then the range finder holds the height. The shock counts for 0.05 s at most, which is 2.5 m/s, and a
+    # reading comes every 0.05 s.
+    assert np.abs(np.array(heights_m) - 0.12).max() < 0.25
     assert floor.at(3.0)[0] == pytest.approx(0.12, abs=0.02)
     assert floor.floor_m == 0.0
 
 
 def test_without_readings_the_height_is_not_known():
     _rows, floor = fly(hover, lambda t: 0.0, 6.0, finder=lambda t, h: None if t > 3.0 else h)
-    assert not floor.is_known
+    assert not floor.is_known_at(6.0)
     floor.on_range(6.0, 1.7)
-    assert floor.is_known
+    assert floor.is_known_at(6.0)
     assert floor.at(6.0)[0] == pytest.approx(1.7)

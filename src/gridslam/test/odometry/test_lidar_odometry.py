@@ -190,6 +190,24 @@ def test_without_imu_it_says_so_and_follows_all_the_same():
     assert last.pose_covariance[2, 2] >= 1.0
 
 
+def test_without_imu_the_range_finder_holds_the_height():
+    # Given a descent at 0.5 m/s that ends in a shock, the last that the IMU tells
+    odometry, rng, heights_m = LidarOdometry(start=still(0.0)), np.random.default_rng(1), []
+    for k in range(90):
+        t, true_m = 0.025 * k, max(0.6 - 0.0125 * k, 0.15)
+        if true_m > 0.15:
+            shock = -20.0 if true_m < 0.17 else 0.0
+            odometry.on_imu(InertialReading(t, LEVEL[1], (0.0, 0.0, 0.0), (0.0, 0.0, GRAVITY_MPS2 + shock)))
+        if k % 2 == 0:
+            odometry.on_range(t, true_m - 0.05, (0.05, 40.0), DOWN)
+        last = odometry.on_scan(t, ranges_at(ROOM, still(t), 0.0, 0.0, rng), ANGLES, LIMITS, LEVEL)
+        heights_m.append(last.position_xyz[2] - true_m)
+    # Then the height stays
+    assert np.abs(heights_m).max() < 0.15
+    assert "IMU is silent" in last.remark
+    assert "no height" not in last.remark
+
+
 def test_a_clock_that_jumps_back_begins_anew():
     said = []
     odometry = LidarOdometry(start=along_x(0.0), say=said.append)

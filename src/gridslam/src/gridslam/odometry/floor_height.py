@@ -2,7 +2,8 @@
 
 A Kalman filter of height, climb speed and the accelerometer's bias. A box under the range finder is a step
 of the floor and no climb: if the height below jumps from one reading to the next, and several readings agree
-on it, the floor has moved, not the UAV.
+on it, the floor has moved, not the UAV. If the prediction is off and the height below has not jumped, the
+prediction is wrong, for example after a touchdown's shock. Then the next readings count alone.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ JUMP_SHARE = 0.5
 """A step of the floor shows within one reading, by at least this share of it. A bad prediction does not."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
+HELD_S = 0.05
+"""An acceleration counts for this time at most. If no other one follows, the climb speed stays, and its
+uncertainty grows by ``acceleration_unknown``."""
 
 
 class FloorHeight:
@@ -35,20 +39,16 @@ class FloorHeight:
         self._covariance = np.diag((1.0, CLIMB_FIRST**2, BIAS_FIRST**2))
         self._stamp_s: float | None = None
         self._acceleration = 0.0
+        self._held_until_s = -math.inf
         self._levels_m = [0.0]
         self._doubtful_m: list[float] = []
         self._counted_s: float | None = None
         self._last: tuple[float, float] | None = None  # stamp in s and height in m of the last reading
         self.floor_m = 0.0
 
-    @property
-    def is_known(self) -> bool:
+    def is_known_at(self, stamp_s: float) -> bool:
         """Whether a reading of the range finder has counted lately."""
-        return (
-            self._counted_s is not None
-            and self._stamp_s is not None
-            and self._stamp_s - self._counted_s < SILENT_S
-        )
+        return self._counted_s is not None and stamp_s - self._counted_s < SILENT_S
 
     @property
     def climb_variance(self) -> float:
@@ -58,15 +58,17 @@ class FloorHeight:
     def on_acceleration(self, stamp_s: float, acceleration_m_s2: float) -> None:
         """Take the vertical acceleration, upwards and without gravity, that holds from this instant on."""
         self._advance(stamp_s)
-        self._acceleration = acceleration_m_s2
+        self._acceleration, self._held_until_s = acceleration_m_s2, stamp_s + HELD_S
 
     def at(self, stamp_s: float) -> tuple[float, float, float]:
         """Return height in m, climb speed in m/s, and the height's variance at an instant."""
-        past_s = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
+        now_s = stamp_s if self._stamp_s is None else self._stamp_s
+        past_s = stamp_s - now_s
+        held_s = max(min(stamp_s, self._held_until_s) - now_s, 0.0)
         z, climb, bias = self._state
         variance = float(self._covariance[0, 0] + 2.0 * past_s * self._covariance[0, 1])
-        pull = self._acceleration - bias
-        return z + past_s * climb + 0.5 * past_s**2 * pull, climb + past_s * pull, variance
+        gain = held_s * (self._acceleration - bias)
+        return z + past_s * climb + (past_s - 0.5 * held_s) * gain, climb + gain, variance
 
     def on_range(self, stamp_s: float, height_m: float) -> None:
         """Take the height over whatever is below, as measured at an instant."""
@@ -86,6 +88,10 @@ class FloorHeight:
             innovation = self._innovation_by_step(height_m - float(model @ self._state))
             if math.isnan(innovation):
                 return
+        elif is_off:
+            self._doubt_prediction(innovation)
+            spread = self._covariance @ model
+            variance = float(model @ spread) + self._p.range_noise_m**2
         self._doubtful_m.clear()
         self._counted_s = stamp_s
         gain = spread / variance
@@ -99,6 +105,11 @@ class FloorHeight:
         self._covariance[0, 0], self._covariance[1, 1] = self._p.range_noise_m**2, CLIMB_FIRST**2
         self._counted_s = stamp_s
         self._doubtful_m.clear()
+
+    def _doubt_prediction(self, error_m: float) -> None:
+        """Let height and climb be uncertain, because the height is off by this much."""
+        self._covariance[0, 0] += error_m**2
+        self._covariance[1, 1] += CLIMB_FIRST**2
 
     def _innovation_by_step(self, drop_m: float) -> float:
         """Note a floor at -drop_m. Return the innovation over it when it is confirmed, else NaN."""
@@ -117,17 +128,22 @@ class FloorHeight:
         return drop_m + self.floor_m
 
     def _advance(self, stamp_s: float) -> None:
-        if self._stamp_s is None:
-            self._stamp_s = stamp_s
-        dt = stamp_s - self._stamp_s
+        now_s = stamp_s if self._stamp_s is None else self._stamp_s
+        held_s = min(stamp_s, self._held_until_s)
+        self._step(held_s - now_s, 1.0, self._acceleration, self._p.climb_noise)
+        self._step(stamp_s - max(now_s, held_s), 0.0, 0.0, self._p.acceleration_unknown)
+        self._stamp_s = max(now_s, stamp_s)
+
+    def _step(self, dt: float, is_measured: float, acceleration: float, noise: float) -> None:
+        """Predict for dt seconds. is_measured: 1; 0: accelerometer and bias have no part in it."""
         if dt <= 0.0:
             return
-        model = np.array(((1.0, dt, -0.5 * dt * dt), (0.0, 1.0, -dt), (0.0, 0.0, 1.0)))
-        self._state = model @ self._state + (0.5 * dt * dt * self._acceleration, dt * self._acceleration, 0.0)
-        q = self._p.climb_noise**2
-        noise = np.array(
+        pull = dt * is_measured
+        model = np.array(((1.0, dt, -0.5 * dt * pull), (0.0, 1.0, -pull), (0.0, 0.0, 1.0)))
+        self._state = model @ self._state + (0.5 * dt * dt * acceleration, dt * acceleration, 0.0)
+        q = noise**2
+        added = np.array(
             ((q * dt**3 / 3.0, q * dt**2 / 2.0, 0.0), (q * dt**2 / 2.0, q * dt, 0.0), (0.0, 0.0, 0.0))
         )
-        noise[2, 2] = BIAS_WALK**2 * dt
-        self._covariance = model @ self._covariance @ model.T + noise
-        self._stamp_s = stamp_s
+        added[2, 2] = BIAS_WALK**2 * dt
+        self._covariance = model @ self._covariance @ model.T + added

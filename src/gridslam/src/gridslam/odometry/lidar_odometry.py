@@ -26,6 +26,8 @@ from gridslam.odometry.matching import ScanMatch, match
 from gridslam.odometry.parameters import LidarOdometryParameters
 from gridslam.odometry.planar_filter import PLACE, POSE, SPEED, PlanarFilter
 
+LEVEL = Lean(0.0, 0.0, (0.0, 0.0, 0.0))
+"""What counts while the IMU is silent."""
 LEAN_SIGMA_RAD = 0.01
 UNKNOWN_M2 = 1.0
 """Least variance of a height or a place that nothing has told yet."""
@@ -96,9 +98,8 @@ class LidarOdometry:
         """Take a reading of the IMU."""
         if self._inertial.is_back(reading):
             self._go_back(self._inertial.newest_s - reading.stamp_s)
-        if self._inertial.add(reading):
-            climbing = 0.0 if reading.levelled is None else float(reading.levelled[2])
-            self.height.on_acceleration(reading.stamp_s, climbing)
+        if self._inertial.add(reading) and reading.levelled is not None:
+            self.height.on_acceleration(reading.stamp_s, float(reading.levelled[2]))
 
     def on_range(
         self,
@@ -109,7 +110,7 @@ class LidarOdometry:
     ) -> None:
         """Take a range of the range finder, which looks along x of its own frame.
 
-        Ranges beyond the limits, NaN and infinite ones do not count.
+        Ranges beyond the limits, NaN and infinite ones do not count. Without the IMU the UAV counts as level.
 
         Args:
             stamp_s: its time.
@@ -117,9 +118,9 @@ class LidarOdometry:
             limits_m: least and greatest range.
             finder_in_base: its (xyz, quaternion xyzw) in the base frame.
         """
-        lean = self._inertial.lean_at(stamp_s)
-        if lean is None or not limits_m[0] <= range_m <= limits_m[1]:
+        if not limits_m[0] <= range_m <= limits_m[1]:
             return
+        lean = self._inertial.lean_at(stamp_s) or LEVEL
         x, y, z = finder_in_base[0]
         end = np.array((x, y, z)) + range_m * matrix_of_quaternion(finder_in_base[1])[:, 0]
         below_m = -float((matrix_of_lean(lean.roll_rad, lean.pitch_rad) @ end)[2])
@@ -156,7 +157,7 @@ class LidarOdometry:
         beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks)
         self._predict(stamp_s)
         share = self._match(stamp_s, beams, remarks)
-        if not self.height.is_known:
+        if not self.height.is_known_at(stamp_s):
             remarks.append("The range finder tells no height.")
         return self._estimate(stamp_s, lean, share, " ".join(remarks))
 
@@ -168,7 +169,7 @@ class LidarOdometry:
         lean = self._inertial.lean_at(stamp_s)
         if lean is not None:
             return lean, []
-        return Lean(0.0, 0.0, (0.0, 0.0, 0.0)), ["The IMU is silent, so the scan counts as level."]
+        return LEVEL, ["The IMU is silent, so the scan counts as level."]
 
     def _beams(
         self,
@@ -180,7 +181,9 @@ class LidarOdometry:
         lean: Lean,
         remarks: list[str],
     ) -> np.ndarray:
-        over_floor_m = self.height.at(stamp_s)[0] - self.height.floor_m if self.height.is_known else None
+        over_floor_m = None
+        if self.height.is_known_at(stamp_s):
+            over_floor_m = self.height.at(stamp_s)[0] - self.height.floor_m
         try:
             scan = project(
                 ranges_m,
@@ -257,7 +260,9 @@ class LidarOdometry:
         planar = self._filter.covariance
         rows = np.ix_((0, 1, 5), (0, 1, 5))
         pose_covariance[rows] = planar[POSE, POSE]
-        pose_covariance[2, 2] = z_variance if self.height.is_known else max(z_variance, UNKNOWN_M2)
+        pose_covariance[2, 2] = (
+            z_variance if self.height.is_known_at(stamp_s) else max(z_variance, UNKNOWN_M2)
+        )
         if self._map.is_empty:
             pose_covariance[0, 0], pose_covariance[1, 1] = np.maximum(np.diag(planar)[PLACE], UNKNOWN_M2)
         pose_covariance[3, 3] = pose_covariance[4, 4] = LEAN_SIGMA_RAD**2
