@@ -15,14 +15,21 @@ from numba import njit
 FITS, CLASHES = 0, 1
 FULL = 255.0
 BLOCK = 8
-"""Side, in shifts, of the squares that share a bound."""
+"""Side, in shifts, of the largest squares that share a bound; a power of 2. Each is split into quarters."""
+LEVELS = 3
+"""The side of the largest squares is 2 to the power of this."""
+STACK = 3 * LEVELS + 1
+"""At most this many squares wait to be split."""
 
 
 class Reference(NamedTuple):
     """The map that stays."""
 
-    table: np.ndarray
-    """(h, w, 2)"""
+    levels: np.ndarray
+    """(levels, h + m, 2 (w + m)) uint8: in level k, column 2 x + FITS of row y holds the greatest FITS, and
+    2 x + CLASHES the least CLASHES, of the 2^k x 2^k cells from x, y on. Around the table there is a margin
+    of BLOCK zeros, and perhaps more after its end.
+    """
     points_xy: np.ndarray
     """(m, 2) its points, in cells of its table."""
 
@@ -119,33 +126,47 @@ def block_sums(phases: np.ndarray, cells: np.ndarray, half: int, sums: np.ndarra
 
 
 @njit(cache=True, nogil=True)
-def _shift_sums(table: np.ndarray, cells: np.ndarray, dx: int, dy: int, sums: np.ndarray) -> None:
-    """Sum the values at the points (n, 2) for all shifts of the block whose first one is dx, dy.
+def _quarter_sums(
+    level: np.ndarray, cells: np.ndarray, dx: int, dy: int, side: int, sums: np.ndarray
+) -> None:
+    """Sum the values at the points (n, 2) for the quarters of a square of shifts that begins at dx, dy.
 
-    ``table`` is (h, 2 w). ``sums`` (BLOCK, 2 BLOCK) int32 gets FITS and CLASHES. Points outside count as 0.
+    ``level`` is that of the quarters, which are ``side`` wide. ``sums`` (4, 2) gets FITS and CLASHES.
     """
-    height, width = table.shape[0], table.shape[1] // 2
-    sums[:] = 0
+    height, width = level.shape[0], level.shape[1] // 2
+    values = level.reshape(-1)
+    right, below = np.uint64(2 * side), np.uint64(2 * side * width)
+    fits_0 = fits_1 = fits_2 = fits_3 = clashes_0 = clashes_1 = clashes_2 = clashes_3 = 0
     for i in range(cells.shape[0]):
-        x, y = cells[i, 0] + dx, cells[i, 1] + dy
-        left, right = _overlap(x, BLOCK, width)
-        if left >= right:
-            continue
-        low, high = _overlap(y, BLOCK, height)
-        for row in range(low, high):
-            more = table[y + row, 2 * (x + left) : 2 * (x + right)]
-            total = sums[row, 2 * left : 2 * right]
-            for k in range(total.size):
-                total[k] += more[k]
+        x, y = cells[i, 0] + dx + BLOCK, cells[i, 1] + dy + BLOCK
+        if 0 <= x < width - BLOCK and 0 <= y < height - BLOCK:
+            first = np.uint64(2 * (y * width + x))
+            fits_0 += values[first]
+            clashes_0 += values[first + np.uint64(CLASHES)]
+            fits_1 += values[first + right]
+            clashes_1 += values[first + right + np.uint64(CLASHES)]
+            first += below
+            fits_2 += values[first]
+            clashes_2 += values[first + np.uint64(CLASHES)]
+            fits_3 += values[first + right]
+            clashes_3 += values[first + right + np.uint64(CLASHES)]
+    sums[0, FITS], sums[1, FITS], sums[2, FITS], sums[3, FITS] = fits_0, fits_1, fits_2, fits_3
+    sums[0, CLASHES], sums[1, CLASHES], sums[2, CLASHES], sums[3, CLASHES] = (
+        clashes_0,
+        clashes_1,
+        clashes_2,
+        clashes_3,
+    )
 
 
 @njit(cache=True, nogil=True)
 def _clashes_back(
-    table: np.ndarray, points_xy: np.ndarray, x: float, y: float, cos: float, sin: float
+    table: np.ndarray, points_xy: np.ndarray, x: float, y: float, cos: float, sin: float, most: float
 ) -> float:
     """Clashes of the reference's points (n, 2) with the query's table, when the query stands at x, y, angle.
 
-    Everything in cells; the query's table has its corner where its cell [0, 0] lies in the query's frame.
+    Everything in cells; the query's table has its corner where its cell [0, 0] lies in the query's frame. The
+    sum ends once it is greater than ``most``.
     """
     height, width = table.shape[:2]
     clashes = 0
@@ -155,6 +176,8 @@ def _clashes_back(
         row = int(np.floor(-sin * from_x + cos * from_y))
         if 0 <= column < width and 0 <= row < height:
             clashes += table[row, column, CLASHES]
+            if clashes > most:
+                break
     return clashes / FULL
 
 
@@ -175,26 +198,38 @@ def best_shift(
     side = blocks.bounds.shape[1]
     best, best_a, best_dx, best_dy = floor, 0, 0, 0
     flat = blocks.bounds.reshape(-1)
-    table = reference.table.reshape(reference.table.shape[0], -1)
-    sums = np.empty((BLOCK, 2 * BLOCK), np.int32)
+    sums = np.empty((4, 2), np.int64)
+    squares, bounds = np.empty((STACK, 3), np.int64), np.empty(STACK)
     for index in blocks.order:
         if flat[index] <= best:
             break
         a, rest = index // (side * side), index % (side * side)
         cos, sin = np.cos(query.angles_rad[a]), np.sin(query.angles_rad[a])
-        first_x, first_y = (rest % side) * BLOCK - half, (rest // side) * BLOCK - half
-        _shift_sums(table, cells[a], first_x, first_y, sums)
-        for dy in range(first_y, min(first_y + BLOCK, half + 1)):
-            for dx in range(first_x, min(first_x + BLOCK, half + 1)):
-                column = 2 * (dx - first_x)
-                fits = sums[dy - first_y, column + FITS] / FULL
-                clashes = sums[dy - first_y, column + CLASHES] / FULL
-                if fits / max(fits + clashes, least) <= best:
+        squares[0] = (rest % side) * BLOCK - half, (rest // side) * BLOCK - half, LEVELS
+        bounds[0], waiting = flat[index], 1
+        while waiting:
+            waiting -= 1
+            x0, y0, level = squares[waiting, 0], squares[waiting, 1], squares[waiting, 2] - 1
+            if bounds[waiting] <= best:
+                continue
+            _quarter_sums(reference.levels[level], cells[a], x0, y0, 1 << level, sums)
+            for quarter in range(4):
+                dx, dy = x0 + ((quarter & 1) << level), y0 + ((quarter >> 1) << level)
+                fits, clashes = sums[quarter, FITS] / FULL, sums[quarter, CLASHES] / FULL
+                bound = fits / max(fits + clashes, least)
+                if dx > half or dy > half or bound <= best:
+                    continue
+                if level > 0:
+                    squares[waiting, 0], squares[waiting, 1], squares[waiting, 2] = dx, dy, level
+                    bounds[waiting] = bound
+                    waiting += 1
                     continue
                 if (dx - circle[0]) ** 2 + (dy - circle[1]) ** 2 < circle[2] ** 2:
                     continue
                 x, y = query.corners_xy[a, 0] + dx, query.corners_xy[a, 1] + dy
-                clashes += _clashes_back(query.table, reference.points_xy, x, y, cos, sin)
+                # With one more clash than this the score cannot be the best.
+                most = FULL * (fits / best - fits - clashes) + 1.0 if best > 0.0 else np.inf
+                clashes += _clashes_back(query.table, reference.points_xy, x, y, cos, sin, most)
                 score = fits / max(fits + clashes, least)
                 if score > best:
                     best, best_a, best_dx, best_dy = score, a, dx, dy

@@ -16,6 +16,7 @@ from gridslam.kernels.correlation import (
     CLASHES,
     FITS,
     FULL,
+    LEVELS,
     Blocks,
     Query,
     Reference,
@@ -65,11 +66,12 @@ class Correlation:
         self._query = Query(query.table, self.angles_rad, cells, (corners - reference.origin_xy_m) / cell)
         share = len(points) / max(1, len(query.surface.points_xy_m))  # both maps' points have equal weight
         back = _spread(reference.points_in_cells, round(share * len(reference.surface.points_xy_m)))
-        self._reference, self._points = Reference(reference.table, back), len(points)
+        levels, phases = _pooled(reference.table)
+        self._reference, self._points = Reference(levels, back), len(points)
         self._half = int(np.ceil(window.reach_m / cell))
         count = (2 * self._half + BLOCK) // BLOCK
         self._sums = np.zeros((len(poses), count, 2 * count), np.int32)
-        block_sums(_phases(reference.table), cells, self._half, self._sums)
+        block_sums(phases, cells, self._half, self._sums)
 
     def _best_shift(
         self, overlap_min: float, circle: np.ndarray, score_min: float
@@ -132,29 +134,22 @@ def correlate(
     return Optimum(optimum.query_in_reference, optimum.score, rival)
 
 
-def _phases(table: np.ndarray) -> np.ndarray:
-    """Return the input of `block_sums` for a table."""
-    fits, clashes = _pooled(table[:, :, FITS], np.maximum), _pooled(table[:, :, CLASHES], np.minimum)
-    rows, columns = (side // BLOCK for side in fits.shape)
+def _pooled(table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a table's `Reference.levels`, and the input of `block_sums`, which is the next level."""
+    rows, columns = (-(-side // BLOCK) + 2 for side in table.shape[:2])
+    levels = np.empty((LEVELS, rows * BLOCK, 2 * columns * BLOCK), np.uint8)
     phases = np.empty((BLOCK, BLOCK, rows, 2 * columns), np.uint8)
-    for first, values in ((FITS, fits), (CLASHES, clashes)):
-        phases[:, :, :, first::2] = values.reshape(rows, BLOCK, columns, BLOCK).transpose(1, 3, 0, 2)
-    return phases
-
-
-def _pooled(values: np.ndarray, choose: np.ufunc) -> np.ndarray:
-    """Greatest or least value of the BLOCK x BLOCK cells from each cell on; outside the table it is 0.
-
-    Cell [0, 0] of the result stands for the cell BLOCK rows and columns before the table's first. The sides
-    are multiples of BLOCK.
-    """
-    best = np.pad(values, [(BLOCK, BLOCK + -side % BLOCK) for side in values.shape])
-    reach = 1
-    while reach < BLOCK:  # a power of two: each round doubles the reach
-        best[:-reach] = choose(best[:-reach], best[reach:])
-        best[:, :-reach] = choose(best[:, :-reach], best[:, reach:])
-        reach *= 2
-    return best
+    for first, choose in ((FITS, np.maximum), (CLASHES, np.minimum)):
+        best = np.zeros((rows * BLOCK, columns * BLOCK), np.uint8)
+        best[BLOCK : BLOCK + table.shape[0], BLOCK : BLOCK + table.shape[1]] = table[:, :, first]
+        for level in range(LEVELS):
+            levels[level, :, first::2] = best
+            reach = 1 << level
+            best[:-reach] = choose(best[:-reach], best[reach:])
+            best[:, :-reach] = choose(best[:, :-reach], best[:, reach:])
+        split = best.reshape(rows, BLOCK, columns, BLOCK)
+        phases[:, :, :, first::2] = split.transpose(1, 3, 0, 2)
+    return levels, phases
 
 
 def _spread(points: np.ndarray, most: int) -> np.ndarray:
