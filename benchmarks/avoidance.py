@@ -10,7 +10,8 @@ them. --resume goes on from an interrupted run.
 - spaced, thick, dead_ends, ...: keys avoidance.PLACE.SPEED.ALGORITHM.{flights, contacts, reached, time_ratio,
   clearance_m, computation_ms}. The table of goals says what `dynamic` is to reach and whether it does.
 
-The campaigns' own files are in results/avoidance (mixed) and results/avoidance/ROW.
+The campaigns' own files are in results/avoidance (mixed) and results/avoidance/ROW. The picture
+results/avoidance/outcomes.png shows what became of the flights.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import argparse
 from pathlib import Path
 from typing import Sequence
 
-from benchmarks.avoidance_rows import judging, mixed_forests, real_time
+from benchmarks.avoidance_rows import judging, mixed_forests, picture, real_time
 from benchmarks.avoidance_rows.judging import Verdict
 from benchmarks.avoidance_rows.rows import REAL_TIME, ROWS, Row
 from benchmarks.shared.results import Results
@@ -45,13 +46,21 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--smallest", action="store_true", help="seconds of flight, as the files have it")
     given = parser.parse_args(arguments)
     verdicts: list[Verdict] = []
+    found: dict[tuple[str, float, str], dict] = {}
     for name in given.rows:
         if name == MIXED:
             fly_mixed(given)
         else:
-            verdicts += fly_row(BY_NAME[name], given)
+            of_row, its_verdicts = fly_row(BY_NAME[name], given)
+            found.update(of_row)
+            verdicts += its_verdicts
     if verdicts:
         print(f"\n{judging.verdicts_table(verdicts)}")
+    if found:
+        path = given.results / "avoidance" / "outcomes.png"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(picture.png(found))
+        print(f"\n{path}")
 
 
 def fly_mixed(given: argparse.Namespace) -> None:
@@ -61,8 +70,8 @@ def fly_mixed(given: argparse.Namespace) -> None:
         print(f"\n{mixed_forests.judge(campaign, flown.trials, results)}")
 
 
-def fly_row(row: Row, given: argparse.Namespace) -> list[Verdict]:
-    """Fly a row; return how its goals were met."""
+def fly_row(row: Row, given: argparse.Namespace) -> tuple[dict[tuple[str, float, str], dict], list[Verdict]]:
+    """Fly a row; return its metrics by place, speed and algorithm, and how its goals were met."""
     with Results(row.campaign, given.results, vars(given)) as results:
         if row is REAL_TIME:
             trials, computation_ms = real_time.fly_all(row, given)
@@ -74,7 +83,7 @@ def fly_row(row: Row, given: argparse.Namespace) -> list[Verdict]:
         for name, values in found.items():
             results.add(judging.key(*name), values)
         print(f"\n{row.what}\n\n{judging.as_table(found)}")
-        return judging.verdicts(row, trials, computation_ms)
+        return found, judging.verdicts(row, trials, computation_ms)
 
 
 def fly(name: str, path: Path, given: argparse.Namespace, brief_seeds: int) -> tuple[Campaign, Flown]:

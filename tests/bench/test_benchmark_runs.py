@@ -77,7 +77,8 @@ def test_the_campaign_is_flown(run, tmp_path):
         assert campaign[name]["4_m_s"]["flights"] == 1
     assert campaign["improved_at_2_m_s"]["collisions"] == 0
     assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (8.0 - 0.2)
-    assert (tmp_path / "avoidance/flights.png").read_bytes().startswith(b"\x89PNG")
+    for picture in ("flights.png", "outcomes.png"):
+        assert (tmp_path / "avoidance" / picture).read_bytes().startswith(b"\x89PNG")
     assert "improved, all" in said
     thick = written["avoidance"]["thick_forest"]["4_m_s"]["improved"]
     assert thick["flights"] == 1
