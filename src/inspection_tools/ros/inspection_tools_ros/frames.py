@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Tuple
 
+import rospy
+
 from inspection_tools.geometry import Quaternion, Vector3, normalised, yaw_of
 from node_tools.newest_transforms import NewestTransforms
 
@@ -31,6 +33,11 @@ class Frames:
             PoseError: it is no rotation.
         """
         found = self.listen().look_up(target, source)
+        return found.translation_m, normalised(found.rotation_xyzw)
+
+    def look_up_at(self, target: str, source: str, stamp: rospy.Time) -> tuple[Vector3, Quaternion]:
+        """Return the same by what was known at a stamp, see `NewestTransforms.look_up_at`."""
+        found = self.listen().look_up_at(target, source, stamp)
         return found.translation_m, normalised(found.rotation_xyzw)
 
     def turn(self, vector_xy: Vector2, target: str, source: str) -> Vector2:

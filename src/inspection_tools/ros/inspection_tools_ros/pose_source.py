@@ -58,11 +58,12 @@ class PoseSource:
         if self._source != "slam":
             return position_m, yaw_of(orientation)
         stamp_s = odometry.header.stamp.to_sec()
-        return self._correction.apply(stamp_s, (position_m, yaw_of(orientation)), *self._map_to_odom())
+        correction = self._map_to_odom(odometry.header.stamp)
+        return self._correction.apply(stamp_s, (position_m, yaw_of(orientation)), *correction)
 
-    def _map_to_odom(self) -> tuple[Vector3, Quaternion]:
-        """Return SLAM's newest correction. This never waits, because the next pose asks again."""
+    def _map_to_odom(self, stamp: rospy.Time) -> tuple[Vector3, Quaternion]:
+        """Return SLAM's correction at a stamp. This never waits, because the next pose asks again."""
         try:
-            return self._frames.look_up(self._map_frame, self._odom_frame)
+            return self._frames.look_up_at(self._map_frame, self._odom_frame, stamp)
         except FrameError as error:
             raise PoseError(f"{error} Is SLAM running?") from None

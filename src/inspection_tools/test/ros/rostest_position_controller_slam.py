@@ -80,6 +80,14 @@ class SlamTest(unittest.TestCase):
         bearing = math.atan2(-there[1], 50.0 - there[0]) - (math.pi / 2.0 - 0.02)
         self.assertAlmostEqual(headings[-1], bearing, places=6)
 
+        # And a correction that is stamped later than the pose does not count yet
+        tf.send(correction(stamps.next(0.01) + rospy.Duration(100.0), 0.0, 0.0, 0.0))
+        rospy.sleep(0.3)
+        for _ in range(20):
+            poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
+            linear = commands.next().twist.linear
+        self.assertAlmostEqual(math.atan2(linear.y, linear.x), headings[-1], places=9)
+
         # When the flight controller has no pose
         states = Input("vision_state", String)
         states.send(String("stale"))

@@ -5,14 +5,19 @@ A look-up with a time-out waits for ROS time. It blocks for ever while the clock
 
 from __future__ import annotations
 
+from collections import deque
 from typing import NamedTuple
 
 import rospy
+from geometry_msgs.msg import Transform as TransformMessage
+from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from node_tools.conversions import xyz, xyzw
 
 AUTHORITY = "node_tools"
+KEPT = 100
+"""Of each moving edge."""
 
 
 class FrameError(Exception):
@@ -51,6 +56,7 @@ class NewestTransforms:
         self._buffer = tf2_ros.Buffer(debug=False)
         self._unknown = tf2_ros.TransformException
         self._moving = False
+        self._sent: dict[tuple[str, str], deque[TransformStamped]] = {}
         self._subscribers = [rospy.Subscriber("/tf_static", TFMessage, self._on_static, queue_size=100)]
         if self._listens_from_the_start:
             self._listen_to_moving()
@@ -69,7 +75,21 @@ class NewestTransforms:
         except self._unknown:
             self._listen_to_moving()
             raise FrameError(f'TF knows no transform from "{source}" to "{target}".') from None
-        return Transform(xyz(found.translation), xyzw(found.rotation))
+        return _transform_of(found)
+
+    def look_up_at(self, target: str, source: str, stamp: rospy.Time) -> Transform:
+        """Return the last transform from `target` to `source` that was sent with a stamp up to this one.
+
+        A later one does not count, whether it has come or not. So in lockstep the answer does not depend on
+        the order of messages. If none is so old, or TF has several edges between both frames, the newest
+        counts.
+
+        Raises:
+            FrameError: TF does not know it (yet).
+        """
+        sent = tuple(self._sent.get((target.lstrip("/"), source.lstrip("/")), ()))  # others go on adding
+        known = next((edge.transform for edge in reversed(sent) if edge.header.stamp <= stamp), None)
+        return self.look_up(target, source) if known is None else _transform_of(known)
 
     def _listen_to_moving(self) -> None:
         if not self._moving:
@@ -83,3 +103,9 @@ class NewestTransforms:
     def _on_moving(self, message: TFMessage) -> None:
         for transform in message.transforms:
             self._buffer.set_transform(transform, AUTHORITY)
+            edge = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
+            self._sent.setdefault(edge, deque(maxlen=KEPT)).append(transform)
+
+
+def _transform_of(message: TransformMessage) -> Transform:
+    return Transform(xyz(message.translation), xyzw(message.rotation))

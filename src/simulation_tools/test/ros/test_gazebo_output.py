@@ -18,6 +18,7 @@ from simulation_tools.simulation import Simulation, SimulationParameters
 from simulation_tools.world.world import BodyState
 from simulation_tools_ros.gazebo.markers import model_markers
 from simulation_tools_ros.gazebo.output import GazeboOutput, Topics
+from simulation_tools_ros.gazebo.payload_output import PayloadOutput
 
 pytestmark = pytest.mark.ros
 
@@ -61,6 +62,17 @@ def fly():
     yield build
     for simulation in made:
         simulation.close()
+
+
+def test_an_instant_that_comes_again_has_the_same_range(fly):
+    # Lockstep publishes the first instant until it is answered
+    simulation, _output, log = fly(sensors=("range_finder",))
+    payload = PayloadOutput(simulation.payload, lambda name, message_class: Recorder(name, log))
+    for time_us in (0, 0, 0, 50_000):
+        payload.publish(time_us, simulation.payload)
+    first, *again, later = (message.range for name, message in log if name == "range_finder")
+    assert again == [first, first]
+    assert later != first  # it has noise
 
 
 def run(simulation, output, steps):

@@ -50,10 +50,17 @@ class PayloadOutput:
         }
         message_class, make = kinds[type(device)]
         topic = advertise(name, message_class)
+        message: Any = None
 
         def publish(time_us: int, sensor: PayloadSensor) -> None:
-            if topic.get_num_connections():
-                topic.publish(make(Header(stamp=stamp(time_us), frame_id=frame), sensor.read(), device))
+            nonlocal message
+            if not topic.get_num_connections():
+                return
+            if message is None or message.header.stamp != stamp(time_us):
+                message = make(Header(stamp=stamp(time_us), frame_id=frame), sensor.read(), device)
+            # Lockstep publishes the first instant until it is answered. A new reading each time would leave
+            # the noise of all later ones to chance.
+            topic.publish(message)
 
         return publish
 
