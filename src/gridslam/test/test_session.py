@@ -10,7 +10,7 @@ import pytest
 from gridslam import MapError, OccupancyGrid, ParameterError, SlamParameters, StateError, se2
 from gridslam.filter.particle_filter import GridSlam
 from gridslam.localisation.relocaliser import Relocaliser
-from gridslam.loop_closure.job import Job
+from gridslam.loop_closure.job import Correction, Job
 from gridslam.session import SlamSession, closure_parameters
 
 PARAMETERS = SlamParameters(
@@ -83,7 +83,7 @@ def test_a_correction_begun_before_the_vehicle_was_put_elsewhere_does_not_take_i
     run(session, log, last=middle)
     path, elsewhere = session.trajectory().poses_in_map, np.array((5.0, 3.0, 1.0))
     session._closer.forget()
-    session._closer._job = Job(0.0, log.scans[middle].stamp_s + 1.0, lambda: path)
+    session._closer._job = Job(0.0, log.scans[middle].stamp_s + 1.0, lambda: Correction(path))
     # When the vehicle is put elsewhere on the map before that
     if by == "initialpose":
         session.place(elsewhere, 1e-4 * np.eye(3))

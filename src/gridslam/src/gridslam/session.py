@@ -21,9 +21,9 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, PoseError, StateError
 from gridslam.files import state_file
+from gridslam.filter.new_map import check
 from gridslam.filter.particle_filter import START_DEVIATION, GridSlam
 from gridslam.filter.scan_update import ScanUpdate
-from gridslam.filter.starting_map import check
 from gridslam.inputs.continuous_odometry import ContinuousOdometry
 from gridslam.localisation.judgement import Judgement
 from gridslam.localisation.supervisor import Supervisor

@@ -10,16 +10,15 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
-from gridslam.filter import starting_map as given_map
 from gridslam.filter.beams import Beams
 from gridslam.filter.motion_model import Motion, predict
+from gridslam.filter.new_map import MapDraft, begun
 from gridslam.filter.proposal import propose
 from gridslam.filter.rendering import Renderer
 from gridslam.filter.scan_evidence import evidence_of
 from gridslam.filter.scan_matcher import ScanMatcher
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.filter.state import FilterState
-from gridslam.filter.tile_map import TileMaps
 from gridslam.filter.workers import Workers
 from gridslam.localisation.evidence import Agreement
 from gridslam.localisation.judgement import Judgement
@@ -64,7 +63,7 @@ class GridSlam:
         self._log_likelihoods = np.zeros(count)
         self._tree = TrajectoryTree(count)
         self._scans: list[PlanarScan] | None = [] if keep_scans else None
-        self._maps = self._empty_maps(count)
+        self._maps = begun(starting_map, count, parameters.delta)
         self._motion: Motion | None = None
         self._rng = np.random.default_rng(parameters.seed)
         self._matcher = ScanMatcher(parameters)
@@ -73,12 +72,6 @@ class GridSlam:
         self._smoothing = parameters.ogain * WEIGHT_SMOOTHING
         self.judgement = Judgement(known_map=localisation_only)
         """Whether the vehicle is where the best particle says."""
-
-    def _empty_maps(self, count: int) -> TileMaps:
-        maps = TileMaps(count, self.parameters.delta)
-        if self._starting_map is not None:
-            given_map.insert(self._starting_map, maps)
-        return maps
 
     # The filter
 
@@ -297,8 +290,16 @@ class GridSlam:
 
     # Corrections from outside, and saved states
 
-    def adopt(self, poses_in_map: np.ndarray) -> None:
-        """Give all particles a corrected trajectory (k, 3), and build the map anew from the scans along it.
+    def draft(self) -> MapDraft:
+        """Return a new map for `adopt`. Any thread may call this and fill the map."""
+        return MapDraft(self.parameters, self._starting_map)
+
+    def adopt(self, poses_in_map: np.ndarray, draft: MapDraft | None = None) -> None:
+        """Give all particles a corrected trajectory (k, 3), and a map of the scans along it.
+
+        Args:
+            poses_in_map: x, y in m and yaw in rad, for each processed scan.
+            draft: a map that holds the first of these scans at these poses; None: an empty one.
 
         Raises:
             StateError: the scans were not kept, or the poses are not one finite pose for each of them.
@@ -307,12 +308,11 @@ class GridSlam:
         poses = np.array(poses_in_map, float)
         if poses.shape != (len(scans), 3) or not np.isfinite(poses).all():
             raise StateError(f"The corrected trajectory must be {len(scans)} finite poses x, y, yaw.")
-        maps = self._empty_maps(1)
+        draft = draft or self.draft()
         if not self._localisation_only:
-            for pose, scan in zip(poses, scans):
-                maps.insert(pose[None], Beams.from_scan(scan, self.parameters))
-        maps.resample(np.zeros(self.parameters.particles, int))
-        self._maps, self._renderer = maps, Renderer(self.parameters)
+            draft.add(scans[draft.scans :], poses[draft.scans :])
+        draft.maps.resample(np.zeros(self.parameters.particles, int))
+        self._maps, self._renderer = draft.maps, Renderer(self.parameters)
         self._tree.replace(poses)
         self._poses = np.tile(poses[-1], (self.parameters.particles, 1))
         self._log_weights[:] = 0.0

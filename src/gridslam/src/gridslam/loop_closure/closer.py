@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Mapping, Protocol
+from typing import Any, Mapping, Protocol
 
 import numpy as np
 
 from gridslam import se2
+from gridslam.filter.new_map import MapDraft
 from gridslam.filter.tile_pool import require_indices
 from gridslam.loop_closure.chain import Chain, match_information
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
-from gridslam.loop_closure.job import Job
+from gridslam.loop_closure.edge import Edge
+from gridslam.loop_closure.job import Correction, Job
 from gridslam.loop_closure.local_map import LocalMap
 from gridslam.loop_closure.match import Closure, Match
 from gridslam.loop_closure.matcher import Window, correlate
@@ -38,8 +40,11 @@ class Slam(Protocol):
     def processed_scans(self) -> list[PlanarScan]:
         """Return the scans at the path's nodes."""
 
-    def adopt(self, poses_in_map: np.ndarray) -> None:
-        """Carry on from corrected poses (k, 3) of the nodes."""
+    def draft(self) -> MapDraft:
+        """Return a new map, to be filled in any thread."""
+
+    def adopt(self, poses_in_map: np.ndarray, draft: MapDraft | None = None) -> None:
+        """Carry on from corrected poses (k, 3) of the nodes. The draft holds the first of their scans."""
 
 
 class LoopCloser:
@@ -57,6 +62,7 @@ class LoopCloser:
         self._chain, self._links = Chain(self._parameters), ScanLinks(self._parameters)
         self._odometry: list[np.ndarray] = []
         self._job: Job | None = None
+        self._factors: dict[Edge | Match, Any] = {}
         self._matches: list[Match] = []
         self._consistent = np.zeros((0, 0), dtype=bool)
         self._counted: list[Match] = []
@@ -85,7 +91,7 @@ class LoopCloser:
             path, scans, odometry = slam.trajectory(), slam.processed_scans(), np.array(self._odometry)
             begun_s = float(path.stamps_s[-1])
             self._job = Job(
-                begun_s, begun_s + self._parameters.answer_s, lambda: self._work(path, scans, odometry)
+                begun_s, begun_s + self._parameters.answer_s, lambda: self._work(slam, path, scans, odometry)
             )
 
     def take(self, slam: Slam, stamp_s: float) -> bool:
@@ -100,9 +106,9 @@ class LoopCloser:
             self._closures = [self._closure(match) for match in self._counted]
         if corrected is None:
             return False
-        path = slam.trajectory().poses_in_map
-        since = se2.between(path[len(corrected) - 1], path[len(corrected) :])
-        slam.adopt(np.vstack([corrected, se2.compose(corrected[-1], since)]))
+        path, poses = slam.trajectory().poses_in_map, corrected.poses
+        since = se2.between(path[len(poses) - 1], path[len(poses) :])
+        slam.adopt(np.vstack([poses, se2.compose(poses[-1], since)]), corrected.draft)
         return True
 
     def forget(self) -> None:
@@ -118,8 +124,13 @@ class LoopCloser:
         if self._counted:
             slam.adopt(self._corrected())
 
-    def _work(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> np.ndarray | None:
-        """Follow the path, search for a place seen before. Return the corrected path, or None."""
+    def _work(
+        self, slam: Slam, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray
+    ) -> Correction | None:
+        """Follow the path, search for a place seen before. Return the corrected path, or None.
+
+        The filter goes on meanwhile. Only its `draft` is used.
+        """
         self._follow(path, scans, odometry)
         way_m = self._chain.way_m[-1]
         p = self._parameters
@@ -137,7 +148,9 @@ class LoopCloser:
         new = [match for match in self._counted if match not in before]
         if before.issubset(self._counted) and not any(self._is_off(match) for match in new):
             return None
-        return self._corrected()
+        poses, draft = self._corrected(), slam.draft()
+        draft.add(scans, poses)
+        return Correction(poses, draft)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the closer's complete state without parameters, for `from_arrays`.
@@ -155,7 +168,7 @@ class LoopCloser:
             "closures": np.array(
                 [(c.stamp_from_s, c.stamp_to_s, *c.pose_difference, c.score) for c in self._closures]
             ).reshape(-1, 6),
-            "pending": np.empty((0, 3)) if pending is None else pending,
+            "pending": np.empty((0, 3)) if pending is None else pending.poses,
             "match_nodes": np.array([(match.older, match.newer) for match in matches], int).reshape(-1, 2),
             "match_poses": np.array([match.newer_in_older for match in matches]).reshape(-1, 3),
             "match_covariances": np.array([match.covariance for match in matches]).reshape(-1, 3, 3),
@@ -204,7 +217,8 @@ class LoopCloser:
             raise ValueError(f"the correction at hand has the shape {pending.shape}")
         if arrays["due_s"].size:
             begun_s, due_s = arrays["due_s"].tolist()
-            self._job = Job(begun_s, due_s, lambda: pending)
+            correction = None if pending is None else Correction(pending)
+            self._job = Job(begun_s, due_s, lambda: correction)
 
     def _follow(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> None:
         self._chain.follow(path.stamps_s, path.poses_in_map, scans, odometry)
@@ -314,7 +328,7 @@ class LoopCloser:
         """
         poses, steps = self._chain.poses, self._chain.edges(self._links.is_seen())
         for _ in range(ROUNDS_MAX):
-            poses = optimise(poses, [*steps, *self._links.edges, *self._counted])
+            poses = optimise(poses, [*steps, *self._links.edges, *self._counted], self._factors)
             if not self._links.link_passes(poses, self._chain.way_m):
                 break
         self._chain.settle(poses)

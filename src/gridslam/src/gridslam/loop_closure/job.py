@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import Callable
 
 import numpy as np
+
+from gridslam.filter.new_map import MapDraft
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """A corrected path: poses (k, 3) of its first nodes, and the map of the scans there; None: not made."""
+
+    poses: np.ndarray
+    draft: MapDraft | None = None
 
 
 class Job:
@@ -14,10 +25,10 @@ class Job:
     Args:
         begun_s: stamp of the scan that led to the work, s.
         due_s: the result is taken at the first scan with this stamp or a later one, s.
-        work: returns corrected poses (k, 3), or None.
+        work: returns the correction, or None.
     """
 
-    def __init__(self, begun_s: float, due_s: float, work: Callable[[], np.ndarray | None]) -> None:
+    def __init__(self, begun_s: float, due_s: float, work: Callable[[], Correction | None]) -> None:
         self.begun_s, self.due_s = begun_s, due_s
         executor = ThreadPoolExecutor(1, "loop_closure")
         self._future = executor.submit(work)
@@ -27,6 +38,6 @@ class Job:
         """Return whether the result is to be taken at a stamp. It is, too, if the clock went back."""
         return not self.begun_s <= stamp_s < self.due_s
 
-    def result(self) -> np.ndarray | None:
+    def result(self) -> Correction | None:
         """Wait for the result and return it. An exception of the work is raised here."""
         return self._future.result()

@@ -8,7 +8,7 @@ framework for scalable mapping" (ICRA 2003).
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Iterable, Sequence
+from typing import Any, Iterable, Sequence
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -25,12 +25,15 @@ ANCHOR_SIGMA = 1e-6
 CLOSURE_WAY_M = 0.1  # length of an edge over a closure, in metres of path
 
 
-def optimise(start: np.ndarray, edges: Iterable[Edge | Match]) -> np.ndarray:
+def optimise(
+    start: np.ndarray, edges: Iterable[Edge | Match], factors: dict[Edge | Match, Any] | None = None
+) -> np.ndarray:
     """Return the nodes' poses (k, 3) that fit the edges best. The first node stays fixed.
 
     Args:
         start: poses (k, 3) from which the search starts.
         edges: steps, links and closures. Each loses weight when the others contradict it.
+        factors: GTSAM's of the edges of an earlier call, to save time. It gets those of this call.
 
     Raises:
         SlamError: GTSAM is not installed.
@@ -42,11 +45,18 @@ def optimise(start: np.ndarray, edges: Iterable[Edge | Match]) -> np.ndarray:
     for node, pose in enumerate(start):
         values.insert(node, gtsam.Pose2(*pose))
     cauchy = gtsam.noiseModel.mEstimator.Cauchy.Create(ROBUST_SCALE)
+    known = {} if factors is None else factors
+    used = {}
     for edge in edges:
-        gaussian = gtsam.noiseModel.Gaussian.Covariance(edge.covariance)
-        noise = gtsam.noiseModel.Robust.Create(cauchy, gaussian)
-        measured = gtsam.Pose2(*edge.newer_in_older)
-        graph.add(gtsam.BetweenFactorPose2(edge.older, edge.newer, measured, noise))
+        if edge not in known:
+            gaussian = gtsam.noiseModel.Gaussian.Covariance(edge.covariance)
+            noise = gtsam.noiseModel.Robust.Create(cauchy, gaussian)
+            measured = gtsam.Pose2(*edge.newer_in_older)
+            known[edge] = gtsam.BetweenFactorPose2(edge.older, edge.newer, measured, noise)
+        used[edge] = known[edge]
+        graph.add(used[edge])
+    known.clear()
+    known.update(used)
     result = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
     poses = [result.atPose2(node) for node in range(len(start))]
     return np.array([(pose.x(), pose.y(), pose.theta()) for pose in poses])

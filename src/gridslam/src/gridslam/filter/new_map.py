@@ -1,12 +1,15 @@
-"""A given map as the particles' first one."""
+"""New maps: empty, from a given one, or from scans along a corrected path."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from gridslam.errors import MapError
+from gridslam.filter.beams import Beams
 from gridslam.filter.tile_map import TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
+from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
 
 BEAMS = 10
 """A known cell counts like one that this many beams have met."""
@@ -43,3 +46,33 @@ def insert(grid: OccupancyGrid, maps: TileMaps) -> None:
     cells = maps.to_cells(np.pad(centres, ((0, 0), (0, 1))))[:, :2]
     hits = np.where(grid.cells[known] >= OCCUPIED_MIN, BEAMS, 0)
     maps.enter(cells, hits, BEAMS)
+
+
+def begun(grid: OccupancyGrid | None, particles: int, delta_m: float) -> TileMaps:
+    """Return new maps of particles, made of a grid or empty (None)."""
+    maps = TileMaps(particles, delta_m)
+    if grid is not None:
+        insert(grid, maps)
+    return maps
+
+
+class MapDraft:
+    """A map that is made anew, beside those in use, from scans along a corrected path.
+
+    Args:
+        parameters: the filter's.
+        grid: the map begins with this; None: empty.
+    """
+
+    def __init__(self, parameters: SlamParameters, grid: OccupancyGrid | None):
+        self._parameters = parameters
+        self.maps = begun(grid, 1, parameters.delta)
+        """Of one particle."""
+        self.scans = 0
+        """Number of scans in it."""
+
+    def add(self, scans: list[PlanarScan], poses_in_map: np.ndarray) -> None:
+        """Enter further scans, taken at these poses (k, 3)."""
+        for scan, pose in zip(scans, poses_in_map):
+            self.maps.insert(pose[None], Beams.from_scan(scan, self._parameters))
+            self.scans += 1
