@@ -15,7 +15,7 @@ from gridslam.filter.motion_model import Motion, predict
 from gridslam.filter.new_map import MapDraft, begun
 from gridslam.filter.proposal import propose
 from gridslam.filter.rendering import Renderer
-from gridslam.filter.scan_evidence import evidence_of
+from gridslam.filter.scan_evidence import MatchedScan, evidence_of
 from gridslam.filter.scan_matcher import ScanMatcher
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.filter.state import FilterState
@@ -132,17 +132,8 @@ class GridSlam:
 
         matches = self._matcher.match(self._maps, prediction, self.best_particle, beams, self._workers)
         best = int(np.argmax(self._log_likelihoods + matches.log_likelihoods))
-        evidence = evidence_of(
-            scan.stamp_s,
-            beams,
-            self._maps,
-            matches,
-            prediction,
-            best,
-            self.particle_weights,
-            motion,
-            self.parameters,
-        )
+        matched_scan = MatchedScan(scan.stamp_s, beams, motion, prediction, matches)
+        evidence = evidence_of(matched_scan, self._maps, best, self.particle_weights, self.parameters)
         if not self.judgement.accepts(evidence):
             motion.refuse(scan.stamp_s)
             return None

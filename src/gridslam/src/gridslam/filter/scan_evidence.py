@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,30 +17,31 @@ from gridslam.localisation.evidence import Evidence
 from gridslam.parameters import SlamParameters
 
 
+class MatchedScan(NamedTuple):
+    """A scan that is matched with the maps of all particles, before it is used."""
+
+    stamp_s: float
+    beams: Beams
+    motion: Motion
+    """By odometry, since the last scan."""
+    prediction: Prediction
+    """The particles' poses by odometry."""
+    matches: Matches
+
+
 def evidence_of(
-    stamp_s: float,
-    beams: Beams,
-    maps: TileMaps,
-    matches: Matches,
-    prediction: Prediction,
-    best: int,
-    weights: np.ndarray,
-    motion: Motion,
-    parameters: SlamParameters,
+    scan: MatchedScan, maps: TileMaps, best: int, weights: np.ndarray, parameters: SlamParameters
 ) -> Evidence:
-    """Return what a scan says, with the maps before it.
+    """Return what a scan says.
 
     Args:
-        stamp_s: s: the scan's.
-        beams: the scan's.
+        scan: is matched, and not in the maps yet.
         maps: of all particles.
-        matches: of the scan with the maps.
-        prediction: the particles' poses by odometry.
         best: the particle whose path explains scans and odometry best, with this scan.
         weights: (particles,) before this scan.
-        motion: by odometry, since the last scan.
         parameters: the filter's.
     """
+    stamp_s, beams, motion, prediction, matches = scan
     poses = maps.to_metres(matches.poses)
     missed = poses[best] - prediction.predicted[best]
     missed[2] = se2.wrap(missed[2])
