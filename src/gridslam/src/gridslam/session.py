@@ -97,9 +97,9 @@ class SlamSession:
         was_lost = self._slam.judgement.is_lost
         update = self._supervisor.process(self._slam, scan, base)
         if self._closer is not None and was_lost and not self._slam.judgement.is_lost:
-            self._closer.forget()
+            self._closer.forget(is_contradicted=not self._slam.judgement.is_confirming)
         if update is not None and self._closer is not None:
-            self._closer.update(self._slam, base)
+            self._closer.update(self._slam, base, self._slam.judgement.last)
         return update
 
     def finish(self) -> None:

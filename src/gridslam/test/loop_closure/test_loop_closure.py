@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from planar_world import URG, Drift, along, drive, hold, rectangle_route
+from planar_world import URG, Drift, Lidar, along, drive, hold, rectangle_route
 from repeated_worlds import closure_errors
 
 from gridslam import se2
 from gridslam.errors import ParameterError
+from gridslam.evaluation import Walls
 from gridslam.filter.particle_filter import GridSlam
 from gridslam.loop_closure import LoopCloser, LoopClosureParameters
 from gridslam.loop_closure.chain import Chain
@@ -18,6 +19,7 @@ from gridslam.loop_closure.match import Match
 from gridslam.loop_closure.pose_graph import ShortestWays, optimise
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
+from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
 
 
@@ -100,6 +102,7 @@ def test_steps_hold_more_firmly_than_lone_matches_and_less_where_the_filter_has_
     chain.follow(np.arange(len(x)), path.poses, path.scans, path.poses)
     seen = np.ones(len(x) - 1, dtype=bool)
     seen[3] = False
+    chain.loosen(seen, [], [])
     held = [edge.covariance for edge in chain.edges(seen)][: len(seen)]
     # then only on the last metres is there a place nearby that was left behind 20 m of path before
     far = (chain.way_m[1:] < p.separation_m) & seen
@@ -109,6 +112,24 @@ def test_steps_hold_more_firmly_than_lone_matches_and_less_where_the_filter_has_
     # and a step that no link spans is trusted like odometry, too
     np.testing.assert_allclose(held[3], odometry)
     assert (np.linalg.eigvalsh(chain.covariances[-1] - odometry) < 0.0).all()
+
+
+def test_a_step_that_no_scan_measured_is_as_uncertain_as_odometry_was_found_to_be_wrong():
+    # given five steps of a metre by odometry; by the filter the second one is 9 m long
+    x = np.arange(6.0)
+    path = Path(np.column_stack([np.where(x > 1.0, x + 8.0, x), np.zeros((6, 2))]))
+    p = LoopClosureParameters()
+    chain = Chain(p)
+    chain.follow(x, path.poses, path.scans, np.column_stack([x, np.zeros((6, 2))]))
+    firm = chain.covariances.copy()
+    # when a link spans the last step only; the scans of nodes 2, 3 and 5 did not agree with the map
+    chain.loosen(np.array([False, False, False, False, True]), [2], [3, 5])
+    # then the second step may err by 8 m, and the third by the deviations of a slip
+    own = np.diag([0.1**2 + 0.002**2, 0.1**2 + 0.002**2, 0.1**2 + 0.0005**2])
+    np.testing.assert_allclose(chain.covariances[1], own + np.diag([8.0**2, 0.0, 0.0]))
+    np.testing.assert_allclose(chain.covariances[2], own + np.diag([p.slip_m, p.slip_m, p.slip_rad]) ** 2)
+    # and the others are as certain as matching makes them
+    np.testing.assert_array_equal(chain.covariances[[0, 3, 4]], firm[[0, 3, 4]])
 
 
 def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monkeypatch):
@@ -124,12 +145,9 @@ def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monke
 
         monkeypatch.setattr(closer, "_search", search)
         # when a scan after the other comes in
-        for count in range(2, len(path.poses) + 1):
+        for count in range(1, len(path.poses) + 1):
             part = Path(path.poses[:count])
-            if count == 2:
-                closer.update(part, path.poses[0])
-            else:
-                closer.take(part, math.inf)
+            closer.take(part, math.inf)
             closer.update(part, path.poses[count - 1])
         # then the ways between searches are as the parameters say
         np.testing.assert_allclose(np.diff(searched), expected_m)
@@ -139,7 +157,7 @@ def test_uncertainty_along_the_way_is_that_of_drawn_paths():
     # Given a bent chain, its covariance against 4000 paths with drawn errors
     covariance = np.diag([0.02, 0.01, 0.005]) ** 2
     chain = Steps((1.0, 0.0, 0.15), covariance, 12)
-    predicted = ShortestWays(chain, [], 12, drift_share=0.0).covariance(0)
+    predicted = ShortestWays(chain, [], 12, drift_share=0.0).covariances[0]
     rng = np.random.default_rng(0)
     ends = np.zeros((4000, 3))
     for step in chain.steps:
@@ -155,7 +173,7 @@ def test_closures_shorten_the_way():
     closed = ShortestWays(chain, [match(0, 39, se2.between(chain.poses[0], chain.poses[39]))], 40, 0.01)
     assert open_loop.length_m[0] == pytest.approx(40.0, abs=0.1)
     assert closed.length_m[0] == pytest.approx(1.1, abs=0.1)
-    assert np.trace(closed.covariance(0)) < 0.1 * np.trace(open_loop.covariance(0))
+    assert np.trace(closed.covariances[0]) < 0.1 * np.trace(open_loop.covariances[0])
 
 
 # consistency
@@ -292,3 +310,44 @@ def test_places_that_look_alike_are_not_taken_for_each_other(seed):
     errors = closure_errors(seed)
     assert len(errors) > 0
     assert errors[:, 0].max() < 0.5  # the next room or beam is at least 2.5 m away
+
+
+def scattered_boxes(seed, route):
+    """A hall of 34 x 24 m with boxes of different sizes and headings beside a route."""
+    rng = np.random.default_rng(seed)
+    polygons = [np.array([(-17.0, -12.0), (17.0, -12.0), (17.0, 12.0), (-17.0, 12.0)])]
+    while len(polygons) < 60:
+        middle, half, yaw = rng.uniform((-16, -11), (16, 11)), rng.uniform(0.3, 1.0, 2), rng.uniform(0.0, 3.0)
+        if np.hypot(*(route[:, :2] - middle).T).min() > 1.6:
+            corners = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+            polygons.append(se2.transform((*middle, yaw), corners))
+    return Walls.from_polygons(polygons)
+
+
+def test_two_branches_become_one_map_after_odometry_has_slipped():
+    # given a round trip; over 8 m of it there are no scans, and odometry stands still
+    truth = along(rectangle_route(12.0, 7.0, 0.5, laps=1.4), 0.5)
+    way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
+    seen = (way_m < 29.0) | (way_m >= 37.0)
+    slip = int(np.flatnonzero(~seen)[0])
+    lidar = Lidar(math.radians(270.0), 136, 8.0, 0.01, 10.0)
+    log = drive(scattered_boxes(1, truth), truth[seen], lidar, seed=1)
+    slipped = se2.compose(log.odometry[slip - 1], se2.inverse(log.odometry[slip]))
+    odometry = np.vstack([log.odometry[:slip], se2.compose(slipped, log.odometry[slip:])])
+    # when it is mapped
+    parameters = SlamParameters(seed=1, threads=1, **FILTER)
+    session = SlamSession(parameters, starting_pose=tuple(truth[0]), say=lambda sentence: None)
+    worst_m = 0.0
+    for scan, base in zip(log.scans, odometry):
+        session.process(scan, base)
+        worst_m = max(worst_m, errors_m(session, log)[-1])
+    session.finish()
+    # then the path was off by the slip, and has come to where it belongs
+    assert worst_m > 7.0
+    assert errors_m(session, log).max() < 0.3
+
+
+def errors_m(session, log):
+    path = session.trajectory()
+    truth = log.truth.poses_in_map[np.searchsorted(log.truth.stamps_s, path.stamps_s)]
+    return np.hypot(*(path.poses_in_map - truth)[:, :2].T)

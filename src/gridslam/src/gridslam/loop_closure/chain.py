@@ -5,6 +5,8 @@ A step's covariance describes its error in the frame of its later node (x, y in 
 
 from __future__ import annotations
 
+from typing import Sequence
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -30,7 +32,9 @@ class Chain:
         self.steps = np.empty((0, 3))
         """(k - 1, 3) each node but the first, in the frame of the one before it."""
         self.covariances = np.empty((0, 3, 3))
-        """(k - 1, 3, 3) of the steps' errors."""
+        """(k - 1, 3, 3) of the steps' errors; see `loosen`."""
+        self.matched_covariances = np.empty((0, 3, 3))
+        """(k - 1, 3, 3) of the steps' errors if every scan was matched rightly."""
         self.odometry = np.empty((0, 3))
         """(k, 3) pose of the base in the odometry's frame, at the nodes."""
         self.way_m = np.zeros(0)
@@ -38,6 +42,8 @@ class Chain:
         self._scans: list[PlanarScan] = []
         self._surfaces: list[SurfacePoints] = []
         self._informations: list[np.ndarray] = []
+        self._loose = np.empty((0, 3, 3))
+        self._is_open = np.zeros(0, dtype=bool)
         self._settled = 0
 
     def __len__(self) -> int:
@@ -66,7 +72,8 @@ class Chain:
         steps = se2.between(poses_in_map[first:-1], poses_in_map[first + 1 :])
         covariances = self._step_covariances(steps, first + 1)
         self.steps = np.concatenate([self.steps[:first], steps])
-        self.covariances = np.concatenate([self.covariances[:first], covariances])
+        self.matched_covariances = np.concatenate([self.matched_covariances[:first], covariances])
+        self.covariances = self.matched_covariances.copy()
         self.stamps_s, self.poses = np.asarray(stamps_s), np.array(poses_in_map, dtype=float)
         self.way_m = np.concatenate([[0.0], np.cumsum(np.hypot(self.steps[:, 0], self.steps[:, 1]))])
 
@@ -76,7 +83,7 @@ class Chain:
             "stamps_s": self.stamps_s,
             "poses": self.poses,
             "steps": self.steps,
-            "covariances": self.covariances,
+            "covariances": self.matched_covariances,
             "way_m": self.way_m,
             "odometry": self.odometry,
             "settled": np.array(self._settled),
@@ -109,7 +116,8 @@ class Chain:
             if array.shape != shape:
                 raise ValueError(f"the chain's {name} are of shape {array.shape}, not {shape}")
         self.stamps_s, self.poses, self.steps = stamps_s, poses, steps
-        self.covariances, self.way_m, self._settled = covariances, way_m, int(settled)
+        self.matched_covariances, self.way_m, self._settled = covariances, way_m, int(settled)
+        self.covariances = covariances.copy()
         self.odometry = odometry
 
     def _first_changed(self, poses_in_map: np.ndarray) -> int:
@@ -142,8 +150,30 @@ class Chain:
         covariances[:, 2, 2] = heading + STEP_SIGMA_MIN_RAD**2
         return covariances
 
+    def loosen(self, is_seen: np.ndarray, unmatched: Sequence[int], contradicted: Sequence[int]) -> None:
+        """Let the steps that no scan has measured be as uncertain as odometry is there.
+
+        Its error is at least its difference from the filter's step, for example where the vehicle has been
+        found elsewhere on the map. It is of unknown size where scans contradicted odometry, as when wheels
+        slip. A step that a link spans is measured, whatever is known of its node.
+
+        Args:
+            is_seen: (k - 1,) whether a link spans the step.
+            unmatched: nodes whose scan could not be compared with the map, or at which the vehicle was found.
+            contradicted: nodes before which the vehicle was lost, and was not found on the map.
+        """
+        p, nodes = self._parameters, np.arange(1, len(self.poses))
+        measured = se2.between(self.odometry[:-1], self.odometry[1:])
+        is_wrong = ~is_seen & np.isin(nodes, contradicted)
+        self._is_open = is_wrong | ~is_seen & np.isin(nodes, unmatched)
+        self._loose = self._odometry_covariances(measured)
+        self._loose[is_wrong] += np.diag([p.slip_m, p.slip_m, p.slip_rad]) ** 2
+        off = se2.between(measured, self.steps)[self._is_open]
+        self.covariances = self.matched_covariances.copy()
+        self.covariances[self._is_open] = self._loose[self._is_open] + off[:, :, None] * off[:, None, :]
+
     def edges(self, is_seen: np.ndarray) -> list[Edge]:
-        """Return each step twice: as the filter has it, and as odometry measured it.
+        """Return each step twice: as the filter has it, and as odometry measured it. Call `loosen` before.
 
         Matches against one map have similar errors, so `step_share` tells how firmly the filter's steps hold.
         Some are trusted only like odometry. When the filter comes back to a place, its steps also contain its
@@ -151,13 +181,13 @@ class Chain:
         False, the two scans have nothing to be matched by.
         """
         measured = se2.between(self.odometry[:-1], self.odometry[1:])
-        loose = self._odometry_covariances(measured)
         firm = self._parameters.step_share**2 * self.covariances
         is_firm = is_seen & ~self._is_back()[1:]
-        held = np.where(is_firm[:, None, None], firm, loose)
+        held = np.where(is_firm[:, None, None], firm, self._loose)
+        held[self._is_open] = self.covariances[self._is_open]
         return [
             Edge(node, node + 1, step, covariance)
-            for steps, covariances in ((self.steps, held), (measured, loose))
+            for steps, covariances in ((self.steps, held), (measured, self._loose))
             for node, (step, covariance) in enumerate(zip(steps, covariances))
         ]
 
@@ -171,24 +201,27 @@ class Chain:
     def local_map(self, anchor: int, behind_m: float, ahead_m: float) -> LocalMap:
         """Build the local map of the path from `behind_m` before a node to `ahead_m` after it."""
         way = self.way_m - self.way_m[anchor]
-        nodes = self._thinned(np.flatnonzero((way >= -behind_m) & (way <= ahead_m)), anchor)
-        p = self._parameters
+        return self.map_of(np.flatnonzero((way >= -behind_m) & (way <= ahead_m)), anchor, SCAN_SPACING_M)
+
+    def map_of(self, nodes: np.ndarray, anchor: int, spacing_m: float) -> LocalMap:
+        """Build the map that nodes saw, in the anchor's frame, from scans about `spacing_m` apart."""
+        p, kept = self._parameters, self._thinned(nodes, anchor, spacing_m)
         return build_local_map(
             anchor,
-            [self._surfaces[node] for node in nodes],
-            [self._scans[node] for node in nodes],
-            se2.between(self.poses[anchor], self.poses[nodes]),
+            [self._surfaces[node] for node in kept],
+            [self._scans[node] for node in kept],
+            se2.between(self.poses[anchor], self.poses[kept]),
             p.resolution_m,
             p.blur_m,
             2.0 * p.resolution_m,
             p.range_m,
         )
 
-    def _thinned(self, nodes: np.ndarray, anchor: int) -> list[int]:
+    def _thinned(self, nodes: np.ndarray, anchor: int, spacing_m: float) -> list[int]:
         kept: list[int] = []
         for node in nodes:
             turned = abs(se2.wrap(self.poses[node, 2] - self.poses[kept[-1], 2])) > 0.2 if kept else True
-            if turned or node == anchor or self.way_m[node] - self.way_m[kept[-1]] >= SCAN_SPACING_M:
+            if turned or node == anchor or self.way_m[node] - self.way_m[kept[-1]] >= spacing_m:
                 kept.append(int(node))
         return kept
 

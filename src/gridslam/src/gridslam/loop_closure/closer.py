@@ -10,16 +10,15 @@ import numpy as np
 from gridslam import se2
 from gridslam.filter.new_map import MapDraft
 from gridslam.filter.tile_pool import require_indices
-from gridslam.loop_closure.chain import Chain, match_information
+from gridslam.localisation.evidence import Evidence
+from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.job import Correction, Job
-from gridslam.loop_closure.local_map import LocalMap
 from gridslam.loop_closure.match import Closure, Match
-from gridslam.loop_closure.matcher import Window, correlate
 from gridslam.loop_closure.parameters import LoopClosureParameters
-from gridslam.loop_closure.pose_graph import ShortestWays, import_gtsam, optimise
-from gridslam.loop_closure.refinement import Refined, refine
+from gridslam.loop_closure.pose_graph import import_gtsam, optimise
+from gridslam.loop_closure.recognition import Recognition
 from gridslam.loop_closure.scan_links import ScanLinks
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
@@ -28,7 +27,6 @@ CHAIN, LINKS = "chain_", "links_"
 """Prefixes of the chain's and the links' arrays in a saved state."""
 ROUNDS_MAX = 5
 """A correction ends after this many rounds of linking passes and optimising."""
-REFINEMENT_GATE_M = 0.2
 
 
 class Slam(Protocol):
@@ -66,7 +64,10 @@ class LoopCloser:
         self._matches: list[Match] = []
         self._consistent = np.zeros((0, 0), dtype=bool)
         self._counted: list[Match] = []
-        self._searched_m = 0.0
+        self._searched_m = self._searched_far_m = 0.0
+        self._unmatched: list[int] = []
+        self._contradicted: list[int] = []
+        """Nodes at which no scan says how odometry has erred, and at which scans have contradicted it."""
         self._agreed = False
         """Whether the last search found a place again, and the path agreed with it."""
         self._closures: list[Closure] = []
@@ -81,11 +82,14 @@ class LoopCloser:
         """The closures that count at present. A closure stops counting when later ones contradict it."""
         return self._closures
 
-    def update(self, slam: Slam, base_in_odom: np.ndarray) -> None:
+    def update(self, slam: Slam, base_in_odom: np.ndarray, evidence: Evidence | None = None) -> None:
         """Begin to search for a revisited place, unless the last search is still to be taken.
 
-        Call this after each scan that the filter has processed, with the odometry (3,) at the scan.
+        Call this after each scan that the filter has processed, with the odometry (3,) at the scan, and
+        what the scan said about the map.
         """
+        if evidence is not None and not evidence.agreement.is_meaningful():
+            self._unmatched.append(len(self._odometry))
         self._odometry.append(np.array(base_in_odom, float))
         if self._job is None:
             path, scans, odometry = slam.trajectory(), slam.processed_scans(), np.array(self._odometry)
@@ -111,8 +115,12 @@ class LoopCloser:
         slam.adopt(np.vstack([poses, se2.compose(poses[-1], since)]), corrected.draft)
         return True
 
-    def forget(self) -> None:
-        """Drop the result at hand, because the vehicle has been put elsewhere since its scan."""
+    def forget(self, is_contradicted: bool = False) -> None:
+        """Drop the result at hand, because the vehicle has been put elsewhere since its scan, or was lost.
+
+        ``is_contradicted``: the scans contradicted odometry, and no other place was found.
+        """
+        (self._contradicted if is_contradicted else self._unmatched).append(len(self._odometry))
         if self._job is not None:
             self._job.result()
             self._job = None
@@ -175,7 +183,9 @@ class LoopCloser:
             "match_scores": np.array([(match.score, match.rival_score) for match in matches]).reshape(-1, 2),
             "consistent": self._consistent,
             "counted": np.array([index[id(match)] for match in self._counted], int),
-            "searched_m": np.array(self._searched_m),
+            "searched_m": np.array([self._searched_m, self._searched_far_m]),
+            "unmatched": np.array(self._unmatched, int),
+            "contradicted": np.array(self._contradicted, int),
             "agreed": np.array(self._agreed),
         }
 
@@ -211,7 +221,9 @@ class LoopCloser:
             Closure(since_s, to_s, (x, y, yaw), score)
             for since_s, to_s, x, y, yaw, score in arrays["closures"].reshape(-1, 6).tolist()
         ]
-        self._searched_m, self._agreed = float(arrays["searched_m"]), bool(arrays["agreed"])
+        self._searched_m, self._searched_far_m = arrays["searched_m"].tolist()
+        self._agreed = bool(arrays["agreed"])
+        self._unmatched, self._contradicted = (arrays[n].tolist() for n in ("unmatched", "contradicted"))
         pending = arrays["pending"] if len(arrays["pending"]) else None
         if pending is not None and pending.shape != (nodes, 3):
             raise ValueError(f"the correction at hand has the shape {pending.shape}")
@@ -223,83 +235,19 @@ class LoopCloser:
     def _follow(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> None:
         self._chain.follow(path.stamps_s, path.poses_in_map, scans, odometry)
         self._links.extend(scans, self._chain.poses, self._chain.way_m)
+        self._chain.loosen(self._links.is_seen(), self._unmatched, self._contradicted)
 
     def _search(self) -> bool:
-        """Compare the newest local map with earlier ones of the place. Return whether a match was found."""
-        newer = len(self._chain) - 1
-        places = self._places(newer)
-        if not places:
-            self._agreed = False
-            return False
-        ways = ShortestWays(self._chain, self._counted, newer, self._parameters.drift_share)
-        query = self._chain.local_map(newer, self._parameters.stretch_m, 0.0)
-        found = [match for match in (self._match(older, query, ways) for older in places) if match]
+        """Compare the newest local map with earlier ones. Return whether a match was found."""
+        search, way_m = Recognition(self._chain, self._counted, self._parameters), self._chain.way_m[-1]
+        found = search.near()
         self._agreed = bool(found) and not any(self._is_off(match) for match in found)
+        if not found and way_m - self._searched_far_m >= self._parameters.search_far_m:
+            self._searched_far_m = way_m
+            found = search.far()
         for match in found:
             self._remember(match)
         return bool(found)
-
-    def _places(self, newer: int) -> list[int]:
-        """Return the nearest node of each earlier pass, nearest first."""
-        chain, p = self._chain, self._parameters
-        distance = np.hypot(*(chain.poses[:, :2] - chain.poses[newer, :2]).T)
-        near = (chain.way_m < chain.way_m[newer] - p.separation_m) & (distance < p.place_radius_m)
-        nodes = np.flatnonzero(near)
-        passes = np.split(nodes, np.flatnonzero(np.diff(nodes) > 1) + 1)
-        nearest = [
-            int(nodes_of_pass[distance[nodes_of_pass].argmin()])
-            for nodes_of_pass in passes
-            if len(nodes_of_pass)
-        ]
-        return sorted(nearest, key=lambda node: distance[node])[: p.places_max]
-
-    def _match(self, older: int, query: LocalMap, ways: ShortestWays) -> Match | None:
-        """Match the recent local map with an earlier one; None unless good, unique, firm and credible."""
-        p, chain = self._parameters, self._chain
-        newer = query.anchor
-        predicted = se2.between(chain.poses[older], chain.poses[newer])
-        uncertainty = ways.covariance(older)
-        reference = chain.local_map(older, p.stretch_m, p.stretch_m)
-        optimum = correlate(
-            reference,
-            query,
-            self._window(predicted, uncertainty),
-            p.overlap_min,
-            p.score_min,
-            p.rival_distance_m,
-            p.rival_share_max,
-            p.rival_overlap_min,
-        )
-        if optimum is None or optimum.rival_score > p.rival_share_max * optimum.score:
-            return None
-        refined = refine(reference.surface, query.surface, optimum.query_in_reference, REFINEMENT_GATE_M)
-        covariance = self._covariance(refined)
-        if covariance is None:
-            return None
-        error = se2.between(predicted, refined.query_in_reference)
-        if error @ np.linalg.solve(covariance + uncertainty, error) > p.chi_square_max:
-            return None
-        return Match(older, newer, refined.query_in_reference, covariance, optimum.score, optimum.rival_score)
-
-    def _window(self, predicted: np.ndarray, covariance: np.ndarray) -> Window:
-        p = self._parameters
-        spread = p.window_sigmas * math.sqrt(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
-        turn = p.window_sigmas * math.sqrt(covariance[2, 2])
-        return Window(
-            predicted,
-            min(max(spread, p.window_min_m), p.window_max_m),
-            min(max(turn, 0.05), p.window_max_rad),
-        )
-
-    def _covariance(self, refined: Refined) -> np.ndarray | None:
-        p = self._parameters
-        information = match_information(refined.normal_matrix, refined.pairs, p)
-        if np.linalg.eigvalsh(information)[0] < 1e-3:
-            return None
-        covariance = np.linalg.inv(information)
-        if math.sqrt(float(np.linalg.eigvalsh(covariance[:2, :2])[-1])) > p.weakest_sigma_max_m:
-            return None
-        return covariance + np.diag([p.closure_sigma_m**2, p.closure_sigma_m**2, p.closure_sigma_rad**2])
 
     def _remember(self, match: Match) -> None:
         contradicted = contradictions(MeasuredPath(self._chain), match, self._matches)

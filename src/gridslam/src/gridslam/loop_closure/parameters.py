@@ -42,6 +42,8 @@ class LoopClosureParameters:
     """m: greatest distance of the path from such a place, by the present estimate."""
     places_max: int = 3
     """Greatest number of earlier passes of a place to compare, nearest first."""
+    search_far_m: float = 4.0
+    """m: if no place near is found, search as far as the path may be off after this much travel."""
     stretch_m: float = 8.0
     """m: length of path in a local map."""
     range_m: float = 15.0
@@ -56,7 +58,7 @@ class LoopClosureParameters:
     window_min_m: float = 1.0
     """m: ... at least this far ..."""
     window_max_m: float = 5.0
-    """m: ... and at most this far."""
+    """m: ... and at most this far. The far search has no such limit."""
     window_max_rad: float = 0.5
     """rad: the same for the heading."""
 
@@ -85,6 +87,10 @@ class LoopClosureParameters:
     """rad: the same after one radian turned."""
     drift_share: float = 0.005
     """Systematic part of the path's error, besides noise and matching, m per m."""
+    slip_m: float = 10.0
+    """m: odometry's standard deviation along and across where a scan contradicted it (wheels slip) ..."""
+    slip_rad: float = 0.3
+    """rad: ... and that of its heading."""
     step_share: float = 1.0
     """Stiffness of steps against closures: their deviations as a share of a single match's."""
     match_sigma_m: float = 0.03

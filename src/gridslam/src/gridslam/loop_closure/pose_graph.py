@@ -74,8 +74,15 @@ def import_gtsam() -> ModuleType:
 class ShortestWays:
     """The shortest path from every node to one, over steps and closures, and the uncertainty along it."""
 
-    def __init__(self, chain: Chain, closures: Sequence[Match], node: int, drift_share: float) -> None:
-        self._poses, self._node, self._drift_share = chain.poses, node, drift_share
+    def __init__(
+        self,
+        chain: Chain,
+        closures: Sequence[Match],
+        node: int,
+        drift_share: float,
+        steps: np.ndarray | None = None,
+    ) -> None:
+        """``steps``: covariances (k - 1, 3, 3) of the steps; None: those of the chain."""
         count = len(chain)
         ends = [(i, i + 1) for i in range(count - 1)] + [(c.older, c.newer) for c in closures]
         lengths = np.concatenate([np.diff(chain.way_m) + 1e-3, np.full(len(closures), CLOSURE_WAY_M)])
@@ -83,29 +90,26 @@ class ShortestWays:
         # Keep one of two edges between the same nodes, because entries of a coo_matrix would add up.
         _, first = np.unique(rows * count + columns, return_index=True)
         graph = coo_matrix((lengths[first], (rows[first], columns[first])), shape=(count, count))
-        self.length_m, self._before = dijkstra(
+        self.length_m, before = dijkstra(
             graph.tocsr(), directed=False, indices=node, return_predecessors=True
         )
         covariances = np.concatenate(
-            [chain.covariances, np.reshape([c.covariance for c in closures], (-1, 3, 3))]
+            [
+                chain.covariances if steps is None else steps,
+                np.reshape([c.covariance for c in closures], (-1, 3, 3)),
+            ]
         )
-        self._edges: dict[tuple[int, int], tuple[int, np.ndarray]] = {}
-        for (older, newer), covariance in zip(ends, covariances):
-            self._edges.setdefault((older, newer), (newer, covariance))
-
-    def covariance(self, other: int) -> np.ndarray:
-        """Return the covariance (3, 3) of the node's pose relative to another, in the node's own frame."""
-        frames, covariances = [], []
-        here = other
-        while here != self._node:
-            there = int(self._before[here])
-            frame, covariance = self._edges[(min(here, there), max(here, there))]
-            frames.append(frame)
-            covariances.append(covariance)
-            here = there
-        carried = carry(np.array(covariances), se2.between(self._poses[self._node], self._poses[frames]))
-        systematic = (self._drift_share * self.length_m[other]) ** 2
-        return carried.sum(axis=0) + np.diag([systematic, systematic, 0.0])
+        carried = carry(covariances[first], se2.between(chain.poses[node], chain.poses[columns[first]]))
+        edge_of = {(int(rows[edge]), int(columns[edge])): i for i, edge in enumerate(first)}
+        self.covariances = np.zeros((count, 3, 3))
+        """(k, 3, 3) of the node's pose relative to every other, in the node's own frame."""
+        for other in np.argsort(self.length_m, kind="stable")[1:]:
+            there = before[other]
+            edge = edge_of[min(other, there), max(other, there)]
+            self.covariances[other] = self.covariances[there] + carried[edge]
+        systematic = (drift_share * self.length_m) ** 2
+        self.covariances[:, 0, 0] += systematic
+        self.covariances[:, 1, 1] += systematic
 
 
 def carry(covariances: np.ndarray, frames: np.ndarray) -> np.ndarray:
