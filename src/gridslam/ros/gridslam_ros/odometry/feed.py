@@ -50,16 +50,23 @@ class OdometryFeed:
         self._scan: LaserScan | None = None
         self._answered: tuple[Time, OdometryEstimate] | None = None
         self._imu_s: float | None = None
+        self._imu_began_s = math.inf
         self._readings: deque[InertialReading] = deque()
         self._ranges: deque[Range] = deque(maxlen=RANGES_KEPT)
         self._range_stamp: Time | None = None
 
     def on_imu(self, message: Imu) -> None:
-        """Take the attitude, the rates and, if it is measured, the specific force."""
-        has_force = message.linear_acceleration_covariance[0] >= 0.0
+        """Take the attitude, the rates and, if it is measured, the specific force.
+
+        Of the first instant the force does not count.
+        """
+        stamp_s = message.header.stamp.to_sec()
+        self._imu_began_s = min(stamp_s, self._imu_began_s)
+        # A simulator in lockstep repeats the first instant, at first before MAVROS knows the force
+        has_force = message.linear_acceleration_covariance[0] >= 0.0 and stamp_s > self._imu_began_s
         try:
             reading = InertialReading(
-                message.header.stamp.to_sec(),
+                stamp_s,
                 xyzw(message.orientation),
                 xyz(message.angular_velocity),
                 xyz(message.linear_acceleration) if has_force else None,
