@@ -8,8 +8,10 @@ depends on its seed alone. The table has medians and the worst of the seeds.
 after a time, wherever the UAV is, and has none.
 
 Keys: gnss_denied.WORLD.LIDAR.{flown, contacts, landed_off_m, ate_m, odometry_ate_m, path_p95_m, height_p95_m,
-cpu_ms}, each but the first two with .median and .worst; gnss_denied.killed.PART.{briefly, for_good} for parts
-of the chain that die in flight (`--rows killed`).
+cpu_ms}, each but the first two with .median and .worst. Further rows (`--rows`):
+gnss_denied.killed.PART.{briefly, for_good}: parts of the chain die in flight.
+gnss_denied.boxes: boxes of 0.5 m lie under the way.
+gnss_denied.restart.{closure, restart}: SLAM closes the loop, or begins a new map, in flight.
 """
 
 from __future__ import annotations
@@ -17,11 +19,12 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+from types import ModuleType
 from typing import Sequence
 
 import numpy as np
 
-from benchmarks.gnss_rows import killed
+from benchmarks.gnss_rows import boxes, corrections, killed
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_all, trial_options
 from master_thesis.experiments_3_4.flight_without_gnss import fly_without_gnss, parameters_without_gnss
@@ -30,9 +33,9 @@ from master_thesis.trials.trial import Trial
 from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
-ROWS = ("missions", "killed")
+ROWS = ("missions", "killed", "boxes", "restart")
 SEEDS = (1, 2, 3, 4, 5)
-BRIEF_SEEDS = (1,)
+SHORT_SEEDS, BRIEF_SEEDS = (1, 2, 3), (1,)
 KILLS, BRIEF_KILLS = 50, 2
 METRICS = {
     "landed_off_m": "landed off the last waypoint [m]",
@@ -58,6 +61,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             _fly_missions(given, results)
         if "killed" in given.rows:
             _kill(given, results)
+        if "boxes" in given.rows:
+            _fly_seeds("boxes", boxes, {}, given, results)
+        if "restart" in given.rows:
+            for kind in ("closure", "restart"):
+                _fly_seeds(f"restart.{kind}", corrections, {"kind": kind}, given, results)
 
 
 def _fly_missions(given: argparse.Namespace, results: Results) -> None:
@@ -94,6 +102,16 @@ def _kill(given: argparse.Namespace, results: Results) -> None:
         }
         results.add(f"gnss_denied.killed.{part}", numbers)
         print(part, json.dumps(numbers))
+
+
+def _fly_seeds(
+    key: str, row: ModuleType, arguments: dict, given: argparse.Namespace, results: Results
+) -> None:
+    seeds = given.seeds or (BRIEF_SEEDS if given.brief else SHORT_SEEDS)
+    trials = [Trial(f"{key} {seed}", row.fly, {**arguments, "seed": seed}) for seed in seeds]
+    numbers = row.summary(run_all(f"gnss_denied_{key}", trials, given))
+    results.add(f"gnss_denied.{key}", numbers)
+    print(key, json.dumps(numbers))
 
 
 def fly(world: str, lidar: str, seed: int) -> dict:

@@ -91,7 +91,7 @@ class FaultyLoop(ClosedLoop):
 
     def go(self, goal_m: tuple[float, float, float]) -> None:
         """Send another goal."""
-        self._position_controller.set_setpoint(goal_m)
+        self.position_controller.set_setpoint(goal_m)
 
     def _carry_out(self, actions: Sequence[Action]) -> None:
         if not self.soaking:

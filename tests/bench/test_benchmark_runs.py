@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from benchmarks import avoidance, cepa, experiment_1, sim
+from benchmarks.gnss_rows import boxes
 from benchmarks.shared import places
 from benchmarks.shared.flights import Question
 from cepa import CepaParameters, Improved, LaserScan2D
@@ -25,6 +26,20 @@ def test_distances_from_the_planned_path_are_those_of_its_nearest_line():
     corner = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)])
     points = np.array([(2.0, 0.5), (-3.0, 4.0), (4.2, 2.0), (4.0, 5.0)])
     assert distances(points, corner) == pytest.approx([0.5, 5.0, 0.2, 2.0])
+
+
+def test_a_change_counts_from_one_row_to_the_next_and_within_a_time():
+    rows = np.array([(0.0, 0.0), (0.1, 0.2), (0.2, 0.3), (0.9, -0.1)])
+    assert boxes.change_within(rows, 0.0) == pytest.approx(0.4)
+    assert boxes.change_within(rows[:3], 0.0) == pytest.approx(0.2)
+    assert boxes.change_within(rows[:3], 0.5) == pytest.approx(0.3)
+
+
+def test_a_place_over_a_box_is_between_its_sides():
+    box = boxes.BOXES[0]
+    x_m, y_m = box.x_m, box.y_m
+    places_xy = np.array([(x_m, y_m), (x_m + 0.19, y_m - 1.49), (x_m + 0.21, y_m), (x_m, y_m + 1.51)])
+    assert boxes.over(places_xy, boxes.BOXES).tolist() == [True, True, False, False]
 
 
 def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):

@@ -103,12 +103,13 @@ class SlamPose:
     """SLAM beside a closed loop, whose mission it lets fly in `map`. SLAM that died begins a new map.
 
     rows: time in s and position, of every odometry. map_to_odom: x, y in m and yaw in rad, the newest.
+    slow: lets it count slowly.
     """
 
     def __init__(self, loop: ClosedLoop, world: str, seed: int) -> None:
         self._setup, self._seed, self._loop = read_setup(world), seed, loop
         self._slam: SlamParticipant | None = None
-        self._slow = SlowCorrection()
+        self.slow = SlowCorrection()
         self.map_to_odom = (0.0, 0.0, 0.0)
         self.rows: list[tuple[float, ...]] = []
         loop.listeners.append(self)
@@ -129,7 +130,7 @@ class SlamPose:
         """Return position and heading in `map` of a pose in `odom`."""
         x, y, yaw = self.map_to_odom
         turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-        position_m, yaw_rad = self._slow.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, 0.0), turn)
+        position_m, yaw_rad = self.slow.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, 0.0), turn)
         self.rows.append((t_s, *position_m))
         return position_m, yaw_rad
 

@@ -108,7 +108,7 @@ class ClosedLoop:
 
     own_odometry: without GNSS, the odometry that everything is flown by. correct: takes time in s and the
     pose of `pose_source`, returns the position and the heading that the mission is flown by (SLAM's).
-    outage: a part that dies; set it at any time.
+    outage: a part that dies; set it at any time. position_controller: flies unless a pilot does.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class ClosedLoop:
             parameters.yaw_regulator,
             parameters.range_finders,
         )
-        self._position_controller = PositionController(parameters.position_controller)
+        self.position_controller = PositionController(parameters.position_controller)
         self._mission: Mission | None = None
         self._pilot = pilot
         self.own_odometry = None if parameters.simulation.gnss else OwnOdometry(self.simulation, px4)
@@ -232,9 +232,9 @@ class ClosedLoop:
 
     def _command(self, t_s: float, position_m: Vector3, yaw_rad: float) -> PositionCommand:
         if self.own_odometry is not None and not self.own_odometry.is_good:
-            self._position_controller.reset()
+            self.position_controller.reset()
             return STOP
-        return self._position_controller.update(t_s, position_m, yaw_rad)
+        return self.position_controller.update(t_s, position_m, yaw_rad)
 
     def _on_truth(self, t_s: float, truth: Pose) -> None:
         self._carry_out(self.monitor.on_truth(t_s, truth.position_m, truth.orientation_xyzw))
@@ -247,7 +247,7 @@ class ClosedLoop:
             return False
         status = self._mission.update(t_s, position_m)
         if status.target_changed:
-            self._position_controller.set_setpoint(status.target.position_m)
+            self.position_controller.set_setpoint(status.target.position_m)
         if status.stalled:
             self._carry_out(
                 self.monitor.abort(f"Waypoint {status.reached + 1} of {status.of} was not reached.")
@@ -292,7 +292,7 @@ class ClosedLoop:
                 if self.parameters.mission:
                     self._mission = Mission(self.parameters.mission, self.parameters.patience_s)
                 elif self.parameters.goal_xyz_m is not None:
-                    self._position_controller.set_setpoint(self.parameters.goal_xyz_m)
+                    self.position_controller.set_setpoint(self.parameters.goal_xyz_m)
             elif action is Action.LAND:
                 self._px4.request_mode(Mode.AUTO_LAND)
             else:
