@@ -44,7 +44,7 @@ class MoverParameters:
     """What is so near to floor or ceiling is not tracked: both seem to move when the lidar tilts."""
     floor_gap_share: float = 0.03
     """Added to that for each metre of distance, for the errors of the attitude."""
-    forget_s: float = 2.0
+    forget_s: float = 1.0
     """What moves is predicted so long where nobody sees it."""
 
     def __post_init__(self) -> None:
