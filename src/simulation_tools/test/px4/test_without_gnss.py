@@ -20,6 +20,7 @@ from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.simulation.parameters import WITHOUT_GNSS
 
 PERIOD_US, LATE_US, NOISE_M = 33_333, 50_000, 0.01  # of the vision in the measurements on real PX4
+MEASURED_WITH = {**WITHOUT_GNSS, "EKF2_EV_DELAY": 50.0}  # ms
 
 
 class VisionFlight(Flight):
@@ -27,7 +28,7 @@ class VisionFlight(Flight):
 
     def __init__(self, seed=0):
         super().__init__(reference_quad(), RigidBody.reference_quad(), seed=seed)
-        parameters = Px4Parameters(WITHOUT_GNSS)
+        parameters = Px4Parameters(MEASURED_WITH)
         self.px4 = Px4(self.airframe, parameters, np.random.default_rng(seed), estimator=EKF2)
         self.px4.on_statustext = self._hear
         self.sees = True
