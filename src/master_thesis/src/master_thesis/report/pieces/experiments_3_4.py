@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
-from master_thesis.experiments_3_4.mapping_flight import PACKAGE, SCENARIOS, parameters_of
+from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.flight.closed_loop import ClosedLoopParameters
-from master_thesis.report.piece import Piece, fingerprint
+from master_thesis.report.piece import Piece
+from master_thesis.report.pieces.mapping_piece import ended_after, in_each_world, mapping_piece
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TIM_RANGE_IN_TEXT_M
 from master_thesis.results.picture_files import svg
@@ -26,12 +26,7 @@ _DRAWN_SEED = 1
 
 def pieces(size: Size) -> list[Piece]:
     """Return the pieces of this size."""
-    found = [
-        piece(size, world, lidar, seed)
-        for seed in size.map_seeds
-        for world in size.worlds
-        for lidar in size.lidars
-    ]
+    found = in_each_world(size, piece)
     if "hold" in size.worlds and "tim" in size.lidars:
         found += [tim_of_the_text(size, seed) for seed in size.map_seeds]
     return found
@@ -52,22 +47,9 @@ def piece(size: Size, world: str, lidar: str, seed: int, range_max_m: float = 0.
         "range_max_m": range_max_m,
     }
     seen = f"{lidar}_{range_max_m:g}m" if range_max_m else lidar
-    shorter = f"_{size.map_duration_s:g}s" if size.map_duration_s else ""
-    experiment, scenario = EXPERIMENTS[world], SCENARIOS[world]
-    return Piece(
-        name=f"{experiment}_{seen}_{seed}{shorter}",
-        experiment=experiment,
-        title=f"Experiment {experiment[-1]}: {world}, {seen.replace('_', ' ')}, seed {seed}",
-        run=make,
-        given=given,
-        inputs=fingerprint(
-            _parameters(**given),
-            world=scenario.world_path,
-            slam=PACKAGE / "config" / f"gridslam_{world}.yaml",
-        ),
-        cost_s=float(_COST_S[world][lidar]),
-        lidar=lidar,
-    )
+    experiment = EXPERIMENTS[world]
+    names = f"{experiment}_{seen}", f"Experiment {experiment[-1]}: {world}, {seen.replace('_', ' ')}"
+    return mapping_piece(experiment, names, make, given, _parameters(**given), float(_COST_S[world][lidar]))
 
 
 def make(world: str, lidar: str, seed: int, duration_s: float, range_max_m: float) -> dict:
@@ -88,5 +70,4 @@ def make(world: str, lidar: str, seed: int, duration_s: float, range_max_m: floa
 def _parameters(
     world: str, lidar: str, seed: int, duration_s: float, range_max_m: float
 ) -> ClosedLoopParameters:
-    parameters = parameters_of(world, lidar, seed, lidar_range_max_m=range_max_m)
-    return replace(parameters, duration_s=duration_s) if duration_s else parameters
+    return ended_after(parameters_of(world, lidar, seed, lidar_range_max_m=range_max_m), duration_s)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from master_thesis.experiments_3_4.flight_without_gnss import fly_without_gnss, parameters_without_gnss
-from master_thesis.experiments_3_4.mapping_flight import PACKAGE, SCENARIOS
 from master_thesis.flight.closed_loop import ClosedLoopParameters
-from master_thesis.report.piece import Piece, fingerprint
+from master_thesis.report.piece import Piece
+from master_thesis.report.pieces.mapping_piece import ended_after, in_each_world, mapping_piece
 from master_thesis.report.size import Size
 
 EXPERIMENT = "without_gnss"
@@ -18,32 +17,14 @@ _COST_S = {"room": 60.0, "hold": 22.0}
 
 def pieces(size: Size) -> list[Piece]:
     """Return the pieces of this size."""
-    return [
-        piece(size, world, lidar, seed)
-        for seed in size.map_seeds
-        for world in size.worlds
-        for lidar in size.lidars
-    ]
+    return in_each_world(size, piece)
 
 
 def piece(size: Size, world: str, lidar: str, seed: int) -> Piece:
     """Return the piece of one flight."""
     given: dict[str, Any] = {"world": world, "lidar": lidar, "seed": seed, "duration_s": size.map_duration_s}
-    shorter = f"_{size.map_duration_s:g}s" if size.map_duration_s else ""
-    return Piece(
-        name=f"{EXPERIMENT}_{world}_{lidar}_{seed}{shorter}",
-        experiment=EXPERIMENT,
-        title=f"Without GNSS: {world}, {lidar}, seed {seed}",
-        run=make,
-        given=given,
-        inputs=fingerprint(
-            _parameters(**given),
-            world=SCENARIOS[world].world_path,
-            slam=PACKAGE / "config" / f"gridslam_{world}.yaml",
-        ),
-        cost_s=_COST_S[world],
-        lidar=lidar,
-    )
+    names = f"{EXPERIMENT}_{world}_{lidar}", f"Without GNSS: {world}, {lidar}"
+    return mapping_piece(EXPERIMENT, names, make, given, _parameters(**given), _COST_S[world])
 
 
 def make(world: str, lidar: str, seed: int, duration_s: float) -> dict:
@@ -53,5 +34,4 @@ def make(world: str, lidar: str, seed: int, duration_s: float) -> dict:
 
 
 def _parameters(world: str, lidar: str, seed: int, duration_s: float) -> ClosedLoopParameters:
-    parameters = parameters_without_gnss(world, lidar, seed)
-    return replace(parameters, duration_s=duration_s) if duration_s else parameters
+    return ended_after(parameters_without_gnss(world, lidar, seed), duration_s)
