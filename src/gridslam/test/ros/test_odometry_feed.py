@@ -11,6 +11,8 @@ from geometry_msgs.msg import Quaternion, Vector3
 from gridslam_ros.odometry.feed import OdometryFeed
 from gridslam_ros.odometry.messages import odometry_message, transform_of
 from gridslam_ros.odometry_frames import FrameError
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from sensor_msgs.msg import Imu, LaserScan, Range
 from std_msgs.msg import Header
 
@@ -24,11 +26,13 @@ MOUNTS = {
 
 
 class Bench:
-    def __init__(self):
+    def __init__(self, first_range_m=1.0):
         self.estimates, self.said = [], []
         odometry = LidarOdometry(say=self.said.append)
         self.stamps = []
         self.feed = OdometryFeed(odometry, self._mount, 0.0205, self._take, self.said.append)
+        if first_range_m is not None:
+            self.range(0.0, first_range_m)
 
     def _take(self, stamp, estimate):
         self.stamps.append(stamp)
@@ -128,22 +132,61 @@ def test_a_later_reading_of_the_imu_does_not_count_whenever_it_comes():
     assert leans[0] == leans[1]
 
 
-def test_a_range_counts_from_the_next_later_scan_on():
-    heights = []
-    for range_first in (True, False):
-        bench = Bench()
-        bench.imu(0.0)
-        bench.range(0.005, 1.0)
-        for stamp_s in (0.02, 0.04, 0.06):
-            bench.imu(stamp_s)
-            if range_first:
-                bench.range(stamp_s, 1.01)
-            bench.scan(stamp_s)
-            if not range_first:
-                bench.range(stamp_s, 1.01)
-        heights.append([e.position_xyz[2] for e in bench.estimates])
-    assert heights[0] == heights[1]
-    assert heights[0][0] == pytest.approx(1.05, abs=1e-3)
+def test_an_overdue_range_holds_up_a_scan_but_a_silent_range_finder_does_not():
+    bench = Bench(first_range_m=None)
+    bench.imu(0.0)
+    bench.scan(0.0)
+    assert not bench.estimates  # the first scan waits for the range finder
+    for k in range(12):
+        bench.range(0.05 * k, 1.0)
+        bench.imu(0.05 * k + 0.02)
+        bench.scan(0.05 * k + 0.03)
+    bench.imu(0.604)
+    bench.scan(0.604)  # the range of 0.60 s is due, but that of 0.55 s is young enough
+    assert len(bench.estimates) == 14
+    bench.imu(0.63)
+    bench.scan(0.63)
+    assert len(bench.estimates) == 14
+    bench.range(0.60, 1.0)
+    assert len(bench.estimates) == 15
+    bench.imu(1.0)
+    bench.scan(1.0)
+    assert len(bench.estimates) == 16
+
+
+def heights(delays_s):
+    """Send 1 s of a flight that climbs and sinks, as a simulator in lockstep does. Return all heights.
+
+    delays_s: of the readings and ranges. A scan comes when the one before it is answered.
+    """
+    times_s = [0.004 * math.ceil(round(0.05 * k / 0.004, 6)) for k in range(20)]
+    ranges = [(t, "range", (t, 1.0 + 0.3 * math.sin(4.0 * t))) for t in times_s]
+    readings = [(0.02 * k, "imu", (0.02 * k,)) for k in range(50)]
+    late = {"range": 0.0, "imu": 0.0}
+    coming = []
+    for (stamp_s, what, sent), delay_s in zip(sorted(ranges + readings), delays_s):
+        late[what] = max(late[what], stamp_s + delay_s)  # each connection keeps its order
+        coming.append((late[what], what, sent))
+    coming.sort(key=lambda each: each[0])
+    bench = Bench(first_range_m=None)
+    for k in range(38):
+        scan_s = 0.004 * math.ceil(round(0.025 * k / 0.004, 6))
+        while coming and (coming[0][0] <= scan_s or len(bench.estimates) < k):
+            _, what, sent = coming.pop(0)
+            getattr(bench, what)(*sent)
+        bench.scan(scan_s)
+    for _, what, sent in coming:
+        getattr(bench, what)(*sent)
+    return [e.position_xyz[2] for e in bench.estimates]
+
+
+IN_TIME = heights(70 * [0.0])
+
+
+@given(st.lists(st.sampled_from((0.0, 0.001, 0.03, 0.1)), min_size=70, max_size=70))
+@settings(max_examples=8, deadline=None)
+def test_the_order_of_arrival_changes_nothing(delays_s):
+    assert heights(delays_s) == IN_TIME
 
 
 def test_the_force_of_the_first_instant_does_not_count():

@@ -13,10 +13,10 @@ from sensor_msgs.msg import Imu, LaserScan, Range
 from gridslam import ScanError, SlamError
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import SILENT_S, InertialReading
+from gridslam_ros.odometry.range_queue import RangeQueue
 from gridslam_ros.odometry_frames import Pose
 from node_tools.conversions import xyz, xyzw
 
-RANGES_KEPT = 20
 READINGS_KEPT = 100
 """Of the IMU, without a scan."""
 
@@ -25,9 +25,9 @@ class OdometryFeed:
     """Gives the odometry every message in the order of the stamps, whichever came first.
 
     A scan waits for a reading of the IMU that is at most ``imu_lag_s`` older, unless the IMU is silent. The
-    first such reading is the last one that counts for it. The very first scan waits for the IMU until the
-    next scan comes. Ranges count from the next later scan on. So the estimates depend on the messages alone,
-    not on their order.
+    first such reading is the last one that counts for it. `RangeQueue` does the same with ranges. A scan
+    waits until the next scan comes at most. The very first one waits for both sensors. So the estimates
+    depend on the messages alone, not on their order.
 
     Args:
         odometry: takes the sensors' readings.
@@ -52,8 +52,7 @@ class OdometryFeed:
         self._imu_s: float | None = None
         self._imu_began_s = math.inf
         self._readings: deque[InertialReading] = deque()
-        self._ranges: deque[Range] = deque(maxlen=RANGES_KEPT)
-        self._range_stamp: Time | None = None
+        self._ranges = RangeQueue()
 
     def on_imu(self, message: Imu) -> None:
         """Take the attitude, the rates and, if it is measured, the specific force.
@@ -80,14 +79,12 @@ class OdometryFeed:
         self._readings.append(reading)
         if len(self._readings) > READINGS_KEPT:
             self._odometry.on_imu(self._readings.popleft())
-        if self._scan is not None and not self._must_wait(self._scan.header.stamp.to_sec()):
-            self._process()
+        self._process_if_ready()
 
     def on_range(self, message: Range) -> None:
-        """Take a range. One that a simulator in lockstep sends again does not count."""
-        if message.header.stamp != self._range_stamp:
-            self._range_stamp = message.header.stamp
-            self._ranges.append(message)
+        """Take a range."""
+        self._ranges.add(message)
+        self._process_if_ready()
 
     def on_scan(self, message: LaserScan) -> None:
         """Take a scan. One that still waits is used first."""
@@ -97,14 +94,18 @@ class OdometryFeed:
         if self._scan is not None and message.header.stamp != self._scan.header.stamp:
             self._process()
         self._scan = message
-        if not self._must_wait(message.header.stamp.to_sec()):
+        self._process_if_ready()
+
+    def _process_if_ready(self) -> None:
+        if self._scan is not None and not self._must_wait(self._scan.header.stamp.to_sec()):
             self._process()
 
     def _must_wait(self, stamp_s: float) -> bool:
-        """Whether the IMU's reading for a scan is still to come."""
-        if self._imu_s is None:
-            return self._answered is None
-        return self._imu_lag_s < stamp_s - self._imu_s < SILENT_S
+        """Whether a reading of the IMU or a range for a scan is still to come."""
+        if self._answered is None and (self._imu_s is None or not self._ranges.has_begun):
+            return True
+        lacks_imu = self._imu_s is not None and self._imu_lag_s < stamp_s - self._imu_s < SILENT_S
+        return lacks_imu or self._ranges.lacks(stamp_s)
 
     def _process(self) -> None:
         scan, self._scan = self._scan, None
@@ -135,9 +136,8 @@ class OdometryFeed:
             if reading.stamp_s >= until_s:
                 return
 
-    def _use_ranges(self, before_s: float) -> None:
-        while self._ranges and self._ranges[0].header.stamp.to_sec() < before_s:
-            message = self._ranges.popleft()
+    def _use_ranges(self, scan_s: float) -> None:
+        for message in self._ranges.take(scan_s):
             try:
                 self._odometry.on_range(
                     message.header.stamp.to_sec(),
