@@ -1,14 +1,12 @@
 """What all tests share: the libraries on the path, the markers, a ROS master of one's own.
 
-Tests may run in several processes (pytest-xdist): most of them beside each other, those that measure wall
-time (marker `realtime`) with the machine to themselves. A file's tests stay in one process, where they share
-what is dear to make.
+Tests may run in several processes (pytest-xdist). A file's tests stay in one process, where they share what
+is dear to make. No test measures wall time, because others run beside it.
 """
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import shutil
 import signal
@@ -18,7 +16,7 @@ import sys
 import time
 import uuid
 from pathlib import Path
-from typing import Callable, Iterator
+from typing import Callable
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -86,31 +84,6 @@ def turn(item: pytest.Item) -> int:
     if file in FIRST:
         return FIRST.index(file)
     return len(FIRST) + (not file.startswith("tests/"))
-
-
-@contextlib.contextmanager
-def machine(alone: bool) -> Iterator[None]:
-    """Hold the machine: alone, or together with all others who need not be alone.
-
-    A test that waits for the room holds the door, so that tests that come later cannot overtake it for ever.
-    The two files are only what all processes can lock. Nothing is written into them; they are open for
-    writing because NFS locks no other files.
-    """
-    with (ROOT / "conftest.py").open("a") as door, (ROOT / "pyproject.toml").open("a") as room:
-        fcntl.flock(door, fcntl.LOCK_EX)
-        fcntl.flock(room, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
-        fcntl.flock(door, fcntl.LOCK_UN)
-        try:
-            yield
-        finally:
-            fcntl.flock(room, fcntl.LOCK_UN)  # not by closing: a forked child may still hold the file open
-
-
-@pytest.hookimpl(hookwrapper=True, tryfirst=True)
-def pytest_runtest_protocol(item: pytest.Item):
-    """Run a test, with its fixtures, when it may have the machine; the wait does not count as its time."""
-    with machine(alone=item.get_closest_marker("realtime") is not None):
-        yield
 
 
 # -- what tests start ---------------------------------------------------------------------------------------

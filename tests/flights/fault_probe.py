@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Kill nodes of a running flight, one after the other, and print what the UAV then did, one JSON line each.
 
-usage: fault_probe.py HEIGHT NODE ...        (needs a flight that is under way; ROS_MASTER_URI leads to it)
+usage: fault_probe.py X HEIGHT NODE ...      (needs a flight that is under way; ROS_MASTER_URI leads to it)
 
-HEIGHT is that of the goal: nothing is killed before the UAV is there.
+Nothing is killed before the UAV is past X, m along x in `world`, and at HEIGHT, m.
 
 Times are seconds of simulation time after the kill, speeds m/s over the ground, heights m over it.
 """
@@ -23,8 +23,8 @@ from geometry_msgs.msg import PoseStamped
 from mavros_msgs.msg import PositionTarget, State
 from nav_msgs.msg import Odometry
 
-CRUISE_M_S = 1.5
-SLOWED_M_S = 1.4  # a publisher that is back after 1.4 s has lost no more
+CRUISE_M_S = 1.8
+SLOWED_M_S = 1.7  # a publisher that is back after 0.8 s has lost no more
 PATIENCE_S = 25.0  # a respawn takes 1 s, its start-up up to 3 s, getting up to speed 2 s
 
 
@@ -45,6 +45,7 @@ class FlightWatch:
     def begin(self) -> None:
         """Forget what was seen."""
         self.truth: list[tuple[float, float, float]] = []  # time, speed, height
+        self.x_m = 0.0
         self.holds: list[float] = []  # times of setpoints that mean hover
         self.modes: list[str] = []
 
@@ -61,6 +62,7 @@ class FlightWatch:
         v = message.twist.twist.linear
         row = (message.header.stamp.to_sec(), (v.x**2 + v.y**2) ** 0.5, message.pose.pose.position.z)
         with self._changed:
+            self.x_m = message.pose.pose.position.x
             self.truth.append(row)
             self._changed.notify()
 
@@ -108,14 +110,15 @@ def kill(node: str, height_m: float, watch: FlightWatch) -> dict:
     }
 
 
-def main(height_m: float, nodes: list[str]) -> int:
+def main(x_m: float, height_m: float, nodes: list[str]) -> int:
     """Kill each of the nodes."""
     rospy.init_node("fault_probe")
     watch = FlightWatch()
+    watch.wait(lambda: watch.x_m > x_m, PATIENCE_S)
     for node in nodes:
         print(json.dumps(kill(node, height_m, watch)), flush=True)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(float(sys.argv[1]), sys.argv[2:]))
+    sys.exit(main(float(sys.argv[1]), float(sys.argv[2]), sys.argv[3:]))

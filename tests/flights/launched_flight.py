@@ -12,25 +12,6 @@ import numpy as np
 from master_thesis.graph.free_ports import free_ports
 
 READY_PATIENCE_S = 150.0  # quiet machines need 12 s
-OWN_MACHINE = 0.2  # share of the processors that somebody else may use on a machine of one's own
-
-
-def busy() -> str | None:
-    """Return why times of the wall clock say nothing now, or None on a machine of one's own; takes 0.5 s.
-
-    To be asked while the flight in question is not there.
-    """
-    before = processor_times()
-    time.sleep(0.5)
-    busy_s, all_s = (after - earlier for after, earlier in zip(processor_times(), before))
-    share = busy_s / max(all_s, 1)
-    return f"others use {100 * share:.0f} % of the processors" if share > OWN_MACHINE else None
-
-
-def processor_times() -> tuple[int, int]:
-    """Return (time at work, time in all) of all processors since the machine started, in ticks."""
-    times = [int(word) for word in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
-    return sum(times) - sum(times[3:5]), sum(times)  # less idle and waiting for the disk
 
 
 class Flight:
