@@ -89,10 +89,16 @@ class Motion:
         x, y, z, w = self.orientation_xyzw
         return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
 
-    def moved(self, way_m: np.ndarray) -> Motion:
-        """Return this motion after a way (3,) along the odometry's axes, which brings it up to date."""
+    def moved(self, way_m: np.ndarray, turn_rad: float = 0.0) -> Motion:
+        """Return this motion after a way (3,) along the odometry's axes and a turn about their z axis.
+
+        These bring it up to date.
+        """
         x, y, z = (float(start + way) for start, way in zip(self.position_m, way_m))
-        return replace(self, position_m=(x, y, z), age_s=0.0)
+        c, s = math.cos(0.5 * turn_rad), math.sin(0.5 * turn_rad)
+        qx, qy, qz, qw = self.orientation_xyzw
+        turned = (c * qx - s * qy, c * qy + s * qx, c * qz + s * qw, c * qw - s * qz)
+        return replace(self, position_m=(x, y, z), orientation_xyzw=turned, age_s=0.0)
 
     def rotation(self) -> np.ndarray:
         """Return the matrix (3, 3) that turns the lidar's frame into the odometry's."""

@@ -13,9 +13,9 @@ from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
 from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge
+from cepa.dynamic.late_scans import MovingThings
 from cepa.dynamic.leaving import Leaving
-from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight, level_reach
-from cepa.dynamic.movers import Movers
+from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.pseudo_3d import Plane
 from cepa.dynamic.spatial import Spatial, Way
@@ -34,7 +34,6 @@ CLIMB_SHARES = (1.0, 0.5, 0.25)
 """Of the greatest climb: what it tries on the spot."""
 AT_REST_M_S = 0.1
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
-NO_DISCS = np.empty((0, 6))
 
 
 class Dynamic(Algorithm):
@@ -56,7 +55,7 @@ class Dynamic(Algorithm):
         self._leaving = Leaving(p, self._judge.hull_m)
         self._observer = Observer(model)
         self._lookout = Lookout(p)
-        self._movers = Movers()
+        self._moving = MovingThings(p, self._lookout)
         self._ways_out = WaysOut(p) if p.window_m > 0.0 else None
         self._cost = Cost(p)
         self.wants_cloud = p.climb_max > 0.0
@@ -67,7 +66,7 @@ class Dynamic(Algorithm):
         super().reset()
         self._observer.reset()
         self._lookout.reset()
-        self._movers.reset()
+        self._moving.reset()
         self._spatial: Spatial | None = None
         self._rangings: Sequence[Ranging] = ()
         self._leaving.reset()
@@ -81,7 +80,8 @@ class Dynamic(Algorithm):
 
     def take_over(self, earlier: Dynamic) -> None:
         """Take over what one with other parameters knows; that one must not be used any longer."""
-        self._grid, self._movers = earlier._grid, earlier._movers
+        self._grid = earlier._grid
+        self._moving.take_over(earlier._moving)
         self._stamp_s, self._period_s = earlier._stamp_s, earlier._period_s
         self._command = earlier._command.copy()
         self._observer.take_over(earlier._observer)
@@ -119,12 +119,12 @@ class Dynamic(Algorithm):
         """
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
-        motion, state = self._state(motion or self._guessed_motion(v_uav))
+        told = motion or self._guessed_motion(v_uav)
+        motion, state = self._state(told)
         self._motion = motion
         turn = _rotation(motion.yaw_rad)
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
-        points, seen = self._lookout.see(beams, motion, scan.range_max)
-        is_moving, discs = self._what_moves(points, seen, motion)
+        points, seen, is_moving, discs = self._moving.see(beams, motion, told.age_s, scan.range_max)
         standing = points[~is_moving, :2]
         self._judgement = None
         if self.wants_cloud and (cloud or self._rangings or self._spatial):
@@ -151,22 +151,6 @@ class Dynamic(Algorithm):
         """Whether the last way out did not begin towards the reference, so that it must be searched again."""
         searches = math.hypot(reference[0], reference[1]) >= self.parameters.reference_speed_min
         return searches and self._ways_out is not None and self._ways_out.leads_away
-
-    def _what_moves(
-        self, points: np.ndarray, seen: np.ndarray, motion: Motion
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return which points (n, 3), m, belong to what moves (n,), and that as discs (k, 6) that grow."""
-        here = np.array(motion.position_m[:2])
-        p, z = self.parameters, motion.position_m[2]
-        is_level = self._movers.clear_of_floor(points, p.floor_height - z, p.ceiling_height - z)
-        level_m = level_reach(motion.rotation())
-        moving = self._movers.update(motion.stamp_s, points[:, :2] + here, here, seen, is_level, level_m)
-        if not len(moving.positions):
-            return moving.is_moving, NO_DISCS
-        discs = moving.discs(here)
-        discs[:, :2] += self._delay_s * discs[:, 2:4]
-        discs[:, 4] += self._delay_s * discs[:, 5]
-        return moving.is_moving, discs
 
     def _plane(self, points: np.ndarray, standing: np.ndarray, seen: np.ndarray, motion: Motion) -> Plane:
         """Return what a planar lidar knows, from the ends of its beams (n, 3), m, that stand still."""
@@ -205,10 +189,10 @@ class Dynamic(Algorithm):
             self._period_s += 0.1 * (gap_s - self._period_s) if self._period_s else gap_s
         self._stamp_s = motion.stamp_s
         self._observer.update(motion.stamp_s - motion.age_s, np.array(motion.velocity_m_s))
-        way = np.zeros(3)
+        way, turn_rad = np.zeros(3), self._moving.tell(motion)
         if motion.age_s > 0.0:
             way = self._observer.state_at(motion.stamp_s)[:, 0]
-            motion = motion.moved(way)
+            motion = motion.moved(way, turn_rad)
         state = self._observer.state_at(motion.stamp_s + self._delay_s)
         state[:, 0] -= way
         return motion, state

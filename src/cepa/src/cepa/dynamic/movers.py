@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -91,7 +91,8 @@ RADIUS_MEMORY_S, RADIUS_LEARNING_S = 1.0, 0.15
 EVIDENCE_MAX_S = 0.5
 SAMPLES = 12
 LONGEST_STEP_S = 0.5
-NO_VECTORS, NO_RADII, NO_COVARIANCES = np.empty((0, 2)), np.empty(0), np.empty((0, 2, 2))
+NO_VECTORS = np.empty((0, 2))
+NOTHING_MOVES = MoverSet(NO_VECTORS, NO_VECTORS, np.empty(0), np.empty((0, 2, 2)), np.empty(0, bool))
 NOTHING_SEEN = np.empty(0, np.int64)
 BESIDE_M = 0.15
 """A point so near to a moving thing's rim belongs to it."""
@@ -308,7 +309,7 @@ class Movers:
 
 
 def _nothing_moves(points: int) -> MoverSet:
-    return MoverSet(NO_VECTORS, NO_VECTORS, NO_RADII, NO_COVARIANCES, np.zeros(points, bool))
+    return replace(NOTHING_MOVES, is_moving=np.zeros(points, bool))
 
 
 def _rotation(angle_rad: float) -> np.ndarray:
