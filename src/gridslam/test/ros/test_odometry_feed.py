@@ -236,6 +236,8 @@ def test_a_message_holds_the_estimate():
     orientation = message.pose.pose.orientation
     found = (orientation.x, orientation.y, orientation.z, orientation.w)
     assert found == pytest.approx(leaning, abs=1e-9)  # yaw 0 at the start
+    matched = odometry_message(bench.stamps[0], bench.estimates[0], "odom", "base_frame", matched=True)
+    assert matched.pose.covariance == bench.estimates[0].matched_covariance.ravel().tolist()
     assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_frame")
     assert len(message.pose.covariance) == len(message.twist.covariance) == 36
     edge = transform_of(message)

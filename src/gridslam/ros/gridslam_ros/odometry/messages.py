@@ -12,13 +12,19 @@ from std_msgs.msg import Header
 from gridslam.odometry import OdometryEstimate
 
 
-def odometry_message(stamp: Time, estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> Odometry:
-    """Return nav_msgs/Odometry: the pose in ``odom_frame``, the twist along the axes of ``base_frame``."""
+def odometry_message(
+    stamp: Time, estimate: OdometryEstimate, odom_frame: str, base_frame: str, matched: bool = False
+) -> Odometry:
+    """Return nav_msgs/Odometry: the pose in ``odom_frame``, the twist along the axes of ``base_frame``.
+
+    matched: the pose's covariance is that against the local map, without the drift.
+    """
     message = Odometry(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_frame)
     pose, twist = message.pose, message.twist
     pose.pose.position = Point(*estimate.position_xyz)
     pose.pose.orientation = _quaternion(*estimate.roll_pitch_yaw)
-    pose.covariance = estimate.pose_covariance.ravel().tolist()
+    covariance = estimate.matched_covariance if matched else estimate.pose_covariance
+    pose.covariance = covariance.ravel().tolist()
     twist.twist.linear, twist.twist.angular = Vector3(*estimate.velocity_xyz), Vector3(*estimate.rates_rad_s)
     twist.covariance = estimate.velocity_covariance.ravel().tolist()
     return message

@@ -19,6 +19,7 @@ import numpy as np
 from gridslam.errors import NoUsableBeamError, ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.inputs.scan_projection import LidarPose, project
+from gridslam.odometry.drift import Drift
 from gridslam.odometry.floor_height import FloorHeight
 from gridslam.odometry.inertial import BACK_S, InertialHistory, InertialReading, Lean
 from gridslam.odometry.local_map import LocalMap, beams_of
@@ -51,7 +52,9 @@ class OdometryEstimate:
     rates_rad_s: tuple[float, float, float]
     """About the base frame's own axes."""
     pose_covariance: np.ndarray
-    """(6, 6) of x, y, z, roll, pitch, yaw, as nav_msgs/Odometry has it."""
+    """(6, 6) of x, y, z, roll, pitch, yaw, as nav_msgs/Odometry has it. It grows with the way flown."""
+    matched_covariance: np.ndarray
+    """(6, 6) the same against the local map. It tells how good the match is, whatever the drift."""
     velocity_covariance: np.ndarray
     """(6, 6) of the velocity and the rates."""
     share: float
@@ -85,7 +88,7 @@ class LidarOdometry:
         """Begin anew at the start."""
         self._inertial, self.height = InertialHistory(), FloorHeight(self._p)
         self._begin_map()
-        self._filter = PlanarFilter(self._p, self._start)
+        self._filter, self._drift = PlanarFilter(self._p, self._start), Drift()
         self._stamp_s: float | None = None
         self._matched_s = -math.inf
         self._keyframe_s = -math.inf
@@ -155,8 +158,10 @@ class LidarOdometry:
             self._go_back(self._stamp_s - stamp_s)
         lean, remarks = self._lean(stamp_s)
         beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks)
+        place = self._filter.state[PLACE].copy()
         self._predict(stamp_s)
         share = self._match(stamp_s, beams, remarks)
+        self._drift.on_move(self._filter.state[PLACE] - place)
         if not self.height.is_known_at(stamp_s):
             remarks.append("The range finder tells no height.")
         return self._estimate(stamp_s, lean, share, " ".join(remarks))
@@ -223,13 +228,17 @@ class LidarOdometry:
                 self._begin_map()
                 self._add_keyframe(stamp_s, beams)
             return found.share
+        before = self._filter.covariance[POSE, POSE].copy()
         self._filter.correct(found)
+        after = self._filter.covariance[POSE, POSE]
+        self._drift.on_match(self._untold, before, after)
         self._untold = found.untold
         if len(found.untold) < 2:
             self._matched_s = stamp_s
         if len(found.untold):
             remarks.append(_untold_remark(found, float(pose[2])))
         if self._is_keyframe_due(stamp_s, found.share):
+            self._drift.on_keyframe(found, after)
             self._add_keyframe(stamp_s, beams)
         return found.share
 
@@ -256,16 +265,19 @@ class LidarOdometry:
         heading = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
         attitude = heading @ matrix_of_lean(lean.roll_rad, lean.pitch_rad)
         velocity = attitude.T @ np.array((*self._filter.state[SPEED], climb))
-        pose_covariance, speed_covariance = np.zeros((6, 6)), np.zeros((6, 6))
+        matched_covariance, speed_covariance = np.zeros((6, 6)), np.zeros((6, 6))
         planar = self._filter.covariance
         rows = np.ix_((0, 1, 5), (0, 1, 5))
-        pose_covariance[rows] = planar[POSE, POSE]
-        pose_covariance[2, 2] = (
+        matched_covariance[rows] = planar[POSE, POSE]
+        matched_covariance[2, 2] = (
             z_variance if self.height.is_known_at(stamp_s) else max(z_variance, UNKNOWN_M2)
         )
         if self._map.is_empty:
-            pose_covariance[0, 0], pose_covariance[1, 1] = np.maximum(np.diag(planar)[PLACE], UNKNOWN_M2)
-        pose_covariance[3, 3] = pose_covariance[4, 4] = LEAN_SIGMA_RAD**2
+            unknown_m2 = np.maximum(np.diag(planar)[PLACE], UNKNOWN_M2)
+            matched_covariance[0, 0], matched_covariance[1, 1] = unknown_m2
+        matched_covariance[3, 3] = matched_covariance[4, 4] = LEAN_SIGMA_RAD**2
+        pose_covariance = matched_covariance.copy()
+        pose_covariance[rows] += self._drift.covariance
         in_odom = np.zeros((3, 3))
         in_odom[PLACE, PLACE] = planar[SPEED, SPEED]
         in_odom[2, 2] = self.height.climb_variance
@@ -278,6 +290,7 @@ class LidarOdometry:
             tuple(velocity.tolist()),
             lean.rates_rad_s,
             pose_covariance,
+            matched_covariance,
             speed_covariance,
             share,
             remark,

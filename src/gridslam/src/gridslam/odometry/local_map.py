@@ -80,3 +80,8 @@ class LocalMap:
         """Find the surface nearest to each beam's end; see `find_surfels`."""
         x, y, yaw = pose
         return find_surfels(x, y, yaw, beams, reach_m, self._p.cell_m, self._table, nearby)
+
+    def newness(self, points: np.ndarray) -> float:
+        """Return the mean of 1 / (number of keyframes) in the cells of points (n, 2) that `find` wrote."""
+        columns, rows = np.floor(points.T / self._p.cell_m).astype(np.int64) % SIDE
+        return float(np.mean(1.0 / self._table.sums[rows, columns, 4])) if len(points) else 1.0

@@ -28,6 +28,8 @@ class ScanMatch:
     """(k, 2) unit vectors of the directions that it does not tell, k 0 to 2."""
     share: float
     """Of the beams that found the local map."""
+    newness: float
+    """1 / (number of keyframes that have seen the same surfaces), mean over these beams."""
 
 
 def match(
@@ -66,7 +68,8 @@ def match(
             break
     share = found / len(beams) if len(beams) else 0.0
     told = kept.T @ scan_only @ kept / parameters.reading_variance_m2
-    return ScanMatch(pose, told, _untold(kept), share)
+    newness = local_map.newness(nearby.points[:found])
+    return ScanMatch(pose, told, _untold(kept), share, newness)
 
 
 def _told(information: np.ndarray, parameters: LidarOdometryParameters) -> np.ndarray:

@@ -132,7 +132,7 @@ class OwnOdometry:
             quaternion_from_rpy(*estimate.roll_pitch_yaw),
             estimate.velocity_xyz,
             estimate.rates_rad_s,
-            estimate.pose_covariance.ravel().tolist(),
+            estimate.matched_covariance.ravel().tolist(),
             estimate.velocity_covariance.ravel().tolist(),
         )
         for sent in self._vision.update(motion, motion.stamp_s):
