@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gridslam.filter.beams import BEAMS_MAX, THIN_DEPTH, THIN_SPACING, Beams
-from gridslam.kernels.surfaces import surface_normals, thin_out
+from gridslam.kernels.surfaces import line_normals, surface_normals, thin_out
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
@@ -125,6 +125,24 @@ def test_normals_of_a_wall_are_those_of_a_line_fit(direction, distance, seed):
     near = (reach <= 3.0) | (np.abs(np.arange(along.size) - 8) <= 2)
     expected, _ = reference.line_fit(points[near])
     assert abs(normals[8] @ expected) == pytest.approx(1.0, abs=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 1000))
+def test_normals_of_a_local_map_are_those_of_line_fits(seed):
+    rng = np.random.default_rng(seed)
+    bearings = np.sort(rng.uniform(-math.pi, math.pi, 40))
+    points = rng.uniform(1.0, 2.0, (40, 1)) * np.column_stack((np.cos(bearings), np.sin(bearings)))
+    gaps, normals = np.full(40, 0.8), np.empty((40, 2))
+    line_normals(points, gaps, normals)
+    for i, point in enumerate(points):
+        around = points[max(0, i - 3) : i + 4]
+        near = around[np.hypot(*(around - point).T) < 0.8]
+        if len(near) < 4:
+            assert np.isnan(normals[i]).all()
+        else:
+            assert abs(normals[i] @ reference.line_fit(near)[0]) == pytest.approx(1.0, abs=1e-6)
+            assert normals[i] @ point <= 0.0
 
 
 def test_corners_and_single_points_have_no_normal():

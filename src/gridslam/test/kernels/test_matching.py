@@ -211,6 +211,14 @@ def test_scattered_poses_have_the_covariance_of_the_information():
     np.testing.assert_allclose(np.cov(poses.T) / scale, covariance / scale, atol=0.05)
 
 
+@given(st.integers(0, 1000))
+def test_the_inverse_of_a_covariance_is_numpys(seed):
+    deviations = np.diag(10.0 ** np.random.default_rng(seed).uniform(-3.0, 1.0, 3))
+    covariance = deviations @ np.array([[1.0, 0.5, -0.2], [0.5, 1.0, 0.3], [-0.2, 0.3, 1.0]]) @ deviations
+    expected = np.linalg.inv(covariance)
+    np.testing.assert_allclose(least_squares.inverse(np.tril(covariance)), expected, rtol=1e-9)
+
+
 def test_what_beams_tell_along_a_bare_corridor_is_ignored():
     # given walls at 0.7 rad, of which 3 in 1000 normals point along them, or 3 in 100, as with doors
     axes = np.array([(math.cos(0.7), -math.sin(0.7)), (math.sin(0.7), math.cos(0.7))])

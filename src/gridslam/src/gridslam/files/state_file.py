@@ -19,7 +19,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
-FORMAT = 4
+FORMAT = 5
 TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
 
 DAMAGE = (
@@ -83,7 +83,10 @@ def read(path: str | Path, threads: int | None = None, name: str | Path | None =
             arrays = {name: file[name] for name in file.files}
         header = json.loads(str(arrays["header"]))
         if header["format"] != FORMAT:
-            raise StateError(f"{told} is of another version ({header['format']}) of gridslam.")
+            raise StateError(
+                f"{told} is of another version ({header['format']}) of gridslam, which reads {FORMAT}: begin "
+                "anew, or on the map of that run as starting_map."
+            )
         if threads is not None:
             header["parameters"]["threads"] = threads
         return GridSlam.from_state(_state(header, arrays))

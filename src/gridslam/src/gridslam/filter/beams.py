@@ -37,11 +37,11 @@ class Beams:
     hits: np.ndarray
     """(n,) bool: whether a beam ends at something."""
     matching: np.ndarray
-    """(m, 7) the hits for scan matching, see kernels/nearest.py."""
+    """(m, 7) the hits for scan matching, see kernels/nearest.py; none if the scan is not matched."""
 
     @classmethod
-    def from_scan(cls, scan: PlanarScan, parameters: SlamParameters) -> Beams:
-        """Prepare a scan; readings beyond maxRange are left out."""
+    def from_scan(cls, scan: PlanarScan, parameters: SlamParameters, is_matched: bool = True) -> Beams:
+        """Prepare a scan; readings beyond maxRange are left out. ``is_matched``: not only for a map."""
         usable, greatest = parameters.ranges_for(scan.range_max_m)
         order = np.argsort(scan.angles_rad, kind="stable")
         bearings, ranges = scan.angles_rad[order], scan.ranges_m[order]
@@ -50,7 +50,9 @@ class Beams:
         scale = 1.0 / parameters.delta
         lidar = np.array(scan.lidar_in_base) * (scale, scale, 1.0)
         hits, ranges = ranges <= usable, np.minimum(ranges, usable) * scale
-        matching = _matching_beams(bearings[hits], ranges[hits], lidar, parameters.lskip + 1)
+        matching = np.empty((0, 7))
+        if is_matched:
+            matching = _matching_beams(bearings[hits], ranges[hits], lidar, parameters.lskip + 1)
         if len(ranges) > BEAMS_MAX:
             kept = [_thinned(bearings[each], ranges[each]) for each in (hits, ~hits)]
             bearings, ranges = np.concatenate(kept, axis=1)

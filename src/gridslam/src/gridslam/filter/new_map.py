@@ -74,5 +74,5 @@ class MapDraft:
     def add(self, scans: list[PlanarScan], poses_in_map: np.ndarray) -> None:
         """Enter further scans, taken at these poses (k, 3)."""
         for scan, pose in zip(scans, poses_in_map):
-            self.maps.insert(pose[None], Beams.from_scan(scan, self._parameters))
+            self.maps.insert(pose[None], Beams.from_scan(scan, self._parameters, is_matched=False))
             self.scans += 1

@@ -71,23 +71,34 @@ def mark_free(lidar_xy: np.ndarray, ends_xy: np.ndarray, hits: np.ndarray, free:
         dx, dy = ends_xy[beam, 0] - lidar_xy[0], ends_xy[beam, 1] - lidar_xy[1]
         length = np.hypot(dx, dy)
         last = int(length - 2.0 if hits[beam] else length)
+        along_x, along_y = dx / max(length, 1.0), dy / max(length, 1.0)
         for step in range(last + 1):
-            x = int(np.floor(lidar_xy[0] + dx * step / length))
-            y = int(np.floor(lidar_xy[1] + dy * step / length))
+            x = int(np.floor(lidar_xy[0] + along_x * step))
+            y = int(np.floor(lidar_xy[1] + along_y * step))
             if 0 <= x < width and 0 <= y < height:
                 free[y, x] = True
 
 
 @njit(cache=True, nogil=True)
-def stamp_fits(cells: np.ndarray, profile: np.ndarray, fits: np.ndarray) -> None:
-    """Write a square ``profile`` of fits into the cells (h, w) around each point's cell (n, 2: x, y)."""
-    height, width = fits.shape
+def fill_table(cells: np.ndarray, profile: np.ndarray, free: np.ndarray, table: np.ndarray) -> None:
+    """Write a table (h, w, 2) of zeros, from points' cells (n, 2: x, y) and the cells that are free (h, w).
+
+    ``profile`` holds the fits around a point's cell, a square whose middle alone is 255.
+    """
+    height, width = free.shape
     reach = profile.shape[0] // 2
     for i in range(cells.shape[0]):
         x, y = cells[i, 0], cells[i, 1]
+        if table[y, x, FITS] == 255:  # a point was here before
+            continue
         for row in range(max(0, y - reach), min(height, y + reach + 1)):
             for column in range(max(0, x - reach), min(width, x + reach + 1)):
-                fits[row, column] = max(fits[row, column], profile[row - y + reach, column - x + reach])
+                fits = profile[row - y + reach, column - x + reach]
+                table[row, column, FITS] = max(table[row, column, FITS], fits)
+    for row in range(height):
+        for column in range(width):
+            if free[row, column]:
+                table[row, column, CLASHES] = 255 - table[row, column, FITS]
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -73,10 +73,16 @@ def ignore_unobserved(information: np.ndarray, gradient: np.ndarray) -> None:
     """
     xx, yx, yy = information[0, 0], information[1, 0], information[1, 1]
     spread, mean = math.hypot(0.5 * (xx - yy), yx), 0.5 * (xx + yy)
-    if mean - spread >= OBSERVED_SHARE * (mean + spread):
-        return
+    if mean - spread < OBSERVED_SHARE * (mean + spread):
+        keep_strongest(information, gradient)
+
+
+@njit(cache=True, nogil=True)
+def keep_strongest(information: np.ndarray, gradient: np.ndarray) -> None:
+    """Remove what is told along the weakest direction of x and y, as `ignore_unobserved` does."""
+    xx, yx, yy = information[0, 0], information[1, 0], information[1, 1]
     strongest = 0.5 * math.atan2(2.0 * yx, xx - yy)
-    x, y, value = math.cos(strongest), math.sin(strongest), mean + spread
+    x, y, value = math.cos(strongest), math.sin(strongest), 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), yx)
     information[0, 0], information[1, 0], information[1, 1] = value * x * x, value * x * y, value * y * y
     turn = x * information[2, 0] + y * information[2, 1]
     information[2, 0], information[2, 1] = turn * x, turn * y
@@ -123,6 +129,20 @@ def solve(lower: np.ndarray, b: np.ndarray) -> None:
             b[i] -= lower[i, k] * b[k]
         b[i] /= lower[i, i]
     solve_upper(lower, b)
+
+
+@njit(cache=True, nogil=True)
+def inverse(a: np.ndarray) -> np.ndarray:
+    """Return the inverse of a symmetric positive definite 3 x 3 matrix. Only its lower triangle is read.
+
+    After each call of numpy's inverse, however small the matrix, a thread of its BLAS keeps a core busy for
+    0.1 s.
+    """
+    lower, inverted = np.zeros((3, 3)), np.eye(3)
+    factor(a, lower)
+    for row in range(3):
+        solve(lower, inverted[row])
+    return inverted
 
 
 @njit(cache=True, nogil=True)

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from gridslam.kernels.least_squares import factor, solve
+from gridslam.kernels.least_squares import factor, inverse, keep_strongest, solve
 
 FACING_COS = math.cos(math.radians(40.0))
 """Normals that differ by more belong to different surfaces."""
-STEP_M, STEP_RAD = 1e-4, 1e-5
+STEP_M, STEP_RAD = 3e-4, 3e-5
 """Smaller steps end the iteration."""
 ROUNDS_MAX = 20
 DAMPING = 1e-3
@@ -25,6 +25,10 @@ GATE_FALL = 0.8
 """The gate shrinks by this in each round, down to half."""
 WEIGHT_SHARE = 0.25
 """A pair this share of the gate apart has half the weight of one that touches."""
+OPEN_SHARE = 0.01
+"""A direction with less than this share of a pair's information, on average, is open: see `covariance`."""
+OPEN_INFORMATION = 1e-2
+"""1/m2 or 1/rad2: what is left of the information in an open direction."""
 
 
 class Surfaces(NamedTuple):
@@ -118,3 +122,17 @@ def align(
         if math.hypot(gradient[0], gradient[1]) < STEP_M and abs(gradient[2]) < STEP_RAD:
             break
     return pairs, math.sqrt(squares / pairs)
+
+
+@njit(cache=True, nogil=True)
+def covariance(matrix: np.ndarray, pairs: int, points_most: float, sigma_m: float) -> np.ndarray:
+    """Return the covariance (3, 3) of an alignment from its sum of J^T J over this many pairs.
+
+    At most ``points_most`` of the pairs are independent, with this standard deviation of their distances.
+    Normals err, too. So a bare wall seems to measure a little along itself. A direction of the plane with so
+    little information counts as open. ``matrix`` is used up.
+    """
+    xx, yx, yy = matrix[0, 0], matrix[1, 0], matrix[1, 1]
+    if 0.5 * (xx + yy) - math.hypot(0.5 * (xx - yy), yx) < OPEN_SHARE * pairs:
+        keep_strongest(matrix, np.zeros(3))
+    return inverse(min(1.0, points_most / pairs) / sigma_m**2 * matrix + OPEN_INFORMATION * np.eye(3))

@@ -20,7 +20,9 @@ NEIGHBOURS = 2
 """A surface is fitted to at least this many points on either side, even beyond REACH."""
 REACH = 3.0
 """Cells: a surface is fitted to the points within this distance on either side."""
+LINE_NEIGHBOURS = 3
 POINTS_MIN = 4
+"""A surface is fitted to at least this many points."""
 FLATNESS_MAX = 0.03
 """Greatest ratio of a flat surface's variances across and along it."""
 
@@ -95,6 +97,34 @@ def surface_normals(
         flat[i] = high - low + 1 >= POINTS_MIN and _fit(points, low, high, normals[i])
         if not flat[i]:
             normals[i, 0], normals[i, 1] = 1.0, 0.0
+
+
+@njit(cache=True, nogil=True)
+def line_normals(points: np.ndarray, gaps: np.ndarray, normals: np.ndarray) -> None:
+    """Fit a line to each point and to up to three neighbours on both sides, nearer than its gap (n,).
+
+    Writes the unit normals (n, 2), which point towards the lidar; NaN where there are less than four points.
+    """
+    n = points.shape[0]
+    for i in range(n):
+        number, x, y, xx, xy, yy = 0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(max(0, i - LINE_NEIGHBOURS), min(n, i + LINE_NEIGHBOURS + 1)):
+            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+            if math.hypot(dx, dy) < gaps[i]:
+                number += 1
+                x += dx
+                y += dy
+                xx += dx * dx
+                xy += dx * dy
+                yy += dy * dy
+        if number < POINTS_MIN:
+            normals[i] = math.nan
+            continue
+        x, y = x / number, y / number
+        angle = 0.5 * math.atan2(2.0 * (xy / number - x * y), xx / number - x * x - yy / number + y * y)
+        nx, ny = -math.sin(angle), math.cos(angle)
+        sign = -1.0 if nx * points[i, 0] + ny * points[i, 1] > 0.0 else 1.0
+        normals[i, 0], normals[i, 1] = sign * nx, sign * ny
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from gridslam import se2
+from gridslam.kernels.least_squares import inverse
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.local_map import LocalMap, SurfacePoints, build_local_map, surface_points
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -138,7 +139,9 @@ class Chain:
         Along a bare wall matching measures nothing, so the covariance of odometry remains.
         """
         information = np.array(self._informations[first : first + len(steps)]).reshape(-1, 3, 3)
-        return np.linalg.inv(information + np.linalg.inv(self._odometry_covariances(steps)))
+        prior = np.diagonal(self._odometry_covariances(steps), axis1=1, axis2=2)
+        informations = information + np.eye(3) / prior[:, None, :]
+        return np.array([inverse(each) for each in informations]).reshape(-1, 3, 3)
 
     def _odometry_covariances(self, steps: np.ndarray) -> np.ndarray:
         p = self._parameters

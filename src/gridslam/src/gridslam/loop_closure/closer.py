@@ -26,7 +26,9 @@ from gridslam.trajectory import Trajectory
 CHAIN, LINKS = "chain_", "links_"
 """Prefixes of the chain's and the links' arrays in a saved state."""
 ROUNDS_MAX = 5
-"""A correction ends after this many rounds of linking passes and optimising."""
+"""A correction ends after this many rounds of linking passes and optimising ..."""
+SETTLED_M = 0.01
+"""m: ... or when no pose has moved by more in a round."""
 
 
 class Slam(Protocol):
@@ -59,6 +61,8 @@ class LoopCloser:
         self._parameters = parameters or LoopClosureParameters()
         self._chain, self._links = Chain(self._parameters), ScanLinks(self._parameters)
         self._odometry: list[np.ndarray] = []
+        self._way_m = 0.0
+        """Length of odometry's way so far."""
         self._job: Job | None = None
         self._factors: dict[Edge | Match, Any] = {}
         self._matches: list[Match] = []
@@ -90,13 +94,15 @@ class LoopCloser:
         """
         if evidence is not None and not evidence.agreement.is_meaningful():
             self._unmatched.append(len(self._odometry))
-        self._odometry.append(np.array(base_in_odom, float))
-        if self._job is None:
+        p, base = self._parameters, np.array(base_in_odom, float)
+        self._way_m += math.dist(base[:2], self._odometry[-1][:2]) if self._odometry else 0.0
+        self._odometry.append(base)
+        every_m = p.search_agreed_m if self._agreed else p.search_every_m
+        if self._job is None and self._way_m - self._searched_m >= every_m:
+            self._searched_m = self._way_m
             path, scans, odometry = slam.trajectory(), slam.processed_scans(), np.array(self._odometry)
             begun_s = float(path.stamps_s[-1])
-            self._job = Job(
-                begun_s, begun_s + self._parameters.answer_s, lambda: self._work(slam, path, scans, odometry)
-            )
+            self._job = Job(begun_s, begun_s + p.answer_s, lambda: self._work(slam, path, scans, odometry))
 
     def take(self, slam: Slam, stamp_s: float) -> bool:
         """Take over the result that is due at a scan's stamp. Return whether the path was corrected.
@@ -140,13 +146,9 @@ class LoopCloser:
         The filter goes on meanwhile. Only its `draft` is used.
         """
         self._follow(path, scans, odometry)
-        way_m = self._chain.way_m[-1]
-        p = self._parameters
-        if way_m - self._searched_m < (p.search_agreed_m if self._agreed else p.search_every_m):
-            return None
-        self._searched_m = way_m
+        within_m = self._parameters.correction_min_m
         if self._counted and self._links.agrees(
-            len(scans) - 1, self._chain.poses, self._chain.way_m, p.correction_min_m
+            len(scans) - 1, self._chain.poses, self._chain.way_m, within_m
         ):
             self._agreed = True
             return None
@@ -183,7 +185,7 @@ class LoopCloser:
             "match_scores": np.array([(match.score, match.rival_score) for match in matches]).reshape(-1, 2),
             "consistent": self._consistent,
             "counted": np.array([index[id(match)] for match in self._counted], int),
-            "searched_m": np.array([self._searched_m, self._searched_far_m]),
+            "searched_m": np.array([self._way_m, self._searched_m, self._searched_far_m]),
             "unmatched": np.array(self._unmatched, int),
             "contradicted": np.array(self._contradicted, int),
             "agreed": np.array(self._agreed),
@@ -221,7 +223,7 @@ class LoopCloser:
             Closure(since_s, to_s, (x, y, yaw), score)
             for since_s, to_s, x, y, yaw, score in arrays["closures"].reshape(-1, 6).tolist()
         ]
-        self._searched_m, self._searched_far_m = arrays["searched_m"].tolist()
+        self._way_m, self._searched_m, self._searched_far_m = arrays["searched_m"].tolist()
         self._agreed = bool(arrays["agreed"])
         self._unmatched, self._contradicted = (arrays[n].tolist() for n in ("unmatched", "contradicted"))
         pending = arrays["pending"] if len(arrays["pending"]) else None
@@ -275,9 +277,11 @@ class LoopCloser:
         The better the path, the more scans of different passes can be linked, and the other way round.
         """
         poses, steps = self._chain.poses, self._chain.edges(self._links.is_seen())
-        for _ in range(ROUNDS_MAX):
-            poses = optimise(poses, [*steps, *self._links.edges, *self._counted], self._factors)
-            if not self._links.link_passes(poses, self._chain.way_m):
+        for round_ in range(ROUNDS_MAX):
+            before = poses
+            poses = optimise(before, [*steps, *self._links.edges, *self._counted], self._factors)
+            is_settled = round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M
+            if is_settled or not self._links.link_passes(poses, self._chain.way_m):
                 break
         self._chain.settle(poses)
         return poses

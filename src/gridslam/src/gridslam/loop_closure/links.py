@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gridslam import se2
-from gridslam.kernels.links import Surfaces, align
+from gridslam.kernels.links import Surfaces, align, covariance
 from gridslam.kernels.surfaces import surface_normals, thin_out
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -17,12 +17,9 @@ THIN_SPACING, THIN_DEPTH = 0.5, 2.0
 """CELL_M: beams that end within this on one surface are averaged."""
 POINTS_MAX = 200
 PAIRS_MIN = 20
-OPEN_SHARE = 0.01
-"""A direction with less than this share of a pair's information, on average, is open: see `covariance`."""
-OPEN_INFORMATION = 1e-2
-"""1/m2 or 1/rad2: what is left of the information in an open direction."""
 LINK_SIGMA_M, LINK_SIGMA_RAD = 0.005, 0.001
 """Least standard deviations of a link."""
+LEAST_COVARIANCE = np.diag([LINK_SIGMA_M**2, LINK_SIGMA_M**2, LINK_SIGMA_RAD**2])
 
 
 def surfaces_of(scan: PlanarScan, range_m: float) -> Surfaces:
@@ -79,20 +76,5 @@ def link(
     if pairs < max(PAIRS_MIN, least) or rms_m > p.link_rms_max_m:
         return None
     pose[2] = se2.wrap(pose[2])
-    return Edge(older, newer, pose, covariance(matrix, pairs, p))
-
-
-def covariance(matrix: np.ndarray, pairs: int, parameters: LoopClosureParameters) -> np.ndarray:
-    """Return the covariance (3, 3) of an alignment from its sum of J^T J over this many pairs.
-
-    Normals err, too. So a bare wall seems to measure a little along itself. A direction of the plane with so
-    little information counts as open.
-    """
-    independent = min(1.0, parameters.match_points / max(1, pairs)) / parameters.match_sigma_m**2
-    values, vectors = np.linalg.eigh(matrix[:2, :2])
-    if values[0] < OPEN_SHARE * pairs:
-        open_direction = np.array([*vectors[:, 0], 0.0])
-        keep = np.eye(3) - np.outer(open_direction, open_direction)
-        matrix = keep @ matrix @ keep
-    inverse = np.linalg.inv(independent * matrix + OPEN_INFORMATION * np.eye(3))
-    return inverse + np.diag([LINK_SIGMA_M**2, LINK_SIGMA_M**2, LINK_SIGMA_RAD**2])
+    found = covariance(matrix, pairs, p.match_points, p.match_sigma_m)
+    return Edge(older, newer, pose, found + LEAST_COVARIANCE)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gridslam import se2
-from gridslam.kernels.correlation import CLASHES, FITS, mark_free, stamp_fits
+from gridslam.kernels.correlation import fill_table, mark_free
+from gridslam.kernels.surfaces import line_normals
 from gridslam.scan import PlanarScan
 
 MARGIN_CELLS = 8
@@ -43,30 +44,9 @@ def surface_points(scan: PlanarScan, range_m: float) -> SurfacePoints:
     seen = np.isfinite(ranges) & (ranges < range_m)
     ranges, angles = ranges[seen], angles[seen]
     points = ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
-    normals = _normals(points, ranges)
+    gaps, normals = np.maximum(NEIGHBOUR_GAP_M, NEIGHBOUR_GAP_SHARE * ranges), np.empty_like(points)
+    line_normals(points, gaps, normals)
     return SurfacePoints(points, normals).moved(np.array(scan.lidar_in_base))
-
-
-def _normals(points: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """Fit a line to each point and up to three near neighbours on both sides."""
-    count = len(points)
-    gap = np.maximum(NEIGHBOUR_GAP_M, NEIGHBOUR_GAP_SHARE * ranges)
-    sums = np.zeros((count, 6))  # number, x, y, xx, xy, yy of the neighbours, from the point itself
-    for step in (-3, -2, -1, 0, 1, 2, 3):
-        other = np.arange(count) + step
-        inside = (other >= 0) & (other < count)
-        offset = points[np.clip(other, 0, count - 1)] - points
-        near = inside & (np.hypot(*offset.T) < gap)
-        x, y = offset.T
-        sums += near[:, None] * np.column_stack([np.ones(count), x, y, x * x, x * y, y * y])
-    number = sums[:, 0]
-    mean_x, mean_y = sums[:, 1] / number, sums[:, 2] / number
-    xx, xy, yy = (sums[:, 3 + i] / number - m for i, m in enumerate((mean_x**2, mean_x * mean_y, mean_y**2)))
-    along = 0.5 * np.arctan2(2.0 * xy, xx - yy)
-    normals = np.column_stack([-np.sin(along), np.cos(along)])
-    normals *= np.where((normals * points).sum(axis=1) > 0.0, -1.0, 1.0)[:, None]
-    normals[number < 4] = np.nan
-    return normals
 
 
 @dataclass(frozen=True)
@@ -132,11 +112,8 @@ def _table(
     points: np.ndarray, free: np.ndarray, origin: np.ndarray, resolution_m: float, blur_m: float
 ) -> np.ndarray:
     table = np.zeros((*free.shape, 2), dtype=np.uint8)
-    columns, rows = np.floor((points - origin) / resolution_m).astype(np.int64).T
-    occupied = np.zeros(free.shape, dtype=np.bool_)
-    occupied[rows, columns] = True
-    stamp_fits(np.argwhere(occupied)[:, ::-1], _profile(resolution_m, blur_m), table[:, :, FITS])
-    table[:, :, CLASHES] = np.where(free, 255 - table[:, :, FITS], 0)
+    cells = np.floor((points - origin) / resolution_m).astype(np.int64)
+    fill_table(cells, _profile(resolution_m, blur_m), free, table)
     return table
 
 

@@ -59,18 +59,20 @@ class Correlation:
         cell = reference.resolution_m
         points = _spread(query.surface.points_xy_m, POINTS_MAX)
         self.angles_rad = window.predicted[2] + _angles(points, window.reach_rad, 2.0 * cell)
-        poses = [np.array((*window.predicted[:2], angle)) for angle in self.angles_rad]
-        moved = np.stack([se2.transform(pose, points) for pose in poses])
-        corners = np.stack([se2.transform(pose, query.origin_xy_m[None])[0] for pose in poses])
-        cells = np.floor((moved - reference.origin_xy_m) / cell).astype(np.int64)
-        self._query = Query(query.table, self.angles_rad, cells, (corners - reference.origin_xy_m) / cell)
+        cos, sin = np.cos(self.angles_rad), np.sin(self.angles_rad)
+        turns = np.stack([np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)], axis=1)
+        moved = np.vstack([points, query.origin_xy_m]) @ turns + (
+            window.predicted[:2] - reference.origin_xy_m
+        )
+        cells = np.floor(moved[:, :-1] / cell).astype(np.int64)
+        self._query = Query(query.table, self.angles_rad, cells, moved[:, -1] / cell)
         share = len(points) / max(1, len(query.surface.points_xy_m))  # both maps' points have equal weight
         back = _spread(reference.points_in_cells, round(share * len(reference.surface.points_xy_m)))
         levels, phases = _pooled(reference.table)
         self._reference, self._points = Reference(levels, back), len(points)
         self._half = int(np.ceil(window.reach_m / cell))
         count = (2 * self._half + BLOCK) // BLOCK
-        self._sums = np.zeros((len(poses), count, 2 * count), np.int32)
+        self._sums = np.zeros((len(turns), count, 2 * count), np.int32)
         block_sums(phases, cells, self._half, self._sums)
 
     def _best_shift(

@@ -88,7 +88,7 @@ class ShortestWays:
         lengths = np.concatenate([np.diff(chain.way_m) + 1e-3, np.full(len(closures), CLOSURE_WAY_M)])
         rows, columns = np.array(ends, dtype=int).reshape(-1, 2).T
         # Keep one of two edges between the same nodes, because entries of a coo_matrix would add up.
-        _, first = np.unique(rows * count + columns, return_index=True)
+        keys, first = np.unique(rows * count + columns, return_index=True)
         graph = coo_matrix((lengths[first], (rows[first], columns[first])), shape=(count, count))
         self.length_m, before = dijkstra(
             graph.tocsr(), directed=False, indices=node, return_predecessors=True
@@ -100,13 +100,15 @@ class ShortestWays:
             ]
         )
         carried = carry(covariances[first], se2.between(chain.poses[node], chain.poses[columns[first]]))
-        edge_of = {(int(rows[edge]), int(columns[edge])): i for i, edge in enumerate(first)}
-        self.covariances = np.zeros((count, 3, 3))
+        before[node], nodes = node, np.arange(count)
+        edge = np.searchsorted(keys, np.minimum(nodes, before) * count + np.maximum(nodes, before))
+        self.covariances = carried[np.minimum(edge, len(keys) - 1)]
         """(k, 3, 3) of the node's pose relative to every other, in the node's own frame."""
-        for other in np.argsort(self.length_m, kind="stable")[1:]:
-            there = before[other]
-            edge = edge_of[min(other, there), max(other, there)]
-            self.covariances[other] = self.covariances[there] + carried[edge]
+        self.covariances[node] = 0.0
+        # Each round doubles the number of edges that are added up.
+        while (before != node).any():
+            self.covariances += self.covariances[before]
+            before = before[before]
         systematic = (drift_share * self.length_m) ** 2
         self.covariances[:, 0, 0] += systematic
         self.covariances[:, 1, 1] += systematic

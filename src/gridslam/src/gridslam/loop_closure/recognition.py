@@ -13,6 +13,7 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.kernels.correlation import CLASHES, FITS
+from gridslam.kernels.least_squares import inverse
 from gridslam.loop_closure.chain import Chain, match_information
 from gridslam.loop_closure.local_map import LocalMap
 from gridslam.loop_closure.match import Match
@@ -155,7 +156,7 @@ class Recognition:
         information = match_information(refined.normal_matrix, refined.pairs, p)
         if np.linalg.eigvalsh(information)[0] < 1e-3:
             return None
-        covariance = np.linalg.inv(information)
+        covariance = inverse(information)
         if math.sqrt(float(np.linalg.eigvalsh(covariance[:2, :2])[-1])) > p.weakest_sigma_max_m:
             return None
         return covariance + np.diag([p.closure_sigma_m**2, p.closure_sigma_m**2, p.closure_sigma_rad**2])

@@ -52,13 +52,14 @@ class ScanLinks:
         for newer in range(len(self._surfaces), len(scans)):
             self._surfaces.append(surfaces_of(scans[newer], p.link_range_m))
             found, last_m = 0, np.inf
-            for older in range(newer - 1, -1, -1):
-                if found == p.links_back or way_m[newer] - way_m[older] > p.link_reach_m:
+            first = int(np.searchsorted(way_m, way_m[newer] - p.link_reach_m))
+            predicted = se2.between(poses[first:newer], poses[newer])
+            for older in range(newer - 1, first - 1, -1):
+                if found == p.links_back:
                     break
                 if older == newer - 1 or last_m - way_m[older] >= SPACING_M:
                     last_m = way_m[older]
-                    predicted = se2.between(poses[older], poses[newer])
-                    edge = link(older, newer, self._surfaces, predicted, p)
+                    edge = link(older, newer, self._surfaces, predicted[older - first], p)
                     if edge is not None:
                         self._back[older, newer] = edge
                         found += 1

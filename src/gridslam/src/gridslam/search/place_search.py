@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 
 from gridslam import se2
+from gridslam.kernels.least_squares import inverse
 from gridslam.kernels.places import best_places, mean_squares
 from gridslam.search.field import FULL, UNSEEN, LikelihoodField
 
@@ -144,7 +145,7 @@ class PlaceSearch:
         for share in REFINEMENT_STEPS:
             pose, curvature = self._lowest(pose, points, share * self._field.resolution_m)
         independent = min(len(points), INDEPENDENT_POINTS)
-        covariance = 2.0 * settings.point_sigma_m**2 / independent * np.linalg.inv(curvature)
+        covariance = 2.0 * settings.point_sigma_m**2 / independent * inverse(curvature)
         return Place(np.array([*pose[:2], se2.wrap(pose[2])]), float(score), covariance)
 
     def _lowest(self, pose: np.ndarray, points: np.ndarray, step_m: float) -> tuple[np.ndarray, np.ndarray]:
