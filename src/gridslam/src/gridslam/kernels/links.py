@@ -16,7 +16,7 @@ from gridslam.kernels.least_squares import factor, inverse, keep_strongest, solv
 
 FACING_COS = math.cos(math.radians(40.0))
 """Normals that differ by more belong to different surfaces."""
-STEP_M, STEP_RAD = 3e-4, 3e-5
+STEP_M, STEP_RAD = 1e-4, 1e-5
 """Smaller steps end the iteration."""
 ROUNDS_MAX = 20
 DAMPING = 1e-3
