@@ -299,7 +299,7 @@ def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(workers, 
     command = [sys.executable, str(ROOT / "src/master_thesis/nodes/campaign"), str(file)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(p) for p in ROOT.glob("src/*/src"))}
     process = subprocess.Popen(
-        [*command, "--workers", "2", "--seeds", "500", "--out", str(out)],
+        [*command, "--workers", "1", "--seeds", "500", "--out", str(out)],
         env=environment,
         stderr=subprocess.PIPE,
         text=True,
