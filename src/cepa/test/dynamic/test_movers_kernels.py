@@ -128,6 +128,16 @@ def test_a_long_side_that_goes_out_of_sight_does_not_change_the_velocity():
     assert track[0, kernels.VX] == pytest.approx(1.0, abs=0.15)
 
 
+@pytest.mark.parametrize(("evidence_s", "place_m"), [(0.0, 1.0), (0.1, 0.0)])
+def test_a_part_within_the_circle_of_what_moves_does_not_shift_it(evidence_s, place_m):
+    track, cluster = np.zeros((1, kernels.TRACK_COLUMNS)), np.zeros((1, kernels.CLUSTER_COLUMNS))
+    track[0, [kernels.PP, kernels.RADIUS, kernels.USUAL]] = 0.03**2, 2.4, 2.4
+    track[0, kernels.EVIDENCE] = evidence_s
+    cluster[0, [kernels.MIDDLE_X, kernels.SIZE]] = 1.0, 0.9
+    kernels.correct(track, cluster, np.zeros(1, np.int64), 0.05, 0.3, 0.98, 0.15)
+    assert track[0, kernels.X] == place_m
+
+
 def test_beams_far_from_level_at_the_end_of_a_thing_are_marked():
     wall = np.stack([np.full(30, 2.0), np.linspace(-0.5, 0.5, 30)], axis=1)
     clusters, labels = np.empty((9, kernels.CLUSTER_COLUMNS)), np.empty(30, np.int64)

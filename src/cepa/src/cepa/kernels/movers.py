@@ -236,8 +236,9 @@ def correct(
     The radius is the greatest seen, of which ``memory`` (0 to 1) is left after each scan. The usual radius
     follows by the share ``learning``. A middle is as uncertain as the radius differs from the usual one,
     because the thing shows another side. From RESIZED_M and a tenth on the middle jumps, and says nothing of
-    the velocity. A lidar that leans may see less of a thing because its beams pass over the rest. Then the
-    track goes on as predicted.
+    the velocity. A lidar that leans may see less of a thing because its beams pass over the rest. Of a lorry
+    that passes, a part alone may stay in sight, within the circle of a track that has evidence of moving. In
+    both cases the track goes on as predicted.
     """
     for t in range(tracks.shape[0]):
         if owners[t] < 0:
@@ -246,7 +247,9 @@ def correct(
         track[UNSEEN] = 0.0
         resized = max(RESIZED_M, 0.1 * track[USUAL])
         grown = cluster[SIZE] - track[USUAL]
-        if cluster[TILTED] > 0.0 and grown < -resized:
+        within = math.hypot(cluster[MIDDLE_X] - track[X], cluster[MIDDLE_Y] - track[Y]) + cluster[SIZE]
+        is_part = cluster[TILTED] > 0.0 or (track[EVIDENCE] > 0.0 and within < track[RADIUS] + resized)
+        if is_part and grown < -resized:
             continue
         sigma = math.hypot(deviation_hidden if cluster[HIDDEN] > 0.0 else deviation, grown)
         gain = 1.0 / (track[PP] + sigma * sigma)
