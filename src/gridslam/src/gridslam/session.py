@@ -78,8 +78,13 @@ class SlamSession:
         self._slam: GridSlam | None = None
         self._mapped: GridSlam | None = None  # its map is taken over at the first scan
 
-    def process(self, scan: PlanarScan, base_in_odom: Sequence[float]) -> ScanUpdate | None:
+    def process(
+        self, scan: PlanarScan, base_in_odom: Sequence[float], covariance: np.ndarray | None = None
+    ) -> ScanUpdate | None:
         """Take in one scan. Return None if it is not integrated, for lack of motion or of agreement.
+
+        covariance: (3, 3) of the base in odom, m2, m rad and rad2, which grows with the way; None: odometry
+        tells none, and the parameters srr, srt, str and stt say how uncertain it is.
 
         Raises:
             ScanError: the scan or the odometry makes no sense.
@@ -95,7 +100,9 @@ class SlamSession:
         if self._closer is not None:
             self._closer.take(self._slam, scan.stamp_s)
         was_lost = self._slam.judgement.is_lost
-        update = self._supervisor.process(self._slam, scan, base)
+        if covariance is not None:
+            covariance = self._odometry.turned(covariance)
+        update = self._supervisor.process(self._slam, scan, base, covariance)
         if self._closer is not None and was_lost and not self._slam.judgement.is_lost:
             self._closer.forget(is_contradicted=not self._slam.judgement.is_confirming)
         if update is not None and self._closer is not None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gridslam import SlamParameters, se2
-from gridslam.filter.motion_model import DEVIATION_MIN, Motion, predict
+from gridslam.filter.motion_model import DEVIATION_MIN, TOLD_MIN, Motion, growth, predict
 
 PARAMETERS = SlamParameters(srr=0.1, srt=0.2, str=0.01, stt=0.05)
 
@@ -65,3 +65,41 @@ def test_what_is_drawn_has_the_models_mean_and_covariance():
     off[0, :2] += 2.0 * motion.deviation[0] * np.array((cos, sin))
     off[1, 2] += 3.0 * motion.deviation[2] - 2.0 * np.pi
     np.testing.assert_allclose(prediction.log_density(off)[:3], (-2.0, -4.5, 0.0), atol=1e-9)
+
+
+POSES = st.lists(st.floats(-3.0, 3.0), min_size=6, max_size=6)
+ENTRIES = st.lists(st.floats(0.0, 1.0), min_size=9, max_size=9)
+
+
+@given(POSES, ENTRIES)
+def test_growth_takes_compounding_back(numbers, entries):
+    # Given a pose with its covariance, and a step with its own in the frame of the pose
+    start, step = np.array(numbers[:3]), np.array(numbers[3:])
+    root = np.reshape(entries, (3, 3))
+    before, added = root @ root.T + 0.1 * np.eye(3), np.diag((0.03, 0.02, 0.01))
+    # When both are compounded (Smith, Self and Cheeseman 1990, by central differences)
+    now, d = se2.compose(start, step), 1e-6
+    by_start, by_step = np.empty((3, 3)), np.empty((3, 3))
+    for i, e in enumerate(d * np.eye(3)):
+        by_start[:, i] = (se2.compose(start + e, step) - se2.compose(start - e, step)) / (2 * d)
+        by_step[:, i] = (se2.compose(start, step + e) - se2.compose(start, step - e)) / (2 * d)
+    by_start[2, 2] = by_step[2, 2] = 1.0  # but for the turn's wrap
+    covariance = by_start @ before @ by_start.T + by_step @ added @ by_step.T
+    # Then the growth is the step's
+    assert growth(start, before, now, covariance) == pytest.approx(added, abs=1e-5)
+
+
+def test_odometry_that_tells_its_covariance_replaces_the_parameters():
+    motion = Motion(np.zeros(3), 0.0, np.zeros((3, 3)))
+    motion.deviations += 0.5  # as after a pose that was given
+    for k in range(1, 11):
+        told = k / 10.0 * np.diag((0.03**2, 0.04**2, 0.01**2))
+        motion.add(np.array((0.1 * k, 0.0, 0.0)), SlamParameters(), told)
+    assert motion.deviations == pytest.approx(0.5 + np.array((0.03, 0.04, 0.01)) + TOLD_MIN)
+
+
+def test_where_no_covariance_is_told_the_parameters_count():
+    told, untold = Motion(np.zeros(3), 0.0, np.eye(3)), Motion(np.zeros(3), 0.0)
+    for motion in (told, untold):
+        motion.add(np.array((0.3, 0.1, 0.2)), SlamParameters())
+    assert told.deviations == pytest.approx(untold.deviations)

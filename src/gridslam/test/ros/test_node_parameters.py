@@ -30,6 +30,7 @@ GMAPPING = {  # wiki.ros.org/gmapping and slam_gmapping.cpp; test_slam_parameter
 NODE_IN_YAML = {
     "throttle_scans",
     "levelling",
+    "odometry_covariance",
     "floor_z",
     "map_update_interval",
     "transform_publish_period",

@@ -2,6 +2,8 @@
 
 gmapping draws new noise at every scan. So a lidar with four times the rate halves the uncertainty of the same
 path. Here the deviations of all steps add up, so a path is as uncertain as one step.
+
+Odometry may tell its own covariance, which grows with the way (REP-105). Then its growth counts instead.
 """
 
 from __future__ import annotations
@@ -18,15 +20,22 @@ SIDEWAYS = 0.3
 """gmapping's share of srr with which a translation to one side makes the other uncertain."""
 DEVIATION_MIN = (1e-4, 1e-4, 1e-5)
 """m, m, rad: no motion is known better than this."""
+TOLD_MIN = np.array((5e-3, 5e-3, 1e-3))
+"""m, m, rad: odometry's noise at both ends of a motion, which the growth of its covariance leaves out."""
 
 
 class Motion:
-    """The odometry since the last processed scan, and its uncertainty."""
+    """The odometry since the last processed scan, and its uncertainty.
 
-    def __init__(self, base_in_odom: np.ndarray, stamp_s: float):
+    covariance: (3, 3) of the base in odom, m2, m rad and rad2; None: odometry tells none.
+    """
+
+    def __init__(self, base_in_odom: np.ndarray, stamp_s: float, covariance: np.ndarray | None = None):
         self.start = np.array(base_in_odom, float)
         self.now = self.start
         self.stamp_s = stamp_s
+        self.covariance, self._start_covariance = covariance, covariance
+        self._told = np.zeros(3)
         self.distance_m = 0.0
         self.turned_rad = 0.0
         self.deviations = np.zeros(3)
@@ -36,13 +45,21 @@ class Motion:
         self.due = False
         """Whether the next scan is to be processed, whatever the motion."""
 
-    def add(self, base_in_odom: np.ndarray, parameters: SlamParameters) -> None:
-        """Take the next odometry pose."""
+    def add(
+        self, base_in_odom: np.ndarray, parameters: SlamParameters, covariance: np.ndarray | None = None
+    ) -> None:
+        """Take the next odometry pose, and its covariance if odometry tells one."""
         step = np.abs(se2.between(self.now, base_in_odom))
         self.distance_m += math.hypot(step[0], step[1])
         self.turned_rad += step[2]
-        self.deviations += _deviations(step[0], step[1], step[2], parameters)
-        self.now = np.array(base_in_odom, float)
+        self.now, self.covariance = np.array(base_in_odom, float), covariance
+        if covariance is None or self._start_covariance is None:
+            self.deviations += _deviations(step[0], step[1], step[2], parameters)
+            return
+        grown = growth(self.start, self._start_covariance, self.now, covariance)
+        told = np.sqrt(np.maximum(np.diag(grown), 0.0)) + TOLD_MIN
+        self.deviations += told - self._told
+        self._told = told
 
     @property
     def step(self) -> np.ndarray:
@@ -94,6 +111,21 @@ def predict(poses: np.ndarray, motion: Motion, rng: np.random.Generator) -> Pred
     return Prediction(
         se2.compose(poses, step), se2.compose(poses, step + noise), _information(poses, deviation)
     )
+
+
+def growth(
+    start: np.ndarray, start_covariance: np.ndarray, now: np.ndarray, covariance: np.ndarray
+) -> np.ndarray:
+    """Return the covariance (3, 3) of a motion, in the base frame at its start.
+
+    Both poses (3,) and their covariances (3, 3) are in odom. The error at the start is taken off, with what
+    its heading does to the place (Smith, Self and Cheeseman 1990, backwards).
+    """
+    dx, dy = now[:2] - start[:2]
+    carried = np.array(((1.0, 0.0, -dy), (0.0, 1.0, dx), (0.0, 0.0, 1.0)))
+    cos, sin = math.cos(start[2]), math.sin(start[2])
+    turn = np.array(((cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)))
+    return turn @ (covariance - carried @ start_covariance @ carried.T) @ turn.T
 
 
 def _deviations(x: float, y: float, yaw: float, parameters: SlamParameters) -> np.ndarray:

@@ -75,11 +75,18 @@ class GridSlam:
 
     # The filter
 
-    def process(self, scan: PlanarScan, base_in_odom: Sequence[float] | np.ndarray) -> ScanUpdate | None:
+    def process(
+        self,
+        scan: PlanarScan,
+        base_in_odom: Sequence[float] | np.ndarray,
+        covariance: np.ndarray | None = None,
+    ) -> ScanUpdate | None:
         """Take in a scan. Return None if it is not integrated.
 
         That is so if there was not enough motion (or time) since the last one, or if the scan contradicts
         the map, or if the pose was given and is not confirmed yet (see `judgement`).
+
+        covariance: see `Motion`.
 
         Raises:
             ScanError: the odometry is not a finite pose.
@@ -87,10 +94,16 @@ class GridSlam:
         """
         odometry = _finite_pose(base_in_odom, "base_in_odom")
         if self._motion is None:
-            return self._begin(scan, odometry)
-        return self._step(scan, self._motion) if self.follow(odometry, scan.stamp_s) else None
+            return self._begin(scan, odometry, covariance)
+        is_enough = self.follow(odometry, scan.stamp_s, covariance)
+        return self._step(scan, self._motion) if is_enough else None
 
-    def follow(self, base_in_odom: Sequence[float] | np.ndarray, stamp_s: float) -> bool:
+    def follow(
+        self,
+        base_in_odom: Sequence[float] | np.ndarray,
+        stamp_s: float,
+        covariance: np.ndarray | None = None,
+    ) -> bool:
         """Move with the odometry only. Return whether it was enough for a scan at this time.
 
         Raises:
@@ -100,7 +113,7 @@ class GridSlam:
         odometry = _finite_pose(base_in_odom, "base_in_odom")
         if self._motion is None:
             raise StateError("There is no pose before the first scan.")
-        self._motion.add(odometry, self.parameters)
+        self._motion.add(odometry, self.parameters, covariance)
         return self._motion.is_enough(self.parameters, stamp_s)
 
     def refuse(self, stamp_s: float) -> None:
@@ -108,9 +121,11 @@ class GridSlam:
         if self._motion is not None:
             self._motion.refuse(stamp_s)
 
-    def _begin(self, scan: PlanarScan, odometry: np.ndarray) -> ScanUpdate | None:
+    def _begin(
+        self, scan: PlanarScan, odometry: np.ndarray, covariance: np.ndarray | None
+    ) -> ScanUpdate | None:
         """Take in the first scan. It is matched only if there is a starting map."""
-        self._motion = Motion(odometry, scan.stamp_s)
+        self._motion = Motion(odometry, scan.stamp_s, covariance)
         if self._starting_map is not None:
             self._motion.deviations += START_DEVIATION
             return self._step(scan, self._motion)
@@ -151,7 +166,7 @@ class GridSlam:
             < self.parameters.resampleThreshold * self.parameters.particles
         )
         best_matched = bool(matched[self.best_particle])
-        self._motion = Motion(motion.now, scan.stamp_s)
+        self._motion = Motion(motion.now, scan.stamp_s, motion.covariance)
         if self.judgement.is_confirming and not self._localisation_only:
             return None
         self._remember(scan)
@@ -186,7 +201,7 @@ class GridSlam:
         self._poses[:, 2] = se2.wrap(self._poses[:, 2])
         self._log_likelihoods[:] = 0.0
         if self._motion is not None:
-            self._motion = Motion(self._motion.now, stamp_s)
+            self._motion = Motion(self._motion.now, stamp_s, self._motion.covariance)
             self.widen(START_DEVIATION)
 
     def widen(self, deviations: Sequence[float]) -> None:

@@ -45,6 +45,12 @@ class ContinuousOdometry:
         self._last = stamp_s, base_in_odom
         return se2.compose(self.odom_in_continuous, base_in_odom)
 
+    def turned(self, covariance: np.ndarray) -> np.ndarray:
+        """Return a pose's covariance (3, 3) in the frame without jumps."""
+        cos, sin = math.cos(self.odom_in_continuous[2]), math.sin(self.odom_in_continuous[2])
+        turn = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+        return turn @ covariance @ turn.T
+
     def _mend(self, seconds: float, last: np.ndarray, base_in_odom: np.ndarray) -> None:
         x, y, yaw = se2.between(last, base_in_odom)
         way_m, past_s = math.hypot(x, y), max(seconds, 0.0)

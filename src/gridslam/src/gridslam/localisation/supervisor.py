@@ -42,8 +42,10 @@ class Supervisor:
         """Describes how far the search for a lost vehicle is; empty before it began."""
         return self._relocaliser.reason
 
-    def process(self, slam: GridSlam, scan: PlanarScan, base: np.ndarray) -> ScanUpdate | None:
-        """Take in a scan with continuous odometry (3,); see `GridSlam.process`."""
+    def process(
+        self, slam: GridSlam, scan: PlanarScan, base: np.ndarray, covariance: np.ndarray | None = None
+    ) -> ScanUpdate | None:
+        """Take in a scan with continuous odometry (3,) and its covariance; see `GridSlam.process`."""
         if self._standstill.has_changed(scan, base):
             self._say(
                 "The scans change while odometry stands still: odometry has failed, the vehicle was carried, "
@@ -52,10 +54,10 @@ class Supervisor:
             slam.widen(STANDSTILL_DEVIATION)
         judgement = slam.judgement
         if judgement.is_lost:
-            self._seek(slam, scan, base)
+            self._seek(slam, scan, base, covariance)
             return None
         judged = judgement.last
-        update = slam.process(scan, base)
+        update = slam.process(scan, base, covariance)
         if judgement.last is not judged:
             self._remember(slam, scan, base)
         return update
@@ -80,8 +82,10 @@ class Supervisor:
             )
             self._look(slam, scan)
 
-    def _seek(self, slam: GridSlam, scan: PlanarScan, base: np.ndarray) -> None:
-        if slam.follow(base, scan.stamp_s):
+    def _seek(
+        self, slam: GridSlam, scan: PlanarScan, base: np.ndarray, covariance: np.ndarray | None
+    ) -> None:
+        if slam.follow(base, scan.stamp_s, covariance):
             slam.refuse(scan.stamp_s)
             self._relocaliser.add(scan, base)
             self._look(slam, scan)

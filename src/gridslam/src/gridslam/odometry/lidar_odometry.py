@@ -30,6 +30,8 @@ from gridslam.odometry.planar_filter import PLACE, POSE, SPEED, PlanarFilter
 LEVEL = Lean(0.0, 0.0, (0.0, 0.0, 0.0))
 """What counts while the IMU is silent."""
 LEAN_SIGMA_RAD = 0.01
+PLANE = np.ix_((0, 1, 5), (0, 1, 5))
+"""x, y and yaw in a covariance of nav_msgs/Odometry."""
 UNKNOWN_M2 = 1.0
 """Least variance of a height or a place that nothing has told yet."""
 SETTLING_KEYFRAMES, SETTLING_S = 5, 0.4
@@ -61,6 +63,11 @@ class OdometryEstimate:
     """Of the scan's beams that found the local map."""
     remark: str
     """What the sensors did not tell, in one sentence; empty if all is well."""
+
+    @property
+    def planar_covariance(self) -> np.ndarray:
+        """(3, 3) of x, y and yaw."""
+        return self.pose_covariance[PLANE]
 
 
 class LidarOdometry:
@@ -267,8 +274,7 @@ class LidarOdometry:
         velocity = attitude.T @ np.array((*self._filter.state[SPEED], climb))
         matched_covariance, speed_covariance = np.zeros((6, 6)), np.zeros((6, 6))
         planar = self._filter.covariance
-        rows = np.ix_((0, 1, 5), (0, 1, 5))
-        matched_covariance[rows] = planar[POSE, POSE]
+        matched_covariance[PLANE] = planar[POSE, POSE]
         matched_covariance[2, 2] = (
             z_variance if self.height.is_known_at(stamp_s) else max(z_variance, UNKNOWN_M2)
         )
@@ -277,7 +283,7 @@ class LidarOdometry:
             matched_covariance[0, 0], matched_covariance[1, 1] = unknown_m2
         matched_covariance[3, 3] = matched_covariance[4, 4] = LEAN_SIGMA_RAD**2
         pose_covariance = matched_covariance.copy()
-        pose_covariance[rows] += self._drift.covariance
+        pose_covariance[PLANE] += self._drift.covariance
         in_odom = np.zeros((3, 3))
         in_odom[PLACE, PLACE] = planar[SPEED, SPEED]
         in_odom[2, 2] = self.height.climb_variance

@@ -123,7 +123,9 @@ class SlamPose:
         if self._slam is None:
             session = self._setup.session(self._seed, loop_closure=True)
             self._slam = SlamParticipant(session, LidarGeometry.of(self._loop.lidar))
-        self._slam.on_scan(t_s, ranges, odometry, truth)
+        own = self._loop.own_odometry
+        assert own is not None  # there is no GNSS
+        self._slam.on_scan(t_s, ranges, odometry, truth, own.estimates[-1].planar_covariance)
         self.map_to_odom = self._slam.session.map_to_odom or self.map_to_odom
 
     def of(self, t_s: float, pose: Pose) -> tuple[Vector3, float]:

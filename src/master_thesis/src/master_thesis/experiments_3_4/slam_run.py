@@ -70,8 +70,18 @@ class SlamParticipant:
         self._cpu_ms: list[float] = []
         self._scans = 0
 
-    def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
-        """Take a scan. As in the node, a scan without a usable beam is left out."""
+    def on_scan(
+        self,
+        t_s: float,
+        ranges: np.ndarray,
+        odometry: Pose,
+        truth: Pose,
+        covariance: np.ndarray | None = None,
+    ) -> None:
+        """Take a scan. As in the node, a scan without a usable beam is left out.
+
+        covariance: (3, 3) of the odometry's x, y and yaw; None: SLAM's parameters tell it.
+        """
         self._scans += 1
         if self._half_way is None and t_s >= self._half_time_s:
             self._half_way = self.session.grid()
@@ -92,7 +102,7 @@ class SlamParticipant:
             )
         except ScanError:
             return
-        update = self.session.process(scan, (x, y, yaw))
+        update = self.session.process(scan, (x, y, yaw), covariance)
         if update is not None:
             self._cpu_ms.append(1e3 * (time.thread_time() - started))
             self._online.append((t_s, *update.base_in_map))
