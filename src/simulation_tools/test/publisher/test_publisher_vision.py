@@ -44,7 +44,7 @@ def test_it_stops_within_half_a_second_and_lands_before_px4_gives_up(flying):
     assert flying.publisher.phase is Phase.BLIND
     assert flying.of(AnnounceReady) == [AnnounceReady(False)]
     assert [log.text for log in flying.of(Log)] == [
-        "the flight controller has had no external pose for 0.28 s: stopping, then landing."
+        "the flight controller has had no external pose for 0.12 s: stopping, then landing."
     ]
     assert flying.publisher.waiting_for == "the flight controller gets no external pose"
     speeds = [action.linear for action in flying.of(SendVelocity)]

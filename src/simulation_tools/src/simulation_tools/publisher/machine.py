@@ -28,6 +28,7 @@ from simulation_tools.publisher.interface import (
     SendVelocity,
 )
 from simulation_tools.publisher.phases import Phase, Phases
+from simulation_tools.publisher.vision_watch import VisionWatch
 from simulation_tools.publisher.waiting import Waiting
 
 _NS = 1e-9
@@ -63,7 +64,7 @@ class SetpointPublisher:
         self._stream_began_ns: int | None = None
         self._commands.forget()
         self._answers_poses = True
-        self._vision_ns: int | None = None
+        self._vision = VisionWatch()
         self._is_blind = False
 
     # Messages
@@ -94,7 +95,7 @@ class SetpointPublisher:
 
     def on_vision(self, now_ns: int) -> list[Action]:
         """Take in that an external pose has gone to the flight controller."""
-        self._vision_ns = now_ns
+        self._vision.on_pose(now_ns)
         return []
 
     def on_local_pose(self, stamp_ns: int, pose: Pose) -> list[Action]:
@@ -104,9 +105,7 @@ class SetpointPublisher:
             actions = self._start_again()
             self._clock.on_pose(stamp_ns, self.parameters)
         self._heard.poses.add(stamp_ns, pose)
-        if self._vision_ns is None:
-            # None has come yet. A publisher that begins in the air may never hear one.
-            self._vision_ns = stamp_ns - round(self.parameters.vision_timeout_s / _NS) - 1
+        self._vision.expect_pose(stamp_ns, self.parameters)
         gap_s = math.inf if self._sent_ns is None else (stamp_ns - self._sent_ns) * _NS
         if self._answers_poses or gap_s >= self.parameters.stream_gap_s:
             # The stamp differs from the pose's, because lockstep may wait for the answer to a scan of that
@@ -148,12 +147,6 @@ class SetpointPublisher:
     def _poses_missing(self) -> bool:
         return self._clock.poses_missing(self.parameters)
 
-    def _blind_s(self, now_ns: int) -> float:
-        """For how long the flight controller has had no external pose; 0 if it needs none."""
-        if not self.parameters.needs_vision or self._vision_ns is None:
-            return 0.0
-        return (self._clock.latest_ns(now_ns) - self._vision_ns) * _NS
-
     def _watch_poses(self) -> list[Action]:
         """Take no commands while poses are missing, and warn every second."""
         if self.phase in (Phase.WAITING, Phase.IDLE):
@@ -189,9 +182,9 @@ class SetpointPublisher:
         p = self.parameters
         began_ns = now_ns if self._stream_began_ns is None else self._stream_began_ns
         known = self._heard.known(now_ns, p)
-        blind_s = self._blind_s(now_ns)
-        self._is_blind = blind_s > p.vision_timeout_s
-        actions = self._phases.advance(now_ns, known, began_ns, self._poses_missing, blind_s, p)
+        blindness = self._vision.blindness(self._clock.latest_ns(now_ns), p)
+        self._is_blind = blindness.is_too_long
+        actions = self._phases.advance(now_ns, known, began_ns, self._poses_missing, blindness, p)
         self._sent_ns = min(now_ns, self._clock.newest_ns) if self._clock.newest_ns else now_ns
         self._stream_began_ns = began_ns
         return [*actions, self._setpoint(now_ns, stamp_ns)]

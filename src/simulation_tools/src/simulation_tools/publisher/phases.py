@@ -19,6 +19,7 @@ from simulation_tools.publisher.interface import (
     RequestArm,
     RequestMode,
 )
+from simulation_tools.publisher.vision_watch import Blindness
 
 _ON_GROUND = 1  # MAV_LANDED_STATE
 _NS = 1e-9
@@ -64,25 +65,23 @@ class Phases:
         known: Known,
         stream_began_ns: int,
         poses_missing: bool,
-        blind_s: float,
+        blindness: Blindness,
         p: PublisherParameters,
     ) -> list[Action]:
         """Make the transitions by the messages known `decision_delay_s` ago.
 
         stream_began_ns: time of the first setpoint. poses_missing: poses came earlier and have stopped.
-        blind_s: how long the flight controller has had no external pose, if it needs them; else 0.
         """
         pose, state, landed, home = known
         if pose is None or state is None or landed is None or not state.connected:
             return []
-        is_blind = blind_s > p.vision_timeout_s
-        self._may_arm = (home or not p.needs_home) and not is_blind
+        self._may_arm = (home or not p.needs_home) and not blindness.is_too_long
         is_flying = state.armed and landed != _ON_GROUND
         actions: list[Action] = []
-        if is_blind and state.in_offboard and self.phase in _LED:
-            actions = self._enter_blind(now_ns, blind_s, p)
+        if blindness.is_too_long and state.in_offboard and self.phase in _LED:
+            actions = self._enter_blind(now_ns, blindness.lasts_s, p)
         elif self.phase is Phase.BLIND:
-            actions = self._stand(now_ns, pose, state, blind_s, p)
+            actions = self._stand(now_ns, pose, state, blindness, p)
         elif self.phase is Phase.WAITING:
             actions = self._begin(pose, state, is_flying, p)
         elif self.phase is Phase.TAKING_OFF:
@@ -167,7 +166,7 @@ class Phases:
         return self._enter_flying(None, "hovering again, ready.")
 
     def _stand(
-        self, now_ns: int, pose: Pose, state: FcuState, blind_s: float, p: PublisherParameters
+        self, now_ns: int, pose: Pose, state: FcuState, blindness: Blindness, p: PublisherParameters
     ) -> list[Action]:
         if not state.armed:
             return self._end_flight()
@@ -175,12 +174,12 @@ class Phases:
             return self.return_to(pose)
         if state.mode != OFFBOARD:
             return self._enter_yielded(state)
-        if blind_s <= p.vision_timeout_s:
+        if not blindness.is_too_long:
             text = "the flight controller gets poses again"
             if self._flew:
                 return self._enter_flying(pose, f"{text}, ready.")
             return [*self.return_to(pose)[:1], Log(f"{text}: hovering first.", is_warning=False)]
-        if blind_s < p.vision_landing_s:
+        if blindness.lasts_s < p.vision_landing_s:
             return []
         return self._request(now_ns, p, RequestMode(LANDING))
 

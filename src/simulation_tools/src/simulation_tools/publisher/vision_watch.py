@@ -1,0 +1,59 @@
+"""For how long the flight controller has had no external pose, and whether that is too long."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NamedTuple
+
+from simulation_tools.publisher.interface import PublisherParameters
+
+_NS = 1e-9
+GAPS_KEPT, GAPS_LEAST = 100, 10
+
+
+class Blindness(NamedTuple):
+    """The time without an external pose."""
+
+    lasts_s: float
+    """0 if the flight controller needs none."""
+    is_too_long: bool
+
+
+class VisionWatch:
+    """The times at which external poses went to the flight controller.
+
+    The UAV stops after a few times the longest gap between the last poses. So it stops early when poses come
+    fast, and a busy machine or a slow lidar does not stop it.
+    """
+
+    def __init__(self) -> None:
+        self._newest_ns: int | None = None
+        self._has_come = False
+        self._gaps_s: deque[float] = deque(maxlen=GAPS_KEPT)
+
+    def on_pose(self, now_ns: int) -> None:
+        """Take in that a pose has gone to the flight controller."""
+        if self._has_come and self._newest_ns is not None:
+            self._gaps_s.append((now_ns - self._newest_ns) * _NS)
+        self._newest_ns, self._has_come = now_ns, True
+
+    def expect_pose(self, now_ns: int, p: PublisherParameters) -> None:
+        """Count the flight controller as blind if no pose has come yet.
+
+        A publisher that begins in the air may never hear one.
+        """
+        if self._newest_ns is None:
+            self._newest_ns = now_ns - round(p.vision_timeout_s / _NS) - 1
+
+    def blindness(self, now_ns: int, p: PublisherParameters) -> Blindness:
+        """Return how blind the flight controller is."""
+        if not p.needs_vision or self._newest_ns is None:
+            return Blindness(0.0, False)
+        lasts_s = (now_ns - self._newest_ns) * _NS
+        return Blindness(lasts_s, lasts_s > self._limit_s(p))
+
+    def _limit_s(self, p: PublisherParameters) -> float:
+        if len(self._gaps_s) < GAPS_LEAST:
+            return p.vision_timeout_s
+        usual_s = max(p.vision_gaps * max(self._gaps_s), p.vision_timeout_least_s)
+        return min(usual_s, p.vision_timeout_s)
