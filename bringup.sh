@@ -114,8 +114,6 @@ run_tests() {
   rm -rf logs/test
   export ROS_HOME=$root/logs/test ROS_LOG_DIR=$root/logs/test/log PATH="$root/.venv/bin:$PATH"
   mkdir -p "$ROS_LOG_DIR"
-  # Several tests run beside each other. Threads of BLAS on top of that wait for each other at full load.
-  export OPENBLAS_NUM_THREADS=1
   # Four at a time on two cores, because tests wait for processes and clocks half of their time.
   # conftest.py orders the files. The caller's arguments take precedence: -n 0 for --pdb, ...
   exec .venv/bin/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder "$@"
