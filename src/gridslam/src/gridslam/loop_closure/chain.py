@@ -109,7 +109,7 @@ class Chain:
         for name, array, shape in (
             ("stamps", stamps_s, (nodes,)),
             ("poses", poses, (nodes, 3)),
-            ("way", way_m, (max(1, nodes),)),
+            ("way", way_m, (nodes,)),
             ("odometry", odometry, (nodes, 3)),
             ("steps", steps, (between, 3)),
             ("covariances", covariances, (between, 3, 3)),
