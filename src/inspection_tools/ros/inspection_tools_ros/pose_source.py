@@ -14,6 +14,8 @@ from node_tools.newest_transforms import FrameError
 from node_tools.parameters import read_parameters
 
 POSE_SOURCES = ("odometry", "ground_truth", "slam")
+SETTLED_S = 0.2
+"""SLAM's correction counts so long after its stamp. Then every node has it, and a flight in lockstep repeats."""
 
 
 class PoseSource:
@@ -62,8 +64,9 @@ class PoseSource:
         return self._correction.apply(stamp_s, (position_m, yaw_of(orientation)), *correction)
 
     def _map_to_odom(self, stamp: rospy.Time) -> tuple[Vector3, Quaternion]:
-        """Return SLAM's correction at a stamp. This never waits, because the next pose asks again."""
+        """Return SLAM's correction for a pose. This never waits, because the next pose asks again."""
+        settled = rospy.Time(max(0.0, stamp.to_sec() - SETTLED_S))
         try:
-            return self._frames.look_up_at(self._map_frame, self._odom_frame, stamp)
+            return self._frames.look_up_at(self._map_frame, self._odom_frame, settled)
         except FrameError as error:
             raise PoseError(f"{error} Is SLAM running?") from None

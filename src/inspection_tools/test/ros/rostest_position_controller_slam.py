@@ -53,6 +53,7 @@ class SlamTest(unittest.TestCase):
         # and a UAV at (-3, 40) in odom faces along odom's x
         tf.send(correction(stamps.next(0.01), 10.0, 0.0, math.pi / 2.0))
         rospy.sleep(0.3)
+        stamps.next(0.2)  # a correction counts so long after its stamp
         for _ in range(200):
             stamp = stamps.next(0.01)
             poses.send(odometry_of(stamp, (-3.0, 37.0, 2.0)))
@@ -80,8 +81,8 @@ class SlamTest(unittest.TestCase):
         bearing = math.atan2(-there[1], 50.0 - there[0]) - (math.pi / 2.0 - 0.02)
         self.assertAlmostEqual(headings[-1], bearing, places=6)
 
-        # And a correction that is stamped later than the pose does not count yet
-        tf.send(correction(stamps.next(0.01) + rospy.Duration(100.0), 0.0, 0.0, 0.0))
+        # And a correction does not count before 0.2 s have passed since its stamp
+        tf.send(correction(stamps.next(0.01) + rospy.Duration(0.05), 0.0, 0.0, 0.0))
         rospy.sleep(0.3)
         for _ in range(20):
             poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))

@@ -81,15 +81,18 @@ class NewestTransforms:
         """Return the last transform from `target` to `source` that was sent with a stamp up to this one.
 
         A later one does not count, whether it has come or not. So in lockstep the answer does not depend on
-        the order of messages. If none is so old, or TF has several edges between both frames, the newest
-        counts.
+        the order of messages. If TF has several edges between both frames, the newest transform counts.
 
         Raises:
             FrameError: TF does not know it (yet).
         """
         sent = tuple(self._sent.get((target.lstrip("/"), source.lstrip("/")), ()))  # others go on adding
+        if not sent:
+            return self.look_up(target, source)
         known = next((edge.transform for edge in reversed(sent) if edge.header.stamp <= stamp), None)
-        return self.look_up(target, source) if known is None else _transform_of(known)
+        if known is None:
+            raise FrameError(f'TF knows no transform from "{source}" to "{target}" for {stamp.to_sec():g} s.')
+        return _transform_of(known)
 
     def _listen_to_moving(self) -> None:
         if not self._moving:
