@@ -15,7 +15,7 @@ from node_tools.parameters import read_parameters
 
 POSE_SOURCES = ("odometry", "ground_truth", "slam")
 SETTLED_S = 0.2
-"""SLAM's correction counts so long after its stamp. Then every node has it, and a flight in lockstep repeats."""
+"""SLAM's correction counts so long after its stamp. Every node has it by then: flights in lockstep repeat."""
 
 
 class PoseSource:
