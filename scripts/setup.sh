@@ -102,8 +102,9 @@ is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
 
 # start_python, finish_python: make .venv and compile numba's kernels, in parallel to the code between both calls
 start_python() {
-  python_step=
+  python_step= installs_python=
   if ! is_current .venv/.bringup "$(venv_inputs)"; then
+    installs_python=yes
     growing=.venv start_step "installing Python packages into .venv, and compiling the inner loops" make_python
   elif ! is_current .venv/.bringup_kernels "$(kernel_inputs)"; then
     start_step "compiling the inner loops" compile_kernels
@@ -116,7 +117,7 @@ start_python() {
 finish_python() {
   [[ -z $python_step ]] || finish_step "$python_step" ||
     explain_failure "The Python packages of requirements.txt could not be installed, or their kernels not be compiled."
-  [[ -z $python_step ]] || slim_python # after the compiler's package, which contains `strip`
+  [[ -z $installs_python ]] || slim_python # after the compiler's package, which contains `strip`
 }
 
 make_python() { make_venv && compile_imported && compile_kernels; }
@@ -142,7 +143,7 @@ install_python_packages() {
 # slim_python: deletes 0.5 GB of unused parts of packages: example data, debug symbols, their own tests, and pymavlink's
 # dialects of rare autopilots
 slim_python() {
-  local packages package
+  local packages package library
   packages=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))') || return
   rm -rf "$packages"/pybullet_data "$packages"/pybullet_envs "$packages"/gtsam/Data
   for package in numba numpy pandas scipy matplotlib; do
@@ -150,8 +151,14 @@ slim_python() {
   done
   find "$packages/pymavlink/dialects" -type f -not -name '__init__.py' -not -name 'all.*' \
     -not -name 'ardupilotmega.*' -not -name 'common.*' -not -name 'minimal.*' -not -name 'standard.*' -delete
-  # If stripping fails, the file keeps its size.
-  strip --strip-unneeded "$packages"/{pybullet,eglRenderer}*.so "$packages"/llvmlite/binding/*.so 2>/dev/null || true
+  for library in "$packages"/{pybullet,eglRenderer}*.so "$packages"/llvmlite/binding/*.so; do
+    # Into a new file, because a process that uses the old one would crash. If stripping fails, it keeps its size.
+    if strip --strip-unneeded -o "$library.slim" "$library" 2>/dev/null; then
+      chmod --reference="$library" "$library.slim" && mv -f "$library.slim" "$library"
+    else
+      rm -f "$library.slim"
+    fi
+  done
 }
 
 # compile_imported: compiles our libraries' imports to byte code, so that nodes start faster (all packages: 0.15 GB more)

@@ -109,7 +109,7 @@ def test_parameters_are_read_set_and_pulled(pair):
 def test_parameters_come_over_a_network_that_loses_a_fifth(pair):
     _, fcu = pair
     proxy = LossyProxy(fcu.link.offboard.port, seed=5)
-    client = FcuClient(f"udp://127.0.0.1:0@127.0.0.1:{proxy.port}", command_timeout_s=2.0)
+    client = FcuClient(f"udp://127.0.0.1:0@127.0.0.1:{proxy.port}")
     stop = threading.Event()
 
     def serve():

@@ -29,6 +29,7 @@ from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
 from simulation_tools.mavros.fcu_url import parse_fcu_url
 
 _PARAMETER_TRIES, _LIST_REQUESTS, _LIST_ROUNDS = 10, 4, 12  # over a network that loses messages
+_PARAMETER_PATIENCE_S = 3.0  # for all tries, as in MAVROS: three tries of 1 s
 _SET_TRIES = 3  # another value than the one sent: a refusal, or a late answer to an earlier question
 
 Handler = Callable[[common.MAVLink_message], None]
@@ -59,7 +60,7 @@ class FcuClient:
         self._socket = open_udp(*endpoints.local, "MAVROS")
         self._connection = Connection(connection_timeout_s)
         self._command_timeout_s = command_timeout_s
-        self._parameter_timeout_s = min(1.5, command_timeout_s) / _PARAMETER_TRIES
+        self._parameter_timeout_s = min(_PARAMETER_PATIENCE_S, command_timeout_s) / _PARAMETER_TRIES
         self._send_lock = threading.Lock()
         self._handlers: dict[str, list[Handler]] = {}
         self._answers = threading.Condition()
