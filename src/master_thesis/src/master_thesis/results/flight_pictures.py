@@ -19,6 +19,7 @@ from matplotlib.transforms import ScaledTranslation
 from master_thesis.worlds.floor_plan import Outline
 
 _WIDTH_IN = 7.2  # a paper's two columns
+_PATH_STEP_M = 0.05  # a vector picture draws each piece of the coloured path on its own
 _SOLID, _LOW, _HIT = "#5b6066", "#d9d9d6", "#c2410c"
 _STYLE: dict[str, Any] = {"fontsize": 8}
 
@@ -99,11 +100,14 @@ def _draw_outlines(axes: Axes, view: TopView) -> None:
 
 
 def _draw_path(axes: Axes, view: TopView) -> LineCollection:
-    points = view.path[:, :2]
+    flown_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(view.path[:, :2], axis=0).T))))
+    steps = np.flatnonzero(np.diff(np.floor(flown_m / _PATH_STEP_M), prepend=-1.0))
+    path = view.path[np.append(steps, len(flown_m) - 1)]
+    points = path[:, :2]
     segments = np.stack((points[:-1], points[1:]), axis=1)
     axes.plot(*points.T, color="black", linewidth=3.2, solid_capstyle="round", zorder=4)
     lines = LineCollection(segments, cmap="viridis", linewidth=2.2, capstyle="round", zorder=5)
-    lines.set_array(view.path[:-1, 2])
+    lines.set_array(path[:-1, 2])
     if view.value_range:
         lines.set_clim(*view.value_range)
     axes.add_collection(lines)
