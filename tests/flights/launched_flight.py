@@ -1,4 +1,4 @@
-"""A flight of the whole graph, started as a user starts it: with roslaunch."""
+"""A flight of the whole graph, started as a user starts it: with roslaunch or with bringup.sh."""
 
 from __future__ import annotations
 
@@ -11,22 +11,30 @@ import numpy as np
 
 from master_thesis.graph.free_ports import free_ports
 
+ROOT = Path(__file__).resolve().parents[2]
 READY_PATIENCE_S = 150.0  # quiet machines need 12 s
 
 
 class Flight:
-    """One `roslaunch master_thesis ...` with ports and a results folder of its own."""
+    """One flight with ports and a results folder of its own.
 
-    def __init__(self, processes, folder: Path, launch_file: str, **args) -> None:
+    by_bringup: start `bringup.sh` in the folder, with a relative path for the results; else `roslaunch`.
+    """
+
+    def __init__(self, processes, folder: Path, launch_file: str, by_bringup: bool = False, **args) -> None:
         master, offboard, ground = free_ports(3)
         processes.environment["ROS_MASTER_URI"] = f"http://localhost:{master}"
         self.folder = folder
-        ports = {"offboard_port": offboard, "gcs_port": ground, "results": folder / "results"}
+        results = "results" if by_bringup else folder / "results"
+        ports = {"offboard_port": offboard, "gcs_port": ground, "results": results}
         words = [f"{name}:={value}" for name, value in {**ports, **args}.items()]
         self._log = (folder / "roslaunch.log").open("w")
-        command = ("roslaunch", "-p", str(master), "master_thesis", launch_file, *words)
+        roslaunch = ("roslaunch", "-p", str(master), "master_thesis")
+        command = (str(ROOT / "bringup.sh"),) if by_bringup else roslaunch
         self.started_s = time.monotonic()
-        self._process = processes.start(*command, stdout=self._log, stderr=self._log)
+        self._process = processes.start(
+            *command, launch_file, *words, cwd=folder, stdout=self._log, stderr=self._log
+        )
 
     @property
     def said(self) -> str:
