@@ -48,7 +48,7 @@ class ClosedLoop:
         self.publisher = SetpointPublisher(
             PublisherParameters(ground_clearance_m=0.0, needs_vision=vision, needs_home=not vision)
         )
-        self.vision = vision
+        self.vision = self.vision_needed = vision
         self.ready_s = None
         self._noise = np.random.default_rng(3)
         self._under_way = deque()  # poses, each with its time of arrival
@@ -87,6 +87,8 @@ class ClosedLoop:
             flight, publisher, now = self.flight, self.publisher, 1000 * self.flight.body.time_us
             status = flight.px4.status
             self._see(flight.body.time_us)
+            if self.vision_needed and self._ticks % 5 == 1:
+                self._act(publisher.on_clock(now))
             if self._ticks % 50 == 1:
                 self._act(publisher.on_landed_state(now, int(status.landed_state)))
                 state = FcuState(True, status.armed, status.mode.label, status.system_status)

@@ -25,6 +25,8 @@ from simulation_tools.px4.setpoint import Setpoint
 POSE_PERIOD_US = 33_333
 LANDED_PERIOD_US = 200_000
 STATE_PERIOD_US = 1_000_000
+CLOCK_PERIOD_US = 20_000
+"""Of the node's own watch."""
 _MODES = {mode.label: mode for mode in Mode}
 
 
@@ -62,6 +64,8 @@ class PublisherLink:
             (Due(LANDED_PERIOD_US), self._tell_landed),
             (Due(POSE_PERIOD_US), self._tell_pose),
         )
+        if parameters.needs_vision:
+            self._streams += ((Due(CLOCK_PERIOD_US), self._tell_clock),)
 
     def on_time(self, time_us: int) -> None:
         """Pass on PX4's streams of this instant, and its home position if there is one.
@@ -97,6 +101,9 @@ class PublisherLink:
 
     def _tell_landed(self, stamp_ns: int) -> list:
         return self._publisher.on_landed_state(stamp_ns, int(self._px4.status.landed_state))
+
+    def _tell_clock(self, now_ns: int) -> list:
+        return self._publisher.on_clock(now_ns)
 
     def _tell_pose(self, stamp_ns: int) -> list:
         if not self._px4.status.position_valid:

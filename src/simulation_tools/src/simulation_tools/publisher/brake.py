@@ -24,7 +24,7 @@ class Brake:
     def __init__(
         self, now_ns: int, before: Pose | None, here: Pose, lasted_s: float, p: PublisherParameters
     ) -> None:
-        self._ends_ns = now_ns + p.brake_time_s / _NS
+        self._ends_ns = float(now_ns)
         self._against = STANDSTILL
         if before is None:
             return
@@ -32,7 +32,9 @@ class Brake:
         speed_m_s = math.hypot(x, y)
         if speed_m_s <= p.hold_speed_m_s:
             return
-        factor = -p.brake_gain * min(1.0, p.brake_speed_m_s / speed_m_s)
+        share = min(1.0, p.brake_speed_m_s / (p.brake_gain * speed_m_s))
+        self._ends_ns += p.brake_time_s / share / _NS
+        factor = -p.brake_gain * share
         cos, sin = math.cos(here.yaw_rad), math.sin(here.yaw_rad)
         self._against = (factor * (cos * x + sin * y), factor * (cos * y - sin * x), 0.0)
 

@@ -51,10 +51,10 @@ class PublisherParameters:
     never be a home position. needs_vision: the flight controller flies by external poses. If none has gone
     to it for vision_gaps times the longest gap between the last poses (vision_timeout_least_s to
     vision_timeout_s), the UAV stops, because it then knows its own speed for a few seconds only. For
-    brake_time_s the command is brake_gain times its speed (of brake_speed_m_s at most) backwards, then zero.
-    After vision_landing_s it lands: before PX4 gives up its position, which it does after 5 s
-    (EKF2_NOAID_TOUT). time_is_simulated: commands may wait for their poses, see
-    `SetpointPublisher.patience_s`.
+    brake_time_s the command is brake_gain times its speed backwards, then zero. The command is
+    brake_speed_m_s at most, because PX4's tilt limit allows no more; a fast UAV brakes for longer. After
+    vision_landing_s it lands: before PX4 gives up its position, which it does after 5 s (EKF2_NOAID_TOUT).
+    time_is_simulated: commands may wait for their poses, see `SetpointPublisher.patience_s`.
     """
 
     hover_height_m: float = 2.0
@@ -81,12 +81,12 @@ class PublisherParameters:
     needs_home: bool = True
     needs_vision: bool = False
     vision_timeout_s: float = 0.25
-    vision_timeout_least_s: float = 0.1
-    vision_gaps: float = 4.0
+    vision_timeout_least_s: float = 0.08
+    vision_gaps: float = 3.0
     vision_landing_s: float = 3.0
-    brake_time_s: float = 0.2
-    brake_gain: float = 2.0
-    brake_speed_m_s: float = 2.0
+    brake_time_s: float = 0.15
+    brake_gain: float = 3.0
+    brake_speed_m_s: float = 3.5
     time_is_simulated: bool = False
 
     def __post_init__(self) -> None:

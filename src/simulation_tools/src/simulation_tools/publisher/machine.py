@@ -28,7 +28,7 @@ from simulation_tools.publisher.interface import (
     SendVelocity,
 )
 from simulation_tools.publisher.phases import Phase, Phases
-from simulation_tools.publisher.vision_watch import VisionWatch
+from simulation_tools.publisher.vision_watch import Blindness, VisionWatch
 from simulation_tools.publisher.waiting import Waiting
 
 _NS = 1e-9
@@ -72,11 +72,12 @@ class SetpointPublisher:
     def on_clock(self, now_ns: int) -> list[Action]:
         """Take in ROS's time.
 
-        It shows a reset long before the first pose does, and it shows missing poses.
+        It shows a reset long before the first pose does, and it shows missing poses. Without external poses
+        every call gives a setpoint, because a UAV that does not know its place must stop at once.
         """
         if self._clock.on_clock(now_ns, self.parameters):
             return self._start_again()
-        return [*self._watch_poses(), *self._report_waiting(now_ns)]
+        return [*self._watch_poses(), *self._watch_vision(now_ns), *self._report_waiting(now_ns)]
 
     def on_state(self, stamp_ns: int, state: FcuState) -> list[Action]:
         """Take in MAVROS's state."""
@@ -147,6 +148,9 @@ class SetpointPublisher:
     def _poses_missing(self) -> bool:
         return self._clock.poses_missing(self.parameters)
 
+    def _blindness(self, now_ns: int) -> Blindness:
+        return self._vision.blindness(self._clock.latest_ns(now_ns), self.parameters)
+
     def _watch_poses(self) -> list[Action]:
         """Take no commands while poses are missing, and warn every second."""
         if self.phase in (Phase.WAITING, Phase.IDLE):
@@ -155,6 +159,12 @@ class SetpointPublisher:
         if self.phase is Phase.FLYING and self._poses_missing:
             actions += self._phases.return_to(self._heard.poses.newest())
         return actions
+
+    def _watch_vision(self, now_ns: int) -> list[Action]:
+        may_stop = self.phase in (Phase.FLYING, Phase.BLIND) and not self._poses_missing
+        if not may_stop or not self._blindness(now_ns).is_too_long:
+            return []
+        return self._answer(now_ns, now_ns - _BEFORE_NS, self._answers_poses)
 
     def _report_waiting(self, now_ns: int) -> list[Action]:
         """Publish the reason for waiting when it changes. Log it if it lasts."""
@@ -182,7 +192,7 @@ class SetpointPublisher:
         p = self.parameters
         began_ns = now_ns if self._stream_began_ns is None else self._stream_began_ns
         known = self._heard.known(now_ns, p)
-        blindness = self._vision.blindness(self._clock.latest_ns(now_ns), p)
+        blindness = self._blindness(now_ns)
         self._is_blind = blindness.is_too_long
         actions = self._phases.advance(now_ns, known, began_ns, self._poses_missing, blindness, p)
         self._sent_ns = min(now_ns, self._clock.newest_ns) if self._clock.newest_ns else now_ns

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from simulation_tools.publisher.interface import PublisherParameters
 
 _NS = 1e-9
-GAPS_KEPT, GAPS_LEAST = 100, 10
+GAPS_KEPT, GAPS_LEAST = 400, 10
 
 
 class Blindness(NamedTuple):
