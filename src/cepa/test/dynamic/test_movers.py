@@ -40,23 +40,38 @@ class World:
         return Scene(np.concatenate(circles), np.concatenate(walls))
 
 
+class Lorry(World):
+    """A box of 6 m by 1.8 m that drives along y at 1 m/s, from behind a wall to behind another one."""
+
+    def __init__(self, start_y):
+        super().__init__(Scene(walls=np.array([(4.0, -9.0, 4.0, -3.2), (4.0, 3.2, 4.0, 9.0)])))
+        self._start_y = start_y
+
+    def at(self, t):
+        y, sides = self._start_y + t, self._standing.walls
+        corners = np.array([(6.0, y - 3.0), (6.0, y + 3.0), (7.8, y + 3.0), (7.8, y - 3.0)])
+        return Scene(walls=np.concatenate((sides, np.hstack((corners, np.roll(corners, -1, axis=0))))))
+
+
 class Odometry:
     """Drifts as the simulator's: in steps with the way flown, and 3 cm of noise in each scan."""
 
-    def __init__(self, rng):
-        self._rng, self._turn, self._shift = rng, 0.0, np.zeros(2)
+    def __init__(self, rng, noise_m=0.03):
+        self._rng, self._noise_m, self._turn, self._shift = rng, noise_m, 0.0, np.zeros(2)
 
     def error(self, speed):
         way = speed * SCAN_S
         self._shift = self._shift + self._rng.normal(0.0, 0.02, 2) * math.sqrt(way) + 0.01 * way
         self._turn += self._rng.normal(0.0, 0.01) * math.sqrt(way) + 0.002 * way
-        return self._turn, self._shift + self._rng.normal(0.0, 0.03, 2)
+        return self._turn, self._shift + self._rng.normal(0.0, self._noise_m, 2)
 
 
-def watch(world, seconds, speed=0.0, seed=0, start_x=0.0, skip=lambda t: False):
+def watch(
+    world, seconds, speed=0.0, seed=0, start_x=0.0, skip=lambda t: False, parameters=None, noise_m=0.03
+):
     """Fly along x, swaying, and yield (t, place in odometry, points, what moves) of each scan."""
     rng = np.random.default_rng(seed)
-    movers, odometry = Movers(), Odometry(rng)
+    movers, odometry = Movers(parameters), Odometry(rng, noise_m)
     for k in range(round(seconds / SCAN_S)):
         t = k * SCAN_S
         turn, shift = odometry.error(speed)
@@ -105,6 +120,18 @@ def test_a_vehicle_is_found_from_a_uav_in_flight(edge):
     assert all(len(moving.positions) == 1 for moving in sets)
     velocities = np.array([moving.velocities[0] for moving in sets])
     assert np.median(velocities, axis=0) == pytest.approx([0.0, 2.0], abs=0.4)
+
+
+def test_a_lorry_of_which_front_all_and_rear_are_in_sight_keeps_its_velocity():
+    parameters = MoverParameters(greatest_radius_m=3.3)
+    for t, _, _, moving in watch(Lorry(-9.0), 17.0, parameters=parameters, noise_m=0.0):
+        front_y, rear_y = t - 6.0, t - 12.0
+        if front_y > -4.8:  # so far from the line of sight past the wall
+            (velocity,), (place,), (radius,) = moving.velocities, moving.positions, moving.radii
+            assert velocity == pytest.approx([0.0, 1.0], abs=0.3)
+            # And the disc holds all of the near side that is in sight
+            ends = np.array([(6.0, max(rear_y, -4.8)), (6.0, min(front_y, 4.8))])
+            assert (np.hypot(*(ends - place).T) < radius + 0.3).all()
 
 
 def test_its_points_and_no_others_are_marked():

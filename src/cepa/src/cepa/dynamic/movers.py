@@ -9,6 +9,7 @@ import numpy as np
 
 from cepa.errors import ParameterError
 from cepa.kernels import movers as kernels
+from cepa.kernels.evidence import are_free, have_moved
 
 
 @dataclass(frozen=True)
@@ -81,14 +82,18 @@ class MoverSet:
 
 
 TRACKS_MAX, CLUSTERS_MAX = 192, 256
-FRAMES, FRAME_PERIOD_S, YOUNGEST_S = 8, 0.1, 0.15
+FRAMES, FRAME_PERIOD_S, YOUNGEST_S = 12, 0.1, 0.15
 """Earlier scans that tell what was free, the time between them, and the least age."""
 STANDING_FORGET_S, MISSED_S = 0.3, 0.15
 """How long what stands is kept unseen, and anything where the scan sees past its place."""
 STANDING_MIN = 4
 """So many standing things tell how the odometry drifts."""
-RADIUS_MEMORY_S, RADIUS_LEARNING_S = 1.0, 0.15
+RADIUS_MEMORY_S, SIDES_LEARNING_S = 2.0, 1.0
 EVIDENCE_MAX_S = 0.5
+LOSS_OF_FAST, LOSS_OF_SLOW = 0.1, 0.5
+"""What the evidence loses in a second in which something fast, or slow, does not show that it has moved."""
+LONG_M = 0.6
+"""Of a thing with a larger radius, only an end enters what was free."""
 SAMPLES = 12
 LONGEST_STEP_S = 0.5
 NO_VECTORS = np.empty((0, 2))
@@ -188,7 +193,7 @@ class Movers:
     ) -> None:
         """Lay the scan on what stands, and keep what that says of the odometry's drift."""
         motion = np.empty(3)
-        standing = clusters, self._tracks, owners, self._moving, pose
+        standing = clusters, self._tracks, owners, self._moving, points, pose
         if not kernels.align(*standing, dt_s, STANDING_MIN, motion):
             return
         turn = _rotation(motion[2])
@@ -212,17 +217,24 @@ class Movers:
         owners: np.ndarray,
     ) -> None:
         p = self.parameters
-        sizes = math.exp(-dt_s / RADIUS_MEMORY_S), 1.0 - math.exp(-dt_s / RADIUS_LEARNING_S)
-        kernels.correct(self._tracks, clusters, owners, p.deviation_m, p.deviation_hidden_m, *sizes)
-        frames = self._frames, self._bins_of_frames(len(sight_m)), self._stamp_s - self._frames_s
-        evidence = YOUNGEST_S, p.free_gap_m, p.share
-        limits = dt_s, p.speed_min_m_s, p.significance, EVIDENCE_MAX_S
-        seen = self._tracks, clusters, owners, self._surfaces, points
-        kernels.weigh(*seen, pose, sight_m, *frames, *evidence, SAMPLES, *limits)
+        shares = math.exp(-dt_s / RADIUS_MEMORY_S), 1.0 - math.exp(-dt_s / SIDES_LEARNING_S)
+        scan = clusters, owners, points, pose
+        kernels.correct(self._tracks, *scan, p.deviation_m, p.deviation_hidden_m, *shares)
         tracks = self._tracks
         speeds = np.hypot(tracks[:, kernels.VX], tracks[:, kernels.VY])
-        starts = (tracks[:, kernels.EVIDENCE] > p.evidence_s) & (speeds > p.speed_min_m_s)
-        self._moving = starts | self._moving & (tracks[:, kernels.EVIDENCE] > 0.0)
+        least = np.maximum(p.speed_min_m_s, p.significance * np.sqrt(tracks[:, kernels.VV]))
+        is_seen = owners >= 0
+        is_fast = is_seen & (speeds > least)
+        shown = is_fast.copy()
+        larger = np.maximum(1.0, tracks[:, kernels.RADIUS] / LONG_M)
+        seen = points, clusters[:, : kernels.MIDDLE_X], larger, owners, self._surfaces, pose, sight_m
+        frames = self._frames, self._bins_of_frames(len(sight_m)), self._stamp_s - self._frames_s
+        have_moved(*seen, *frames, YOUNGEST_S, p.free_gap_m, p.share, SAMPLES, shown)
+        change = np.where(shown, 1.0, np.where(is_fast, -LOSS_OF_FAST, -LOSS_OF_SLOW)) * is_seen
+        evidence_s = np.clip(tracks[:, kernels.EVIDENCE] + dt_s * change, 0.0, EVIDENCE_MAX_S)
+        tracks[:, kernels.EVIDENCE] = evidence_s
+        starts = (evidence_s > p.evidence_s) & (speeds > p.speed_min_m_s)
+        self._moving = starts | self._moving & (evidence_s > 0.0)
 
     def _forget(self, pose: np.ndarray, sight_m: np.ndarray, owners: np.ndarray) -> np.ndarray:
         """Drop what has not been seen for long, or is not where it should be seen.
@@ -230,7 +242,7 @@ class Movers:
         Returns the clusters (t,) of the tracks that stay, or -1.
         """
         unseen_s, free = self._tracks[:, kernels.UNSEEN], np.empty(len(owners), bool)
-        kernels.are_free(self._tracks, pose, sight_m, self.parameters.free_gap_m, free)
+        are_free(self._tracks[:, : kernels.VX], pose, sight_m, self.parameters.free_gap_m, free)
         allowed_s = np.where(self._moving, self.parameters.forget_s, STANDING_FORGET_S)
         stays = unseen_s <= np.where(free, MISSED_S, allowed_s)
         if stays.all():
@@ -250,7 +262,8 @@ class Movers:
         tracks[:, kernels.Y] = clusters[new, kernels.MIDDLE_Y]
         tracks[:, kernels.PP] = p.deviation_m**2
         tracks[:, kernels.VV] = p.speed_first_m_s**2
-        tracks[:, kernels.RADIUS] = tracks[:, kernels.USUAL] = clusters[new, kernels.SIZE]
+        tracks[:, kernels.RADIUS] = clusters[new, kernels.SIZE]
+        tracks[:, kernels.REACH :] = math.nan
         self._tracks = np.concatenate((self._tracks, tracks))
         self._surfaces = np.concatenate((self._surfaces, np.full((new.size, FRAMES, 2), math.nan)))
         self._moving = np.concatenate((self._moving, np.zeros(new.size, bool)))
@@ -264,7 +277,7 @@ class Movers:
         for lost in tracks[self._moving & unseen]:
             reach_m = lost[kernels.RADIUS] + self.parameters.gate_m + 3.0 * math.sqrt(lost[kernels.PP])
             apart_m = np.hypot(tracks[:, kernels.X] - lost[kernels.X], tracks[:, kernels.Y] - lost[kernels.Y])
-            found = unknown & (apart_m < reach_m) & (tracks[:, kernels.USUAL] < 1.5 * lost[kernels.RADIUS])
+            found = unknown & (apart_m < reach_m) & (tracks[:, kernels.RADIUS] < 1.5 * lost[kernels.RADIUS])
             tracks[found, kernels.VX : kernels.RADIUS + 1] = lost[kernels.VX : kernels.RADIUS + 1]
             tracks[found, kernels.EVIDENCE] = lost[kernels.EVIDENCE]
             self._moving |= found

@@ -1,9 +1,10 @@
-"""What moves: clusters of a scan's points, their tracks, and the evidence that a track is no standing thing.
+"""What moves: clusters of a scan's points, and their tracks.
 
-A cluster's row is first and end index of its points, middle x and y, radius (m), whether something nearer
-hides one of its ends, x and y of the point in its middle, and whether the beams at its ends are far from
-level. A track's row is x, y (m), velocity (m/s), variance of position, covariance, variance of velocity (per
-axis), radius, radius over the last scans (m), time unseen and evidence (s).
+A cluster's row is first and end index of its points, middle x and y, radius (m), x and y of the point in its
+middle, and how its first and last end are cut off: NOT_CUT, TILTED or HIDDEN. A track's row is x, y (m) of a
+disc that holds the thing, velocity (m/s), variance of position, covariance, variance of velocity (per axis),
+the disc's radius (m), time unseen, evidence (s), and how far the thing reaches from (x, y) along each of
+NORMALS (m, NaN where nobody has seen it).
 """
 
 from __future__ import annotations
@@ -13,12 +14,19 @@ import math
 import numpy as np
 from numba import njit
 
-FIRST, END, MIDDLE_X, MIDDLE_Y, SIZE, HIDDEN, SURFACE_X, SURFACE_Y, TILTED, CLUSTER_COLUMNS = range(10)
-X, Y, VX, VY, PP, PV, VV, RADIUS, USUAL, UNSEEN, EVIDENCE, TRACK_COLUMNS = range(12)
+FIRST, END, MIDDLE_X, MIDDLE_Y, SIZE, SURFACE_X, SURFACE_Y, CUT_FIRST, CUT_LAST, CLUSTER_COLUMNS = range(10)
+NOT_CUT, TILTED, HIDDEN = 0.0, 1.0, 2.0
+"""An end is the thing's own, or its beams are far from level, or it is where something hides the rest."""
+NORMALS = np.array([(math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(16)])
+"""The directions in which a thing's sides are measured."""
+X, Y, VX, VY, PP, PV, VV, RADIUS, UNSEEN, EVIDENCE, REACH = range(11)
+TRACK_COLUMNS = REACH + len(NORMALS)
 ADJACENT_RAD = math.radians(3.0)
-HEADING_ERROR_RAD = 0.005
-RESIZED_M = 0.08
-LONG_M = 0.6
+RESIZED_M, RESIZED_SHARE = 0.08, 0.1
+GRAZING, CUT_M = 0.2, 0.3
+"""A side is seen from this sine of the angle of sight on, and so far from an end that is cut off."""
+DAMPING, OUTLIER_M = 0.2, 0.1
+"""Of the least squares of a thing's sides: so much of one side holds it where it was predicted."""
 RESIDUAL_M, SHIFT_M, TURN_RAD = 0.05, 0.05, 0.02
 """Standard deviations: of a standing thing's middle, and of the odometry's error from scan to scan."""
 
@@ -86,15 +94,16 @@ def _measure(
     for k in range(first, end):
         dx, dy = points[k % n, 0] - middle_x, points[k % n, 1] - middle_y
         largest = max(largest, dx * dx + dy * dy)
-    hidden = _hides(points, pose, (first - 1) % n, a, gap) or _hides(points, pose, end % n, b, gap)
-    hidden = hidden or _exceeds(points, pose, bins, a, 0.0) or _exceeds(points, pose, bins, b, 0.0)
-    tilted = _exceeds(points, pose, level, a, 1.0) or _exceeds(points, pose, level, b, 1.0)
+    for column, other, at in ((CUT_FIRST, (first - 1) % n, a), (CUT_LAST, end % n, b)):
+        cluster[column] = NOT_CUT
+        if _hides(points, pose, other, at, gap) or _exceeds(points, pose, bins, at, 0.0):
+            cluster[column] = HIDDEN
+        elif _exceeds(points, pose, level, at, 1.0):
+            cluster[column] = TILTED
     surface = ((first + end - 1) // 2) % n
     cluster[FIRST], cluster[END] = first, end
     cluster[MIDDLE_X], cluster[MIDDLE_Y], cluster[SIZE] = middle_x, middle_y, math.sqrt(largest)
-    cluster[HIDDEN] = 1.0 if hidden else 0.0
     cluster[SURFACE_X], cluster[SURFACE_Y] = points[surface, 0], points[surface, 1]
-    cluster[TILTED] = 1.0 if tilted else 0.0
 
 
 @njit(cache=True)
@@ -143,13 +152,15 @@ def associate(
     """Fill ``matches`` (c,) with each cluster's track or -1, ``owners`` (t,) with each track's cluster or -1.
 
     A pair is each other's nearest, within ``gate`` m plus three standard deviations and half the radius.
+    Of what moves, a part alone may be in sight, so all of its radius counts.
     """
     for c in range(clusters.shape[0]):
         best = math.inf
         matches[c] = -1
         for t in range(tracks.shape[0]):
             d = _separation(clusters[c], tracks[t])
-            if d < best and d < gate + 3.0 * math.sqrt(tracks[t, PP]) + 0.5 * tracks[t, RADIUS]:
+            share = 1.0 if tracks[t, EVIDENCE] > 0.0 else 0.5
+            if d < best and d < gate + 3.0 * math.sqrt(tracks[t, PP]) + share * tracks[t, RADIUS]:
                 best = d
                 matches[c] = t
     for t in range(tracks.shape[0]):
@@ -172,11 +183,61 @@ def _separation(cluster: np.ndarray, track: np.ndarray) -> float:
 
 
 @njit(cache=True)
+def reaches_of(
+    points: np.ndarray, cluster: np.ndarray, pose: np.ndarray, cut: float, reaches: np.ndarray
+) -> None:
+    """Fill ``reaches`` (k,) with how far the thing of a cluster reaches along each of NORMALS, m.
+
+    What stands before the lidar along a normal, sees the lidar, however little of the rest is in sight. Along
+    the other normals it may reach farther than its points: NaN. So it is near an end that is ``cut`` or more.
+    """
+    n, first, end = points.shape[0], int(cluster[FIRST]), int(cluster[END])
+    for k in range(NORMALS.shape[0]):
+        x, y = NORMALS[k]
+        farthest, at = -math.inf, first
+        for j in range(first, end):
+            reach = x * points[j % n, 0] + y * points[j % n, 1]
+            if reach > farthest:
+                farthest, at = reach, j % n
+        px, py = points[at]
+        is_seen = x * pose[0] + y * pose[1] - farthest > GRAZING * math.hypot(px - pose[0], py - pose[1])
+        for column, j in ((CUT_FIRST, first % n), (CUT_LAST, (end - 1) % n)):
+            if cluster[column] >= cut and math.hypot(px - points[j, 0], py - points[j, 1]) < CUT_M:
+                is_seen = False
+        reaches[k] = farthest if is_seen else math.nan
+
+
+@njit(cache=True)
+def _shift_of(reaches: np.ndarray, track: np.ndarray, shift: np.ndarray) -> int:
+    """Fill ``shift`` (2,) with how far a thing is from its track; return how many known sides tell it.
+
+    Outliers count little. Along an axis that no side tells, it is where it was predicted.
+    """
+    shift[:] = 0.0
+    known = 0
+    for _ in range(3):
+        a, b, c, right_x, right_y, known = DAMPING, 0.0, DAMPING, 0.0, 0.0, 0
+        for k in range(NORMALS.shape[0]):
+            x, y = NORMALS[k]
+            off = reaches[k] - track[REACH + k] - x * track[X] - y * track[Y]
+            if math.isnan(off):
+                continue
+            w = 1.0 / (1.0 + ((off - x * shift[0] - y * shift[1]) / OUTLIER_M) ** 2)
+            a, b, c = a + w * x * x, b + w * x * y, c + w * y * y
+            right_x, right_y, known = right_x + w * off * x, right_y + w * off * y, known + 1
+        determinant = a * c - b * b
+        shift[0] = (c * right_x - b * right_y) / determinant
+        shift[1] = (a * right_y - b * right_x) / determinant
+    return known
+
+
+@njit(cache=True)
 def align(
     clusters: np.ndarray,
     tracks: np.ndarray,
     owners: np.ndarray,
     moving: np.ndarray,
+    points: np.ndarray,
     pose: np.ndarray,
     dt: float,
     least: int,
@@ -184,25 +245,31 @@ def align(
 ) -> bool:
     """Fill ``motion`` (3: x, y in m, turn in rad about the lidar) with what lays a scan on standing things.
 
-    They are the tracks that are not ``moving`` (t,) and were seen in the last scan, with all of their
-    clusters in sight. Outliers count little. Returns whether there are at least ``least`` of them. With
-    fewer, one that moves could not be told from an error of the odometry.
+    They are the tracks that are not ``moving`` (t,) and were seen in the last scan, with known sides and all
+    of their clusters in sight. Outliers count little. Returns whether there are at least ``least`` of them.
+    With fewer, one that moves could not be told from an error of the odometry.
     """
     motion[:] = 0.0
+    shifts, reaches = np.full((tracks.shape[0], 2), math.nan), np.empty(NORMALS.shape[0])
+    for t in range(tracks.shape[0]):
+        if owners[t] < 0 or moving[t] or tracks[t, UNSEEN] > 1.5 * dt:
+            continue
+        cluster = clusters[owners[t]]
+        if max(cluster[CUT_FIRST], cluster[CUT_LAST]) < HIDDEN:
+            reaches_of(points, cluster, pose, HIDDEN, reaches)
+            if _shift_of(reaches, tracks[t], shifts[t]) == 0:
+                shifts[t] = math.nan
     for _ in range(4):
         matrix = np.diag(np.array([1.0 / SHIFT_M**2, 1.0 / SHIFT_M**2, 1.0 / TURN_RAD**2]))
         right = np.zeros(3)
         count = 0
         for t in range(tracks.shape[0]):
-            if owners[t] < 0 or moving[t] or tracks[t, UNSEEN] > 1.5 * dt:
-                continue
-            cluster = clusters[owners[t]]
-            if cluster[HIDDEN] > 0.0:
+            if math.isnan(shifts[t, 0]):
                 continue
             count += 1
+            cluster = clusters[owners[t]]
             ax, ay = cluster[MIDDLE_X] - pose[0], cluster[MIDDLE_Y] - pose[1]
-            rx = tracks[t, X] - dt * tracks[t, VX] - cluster[MIDDLE_X]
-            ry = tracks[t, Y] - dt * tracks[t, VY] - cluster[MIDDLE_Y]
+            rx, ry = -shifts[t, 0] - dt * tracks[t, VX], -shifts[t, 1] - dt * tracks[t, VY]
             ex, ey = rx - motion[0] + motion[2] * ay, ry - motion[1] - motion[2] * ax
             w = 1.0 / (RESIDUAL_M**2 + ex * ex + ey * ey)
             matrix[0, 0] += w
@@ -226,162 +293,63 @@ def correct(
     tracks: np.ndarray,
     clusters: np.ndarray,
     owners: np.ndarray,
+    points: np.ndarray,
+    pose: np.ndarray,
     deviation: float,
     deviation_hidden: float,
     memory: float,
     learning: float,
 ) -> None:
-    """Take the clusters' middles as measurements of their tracks; deviations in m.
+    """Take the sides of the clusters as measurements of their tracks; deviations in m.
 
-    The radius is the greatest seen, of which ``memory`` (0 to 1) is left after each scan. The usual radius
-    follows by the share ``learning``. A middle is as uncertain as the radius differs from the usual one,
-    because the thing shows another side. From RESIZED_M and a tenth on the middle jumps, and says nothing of
-    the velocity. A lidar that leans may see less of a thing because its beams pass over the rest. Of a lorry
-    that passes, a part alone may stay in sight, within the circle of a track that has evidence of moving. In
-    both cases the track goes on as predicted.
+    The middle of what is in sight jumps when another side comes into sight, or a part goes out of it. A side
+    does not. The track learns by the share ``learning`` where its sides are. Before it moves, a thing without
+    a known side is measured by its middle. ``memory`` (0 to 1) of the disc's radius is left after each scan,
+    and then it grows and shifts so that it holds the cluster. A lidar that leans may see less of a thing
+    because its beams pass over the rest. Then a tilted end is cut.
     """
+    reaches, shift = np.empty(NORMALS.shape[0]), np.empty(2)
     for t in range(tracks.shape[0]):
         if owners[t] < 0:
             continue
         track, cluster = tracks[t], clusters[owners[t]]
         track[UNSEEN] = 0.0
-        resized = max(RESIZED_M, 0.1 * track[USUAL])
-        grown = cluster[SIZE] - track[USUAL]
-        within = math.hypot(cluster[MIDDLE_X] - track[X], cluster[MIDDLE_Y] - track[Y]) + cluster[SIZE]
-        is_part = cluster[TILTED] > 0.0 or (track[EVIDENCE] > 0.0 and within < track[RADIUS] + resized)
-        if is_part and grown < -resized:
-            continue
-        sigma = math.hypot(deviation_hidden if cluster[HIDDEN] > 0.0 else deviation, grown)
-        gain = 1.0 / (track[PP] + sigma * sigma)
-        gain_p, gain_v = track[PP] * gain, track[PV] * gain
-        dx, dy = cluster[MIDDLE_X] - track[X], cluster[MIDDLE_Y] - track[Y]
-        if abs(grown) > resized:
-            gain_p, gain_v = 1.0, 0.0
-        track[X] += gain_p * dx
-        track[Y] += gain_p * dy
-        track[VX] += gain_v * dx
-        track[VY] += gain_v * dy
-        track[VV] -= gain_v * track[PV]
-        track[PV] *= 1.0 - gain_p
-        track[PP] = (1.0 - gain_p) * track[PP] if gain_p < 1.0 else sigma * sigma
-        track[USUAL] += learning * grown
-        track[RADIUS] = max(cluster[SIZE], memory * track[RADIUS])
+        is_smaller = cluster[SIZE] < track[RADIUS] - max(RESIZED_M, RESIZED_SHARE * track[RADIUS])
+        reaches_of(points, cluster, pose, TILTED if is_smaller else HIDDEN, reaches)
+        sigma = deviation
+        known = _shift_of(reaches, track, shift)
+        if known == 0 and track[EVIDENCE] == 0.0:
+            shift[0], shift[1] = cluster[MIDDLE_X] - track[X], cluster[MIDDLE_Y] - track[Y]
+            sigma = deviation_hidden
+        if known > 0 or track[EVIDENCE] == 0.0:
+            gain = 1.0 / (track[PP] + sigma * sigma)
+            gain_p, gain_v = track[PP] * gain, track[PV] * gain
+            track[X] += gain_p * shift[0]
+            track[Y] += gain_p * shift[1]
+            track[VX] += gain_v * shift[0]
+            track[VY] += gain_v * shift[1]
+            track[VV] -= gain_v * track[PV]
+            track[PV] *= 1.0 - gain_p
+            track[PP] *= 1.0 - gain_p
+        for k in range(NORMALS.shape[0]):
+            reach = reaches[k] - NORMALS[k, 0] * track[X] - NORMALS[k, 1] * track[Y]
+            if math.isnan(track[REACH + k]):
+                track[REACH + k] = reach
+            elif not math.isnan(reach):
+                track[REACH + k] += learning * (reach - track[REACH + k])
+        _hold(track, cluster, memory)
 
 
 @njit(cache=True)
-def _is_free(
-    x: float, y: float, from_x: float, from_y: float, turn: float, bins: np.ndarray, gap: float
-) -> bool:
-    """Whether a scan from (from_x, from_y) sees past (x, y) by more than ``gap`` m.
-
-    bins (m,): how far it sees in equal directions from ``turn`` rad, m, negative where it does not look. All
-    directions that pass within half a ``gap`` or HEADING_ERROR_RAD must agree, so the edge of a standing
-    thing never counts.
-    """
-    dx, dy = x - from_x, y - from_y
-    distance = math.sqrt(dx * dx + dy * dy)
-    if distance < gap:
-        return False
-    per_rad = bins.size / (2.0 * math.pi)
-    middle = math.floor((math.atan2(dy, dx) - turn) * per_rad + 0.5)
-    guard = math.ceil((0.5 * gap / distance + HEADING_ERROR_RAD) * per_rad + 0.5)
-    least = math.inf
-    for b in range(middle - guard, middle + guard + 1):
-        least = min(least, bins[b % bins.size])
-    return least >= distance + gap
-
-
-@njit(cache=True)
-def are_free(tracks: np.ndarray, pose: np.ndarray, bins: np.ndarray, gap: float, free: np.ndarray) -> None:
-    """Fill ``free`` (t,) with whether the scan sees past the place of each track; see ``_is_free``."""
-    for t in range(tracks.shape[0]):
-        free[t] = _is_free(tracks[t, X], tracks[t, Y], pose[0], pose[1], pose[2], bins, gap)
-
-
-@njit(cache=True)
-def _has_moved(
-    points: np.ndarray,
-    cluster: np.ndarray,
-    surfaces: np.ndarray,
-    pose: np.ndarray,
-    bins: np.ndarray,
-    frames: np.ndarray,
-    frames_bins: np.ndarray,
-    ages: np.ndarray,
-    youngest: float,
-    gap: float,
-    share: float,
-    samples: int,
-) -> bool:
-    """Whether a track's cluster is where earlier scans saw nothing, or is gone from where it was.
-
-    surfaces (f, 2): the middle of its points in earlier scans, NaN where it was not seen. frames (f, 3: x, y,
-    turn of the bins), frames_bins (f, m), ages (f,): those scans; younger than ``youngest`` s they do not
-    count. pose (3,), bins (m,): the scan's own. ``share`` of ``samples`` points must be in the free, each in
-    two earlier scans.
-    """
-    vacated = 0
-    for f in range(ages.size):
-        if ages[f] < youngest or math.isnan(surfaces[f, 0]):
-            continue
-        if _is_free(surfaces[f, 0], surfaces[f, 1], pose[0], pose[1], pose[2], bins, gap):
-            vacated += 1
-    if vacated >= 2:
-        return True
-    n = points.shape[0]
-    first, size = int(cluster[FIRST]), int(cluster[END] - cluster[FIRST])
-    taken = min(samples, size)
-    entered = 0
-    for s in range(taken):
-        k = (first + (s * size + size // 2) // taken) % n
-        times = 0
-        for f in range(ages.size):
-            if ages[f] >= youngest:
-                x, y, turn = frames[f, 0], frames[f, 1], frames[f, 2]
-                if _is_free(points[k, 0], points[k, 1], x, y, turn, frames_bins[f], gap):
-                    times += 1
-                    if times == 2:
-                        entered += 1
-                        break
-    return entered >= max(2.0, share * taken)
-
-
-@njit(cache=True)
-def weigh(
-    tracks: np.ndarray,
-    clusters: np.ndarray,
-    owners: np.ndarray,
-    surfaces: np.ndarray,
-    points: np.ndarray,
-    pose: np.ndarray,
-    bins: np.ndarray,
-    frames: np.ndarray,
-    frames_bins: np.ndarray,
-    ages: np.ndarray,
-    youngest: float,
-    gap: float,
-    share: float,
-    samples: int,
-    dt: float,
-    speed_min: float,
-    significance: float,
-    greatest: float,
-) -> None:
-    """Add ``dt`` s to the evidence of each seen track that is significantly fast and has moved.
-
-    It takes half of that from the other seen tracks. The evidence stays within 0 and ``greatest`` s.
-    surfaces (t, f, 2); the other arguments as in ``_has_moved``.
-    """
-    for t in range(tracks.shape[0]):
-        if owners[t] < 0:
-            continue
-        track = tracks[t]
-        speed = math.hypot(track[VX], track[VY])
-        shown = speed > speed_min and speed > significance * math.sqrt(track[VV])
-        if shown:
-            cluster = clusters[owners[t]]
-            scans = pose, bins, frames, frames_bins, ages
-            larger = max(1.0, cluster[SIZE] / LONG_M)  # only an end of a long thing enters what was free
-            looks = math.ceil(larger * samples)
-            shown = _has_moved(points, cluster, surfaces[t], *scans, youngest, gap, share / larger, looks)
-        track[EVIDENCE] = min(greatest, max(0.0, track[EVIDENCE] + (dt if shown else -0.5 * dt)))
+def _hold(track: np.ndarray, cluster: np.ndarray, memory: float) -> None:
+    """Shrink a track's disc to ``memory``; then make it the least one that holds it and the cluster."""
+    radius, size = memory * track[RADIUS], cluster[SIZE]
+    x, y = cluster[MIDDLE_X] - track[X], cluster[MIDDLE_Y] - track[Y]
+    apart = math.hypot(x, y)
+    track[RADIUS] = max(radius, size, 0.5 * (radius + apart + size))
+    if radius < apart + size:
+        share = (track[RADIUS] - radius) / apart if size < apart + radius else 1.0
+        track[X] += share * x
+        track[Y] += share * y
+        for k in range(NORMALS.shape[0]):
+            track[REACH + k] -= share * (NORMALS[k, 0] * x + NORMALS[k, 1] * y)
