@@ -44,6 +44,7 @@ class CorrectionWatch:
 
     def of(self, t_s: float, pose: Pose) -> tuple[Vector3, float]:
         """Return position and heading in `map`, as `SlamPose.of` does."""
+        self._slam.settle(t_s)
         before, self._before = self._before, self._slam.map_to_odom
         here = np.array([pose.position_m[:2]])
         size_m = math.dist(*(se2.transform(by, here)[0] for by in (before, self._before)))

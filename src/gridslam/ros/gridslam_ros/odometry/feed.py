@@ -13,7 +13,7 @@ from sensor_msgs.msg import Imu, LaserScan, Range
 from gridslam import ScanError, SlamError
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import SILENT_S, InertialReading
-from gridslam_ros.odometry.range_queue import RangeQueue
+from gridslam.odometry.range_queue import RangeQueue
 from gridslam_ros.odometry_frames import Pose
 from node_tools.conversions import xyz, xyzw
 
@@ -83,7 +83,7 @@ class OdometryFeed:
 
     def on_range(self, message: Range) -> None:
         """Take a range."""
-        self._ranges.add(message)
+        self._ranges.add(message.header.stamp.to_sec(), message)
         self._process_if_ready()
 
     def on_scan(self, message: LaserScan) -> None:
@@ -137,10 +137,10 @@ class OdometryFeed:
                 return
 
     def _use_ranges(self, scan_s: float) -> None:
-        for message in self._ranges.take(scan_s):
+        for stamp_s, message in self._ranges.take(scan_s):
             try:
                 self._odometry.on_range(
-                    message.header.stamp.to_sec(),
+                    stamp_s,
                     message.range,
                     (message.min_range, message.max_range),
                     self._mount(message.header.frame_id),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +19,9 @@ from master_thesis.flight.course import Outcome
 from master_thesis.flight.flight_recording import LidarGeometry
 from master_thesis.flight.without_gnss import SLAM
 from simulation_tools.geometry import Pose, Vector3
+
+CORRECTION_LAG_S = 0.25
+"""From a scan to when its correction counts: gridslam stamps it 0.05 s ahead, the controller waits 0.2 s."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +106,8 @@ def fly_without_gnss(world: str, seed: int, parameters: ClosedLoopParameters) ->
 class SlamPose:
     """SLAM beside a closed loop, whose mission it lets fly in `map`. SLAM that died begins a new map.
 
-    rows: time in s and position, of every odometry. map_to_odom: x, y in m and yaw in rad, the newest.
-    slow: lets it count slowly.
+    rows: time in s and position, of every odometry. map_to_odom: x, y in m and yaw in rad, the newest that
+    counts at the time of `settle`. slow: lets it count slowly.
     """
 
     def __init__(self, loop: ClosedLoop, world: str, seed: int) -> None:
@@ -111,6 +115,7 @@ class SlamPose:
         self._slam: SlamParticipant | None = None
         self.slow = SlowCorrection()
         self.map_to_odom = (0.0, 0.0, 0.0)
+        self._coming: deque[tuple[float, tuple[float, float, float]]] = deque()
         self.rows: list[tuple[float, ...]] = []
         loop.listeners.append(self)
         loop.correct = self.of
@@ -126,10 +131,17 @@ class SlamPose:
         own = self._loop.own_odometry
         assert own is not None  # there is no GNSS
         self._slam.on_scan(t_s, ranges, odometry, truth, own.estimates[-1].planar_covariance)
-        self.map_to_odom = self._slam.session.map_to_odom or self.map_to_odom
+        if self._slam.session.map_to_odom is not None:
+            self._coming.append((t_s + CORRECTION_LAG_S, self._slam.session.map_to_odom))
+
+    def settle(self, t_s: float) -> None:
+        """Let the corrections count that are old enough."""
+        while self._coming and self._coming[0][0] <= t_s + 1e-6:
+            self.map_to_odom = self._coming.popleft()[1]
 
     def of(self, t_s: float, pose: Pose) -> tuple[Vector3, float]:
         """Return position and heading in `map` of a pose in `odom`."""
+        self.settle(t_s)
         x, y, yaw = self.map_to_odom
         turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
         position_m, yaw_rad = self.slow.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, 0.0), turn)

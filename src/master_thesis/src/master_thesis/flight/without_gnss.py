@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from dataclasses import dataclass
 
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import InertialReading
+from gridslam.odometry.range_queue import RangeQueue
 from inspection_tools.vision_pose import Motion, VisionPose, VisionState
 from master_thesis.errors import FlightError
 from simulation_tools.geometry import Pose, quaternion_from_rpy
@@ -20,6 +22,8 @@ from simulation_tools.simulation import Simulation, StepOutput
 
 IMU_PERIOD_US = 20_000
 """Of PX4's ATTITUDE_QUATERNION on the offboard link."""
+IMU_LAG_S = 0.0205
+"""The node's imu_lag. The first reading that is older than a scan by at most this is the last that counts."""
 
 LIDAR, RANGE_FINDER, BRIDGE, SLAM = "lidar", "range_finder", "bridge", "slam"
 PARTS = (LIDAR, RANGE_FINDER, BRIDGE, SLAM)
@@ -49,6 +53,7 @@ class Outage:
 class OwnOdometry:
     """Odometry from the simulated lidar, the flight controller's IMU and the range finder.
 
+    A scan takes readings and ranges by their stamps, as in the node.
     estimates: of all scans. cpu_ms: CPU time of each. told_us: time of the last pose that the flight
     controller got.
     """
@@ -62,6 +67,8 @@ class OwnOdometry:
         self._odometry = LidarOdometry(start=(*spawn.position_m[:2], spawn.yaw_rad))
         self._vision = VisionPose()
         self._due_us = 0
+        self._readings: deque[InertialReading] = deque()
+        self._ranges = RangeQueue()
         self.estimates: list[OdometryEstimate] = []
         self.cpu_ms: list[float] = []
         self.told_us: int | None = None
@@ -78,16 +85,25 @@ class OwnOdometry:
         self._watch_bridge(outage is not None and outage.holds(BRIDGE, t_s))
         if output.time_us >= self._due_us:
             self._due_us = (output.time_us // IMU_PERIOD_US + 1) * IMU_PERIOD_US
-            self._odometry.on_imu(self._inertial(t_s))
-        found = self._on_scan(output) if output.scan is not None else None
-        for sensor in output.payload:  # after the scan: a range counts from the next scan on, as in the node
+            self._readings.append(self._inertial(t_s))
+        for sensor in output.payload:
             if isinstance(sensor.device, RangeFinder) and not (outage and outage.holds(RANGE_FINDER, t_s)):
-                reading = sensor.read()
-                assert isinstance(reading, float)
-                limits = sensor.device.range_min, sensor.device.range_max
                 mount = sensor.mount.pose
-                self._odometry.on_range(t_s, reading, limits, (mount.position_m, mount.orientation_xyzw))
-        return found
+                limits = sensor.device.range_min, sensor.device.range_max
+                self._ranges.add(t_s, (sensor.read(), limits, (mount.position_m, mount.orientation_xyzw)))
+        if output.scan is None:
+            return None
+        self._use_readings(t_s - IMU_LAG_S)
+        for range_s, (reading, limits, mounted) in self._ranges.take(t_s):
+            self._odometry.on_range(range_s, reading, limits, mounted)
+        return self._on_scan(output)
+
+    def _use_readings(self, until_s: float) -> None:
+        while self._readings:
+            reading = self._readings.popleft()
+            self._odometry.on_imu(reading)
+            if reading.stamp_s >= until_s:
+                return
 
     def _watch_bridge(self, is_dead: bool) -> None:
         if self._bridge_is_dead and not is_dead:

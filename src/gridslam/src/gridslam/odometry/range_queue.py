@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-
-from sensor_msgs.msg import Range
+from typing import Any
 
 LAG_MAX_S = 0.25
 """A range finder that is silent for longer holds up no scan."""
@@ -23,38 +22,39 @@ class RangeQueue:
     """
 
     def __init__(self) -> None:
-        self._waiting: deque[Range] = deque(maxlen=KEPT)
+        self._waiting: deque[tuple[float, Any]] = deque(maxlen=KEPT)
         self._counted_s: deque[float] = deque(maxlen=GAPS + 1)
-        self._newest_ns: int | None = None
+        self._newest_s: float | None = None
 
     @property
     def has_begun(self) -> bool:
         """Whether any range has come."""
-        return self._newest_ns is not None
+        return self._newest_s is not None
 
-    def add(self, message: Range) -> None:
-        """Take a range. One that a simulator in lockstep sends again does not count."""
-        stamp_ns = message.header.stamp.to_nsec()
-        if stamp_ns == self._newest_ns:
+    def add(self, stamp_s: float, reading: Any) -> None:
+        """Take a range, in any form. One that a simulator in lockstep sends again does not count."""
+        if stamp_s == self._newest_s:
             return
-        if self._newest_ns is not None and stamp_ns < self._newest_ns:  # the clock went back
+        if self._newest_s is not None and stamp_s < self._newest_s:  # the clock went back
             self._waiting.clear()
             self._counted_s.clear()
-        self._newest_ns = stamp_ns
-        self._waiting.append(message)
+        self._newest_s = stamp_s
+        self._waiting.append((stamp_s, reading))
 
     def lacks(self, stamp_s: float) -> bool:
         """Whether a range that counts for a scan of this time is still to come."""
-        return self._newest_ns is not None and self._lag_s < stamp_s - 1e-9 * self._newest_ns < LAG_MAX_S
+        return self._newest_s is not None and self._lag_s < stamp_s - self._newest_s < LAG_MAX_S
 
-    def take(self, stamp_s: float) -> list[Range]:
-        """Return the ranges that count for a scan of this time and did not count before, oldest first."""
-        taken, until_s = [], stamp_s - self._lag_s
+    def take(self, stamp_s: float) -> list[tuple[float, Any]]:
+        """Return (stamp in s, range) of the new ones that count for a scan of this time, oldest first."""
+        taken: list[tuple[float, Any]] = []
+        until_s = stamp_s - self._lag_s
         while self._waiting and (not self._counted_s or self._counted_s[-1] < until_s):
-            if self._stamp_s(self._waiting[0]) >= stamp_s:
+            range_s = self._waiting[0][0]
+            if range_s >= stamp_s:
                 break
-            taken.append(self._waiting.popleft())
-            self._counted_s.append(self._stamp_s(taken[-1]))
+            taken.append((range_s, self._waiting.popleft()[1]))
+            self._counted_s.append(range_s)
         return taken
 
     @property
@@ -62,7 +62,3 @@ class RangeQueue:
         stamps_s = list(self._counted_s)
         gaps_s = sorted(later - earlier for earlier, later in zip(stamps_s, stamps_s[1:]))
         return min(gaps_s[-2] + SLACK_S, LAG_MAX_S) if len(gaps_s) > 1 else LAG_MAX_S
-
-    @staticmethod
-    def _stamp_s(message: Range) -> float:
-        return message.header.stamp.to_sec()
