@@ -9,16 +9,18 @@ from typing import Callable, Iterator
 import genpy
 import numpy as np
 import rosbag
+from nav_msgs.msg import Odometry
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from gridslam import SlamError
 from gridslam_ros.intake import Intake
+from gridslam_ros.odometry.covariances import OdometryCovariances
 from gridslam_ros.odometry_frames import OdometryFrames
 from gridslam_ros.scan_queue import ScanQueue
 
-LASER_SCAN = "sensor_msgs/LaserScan"
+LASER_SCAN, ODOMETRY = "sensor_msgs/LaserScan", "nav_msgs/Odometry"
 DAMAGE = (
     rosbag.ROSBagException,
     genpy.DeserializationError,
@@ -64,22 +66,23 @@ def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
         raise BagError(f"The bag {path} cannot be opened: {error}.") from None
 
 
-def scan_topic_of(bag: rosbag.Bag, topic: str) -> str:
+def topic_of(bag: rosbag.Bag, topic: str, message_type: str = LASER_SCAN) -> str:
     """Return the topic as the bag has it.
 
     Raises:
-        BagError: there are no scans on it. The sentence names the topics with scans.
+        BagError: there are no messages of this type on it. The sentence names the topics that have some.
     """
     try:
         topics = bag.get_type_and_topic_info().topics
     except DAMAGE as error:
         raise BagError(f"The bag {bag.filename} is damaged ({error}).") from None
     for name in (topic, "/" + topic.lstrip("/"), topic.lstrip("/")):
-        if name in topics and topics[name].msg_type == LASER_SCAN:
+        if name in topics and topics[name].msg_type == message_type:
             return name
-    others = sorted(name for name, info in topics.items() if info.msg_type == LASER_SCAN)
-    hint = f"There are scans on {', '.join(others)}." if others else f"It holds no {LASER_SCAN} at all."
-    raise BagError(f"The bag has no scans on {topic}. {hint}")
+    others = sorted(name for name, info in topics.items() if info.msg_type == message_type)
+    kind = "scans" if message_type == LASER_SCAN else "odometry"
+    hint = f"It has {kind} on {', '.join(others)}." if others else f"It holds no {message_type} at all."
+    raise BagError(f"The bag has no {kind} on {topic}. {hint}")
 
 
 class BagScans:
@@ -92,6 +95,7 @@ class BagScans:
         say: is called with a sentence when something is odd.
         start_anew: is called with the seconds that the clock has gone back by, before the next scan.
         throttle: one of so many scans is yielded.
+        odometry: topic of the odometry, and what learns its covariances; None: they do not count.
     """
 
     def __init__(
@@ -102,7 +106,9 @@ class BagScans:
         say: Callable[[str], None],
         start_anew: Callable[[float], None],
         throttle: int = 1,
+        odometry: tuple[str, OdometryCovariances] | None = None,
     ):
+        self._odometry_topic, self._covariances = odometry or ("", None)
         self._topic, self._frames, self._count, self._begin_again = topic, frames, count, start_anew
         self._queue = ScanQueue(waiting_max=None, ready_max=None)
         self._intake = Intake(frames, throttle, say, self._queue.offer, self._skip, self._start_anew)
@@ -117,34 +123,46 @@ class BagScans:
             if name == self._topic:
                 self._count.read += 1
                 self._intake.add_scan(message)
+            elif self._covariances is not None and name == self._odometry_topic:
+                self._covariances.add(message)
             elif name.endswith("tf_static"):
                 self._frames.add(message.transforms, static=True)
             else:
                 self._intake.add_transforms(message.transforms)
-            yield from self._ready()
+            yield from self._ready(self._know)
+        yield from self._ready(self._frames.know)  # whose odometry never came
         self._intake.drop_held()
         self._count.without_tf += len(self._queue.clear())
 
     def _messages(self, bag: rosbag.Bag) -> Iterator[tuple]:
-        """Yield (topic, message) of scans and TF."""
+        """Yield (topic, message) of scans, TF and odometry."""
         # Read raw messages: tf2 warns of rosbag's own message classes, and arrays are faster
         scan_type = numpy_msg(LaserScan)
+        topics = [self._topic, *TF_TOPICS, *filter(None, [self._odometry_topic])]
         try:
-            for name, (_, data, *_), _ in bag.read_messages(topics=[self._topic, *TF_TOPICS], raw=True):
+            for name, (_, data, *_), _ in bag.read_messages(topics=topics, raw=True):
                 if name == self._topic:
                     yield name, scan_type().deserialize_numpy(data, np)
+                elif name == self._odometry_topic:
+                    yield name, Odometry().deserialize(data)
                 else:
                     yield name, TFMessage().deserialize(data)
         except DAMAGE as error:
             raise BagError(f"The bag {bag.filename} is damaged ({error}).") from None
 
-    def _ready(self) -> Iterator:
+    def _ready(self, is_ready: Callable[[LaserScan], bool]) -> Iterator:
         while len(self._queue):
-            scan, _, without_tf = self._queue.take(self._frames.know)
+            scan, _, without_tf = self._queue.take(is_ready)
             self._count.without_tf += len(without_tf)
             if scan is None:
                 return
             yield scan
+
+    def _know(self, scan: LaserScan) -> bool:
+        """Whether everything about a scan has come."""
+        return self._frames.know(scan) and (
+            self._covariances is None or self._covariances.know(scan.header.stamp, self._frames.newest_ns)
+        )
 
     def _skip(self, _scan: LaserScan) -> None:
         self._count.skipped += 1

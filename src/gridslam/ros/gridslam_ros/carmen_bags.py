@@ -29,7 +29,7 @@ from gridslam.logs.carmen import (
     format_scan,
     read_log,
 )
-from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, scan_topic_of
+from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, topic_of
 from gridslam_ros.conversions import pose_message
 from gridslam_ros.odometry_frames import FrameError, OdometryFrames, Pose
 from gridslam_ros.remarks import Remarks
@@ -172,7 +172,7 @@ def _write_log(arguments: argparse.Namespace, target: str) -> str:
     frames, count = OdometryFrames(arguments.odom_frame, arguments.base_frame, remarks.say), BagCount()
     lines: list[tuple[float, str]] = []
     with open_bag(arguments.bag) as bag:
-        topic = scan_topic_of(bag, arguments.scan)
+        topic = topic_of(bag, arguments.scan)
         scans_of_bag = BagScans(
             topic,
             frames,

@@ -25,14 +25,15 @@ from gridslam.evaluation.tum import write_tum
 from gridslam.files.map_file import write_map, write_picture
 from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
-from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, scan_topic_of
+from gridslam_ros.bags import ODOMETRY, BagCount, BagError, BagScans, open_bag, topic_of
+from gridslam_ros.odometry.covariances import OdometryCovariances
 from gridslam_ros.odometry_frames import FrameError, OdometryFrames
 from gridslam_ros.parameters import clamped, sort_parameters, without_effect
 from gridslam_ros.remarks import Remarks
 from gridslam_ros.scan_source import ScanSource
 from gridslam_ros.sessions import Sessions
 
-SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z")
+SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z", "odometry_covariance")
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -46,17 +47,23 @@ def main(argv: list[str] | None = None) -> int:
         prog="gridslam_replay",
         description="Maps a bag as fast as it can be read. Writes map, trajectories (TUM) and timing.",
         epilog="name:=value sets any parameter of slam_gridslam: particles:=60 loop_closure:=true",
-        usage="gridslam_replay BAG [--scan TOPIC] [--output FOLDER] [name:=value ...]",
+        usage="gridslam_replay BAG [--scan TOPIC] [--odometry TOPIC] [--output FOLDER] [name:=value ...]",
     )
     parser.add_argument("bag", metavar="BAG", help="bag with scans and TF odom -> base -> lidar")
     parser.add_argument(
         "--scan", default="/scan", metavar="TOPIC", help="topic of the scans (default: %(default)s)"
     )
+    parser.add_argument(
+        "--odometry",
+        default="/odometry",
+        metavar="TOPIC",
+        help="topic of the odometry, for odometry_covariance:=true (default: %(default)s)",
+    )
     parser.add_argument("--output", metavar="FOLDER", help="folder to write (default: BAG's name + _slam)")
     arguments = parser.parse_args(rest)
     output = Path(arguments.output or str(Path(arguments.bag).with_suffix("")) + "_slam")
     try:
-        replay = Replay(arguments.bag, arguments.scan, given)
+        replay = Replay(arguments.bag, (arguments.scan, arguments.odometry), given)
         with writable(output):
             replay.run(output)
     except SlamError as error:
@@ -112,7 +119,8 @@ def writable(folder: Path) -> Iterator[None]:
 class Replay:
     """One run over one bag. Raises SlamError with one sentence."""
 
-    def __init__(self, bag: str, topic: str, given: dict):
+    def __init__(self, bag: str, topics: tuple[str, str], given: dict):
+        """topics: of the scans and of the odometry."""
         settings, parameters, _, unknown = sort_parameters(given)
         if unknown:
             raise ParameterError(
@@ -121,9 +129,10 @@ class Replay:
         self._remarks = Remarks(lambda sentence: tqdm.write(f"gridslam_replay: {sentence}", file=sys.stderr))
         for sentence in filter(None, (clamped(parameters), without_effect(given))):
             self._remarks.say(sentence)
-        self._bag, self._topic, self._settings = bag, topic, settings
+        self._bag, self._topics, self._settings = bag, topics, settings
         self._sessions = Sessions(given, self._remarks.say)
         self._frames = OdometryFrames(settings.odom_frame, settings.base_frame, self._remarks.say)
+        self._covariances = OdometryCovariances(self._remarks.say) if settings.odometry_covariance else None
         self._source = ScanSource(
             self._frames, self._remarks.say, bool(settings.levelling), settings.floor_z_m
         )
@@ -143,7 +152,9 @@ class Replay:
         warm_up()
         start_s = time.perf_counter()
         with open_bag(self._bag) as bag:
-            topic = scan_topic_of(bag, self._topic)
+            topic, odometry = topic_of(bag, self._topics[0]), None
+            if self._covariances is not None:
+                odometry = topic_of(bag, self._topics[1], ODOMETRY), self._covariances
             scans = BagScans(
                 topic,
                 self._frames,
@@ -151,6 +162,7 @@ class Replay:
                 self._remarks.say,
                 self._begin_again,
                 self._settings.throttle_scans,
+                odometry,
             )
             total = bag.get_message_count(topic)
             with tqdm(total=total, unit="scan", desc=Path(self._bag).name, mininterval=0.2) as bar:
@@ -175,7 +187,8 @@ class Replay:
         begun_s = time.process_time()
         try:
             planar, base_in_odom = self._source.planar(scan)
-            update = self._session.process(planar, base_in_odom)
+            covariance = self._covariances.at(scan.header.stamp) if self._covariances else None
+            update = self._session.process(planar, base_in_odom, covariance)
         except FrameError:
             self._count.without_tf += 1
             return
@@ -198,7 +211,7 @@ class Replay:
                 f'"{self._settings.base_frame}" to "{self._settings.odom_frame}"; set base_frame:=... and '
                 "odom_frame:=..."
             )
-        return f"None of the {self._count.read} scans on {self._topic} could be used."
+        return f"None of the {self._count.read} scans on {self._topics[0]} could be used."
 
     def _write(self, output: Path, wall_s: float) -> None:
         begun_s = time.process_time()

@@ -115,7 +115,7 @@ def test_bags_that_make_no_log(tmp_path, monkeypatch, capsys):
     bag = bag_of(written(tmp_path / "a.log"))
     for argv, words in (
         (["nothing.bag"], "cannot be opened"),
-        ([bag, "--scan", "/front"], "There are scans on /scan."),
+        ([bag, "--scan", "/front"], "It has scans on /scan."),
         ([bag, "--base-frame", "robot"], "--base-frame"),
         ([str(tmp_path / "a.log")], "cannot be opened"),
         ([bag, "/no/folder/a.log"], "cannot be written"),

@@ -10,10 +10,12 @@ import pytest
 
 from gridslam.evaluation.tum import read_tum
 from gridslam.files.map_file import read_map
+from gridslam.session import SlamSession
 
 rosbag = pytest.importorskip("rosbag", reason="needs ROS")
 replay = pytest.importorskip("gridslam_ros.replay", reason="the workspace is not built, or not sourced")
 rospy = pytest.importorskip("rospy")
+Odometry = pytest.importorskip("nav_msgs.msg").Odometry
 TransformStamped = pytest.importorskip("geometry_msgs.msg").TransformStamped
 LaserScan = pytest.importorskip("sensor_msgs.msg").LaserScan
 TFMessage = pytest.importorskip("tf2_msgs.msg").TFMessage
@@ -194,13 +196,39 @@ def test_scans_that_would_make_the_map_absurdly_large_are_left_out(way, tmp_path
     assert np.hypot(*(final.poses_in_map[-1] - way.truth.poses_in_map[-1])[:2]) < 0.15
 
 
+def test_with_odometry_covariance_each_scan_counts_with_that_of_its_stamp(way, tmp_path, monkeypatch):
+    # Given odometry 0.1 s after the scans, whose variances grow by 1, 2 and 3 each, but for the last scan
+    count = len(way.scans) // 3
+    write_bag(tmp_path / "way.bag", [(0.0, *pair) for pair in zip(way.scans[:count], way.odometry)])
+    with rosbag.Bag(str(tmp_path / "way.bag"), "a") as opened:
+        for index, scan in enumerate(way.scans[: count - 1]):
+            message = Odometry()
+            message.header.stamp = stamp_of(scan.stamp_s)
+            message.pose.covariance = np.diag(
+                [index + 1.0, 2.0 * index + 2.0, 9, 9, 9, 3.0 * index + 3.0]
+            ).ravel()
+            opened.write("/UAV/odometry", message, stamp_of(0.5 * index + 0.1))
+    told = []
+    process = SlamSession.process
+    monkeypatch.setattr(SlamSession, "process", lambda *given: told.append(given[-1]) or process(*given))
+    words = ("odometry_covariance:=true", "--odometry", "/UAV/odometry")
+    assert replay.main([str(tmp_path / "way.bag"), *words, *FEW]) == 0
+    expected = [np.diag([1.0, 2.0, 3.0]) * (index + 1) for index in range(count - 1)]
+    np.testing.assert_array_equal(told[:-1], expected)
+    assert told[-1] is None
+
+
 @pytest.mark.parametrize(
     ("words", "answer"),
     [
+        (
+            ["BAG", "odometry_covariance:=true"],
+            "no odometry on /odometry. It holds no nav_msgs/Odometry at all.",
+        ),
         (["BAG", "partcles:=5"], "no parameter partcles"),
         (["BAG", "particles:=0"], "particles must be at least 1"),
         (["BAG", "particles:=["], "particles:=[ cannot be read"),
-        (["BAG", "--scan", "/front"], "There are scans on /scan."),
+        (["BAG", "--scan", "/front"], "It has scans on /scan."),
         (["BAG", "base_frame:=robot"], "base_frame:=..."),
         (["BAG", "starting_map:=/nothing.yaml"], "/nothing.yaml cannot be read"),
         (["/nothing.bag"], "/nothing.bag cannot be opened"),
