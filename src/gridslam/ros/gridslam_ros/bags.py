@@ -108,7 +108,8 @@ class BagScans:
         throttle: int = 1,
         odometry: tuple[str, OdometryCovariances] | None = None,
     ):
-        self._odometry_topic, self._covariances = odometry or ("", None)
+        self._odometry_topic = odometry[0] if odometry else ""
+        self._covariances = odometry[1] if odometry else None
         self._topic, self._frames, self._count, self._begin_again = topic, frames, count, start_anew
         self._queue = ScanQueue(waiting_max=None, ready_max=None)
         self._intake = Intake(frames, throttle, say, self._queue.offer, self._skip, self._start_anew)
