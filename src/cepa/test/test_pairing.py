@@ -81,6 +81,19 @@ def test_a_stamp_is_shared_whichever_message_comes_first():
     assert p.offer_scan(100 * MS, "scan 4") == []
 
 
+def test_a_source_with_a_rate_of_its_own_is_waited_for_once_it_has_shown_it():
+    """In lockstep the simulator stands still until the scan is answered, so waiting in vain takes long."""
+    p = ScanPairing(("camera",), own_rate=("camera",))
+    p.offer_scan(0, "sent twice")
+    for number in range(15):
+        camera_is_due = number in (0, 4, 8, 12)
+        waits = p.offer_scan(number * 25 * MS, number) == []
+        assert waits == (camera_is_due and number >= 8)
+        if camera_is_due:
+            p.offer("camera", number * 25 * MS, f"c{number}")
+            assert not p.held
+
+
 def test_the_same_scan_again_is_answered_again():
     p = pairing()
     assert values(p.offer_scan(0, "scan")) == [("scan", None, None)]

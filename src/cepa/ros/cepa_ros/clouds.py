@@ -39,6 +39,11 @@ class CloudLimits:
             raise ParameterError(str(error)) from None
         return limits
 
+    @property
+    def looks_all_around(self) -> bool:
+        """As of a cloud."""
+        return self.cloud(np.empty((0, 3))).looks_all_around
+
     def cloud(self, points_m: np.ndarray) -> Cloud:
         """Return a cloud of ``points_m`` (n, 3) in the scan's frame. Raises MotionError."""
         return Cloud(points_m, self.elevation_rad, *self.range_m, self.azimuth_rad)
@@ -48,11 +53,9 @@ def points_of(message: PointCloud2) -> np.ndarray:
     """Return the points (n, 3) of a sensor_msgs/PointCloud2 in its own frame, m; rows may be NaN.
 
     Raises:
-        MotionError: it has no stamp, no x, y and z as float32, no valid point at all, or its steps and its
-            length do not agree.
+        MotionError: it has no x, y and z as float32, no valid point at all, or its steps and its length do
+            not agree.
     """
-    if message.header.stamp.is_zero():
-        raise MotionError("The cloud has no stamp; check its source.")
     offsets = {f.name: f.offset for f in message.fields if f.datatype == PointField.FLOAT32}
     if not {"x", "y", "z"} <= set(offsets):
         raise MotionError("The cloud has no fields x, y and z of 32 bits; check its source.")

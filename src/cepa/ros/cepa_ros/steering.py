@@ -102,7 +102,7 @@ class Steering:
             self._warnings.say(
                 f"No cloud is within {1e-9 * age_ns:.1f} s of the scan; what clouds showed before counts."
             )
-        if cloud is None or age_ns > MAX_AGE_OF_CLOUD_NS:
+        if cloud is None or cloud.value is None or age_ns > MAX_AGE_OF_CLOUD_NS:
             return None
         return self._limits.cloud(out_of_body(cloud.value, mount))
 

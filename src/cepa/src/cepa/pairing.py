@@ -53,13 +53,21 @@ class ScanPairing:
     Args:
         sources: names of the sources.
         nearest: sources of which the message with the nearest stamp counts, instead of the newest.
+        own_rate: sources with a rate of their own. No scan waits for one until it has shared two stamps. They
+            tell how often it shares one.
         patient: for a recording, in which no message is missing and no scan is urgent. A scan waits until
             each source has given its message or a newer one. Then the newest message that is not newer than
             the scan counts. The outcome depends on the messages alone, not on when they came.
     """
 
-    def __init__(self, sources: tuple[str, ...], nearest: tuple[str, ...] = (), patient: bool = False):
-        self._sources, self._nearest, self._patient = sources, nearest, patient
+    def __init__(
+        self,
+        sources: tuple[str, ...],
+        nearest: tuple[str, ...] = (),
+        own_rate: tuple[str, ...] = (),
+        patient: bool = False,
+    ):
+        self._sources, self._nearest, self._own_rate, self._patient = sources, nearest, own_rate, patient
         self.clear()
 
     def clear(self) -> None:
@@ -86,8 +94,9 @@ class ScanPairing:
         """Take in a scan; return the scans that are ready now, oldest first."""
         ready = [self._release()] if len(self._held) == (PATIENT_SCANS if self._patient else 1) else []
         self._jumped_back.clear()
+        if not self._scan_stamps or stamp_ns != self._scan_stamps[-1]:  # a scan may be sent again
+            self._offered += 1
         self._scan_stamps.append(stamp_ns)
-        self._offered += 1
         self._held.append(Stamped(stamp_ns, scan))
         return ready + self._ready()
 
@@ -130,6 +139,8 @@ class ScanPairing:
     def _has_turn(self, source: str, number: int) -> bool:
         """Whether the source, if it goes on as before, has a message for the scan with this number."""
         shared = self._shared[source]
+        if source in self._own_rate and len(shared) < 2:
+            return False
         period = min((later - earlier for earlier, later in zip(shared, list(shared)[1:])), default=1)
         return not shared or number - shared[-1] >= period
 

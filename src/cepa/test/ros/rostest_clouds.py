@@ -75,6 +75,7 @@ class CloudsTest(unittest.TestCase):
     def fly(self, points=None, stamp=None, v_ref=(1.0, 0.0, 0.0), **changes):
         """The command for one scan at 10 Hz, which sees nothing, and for its cloud."""
         stamp = stamp or self.stamps.next(0.1)
+        is_answered_at_once = points is not None and not changes
         if points is not None:
             self.clouds.send(cloud_of(changes.pop("cloud_stamp", stamp), points, **changes))
         self.odometry.send(odometry_of(stamp, v_ref))
@@ -82,7 +83,7 @@ class CloudsTest(unittest.TestCase):
         rospy.rostime.wallsleep(0.05)
         self.scans.send(scan_of(stamp))
         stamps = [stamp]
-        if points is None or changes:  # its cloud does not count: a second scan tells that none will come
+        if not is_answered_at_once:  # a second scan tells that no cloud will come
             rospy.rostime.wallsleep(0.05)
             stamps.append(self.stamps.next(1e-3))
             self.scans.send(scan_of(stamps[-1]))
