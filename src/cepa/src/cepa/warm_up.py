@@ -11,12 +11,13 @@ import time
 import numpy as np
 
 from cepa.dynamic.dynamic import Dynamic
+from cepa.dynamic.lookout import Seen
 from cepa.dynamic.movers import Movers
 from cepa.improved import Improved
 from cepa.motion import Cloud, Motion
 from cepa.original import Original
 from cepa.parameters import CepaParameters
-from cepa.scan import LaserScan2D
+from cepa.scan import Beams, LaserScan2D
 
 WALL_M, TRAP_M, OPEN_M = 1.0, 0.4, math.inf
 
@@ -32,9 +33,12 @@ def warm_up() -> float:
                 algorithm.steer(scan, (1.0, 0.1), (1.0, 0.0))
             dynamic.view()
     cloud = Cloud(np.full((20, 3), WALL_M), (-0.3, 0.3), 0.5, 10.0)
-    motion = Motion(0.0, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
-    Dynamic().steer(scans[0], (1.0, 0.1), (1.0, 0.0), motion, cloud)
-    Movers().update(0.0, np.zeros((1, 2)), np.zeros(2), np.zeros(360))
+    climbing = Dynamic()
+    for stamp_s in (0.0, 0.1):
+        motion = Motion(stamp_s, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+        climbing.steer(scans[0], (1.0, 0.1), (1.0, 0.0), motion, cloud)
+    seen = Seen(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1), np.eye(3), 1.0)
+    Movers().update(0.0, np.zeros((1, 2)), np.zeros(2), seen)
     return time.perf_counter() - start
 
 

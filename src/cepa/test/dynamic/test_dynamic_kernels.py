@@ -12,8 +12,8 @@ from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.response import ResponseModel
 from cepa.kernels.field import close, stamp, trace, ways_out, widest
 from cepa.kernels.memory import recall, remember
-from cepa.kernels.rollout import roll
-from cepa.kernels.sight import bins_of, fill_blind, points_of, reach_in_sight
+from cepa.kernels.rollout import _is_near, roll
+from cepa.kernels.sight import bins_of, clear_of, directions_of, fill_blind, points_of, reach_in_sight
 
 SEEDS = st.integers(0, 2**31)
 LEVEL = np.eye(3)
@@ -72,6 +72,24 @@ def test_an_opening_stays_as_it_was_within_the_hysteresis():
 
 
 @settings(max_examples=20)
+@given(seed=SEEDS, distance=st.floats(0.1, 2.0))
+def test_a_path_is_near_what_is_near_any_of_its_places(seed, distance):
+    rng = np.random.default_rng(seed)
+    path, points = np.cumsum(rng.uniform(0.0, 0.5, (20, 2)), axis=0), rng.uniform(-2.0, 9.0, (3, 2))
+    apart = np.linalg.norm(path[:, None] - points, axis=2)
+    assert _is_near(path, points, distance) == (apart < distance).any()
+
+
+@settings(max_examples=20)
+@given(seed=SEEDS)
+def test_points_near_floor_and_ceiling_are_told(seed):
+    points, is_clear = np.random.default_rng(seed).uniform(-4.0, 4.0, (50, 3)), np.empty(50, np.bool_)
+    clear_of(points, -2.0, 3.0, 0.3, 0.1, is_clear)
+    gap = 0.3 + 0.1 * np.linalg.norm(points[:, :2], axis=1)
+    assert (is_clear == ((points[:, 2] > -2.0 + gap) & (points[:, 2] < 3.0 - gap))).all()
+
+
+@settings(max_examples=20)
 @given(seed=SEEDS, turn=st.floats(-3.0, 3.0))
 def test_points_and_bins_are_those_of_the_beams(seed, turn):
     rng = np.random.default_rng(seed)
@@ -81,7 +99,9 @@ def test_points_and_bins_are_those_of_the_beams(seed, turn):
         [[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], LEVEL[2]]
     )
     points, bins = np.empty((720, 3)), np.empty(360)
-    found = points_of(ranges, seen, 0.1, increment, rotation, 8.0, points)
+    directions = np.empty((720, 2))
+    directions_of(0.1, increment, directions)
+    found = points_of(ranges, seen, directions, rotation, 8.0, points)
     bins_of(ranges, seen, 0.1, increment, rotation, 8.0, bins)
     angles = 0.1 + turn + increment * np.arange(720)
     hits = seen & (ranges < 8.0)

@@ -11,7 +11,7 @@ from planar_flight import Lidar, Scene
 from cepa import CepaParameters
 from cepa.dynamic.dynamic import Dynamic
 from cepa.dynamic.late_scans import LateScans, MovingThings
-from cepa.dynamic.lookout import Lookout, level_reach
+from cepa.dynamic.lookout import Lookout
 from cepa.dynamic.movers import Movers
 from cepa.motion import Motion
 from cepa.scan import Beams, LaserScan2D
@@ -100,8 +100,7 @@ def test_odometry_in_time_changes_nothing(age_s):
         is_level = movers.clear_of_floor(
             points, PARAMETERS.floor_height - 2.0, PARAMETERS.ceiling_height - 2.0
         )
-        level_m = level_reach(motion.rotation())
-        expected = movers.update(t, points[:, :2] + here, here, seen, is_level, level_m)
+        expected = movers.update(t, points[:, :2], here, seen, is_level)
         assert np.array_equal(sighting.points, points)
         assert np.array_equal(sighting.is_moving, expected.is_moving)
         if len(expected.positions):

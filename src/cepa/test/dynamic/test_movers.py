@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,6 +23,11 @@ def bins_of(angles, ranges):
     bins = np.full(360, np.inf)
     np.minimum.at(bins, np.round(np.degrees(angles)).astype(int) % 360, ranges)
     return np.where(np.isinf(bins), -1.0, bins)
+
+
+def seen_as(bins):
+    """Return what a level lidar sees."""
+    return SimpleNamespace(reach_m=bins, level_m=np.full(bins.size, math.inf))
 
 
 class World:
@@ -87,7 +93,7 @@ def watch(
         directions = np.stack([np.cos(believed), np.sin(believed)], axis=1)
         points = place + shift + ranges[hit, None] * directions[hit]
         bins = bins_of(believed, np.minimum(ranges, RANGE_MAX_M - RANGE_MARGIN_M))
-        yield t, shift, points, movers.update(t, points, place + shift, bins)
+        yield t, shift, points, movers.update(t, points - place - shift, place + shift, seen_as(bins))
 
 
 FEW_TRUNKS = Scene(circles=np.array([(3.0, 4.0, 0.2), (6.0, -5.0, 0.3), (8.0, 3.5, 0.25), (2.0, -4.0, 0.2)]))
@@ -189,7 +195,7 @@ def test_the_floor_is_no_thing_that_moves():
         bins = np.full(360, 9.6)
         bins[[*range(-4, 5)]] = points[0, 0]
         is_level = movers.clear_of_floor(np.column_stack((points, np.full(40, -1.5))), -1.6, 10.0)
-        moving = movers.update(k * SCAN_S, points, np.zeros(2), bins, is_level)
+        moving = movers.update(k * SCAN_S, points, np.zeros(2), seen_as(bins), is_level)
         assert len(moving.positions) == 0
         assert moving.is_moving.shape == (40,)
 
@@ -197,7 +203,7 @@ def test_the_floor_is_no_thing_that_moves():
 def test_a_clock_that_goes_back_and_empty_scans_are_no_harm():
     movers, nothing, bins = Movers(), np.empty((0, 2)), np.full(360, 9.6)
     for stamp_s in (5.0, 5.025, 1.0, 1.025, 9.0):
-        moving = movers.update(stamp_s, nothing, np.zeros(2), bins)
+        moving = movers.update(stamp_s, nothing, np.zeros(2), seen_as(bins))
         assert len(moving.positions) == 0
         assert moving.is_moving.shape == (0,)
 

@@ -15,7 +15,7 @@ from cepa.dynamic.cost import Cost
 from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge
 from cepa.dynamic.late_scans import MovingThings
 from cepa.dynamic.leaving import Leaving
-from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Sight
+from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Seen, Sight
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.pseudo_3d import Plane
 from cepa.dynamic.spatial import Spatial, Way
@@ -125,7 +125,7 @@ class Dynamic(Algorithm):
         turn = _rotation(motion.yaw_rad)
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
         points, seen, is_moving, discs = self._moving.see(beams, motion, told.age_s, scan.range_max)
-        standing = points[~is_moving, :2]
+        standing = points[~is_moving, :2] if len(discs) else points[:, :2].copy()
         self._judgement = None
         if self.wants_cloud and (cloud or self._rangings or self._spatial):
             self._spatial = self._spatial or Spatial(self.parameters)
@@ -152,11 +152,11 @@ class Dynamic(Algorithm):
         searches = math.hypot(reference[0], reference[1]) >= self.parameters.reference_speed_min
         return searches and self._ways_out is not None and self._ways_out.leads_away
 
-    def _plane(self, points: np.ndarray, standing: np.ndarray, seen: np.ndarray, motion: Motion) -> Plane:
+    def _plane(self, points: np.ndarray, standing: np.ndarray, seen: Seen, motion: Motion) -> Plane:
         """Return what a planar lidar knows, from the ends of its beams (n, 3), m, that stand still."""
         self._lookout.keep(standing, seen, motion)
         sight = self._lookout.look(standing, seen, motion)
-        return Plane(points, seen, self._lookout.distances(sight))
+        return Plane(points, seen.reach_m, self._lookout.distances(sight))
 
     def _is_at_the_body(self, heights_m: np.ndarray) -> np.ndarray:
         p = self.parameters

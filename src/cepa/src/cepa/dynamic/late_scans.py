@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cepa.dynamic.lookout import Lookout, level_reach
-from cepa.dynamic.movers import BESIDE_M, NOTHING_MOVES, Movers
+from cepa.dynamic.lookout import Lookout, Seen
+from cepa.dynamic.movers import BESIDE_M, Movers, nothing_moves
 from cepa.motion import Motion
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams
@@ -93,8 +93,8 @@ class Sighting(NamedTuple):
 
     points: np.ndarray
     """(n, 3) m: the ends of the beams that hit something; overwritten by the next scan."""
-    seen: np.ndarray
-    """(SIGHT_BINS,) m: how far each direction is seen; -1 where no beam looks."""
+    seen: Seen
+    """How far each direction is seen."""
     is_moving: np.ndarray
     """(n,) bool: which points belong to what moves."""
     discs: np.ndarray
@@ -113,7 +113,7 @@ class MovingThings:
         """Forget what moves, and all scans that wait."""
         self._movers.reset()
         self._late.reset()
-        self._moving, self._moving_s = NOTHING_MOVES, -math.inf
+        self._moving, self._moving_s = nothing_moves(0), -math.inf
 
     def take_over(self, earlier: MovingThings) -> None:
         """Take over what one with other parameters knows; it must not be used any longer."""
@@ -147,13 +147,10 @@ class MovingThings:
         is_moving = self._moving.is_moving if in_time else _are_in(_moved_on(discs, since_s), points)
         return Sighting(points, seen, is_moving, _moved_on(discs, since_s + self._p.response.delay_s))
 
-    def _follow(self, points: np.ndarray, seen: np.ndarray, motion: Motion) -> None:
+    def _follow(self, points: np.ndarray, seen: Seen, motion: Motion) -> None:
         here, z = np.array(motion.position_m[:2]), motion.position_m[2]
         is_level = self._movers.clear_of_floor(points, self._p.floor_height - z, self._p.ceiling_height - z)
-        level_m = level_reach(motion.rotation())
-        self._moving = self._movers.update(
-            motion.stamp_s, points[:, :2] + here, here, seen, is_level, level_m
-        )
+        self._moving = self._movers.update(motion.stamp_s, points[:, :2], here, seen, is_level)
         self._moving_s = motion.stamp_s
 
 

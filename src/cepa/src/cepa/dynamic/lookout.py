@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from cepa.kernels.field import stamp
 from cepa.kernels.memory import recall, remember
-from cepa.kernels.sight import bins_of, fill_blind, points_of, reach_in_sight
+from cepa.kernels.sight import bins_of, directions_of, fill_blind, points_of, reach_in_sight
 from cepa.motion import Motion
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams
@@ -39,6 +41,27 @@ def level_reach(rotation: np.ndarray) -> np.ndarray:
     """
     slopes = rotation[:2, 2] @ DIRECTIONS / rotation[2, 2]
     return LEVEL_M / np.maximum(np.abs(slopes), 1e-6)
+
+
+class Seen:
+    """How far a scan sees in SIGHT_BINS equal directions; worked out when it is first asked for."""
+
+    def __init__(self, beams: Beams, rotation: np.ndarray, range_max: float):
+        """Rotation (3, 3): of the lidar's frame into the odometry's."""
+        self._beams, self._rotation, self._range_max = beams, rotation, range_max
+
+    @cached_property
+    def reach_m(self) -> np.ndarray:
+        """(SIGHT_BINS,) m: how far each direction is seen; -1 where no beam looks."""
+        beams, reach_m = self._beams, np.empty(SIGHT_BINS)
+        geometry = beams.ranges, beams.seen, beams.angle_0, beams.increment, self._rotation
+        bins_of(*geometry, self._range_max - RANGE_MARGIN_M, reach_m)
+        return reach_m
+
+    @cached_property
+    def level_m(self) -> np.ndarray:
+        """(SIGHT_BINS,) m: as `level_reach`."""
+        return level_reach(self._rotation)
 
 
 class Sight(NamedTuple):
@@ -73,6 +96,7 @@ class Lookout:
         self._frames_bins = np.empty((FRAMES, SIGHT_BINS))
         self._bins = np.empty(SIGHT_BINS)
         self._points = np.empty((0, 3))
+        self._geometry, self._directions = (0, 0.0, 0.0), np.empty((0, 2))
         self._recalled = np.empty((cells * cells, 2))
         self._hidden = np.empty(cells * cells, np.bool_)
         self.reset()
@@ -80,11 +104,13 @@ class Lookout:
     def reset(self) -> None:
         """Forget what was seen."""
         self._cells_s[:] = -math.inf
+        self._waiting: deque[tuple[np.ndarray, Seen, Motion]] = deque()
         self._frames = 0
         self._frame_s = -math.inf
 
     def take_over(self, earlier: Lookout) -> None:
         """Take over what one with other parameters remembers."""
+        earlier._take_in()
         known = np.isfinite(earlier._cells_s)
         xy, cells = earlier._cells_xy[known], len(self._cells_s)
         columns, rows = (np.floor(xy / MEMORY_CELL_M).astype(int) % cells).T
@@ -92,39 +118,51 @@ class Lookout:
         self._frames_xy, self._frames_bins = earlier._frames_xy.copy(), earlier._frames_bins.copy()
         self._frames, self._frame_s = earlier._frames, earlier._frame_s
 
-    def see(self, beams: Beams, motion: Motion, range_max: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the ends of the beams that hit something (n, 3), m, and how far each direction is seen.
-
-        The latter is (SIGHT_BINS,) m; -1 where no beam looks.
-        """
+    def see(self, beams: Beams, motion: Motion, range_max: float) -> tuple[np.ndarray, Seen]:
+        """Return the ends of the beams that hit something (n, 3), m, and how far each direction is seen."""
         if len(self._points) < beams.ranges.size:
             self._points = np.empty((beams.ranges.size, 3))
-        geometry = beams.ranges, beams.seen, beams.angle_0, beams.increment, motion.rotation()
-        found = points_of(*geometry, range_max, self._points)
-        seen = np.empty(SIGHT_BINS)
-        bins_of(*geometry, range_max - RANGE_MARGIN_M, seen)
-        return self._points[:found], seen
+        geometry = beams.ranges.size, beams.angle_0, beams.increment
+        if geometry != self._geometry:
+            self._geometry, self._directions = geometry, np.empty((beams.ranges.size, 2))
+            directions_of(beams.angle_0, beams.increment, self._directions)
+        rotation = motion.rotation()
+        found = points_of(beams.ranges, beams.seen, self._directions, rotation, range_max, self._points)
+        return self._points[:found], Seen(beams, rotation, range_max)
 
-    def keep(self, points: np.ndarray, seen: np.ndarray, motion: Motion) -> None:
-        """Take into the memory what stands still (n, 2), m, and what `see` found."""
+    def keep(self, points: np.ndarray, seen: Seen, motion: Motion) -> None:
+        """Keep what stands still (n, 2), m, and what `see` found, for the memory.
+
+        It waits until somebody asks for the memory, which nobody does in the open.
+        """
         if self._p.memory_s == 0.0 or motion.stamp_s - self._frame_s < FRAME_PERIOD_S - 1e-6:
             return
-        x, y, _ = motion.position_m
-        remember(points, x, y, motion.stamp_s, MEMORY_CELL_M, self._cells_xy, self._cells_s)
-        frame = self._frames % FRAMES
-        self._frames_xy[frame] = x, y
-        self._frames_bins[frame] = seen
-        self._frames += 1
         self._frame_s = motion.stamp_s
+        self._waiting.append((points, seen, motion))
+        oldest_s = motion.stamp_s - self._p.memory_s
+        if len(self._waiting) > FRAMES and self._waiting[0][2].stamp_s < oldest_s:
+            self._waiting.popleft()
 
-    def look(self, points: np.ndarray, seen: np.ndarray, motion: Motion, forgets: bool = True) -> Sight:
+    def _take_in(self) -> None:
+        """Take what waits into the memory."""
+        while self._waiting:
+            points, seen, motion = self._waiting.popleft()
+            x, y, _ = motion.position_m
+            remember(points, x, y, motion.stamp_s, MEMORY_CELL_M, self._cells_xy, self._cells_s)
+            frame = self._frames % FRAMES
+            self._frames_xy[frame] = x, y
+            self._frames_bins[frame] = seen.reach_m
+            self._frames += 1
+
+    def look(self, points: np.ndarray, seen: Seen, motion: Motion, forgets: bool = True) -> Sight:
         """Return what is known: what stands still (n, 2) in the scan, m, what `see` found, and the memory.
 
         forgets: what is seen free or too old leaves the memory.
         """
+        self._take_in()
         p, (x, y, _) = self._p, motion.position_m
         bins = self._bins
-        bins[:] = seen
+        bins[:] = seen.reach_m
         oldest_s = motion.stamp_s - p.memory_s
         window = x, y, oldest_s, 0.5 * self._memory_m
         cells = self._cells_xy, self._cells_s if forgets else self._cells_s.copy()

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
+from cepa.dynamic.lookout import SIGHT_BINS, Seen
 from cepa.errors import ParameterError
 from cepa.kernels import movers as kernels
 from cepa.kernels.evidence import are_free, have_moved
+from cepa.kernels.sight import clear_of
 
 
 @dataclass(frozen=True)
@@ -96,8 +98,7 @@ LONG_M = 0.6
 """Of a thing with a larger radius, only an end enters what was free."""
 SAMPLES = 12
 LONGEST_STEP_S = 0.5
-NO_VECTORS = np.empty((0, 2))
-NOTHING_MOVES = MoverSet(NO_VECTORS, NO_VECTORS, np.empty(0), np.empty((0, 2, 2)), np.empty(0, bool))
+NO_VECTORS, NO_RADII, NO_COVARIANCES = np.empty((0, 2)), np.empty(0), np.empty((0, 2, 2))
 NOTHING_SEEN = np.empty(0, np.int64)
 BESIDE_M = 0.15
 """A point so near to a moving thing's rim belongs to it."""
@@ -124,7 +125,8 @@ class Movers:
         self._stamp_s = math.nan
         self._frames_s = np.full(FRAMES, -math.inf)
         self._frames = np.zeros((FRAMES, 3))
-        self._frames_bins: np.ndarray | None = None
+        self._frames_bins = np.full((FRAMES, SIGHT_BINS), -1.0)
+        self._frames_seen: dict[int, Seen] = {}
         self._frame = 0
         self._turn, self._shift = 0.0, np.zeros(2)
 
@@ -133,29 +135,25 @@ class Movers:
 
         floor_m, ceiling_m: their heights above the lidar.
         """
-        p = self.parameters
-        x, y, z = points.T
-        gap_m = p.floor_gap_m + p.floor_gap_share * np.sqrt(x * x + y * y)
-        return (z > floor_m + gap_m) & (z < ceiling_m - gap_m)
+        p, is_level = self.parameters, np.empty(len(points), np.bool_)
+        clear_of(points, floor_m, ceiling_m, p.floor_gap_m, p.floor_gap_share, is_level)
+        return is_level
 
     def update(
         self,
         stamp_s: float,
         points_xy: np.ndarray,
         sensor_xy: np.ndarray,
-        sight_m: np.ndarray,
+        seen: Seen,
         is_level: np.ndarray | None = None,
-        level_m: np.ndarray | None = None,
     ) -> MoverSet:
         """Return what moves at a scan.
 
-        points_xy: (n, 2) m, the ends of the beams that hit something, in the order of the beams; sensor_xy:
-        (2,) m, the lidar; both in the odometry's frame. sight_m: (m,) m, how far the scan sees in m equal
-        directions from the odometry's x axis (`kernels.sight.bins_of`); negative where no beam looks.
-        is_level: (n,) bool, which points belong neither to floor nor ceiling (`clear_of_floor`); None: all.
-        level_m: (m,) m, how far the beams of each direction stay near the lidar's height; None: everywhere.
-        A beam that passes over a thing does not show that it is gone, nor how wide it is.
-        After a clock that went back, or LONGEST_STEP_S
+        points_xy: (n, 2) m, from the lidar along the odometry's axes, the ends of the beams that hit
+        something, in the order of the beams. sensor_xy: (2,) m, the lidar in the odometry's frame. seen: how
+        far the scan sees, and how far its beams stay near the lidar's height. A beam that passes over a thing
+        does not show that it is gone, nor how wide it is. is_level: (n,) bool, which points belong neither to
+        floor nor ceiling (`clear_of_floor`); None: all. After a clock that went back, or LONGEST_STEP_S
         without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
@@ -165,14 +163,14 @@ class Movers:
         self._stamp_s = stamp_s
         p = self.parameters
         level = np.ones(len(points_xy), bool) if is_level is None else is_level
-        points = np.asarray(points_xy, float)[level] @ _rotation(self._turn).T + self._shift
-        pose = np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
-        if not len(points) and not len(self._tracks):
-            self._keep_frame(pose, sight_m, self._clusters[:0], NOTHING_SEEN)
-            return _nothing_moves(len(level))
+        if not len(self._tracks) and not level.any():
+            if self._is_frame_due():
+                self._keep_frame(self._pose(sensor_xy), seen, self._clusters[:0], NOTHING_SEEN)
+            return nothing_moves(len(level))
+        points = (points_xy[level] + sensor_xy) @ _rotation(self._turn).T + self._shift
+        pose, sight_m, level_m = self._pose(sensor_xy), seen.reach_m, seen.level_m
         labels = np.empty(len(points), np.int64)
         limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
-        level_m = np.full(len(sight_m), math.inf) if level_m is None else level_m
         found = kernels.segment(points, pose, sight_m, level_m, *limits, self._clusters, labels)
         clusters = self._clusters[:found]
         kernels.predict(self._tracks, dt_s, p.acceleration_m_s2)
@@ -181,12 +179,19 @@ class Movers:
         kernels.associate(clusters, self._tracks, p.gate_m, matches, owners)
         self._align(dt_s, points, pose, clusters, owners)
         self._learn(dt_s, points, pose, sight_m, clusters, owners)
-        seen = self._forget(pose, np.minimum(sight_m, level_m), owners)
-        seen = self._begin(clusters, matches, seen)
+        owners = self._forget(pose, np.minimum(sight_m, level_m), owners)
+        owners = self._begin(clusters, matches, owners)
         if self._moving.any():
             self._find_again()
-        self._keep_frame(pose, sight_m, clusters, seen)
-        return self._answer(points, labels, level, seen) if self._moving.any() else _nothing_moves(len(level))
+        if self._is_frame_due():
+            self._keep_frame(pose, seen, clusters, owners)
+        if not self._moving.any():
+            return nothing_moves(len(level))
+        return self._answer(points, labels, level, owners)
+
+    def _pose(self, sensor_xy: np.ndarray) -> np.ndarray:
+        """Return the lidar's place and the turn of the odometry's axes (3,), without its drift."""
+        return np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
 
     def _align(
         self, dt_s: float, points: np.ndarray, pose: np.ndarray, clusters: np.ndarray, owners: np.ndarray
@@ -228,7 +233,7 @@ class Movers:
         shown = is_fast.copy()
         larger = np.maximum(1.0, tracks[:, kernels.RADIUS] / LONG_M)
         seen = points, clusters[:, : kernels.MIDDLE_X], larger, owners, self._surfaces, pose, sight_m
-        frames = self._frames, self._bins_of_frames(len(sight_m)), self._stamp_s - self._frames_s
+        frames = self._frames, self._bins_of_frames(), self._stamp_s - self._frames_s
         have_moved(*seen, *frames, YOUNGEST_S, p.free_gap_m, p.share, SAMPLES, shown)
         change = np.where(shown, 1.0, np.where(is_fast, -LOSS_OF_FAST, -LOSS_OF_SLOW)) * is_seen
         evidence_s = np.clip(tracks[:, kernels.EVIDENCE] + dt_s * change, 0.0, EVIDENCE_MAX_S)
@@ -282,25 +287,24 @@ class Movers:
             tracks[found, kernels.EVIDENCE] = lost[kernels.EVIDENCE]
             self._moving |= found
 
-    def _bins_of_frames(self, size: int) -> np.ndarray:
-        """Return how far earlier scans saw (FRAMES, size), m; nothing yet if the size has changed."""
-        if self._frames_bins is None or self._frames_bins.shape[1] != size:
-            self._frames_bins = np.full((FRAMES, size), -1.0)
+    def _bins_of_frames(self) -> np.ndarray:
+        """Return how far earlier scans saw (FRAMES, SIGHT_BINS), m."""
+        for frame, seen in self._frames_seen.items():
+            self._frames_bins[frame] = seen.reach_m
+        self._frames_seen.clear()
         return self._frames_bins
 
-    def _keep_frame(
-        self, pose: np.ndarray, sight_m: np.ndarray, clusters: np.ndarray, owners: np.ndarray
-    ) -> None:
-        newest_s = self._frames_s[self._frame - 1]
-        if self._stamp_s - newest_s < FRAME_PERIOD_S - 1e-6:
-            return
+    def _is_frame_due(self) -> bool:
+        return bool(self._stamp_s - self._frames_s[self._frame - 1] >= FRAME_PERIOD_S - 1e-6)
+
+    def _keep_frame(self, pose: np.ndarray, seen: Seen, clusters: np.ndarray, owners: np.ndarray) -> None:
         self._frames_s[self._frame] = self._stamp_s
         self._frames[self._frame] = pose
-        self._bins_of_frames(len(sight_m))[self._frame] = sight_m
-        seen = owners >= 0
+        self._frames_seen[self._frame] = seen
+        is_seen = owners >= 0
         self._surfaces[:, self._frame] = math.nan
-        surfaces = clusters[owners[seen], kernels.SURFACE_X : kernels.SURFACE_Y + 1]
-        self._surfaces[seen, self._frame] = surfaces
+        surfaces = clusters[owners[is_seen], kernels.SURFACE_X : kernels.SURFACE_Y + 1]
+        self._surfaces[is_seen, self._frame] = surfaces
         self._frame = (self._frame + 1) % FRAMES
 
     def _answer(
@@ -321,8 +325,9 @@ class Movers:
         return MoverSet(positions, velocities, moving[:, kernels.RADIUS], covariances, is_moving)
 
 
-def _nothing_moves(points: int) -> MoverSet:
-    return replace(NOTHING_MOVES, is_moving=np.zeros(points, bool))
+def nothing_moves(points: int) -> MoverSet:
+    """Return that none of so many points moves."""
+    return MoverSet(NO_VECTORS, NO_VECTORS, NO_RADII, NO_COVARIANCES, np.zeros(points, bool))
 
 
 def _rotation(angle_rad: float) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_are
 
 from cepa.dynamic.response import ResponseModel
-from cepa.kernels.rollout import fly
+from cepa.kernels.rollout import correct, fly
 from cepa.kernels.surroundings import Response
 
 VELOCITY_NOISE_M_S = 0.01
@@ -55,7 +55,8 @@ class Observer:
     def command(self, stamp_s: float, command: np.ndarray, hold_s: float) -> None:
         """Take in a command (3,), m/s, that is given at ``stamp_s``; after ``hold_s`` the UAV brakes."""
         begins_s = stamp_s + self._model.delay_s
-        self._commands[self._next % KEPT_COMMANDS] = begins_s, begins_s + hold_s, *command
+        row = self._commands[self._next % KEPT_COMMANDS]
+        row[0], row[1], row[2:] = begins_s, begins_s + hold_s, command
         self._next += 1
         self._first = max(self._first, self._next - KEPT_COMMANDS)
 
@@ -67,10 +68,7 @@ class Observer:
             self._state[:, 1] = velocity_m_s
         elif dt_s > 0.0:
             self._fly(self._state, stamp_s)
-            innovation = velocity_m_s[:2] - self._state[:2, 1]
-            self._state[:2, 1:] += innovation[:, None] * _gains(self._model, max(round(dt_s, 3), STEP_S))
-            self._state[:, 0] = 0.0
-            self._state[2, 1] = velocity_m_s[2]
+            correct(self._state, velocity_m_s, _gains(self._model, max(round(dt_s, 3), STEP_S)))
         self._stamp_s = stamp_s
         while (
             self._first + 1 < self._next and self._commands[(self._first + 1) % KEPT_COMMANDS, 0] <= stamp_s

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cepa.dynamic.cloud_lookout import Space
-from cepa.dynamic.lookout import Lookout
+from cepa.dynamic.lookout import Lookout, Seen
 from cepa.kernels.rollout import roll
 from cepa.kernels.surroundings import Horizon, Response
 from cepa.motion import Motion
@@ -23,8 +23,8 @@ class Moment(NamedTuple):
     motion: Motion
     standing: np.ndarray
     """(n, 2) m: the ends of the beams that hit what stands still; with ``space`` all at the body's height."""
-    seen: np.ndarray
-    """(SIGHT_BINS,) m: how far each direction is seen."""
+    seen: Seen
+    """How far each direction is seen."""
     state: np.ndarray
     """(3, 4): see kernels/rollout.py."""
     discs: np.ndarray

@@ -111,6 +111,20 @@ def fly(
 
 
 @njit(cache=True)
+def correct(state: np.ndarray, velocity: np.ndarray, gains: np.ndarray) -> None:
+    """Correct ``state`` (3, 4) by a measured velocity (3,); gains (3,): on velocity, acceleration, integral.
+
+    The position starts again at 0.
+    """
+    for axis in range(2):
+        innovation = velocity[axis] - state[axis, 1]
+        for k in range(3):
+            state[axis, 1 + k] += innovation * gains[k]
+    state[:, 0] = 0.0
+    state[2, 1] = velocity[2]
+
+
+@njit(cache=True)
 def roll(start: np.ndarray, command: np.ndarray, response: Response, flown: int, path: np.ndarray) -> int:
     """Fly ``command`` (3,) for ``flown`` steps, then brake; fill ``path`` (n, 3), m; return its length."""
     law, state = _law(response), _of_array(start)
@@ -389,28 +403,6 @@ def judge(
 
 
 @njit(cache=True)
-def _is_free(x: float, y: float, scan: Scan, distance: float, radius: float) -> bool:
-    for j in range(scan.points.shape[0]):
-        dx, dy = scan.points[j, 0] - x, scan.points[j, 1] - y
-        if dx * dx + dy * dy < distance * distance:
-            return False
-    r = math.sqrt(x * x + y * y)
-    if r < radius:
-        return True
-    if r > scan.farthest:
-        return False
-    width = int(math.asin(radius / r) / scan.increment) + 1
-    middle = math.floor((math.atan2(y, x) - scan.angle_0) / scan.increment + 0.5)
-    ranges, seen = scan.ranges, scan.seen
-    beam = (middle - width) % ranges.size
-    for _ in range(2 * width + 1):
-        if not seen[beam] or ranges[beam] < r:
-            return False
-        beam = beam + 1 if beam + 1 < ranges.size else 0
-    return True
-
-
-@njit(cache=True)
 def is_clear(
     start: np.ndarray,
     command: np.ndarray,
@@ -427,6 +419,7 @@ def is_clear(
     radius: of the body.
     """
     law = _law(response)
+    path, count = np.empty((horizon.cost + horizon.commit + horizon.brake, 2)), 0
     for brakes in range(2):
         state = _of_array(start)
         ux, uy, uz = command
@@ -434,6 +427,42 @@ def is_clear(
             if brakes and k == horizon.commit:
                 ux = uy = uz = 0.0
             state = _advance(state, law, ux, uy, uz)
-            if k % stride == 0 and not _is_free(state[0][0], state[1][0], scan, distance, radius):
-                return False
+            if k % stride == 0:
+                path[count, 0], path[count, 1] = state[0][0], state[1][0]
+                if not _is_in_sight(path[count, 0], path[count, 1], scan, radius):
+                    return False
+                count += 1
+    return not _is_near(path[:count], scan.points, distance)
+
+
+@njit(cache=True)
+def _is_near(path: np.ndarray, points: np.ndarray, distance: float) -> bool:
+    """Whether any of ``points`` (n, 2) is within ``distance`` of any place of ``path`` (m, 2)."""
+    low_x, high_x = path[:, 0].min() - distance, path[:, 0].max() + distance
+    low_y, high_y = path[:, 1].min() - distance, path[:, 1].max() + distance
+    for j in range(points.shape[0]):
+        x, y = points[j, 0], points[j, 1]
+        if low_x <= x <= high_x and low_y <= y <= high_y:
+            for k in range(path.shape[0]):
+                if (x - path[k, 0]) ** 2 + (y - path[k, 1]) ** 2 < distance * distance:
+                    return True
+    return False
+
+
+@njit(cache=True)
+def _is_in_sight(x: float, y: float, scan: Scan, radius: float) -> bool:
+    """Whether a disc of ``radius`` m at (x, y) is in front of all that the scan's beams show."""
+    r = math.sqrt(x * x + y * y)
+    if r < radius:
+        return True
+    if r > scan.farthest:
+        return False
+    width = int(math.asin(radius / r) / scan.increment) + 1
+    middle = math.floor((math.atan2(y, x) - scan.angle_0) / scan.increment + 0.5)
+    ranges, seen = scan.ranges, scan.seen
+    beam = (middle - width) % ranges.size
+    for _ in range(2 * width + 1):
+        if not seen[beam] or ranges[beam] < r:
+            return False
+        beam = beam + 1 if beam + 1 < ranges.size else 0
     return True

@@ -12,30 +12,50 @@ ANGLE_ERROR_RAD = 3e-4
 
 
 @njit(cache=True)
+def directions_of(angle_0: float, increment: float, directions: np.ndarray) -> None:
+    """Fill ``directions`` (n, 2) with the unit vectors of the beams in the lidar's frame."""
+    for k in range(directions.shape[0]):
+        angle = angle_0 + k * increment
+        directions[k, 0], directions[k, 1] = math.cos(angle), math.sin(angle)
+
+
+@njit(cache=True)
 def points_of(
     ranges: np.ndarray,
     seen: np.ndarray,
-    angle_0: float,
-    increment: float,
+    directions: np.ndarray,
     rotation: np.ndarray,
     range_max: float,
     points: np.ndarray,
 ) -> int:
     """Fill ``points`` (n, 3) with the ends of the beams along the odometry's axes; return their number.
 
-    rotation (3, 3): of the lidar's frame into the odometry's.
+    directions (n, 2): of the beams. rotation (3, 3): of the lidar's frame into the odometry's.
     """
     count = 0
     for k in range(ranges.size):
         r = ranges[k]
         if seen[k] and r < range_max:
-            angle = angle_0 + k * increment
-            x, y = r * math.cos(angle), r * math.sin(angle)
+            x, y = r * directions[k, 0], r * directions[k, 1]
             points[count, 0] = rotation[0, 0] * x + rotation[0, 1] * y
             points[count, 1] = rotation[1, 0] * x + rotation[1, 1] * y
             points[count, 2] = rotation[2, 0] * x + rotation[2, 1] * y
             count += 1
     return count
+
+
+@njit(cache=True)
+def clear_of(
+    points: np.ndarray, floor: float, ceiling: float, gap: float, gap_share: float, is_clear: np.ndarray
+) -> None:
+    """Fill ``is_clear`` (n,) with which ``points`` (n, 3) are far from floor and ceiling, m.
+
+    They must be so by ``gap``, and by ``gap_share`` of their horizontal distance.
+    """
+    for k in range(points.shape[0]):
+        x, y, z = points[k]
+        gap_there = gap + gap_share * math.sqrt(x * x + y * y)
+        is_clear[k] = floor + gap_there < z < ceiling - gap_there
 
 
 @njit(cache=True, inline="always")
