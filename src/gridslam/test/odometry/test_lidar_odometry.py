@@ -153,6 +153,15 @@ def test_along_a_bare_wall_the_covariance_grows_and_a_remark_comes():
     assert abs(last.position_xyz[1]) < 0.02
 
 
+def test_a_shock_beside_a_bare_wall_is_no_motion():
+    odometry = LidarOdometry(start=still(0.0))
+    fly(odometry, ONE_WALL, still, 1.0)
+    # When it touches down: 60 m/s2 for 25 ms would be 1.5 m/s
+    odometry.on_imu(InertialReading(1.0 - 0.4 * PERIOD, quaternion(0.0, 0.0), (0, 0, 0), (60.0, 0.0, 40.0)))
+    estimates = fly(odometry, ONE_WALL, still, 1.0, start_s=1.0)
+    assert max(abs(estimate.velocity_xyz[0]) for estimate in estimates) < 0.1
+
+
 def test_with_nothing_in_range_it_comes_to_rest():
     # Given a flight along a wall that ends
     odometry = LidarOdometry(start=along_x(0.0))

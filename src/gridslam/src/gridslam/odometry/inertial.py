@@ -16,6 +16,8 @@ GRAVITY_MPS2 = 9.80665
 KEPT_S = 2.0
 SILENT_S = 0.2
 """If the last reading is older, the IMU is silent."""
+SHOCK_MPS2 = 15.0
+"""A greater acceleration is a shock, as at a touch-down. One reading in the middle of it does not tell a speed."""
 BACK_S = 0.5
 """If a stamp is older than the last by this much, the clock went back."""
 
@@ -75,7 +77,9 @@ class InertialReading:
         self.levelled: np.ndarray | None = None
         if len(force):
             levelling = matrix_of_lean(self.roll_rad, self.pitch_rad)
-            self.levelled = levelling @ np.asarray(force, float) - (0.0, 0.0, GRAVITY_MPS2)
+            levelled = levelling @ np.asarray(force, float) - (0.0, 0.0, GRAVITY_MPS2)
+            if np.linalg.norm(levelled) <= SHOCK_MPS2:
+                self.levelled = levelled
 
 
 class InertialHistory:
