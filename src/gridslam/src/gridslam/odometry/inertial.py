@@ -17,7 +17,7 @@ KEPT_S = 2.0
 SILENT_S = 0.2
 """If the last reading is older, the IMU is silent."""
 SHOCK_MPS2 = 15.0
-"""A greater acceleration is a shock, as at a touch-down. One reading of it does not tell a change of speed."""
+"""A greater acceleration is a shock, as at a touch-down, and no change of speed."""
 BACK_S = 0.5
 """If a stamp is older than the last by this much, the clock went back."""
 
