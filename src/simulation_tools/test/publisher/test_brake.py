@@ -25,15 +25,22 @@ def brake(before):
     ],
 )
 def test_it_is_commanded_against_its_own_speed_then_to_stand(x, y, expected):
-    stop = brake(Pose.from_xyz_rpy(x, y, 1.0, 0.0, 0.0, 0.0))
+    stop = brake(Pose.from_xyz_rpy(x, y, 1.0, 0.0, 0.0, math.pi / 2))
     assert stop.velocity(10_190_000_000) == pytest.approx(expected)
     assert stop.velocity(10_200_000_000) == (0.0, 0.0, 0.0)
 
 
 def test_a_fast_uav_is_not_commanded_more_but_for_longer():
-    stop = brake(Pose.from_xyz_rpy(5.0, 0.2, 2.0, 0.0, 0.0, 0.0))  # 4 m/s ahead: 2 * 4 m/s would be 8
+    stop = brake(Pose.from_xyz_rpy(5.0, 0.2, 2.0, 0.0, 0.0, math.pi / 2))  # 4 m/s ahead: 2 * 4 m/s would be 8
     assert stop.velocity(10_390_000_000) == pytest.approx((-4.0, 0.0, 0.0))
     assert stop.velocity(10_410_000_000) == (0.0, 0.0, 0.0)
+
+
+def test_a_uav_that_turns_has_turned_on_since_its_last_known_pose():
+    # Given 0.5 m/s to the north, and a turn of 0.4 rad in 0.2 s, so of 0.2 rad in decision_delay_s
+    stop = brake(Pose.from_xyz_rpy(5.0, 0.9, 2.0, 0.0, 0.0, math.pi / 2 - 0.4))
+    # Then north is 0.2 rad to the right of ahead
+    assert stop.velocity(10_000_000_000) == pytest.approx((-math.cos(0.2), math.sin(0.2), 0.0))
 
 
 def test_without_two_poses_it_is_commanded_to_stand():

@@ -18,7 +18,8 @@ STANDSTILL: Vector3 = (0.0, 0.0, 0.0)
 class Brake:
     """Commands the velocities of one stop, in the levelled body frame (FLU).
 
-    now_ns: time of the loss. before, here: the last two known poses, lasted_s apart.
+    now_ns: time of the loss. before, here: the last two known poses, lasted_s apart. The last one is older by
+    decision_delay_s, in which a UAV that turns has turned on.
     """
 
     def __init__(
@@ -35,7 +36,9 @@ class Brake:
         share = min(1.0, p.brake_speed_m_s / (p.brake_gain * speed_m_s))
         self._ends_ns += p.brake_time_s / share / _NS
         factor = -p.brake_gain * share
-        cos, sin = math.cos(here.yaw_rad), math.sin(here.yaw_rad)
+        turned_rad = math.remainder(here.yaw_rad - before.yaw_rad, 2.0 * math.pi)
+        yaw_rad = here.yaw_rad + turned_rad * p.decision_delay_s / lasted_s
+        cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
         self._against = (factor * (cos * x + sin * y), factor * (cos * y - sin * x), 0.0)
 
     def velocity(self, now_ns: int) -> Vector3:

@@ -84,7 +84,7 @@ class PublisherParameters:
     vision_timeout_least_s: float = 0.08
     vision_gaps: float = 3.0
     vision_landing_s: float = 3.0
-    brake_time_s: float = 0.15
+    brake_time_s: float = 0.16
     brake_gain: float = 3.0
     brake_speed_m_s: float = 3.5
     time_is_simulated: bool = False
