@@ -67,9 +67,11 @@ def ways_out(slowness: np.ndarray, cell: float, direction: np.ndarray, way: np.n
 
     slowness (n, n): cost of a metre; inf where the UAV does not fit. The way ends on the window's edge. What
     then left to fly along ``direction`` is added, times EXIT_COST, because nobody knows what stands there.
-    The method is fast sweeping (Zhao 2005) of the eikonal equation.
+    The method is fast sweeping (Zhao 2005) of the eikonal equation, which leaves out the cells that have no
+    neighbour with a new, shorter way (Bak, McLaughlin and Renzi 2010).
     """
     n = way.shape[0]
+    waits = np.zeros((n, n), np.bool_)
     half = 0.5 * (n - 1) * cell
     way[:] = math.inf
     reach = half * (abs(direction[0]) + abs(direction[1]))
@@ -78,6 +80,7 @@ def ways_out(slowness: np.ndarray, cell: float, direction: np.ndarray, way: np.n
             if (i == 0 or j == 0 or i == n - 1 or j == n - 1) and not math.isinf(slowness[i, j]):
                 along = (j * cell - half) * direction[0] + (i * cell - half) * direction[1]
                 way[i, j] = EXIT_COST * (reach - along)
+                waits[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2] = True
     for _ in range(rounds):
         change = 0.0
         for sweep in range(4):
@@ -85,12 +88,18 @@ def ways_out(slowness: np.ndarray, cell: float, direction: np.ndarray, way: np.n
                 i = ii if sweep < 2 else n - 1 - ii
                 for jj in range(n):
                     j = jj if sweep % 2 == 0 else n - 1 - jj
+                    if not waits[i, j]:
+                        continue
+                    waits[i, j] = False
                     if math.isinf(slowness[i, j]):
                         continue
                     new = _godunov(way, slowness[i, j], cell, i, j)
                     if new < way[i, j]:
                         change = max(change, min(way[i, j], 1e6) - new)
                         way[i, j] = new
+                        for k, m in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
+                            if 0 <= k < n and 0 <= m < n and way[k, m] > new:
+                                waits[k, m] = True
         if change < 0.5 * cell:
             break
 

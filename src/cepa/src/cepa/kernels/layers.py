@@ -50,34 +50,57 @@ def distance_layers(
             columns[i, j] |= np.uint64(1) << np.uint64(level)
     most = math.ceil(far / cell) + 1
     along_x = np.empty((n, n), np.float32)
-    occupied = np.empty(n, np.bool_)
+    cells, is_new, occupied = np.zeros((n, n), np.bool_), np.ones(n, np.bool_), np.zeros(n, np.bool_)
     squared = np.empty(n, np.float32)
+    distances = np.empty(most * most + 1)
+    for k in range(distances.size):
+        distances[k] = min(far, max(0.0, (math.sqrt(np.float32(k)) - 0.5) * cell))
     for layer in range(layers):
         height = (layer - layers // 2) * layer_m
         band = _band(lowest, height - below, height + above, level_m)
         for i in range(n):
-            occupied[i] = _along_row(columns[i], band, most, along_x[i])
+            is_new[i] = _is_changed(columns[i], band, cells[i]) or layer == 0
+            if is_new[i]:
+                occupied[i] = _along_row(cells[i], most, along_x[i])
         for i in range(n):
+            first, last = max(0, i - most + 1), min(n, i + most)
+            if not is_new[first:last].any():
+                field[layer, i] = field[layer - 1, i]  # the layers mostly hold the same
+                continue
+            if not occupied[first:last].any():
+                field[layer, i] = distances[-1]
+                continue
             squared[:] = np.float32(most * most)
-            for k in range(max(0, i - most + 1), min(n, i + most)):
+            for k in range(first, last):
                 if occupied[k]:
                     rise = np.float32((k - i) * (k - i))
                     for j in range(n):
                         squared[j] = min(squared[j], along_x[k, j] + rise)
             for j in range(n):
-                field[layer, i, j] = min(far, max(0.0, (math.sqrt(squared[j]) - 0.5) * cell))
+                field[layer, i, j] = distances[int(squared[j])]
 
 
 @njit(cache=True)
-def _along_row(columns: np.ndarray, band: np.uint64, most: int, squared: np.ndarray) -> bool:
-    """Fill ``squared`` (n,) with the squared distance to the row's nearest obstacle; tell if there is one."""
-    n = columns.size
+def _is_changed(columns: np.ndarray, band: np.uint64, cells: np.ndarray) -> bool:
+    """Fill ``cells`` (n,) with whether a row's columns hold anything in the band; tell if that changes."""
+    changed = False
+    for j in range(columns.size):
+        holds = (columns[j] & band) != 0
+        changed |= holds != cells[j]
+        cells[j] = holds
+    return changed
+
+
+@njit(cache=True)
+def _along_row(cells: np.ndarray, most: int, squared: np.ndarray) -> bool:
+    """Fill ``squared`` (n,) with the squared distance to the row's nearest obstacle, if there is one."""
+    n = cells.size
+    if not cells.any():
+        return False
     away = most
-    found = False
     for j in range(n):
-        if columns[j] & band:
+        if cells[j]:
             away = 0
-            found = True
         elif away < most:
             away += 1
         squared[j] = away
@@ -89,7 +112,7 @@ def _along_row(columns: np.ndarray, band: np.uint64, most: int, squared: np.ndar
             away += 1
         nearest = min(squared[j], np.float32(away))
         squared[j] = nearest * nearest
-    return found
+    return True
 
 
 @njit(cache=True)
@@ -152,10 +175,11 @@ def unseen_layers(
         row = math.floor((origin[1] + (i - side // 2) * cell[0]) / cell[0]) % n
         for j in range(side):
             column = stamps[row, math.floor((origin[0] + (j - side // 2) * cell[0]) / cell[0]) % n]
-            mask = np.uint64(0)
+            mask, level = np.uint64(0), first_z % levels
             for k in range(levels):
-                if column[(first_z + k) % levels] < oldest:
+                if column[level] < oldest:
                     mask |= np.uint64(1) << np.uint64(k)
+                level = level + 1 if level + 1 < levels else 0
             columns[i, j] = mask
     dilated = _dilated(columns, body[0] / cell[0])
     lowest = first_z * cell[1] - origin[2]

@@ -12,6 +12,27 @@ import numpy as np
 from numba import njit
 
 LEAST_HORIZONTAL_M = 1e-3
+ANGLE_ERROR_RAD = 3e-4
+"""Of the polynomial in ``_column``."""
+
+
+@njit(cache=True, inline="always")
+def _column(x: float, y: float, per_rad: float, bins: int) -> int:
+    """Return int((atan2(y, x) + pi) * per_rad) % bins; only near its steps it takes an arc tangent."""
+    across, along = abs(y), abs(x)
+    low, high = (across, along) if across < along else (along, across)
+    a = low / high if high > 0.0 else 0.0
+    a2 = a * a
+    angle = a * (1.0 + a2 * (-0.327622764 + a2 * (0.15931422 - 0.0464964749 * a2)))
+    if across > along:
+        angle = 0.5 * math.pi - angle
+    if x < 0.0:
+        angle = math.pi - angle
+    place = ((-angle if y < 0.0 else angle) + math.pi) * per_rad
+    step = int(place)
+    if min(place - step, step + 1.0 - place) > ANGLE_ERROR_RAD * per_rad:
+        return step
+    return int((math.atan2(y, x) + math.pi) * per_rad) % bins
 
 
 @njit(cache=True)
@@ -48,7 +69,7 @@ def level(
             continue
         row = math.floor(z / (h * row_tan) + 0.5 * rows)
         if 0 <= row < rows:
-            column = int((math.atan2(y, x) + math.pi) * per_rad) % bins
+            column = _column(x, y, per_rad, bins)
             if h < nearest[row, column]:
                 nearest[row, column] = h
     return count
@@ -72,6 +93,8 @@ def free_distances(
     rows, bins = free.shape
     high, wide = nearest.shape[0] // rows, nearest.shape[1] // bins
     all_around = azimuth[1] - azimuth[0] > 2.0 * math.pi * (1.0 - 2.0 / bins)
+    angles = (np.arange(bins) + 0.5) * 2.0 * math.pi / bins - math.pi
+    cos, sin = np.cos(angles), np.sin(angles)
     for i in range(rows):
         up = (i + 0.5 - 0.5 * rows) * high * row_tan
         for j in range(bins):
@@ -80,8 +103,7 @@ def free_distances(
                 for m in range(j * wide, (j + 1) * wide):
                     least = min(least, nearest[k, m])
             if math.isinf(least):
-                angle = (j + 0.5) * 2.0 * math.pi / bins - math.pi
-                x, y = math.cos(angle), math.sin(angle)
+                x, y = cos[j], sin[j]
                 a = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * up
                 b = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * up
                 c = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * up
@@ -117,6 +139,9 @@ def see(
     per_rad = bins / (2.0 * math.pi)
     first_x, first_y = math.floor(origin[0] / cell[0]) - n // 2, math.floor(origin[1] / cell[0]) - n // 2
     first_z = math.floor(origin[2] / cell[1]) - levels // 2
+    heights = np.empty(levels)
+    for k in range(levels):
+        heights[(first_z + k) % levels] = (first_z + k + 0.5) * cell[1] - origin[2]
     for i in range(first_y, first_y + n):
         y = (i + 0.5) * cell[0] - origin[1]
         for j in range(first_x, first_x + n):
@@ -126,11 +151,10 @@ def see(
                 column[:] = -math.inf
                 continue
             h = math.sqrt(x * x + y * y)
-            b = int((math.atan2(y, x) + math.pi) * per_rad) % bins
+            b = _column(x, y, per_rad, bins)
             per_m = 1.0 / (max(h, LEAST_HORIZONTAL_M) * row_tan)
-            for k in range(first_z, first_z + levels):
-                z = (k + 0.5) * cell[1] - origin[2]
-                m = k % levels
+            for m in range(levels):
+                z = heights[m]
                 if abs(z) > reach[1]:
                     column[m] = -math.inf
                     continue
