@@ -52,3 +52,10 @@ def transform(pose: Sequence[float] | np.ndarray, points_xy: ArrayLike) -> np.nd
     x, y, yaw = (float(value) for value in pose)
     cos, sin = np.cos(yaw), np.sin(yaw)
     return np.asarray(points_xy) @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
+
+
+def transform_each(poses: np.ndarray, points_xy: np.ndarray) -> np.ndarray:
+    """Return points (n, 2), each given in the frame of its own pose (n, 3), in the frame of the poses."""
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    x, y = points_xy[:, 0], points_xy[:, 1]
+    return poses[:, :2] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)

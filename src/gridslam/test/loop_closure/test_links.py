@@ -9,7 +9,7 @@ from rooms import WALLS
 
 from gridslam import se2
 from gridslam.evaluation import Walls
-from gridslam.kernels.links import Surfaces, align, nearest_by_bearing
+from gridslam.kernels.links import Surfaces, align, nearest_by_bearing, nearest_earlier
 from gridslam.loop_closure import LoopClosureParameters
 from gridslam.loop_closure.links import link, surfaces_of
 from gridslam.loop_closure.scan_links import ScanLinks
@@ -61,12 +61,38 @@ def test_alignment_is_right_and_its_matrix_that_of_the_plain_sum():
     reference, query = seen_from(WALLS, first, 1), seen_from(WALLS, second, 2)
     truth = se2.between(np.array(first), np.array(second))
     pose, matrix = truth + np.array([0.1, -0.08, 0.05]), np.zeros((3, 3))
-    pairs, rms_m = align(reference, query, pose, 0.3, matrix)
+    pairs, rms_m = align(reference, query, pose, 0.3, 0.0, matrix)
     np.testing.assert_allclose(pose, truth, atol=0.01)
     assert rms_m < 0.03
     plain, count = normal_matrix(reference, query, pose, 0.15)  # the gate ends at half
     assert abs(pairs - count) <= 2
     np.testing.assert_allclose(matrix, plain, rtol=0.05, atol=0.05 * count)
+
+
+def test_nearest_nodes_of_earlier_passes_are_those_of_a_plain_search():
+    rng = np.random.default_rng(3)
+    poses, way_m = rng.uniform(-4.0, 4.0, (60, 3)), np.cumsum(rng.uniform(0.2, 1.0, 60))
+    found = nearest_earlier(poses, way_m, 20, 3.0, 10.0, 2)
+    for newer, nodes in zip(range(20, 60), found):
+        distance = np.hypot(*(poses[:, :2] - poses[newer, :2]).T)
+        allowed = np.flatnonzero((distance < 3.0) & (way_m < way_m[newer] - 10.0))
+        nearest = allowed[np.argsort(distance[allowed])][:2]
+        assert nodes.tolist() == [*nearest, *[-1] * (2 - len(nearest))]
+
+
+def test_scans_with_too_few_pairs_are_given_up_at_once():
+    reference, query = seen_from(WALLS, (1.0, -1.5, 0.2)), seen_from(WALLS, (1.4, -1.2, 0.6))
+    pose, matrix = np.array([40.0, 0.0, 0.0]), np.zeros((3, 3))
+    assert align(reference, query, pose, 0.3, 0.1, matrix) == (0, math.inf)
+    assert pose.tolist() == [40.0, 0.0, 0.0]
+
+
+def test_a_step_along_a_bare_corridor_is_not_seen():
+    corridor = Walls.from_polygons([np.array([(-50.0, -1.2), (50.0, -1.2), (50.0, 1.2), (-50.0, 1.2)])])
+    for walls, y, is_seen in ((corridor, 0.1, False), (WALLS, -1.5, True)):
+        links, poses = ScanLinks(PARAMETERS), np.array([(1.0, y, 0.0), (1.5, y, 0.0)])
+        links.extend([scan_from(walls, pose, 1) for pose in poses], poses, np.array([0.0, 1.0]))
+        assert links.is_seen().tolist() == [is_seen]
 
 
 def test_along_a_bare_corridor_a_link_measures_nothing():

@@ -29,6 +29,11 @@ OPEN_SHARE = 0.01
 """A direction with less than this share of a pair's information, on average, is open: see `covariance`."""
 OPEN_INFORMATION = 1e-2
 """1/m2 or 1/rad2: what is left of the information in an open direction."""
+PAIRS_MIN = 20
+FIRST_HOPE, HOPE = 0.3, 0.5
+"""An alignment is given up once it has less than this of the share of pairs that it must have: a coarse one,
+and any other.
+"""
 
 
 class Surfaces(NamedTuple):
@@ -73,53 +78,97 @@ def nearest_by_bearing(surfaces: Surfaces, x: float, y: float, gate: float) -> i
 
 
 @njit(cache=True, nogil=True)
+def _pairs(reference: Surfaces, query: Surfaces, pose: np.ndarray, gate: float, partners: np.ndarray) -> int:
+    """Write the reference's partner of every point of the query, or -1; return the number of pairs."""
+    cos, sin, count = math.cos(pose[2]), math.sin(pose[2]), 0
+    for i in range(query.points.shape[0]):
+        px, py = query.points[i, 0], query.points[i, 1]
+        j = nearest_by_bearing(reference, pose[0] + cos * px - sin * py, pose[1] + sin * px + cos * py, gate)
+        if j >= 0:
+            nx, ny = reference.normals[j, 0], reference.normals[j, 1]
+            qx, qy = cos * nx + sin * ny, -sin * nx + cos * ny
+            if qx * query.normals[i, 0] + qy * query.normals[i, 1] < FACING_COS:
+                j = -1
+        partners[i] = j
+        count += j >= 0
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _step(
+    reference: Surfaces,
+    query: Surfaces,
+    pose: np.ndarray,
+    scale: float,
+    partners: np.ndarray,
+    matrix: np.ndarray,
+    step: np.ndarray,
+) -> float:
+    """Move the pose by one step of Gauss-Newton, for these pairs; return the sum of their squared distances.
+
+    A pair ``scale`` apart has half the weight of one that touches. ``matrix`` (3, 3) gets the sum of J^T J,
+    ``step`` (3,) the step in the query's frame.
+    """
+    weighted, lower, jacobian, squares = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(3), 0.0
+    matrix[:], step[:] = 0.0, 0.0
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    for i in range(query.points.shape[0]):
+        j = partners[i]
+        if j < 0:
+            continue
+        px, py = query.points[i, 0], query.points[i, 1]
+        nx, ny = reference.normals[j, 0], reference.normals[j, 1]
+        from_x = pose[0] + cos * px - sin * py - reference.points[j, 0]
+        from_y = pose[1] + sin * px + cos * py - reference.points[j, 1]
+        distance = from_x * nx + from_y * ny
+        weight = 1.0 / (1.0 + (distance / scale) ** 2)
+        # the reference's normal in the query's frame
+        qx, qy = cos * nx + sin * ny, -sin * nx + cos * ny
+        jacobian[0], jacobian[1], jacobian[2] = qx, qy, px * qy - py * qx
+        squares += distance * distance
+        for k in range(3):
+            step[k] -= weight * jacobian[k] * distance
+            for m in range(k + 1):
+                product = jacobian[k] * jacobian[m]
+                matrix[k, m] += product
+                weighted[k, m] += weight * product
+    for k in range(3):
+        weighted[k, k] += DAMPING
+        for m in range(k):
+            matrix[m, k] = matrix[k, m]
+    factor(weighted, lower)
+    solve(lower, step)
+    pose[0] += cos * step[0] - sin * step[1]
+    pose[1] += sin * step[0] + cos * step[1]
+    pose[2] += step[2]
+    return squares
+
+
+@njit(cache=True, nogil=True)
 def align(
-    reference: Surfaces, query: Surfaces, pose: np.ndarray, gate_m: float, matrix: np.ndarray
+    reference: Surfaces,
+    query: Surfaces,
+    pose: np.ndarray,
+    gate_m: float,
+    share_min: float,
+    matrix: np.ndarray,
 ) -> tuple[int, float]:
     """Move ``pose`` (3,) of the query in the reference's frame to where the surfaces fit.
 
     ``matrix`` (3, 3) gets the sum of J^T J over the pairs: J is the derivative of a pair's distance by a step
-    in the query's frame. Returns the number of pairs, and the root mean square of their distances.
+    in the query's frame. Returns the number of pairs, and the root mean square of their distances: 0 pairs if
+    at any time less than ``share_min`` of the query's points has one.
     """
-    gradient, lower, gate = np.zeros(3), np.zeros((3, 3)), gate_m
-    weighted, jacobian = np.zeros((3, 3)), np.zeros(3)
+    count, gate = query.points.shape[0], gate_m
+    partners, step = np.full(count, -1), np.zeros(3)
     pairs, squares = 0, 0.0
     for _ in range(ROUNDS_MAX):
-        matrix[:], weighted[:], gradient[:] = 0.0, 0.0, 0.0
-        pairs, squares = 0, 0.0
-        cos, sin = math.cos(pose[2]), math.sin(pose[2])
-        for i in range(query.points.shape[0]):
-            px, py = query.points[i, 0], query.points[i, 1]
-            x, y = pose[0] + cos * px - sin * py, pose[1] + sin * px + cos * py
-            j = nearest_by_bearing(reference, x, y, gate)
-            if j < 0:
-                continue
-            nx, ny = reference.normals[j, 0], reference.normals[j, 1]
-            # the reference's normal in the query's frame
-            qx, qy = cos * nx + sin * ny, -sin * nx + cos * ny
-            if qx * query.normals[i, 0] + qy * query.normals[i, 1] < FACING_COS:
-                continue
-            distance = (x - reference.points[j, 0]) * nx + (y - reference.points[j, 1]) * ny
-            weight = 1.0 / (1.0 + (distance / (WEIGHT_SHARE * gate)) ** 2)
-            jacobian[0], jacobian[1], jacobian[2] = qx, qy, px * qy - py * qx
-            pairs += 1
-            squares += distance * distance
-            for k in range(3):
-                gradient[k] -= weight * jacobian[k] * distance
-                for m in range(3):
-                    matrix[k, m] += jacobian[k] * jacobian[m]
-                    weighted[k, m] += weight * jacobian[k] * jacobian[m]
-        if pairs < 3:
+        pairs = _pairs(reference, query, pose, gate, partners)
+        if pairs < max(3.0, share_min * count):
             return 0, math.inf
-        for k in range(3):
-            weighted[k, k] += DAMPING
-        factor(weighted, lower)
-        solve(lower, gradient)
-        pose[0] += cos * gradient[0] - sin * gradient[1]
-        pose[1] += sin * gradient[0] + cos * gradient[1]
-        pose[2] += gradient[2]
+        squares = _step(reference, query, pose, WEIGHT_SHARE * gate, partners, matrix, step)
         gate = max(0.5 * gate_m, GATE_FALL * gate)
-        if math.hypot(gradient[0], gradient[1]) < STEP_M and abs(gradient[2]) < STEP_RAD:
+        if math.hypot(step[0], step[1]) < STEP_M and abs(step[2]) < STEP_RAD:
             break
     return pairs, math.sqrt(squares / pairs)
 
@@ -136,3 +185,57 @@ def covariance(matrix: np.ndarray, pairs: int, points_most: float, sigma_m: floa
     if 0.5 * (xx + yy) - math.hypot(0.5 * (xx - yy), yx) < OPEN_SHARE * pairs:
         keep_strongest(matrix, np.zeros(3))
     return inverse(min(1.0, points_most / pairs) / sigma_m**2 * matrix + OPEN_INFORMATION * np.eye(3))
+
+
+@njit(cache=True, nogil=True)
+def measure(
+    reference: Surfaces,
+    query: Surfaces,
+    pose: np.ndarray,
+    gates_m: tuple[float, float],
+    share_min: float,
+    rms_max_m: float,
+    points_most: float,
+    sigma_m: float,
+    found: np.ndarray,
+) -> bool:
+    """Align two scans, and write the covariance into ``found`` (3, 3). Return whether enough of them fits.
+
+    The first of the gates is that of a coarse alignment, 0 for none. ``share_min`` of the query's points, and
+    at least PAIRS_MIN, must have a pair.
+    """
+    matrix = np.zeros((3, 3))
+    if gates_m[0] > 0.0 and align(reference, query, pose, gates_m[0], FIRST_HOPE * share_min, matrix)[0] == 0:
+        return False
+    pairs, rms_m = align(reference, query, pose, gates_m[1], HOPE * share_min, matrix)
+    if pairs < max(float(PAIRS_MIN), share_min * query.points.shape[0]) or rms_m > rms_max_m:
+        return False
+    found[:] = covariance(matrix, pairs, points_most, sigma_m)
+    return True
+
+
+@njit(cache=True, nogil=True)
+def nearest_earlier(
+    poses: np.ndarray, way_m: np.ndarray, first: int, radius_m: float, apart_m: float, most: int
+) -> np.ndarray:
+    """Return (k - first, most): for each node from ``first`` on the nearest nodes of earlier passes, or -1.
+
+    They are within a radius, and at least ``apart_m`` of the way (k,) before the node. The nearest is first.
+    """
+    count = poses.shape[0]
+    found, squares = np.full((count - first, most), -1), np.empty(most)
+    for newer in range(first, count):
+        nodes = found[newer - first]
+        squares[:] = radius_m * radius_m
+        for older in range(newer):
+            if way_m[older] >= way_m[newer] - apart_m:
+                break
+            square = (poses[older, 0] - poses[newer, 0]) ** 2 + (poses[older, 1] - poses[newer, 1]) ** 2
+            if square >= squares[most - 1]:
+                continue
+            place = most - 1
+            while place > 0 and square < squares[place - 1]:
+                nodes[place], squares[place] = nodes[place - 1], squares[place - 1]
+                place -= 1
+            nodes[place], squares[place] = older, square
+    return found

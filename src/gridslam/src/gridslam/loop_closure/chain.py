@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from gridslam import se2
 from gridslam.kernels.least_squares import inverse
+from gridslam.kernels.links import nearest_earlier
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.local_map import LocalMap, SurfacePoints, build_local_map, surface_points
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -161,7 +161,7 @@ class Chain:
         slip. A step that a link spans is measured, whatever is known of its node.
 
         Args:
-            is_seen: (k - 1,) whether a link spans the step.
+            is_seen: (k - 1,) whether a link that measures every direction spans the step.
             unmatched: nodes whose scan could not be compared with the map, or at which the vehicle was found.
             contradicted: nodes before which the vehicle was lost, and was not found on the map.
         """
@@ -181,7 +181,7 @@ class Chain:
         Matches against one map have similar errors, so `step_share` tells how firmly the filter's steps hold.
         Some are trusted only like odometry. When the filter comes back to a place, its steps also contain its
         own correction of the drift, and a closure must be able to replace that. Where ``is_seen`` (k - 1,) is
-        False, the two scans have nothing to be matched by.
+        False, scans say nothing at all, or nothing along a bare corridor.
         """
         measured = se2.between(self.odometry[:-1], self.odometry[1:])
         firm = self._parameters.step_share**2 * self.covariances
@@ -197,9 +197,8 @@ class Chain:
     def _is_back(self) -> np.ndarray:
         """Return for each node (k,) whether a node from long before is nearby."""
         p = self._parameters
-        nearby = cKDTree(self.poses[:, :2]).query_ball_point(self.poses[:, :2], p.place_radius_m)
-        oldest = np.array([min(nodes) for nodes in nearby])
-        return self.way_m[oldest] < self.way_m - p.separation_m
+        nearest = nearest_earlier(self.poses, self.way_m, 0, p.place_radius_m, p.separation_m, 1)
+        return nearest[:, 0] >= 0
 
     def local_map(self, anchor: int, behind_m: float, ahead_m: float) -> LocalMap:
         """Build the local map of the path from `behind_m` before a node to `ahead_m` after it."""

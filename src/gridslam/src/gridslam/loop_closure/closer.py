@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Mapping, Protocol
+from typing import Any, Mapping, NamedTuple, Protocol
 
 import numpy as np
 
@@ -25,10 +25,21 @@ from gridslam.trajectory import Trajectory
 
 CHAIN, LINKS = "chain_", "links_"
 """Prefixes of the chain's and the links' arrays in a saved state."""
-ROUNDS_MAX = 5
-"""A correction ends after this many rounds of linking passes and optimising ..."""
 SETTLED_M = 0.01
-"""m: ... or when no pose has moved by more in a round."""
+"""m: a correction ends when no pose has moved by more in a round of linking passes and optimising."""
+
+
+class Effort(NamedTuple):
+    """Limits of a correction."""
+
+    rounds: int
+    """It ends after this many rounds at the latest."""
+    tolerance: float
+    """See `optimise`."""
+
+
+ON_THE_WAY, AT_THE_END = Effort(2, 1e-3), Effort(5, 1e-5)
+"""The next correction mends what one on the way leaves."""
 
 
 class Slam(Protocol):
@@ -136,7 +147,7 @@ class LoopCloser:
         self.take(slam, math.inf)
         self._follow(slam.trajectory(), slam.processed_scans(), np.array(self._odometry))
         if self._counted:
-            slam.adopt(self._corrected())
+            slam.adopt(self._corrected(AT_THE_END))
 
     def _work(
         self, slam: Slam, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray
@@ -147,9 +158,7 @@ class LoopCloser:
         """
         self._follow(path, scans, odometry)
         within_m = self._parameters.correction_min_m
-        if self._counted and self._links.agrees(
-            len(scans) - 1, self._chain.poses, self._chain.way_m, within_m
-        ):
+        if self._counted and self._links.agrees(self._chain.poses, self._chain.way_m, within_m):
             self._agreed = True
             return None
         if not self._search():
@@ -158,7 +167,7 @@ class LoopCloser:
         new = [match for match in self._counted if match not in before]
         if before.issubset(self._counted) and not any(self._is_off(match) for match in new):
             return None
-        poses, draft = self._corrected(), slam.draft()
+        poses, draft = self._corrected(ON_THE_WAY), slam.draft()
         draft.add(scans, poses)
         return Correction(poses, draft)
 
@@ -271,17 +280,20 @@ class LoopCloser:
         here = se2.between(self._chain.poses[match.older], self._chain.poses[match.newer])
         return math.dist(here[:2], match.newer_in_older[:2]) > self._parameters.correction_min_m
 
-    def _corrected(self) -> np.ndarray:
+    def _corrected(self, effort: Effort) -> np.ndarray:
         """Return the path (k, 3) that fits all measurements, and settle on it.
 
         The better the path, the more scans of different passes can be linked, and the other way round.
         """
         poses, steps = self._chain.poses, self._chain.edges(self._links.is_seen())
-        for round_ in range(ROUNDS_MAX):
+        for round_ in range(effort.rounds):
+            if round_ > 0 and not self._links.link_passes(poses, self._chain.way_m):
+                break
             before = poses
-            poses = optimise(before, [*steps, *self._links.edges, *self._counted], self._factors)
-            is_settled = round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M
-            if is_settled or not self._links.link_passes(poses, self._chain.way_m):
+            poses = optimise(
+                before, [*steps, *self._links.edges, *self._counted], self._factors, effort.tolerance
+            )
+            if round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M:
                 break
         self._chain.settle(poses)
         return poses

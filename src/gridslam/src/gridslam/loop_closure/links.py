@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gridslam import se2
-from gridslam.kernels.links import Surfaces, align, covariance
+from gridslam.kernels.links import Surfaces, measure
 from gridslam.kernels.surfaces import surface_normals, thin_out
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -16,7 +16,6 @@ CELL_M = 0.05
 THIN_SPACING, THIN_DEPTH = 0.5, 2.0
 """CELL_M: beams that end within this on one surface are averaged."""
 POINTS_MAX = 200
-PAIRS_MIN = 20
 LINK_SIGMA_M, LINK_SIGMA_RAD = 0.005, 0.001
 """Least standard deviations of a link."""
 LEAST_COVARIANCE = np.diag([LINK_SIGMA_M**2, LINK_SIGMA_M**2, LINK_SIGMA_RAD**2])
@@ -68,13 +67,19 @@ def link(
         is_pass: the nodes are of different passes of a place. The prediction may be wrong by more then, and
             more must fit.
     """
-    p, pose, matrix = parameters, np.array(predicted, float), np.zeros((3, 3))
-    if is_pass:
-        align(scans[older], scans[newer], pose, p.link_pass_gate_m, matrix)
-    pairs, rms_m = align(scans[older], scans[newer], pose, p.link_gate_m, matrix)
-    least = (p.link_pass_share_min if is_pass else p.link_share_min) * len(scans[newer].points)
-    if pairs < max(PAIRS_MIN, least) or rms_m > p.link_rms_max_m:
+    p, pose, found = parameters, np.array(predicted, float), np.empty((3, 3))
+    is_found = measure(
+        scans[older],
+        scans[newer],
+        pose,
+        (p.link_pass_gate_m if is_pass else 0.0, p.link_gate_m),
+        p.link_pass_share_min if is_pass else p.link_share_min,
+        p.link_rms_max_m,
+        p.match_points,
+        p.match_sigma_m,
+        found,
+    )
+    if not is_found:
         return None
     pose[2] = se2.wrap(pose[2])
-    found = covariance(matrix, pairs, p.match_points, p.match_sigma_m)
     return Edge(older, newer, pose, found + LEAST_COVARIANCE)

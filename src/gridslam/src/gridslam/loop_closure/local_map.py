@@ -80,9 +80,10 @@ def build_local_map(
     range_m: float,
 ) -> LocalMap:
     """Build a local map from scans, their surface points and their poses (k, 3) in the anchor's frame."""
-    moved = [surface.moved(pose) for surface, pose in zip(surfaces, poses_in_anchor)]
-    points = np.concatenate([each.points_xy_m for each in moved])
-    normals = np.concatenate([each.normals_xy for each in moved])
+    frames = np.repeat(poses_in_anchor, [len(surface.points_xy_m) for surface in surfaces], axis=0)
+    points = se2.transform_each(frames, np.concatenate([surface.points_xy_m for surface in surfaces]))
+    frames[:, :2] = 0.0
+    normals = se2.transform_each(frames, np.concatenate([surface.normals_xy for surface in surfaces]))
     lidars = se2.compose(poses_in_anchor, np.array([scan.lidar_in_base for scan in scans]))
     low = np.minimum(points.min(axis=0, initial=0.0), lidars[:, :2].min(axis=0)) - MARGIN_CELLS * resolution_m
     high = (
@@ -91,21 +92,28 @@ def build_local_map(
     origin = np.floor(low / resolution_m) * resolution_m
     width, height = np.ceil((high - origin) / resolution_m).astype(int)
     free = np.zeros((height, width), dtype=np.bool_)
-    for scan, lidar in zip(scans, lidars):
-        ends, hits = _beam_ends(scan, lidar, range_m)
-        mark_free((lidar[:2] - origin) / resolution_m, (ends - origin) / resolution_m, hits, free)
+    ends, hits = _beam_ends(scans, lidars, range_m)
+    ends, last = (ends - origin) / resolution_m, np.cumsum([len(scan.ranges_m) for scan in scans])
+    for lidar, begin, end in zip(lidars, [0, *last], last):
+        mark_free((lidar[:2] - origin) / resolution_m, ends[begin:end], hits[begin:end], free)
     table = _table(points, free, origin, resolution_m, blur_m)
     thinned = _thin(points, normals, point_spacing_m)
     return LocalMap(anchor, thinned, table, origin, resolution_m)
 
 
-def _beam_ends(scan: PlanarScan, lidar: np.ndarray, range_m: float) -> tuple[np.ndarray, np.ndarray]:
-    hits = scan.ranges_m < range_m
+def _beam_ends(scans: list[PlanarScan], lidars: np.ndarray, range_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the beams of all scans end (n, 2), and whether they hit something (n,)."""
+    counts = [len(scan.ranges_m) for scan in scans]
+    ranges, angles = (
+        np.concatenate([getattr(scan, name) for scan in scans]) for name in ("ranges_m", "angles_rad")
+    )
+    hits = ranges < range_m
     # A beam without a return counts as free for half its length only.
-    ranges = np.where(hits, scan.ranges_m, 0.5 * min(range_m, scan.range_max_m))
-    return se2.transform(
-        lidar, ranges[:, None] * np.column_stack([np.cos(scan.angles_rad), np.sin(scan.angles_rad)])
-    ), hits
+    seen = np.repeat([0.5 * min(range_m, scan.range_max_m) for scan in scans], counts)
+    frames = np.repeat(lidars, counts, axis=0)
+    angles = angles + frames[:, 2]
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return frames[:, :2] + np.where(hits, ranges, seen)[:, None] * directions, hits
 
 
 def _table(

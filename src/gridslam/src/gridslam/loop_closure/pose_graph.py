@@ -26,7 +26,10 @@ CLOSURE_WAY_M = 0.1  # length of an edge over a closure, in metres of path
 
 
 def optimise(
-    start: np.ndarray, edges: Iterable[Edge | Match], factors: dict[Edge | Match, Any] | None = None
+    start: np.ndarray,
+    edges: Iterable[Edge | Match],
+    factors: dict[Edge | Match, Any] | None = None,
+    tolerance: float = 1e-5,
 ) -> np.ndarray:
     """Return the nodes' poses (k, 3) that fit the edges best. The first node stays fixed.
 
@@ -34,6 +37,7 @@ def optimise(
         start: poses (k, 3) from which the search starts.
         edges: steps, links and closures. Each loses weight when the others contradict it.
         factors: GTSAM's of the edges of an earlier call, to save time. It gets those of this call.
+        tolerance: the search ends when a step lowers the cost by less than this share.
 
     Raises:
         SlamError: GTSAM is not installed.
@@ -57,9 +61,9 @@ def optimise(
         graph.add(used[edge])
     known.clear()
     known.update(used)
-    result = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
-    poses = [result.atPose2(node) for node in range(len(start))]
-    return np.array([(pose.x(), pose.y(), pose.theta()) for pose in poses])
+    settings = gtsam.LevenbergMarquardtParams()
+    settings.setRelativeErrorTol(tolerance)
+    return gtsam.utilities.extractPose2(gtsam.LevenbergMarquardtOptimizer(graph, values, settings).optimize())
 
 
 def import_gtsam() -> ModuleType:

@@ -6,11 +6,10 @@ import math
 from typing import Mapping
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from gridslam import se2
 from gridslam.filter.tile_pool import require_indices
-from gridslam.kernels.links import Surfaces
+from gridslam.kernels.links import Surfaces, nearest_earlier
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.links import link, surfaces_of
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -22,6 +21,8 @@ PASSES_MAX = 3
 """A scan is linked with at most this many scans of other passes, the nearest."""
 TRY_AGAIN_M = 0.1
 """m: two scans that could not be linked are tried again when their poses have moved by more than this."""
+OPEN_M = 1.0
+"""m: a link with a greater standard deviation leaves a direction open, as along a bare corridor."""
 
 
 class ScanLinks:
@@ -40,10 +41,11 @@ class ScanLinks:
         return [*self._back.values(), *self._passes.values()]
 
     def is_seen(self) -> np.ndarray:
-        """Return for each step (k - 1,) whether a link spans it."""
+        """Return for each step (k - 1,) whether a link spans it that measures every direction."""
         seen = np.zeros(max(0, len(self._surfaces) - 1), dtype=bool)
-        for older, newer in self._back:
-            seen[older:newer] = True
+        for (older, newer), edge in self._back.items():
+            if edge.covariance[0, 0] + edge.covariance[1, 1] < OPEN_M**2:
+                seen[older:newer] = True
         return seen
 
     def extend(self, scans: list[PlanarScan], poses: np.ndarray, way_m: np.ndarray) -> None:
@@ -76,10 +78,7 @@ class ScanLinks:
             del self._failed[pair]
         pairs = [
             pair
-            for newer, nearby in enumerate(
-                cKDTree(poses[:, :2]).query_ball_point(poses[:, :2], p.link_radius_m)
-            )
-            for pair in self._nearest(newer, np.array(nearby), poses, way_m)
+            for pair in self._passing(poses, way_m, 0)
             if pair not in self._passes and pair not in self._failed
         ]
         if not pairs:
@@ -94,22 +93,17 @@ class ScanLinks:
                 self._passes[pair] = edge
         return len(self._passes) - before
 
-    def _nearest(
-        self, newer: int, nearby: np.ndarray, poses: np.ndarray, way_m: np.ndarray
-    ) -> list[tuple[int, int]]:
-        """Return (older, newer) for the nearest nodes of earlier passes."""
-        others = nearby[way_m[nearby] < way_m[newer] - self._parameters.link_separation_m]
-        if not others.size:
-            return []
-        others = np.sort(others)
-        distance = np.hypot(*(poses[others, :2] - poses[newer, :2]).T)
-        return [(int(older), newer) for older in others[np.argsort(distance, kind="stable")][:PASSES_MAX]]
+    def _passing(self, poses: np.ndarray, way_m: np.ndarray, first: int) -> list[tuple[int, int]]:
+        """Return (older, newer) for the nearest nodes of other passes of each node from ``first`` on."""
+        p = self._parameters
+        nearest = nearest_earlier(poses, way_m, first, p.link_radius_m, p.link_separation_m, PASSES_MAX)
+        return [
+            (older, first + i) for i, nodes in enumerate(nearest.tolist()) for older in nodes if older >= 0
+        ]
 
-    def agrees(self, newer: int, poses: np.ndarray, way_m: np.ndarray, within_m: float) -> bool:
-        """Return whether a scan fits one of an earlier pass where the present poses (k, 3) have them."""
-        distance = np.hypot(*(poses[:, :2] - poses[newer, :2]).T)
-        nearby = np.flatnonzero(distance < self._parameters.link_radius_m)
-        for older, _ in self._nearest(newer, nearby, poses, way_m):
+    def agrees(self, poses: np.ndarray, way_m: np.ndarray, within_m: float) -> bool:
+        """Return whether the newest scan fits one of another pass at the present poses (k, 3)."""
+        for older, newer in self._passing(poses, way_m, len(poses) - 1):
             predicted = se2.between(poses[older], poses[newer])
             edge = link(older, newer, self._surfaces, predicted, self._parameters, is_pass=True)
             if edge is not None:
