@@ -268,7 +268,8 @@ class TestMavrosPlugins(MavrosTestCase):
         push.vector.y = 1.0
         north = lambda: self.publish("setpoint_accel/accel", push)  # noqa: E731
         self.assertTrue(self.eventually(lambda: self.where()[1] > began + 0.5, 10.0, north))
-        self.assertEqual(self.last("setpoint_raw/target_local").type_mask & 0b11_1111, 0b11_1111)
+        mask = lambda: self.last("setpoint_raw/target_local").type_mask & 0b11_1111  # noqa: E731
+        self.assertTrue(self.eventually(lambda: mask() == 0b11_1111, 5.0, north), mask())
 
         # An attitude, FLU in ENU: nose down by ten degrees
         def lean():
@@ -281,9 +282,10 @@ class TestMavrosPlugins(MavrosTestCase):
         pitch = lambda: 2.0 * math.asin(self.last("imu/data").orientation.y)  # noqa: E731
         leaning = self.eventually(lambda: abs(pitch() - math.radians(10.0)) < 0.03, 10.0, lean)
         self.assertTrue(leaning, pitch())
-        target = self.last("setpoint_raw/target_attitude")
-        self.assertAlmostEqual(target.orientation.y, math.sin(math.radians(5.0)), delta=0.005)
-        self.assertAlmostEqual(target.thrust, thrust, places=3)
+        target = lambda: self.last("setpoint_raw/target_attitude")  # noqa: E731
+        told = lambda: abs(target().orientation.y - math.sin(math.radians(5.0))) < 0.005  # noqa: E731
+        self.assertTrue(self.eventually(told, 5.0, lean), target())
+        self.assertAlmostEqual(target().thrust, thrust, places=3)
         self.assertGreater(self.last("vfr_hud").throttle, 0.3)
         self.assertGreater(min(self.last("rc/out").channels[:4]), 1000)
 
