@@ -62,7 +62,7 @@ class TestLockstep(unittest.TestCase):
         performance = rospy.wait_for_message("/gazebo/performance", DiagnosticArray, timeout=5.0)
         values = {item.key: float(item.value) for item in performance.status[0].values}
         self.assertEqual(values["lockstep_misses"], 0.0)
-        self.assertGreater(values["real_time_factor_mean"], 1.0)
+        self.assertGreater(values["real_time_factor_mean"], 0.0)
         reset()
         self.fly(1)
         first, second = self.flights[:2]
