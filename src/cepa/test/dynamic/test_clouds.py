@@ -15,7 +15,7 @@ from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
 from cepa.dynamic.cloud_lookout import HEIGHT_ERROR_M, LAYER_M, LAYERS, CloudLookout
 from cepa.dynamic.judge import STEP_S
 from cepa.dynamic.observer import CLIMB_LAG_S, response_of
-from cepa.dynamic.ways_out import Layers, WaysOut
+from cepa.dynamic.ways_out import Course, Layers, WaysOut
 from cepa.kernels.rollout import AT_REST_M_S, AT_REST_M_S2, braking, fly, judge
 from cepa.kernels.surroundings import Cushions, Horizon, Surroundings
 
@@ -235,7 +235,7 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
         1.3,
         False,
     )
-    no_way = np.empty((0, 0, 0)), 0.2, 0.0, 0.0
+    no_way = np.empty((0, 0, 0)), 0.2, 0.0, 0.0, math.inf
     around = Surroundings(distance, 0.1, LAYER_M, 1.3, np.empty(0), unseen, 0.2, np.empty((0, 6)), *no_way)
     start, keep, ahead = np.zeros((3, 4)), np.full(64, 0.55), np.array([1.0, 0.0])
     least, most = np.empty(64), np.empty(64)
@@ -273,7 +273,7 @@ def test_a_way_leads_back_only_when_what_closes_it_is_near():
     middle = 30  # of the grid of ways, 15 m in cells of 0.25 m
 
     def gain(layers, stamp_s):
-        length = ways_out.search_layers(layers, ahead, motion_at(stamp_s, (0.0, 0.0, 2.0))).length
+        length = ways_out.search_layers(layers, Course(ahead), motion_at(stamp_s, (0.0, 0.0, 2.0))).length
         return length[middle, middle] - length[middle, middle + 3]  # m, for 0.75 m ahead
 
     assert gain(layers_with_wall(5.0), 0.0) > 0.1

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cepa import CepaParameters
 from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.response import ResponseModel
+from cepa.dynamic.ways_out import NO_END
 from cepa.kernels.field import close, stamp, trace, ways_out, widest
 from cepa.kernels.memory import recall, remember
 from cepa.kernels.rollout import _is_near, roll
@@ -40,7 +41,7 @@ def test_a_cell_is_as_wide_as_its_widest_quarter():
 
 def test_without_obstacles_the_way_out_is_straight():
     slowness, way = np.ones((41, 41)), np.empty((41, 41))
-    ways_out(slowness, 0.25, np.array([1.0, 0.0]), way, 8)
+    ways_out(slowness, 0.25, np.array([1.0, 0.0]), NO_END, way, 8)
     np.testing.assert_allclose(way[20], 0.25 * np.arange(40, -1, -1), atol=1e-9)
     cells = np.empty((200, 2), np.int64)
     assert trace(way, 100, 50, cells) == 21
@@ -50,10 +51,31 @@ def test_without_obstacles_the_way_out_is_straight():
 def test_the_way_out_goes_round_a_wall():
     slowness, way = np.ones((41, 41)), np.empty((41, 41))
     slowness[:31, 25] = math.inf
-    ways_out(slowness, 0.25, np.array([1.0, 0.0]), way, 8)
+    ways_out(slowness, 0.25, np.array([1.0, 0.0]), NO_END, way, 8)
     corner = 0.25 * math.hypot(5, 11) + 0.25 * 15  # past the wall's end, then straight on
     assert corner - 0.1 < way[20, 20] < 1.1 * corner
     assert math.isinf(way[10, 25])
+
+
+def test_a_way_with_an_end_leads_there_and_round_a_wall():
+    slowness, way, end = np.ones((41, 41)), np.empty((41, 41)), np.array([2.5, 0.1])
+    ways_out(slowness, 0.25, np.array([1.0, 0.0]), end, way, 8)
+    axis = 0.25 * (np.arange(41) - 20)
+    distances = np.hypot(axis[None, :] - end[0], axis[:, None] - end[1])
+    assert np.abs(way - distances).max() < 0.35  # first order: some centimetres a metre off the axes
+    slowness[:31, 25] = math.inf
+    ways_out(slowness, 0.25, np.array([1.0, 0.0]), end, way, 8)
+    around = 0.25 * math.hypot(5, 11) + 0.25 * math.hypot(5, 11)
+    assert around - 0.2 < way[20, 20] < 1.15 * around
+
+
+@pytest.mark.parametrize(("end_x_m", "nearest_m"), [(1.25, 0.25), (1.5, 0.5)])
+def test_a_way_leads_to_the_open_cells_nearest_to_an_end_that_is_closed(end_x_m, nearest_m):
+    slowness, way = np.ones((41, 41)), np.empty((41, 41))
+    slowness[:, 25:30] = math.inf
+    ways_out(slowness, 0.25, np.array([1.0, 0.0]), np.array([end_x_m, 0.0]), way, 8)
+    assert way[20, 24] == pytest.approx(nearest_m)
+    assert way[20, 20] == pytest.approx(nearest_m + 1.0)
 
 
 def test_an_opening_stays_as_it_was_within_the_hysteresis():

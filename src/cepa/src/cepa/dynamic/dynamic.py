@@ -9,10 +9,11 @@ import numpy as np
 
 from cepa.algorithm import Algorithm, velocity
 from cepa.decision import Decision, Reason
+from cepa.destination import Destination
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
 from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S
 from cepa.dynamic.cost import Cost
-from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge
+from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge, cost_horizon_s
 from cepa.dynamic.late_scans import MovingThings
 from cepa.dynamic.leaving import Leaving
 from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Seen, Sight
@@ -21,7 +22,7 @@ from cepa.dynamic.pseudo_3d import Plane
 from cepa.dynamic.spatial import Spatial, Way
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
-from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Ways, WaysOut
+from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Course, Ways, WaysOut
 from cepa.kernels.surroundings import Scan, Surroundings
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
@@ -33,6 +34,9 @@ EVASION_M_S = 1.5
 CLIMB_SHARES = (1.0, 0.5, 0.25)
 """Of the greatest climb: what it tries on the spot."""
 AT_REST_M_S = 0.1
+END_HORIZONS = 2.0
+"""An end counts if the reference leads there within so many of the cost's horizons. A reference that brakes
+evenly ends at half the way that its gain tells."""
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
 
 
@@ -54,6 +58,7 @@ class Dynamic(Algorithm):
         self._judge = Judge(p)
         self._leaving = Leaving(p, self._judge.hull_m)
         self._observer = Observer(model)
+        self._destination = Destination()
         self._lookout = Lookout(p)
         self._moving = MovingThings(p, self._lookout)
         self._ways_out = WaysOut(p) if p.window_m > 0.0 else None
@@ -65,6 +70,7 @@ class Dynamic(Algorithm):
         """Forget what was seen, what moves and what was commanded."""
         super().reset()
         self._observer.reset()
+        self._destination.reset()
         self._lookout.reset()
         self._moving.reset()
         self._spatial: Spatial | None = None
@@ -85,6 +91,7 @@ class Dynamic(Algorithm):
         self._stamp_s, self._period_s = earlier._stamp_s, earlier._period_s
         self._command = earlier._command.copy()
         self._observer.take_over(earlier._observer)
+        self._destination = earlier._destination
         self._lookout.take_over(earlier._lookout)
         if self._ways_out is not None and earlier._ways_out is not None:
             self._ways_out.take_over(earlier._ways_out)
@@ -124,6 +131,7 @@ class Dynamic(Algorithm):
         self._motion = motion
         turn = _rotation(motion.yaw_rad)
         reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
+        self._destination.update(motion.position_m, reference.tolist())
         points, seen, is_moving, discs = self._moving.see(beams, motion, told.age_s, scan.range_max)
         standing = points[~is_moving, :2] if len(discs) else points[:, :2].copy()
         self._judgement = None
@@ -200,10 +208,10 @@ class Dynamic(Algorithm):
     def _steer_in_plane(self, reference: np.ndarray, turn: np.ndarray) -> Decision:
         """Choose among level velocities, by the scan and its memory."""
         assert self._moment is not None  # since steer
-        speed, direction = _course(reference)
+        speed, course = self._course(reference)
         _, standing, seen, state, discs, _ = self._moment
         sight = self._lookout.look(standing, seen, self._motion)
-        around, has_way = self._surroundings(sight, discs, direction, speed)
+        around, has_way = self._surroundings(sight, discs, course, speed)
         fan_speed = max(speed, EVASION_M_S) if len(discs) else speed
         commands = candidates(reference, self._command, fan_speed)
         known = sight.remembered, sight.is_hidden
@@ -215,21 +223,21 @@ class Dynamic(Algorithm):
         assert self._spatial is not None
         p, space, discs = self.parameters, self._moment.space, self._moment.discs
         assert space is not None
-        speed, direction = _course(reference)
+        speed, course = self._course(reference)
         state = self._moment.state.copy()
         state[2, 0] -= space.middle_m
         fan_speed = max(speed, EVASION_M_S) if len(discs) else speed
         level = candidates(reference, self._command, fan_speed)
-        height_m = self._spatial.open_height_m(space, direction, speed)
+        height_m = self._spatial.open_height_m(space, course.direction, speed)
         commands = climbing(level, height_m / HEIGHT_GAIN_S, p.climb_max)
         around = self._spatial.around(space, discs)
         first = commands[REFERENCE : REFERENCE + 1]
-        is_free, result = self._judge.judge(first, state, around, direction, self.commit_s)
+        is_free, result = self._judge.judge(first, state, around, course.direction, self.commit_s)
         if is_free[0] and result[0, 1] == result[0, 2] == 0.0 and height_m == space.asked_m:
             return self._answer(commands[REFERENCE], turn, 0.0, 1, Reason.CUSHION_CLEAR)
         searches = speed >= p.reference_speed_min
         way = self._spatial.way(
-            space, discs, direction, height_m, self._motion, self._ways_out if searches else None
+            space, discs, course, height_m, self._motion, self._ways_out if searches else None
         )
         if way.climbs:
             return self._climb_on_the_spot(way, state, turn)
@@ -266,8 +274,8 @@ class Dynamic(Algorithm):
 
         known: what is remembered, and which of it is hidden. height_m: to fly at, in the state's axes.
         """
-        speed, direction = _course(reference)
-        admissible, results = self._judge.judge(commands, state, around, direction, self.commit_s)
+        speed, course = self._course(reference)
+        admissible, results = self._judge.judge(commands, state, around, course.direction, self.commit_s)
         margin_m = self._judge.braking_margin_m(state, self.commit_s)
         self._judgement = Judgement(*known, int(admissible.sum()), margin_m)
         own_speed = math.hypot(state[0, 1], state[1, 1])
@@ -276,7 +284,7 @@ class Dynamic(Algorithm):
             cost += self._cost.of_height(commands, results, self._command, height_m)
         cost[~admissible] = math.inf
         best = int(np.argmin(cost)) if has_way and np.isfinite(cost).any() else STANDSTILL
-        if self._leaving.is_needed(around, float(results[best, 0]), speed):
+        if self._leaving.is_needed(around, float(results[best, 0]), speed, math.hypot(*course.end)):
             return self._leave(reference, state, around, turn)
         is_reference = best == REFERENCE and np.array_equal(commands[best, :2], reference[:2])
         reason = Reason.NO_WAY if not has_way else Reason.BRAKING if best == STANDSTILL else Reason.STEERED
@@ -305,18 +313,28 @@ class Dynamic(Algorithm):
         return self._answer(commands[best], turn, float(cost[best]), len(commands), Reason.MARGIN_LOST)
 
     def _surroundings(
-        self, sight: Sight, discs: np.ndarray, direction: np.ndarray, speed: float
+        self, sight: Sight, discs: np.ndarray, course: Course, speed: float
     ) -> tuple[Surroundings, bool]:
         """Return what is around the UAV, and whether there is a way out."""
         distance = self._lookout.distances(sight)
         ways: Ways | None = NO_WAY_SEARCHED
         if self._ways_out is not None and speed >= self.parameters.reference_speed_min:
             obstacles = np.concatenate((sight.points, sight.hidden))
-            ways = self._ways_out.search(obstacles, direction, self._motion)
+            ways = self._ways_out.search(obstacles, course, self._motion)
         length, *offset = ways or NO_WAY_SEARCHED
         field = distance, FIELD_CELL_M, 1.0, self._lookout.far_m
         seen = sight.reach, NOTHING_UNSEEN, 1.0
         return Surroundings(*field, *seen, discs, length[None], WAY_CELL_M, *offset), ways is not None
+
+    def _course(self, reference: np.ndarray) -> tuple[float, Course]:
+        """Return the reference's horizontal speed, m/s, and where it leads."""
+        speed = math.hypot(reference[0], reference[1])
+        if speed == 0.0:
+            return speed, Course(np.zeros(2))
+        direction, gain = reference[:2] / speed, self._destination.gain_1_s
+        if gain * END_HORIZONS * cost_horizon_s(self.parameters) <= 1.0:
+            return speed, Course(direction)
+        return speed, Course(direction, reference[:2] / gain, gain)
 
     def _answer(
         self, command: np.ndarray, turn: np.ndarray, cost: float, tested: int, reason: Reason
@@ -327,12 +345,6 @@ class Dynamic(Algorithm):
         climb = float(command[2]) if self._moment is not None and self._moment.space is not None else None
         emergency = reason is Reason.MARGIN_LOST
         return Decision((float(x), float(y)), emergency, cost, tested, reason, climb_m_s=climb)
-
-
-def _course(reference: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return the reference's horizontal speed, m/s, and its direction (2,); zeros if it has none."""
-    speed = math.hypot(reference[0], reference[1])
-    return speed, reference[:2] / speed if speed > 0.0 else np.zeros(2)
 
 
 def _rotation(angle_rad: float) -> np.ndarray:

@@ -32,15 +32,17 @@ class Leaving:
         self._is_on = False
         self._last = np.zeros(2)
 
-    def is_needed(self, around: Surroundings, progress_m: float, speed: float) -> bool:
+    def is_needed(self, around: Surroundings, progress_m: float, speed: float, end_m: float) -> bool:
         """Whether something is within the hull's margin, or within r_LB while the UAV gains nothing.
 
         It lasts until r_LB is free. progress_m: of the answer in cost_horizon_s. speed: of the reference.
+        end_m: from the UAV; inf: the reference has none.
         """
         p, field = self._p, around.distance
         middle = field.shape[1] // 2
         here_m = float(field[len(field) // 2, middle, middle])
-        idles = speed < p.reference_speed_min or progress_m < IDLE_SHARE * speed * cost_horizon_s(p)
+        asked_m = min(speed * cost_horizon_s(p), end_m)
+        idles = speed < p.reference_speed_min or progress_m < IDLE_SHARE * asked_m
         begins = here_m < self._hull_m or (here_m < p.r_lb - LOST_M and idles)
         self._is_on = here_m < p.r_lb if self._is_on else begins
         if not self._is_on:

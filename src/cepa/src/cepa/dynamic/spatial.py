@@ -11,7 +11,7 @@ from cepa.dynamic.cloud_lookout import LAYER_M, LAYERS, SEEN_CELL_M, CloudLookou
 from cepa.dynamic.lookout import FIELD_CELL_M
 from cepa.dynamic.pseudo_3d import HeightSearch, Plane
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
-from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Layers, Ways, WaysOut
+from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Course, Layers, Ways, WaysOut
 from cepa.kernels.surroundings import Surroundings
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
@@ -77,7 +77,7 @@ class Spatial:
         self,
         space: Space,
         discs: np.ndarray,
-        direction: np.ndarray,
+        course: Course,
         height_m: float,
         motion: Motion,
         ways_out: WaysOut | None,
@@ -89,7 +89,7 @@ class Spatial:
         if ways_out is None:
             return Way(self.around(space, discs), True, height_m, 0.0)
         layers = Layers(space.distance, FIELD_CELL_M, space.detours_m)
-        ways = ways_out.search_layers(layers, direction, motion)
+        ways = ways_out.search_layers(layers, course, motion)
         climbs = 0.0
         if not self._by_plane or (ways is not None and not ways_out.leads_back):
             self._search.reset()

@@ -37,6 +37,9 @@ LEADS_BACK_M = 15.0
 """A way so much longer than the straight one leads back."""
 
 
+NO_END = np.full(2, math.inf)
+
+
 class Layers(NamedTuple):
     """Distances to obstacles in layers of heights, around the UAV."""
 
@@ -55,9 +58,22 @@ class Ways(NamedTuple):
     offset_x: float
     """m: of the UAV from the grid's middle."""
     offset_y: float
+    slowing: float
+    """1/s: the reference's speed for each metre that is left; inf: the ways have no end."""
 
 
-NO_WAY_SEARCHED = Ways(np.empty((0, 0)), 0.0, 0.0)
+class Course(NamedTuple):
+    """Where the reference leads."""
+
+    direction: np.ndarray
+    """(2,) unit vector; zeros for a reference of zero."""
+    end: np.ndarray = NO_END
+    """(2,) m: from the UAV; inf: it is not in sight."""
+    slowing: float = math.inf
+    """1/s: the reference's speed for each metre to the end."""
+
+
+NO_WAY_SEARCHED = Ways(np.empty((0, 0)), 0.0, 0.0, math.inf)
 
 
 class WaysOut:
@@ -94,11 +110,11 @@ class WaysOut:
             self._stayed_xy, self._stayed_since_s = earlier._stayed_xy, earlier._stayed_since_s
             self.leads_away = earlier.leads_away
 
-    def search(self, obstacles: np.ndarray, direction: np.ndarray, motion: Motion) -> Ways | None:
+    def search(self, obstacles: np.ndarray, course: Course, motion: Motion) -> Ways | None:
         """Return the ways out; None: there is none from here.
 
-        obstacles: (n, 2) m, relative to the UAV. direction: unit vector of the reference. A metre within r_UB
-        counts up to twice, for the UAV is slower there.
+        obstacles: (n, 2) m, relative to the UAV. A metre within r_UB counts up to three times, for the UAV
+        is slower there.
         """
         p, (x_m, y_m, _) = self._p, motion.position_m
         column, row, *offset = self._place(x_m, y_m)
@@ -109,16 +125,18 @@ class WaysOut:
         place = column, row, motion.stamp_s, STAY_S
         self._give_up_if_stalled(motion)
         close(self._distance, self._limits, *place, self._states, slowness)
-        ways = self._out(slowness, direction, motion)
+        ways = self._out(slowness, course, motion)
         if ways is None:
             self._states[:, :, GIVEN_UP_UNTIL] = -math.inf
-        self.leads_away = ways is None or self._is_longer_ahead(ways.length, direction)
+        self.leads_away = ways is None or self._is_longer_ahead(ways.length, course)
         return ways
 
     @staticmethod
-    def _is_longer_ahead(length: np.ndarray, direction: np.ndarray) -> bool:
+    def _is_longer_ahead(length: np.ndarray, course: Course) -> bool:
         here = len(length) // 2
-        columns, rows = np.rint(CELLS_AHEAD * direction).astype(int)
+        if math.hypot(*course.end) < CELLS_AHEAD * CELL_M:
+            return False
+        columns, rows = np.rint(CELLS_AHEAD * course.direction).astype(int)
         return bool(length[here + rows, here + columns] >= length[here, here])
 
     def _give_up_if_stalled(self, motion: Motion) -> None:
@@ -138,7 +156,7 @@ class WaysOut:
                 until = np.ix_(rows, columns, [GIVEN_UP_UNTIL])
                 self._states[until] = motion.stamp_s + self._p.memory_s
 
-    def search_layers(self, layers: Layers, direction: np.ndarray, motion: Motion) -> Ways | None:
+    def search_layers(self, layers: Layers, course: Course, motion: Motion) -> Ways | None:
         """Return the ways out through layers of heights; a column of cells is as open as its best layer."""
         p, (x_m, y_m, _) = self._p, motion.position_m
         _, _, *offset = self._place(x_m, y_m)
@@ -146,9 +164,9 @@ class WaysOut:
         cushions = p.r_lb + CLOSED_M, p.r_lb, p.r_ub
         extra = LAYER_PENALTY_1_M * layers.detours_m
         best_layers(layers.distance, layers.cell_m, extra, *cushions, CELL_M, np.array(offset), slowness)
-        return self._out(slowness, direction, motion)
+        return self._out(slowness, course, motion)
 
-    def _out(self, slowness: np.ndarray, direction: np.ndarray, motion: Motion) -> Ways | None:
+    def _out(self, slowness: np.ndarray, course: Course, motion: Motion) -> Ways | None:
         """Return the ways out where a metre costs ``slowness`` (n, n); inf: closed.
 
         If they all lead back, what is closed farther ahead than AHEAD_M counts as slow only, for the goal may
@@ -156,14 +174,16 @@ class WaysOut:
         """
         x_m, y_m, _ = motion.position_m
         side = CELL_M * (np.arange(len(slowness)) - len(slowness) // 2)
-        longest_m = side[-1] * (abs(direction[0]) + abs(direction[1])) + LEADS_BACK_M
+        direction = course.direction
+        straight_m = min(side[-1] * (abs(direction[0]) + abs(direction[1])), math.hypot(*course.end))
+        longest_m = straight_m + LEADS_BACK_M
         ahead = direction[0] * side[None, :] + direction[1] * side[:, None] > AHEAD_M
         soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
-        ways = self._ways(slowness, direction, x_m, y_m)
+        ways = self._ways(slowness, course, x_m, y_m)
         self.leads_back = self._length_here(ways) > longest_m
         if not self.leads_back or motion.stamp_s < self._back_until_s:
             return ways
-        through = self._ways(soft, direction, x_m, y_m)
+        through = self._ways(soft, course, x_m, y_m)
         if self._length_here(through) <= longest_m:
             self.leads_back = False
             return through
@@ -183,17 +203,19 @@ class WaysOut:
         column, row = round(x_m / CELL_M), round(y_m / CELL_M)
         return column, row, x_m - column * CELL_M, y_m - row * CELL_M
 
-    def _ways(self, slowness: np.ndarray, direction: np.ndarray, x_m: float, y_m: float) -> Ways | None:
+    def _ways(self, slowness: np.ndarray, course: Course, x_m: float, y_m: float) -> Ways | None:
         """Return the ways out where a metre costs ``slowness`` (n, n); inf: closed."""
-        column, row, *offset = self._place(x_m, y_m)
+        column, row, offset_x, offset_y = self._place(x_m, y_m)
         favour(self._last[: self._last_count], column, row, FAVOUR, slowness)
         here = len(slowness) // 2
         own = slice(here - OWN_CELLS, here + OWN_CELLS + 1)
         slowness[own, own] = np.minimum(slowness[own, own], OWN_SLOWNESS)  # the UAV is there: it can leave
-        ways_out(slowness, CELL_M, direction, self._length, ROUNDS)
+        end = course.end + np.array((offset_x, offset_y))
+        ways_out(slowness, CELL_M, course.direction, end, self._length, ROUNDS)
         length = self._length[here, here]
         if math.isinf(length):
             self._last_count = 0
             return None
         self._last_count = trace(self._length, column, row, self._last)
-        return Ways(np.where(np.isinf(self._length), length + NO_WAY_M, self._length), *offset)
+        length_m = np.where(np.isinf(self._length), length + NO_WAY_M, self._length)
+        return Ways(length_m, offset_x, offset_y, course.slowing)

@@ -233,7 +233,7 @@ def braking(
 
     Fill (n,) ``clearance`` of what stands, and ``beyond``, how far out of sight, m; n = commit + brake.
     """
-    distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _ = around
+    distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _, _ = around
     law, state = _law(response), _of_array(start)
     nearest = math.inf
     for k in range(horizon.commit + horizon.brake):
@@ -270,7 +270,7 @@ def _is_admissible(
     A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too, and what moves
     may come as near as it comes to a UAV that brakes at once (``nearest``).
     """
-    distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _ = around
+    distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _, _ = around
     tube, share = cushions.tube, error_share(state[0][1], state[1][1], ux, uy)
     step_s = law[-1]
     for k in range(horizon.commit + horizon.brake):
@@ -337,7 +337,7 @@ def _judge(
     result: np.ndarray,
 ) -> None:
     """Fly u for the whole horizon; fill ``result`` (5,): see ``judge``."""
-    distance, cell_m, layer_m, far, _, _, _, movers, way, way_cell_m, way_x, way_y = around
+    distance, cell_m, layer_m, far, _, _, _, movers, way, way_cell_m, way_x, way_y, slowing = around
     inner, outer = cushions.inner, cushions.outer
     least = min(cushions.least, _clearance(distance, cell_m, layer_m, far, state) - DEEPER_M)
     least_of_movers = min(cushions.least, _clearance_of_movers(movers, state, 0.0) - DEEPER_M)
@@ -351,6 +351,10 @@ def _judge(
             size = math.sqrt(gx * gx + gy * gy)
             if 0.2 * way_cell_m < size < 20.0 * way_cell_m:
                 ux, uy = -speed * gx / size, -speed * gy / size
+            if slowing < math.inf:
+                left = _way_from(way, way_cell_m, state[0][0] + way_x, state[1][0] + way_y, direction)
+                share = min(1.0, slowing * left / max(math.sqrt(ux * ux + uy * uy), 1e-9))
+                ux, uy = share * ux, share * uy
         state = _advance(state, law, ux, uy, uz)
         d = _clearance(distance, cell_m, layer_m, far, state)
         d_of_movers = _clearance_of_movers(movers, state, (k + 1) * law[-1])

@@ -47,6 +47,8 @@ class Surroundings(NamedTuple):
     way_x: float
     """m: of the UAV from the middle of ``way``."""
     way_y: float
+    slowing: float
+    """1/s: the reference's speed for each metre of way that is left; inf: the way has no end."""
 
 
 class Horizon(NamedTuple):
