@@ -1,4 +1,4 @@
-"""Velocity straight towards a position setpoint, limited in speed and acceleration (thesis, 5.2.2)."""
+"""Velocity towards a position setpoint, limited in speed and acceleration (thesis, 5.2.2)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Sequence
 from inspection_tools.checks import check_number
 from inspection_tools.errors import ParameterError, PoseError
 from inspection_tools.geometry import Vector3
+from inspection_tools.leg import Leg
 
 FARTHEST_M = 1e6
 """A setpoint beyond this is refused as a mistake."""
@@ -37,6 +38,9 @@ class PositionControllerParameters:
         vertical_gain: 1/s.
         goal_tolerance: The setpoint is reached if it is nearer than this (in space), m.
         goal_hysteresis: It stays reached until the distance exceeds tolerance + hysteresis, m.
+        lookahead: 0: the UAV flies straight to the setpoint. Else it follows the straight leg from the last
+            setpoint to this one. It aims at the place on the leg that is as far ahead as it flies in this
+            time at `max_speed`, s. Times below the flight controller's lag make it swing.
 
     Raises:
         ParameterError: a value out of range, or braking harder than `max_acceleration`.
@@ -51,6 +55,7 @@ class PositionControllerParameters:
     vertical_gain: float = 1.0
     goal_tolerance: float = 0.2
     goal_hysteresis: float = 0.1
+    lookahead: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("max_speed", self.max_speed, 0.0, 15.0)
@@ -62,6 +67,7 @@ class PositionControllerParameters:
         check_number("vertical_gain", self.vertical_gain, 0.1, 5.0)
         check_number("goal_tolerance", self.goal_tolerance, 0.01, 10.0)
         check_number("goal_hysteresis", self.goal_hysteresis, 0.0, 10.0)
+        check_number("lookahead", self.lookahead, 0.0, 10.0)
         if self.braking_deceleration > self.max_acceleration:
             raise ParameterError(
                 f"braking_deceleration is {self.braking_deceleration} m/s^2, above max_acceleration "
@@ -97,6 +103,8 @@ class PositionController:
     def __init__(self, parameters: PositionControllerParameters | None = None):
         self.parameters = parameters or PositionControllerParameters()
         self._setpoint_m: Vector3 | None = None
+        self._last_setpoint_m: Vector3 | None = None
+        self._leg: Leg | None = None
         self.reset()
 
     @property
@@ -119,7 +127,8 @@ class PositionController:
                 f"The position setpoint has a coordinate beyond {FARTHEST_M:.0e} m; it is ignored."
             )
         if setpoint_m != self._setpoint_m:
-            self._setpoint_m = setpoint_m
+            self._last_setpoint_m, self._setpoint_m = self._setpoint_m, setpoint_m
+            self._leg = None
             self._goal_reached = False
 
     def reset(self) -> None:
@@ -151,18 +160,22 @@ class PositionController:
         else:
             x, y, z = (goal - here for goal, here in zip(self._setpoint_m, position_m))
             error_m = (x, y, z)
-            self._velocity_m_s = self._step_towards(error_m, step_s)
+            self._velocity_m_s = self._step_towards(error_m, position_m, step_s)
             self._goal_reached = self._is_reached(error_m)
         return PositionCommand(_level(self._velocity_m_s, yaw_rad), self._goal_reached, jumped_back)
 
-    def _step_towards(self, error_m: Vector3, step_s: float) -> Vector3:
+    def _step_towards(self, error_m: Vector3, position_m: Sequence[float], step_s: float) -> Vector3:
         """Velocity after this step: the approach's velocity within the acceleration limits."""
         p = self.parameters
         distance_m = math.hypot(error_m[0], error_m[1])
         speed = approach_speed(distance_m, p.max_speed, p.braking_deceleration, p.gain)
-        scale = speed / distance_m if distance_m > 0.0 else 0.0
-        change_x = error_m[0] * scale - self._velocity_m_s[0]
-        change_y = error_m[1] * scale - self._velocity_m_s[1]
+        if p.lookahead > 0.0:
+            velocity_x, velocity_y = self._along_leg(position_m, speed)
+        else:
+            scale = speed / distance_m if distance_m > 0.0 else 0.0
+            velocity_x, velocity_y = error_m[0] * scale, error_m[1] * scale
+        change_x = velocity_x - self._velocity_m_s[0]
+        change_y = velocity_y - self._velocity_m_s[1]
         change = math.hypot(change_x, change_y)
         allowed = p.max_acceleration * step_s
         share = 1.0 if change <= allowed else allowed / change
@@ -177,6 +190,22 @@ class PositionController:
             self._velocity_m_s[1] + share * change_y,
             self._velocity_m_s[2] + min(max(change_z, -allowed_z), allowed_z),
         )
+
+    def _along_leg(self, position_m: Sequence[float], speed_m_s: float) -> tuple[float, float]:
+        """Velocity (x, y) towards the place to aim at on the leg; slower while it still has to turn there."""
+        assert self._setpoint_m is not None  # without one it hovers
+        if self._leg is None:
+            self._leg = Leg.of(self._last_setpoint_m, position_m, self._setpoint_m)
+        way_x, way_y = self._leg.way(position_m, self.parameters.lookahead * self.parameters.max_speed)
+        way_m = math.hypot(way_x, way_y)
+        if way_m == 0.0:
+            return 0.0, 0.0
+        ahead_x, ahead_y = way_x / way_m, way_y / way_m
+        velocity_x, velocity_y, _ = self._velocity_m_s
+        flown_m_s = math.hypot(velocity_x, velocity_y)
+        if flown_m_s > 0.0:
+            speed_m_s *= max((velocity_x * ahead_x + velocity_y * ahead_y) / flown_m_s, 0.0)
+        return speed_m_s * ahead_x, speed_m_s * ahead_y
 
     def _is_reached(self, error_m: Vector3) -> bool:
         distance_m = math.sqrt(sum(e * e for e in error_m))

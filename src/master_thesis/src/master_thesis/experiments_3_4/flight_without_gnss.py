@@ -20,6 +20,8 @@ from master_thesis.flight.flight_recording import LidarGeometry
 from master_thesis.flight.without_gnss import SLAM
 from simulation_tools.geometry import Pose, Vector3
 
+LOOKAHEAD_S = 0.5
+"""The position controller follows the legs between the waypoints, as in mapping.launch."""
 CORRECTION_LAG_S = 0.25
 """From a scan to when its correction counts: gridslam stamps it 0.05 s ahead, the controller waits 0.2 s."""
 
@@ -77,6 +79,7 @@ def parameters_without_gnss(world: str, lidar: str, seed: int) -> ClosedLoopPara
     return replace(
         parameters,
         simulation=replace(parameters.simulation, sensors=("range_finder",), gnss=False),
+        position_controller=replace(parameters.position_controller, lookahead=LOOKAHEAD_S),
         pose_source="odometry",
     )
 
