@@ -145,7 +145,7 @@ install_python_packages() {
 slim_python() {
   local packages package library
   packages=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))') || return
-  rm -rf "$packages"/pybullet_data "$packages"/pybullet_envs "$packages"/gtsam/Data
+  rm -rf "$packages"/pybullet_data "$packages"/pybullet_envs
   for package in numba numpy pandas scipy matplotlib; do
     find "$packages/$package" -depth -type d -name tests -exec rm -rf {} +
   done

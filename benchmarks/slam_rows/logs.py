@@ -17,7 +17,7 @@ from benchmarks.shared.results import ROOT
 from gridslam import se2
 from gridslam.evaluation import trajectory_error
 from gridslam.evaluation.relations import read_relations, relation_errors
-from gridslam.evaluation.tum import poses_at, read_tum
+from gridslam.files.tum import poses_at, read_tum
 from gridslam.trajectory import Trajectory
 
 REPLAY = ROOT / "src/gridslam/nodes/gridslam_replay"

@@ -56,7 +56,7 @@ BY_ROSDEP = {
     "yaml": "python3-yaml",
 }
 """Python modules and rosdep's names for them."""
-BY_REQUIREMENTS = {"dask", "distributed", "embreex", "evo", "gtsam", "optuna", "pybullet"}
+BY_REQUIREMENTS = {"dask", "distributed", "embreex", "evo", "optuna", "pybullet"}
 BY_REQUIREMENTS |= {"pymavlink", "trimesh"}
 """Python modules that rosdep does not know; requirements.txt has them."""
 

@@ -21,8 +21,8 @@ from sensor_msgs.msg import LaserScan
 from tqdm import tqdm
 
 from gridslam import ParameterError, SlamError, se2
-from gridslam.evaluation.tum import write_tum
 from gridslam.files.map_file import write_map, write_picture
+from gridslam.files.tum import write_tum
 from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
 from gridslam_ros.bags import ODOMETRY, BagCount, BagError, BagScans, open_bag, topic_of

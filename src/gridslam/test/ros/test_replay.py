@@ -8,8 +8,8 @@ import numpy as np
 import planar_world
 import pytest
 
-from gridslam.evaluation.tum import read_tum
 from gridslam.files.map_file import read_map
+from gridslam.files.tum import read_tum
 from gridslam.session import SlamSession
 
 rosbag = pytest.importorskip("rosbag", reason="needs ROS")

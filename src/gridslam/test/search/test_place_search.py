@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from planar_world import Lidar, scan_at
 from rooms import WALLS
+from scipy.ndimage import distance_transform_edt
 
 from gridslam import OccupancyGrid, se2
 from gridslam.evaluation import Walls
+from gridslam.kernels.places import squared_distances
 from gridslam.search import LikelihoodField, PlaceSearch, SearchSettings, Window
 from gridslam.search.field import FULL, UNSEEN
 
@@ -117,3 +119,12 @@ def test_what_is_not_there_is_not_found():
     assert search.find(np.zeros((0, 2)), SearchSettings()) == []
     circle = 0.7 * np.column_stack([np.cos(np.arange(90) / 14.0), np.sin(np.arange(90) / 14.0)])
     assert search.find(circle, SearchSettings(score_min=0.8)) == []
+
+
+def test_distances_are_those_of_a_plain_transform_as_far_as_they_reach():
+    for share in (0.3, 0.01, 0.001):
+        occupied = np.random.default_rng(0).random((70, 90)) < share
+        found, plain = squared_distances(occupied, 9), distance_transform_edt(~occupied) ** 2
+        near = plain <= 81.0
+        np.testing.assert_allclose(found[near], plain[near])
+        assert (found[~near] > 81).all()

@@ -4,8 +4,8 @@ from gridslam.evaluation.map_error import MapAccuracy, map_error
 from gridslam.evaluation.map_picture import draw_map_error, map_error_figure
 from gridslam.evaluation.relations import Relations, read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import TrajectoryError, trajectory_error
-from gridslam.evaluation.tum import poses_at, read_tum, write_tum
 from gridslam.evaluation.walls import WallPoints, Walls, read_walls
+from gridslam.files.tum import poses_at, read_tum, write_tum
 
 __all__ = [
     "MapAccuracy",

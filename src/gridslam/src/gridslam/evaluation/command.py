@@ -15,8 +15,8 @@ from gridslam.errors import EvaluationError, SlamError
 from gridslam.evaluation.map_error import map_error
 from gridslam.evaluation.relations import read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import ALIGNMENTS, trajectory_error
-from gridslam.evaluation.tum import read_tum
 from gridslam.evaluation.walls import read_walls
+from gridslam.files.tum import read_tum
 
 
 def main(arguments: list[str] | None = None) -> int:

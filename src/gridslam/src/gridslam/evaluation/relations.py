@@ -14,8 +14,8 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.errors import EvaluationError
-from gridslam.evaluation.number_rows import read_rows
-from gridslam.evaluation.tum import poses_at
+from gridslam.files.number_rows import read_rows
+from gridslam.files.tum import poses_at
 from gridslam.trajectory import Trajectory
 
 EXACT_WITHIN_S = 0.001

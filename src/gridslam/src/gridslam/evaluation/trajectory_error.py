@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gridslam.errors import EvaluationError
-from gridslam.evaluation.tum import poses_at
+from gridslam.files.tum import poses_at
 from gridslam.trajectory import Trajectory
 
 ALIGNMENTS = ("none", "origin", "all")

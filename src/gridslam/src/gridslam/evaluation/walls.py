@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from gridslam.errors import EvaluationError
-from gridslam.evaluation.number_rows import read_rows
+from gridslam.files.number_rows import read_rows
 
 SAME_LINE_M = 0.02  # segments on one line within this belong to one wall ...
 SAME_LINE_RAD = math.radians(0.5)  # ... when their directions agree this well, too, ...

@@ -1,1 +1,1 @@
-"""Maps and the complete state of SLAM as files."""
+"""Maps, trajectories and the complete state of SLAM as files."""

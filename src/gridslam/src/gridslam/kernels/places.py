@@ -132,3 +132,27 @@ def mean_squares(table: np.ndarray, unit: float, poses: np.ndarray, points: np.n
             total += (1.0 - v) * low + v * high
         means[p] = total / points.shape[0]
     return means
+
+
+@njit(cache=True, nogil=True)
+def squared_distances(occupied: np.ndarray, reach: int) -> np.ndarray:
+    """Return each cell's squared distance (h, w) to the nearest occupied one, in cells.
+
+    It is right up to ``reach`` cells; beyond that it is greater than the square of ``reach``.
+    """
+    height, width = occupied.shape
+    along, found = np.empty((height, width), np.int32), np.empty((height, width), np.int32)
+    for row in range(height):
+        for columns in (range(width), range(width - 1, -1, -1)):
+            last = reach + 1
+            for column in columns:
+                last = 0 if occupied[row, column] else min(last + 1, reach + 1)
+                if columns.step > 0 or last < along[row, column]:
+                    along[row, column] = last
+    found[:] = (reach + 1) ** 2
+    for row in range(height):
+        for other in range(max(0, row - reach), min(height, row + reach + 1)):
+            square = (other - row) ** 2
+            for column in range(width):
+                found[row, column] = min(found[row, column], square + along[other, column] ** 2)
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Mapping, NamedTuple, Protocol
+from typing import Mapping, NamedTuple, Protocol
 
 import numpy as np
 
@@ -13,11 +13,10 @@ from gridslam.filter.tile_pool import require_indices
 from gridslam.localisation.evidence import Evidence
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
-from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.job import Correction, Job
 from gridslam.loop_closure.match import Closure, Match
 from gridslam.loop_closure.parameters import LoopClosureParameters
-from gridslam.loop_closure.pose_graph import import_gtsam, optimise
+from gridslam.loop_closure.pose_graph import optimise
 from gridslam.loop_closure.recognition import Recognition
 from gridslam.loop_closure.scan_links import ScanLinks
 from gridslam.scan import PlanarScan
@@ -63,19 +62,15 @@ class LoopCloser:
 
     The work is done in one thread beside the filter. Its result is taken at a fixed stamp, so the same scans
     give the same map.
-
-    Raises SlamError at once if GTSAM is not installed, instead of in flight.
     """
 
     def __init__(self, parameters: LoopClosureParameters | None = None) -> None:
-        import_gtsam()
         self._parameters = parameters or LoopClosureParameters()
         self._chain, self._links = Chain(self._parameters), ScanLinks(self._parameters)
         self._odometry: list[np.ndarray] = []
         self._way_m = 0.0
         """Length of odometry's way so far."""
         self._job: Job | None = None
-        self._factors: dict[Edge | Match, Any] = {}
         self._matches: list[Match] = []
         self._consistent = np.zeros((0, 0), dtype=bool)
         self._counted: list[Match] = []
@@ -290,9 +285,7 @@ class LoopCloser:
             if round_ > 0 and not self._links.link_passes(poses, self._chain.way_m):
                 break
             before = poses
-            poses = optimise(
-                before, [*steps, *self._links.edges, *self._counted], self._factors, effort.tolerance
-            )
+            poses = optimise(before, [*steps, *self._links.edges, *self._counted], effort.tolerance)
             if round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M:
                 break
         self._chain.settle(poses)

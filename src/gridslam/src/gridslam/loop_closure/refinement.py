@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from gridslam import se2
+from gridslam.kernels.links import Surfaces, align
 from gridslam.loop_closure.local_map import SurfacePoints
 
-FACING_COS = math.cos(math.radians(40.0))  # normals that differ by more belong to different surfaces
-STEP_M, STEP_RAD = 1e-4, 1e-5  # smaller steps end the iteration
-ROUNDS_MAX = 20
+FAR_M = 1e6
+"""m: seen from so far to the west, points are sorted by their y."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +21,7 @@ class Refined:
         query_in_reference: (3,) the pose.
         normal_matrix: (3, 3) sum of J^T J over the pairs of points. J is the derivative of a pair's distance
             by a step (x, y in metres, yaw in radians) in the query's frame.
-        pairs: number of pairs.
+        pairs: number of pairs; 0: too few fit, and the pose is of no use.
         rms_m: root mean square of their distances.
     """
 
@@ -43,58 +40,24 @@ def refine(reference: SurfacePoints, query: SurfacePoints, start: np.ndarray, ga
         start: pose (3,) of the query in the reference's frame, with an error of at most about `gate_m`.
         gate_m: points farther apart are no pair.
     """
-    flat = np.isfinite(reference.normals_xy[:, 0])
-    target, normals = reference.points_xy_m[flat], reference.normals_xy[flat]
-    chosen = np.isfinite(query.normals_xy[:, 0])
-    points, facing = query.points_xy_m[chosen], query.normals_xy[chosen]
-    if not len(target) or not len(points):
-        return Refined(start, np.zeros((3, 3)), 0, math.inf)
-    tree = cKDTree(target)
-    pose, gate = np.array(start, dtype=float), gate_m
-    for _ in range(ROUNDS_MAX):
-        distance, jacobian, weight = _pairs(tree, target, normals, points, facing, pose, gate)
-        if len(distance) < 3:
-            return Refined(start, np.zeros((3, 3)), 0, math.inf)
-        weighted = jacobian * weight[:, None]
-        # The damping keeps the pose in directions that the surfaces do not determine, for example along a
-        # wall.
-        step = np.linalg.solve(weighted.T @ jacobian + 1e-3 * np.eye(3), -weighted.T @ distance)
-        pose = se2.compose(pose, step)
-        gate = max(0.5 * gate_m, 0.8 * gate)
-        if np.hypot(step[0], step[1]) < STEP_M and abs(step[2]) < STEP_RAD:
-            break
-    return Refined(pose, weighted.T @ jacobian, len(distance), float(np.sqrt((distance**2).mean())))
+    pose, matrix = np.array(start, float), np.zeros((3, 3))
+    pairs, rms_m = align(_sorted(reference), _sorted(query), pose, gate_m, 0.0, matrix)
+    return Refined(pose, matrix, pairs, rms_m)
 
 
 def normal_matrix(surface: SurfacePoints) -> np.ndarray:
     """Return the information of a scan's surfaces on a small step in its own frame: sum of J^T J, (3, 3)."""
     flat = np.isfinite(surface.normals_xy[:, 0])
-    jacobian = _jacobian(surface.points_xy_m[flat], surface.normals_xy[flat])
+    points, normals = surface.points_xy_m[flat], surface.normals_xy[flat]
+    lever = points[:, 0] * normals[:, 1] - points[:, 1] * normals[:, 0]
+    jacobian = np.column_stack([normals, lever])
     return jacobian.T @ jacobian
 
 
-def _pairs(
-    tree: cKDTree,
-    target: np.ndarray,
-    normals: np.ndarray,
-    points: np.ndarray,
-    facing: np.ndarray,
-    pose: np.ndarray,
-    gate: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return distance, its derivative by a step in the query's frame, and weight, of each pair of points."""
-    moved = se2.transform(pose, points)
-    gap, nearest = tree.query(moved, distance_upper_bound=gate)
-    found = np.isfinite(gap)
-    turned = se2.transform((0.0, 0.0, pose[2]), facing)
-    found[found] &= (turned[found] * normals[nearest[found]]).sum(axis=1) > FACING_COS
-    normal = normals[nearest[found]]
-    distance = ((moved[found] - target[nearest[found]]) * normal).sum(axis=1)
-    in_query = se2.transform((0.0, 0.0, -pose[2]), normal)
-    weight = 1.0 / (1.0 + (distance / (0.25 * gate)) ** 2)
-    return distance, _jacobian(points[found], in_query), weight
-
-
-def _jacobian(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    lever = points[:, 0] * normals[:, 1] - points[:, 1] * normals[:, 0]
-    return np.column_stack([normals, lever])
+def _sorted(surface: SurfacePoints) -> Surfaces:
+    """Return the points with a normal, in the order of their bearings."""
+    flat = np.isfinite(surface.normals_xy[:, 0])
+    points, normals = surface.points_xy_m[flat], surface.normals_xy[flat]
+    bearings = np.arctan2(points[:, 1], points[:, 0] + FAR_M)
+    order = np.argsort(bearings, kind="stable")
+    return Surfaces(points[order], normals[order], bearings[order], np.array([-FAR_M, 0.0]))

@@ -8,15 +8,19 @@ import time
 import numpy as np
 
 from gridslam.kernels.links import nearest_earlier
+from gridslam.kernels.pose_graph import shortest_ways
+from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.links import link, surfaces_of
 from gridslam.loop_closure.local_map import build_local_map, surface_points
 from gridslam.loop_closure.matcher import Window, correlate
 from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.pose_graph import optimise
+from gridslam.loop_closure.refinement import refine
 from gridslam.scan import PlanarScan
 
 
 def warm_up_loop_closure() -> float:
-    """Match a small map and a scan with themselves; return the seconds that it took."""
+    """Match a small map and a scan with themselves, and optimise a path; return the seconds that it took."""
     start = time.perf_counter()
     angles = np.linspace(-math.pi, math.pi, 120, endpoint=False)
     ranges = 2.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
@@ -24,6 +28,11 @@ def warm_up_loop_closure() -> float:
     surface = surface_points(scan, 10.0)
     local_map = build_local_map(0, [surface], [scan], np.zeros((1, 3)), 0.1, 0.2, 0.1, 10.0)
     correlate(local_map, local_map, Window(np.zeros(3), 1.0, 0.1), 0.2, 0.5, 0.5, 0.8)
+    refine(surface, surface, np.zeros(3), 0.2)
+    steps = [Edge(0, 1, np.zeros(3), np.eye(3)), Edge(1, 2, np.zeros(3), np.eye(3))]
+    optimise(np.zeros((3, 3)), steps)
+    nodes = np.arange(2)
+    shortest_ways(3, nodes, nodes + 1, np.ones(2), 0)
     nearest_earlier(np.zeros((1, 3)), np.zeros(1), 0, 1.0, 1.0, 1)
     link(0, 1, [surfaces_of(scan, 10.0)] * 2, np.zeros(3), LoopClosureParameters(), is_pass=True)
     return time.perf_counter() - start

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
+from gridslam.kernels.places import squared_distances
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 
 FULL = 255
 UNSEEN = 64
 """What fits in a cell that nobody has seen, of FULL."""
 OCCUPIED_LEAST = 65
+REACH_SIGMAS = 4.0
+"""What is this many blurs off a surface does not fit at all: FULL exp(-4^2 / 2) rounds to 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +56,9 @@ class LikelihoodField:
         blocks = (occupied.shape[0] // pooled, pooled, occupied.shape[1] // pooled, pooled)
         fit = np.where(unseen.reshape(blocks).all(axis=(1, 3)), float(UNSEEN), 0.0)
         if occupied.any():
-            squared = (resolution_m * distance_transform_edt(~occupied)) ** 2
-            mean = squared.reshape(blocks).mean(axis=(1, 3))
+            reach = math.ceil(REACH_SIGMAS * blur_m / resolution_m) + pooled
+            squared = squared_distances(occupied, reach).reshape(blocks)
+            mean = resolution_m**2 * squared.mean(axis=(1, 3))
             fit = np.maximum(fit, FULL * np.exp(-0.5 * mean / blur_m**2))
         table = np.rint(fit).astype(np.uint8)
         return cls(table, np.array(origin_xy_m, float), pooled * resolution_m, blur_m)

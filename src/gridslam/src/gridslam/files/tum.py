@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gridslam.errors import EvaluationError
-from gridslam.evaluation.number_rows import read_rows
+from gridslam.files.number_rows import read_rows
 from gridslam.trajectory import Trajectory
 
 

@@ -1,0 +1,182 @@
+"""The pose graph in closed form and beside plain versions, the path's uncertainty, and consistency."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from gridslam import se2
+from gridslam.kernels.pose_graph import shortest_ways
+from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
+from gridslam.loop_closure.edge import Edge
+from gridslam.loop_closure.match import Match
+from gridslam.loop_closure.pose_graph import ROBUST_SCALE, ShortestWays, optimise
+
+
+class Steps:
+    """A chain of equal steps with one covariance, as `Chain` has them."""
+
+    def __init__(self, step, covariance, count):
+        self.steps = np.tile(np.array(step, dtype=float), (count, 1))
+        self.covariances = np.tile(covariance, (count, 1, 1))
+        poses = [np.zeros(3)]
+        for each in self.steps:
+            poses.append(se2.compose(poses[-1], each))
+        self.poses = np.array(poses)
+        self.way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*self.steps[:, :2].T))])
+
+    def __len__(self):
+        return len(self.poses)
+
+    def edges(self):
+        return [
+            Edge(i, i + 1, step, covariance)
+            for i, (step, covariance) in enumerate(zip(self.steps, self.covariances))
+        ]
+
+
+def match(older, newer, pose, sigma=0.02):
+    return Match(older, newer, np.array(pose, dtype=float), sigma**2 * np.eye(3), 0.9, 0.5)
+
+
+def test_error_is_spread_evenly_over_equal_steps():
+    """n steps of variance v, a closure of variance w that is off by d: each step takes d v / (n v + w)."""
+    chain = Steps((1.0, 0.0, 0.0), np.diag([0.04, 0.04, 0.0025]), 10)
+    closure = match(0, 10, (10.05, 0.0, 0.0), sigma=0.2)
+    corrected = optimise(chain.poses, [*chain.edges(), closure])
+    share = 0.05 * 0.04 / (10 * 0.04 + 0.04)
+    assert corrected[:, 0] == pytest.approx(np.arange(11) * (1.0 + share), abs=1e-4)
+    assert np.abs(corrected[:, 1:]).max() < 1e-6
+
+
+def test_absurd_closure_loses_its_weight():
+    chain = Steps((1.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.0004]), 10)
+    right = [match(0, 10, (10.0, 0.0, 0.0)), match(1, 9, (8.0, 0.0, 0.0)), match(2, 10, (8.0, 0.0, 0.0))]
+    corrected = optimise(chain.poses, [*chain.edges(), *right, match(0, 9, (6.0, 0.0, 0.0))])
+    assert np.abs(corrected - chain.poses).max() < 0.05
+
+
+def plain_errors(moved, edges):
+    """Each edge's error, divided by its deviations, for poses (k, 3) in one row."""
+    poses = moved.reshape(-1, 3)
+    older, newer = np.array([(edge.older, edge.newer) for edge in edges]).T
+    errors = se2.between([edge.newer_in_older for edge in edges], se2.between(poses[older], poses[newer]))
+    whitening = [np.linalg.inv(np.linalg.cholesky(edge.covariance)) for edge in edges]
+    return np.einsum("nij,nj->ni", whitening, errors)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_path_is_where_no_small_step_of_any_node_lowers_the_robust_cost(seed):
+    # given a bent path with errors, and measurements between nodes drawn at random, one of them wrong
+    rng = np.random.default_rng(seed)
+    covariance = np.diag([0.05, 0.02, 0.01]) ** 2 + 1e-4 * np.ones((3, 3))
+    chain = Steps((1.0, 0.0, 0.3), covariance, 70)
+    edges = chain.edges()
+    for older, newer in np.sort([rng.choice(71, 2, replace=False) for _ in range(40)]):
+        true = se2.between(chain.poses[older], chain.poses[newer])
+        edges.append(Edge(older, newer, true + rng.multivariate_normal(np.zeros(3), covariance), covariance))
+    edges.append(Edge(3, 40, np.array([9.0, 9.0, 3.0]), covariance))
+    start = np.vstack([chain.poses[:1], chain.poses[1:] + 0.1 * rng.standard_normal((70, 3))])
+    # when it is optimised
+    found = optimise(start, edges, 1e-12).ravel()
+    # then the first node stays, and the slope of the plain cost is zero along all others
+    np.testing.assert_allclose(found[:3], start[0], atol=1e-6)
+
+    def cost(moved):
+        squares = (plain_errors(moved, edges) ** 2).sum(axis=1)
+        return 0.5 * ROBUST_SCALE**2 * np.log1p(squares / ROBUST_SCALE**2).sum()
+
+    shifts = 1e-4 * np.eye(len(found))[3:]
+    slopes = np.array([(cost(found + shift) - cost(found - shift)) / 2e-4 for shift in shifts])
+    curvatures = np.array([(cost(found + s) + cost(found - s) - 2.0 * cost(found)) / 1e-8 for s in shifts])
+    assert np.abs(slopes / curvatures).max() < 1e-4
+
+
+def test_shortest_ways_are_those_of_dijkstra():
+    rng = np.random.default_rng(0)
+    older, newer = np.arange(199), np.arange(1, 200)
+    jumps = np.array([rng.choice(200, 2, replace=False) for _ in range(30)])
+    older, newer = np.append(older, jumps[:, 0]), np.append(newer, jumps[:, 1])
+    lengths = rng.uniform(0.1, 2.0, len(older))
+    found, before, edges = shortest_ways(200, older, newer, lengths, 120)
+    graph = coo_matrix((lengths, (older, newer)), shape=(200, 200)).tocsr()
+    np.testing.assert_allclose(found, dijkstra(graph, directed=False, indices=120))
+    others = np.flatnonzero(np.arange(200) != 120)
+    np.testing.assert_allclose(found[others] - found[before[others]], lengths[edges[others]])
+    assert {*zip(older, newer), *zip(newer, older)}.issuperset(zip(others, before[others]))
+
+
+def test_same_graph_gives_the_same_path_bit_for_bit():
+    chain = Steps((1.0, 0.0, 0.1), np.diag([0.01, 0.01, 0.0004]), 200)
+    closures = [match(i, i + 63, (0.1, 0.05, 0.02 * i)) for i in range(0, 130, 7)]
+    edges = [*chain.edges(), *closures]
+    assert np.array_equal(optimise(chain.poses, edges), optimise(chain.poses, edges))
+
+
+def test_uncertainty_along_the_way_is_that_of_drawn_paths():
+    # Given a bent chain, its covariance against 4000 paths with drawn errors
+    covariance = np.diag([0.02, 0.01, 0.005]) ** 2
+    chain = Steps((1.0, 0.0, 0.15), covariance, 12)
+    predicted = ShortestWays(chain, [], 12, drift_share=0.0).covariances[0]
+    rng = np.random.default_rng(0)
+    ends = np.zeros((4000, 3))
+    for step in chain.steps:
+        noise = rng.multivariate_normal(np.zeros(3), covariance, size=len(ends))
+        ends = se2.compose(se2.compose(ends, step[None]), noise)
+    drawn = np.cov(se2.between(chain.poses[-1], ends).T)
+    assert predicted == pytest.approx(drawn, abs=0.08 * np.abs(drawn).max())
+
+
+def test_closures_shorten_the_way():
+    chain = Steps((1.0, 0.0, 2 * math.pi / 40), np.diag([0.03, 0.03, 0.01]) ** 2, 40)
+    open_loop = ShortestWays(chain, [], 40, 0.01)
+    closed = ShortestWays(chain, [match(0, 39, se2.between(chain.poses[0], chain.poses[39]))], 40, 0.01)
+    assert open_loop.length_m[0] == pytest.approx(40.0, abs=0.1)
+    assert closed.length_m[0] == pytest.approx(1.1, abs=0.1)
+    assert np.trace(closed.covariances[0]) < 0.1 * np.trace(open_loop.covariances[0])
+
+
+# consistency
+
+
+def test_matches_that_agree_are_consistent_and_a_shifted_one_is_not():
+    chain = Steps((1.0, 0.0, 2 * math.pi / 60), np.diag([0.01, 0.01, 0.002]) ** 2, 66)
+    true = [match(i, i + 60, se2.between(chain.poses[i], chain.poses[i + 60])) for i in (0, 2, 4)]
+    shifted = match(1, 61, se2.compose(true[0].newer_in_older, np.array([3.0, 0.0, 0.0])))
+    path = MeasuredPath(chain)
+    assert path.poses == pytest.approx(chain.poses)
+    assert contradictions(path, true[0], true[1:]).max() < 1e-6
+    assert contradictions(path, shifted, true).min() > 1000.0
+
+
+def test_contradiction_is_the_chi_square_of_the_loop():
+    """Both matches span one step more or less on a straight line: errors add along x."""
+    chain = Steps((1.0, 0.0, 0.0), np.diag([0.03, 0.03, 1e-6]) ** 2, 20)
+    first, second = match(0, 18, (18.0, 0.0, 0.0), 0.02), match(1, 20, (19.3, 0.0, 0.0), 0.02)
+    # sum of variances along x: two matches, one step between the older ends, two between the newer ones
+    expected = 0.3**2 / (2 * 0.02**2 + 3 * 0.03**2)
+    found = contradictions(MeasuredPath(chain), first, [second])[0]
+    assert found == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_largest_consistent_set_is_one_and_seldom_smaller_than_the_largest(seed):
+    rng = np.random.default_rng(seed)
+    wanted = rng.choice(14, 8, replace=False)  # a planted set of 8; chance pairs elsewhere
+    consistent = rng.random((14, 14)) < 0.3
+    consistent = consistent | consistent.T
+    consistent[np.ix_(wanted, wanted)] = True
+    np.fill_diagonal(consistent, True)
+    found = largest_consistent(consistent)
+    assert consistent[np.ix_(found, found)].all()
+    assert len(found) >= 8
+
+
+def test_a_lone_match_does_not_count():
+    way_m = np.arange(100.0)
+    matches = [match(0, 50, np.zeros(3)), match(1, 80, np.zeros(3)), match(3, 84, np.zeros(3))]
+    assert supported(matches, [0, 1, 2], way_m, within_m=10.0) == [1, 2]
+    two_of_one_moment = [match(0, 50, np.zeros(3)), match(20, 50, np.zeros(3))]
+    assert supported(two_of_one_moment, [0, 1], way_m, within_m=10.0) == []
