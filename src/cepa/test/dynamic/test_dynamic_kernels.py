@@ -195,7 +195,7 @@ def test_the_observer_finds_the_state_and_foresees_what_is_commanded():
     state = np.zeros((3, 4))
     command = np.array([2.0, -1.0, 0.0])
     for scan in range(40):
-        observer.update(0.025 * scan, np.array([*state[:2, 1], 0.0]))
+        observer.update(0.025 * scan, (*state[:2, 1], 0.0))
         observer.command(0.025 * scan, command, 0.1)
         if scan >= 2:  # the delay of two scans
             f, g = response.f, response.g

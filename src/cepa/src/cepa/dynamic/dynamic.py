@@ -196,7 +196,7 @@ class Dynamic(Algorithm):
         elif gap_s <= LONGEST_COMMIT_S:
             self._period_s += 0.1 * (gap_s - self._period_s) if self._period_s else gap_s
         self._stamp_s = motion.stamp_s
-        self._observer.update(motion.stamp_s - motion.age_s, np.array(motion.velocity_m_s))
+        self._observer.update(motion.stamp_s - motion.age_s, motion.velocity_m_s)
         way, turn_rad = np.zeros(3), self._moving.tell(motion)
         if motion.age_s > 0.0:
             way = self._observer.state_at(motion.stamp_s)[:, 0]
@@ -341,10 +341,18 @@ class Dynamic(Algorithm):
     ) -> Decision:
         self._command = command.copy()
         self._observer.command(self._stamp_s, command, self.commit_s)
-        x, y = turn.T @ command[:2]
-        climb = float(command[2]) if self._moment is not None and self._moment.space is not None else None
+        (c, minus_s), (s, _) = turn.tolist()
+        ahead, left, up = command.tolist()
+        climb = up if self._moment is not None and self._moment.space is not None else None
         emergency = reason is Reason.MARGIN_LOST
-        return Decision((float(x), float(y)), emergency, cost, tested, reason, climb_m_s=climb)
+        return Decision(
+            (c * ahead + s * left, minus_s * ahead + c * left),
+            emergency,
+            cost,
+            tested,
+            reason,
+            climb_m_s=climb,
+        )
 
 
 def _rotation(angle_rad: float) -> np.ndarray:

@@ -40,11 +40,14 @@ class Judge:
         self._emergency = Cushions(self.hull_m, comfort_m, self.hull_m, self.hull_m, tube_m)
         self._least, self._most = np.empty(steps), np.empty(steps)
         self._nearest_m = math.inf
+        self._horizon = Horizon(0, _steps(BRAKE_S), _steps(cost_horizon_s(p)), _steps(HOLD_S))
 
     def horizon(self, commit_s: float) -> Horizon:
         """Return how far ahead paths are judged."""
         commit = math.ceil(commit_s / STEP_S - 1e-6)
-        return Horizon(commit, _steps(BRAKE_S), _steps(cost_horizon_s(self._p)), _steps(HOLD_S))
+        if commit != self._horizon.commit:
+            self._horizon = self._horizon._replace(commit=commit)
+        return self._horizon
 
     def judge(
         self,

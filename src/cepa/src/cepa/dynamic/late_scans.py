@@ -142,7 +142,7 @@ class MovingThings:
             self._late.hold(beams, motion.stamp_s)
         since_s = motion.stamp_s - self._moving_s
         if not len(self._moving.positions) or since_s > self._movers.parameters.forget_s:
-            return Sighting(points, seen, np.zeros(len(points), bool), NO_DISCS)
+            return Sighting(points, seen, nothing_moves(len(points)).is_moving, NO_DISCS)
         discs = self._moving.discs(np.array(motion.position_m[:2]))
         is_moving = self._moving.is_moving if in_time else _are_in(_moved_on(discs, since_s), points)
         return Sighting(points, seen, is_moving, _moved_on(discs, since_s + self._p.response.delay_s))

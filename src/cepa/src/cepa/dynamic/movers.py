@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 
@@ -163,7 +164,7 @@ class Movers:
         self._stamp_s = stamp_s
         p = self.parameters
         level = np.ones(len(points_xy), bool) if is_level is None else is_level
-        if not len(self._tracks) and not level.any():
+        if not len(self._tracks) and not (len(level) and level.any()):
             if self._is_frame_due():
                 self._keep_frame(self._pose(sensor_xy), seen, self._clusters[:0], NOTHING_SEEN)
             return nothing_moves(len(level))
@@ -325,8 +326,9 @@ class Movers:
         return MoverSet(positions, velocities, moving[:, kernels.RADIUS], covariances, is_moving)
 
 
+@lru_cache(maxsize=1)
 def nothing_moves(points: int) -> MoverSet:
-    """Return that none of so many points moves."""
+    """Return that none of so many points moves; nobody changes it."""
     return MoverSet(NO_VECTORS, NO_VECTORS, NO_RADII, NO_COVARIANCES, np.zeros(points, bool))
 
 

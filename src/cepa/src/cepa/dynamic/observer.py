@@ -9,8 +9,9 @@ import numpy as np
 from scipy.linalg import solve_discrete_are
 
 from cepa.dynamic.response import ResponseModel
-from cepa.kernels.rollout import correct, fly
+from cepa.kernels.rollout import fly, observe
 from cepa.kernels.surroundings import Response
+from cepa.motion import Vector3
 
 VELOCITY_NOISE_M_S = 0.01
 ACCELERATION_NOISE_M_S2, INTEGRAL_NOISE_M_S2 = 5.0, 0.5
@@ -40,6 +41,7 @@ class Observer:
         self._response = response_of(model, STEP_S)
         self._commands = np.zeros((KEPT_COMMANDS, 5))
         self._state = np.zeros((3, 4))
+        self._period_s, self._gains = math.nan, np.zeros(3)
         self.reset()
 
     def reset(self) -> None:
@@ -60,15 +62,18 @@ class Observer:
         self._next += 1
         self._first = max(self._first, self._next - KEPT_COMMANDS)
 
-    def update(self, stamp_s: float, velocity_m_s: np.ndarray) -> None:
-        """Take in a velocity (3,) that was measured at ``stamp_s``."""
+    def update(self, stamp_s: float, velocity_m_s: Vector3) -> None:
+        """Take in a velocity that was measured at ``stamp_s``."""
         dt_s = stamp_s - self._stamp_s
         if not 0.0 <= dt_s <= LONGEST_STEP_S:
             self._state[:] = 0.0
             self._state[:, 1] = velocity_m_s
         elif dt_s > 0.0:
-            self._fly(self._state, stamp_s)
-            correct(self._state, velocity_m_s, _gains(self._model, max(round(dt_s, 3), STEP_S)))
+            period_s = max(round(dt_s, 3), STEP_S)
+            if period_s != self._period_s:
+                self._period_s, self._gains = period_s, _gains(self._model, period_s)
+            times = self._stamp_s, stamp_s
+            observe(self._state, velocity_m_s, self._gains, *self._given(), *times, self._response)
         self._stamp_s = stamp_s
         while (
             self._first + 1 < self._next and self._commands[(self._first + 1) % KEPT_COMMANDS, 0] <= stamp_s
@@ -78,11 +83,11 @@ class Observer:
     def state_at(self, stamp_s: float) -> np.ndarray:
         """Return the state at a later time; its position is the way since the last measurement."""
         state = self._state.copy()
-        self._fly(state, stamp_s)
+        fly(state, *self._given(), self._stamp_s, stamp_s, self._response)
         return state
 
-    def _fly(self, state: np.ndarray, to_s: float) -> None:
-        fly(state, self._commands, self._first, self._next, self._stamp_s, to_s, self._response)
+    def _given(self) -> tuple[np.ndarray, int, int]:
+        return self._commands, self._first, self._next
 
 
 @lru_cache(maxsize=256)

@@ -111,11 +111,22 @@ def fly(
 
 
 @njit(cache=True)
-def correct(state: np.ndarray, velocity: np.ndarray, gains: np.ndarray) -> None:
-    """Correct ``state`` (3, 4) by a measured velocity (3,); gains (3,): on velocity, acceleration, integral.
+def observe(
+    state: np.ndarray,
+    velocity: tuple[float, float, float],
+    gains: np.ndarray,
+    commands: np.ndarray,
+    first: int,
+    last: int,
+    from_s: float,
+    to_s: float,
+    response: Response,
+) -> None:
+    """Advance ``state`` as ``fly`` does, and correct it by a velocity that was measured then.
 
-    The position starts again at 0.
+    gains (3,): on velocity, acceleration and integral. The position starts again at 0.
     """
+    fly(state, commands, first, last, from_s, to_s, response)
     for axis in range(2):
         innovation = velocity[axis] - state[axis, 1]
         for k in range(3):
@@ -464,9 +475,10 @@ def _is_in_sight(x: float, y: float, scan: Scan, radius: float) -> bool:
     width = int(math.asin(radius / r) / scan.increment) + 1
     middle = math.floor((math.atan2(y, x) - scan.angle_0) / scan.increment + 0.5)
     ranges, seen = scan.ranges, scan.seen
-    beam = (middle - width) % ranges.size
-    for _ in range(2 * width + 1):
-        if not seen[beam] or ranges[beam] < r:
-            return False
-        beam = beam + 1 if beam + 1 < ranges.size else 0
-    return True
+    first = (middle - width) % ranges.size
+    end, hidden = first + 2 * width + 1, False
+    for beam in range(first, min(end, ranges.size)):  # without a branch, so that several beams go at once
+        hidden |= (not seen[beam]) | (ranges[beam] < r)
+    for beam in range(end - ranges.size):
+        hidden |= (not seen[beam]) | (ranges[beam] < r)
+    return not hidden

@@ -77,7 +77,7 @@ def _fill_dropouts(dropout_beams: int, ranges: np.ndarray, seen: np.ndarray) -> 
         return
     k = 0
     while k < count:
-        i = (start + k) % count
+        i = start + k if start + k < count else start + k - count
         if ranges[i] != DROPOUT:
             k += 1
             continue
