@@ -10,8 +10,8 @@ import time
 
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.timeout(90)]
-PATIENCE_S = 20.0
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(250)]
+PATIENCE_S = 60.0
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def test_keys_fly_and_letting_go_hovers(ros_master, listen, terminal):
     os.write(pilot, b"l")
     listen(row(0.0, -2.0))
     ros_master.stop()
-    teleop.wait(10.0)
+    teleop.wait(PATIENCE_S)
     assert termios.tcgetattr(node) == before
 
 

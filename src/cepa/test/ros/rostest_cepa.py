@@ -278,7 +278,7 @@ class CepaTest(DynamicCases, unittest.TestCase):
 
     def test_an_unknown_algorithm_at_the_start_is_a_sentence_and_exit_code_1(self):
         command = ["rosrun", "cepa", "cepa", "__name:=cepa_wrong", "_algorithm:=magic"]
-        ended = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
         self.assertEqual(ended.returncode, 1)
         said = ended.stdout + ended.stderr
         self.assertIn("algorithm is 'magic'; it must be one of improved, original, dynamic.", said)

@@ -39,12 +39,13 @@ class CepaVisualiserTest(unittest.TestCase):
     @classmethod
     def settle(cls):
         """The decision comes over a connection that cepa only opens when somebody listens."""
-        deadline = 100
-        while not cls.pictures.messages:
+
+        def is_shown():
             cls.scans.send(scan_of(cls.stamps.next()))
             rospy.rostime.wallsleep(0.05)
-            deadline -= 1
-            assert deadline, "no picture ever came"
+            return cls.pictures.messages
+
+        wait_until(is_shown, "a picture")
 
     def setUp(self):
         rospy.rostime.wallsleep(0.1)
@@ -55,7 +56,7 @@ class CepaVisualiserTest(unittest.TestCase):
         stamp = self.stamps.next()
         self.references.send(velocity_of(stamp, v_ref))
         self.odometry.send(odometry_of(stamp))
-        rospy.rostime.wallsleep(0.05)  # references have no order with scans here
+        rospy.rostime.wallsleep(0.15)  # references have no order with scans here
         self.scans.send(scan_of(stamp, ranges))
         message = of_stamp(self.pictures, stamp)
         names = [(marker.header.frame_id, marker.ns, marker.id) for marker in message.markers]

@@ -257,12 +257,12 @@ class SlamGridslamTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             saver = find_node("gridslam", "map_saver")[0]
             command = [saver, "--occ=60", "-f", f"{folder}/room", "map:=/map"]
-            said = subprocess.run(command, capture_output=True, text=True, timeout=20.0)
+            said = subprocess.run(command, capture_output=True, text=True, timeout=60.0)
             self.assertEqual(said.returncode, 0, said.stderr)
             grid = read_map(f"{folder}/room.yaml")
-        newest = self.maps.messages[-1]
-        np.testing.assert_array_equal(grid.cells.ravel(), newest.data)
-        self.assertAlmostEqual(grid.origin_xy_m[0], newest.info.origin.position.x, places=5)
+        same = [one for one in self.maps.messages if np.array_equal(grid.cells.ravel(), one.data)]
+        self.assertTrue(same, "no map that was published is the saved one")
+        self.assertAlmostEqual(grid.origin_xy_m[0], same[-1].info.origin.position.x, places=5)
 
     # parameters
 
@@ -290,7 +290,7 @@ class SlamGridslamTest(unittest.TestCase):
             for index, argument in enumerate(cases)
         }
         for argument, process in running.items():
-            said, _ = process.communicate(timeout=20.0)
+            said, _ = process.communicate(timeout=60.0)
             self.assertEqual(process.returncode, 1, said)
             self.assertIn(cases[argument], said)
             self.assertNotIn("Traceback", said)

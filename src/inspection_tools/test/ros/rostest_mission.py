@@ -185,7 +185,7 @@ class MissionTest(unittest.TestCase):
 
         # With one, not before the position controller has answered the pose
         client.send((5.0, 0.0, 2.0))
-        rospy.sleep(0.3)
+        rospy.sleep(0.6)
         stamp = stamps.next()
         poses.send(odometry_of(stamp))
         scans.send(scan_of(stamp, [1.0] * 9))

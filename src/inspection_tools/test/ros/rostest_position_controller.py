@@ -83,7 +83,7 @@ class PositionControllerTest(unittest.TestCase):
     def test_goal_reached_is_latched_and_said_on_change_only(self):
         self.go_to(1.0, 2.0, 3.0)
         self.answer((0.0, 0.0, 0.0))
-        rospy.sleep(0.1)
+        rospy.sleep(0.3)
         self.reached.messages.clear()
         for _ in range(5):
             self.answer((1.0, 2.0, 3.1))

@@ -53,7 +53,7 @@ class ToolsLaunchTest(unittest.TestCase):
         setpoint = Pose()
         setpoint.position.y, setpoint.position.z = -30.0, 2.0
         setpoints.send(setpoint)
-        rospy.sleep(0.2)
+        rospy.sleep(0.5)
         stamps = Stamps()
         for _ in range(150):
             poses.send(odometry_of(stamps.next(0.01)))
@@ -63,7 +63,7 @@ class ToolsLaunchTest(unittest.TestCase):
         # what obstacle avoidance made of it is zero: look to the right, where it wanted to go
         safe = Input("/UAV/vel_setpoint/safe/body", TwistStamped)
         final = Output("/UAV/vel_setpoint/final/body", TwistStamped)
-        rospy.sleep(0.2)
+        rospy.sleep(0.5)
         safe.send(velocity_of(wanted.header.stamp, (0.0, 0.0, 0.0)))
         result = final.next()
         self.assertEqual(result.header.stamp, wanted.header.stamp)

@@ -20,6 +20,9 @@ from ros_probe import velocity_of
 
 NODE = "/yaw_regulator"
 DEFAULTS = {"gain": 1.5, "max_yaw_rate": 1.0, "speed_on": 0.25, "speed_off": 0.15}
+ARRIVAL_S = 0.3
+"""Wall time after which a message has arrived. Another one, over its own connection, would overtake it."""
+ANSWER_S = 0.5
 
 
 class YawRegulatorTest(unittest.TestCase):
@@ -42,8 +45,12 @@ class YawRegulatorTest(unittest.TestCase):
         """Switch the hysteresis off; the first command of several may wait for a reference, in vain."""
         stamp = self.stamps.next()
         self.commands.send(velocity_of(stamp, (0.0, 0.0, 0.0)))
-        time.sleep(0.02)
-        return self.final.messages and self.final.messages[-1].header.stamp == stamp
+        end_s = time.monotonic() + ANSWER_S
+        while time.monotonic() < end_s:
+            if self.final.messages and self.final.messages[-1].header.stamp == stamp:
+                return True
+            time.sleep(0.003)
+        return False
 
     def answer(self, linear, frame="base_frame"):
         self.commands.send(velocity_of(self.stamps.next(), linear, frame))
@@ -71,20 +78,20 @@ class YawRegulatorTest(unittest.TestCase):
     def test_turns_towards_the_reference_when_held_back(self):
         stamp = self.stamps.next()
         self.references.send(velocity_of(stamp, (0.0, -1.0, 0.0)))
-        rospy.sleep(0.1)
+        rospy.sleep(ARRIVAL_S)
         self.commands.send(velocity_of(stamp, (0.0, 0.0, 0.0)))
         self.assertEqual(self.final.next().twist.angular.z, -1.0)
 
     def test_an_old_reference_counts_as_none(self):
         self.references.send(velocity_of(self.stamps.next(), (0.0, -1.0, 0.0)))
-        rospy.sleep(0.1)
+        rospy.sleep(ARRIVAL_S)
         self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, -1.0)  # 25 ms old
         self.stamps.next(step_s=0.5)
         self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, 0.0)
 
     def test_a_reference_without_a_stamp_is_as_new_as_it_came(self):
         self.references.send(velocity_of(rospy.Time(0), (0.0, -1.0, 0.0)))
-        rospy.sleep(0.1)
+        rospy.sleep(ARRIVAL_S)
         stamps = Stamps(start_s=rospy.get_time())
         self.commands.send(velocity_of(stamps.next(), (0.0, 0.0, 0.0)))
         self.assertEqual(self.final.next().twist.angular.z, -1.0)
@@ -92,7 +99,7 @@ class YawRegulatorTest(unittest.TestCase):
     def test_waits_for_the_reference_that_belongs_to_the_command(self):
         first = self.stamps.next()
         self.references.send(velocity_of(first, (0.0, -1.0, 0.0)))
-        rospy.sleep(0.1)
+        rospy.sleep(ARRIVAL_S)
         self.commands.send(velocity_of(first, (0.0, 0.0, 0.0)))
         self.assertEqual(self.final.next().twist.angular.z, -1.0)
         second = self.stamps.next()
@@ -146,7 +153,7 @@ class YawRegulatorTest(unittest.TestCase):
         def yaw_rate():
             stamp = self.stamps.next()
             self.references.send(velocity_of(stamp, (0.6, 0.6, 0.0), "world"))
-            rospy.sleep(0.05)
+            rospy.sleep(ARRIVAL_S)
             self.commands.send(velocity_of(stamp, (0.0, 0.0, 0.0)))
             rospy.sleep(0.05)
             return self.final.messages.pop().twist.angular.z if self.final.messages else 0.0

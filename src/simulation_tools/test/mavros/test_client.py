@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import threading
 import time
@@ -66,7 +67,7 @@ def pair():
     client.close()
 
 
-def eventually(condition, timeout_s=5.0):
+def eventually(condition, timeout_s=20.0):
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
         if condition():
@@ -79,7 +80,7 @@ def test_it_connects_and_notices_the_loss(pair):
     client, fcu = pair
     assert eventually(lambda: client.connected)
     fcu.stop()
-    assert eventually(lambda: not client.connected, 3.0)
+    assert eventually(lambda: not client.connected)
 
 
 def test_commands_are_answered_or_time_out(pair):
@@ -186,7 +187,7 @@ def test_an_autopilot_on_another_host_cannot_take_the_link_over(pair):
         udp.settimeout(0.2)
         for message in messages:
             udp.sendto(Codec(1, 1).pack(message), ("127.0.0.1", client.port))
-        assert client.wait(2.0)
+        assert client.wait(20.0)
         client.poll()
         assert not client.connected
         assert not heard
@@ -206,12 +207,16 @@ def test_an_autopilot_on_another_port_is_followed(pair):
     assert eventually(lambda: client.connected)
     fcu.stop()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
-        udp.settimeout(2.0)
+        udp.setblocking(False)
         heartbeat = common.MAVLink_heartbeat_message(2, 12, 0, 0, 4, 3)
         udp.sendto(Codec(1, 1).pack(heartbeat), ("127.0.0.1", client.port))
-        time.sleep(0.2)
-        client.send_heartbeat()
-        assert udp.recv(100)
+
+        def answered():
+            client.send_heartbeat()
+            with contextlib.suppress(BlockingIOError):
+                return udp.recv(100)
+
+        assert eventually(answered)
 
 
 def test_handlers_get_their_messages(pair):

@@ -136,7 +136,7 @@ def test_px4_thinks_while_the_simulator_does_other_work(link):
     """The measurement of an instant is on its way before `step` asks for the answer."""
     autopilot = Px4Sitl(link, HilParameters(), np.random.default_rng(1))
     with socket.create_connection(("127.0.0.1", link.port)) as px4:
-        px4.settimeout(2.0)
+        px4.settimeout(20.0)
         while not link.connected:
             autopilot.begin(VehicleState(4000))
         mav = common.MAVLink(None, srcSystem=1, srcComponent=1)

@@ -26,6 +26,12 @@ TOPICS = {
 }
 
 
+PATIENCE_S = 20.0
+"""Wall time; only a test that fails waits this long."""
+STILL_S = 0.5
+"""Wall time without a message after which the clock counts as stopped."""
+
+
 class GazeboTestCase(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -45,7 +51,7 @@ class GazeboTestCase(unittest.TestCase):
             ("set_model_state", SetModelState),
             ("get_world_properties", GetWorldProperties),
         ):
-            rospy.wait_for_service(f"/gazebo/{name}", timeout=20.0)
+            rospy.wait_for_service(f"/gazebo/{name}", timeout=PATIENCE_S)
             cls.services[name] = rospy.ServiceProxy(f"/gazebo/{name}", service_class)
 
     @classmethod
@@ -63,22 +69,37 @@ class GazeboTestCase(unittest.TestCase):
             for messages in self.received.values():
                 messages.clear()
 
-    def wait_for(self, condition, timeout_s=5.0, what="condition"):
+    def wait_for(self, condition, what="condition"):
         with self.changed:
-            assert self.changed.wait_for(condition, timeout_s), f"{what} did not come true"
+            assert self.changed.wait_for(condition, PATIENCE_S), f"{what} did not come true"
 
-    def collect(self, seconds):
-        self.wait_for(lambda: self.received["/clock"], what="/clock")
-        time.sleep(seconds)
-        with self.changed:
-            return {name: list(messages) for name, messages in self.received.items()}
+    def sim_time_s(self):
+        return self.services["get_world_properties"]().sim_time
+
+    def let_pass(self, simulated_s):
+        """Wait until so much simulated time is over."""
+        end_s = self.sim_time_s() + simulated_s
+        deadline = time.monotonic() + PATIENCE_S
+        while self.sim_time_s() < end_s:
+            assert time.monotonic() < deadline, "simulated time stands still"
+            time.sleep(0.02)
+
+    def wait_for_standstill(self):
+        """Wait until the last messages before a pause are here and no further ones come."""
+        deadline = time.monotonic() + PATIENCE_S
+        while True:
+            self.forget()
+            time.sleep(STILL_S)
+            if not (self.received["/clock"] or self.received["/scan"]):
+                return
+            assert time.monotonic() < deadline, "the clock goes on"
 
     def scan_ahead(self):
-        """Median range of the beams within 2 degrees of straight ahead, of a scan that comes from now on."""
-        time.sleep(0.1)
-        self.forget()
-        self.wait_for(lambda: self.received["/scan"], what="a scan")
-        scan = self.received["/scan"][-1]
+        """Median range of the beams within 2 degrees of straight ahead, of a scan made from now on."""
+        asked_s = self.sim_time_s()
+        newest = lambda: self.received["/scan"][-1] if self.received["/scan"] else None  # noqa: E731
+        self.wait_for(lambda: newest() and newest().header.stamp.to_sec() > asked_s, what="a new scan")
+        scan = newest()
         beams = [
             r
             for k, r in enumerate(scan.ranges)

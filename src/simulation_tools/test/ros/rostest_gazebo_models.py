@@ -15,7 +15,7 @@ from geometry_msgs.msg import Pose
 from visualization_msgs.msg import Marker, MarkerArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from gazebo_test_case import GazeboTestCase
+from gazebo_test_case import PATIENCE_S, GazeboTestCase
 
 BOX = """<sdf version="1.6"><model name="crate"><static>true</static><link name="link">
 <collision name="c"><geometry><box><size>0.2 2 2</size></box></geometry></collision>
@@ -25,7 +25,7 @@ BOX = """<sdf version="1.6"><model name="crate"><static>true</static><link name=
 class TestGazeboModels(GazeboTestCase):
     def test_visuals_are_latched_and_follow_the_models(self):
         def marker_names():
-            array = rospy.wait_for_message("/gazebo/visuals", MarkerArray, timeout=5.0)
+            array = rospy.wait_for_message("/gazebo/visuals", MarkerArray, timeout=PATIENCE_S)
             return {(m.ns, m.header.frame_id) for m in array.markers if m.action == Marker.ADD}
 
         names = marker_names()

@@ -52,14 +52,14 @@ class TestLockstep(unittest.TestCase):
             return len(self.flights) > number and max(self.flights[number], default=0) >= 1e9 * FLIGHT_S
 
         with self.changed:
-            done = self.changed.wait_for(is_over, 50.0)
+            done = self.changed.wait_for(is_over, 70.0)
         self.assertTrue(done, f"flight {number} got stuck: {[len(flight) for flight in self.flights]}")
 
     def test_after_a_reset_the_flight_repeats_bit_for_bit(self):
         reset = rospy.ServiceProxy("/gazebo/reset_simulation", Empty)
         reset.wait_for_service(20.0)
         self.fly(0)
-        performance = rospy.wait_for_message("/gazebo/performance", DiagnosticArray, timeout=5.0)
+        performance = rospy.wait_for_message("/gazebo/performance", DiagnosticArray, timeout=20.0)
         values = {item.key: float(item.value) for item in performance.status[0].values}
         self.assertEqual(values["lockstep_misses"], 0.0)
         self.assertGreater(values["real_time_factor_mean"], 0.0)

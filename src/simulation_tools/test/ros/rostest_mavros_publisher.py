@@ -77,7 +77,7 @@ class TestMavrosPublisher(MavrosTestCase):
 
     def setUp(self):
         """Every test begins in flight; that it gets there is part of what is tested."""
-        self.assertTrue(self.eventually(lambda: self.ready and self.ready[-1], 40.0))
+        self.assertTrue(self.eventually(lambda: self.ready and self.ready[-1], 60.0))
 
     @staticmethod
     def for_simulated(duration_s, act=lambda: None):
@@ -92,7 +92,7 @@ class TestMavrosPublisher(MavrosTestCase):
     @contextlib.contextmanager
     def in_real_time(self):
         """PX4 waits in simulated time for nodes that start in wall time."""
-        client = Client("/gazebo", timeout=5.0)
+        client = Client("/gazebo", timeout=20.0)
         usual = client.get_configuration()["real_time_factor"]
         client.update_configuration({"real_time_factor": 1.0})
         try:
@@ -215,7 +215,7 @@ class TestMavrosPublisher(MavrosTestCase):
         self.use_position.publish(True)
         there = (x - 2.0, y + 1.0, z + HIGH_M)
         self.assertTrue(self.eventually(lambda: math.dist(self.place, there) < 0.15, 30.0, both))
-        client = Client("/mavros_publisher", timeout=5.0)
+        client = Client("/mavros_publisher", timeout=20.0)
         self.assertTrue(client.get_configuration()["use_pos_setpoint"])
         client.update_configuration({"use_pos_setpoint": False})
         v = lambda: self.truth.twist.twist.linear  # noqa: E731
@@ -245,7 +245,7 @@ class TestMavrosPublisher(MavrosTestCase):
             rosnode.kill_nodes(["/mavros"])
             self.assertTrue(self.eventually(lambda: self.place[2] < height - 0.1))
             self.assertTrue(self.eventually(rises, 30.0))
-        self.assertTrue(self.eventually(lambda: False in self.ready[seen:] and self.ready[-1], 40.0))
+        self.assertTrue(self.eventually(lambda: False in self.ready[seen:] and self.ready[-1], 60.0))
         self.assert_hovers()
         self.assertGreater(self.place[2], 1.9)
 
@@ -259,10 +259,10 @@ class TestMavrosPublisher(MavrosTestCase):
             self.for_simulated(6.0, self.fly)
         finally:
             os.kill(pid, signal.SIGCONT)
-        self.assertIn(False, self.ready[seen:])
-        self.assertTrue([text for text in said if "MAVROS has sent no pose for" in text])
+        self.assertTrue(self.eventually(lambda: False in self.ready[seen:]))
+        self.assertTrue(self.eventually(lambda: any("MAVROS has sent no pose for" in text for text in said)))
         self.assertFalse([text for text in said if "stamped in the future" in text])
-        self.assertTrue(self.eventually(lambda: self.ready[-1], 40.0, self.fly))
+        self.assertTrue(self.eventually(lambda: self.ready[-1], 60.0, self.fly))
         self.assertGreater(self.place[2], 1.9)
         rosout.unregister()
 
@@ -275,17 +275,17 @@ class TestMavrosPublisher(MavrosTestCase):
         rospy.ServiceProxy("/mavros/set_mode", SetMode)(0, "AUTO.LAND")
         seen = len(self.ready)
         self.assertTrue(self.eventually(lambda: not self.state.armed, 30.0, self.fly))
-        self.assertIn(False, self.ready[seen:])
+        self.assertTrue(self.eventually(lambda: False in self.ready[seen:]))
         self.assertAlmostEqual(self.place[2], STOOD_M, delta=0.05)
         armed = []
         self.for_simulated(2.0, lambda: (self.fly(), armed.append(self.state.armed)))
         self.assertNotIn(True, armed)
         self.assertTrue(rospy.ServiceProxy("/mavros_publisher/restart", Trigger)().success)
         self.assertTrue(self.eventually(lambda: self.state.armed and self.place[2] > 0.5, 30.0))
-        self.assertTrue(self.eventually(lambda: self.ready[-1], 40.0))
+        self.assertTrue(self.eventually(lambda: self.ready[-1], 60.0))
 
     def test_z_wind_tilts_the_hovering_uav_and_can_be_tuned(self):
-        client = Client("/gazebo", timeout=5.0)
+        client = Client("/gazebo", timeout=20.0)
         client.update_configuration({"wind_x": 6.0})
         self.addCleanup(client.update_configuration, {"wind_x": 0.0})
         self.for_simulated(8.0, lambda: self.fly(forward=0.0))

@@ -20,6 +20,8 @@ from tf2_msgs.msg import TFMessage
 from simulation_tools.geometry import Pose
 from simulation_tools_ros.conversions import pose_message
 
+PATIENCE_S = 20.0
+"""Wall time; only a test that fails waits this long."""
 IN_ODOM = Pose.from_xyz_rpy(1.0, 2.0, 3.0, yaw=0.3)
 IN_WORLD = Pose.from_xyz_rpy(1.5, 1.0, 3.0, yaw=0.5)
 
@@ -38,7 +40,7 @@ class TestTfPublisher(unittest.TestCase):
         cls.ground_truth = rospy.Publisher("ground_truth", Odometry, queue_size=100)
         rospy.Subscriber("/tf", TFMessage, cls._on_tf)
         cls.joint_states = rospy.Publisher("joint_states", JointState, queue_size=10)
-        deadline = time.time() + 10.0
+        deadline = time.time() + PATIENCE_S
         publishers = (cls.odometry, cls.ground_truth, cls.joint_states)
         while min(publisher.get_num_connections() for publisher in publishers) < 1:
             assert time.time() < deadline, "tf_publisher does not subscribe"
@@ -67,7 +69,7 @@ class TestTfPublisher(unittest.TestCase):
         self.publish(self.ground_truth, self.seconds, IN_WORLD)
         return self.seconds
 
-    def wait_for(self, condition, timeout_s=3.0):
+    def wait_for(self, condition, timeout_s=PATIENCE_S):
         with self.arrived:
             self.assertTrue(self.arrived.wait_for(condition, timeout_s), f"received: {self.received}")
 
@@ -77,7 +79,7 @@ class TestTfPublisher(unittest.TestCase):
 
     def fly_until_both(self):
         """The first messages may go out alone, while one of the two topics is not connected yet."""
-        deadline = time.time() + 5.0
+        deadline = time.time() + PATIENCE_S
         while time.time() < deadline:
             seconds = self.publish_pair()
             time.sleep(0.05)
@@ -96,7 +98,7 @@ class TestTfPublisher(unittest.TestCase):
         self.assertAlmostEqual(pose_of(edges["odom", "base_frame"]).yaw_rad, 0.3, places=12)
 
     def test_static_frames_come_from_the_sdf_and_form_one_tree(self):
-        static = rospy.wait_for_message("/tf_static", TFMessage, timeout=5.0)
+        static = rospy.wait_for_message("/tf_static", TFMessage, timeout=PATIENCE_S)
         parents = {t.child_frame_id: t.header.frame_id for t in static.transforms}
         self.assertEqual(len(parents), len(static.transforms), "a frame has two parents")
         frame, seen = "hokuyo", set()
@@ -125,9 +127,9 @@ class TestTfPublisher(unittest.TestCase):
         up = turned.rotation[:, 2]
         for value, expected in zip(up, (math.sin(-0.2), -math.sin(0.3) * math.cos(-0.2))):
             self.assertAlmostEqual(value, expected, places=12)
-        deadline = time.time() + 5.0
+        deadline = time.time() + PATIENCE_S
         while True:
-            static = rospy.wait_for_message("/tf_static", TFMessage, timeout=5.0)
+            static = rospy.wait_for_message("/tf_static", TFMessage, timeout=PATIENCE_S)
             standing = {t.child_frame_id for t in static.transforms}
             if "lidar_mount" not in standing:
                 break
@@ -185,7 +187,7 @@ class TestTfPublisher(unittest.TestCase):
     def test_without_odometry_the_world_edge_goes_on(self):
         self.fly_until_both()
         self.received.clear()
-        end_s = time.monotonic() + 20.0  # a busy machine may lose some on the way
+        end_s = time.monotonic() + PATIENCE_S  # a busy machine may lose some on the way
         while len(self.received) < 99 and time.monotonic() < end_s:
             type(self).seconds += 0.01
             self.publish(self.ground_truth, self.seconds, IN_WORLD)
