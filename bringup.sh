@@ -8,6 +8,8 @@ log_file=$root/logs/bringup.log
 # Debian's ROS needs Debian's Python, even if another one is first on the user's PATH.
 export PATH="/usr/sbin:/usr/bin:/sbin:/bin:$PATH"
 unset PYTHONHOME
+# Images for containers often set this. Then every node would compile its own sources at each start.
+unset PYTHONDONTWRITEBYTECODE
 cd "$root"
 # shellcheck source=scripts/console.sh
 source scripts/console.sh

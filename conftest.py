@@ -7,6 +7,7 @@ is dear to make. No test measures wall time, because others run beside it.
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import shutil
 import signal
@@ -16,7 +17,7 @@ import sys
 import time
 import uuid
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Iterator
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -60,6 +61,15 @@ def why_no_ros() -> str | None:
     if str(ROOT / "devel") not in os.environ.get("CMAKE_PREFIX_PATH", "").split(":"):
         return "needs the workspace's environment: source devel/setup.bash"
     return None
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Collect no garbage while the test files are imported: that took a third of the time."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

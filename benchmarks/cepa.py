@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with Results("cepa", given.results, vars(given)) as results:
         metrics = {name: measure_scenario(name, given.goal) for name in tqdm(given.scenarios, "scenarios")}
         worst = {name: measure_worst(name, given.places) for name in tqdm(WORST, "worst places")}
-        first_call_s = measure_first_call()
+        first_call_s = measure_first_call(1 if given.brief else 3)
         for name, values in metrics.items():
             results.add(f"cepa.{name}", values)
         for name, values in worst.items():
@@ -117,8 +117,8 @@ def replay(algorithm: Algorithm, questions: Sequence[Question], times: int) -> d
     }
 
 
-def measure_first_call(processes: int = 3) -> float:
-    """Return the median time of the first call in a fresh process, s."""
+def measure_first_call(processes: int) -> float:
+    """Return the median time of the first call in fresh processes, s."""
     command = [sys.executable, "-c", FIRST_CALL]
     runs = [subprocess.run(command, check=True, capture_output=True, text=True) for _ in range(processes)]
     return statistics.median(float(run.stdout) for run in runs)

@@ -72,7 +72,7 @@ def run(tmp_path, capsys):
 
 @pytest.mark.flight
 def test_cepa_is_benchmarked(run):
-    written, said = run(cepa, "--scenarios", "forest", "--goal", "3", "--places", "20")
+    written, said = run(cepa, "--scenarios", "forest", "--goal", "3", "--places", "20", "--brief")
     forest = written["cepa"]["forest"]
     assert forest["original"]["directions"] > 4 * 1000  # four speeds in each of the beams that are seen
     assert forest["improved"]["directions"] < forest["original"]["directions"] / 10

@@ -60,5 +60,5 @@ SMALLEST = Size(
     emergencies=("wall_three_columns",),
     worlds=("room",),
     lidars=("ust",),
-    map_duration_s=8.0,
+    map_duration_s=6.0,
 )
