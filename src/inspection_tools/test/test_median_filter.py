@@ -65,7 +65,7 @@ readings = st.one_of(
 )
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     data=st.data(), window=st.sampled_from([1, 3, 5, 7, 15, 31]), scans=st.integers(1, 4), wraps=st.booleans()
 )

@@ -62,7 +62,7 @@ def test_all_six_lidars(name, sign):
     assert sign * padded.angle_max_rad < math.pi + 1e-3 * step
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     turn=st.integers(4, 400),
     beams=st.integers(1, 400),

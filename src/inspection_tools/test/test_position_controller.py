@@ -47,7 +47,7 @@ def test_speed_rises_cruises_and_brakes_as_closed_form_says():
     assert reached_s == pytest.approx(expected_s, abs=0.05)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     distance=st.floats(0.01, 30.0),
     bearing=st.floats(-math.pi, math.pi),

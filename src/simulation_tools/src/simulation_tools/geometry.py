@@ -194,10 +194,14 @@ class Pose:
 
     def __matmul__(self, other: Pose) -> Pose:
         """Compose: (A in W) @ (B in A) = (B in W)."""
-        q = self.orientation_xyzw
+        orientation = quaternion_multiply(self.orientation_xyzw, other.orientation_xyzw)
+        return Pose(self.place(other.position_m), orientation)
+
+    def place(self, point_m: Sequence[float]) -> Vector3:
+        """Take one point (3,) from the child frame to the parent frame."""
         x, y, z = self.position_m
-        dx, dy, dz = rotate(q, other.position_m)
-        return Pose((x + dx, y + dy, z + dz), quaternion_multiply(q, other.orientation_xyzw))
+        dx, dy, dz = rotate(self.orientation_xyzw, point_m)
+        return x + dx, y + dy, z + dz
 
     def inverse(self) -> Pose:
         """Pose of the parent in the child."""
@@ -206,7 +210,7 @@ class Pose:
         return Pose((-x, -y, -z), conjugate)
 
     def transform(self, points: np.ndarray) -> np.ndarray:
-        """Take points (n, 3) or one point (3,) from the child frame to the parent frame."""
+        """Take points (n, 3), or one point (3,) as an array, from the child frame to the parent frame."""
         return np.asarray(points) @ rotation_matrix(self.orientation_xyzw).T + np.array(self.position_m)
 
     @property

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Mapping, Sequence
 
-from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.geometry import Vector3
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Plane, Sphere
 from simulation_tools.world.assembly import PlacedCollision
 from simulation_tools.world.bodies import Body
@@ -65,17 +65,18 @@ def contacts_of(
 
 
 def _full_name(client: int, model: str, body: Body, link: int, position_m: Vector3) -> str:
-    shape = body.collision
-    if shape is None:
+    shapes = body.parts[link + 1].collisions if body.collision is None else (body.collision,)
+    shape = shapes[0]
+    if len(shapes) > 1:
         # PyBullet reports the part, but not the shape. Take the shape whose surface is nearest to the point.
-        point = (part_pose(client, body, link).inverse() @ Pose(position_m)).position_m
-        shape = min(body.parts[link + 1].collisions, key=lambda shape: abs(distance_to(shape, point)))
+        point = part_pose(client, body, link).inverse().place(position_m)
+        shape = min(shapes, key=lambda shape: abs(distance_to(shape, point)))
     return f"{model}::{shape.link}::{shape.collision.name}"
 
 
 def distance_to(placed: PlacedCollision, point_m: Vector3) -> float:
     """Signed distance of a point (part frame) to a shape, negative inside; for a mesh to its bounding box."""
-    x, y, z = (placed.inverse @ Pose(point_m)).position_m
+    x, y, z = placed.inverse.place(point_m)
     return _signed_distance(placed.collision.geometry, x, y, z)
 
 
@@ -88,7 +89,8 @@ def _signed_distance(geometry: Geometry, x: float, y: float, z: float) -> float:
         nx, ny, nz = geometry.normal
         return nx * x + ny * y + nz * z
     if isinstance(geometry, Box):
-        return _outside(*(abs(c) - 0.5 * edge for c, edge in zip((x, y, z), geometry.size_m)))
+        length, width, height = geometry.size_m
+        return _outside(abs(x) - 0.5 * length, abs(y) - 0.5 * width, abs(z) - 0.5 * height)
     vertices = mesh_of(geometry).vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     gaps = (abs(c - 0.5 * (a + b)) - 0.5 * (b - a) for c, a, b in zip((x, y, z), low, high))
@@ -97,4 +99,5 @@ def _signed_distance(geometry: Geometry, x: float, y: float, z: float) -> float:
 
 def _outside(*gaps: float) -> float:
     """Signed distance to a product of intervals from the signed distance along each."""
-    return math.sqrt(sum(max(gap, 0.0) ** 2 for gap in gaps)) + min(max(gaps), 0.0)
+    nearest = max(gaps)
+    return math.hypot(*(gap for gap in gaps if gap > 0.0)) if nearest > 0.0 else nearest
