@@ -99,7 +99,7 @@ def _draw_surface(ax, slam: GridSlam) -> None:
         for v in across_m
     ]
     drawn = ax.pcolormesh(along_m, across_m, scores, cmap="gray_r", vmin=0.0, vmax=1.0, shading="nearest")
-    uncertainty = ShortestWays(chain, [], last, parameters.drift_share).covariance(0)
+    uncertainty = ShortestWays(chain, [], last, parameters.drift_share).covariances[0]
     reach_m = parameters.window_sigmas * np.sqrt(np.linalg.eigvalsh(uncertainty[:2, :2])[-1])
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
     ax.plot(*((x, y) + reach_m * corners).T, color=BEFORE, lw=1.5, label="window: 3 sigma of the path")
