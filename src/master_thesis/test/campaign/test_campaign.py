@@ -25,7 +25,7 @@ BY_100 = {"from": 1, "to": 100, "steps": 100}
 def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
     whole, smallest = read_campaign(path), read_campaign(path, smallest=True)
     assert whole.name == path.stem
-    assert 1 < len(smallest) <= 12 < len(whole)
+    assert 1 <= len(smallest) <= 12 < len(whole)
     assert read_campaign(Path(path.stem)) == whole
 
 
