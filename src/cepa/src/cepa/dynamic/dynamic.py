@@ -233,7 +233,8 @@ class Dynamic(Algorithm):
         around = self._spatial.around(space, discs)
         first = commands[REFERENCE : REFERENCE + 1]
         is_free, result = self._judge.judge(first, state, around, course.direction, self.commit_s)
-        if is_free[0] and result[0, 1] == result[0, 2] == 0.0 and height_m == space.asked_m:
+        is_clear = is_free[0] and result[0, 1] == result[0, 2] == 0.0 and height_m == space.asked_m
+        if is_clear and not (self._spatial.knows_one_height and self._leads_away(reference)):
             return self._answer(commands[REFERENCE], turn, 0.0, 1, Reason.CUSHION_CLEAR)
         searches = speed >= p.reference_speed_min
         way = self._spatial.way(

@@ -40,10 +40,17 @@ class Spatial:
         self._lookout = CloudLookout(parameters)
         self._search = HeightSearch()
         self._by_plane = False
+        self._had_cloud = False
 
     def take_over(self, earlier: Spatial) -> None:
         """Take over what one with other parameters remembers; it must not be used any longer."""
         self._lookout.take_over(earlier._lookout)
+        self._had_cloud = earlier._had_cloud
+
+    @property
+    def knows_one_height(self) -> bool:
+        """Whether ways are known at the height of flight only: no cloud has come yet."""
+        return self._by_plane and not self._had_cloud
 
     def wants_plane(self, cloud: Cloud | None) -> bool:
         """Whether the planar scan counts: no cloud has looked all around yet, nor does this one."""
@@ -59,6 +66,7 @@ class Spatial:
     ) -> Space:
         """Return what is known; arguments as for `CloudLookout.look`."""
         self._by_plane = plane is not None
+        self._had_cloud |= cloud is not None
         return self._lookout.look(cloud, motion, discs, plane, rangings)
 
     def around(self, space: Space, discs: np.ndarray, ways: Ways = NO_WAY_SEARCHED) -> Surroundings:
@@ -85,10 +93,14 @@ class Spatial:
         """Return the way out; ``ways_out`` None: none is searched.
 
         Where a plane and range finders have found none, or only one that leads back, it tries other heights.
+        Without a cloud only the layer that the UAV is in counts. A plane that tilts shows a few cells of the
+        layers above and below, and a way through these would end the search, though the UAV cannot fly it.
         """
         if ways_out is None:
             return Way(self.around(space, discs), True, height_m, 0.0)
         layers = Layers(space.distance, FIELD_CELL_M, space.detours_m)
+        if self.knows_one_height:
+            layers = Layers(space.distance[LAYERS // 2][None], FIELD_CELL_M, np.zeros(1))
         ways = ways_out.search_layers(layers, course, motion)
         climbs = 0.0
         if not self._by_plane or (ways is not None and not ways_out.leads_back):

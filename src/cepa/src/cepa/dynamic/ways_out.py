@@ -164,7 +164,9 @@ class WaysOut:
         cushions = p.r_lb + CLOSED_M, p.r_lb, p.r_ub
         extra = LAYER_PENALTY_1_M * layers.detours_m
         best_layers(layers.distance, layers.cell_m, extra, *cushions, CELL_M, np.array(offset), slowness)
-        return self._out(slowness, course, motion)
+        ways = self._out(slowness, course, motion)
+        self.leads_away = ways is None or self._is_longer_ahead(ways.length, course)
+        return ways
 
     def _out(self, slowness: np.ndarray, course: Course, motion: Motion) -> Ways | None:
         """Return the ways out where a metre costs ``slowness`` (n, n); inf: closed.
