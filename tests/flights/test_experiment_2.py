@@ -17,7 +17,7 @@ def launch(processes, tmp_path):
 
     def run(**args):
         flight = Flight(processes, tmp_path, "experiment_2.launch", headless="true", **args)
-        flight.wait(100.0)
+        flight.wait(200.0)
         return flight.said, next((tmp_path / "results").glob("experiment_2/*"), None)
 
     return run
