@@ -34,14 +34,14 @@ def arguments(folder):
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
-    """Interrupt one experiment of the smallest report after its first piece, then compute the whole.
+    """Interrupt the smallest report after its first piece, then let it end.
 
     Returns (folder, exit code and output of the first call, exit code and errors of the second).
     """
     folder = tmp_path_factory.mktemp("report")
     libraries = os.pathsep.join([*map(str, ROOT.glob("src/*/src")), os.environ.get("PYTHONPATH", "")])
     with subprocess.Popen(
-        [sys.executable, "-m", "master_thesis.report", *arguments(folder), "--only", "experiment_2"],
+        [sys.executable, "-m", "master_thesis.report", *arguments(folder)],
         env={**os.environ, "PYTHONPATH": libraries},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
