@@ -22,7 +22,7 @@ from cepa.dynamic.pseudo_3d import Plane
 from cepa.dynamic.spatial import Spatial, Way
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
-from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Course, Ways, WaysOut
+from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Course, Ways, WaysOut, course_of
 from cepa.kernels.surroundings import Scan, Surroundings
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
@@ -34,9 +34,6 @@ EVASION_M_S = 1.5
 CLIMB_SHARES = (1.0, 0.5, 0.25)
 """Of the greatest climb: what it tries on the spot."""
 AT_REST_M_S = 0.1
-END_HORIZONS = 2.0
-"""An end counts if the reference leads there within so many of the cost's horizons. A reference that brakes
-evenly ends at half the way that its gain tells."""
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
 
 
@@ -328,14 +325,7 @@ class Dynamic(Algorithm):
         return Surroundings(*field, *seen, discs, length[None], WAY_CELL_M, *offset), ways is not None
 
     def _course(self, reference: np.ndarray) -> tuple[float, Course]:
-        """Return the reference's horizontal speed, m/s, and where it leads."""
-        speed = math.hypot(reference[0], reference[1])
-        if speed == 0.0:
-            return speed, Course(np.zeros(2))
-        direction, gain = reference[:2] / speed, self._destination.gain_1_s
-        if gain * END_HORIZONS * cost_horizon_s(self.parameters) <= 1.0:
-            return speed, Course(direction)
-        return speed, Course(direction, reference[:2] / gain, gain)
+        return course_of(reference[:2], self._destination.gain_1_s, cost_horizon_s(self.parameters))
 
     def _answer(
         self, command: np.ndarray, turn: np.ndarray, cost: float, tested: int, reason: Reason

@@ -35,8 +35,9 @@ CELLS_AHEAD = 2
 """A way leads away if it is no shorter from so many cells ahead."""
 LEADS_BACK_M = 15.0
 """A way so much longer than the straight one leads back."""
-
-
+END_HORIZONS = 2.0
+"""An end counts if the reference leads there within so many of the cost's horizons. A reference that brakes
+evenly ends at half the way that its gain tells."""
 NO_END = np.full(2, math.inf)
 
 
@@ -71,6 +72,21 @@ class Course(NamedTuple):
     """(2,) m: from the UAV; inf: it is not in sight."""
     slowing: float = math.inf
     """1/s: the reference's speed for each metre to the end."""
+
+
+def course_of(v_ref: np.ndarray, gain_1_s: float, horizon_s: float) -> tuple[float, Course]:
+    """Return the reference's speed, m/s, and where it leads.
+
+    v_ref: (2,) m/s. gain_1_s: how much slower it is for each metre of way, see `Destination`. horizon_s: the
+    cost's.
+    """
+    speed = math.hypot(v_ref[0], v_ref[1])
+    if speed == 0.0:
+        return speed, Course(np.zeros(2))
+    direction = v_ref / speed
+    if gain_1_s * END_HORIZONS * horizon_s <= 1.0:
+        return speed, Course(direction)
+    return speed, Course(direction, v_ref / gain_1_s, gain_1_s)
 
 
 NO_WAY_SEARCHED = Ways(np.empty((0, 0)), 0.0, 0.0, math.inf)
