@@ -95,8 +95,8 @@ def kill(node: str, height_m: float, watch: FlightWatch) -> dict:
     watch.wait(lambda: len(watch.truth) > 0, PATIENCE_S)
     killed_s = watch.truth[-1][0]
     os.kill(pid_of(node), signal.SIGKILL)
-    slowed = watch.wait(lambda: watch.truth[-1][1] < SLOWED_M_S, PATIENCE_S)
-    back = slowed and watch.wait(cruises, PATIENCE_S)
+    watch.wait(lambda: watch.truth[-1][1] < SLOWED_M_S, PATIENCE_S)  # it may be back before that
+    back = watch.wait(cruises, PATIENCE_S)
     truth, holds = list(watch.truth), list(watch.holds)
     return {
         "node": node,

@@ -81,8 +81,8 @@ def each_death_is_survived(reports: str, flight: Flight, height_m: float) -> Non
         assert seen[node]["hold_commanded_after_s"] < 1.0, seen[node]
         assert seen[node]["lowest"] > height_m - 0.3, seen[node]
     for node in LINK:
-        # Nothing gets to PX4 until it is back; PX4 lands meanwhile, from 1 s after the last setpoint on
-        assert 0.5 < seen[node]["lowest"] < height_m - 0.01, seen[node]
+        # Nothing gets to PX4 until it is back; PX4 lands meanwhile, if that takes longer than 1 s
+        assert seen[node]["lowest"] > 0.5, seen[node]
 
 
 KEYBOARD_INTERRUPT = re.compile(r"Traceback \(most recent call last\):\n(?:  .*\n)+KeyboardInterrupt\n")
