@@ -19,6 +19,7 @@ setup(
             "gridslam.search",
             "gridslam_ros",
             "gridslam_ros.odometry",
+            "gridslam_ros.publishing",
         ],
         package_dir={"": "src", "gridslam_ros": "ros/gridslam_ros"},
     )

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 map_to_odom = pytest.importorskip(
-    "gridslam_ros.map_to_odom", reason="the workspace is not built, or not sourced"
+    "gridslam_ros.publishing.map_to_odom", reason="the workspace is not built, or not sourced"
 )
 FRAMES = ("map", "odom")
 S = 1_000_000_000
