@@ -115,7 +115,7 @@ def normal_form(scan: LaserScan2D, parameters: CepaParameters) -> Beams:
 def velocity(value_xy: Sequence[float], name: str) -> Vector2:
     """Return ``value_xy`` as two floats; raises VelocityError unless it is two sensible numbers."""
     try:
-        x, y = (float(component) for component in value_xy)
+        x, y = map(float, value_xy)
     except (TypeError, ValueError, OverflowError):
         raise VelocityError(f"{name} must be two numbers, not {value_xy!r}.") from None
     if not (math.isfinite(x) and math.isfinite(y)):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
-from typing import Tuple
+from typing import NamedTuple, Tuple
 
 Vector2 = Tuple[float, float]
 
@@ -32,8 +31,7 @@ class Reason(enum.Enum):
     """As before, but the sum led into an obstacle or cancelled out: the middle of an open section (6.2.2)."""
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(NamedTuple):
     """A velocity, and the reason for it.
 
     Velocities are in m/s in the frame of the scan (x forward, y left).

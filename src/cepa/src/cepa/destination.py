@@ -9,13 +9,15 @@ FORGOTTEN_M = 0.5
 """What was measured so much of the way ago counts 1/e."""
 LEAST_EXPLAINED = 0.5
 """The place explains at least so much of the reference's variance, or somebody steers it by other things."""
+MOST_WAITING = 256
 
 
 class Destination:
     """Fits v_ref = gain (end - x) to the last references v_ref and places x.
 
     Who flies to a place asks for less the nearer it is, and turns the reference while the UAV passes it. A
-    course has no end: its reference does not depend on the place.
+    course has no end: its reference does not depend on the place. The references wait until somebody asks,
+    which nobody does in the open.
     """
 
     def __init__(self) -> None:
@@ -25,10 +27,23 @@ class Destination:
         """Forget all references."""
         self._weight = self._spread_m2 = self._together = self._variance = 0.0
         self._mean_m = self._mean_m_s = self._last_m = (0.0, 0.0)
+        self._waiting: list[tuple[float, float, float, float]] = []
 
     def update(self, place_m: Sequence[float], v_ref: Sequence[float]) -> None:
         """Take in the reference (x, y), m/s, at a place (x, y, ...), m, along the same axes."""
-        (x, y), (u, v), (last_x, last_y) = place_m[:2], v_ref[:2], self._last_m
+        (x, y), (u, v) = place_m[:2], v_ref[:2]
+        self._waiting.append((x, y, u, v))
+        if len(self._waiting) == MOST_WAITING:
+            self._take_in()
+
+    def _take_in(self) -> None:
+        """Take in what waits."""
+        for x, y, u, v in self._waiting:
+            self._fit(x, y, u, v)
+        self._waiting.clear()
+
+    def _fit(self, x: float, y: float, u: float, v: float) -> None:
+        last_x, last_y = self._last_m
         (mean_x, mean_y), (mean_u, mean_v) = self._mean_m, self._mean_m_s
         kept = math.exp(-math.hypot(x - last_x, y - last_y) / FORGOTTEN_M)
         before = kept * self._weight
@@ -45,6 +60,7 @@ class Destination:
     @property
     def gain_1_s(self) -> float:
         """By how much the reference's speed falls for each metre towards the end; 0: it has none in sight."""
+        self._take_in()
         if self._together >= 0.0 or self._together**2 < LEAST_EXPLAINED * self._spread_m2 * self._variance:
             return 0.0
         return -self._together / self._spread_m2

@@ -6,7 +6,7 @@ import math
 import numbers
 import sys
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -85,8 +85,8 @@ class LaserScan2D:
         first = (
             self.angle_min + (self.ranges.size - 1) * self.angle_increment if descending else self.angle_min
         )
-        ranges = np.empty(self.beams_per_turn)
-        seen = np.empty(self.beams_per_turn, np.bool_)
+        count = self.beams_per_turn
+        ranges, seen = np.empty(count), np.empty(count, np.bool_)
         limits = (
             float(self.range_min),
             float(self.range_max),
@@ -97,8 +97,7 @@ class LaserScan2D:
         return Beams(ranges, seen, float(first), abs(float(self.angle_increment)))
 
 
-@dataclass(frozen=True, eq=False)
-class Beams:
+class Beams(NamedTuple):
     """A full turn of beams in ascending order, beginning at ``angle_0``."""
 
     ranges: np.ndarray

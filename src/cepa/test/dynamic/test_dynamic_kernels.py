@@ -123,7 +123,8 @@ def test_points_and_bins_are_those_of_the_beams(seed, turn):
     points, bins = np.empty((720, 3)), np.empty(360)
     directions = np.empty((720, 2))
     directions_of(0.1, increment, directions)
-    found = points_of(ranges, seen, directions, rotation, 8.0, points)
+    orientation = 0.0, 0.0, math.sin(0.5 * turn), math.cos(0.5 * turn)
+    found = points_of(ranges, seen, directions, *orientation, 8.0, points)
     bins_of(ranges, seen, 0.1, increment, rotation, 8.0, bins)
     angles = 0.1 + turn + increment * np.arange(720)
     hits = seen & (ranges < 8.0)
@@ -191,16 +192,19 @@ def test_a_rollout_follows_the_law_of_the_response(ux, uy, v):
 
 def test_the_observer_finds_the_state_and_foresees_what_is_commanded():
     model = ResponseModel()
-    observer, response = Observer(model), response_of(model, 0.025)
+    observer, (f, g) = Observer(model), model.transition(0.025)
     state = np.zeros((3, 4))
     command = np.array([2.0, -1.0, 0.0])
     for scan in range(40):
-        observer.update(0.025 * scan, (*state[:2, 1], 0.0))
-        observer.command(0.025 * scan, command, 0.1)
+        stamp_s, measured = 0.025 * scan, (*state[:2, 1].tolist(), 0.0)
+        now = observer.update(stamp_s, measured, stamp_s, stamp_s)
+        observer.command(stamp_s, command.tolist(), 0.1)
         if scan >= 2:  # the delay of two scans
-            f, g = response.f, response.g
             state[:2] = state[:2] @ f.T + np.outer(command[:2], g)
-    now = observer.state_at(0.025 * 39)
     np.testing.assert_allclose(now[:2, 1], state[:2, 1], atol=0.15)
-    later = observer.state_at(0.025 * 39 + 0.1)
+    stamp_s = 0.025 * 39
+    later = observer.update(stamp_s, measured, stamp_s, stamp_s + 0.1)
     assert later[0, 0] == pytest.approx(0.1 * now[0, 1], abs=0.05)
+    from_scan = observer.update(stamp_s, measured, stamp_s + 0.06, stamp_s + 0.1)
+    assert observer.way_m[0] + from_scan[0, 0] == pytest.approx(later[0, 0])
+    assert observer.way_m[0] == pytest.approx(0.06 * now[0, 1], abs=0.03)

@@ -23,7 +23,7 @@ from cepa.dynamic.spatial import Spatial, Way
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
 from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Course, Ways, WaysOut, course_of
-from cepa.kernels.surroundings import Scan, Surroundings
+from cepa.kernels.surroundings import Surroundings
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
@@ -34,7 +34,7 @@ EVASION_M_S = 1.5
 CLIMB_SHARES = (1.0, 0.5, 0.25)
 """Of the greatest climb: what it tries on the spot."""
 AT_REST_M_S = 0.1
-NOTHING_UNSEEN = np.empty((0, 0, 0), np.bool_)
+NOTHING, NOTHING_UNSEEN = np.empty((0, 2)), np.empty((0, 0, 0), np.bool_)
 
 
 class Dynamic(Algorithm):
@@ -76,7 +76,7 @@ class Dynamic(Algorithm):
         if self._ways_out is not None:
             self._ways_out.reset()
         self._stamp_s = -math.inf
-        self._period_s = 0.0
+        self._set_period(0.0)
         self._moment: Moment | None = None
         self._judgement: Judgement | None = None
         self._command = np.zeros(3)
@@ -85,7 +85,8 @@ class Dynamic(Algorithm):
         """Take over what one with other parameters knows; that one must not be used any longer."""
         self._grid = earlier._grid
         self._moving.take_over(earlier._moving)
-        self._stamp_s, self._period_s = earlier._stamp_s, earlier._period_s
+        self._stamp_s = earlier._stamp_s
+        self._set_period(earlier._period_s)
         self._command = earlier._command.copy()
         self._observer.take_over(earlier._observer)
         self._destination = earlier._destination
@@ -99,7 +100,7 @@ class Dynamic(Algorithm):
     @property
     def commit_s(self) -> float:
         """How long an answer is safe to fly, s. Whoever flies it must brake when no other came until then."""
-        return min(max(self.parameters.commit_s, COMMIT_PERIODS * self._period_s), LONGEST_COMMIT_S)
+        return self._commit_s
 
     def take_ranges(self, rangings: Sequence[Ranging]) -> None:
         """Take in what range finders measured when the next scan was taken.
@@ -126,11 +127,16 @@ class Dynamic(Algorithm):
         told = motion or self._guessed_motion(v_uav)
         motion, state = self._state(told)
         self._motion = motion
-        turn = _rotation(motion.yaw_rad)
-        reference = np.array([*(turn @ v_ref), motion.climb_ref_m_s])
-        self._destination.update(motion.position_m, reference.tolist())
+        yaw_rad = motion.yaw_rad
+        turn, reference = _rotation(yaw_rad), np.empty(3)
+        np.dot(turn, v_ref, reference[:2])
+        reference[2] = motion.climb_ref_m_s
+        along_x, along_y, _ = reference.tolist()
+        self._destination.update(motion.position_m, (along_x, along_y))
         points, seen, is_moving, discs = self._moving.see(beams, motion, told.age_s, scan.range_max)
-        standing = points[~is_moving, :2] if len(discs) else points[:, :2].copy()
+        standing = NOTHING
+        if len(points):
+            standing = points[~is_moving, :2] if len(discs) else points[:, :2].copy()
         self._judgement = None
         if self.wants_cloud and (cloud or self._rangings or self._spatial):
             self._spatial = self._spatial or Spatial(self.parameters)
@@ -144,18 +150,19 @@ class Dynamic(Algorithm):
             return self._steer_in_space(reference, turn)
         self._lookout.keep(standing, seen, motion)
         self._moment = Moment(motion, standing, seen, state, discs)
-        view = beams.ranges, beams.seen, beams.angle_0 + motion.yaw_rad, beams.increment
-        clear_m = scan.range_max - RANGE_MARGIN_M
-        is_open = not len(discs) and not self._leads_away(reference)
-        scan_in_plane = Scan(standing, *view, clear_m)
-        if is_open and self._judge.is_clear(reference, state, scan_in_plane, self.commit_s):
+        speed = math.hypot(along_x, along_y)
+        if len(discs) or self._leads_away(speed):
+            return self._steer_in_plane(reference, turn)
+        scan_in_plane = standing, beams, yaw_rad, scan.range_max - RANGE_MARGIN_M
+        if self._judge.is_clear(reference, speed, state, *scan_in_plane, self._commit_s):
             return self._answer(reference, turn, 0.0, 1, Reason.CUSHION_CLEAR)
         return self._steer_in_plane(reference, turn)
 
-    def _leads_away(self, reference: np.ndarray) -> bool:
+    def _leads_away(self, speed: float) -> bool:
         """Whether the last way out did not begin towards the reference, so that it must be searched again."""
-        searches = math.hypot(reference[0], reference[1]) >= self.parameters.reference_speed_min
-        return searches and self._ways_out is not None and self._ways_out.leads_away
+        if self._ways_out is None or not self._ways_out.leads_away:
+            return False
+        return speed >= self.parameters.reference_speed_min
 
     def _plane(self, points: np.ndarray, standing: np.ndarray, seen: Seen, motion: Motion) -> Plane:
         """Return what a planar lidar knows, from the ends of its beams (n, 3), m, that stand still."""
@@ -191,16 +198,20 @@ class Dynamic(Algorithm):
         if gap_s < 0.0:
             self.reset()  # the clock went back
         elif gap_s <= LONGEST_COMMIT_S:
-            self._period_s += 0.1 * (gap_s - self._period_s) if self._period_s else gap_s
+            period_s = self._period_s
+            self._set_period(period_s + 0.1 * (gap_s - period_s) if period_s else gap_s)
         self._stamp_s = motion.stamp_s
-        self._observer.update(motion.stamp_s - motion.age_s, motion.velocity_m_s)
-        way, turn_rad = np.zeros(3), self._moving.tell(motion)
+        told_s, later_s = motion.stamp_s - motion.age_s, motion.stamp_s + self._delay_s
+        state = self._observer.update(told_s, motion.velocity_m_s, motion.stamp_s, later_s)
+        turn_rad = self._moving.tell(motion)
         if motion.age_s > 0.0:
-            way = self._observer.state_at(motion.stamp_s)[:, 0]
-            motion = motion.moved(way, turn_rad)
-        state = self._observer.state_at(motion.stamp_s + self._delay_s)
-        state[:, 0] -= way
+            motion = motion.moved(self._observer.way_m, turn_rad)
         return motion, state
+
+    def _set_period(self, period_s: float) -> None:
+        """Set the mean time between scans, s."""
+        self._period_s = period_s
+        self._commit_s = min(max(self.parameters.commit_s, COMMIT_PERIODS * period_s), LONGEST_COMMIT_S)
 
     def _steer_in_plane(self, reference: np.ndarray, turn: np.ndarray) -> Decision:
         """Choose among level velocities, by the scan and its memory."""
@@ -231,7 +242,7 @@ class Dynamic(Algorithm):
         first = commands[REFERENCE : REFERENCE + 1]
         is_free, result = self._judge.judge(first, state, around, course.direction, self.commit_s)
         is_clear = is_free[0] and result[0, 1] == result[0, 2] == 0.0 and height_m == space.asked_m
-        if is_clear and not (self._spatial.knows_one_height and self._leads_away(reference)):
+        if is_clear and not (self._spatial.knows_one_height and self._leads_away(speed)):
             return self._answer(commands[REFERENCE], turn, 0.0, 1, Reason.CUSHION_CLEAR)
         searches = speed >= p.reference_speed_min
         way = self._spatial.way(
@@ -331,9 +342,9 @@ class Dynamic(Algorithm):
         self, command: np.ndarray, turn: np.ndarray, cost: float, tested: int, reason: Reason
     ) -> Decision:
         self._command = command.copy()
-        self._observer.command(self._stamp_s, command, self.commit_s)
         (c, minus_s), (s, _) = turn.tolist()
-        ahead, left, up = command.tolist()
+        ahead, left, up = numbers = command.tolist()
+        self._observer.command(self._stamp_s, numbers, self.commit_s)
         climb = up if self._moment is not None and self._moment.space is not None else None
         emergency = reason is Reason.MARGIN_LOST
         return Decision(
@@ -347,5 +358,8 @@ class Dynamic(Algorithm):
 
 
 def _rotation(angle_rad: float) -> np.ndarray:
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
-    return np.array([[c, -s], [s, c]])
+    rotation = np.empty((2, 2))
+    rotation[0, 0] = rotation[1, 1] = math.cos(angle_rad)
+    rotation[1, 0] = s = math.sin(angle_rad)
+    rotation[0, 1] = -s
+    return rotation

@@ -8,8 +8,9 @@ import numpy as np
 
 from cepa.dynamic.observer import response_of
 from cepa.kernels.rollout import braking, error_share, is_clear, judge
-from cepa.kernels.surroundings import Cushions, Horizon, Scan, Surroundings
+from cepa.kernels.surroundings import Cushions, Horizon, Surroundings
 from cepa.parameters import CepaParameters
+from cepa.scan import Beams
 
 STEP_S = 0.05
 BRAKE_S, HOLD_S, LONGEST_COST_S = 3.0, 0.6, 4.0
@@ -19,6 +20,7 @@ NOISE_M = 0.06
 MEETING_S = 3.0
 """The cost looks so far ahead while something moves: to step aside takes so long."""
 CLEAR_STRIDE = 4
+HALF_STRIDE_S = 0.5 * CLEAR_STRIDE * STEP_S
 """The paths of the reference are looked at in every fourth step."""
 LEAST_COMFORT_M = 0.05
 """In an emergency comfort begins so far beyond the margin at the least."""
@@ -29,7 +31,7 @@ class Judge:
 
     def __init__(self, parameters: CepaParameters):
         p, model = parameters, parameters.response
-        self._p = p
+        self._r_ub_m, self._radius_m = float(p.r_ub), float(p.body_radius)
         self.response = response_of(model, STEP_S)
         steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
         tube_m = model.tube_m(STEP_S, steps)[1:]
@@ -39,14 +41,14 @@ class Judge:
         comfort_m = max(float(p.r_lb), self.hull_m + LEAST_COMFORT_M)
         self._emergency = Cushions(self.hull_m, comfort_m, self.hull_m, self.hull_m, tube_m)
         self._least, self._most = np.empty(steps), np.empty(steps)
-        self._nearest_m = math.inf
+        self._nearest_m, self._commit_s = math.inf, 0.0
         self._horizon = Horizon(0, _steps(BRAKE_S), _steps(cost_horizon_s(p)), _steps(HOLD_S))
 
     def horizon(self, commit_s: float) -> Horizon:
         """Return how far ahead paths are judged."""
-        commit = math.ceil(commit_s / STEP_S - 1e-6)
-        if commit != self._horizon.commit:
-            self._horizon = self._horizon._replace(commit=commit)
+        if commit_s != self._commit_s:
+            self._commit_s = commit_s
+            self._horizon = self._horizon._replace(commit=math.ceil(commit_s / STEP_S - 1e-6))
         return self._horizon
 
     def judge(
@@ -82,12 +84,28 @@ class Judge:
         standing_m = float((self._least - keep)[: sum(self.horizon(commit_s)[:2])].min())
         return min(standing_m, self._nearest_m - self.hull_m)
 
-    def is_clear(self, reference: np.ndarray, state: np.ndarray, scan: Scan, commit_s: float) -> bool:
-        """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""
-        between_m = 0.5 * CLEAR_STRIDE * STEP_S * math.hypot(reference[0], reference[1])
-        distance_m = math.hypot(self._p.r_ub, between_m)
-        paths = state, reference, self.response, self.horizon(commit_s)
-        return bool(is_clear(*paths, scan, distance_m, float(self._p.body_radius), CLEAR_STRIDE))
+    def is_clear(
+        self,
+        reference: np.ndarray,
+        speed: float,
+        state: np.ndarray,
+        points: np.ndarray,
+        beams: Beams,
+        yaw_rad: float,
+        farthest_m: float,
+        commit_s: float,
+    ) -> bool:
+        """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen.
+
+        speed: of the reference. points: (n, 2) m, the ends of the beams. yaw_rad: of the lidar. farthest_m:
+        beyond it nothing counts as seen.
+        """
+        distance_m = math.hypot(self._r_ub_m, HALF_STRIDE_S * speed)
+        ranges, seen, angle_0, increment = beams
+        commit, brake, cost, _ = self.horizon(commit_s)
+        scan = points, ranges, seen, angle_0 + yaw_rad, increment, farthest_m
+        limits = distance_m, self._radius_m, CLEAR_STRIDE
+        return is_clear(state, reference, self.response, commit, brake, cost, *scan, *limits)
 
 
 def cost_horizon_s(parameters: CepaParameters) -> float:

@@ -24,7 +24,7 @@ LONGEST_GAP_S = 0.3
 TURN_RATE_S = 0.05
 """The turn rate is taken over so much time."""
 KEPT_POSES = 64
-NO_DISCS = np.empty((0, 6))
+NO_DISCS, NO_POINTS = np.empty((0, 6)), np.empty(0, np.bool_)
 
 
 class LateScans:
@@ -42,13 +42,16 @@ class LateScans:
         """Forget all scans and poses."""
         self._poses: deque[Motion] = deque(maxlen=KEPT_POSES)
         self._waiting: deque[tuple[Beams, float]] = deque()
+        self._newest_s = -math.inf
 
     def tell(self, motion: Motion) -> float:
         """Take in what odometry tells at a scan; return the turn about the vertical since that pose, rad.
 
         It is 0 if odometry is in time. Otherwise the UAV is assumed to turn on as before.
         """
-        if not self._poses or _told_s(motion) > _told_s(self._poses[-1]):
+        told_s = _told_s(motion)
+        if told_s > self._newest_s:
+            self._newest_s = told_s
             self._poses.append(motion)
         return self._turn_rate_rad_s() * motion.age_s if motion.age_s > LATE_S else 0.0
 
@@ -56,13 +59,13 @@ class LateScans:
         """Keep a scan until it is ready."""
         while self._waiting and stamp_s - self._waiting[0][1] > LONGEST_WAIT_S:
             self._waiting.popleft()
-        copied = replace(beams, ranges=beams.ranges.copy(), seen=beams.seen.copy())
+        copied = beams._replace(ranges=beams.ranges.copy(), seen=beams.seen.copy())
         self._waiting.append((copied, stamp_s))
 
     def ready(self) -> list[tuple[Beams, Motion]]:
         """Return the held scans whose poses are known by now, oldest first."""
         ready = []
-        while self._waiting and self._waiting[0][1] <= _told_s(self._poses[-1]):
+        while self._waiting and self._waiting[0][1] <= self._newest_s:
             beams, stamp_s = self._waiting.popleft()
             motion = self._at(stamp_s)
             if motion is not None:
@@ -141,16 +144,17 @@ class MovingThings:
         else:
             self._late.hold(beams, motion.stamp_s)
         since_s = motion.stamp_s - self._moving_s
-        if not len(self._moving.positions) or since_s > self._movers.parameters.forget_s:
+        if not len(self._moving.radii) or since_s > self._movers.parameters.forget_s:
             return Sighting(points, seen, nothing_moves(len(points)).is_moving, NO_DISCS)
         discs = self._moving.discs(np.array(motion.position_m[:2]))
         is_moving = self._moving.is_moving if in_time else _are_in(_moved_on(discs, since_s), points)
         return Sighting(points, seen, is_moving, _moved_on(discs, since_s + self._p.response.delay_s))
 
     def _follow(self, points: np.ndarray, seen: Seen, motion: Motion) -> None:
-        here, z = np.array(motion.position_m[:2]), motion.position_m[2]
-        is_level = self._movers.clear_of_floor(points, self._p.floor_height - z, self._p.ceiling_height - z)
-        self._moving = self._movers.update(motion.stamp_s, points[:, :2], here, seen, is_level)
+        x, y, z = motion.position_m
+        floor_m, ceiling_m = self._p.floor_height - z, self._p.ceiling_height - z
+        is_level = self._movers.clear_of_floor(points, floor_m, ceiling_m) if len(points) else NO_POINTS
+        self._moving = self._movers.update(motion.stamp_s, points[:, :2], (x, y), seen, is_level)
         self._moving_s = motion.stamp_s
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from cepa.kernels.field import stamp
 from cepa.kernels.memory import recall, remember
 from cepa.kernels.sight import bins_of, directions_of, fill_blind, points_of, reach_in_sight
-from cepa.motion import Motion
+from cepa.motion import Motion, Quaternion, rotation_matrix
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams
 
@@ -46,9 +46,13 @@ def level_reach(rotation: np.ndarray) -> np.ndarray:
 class Seen:
     """How far a scan sees in SIGHT_BINS equal directions; worked out when it is first asked for."""
 
-    def __init__(self, beams: Beams, rotation: np.ndarray, range_max: float):
-        """Rotation (3, 3): of the lidar's frame into the odometry's."""
-        self._beams, self._rotation, self._range_max = beams, rotation, range_max
+    def __init__(self, beams: Beams, orientation_xyzw: Quaternion, range_max: float):
+        """Of the lidar: ``orientation_xyzw`` of the lidar's frame in the odometry's."""
+        self._beams, self._orientation, self._range_max = beams, orientation_xyzw, range_max
+
+    @cached_property
+    def _rotation(self) -> np.ndarray:
+        return rotation_matrix(self._orientation)
 
     @cached_property
     def reach_m(self) -> np.ndarray:
@@ -120,15 +124,15 @@ class Lookout:
 
     def see(self, beams: Beams, motion: Motion, range_max: float) -> tuple[np.ndarray, Seen]:
         """Return the ends of the beams that hit something (n, 3), m, and how far each direction is seen."""
-        if len(self._points) < beams.ranges.size:
-            self._points = np.empty((beams.ranges.size, 3))
         geometry = beams.ranges.size, beams.angle_0, beams.increment
         if geometry != self._geometry:
             self._geometry, self._directions = geometry, np.empty((beams.ranges.size, 2))
             directions_of(beams.angle_0, beams.increment, self._directions)
-        rotation = motion.rotation()
-        found = points_of(beams.ranges, beams.seen, self._directions, rotation, range_max, self._points)
-        return self._points[:found], Seen(beams, rotation, range_max)
+            self._points = np.empty((beams.ranges.size, 3))
+        orientation = motion.orientation_xyzw
+        scan = beams.ranges, beams.seen, self._directions
+        found = points_of(*scan, *orientation, range_max, self._points)
+        return self._points[:found], Seen(beams, orientation, range_max)
 
     def keep(self, points: np.ndarray, seen: Seen, motion: Motion) -> None:
         """Keep what stands still (n, 2), m, and what `see` found, for the memory.

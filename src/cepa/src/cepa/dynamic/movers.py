@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Sequence
 
 import numpy as np
 
@@ -100,7 +102,6 @@ LONG_M = 0.6
 SAMPLES = 12
 LONGEST_STEP_S = 0.5
 NO_VECTORS, NO_RADII, NO_COVARIANCES = np.empty((0, 2)), np.empty(0), np.empty((0, 2, 2))
-NOTHING_SEEN = np.empty(0, np.int64)
 BESIDE_M = 0.15
 """A point so near to a moving thing's rim belongs to it."""
 
@@ -128,7 +129,8 @@ class Movers:
         self._frames = np.zeros((FRAMES, 3))
         self._frames_bins = np.full((FRAMES, SIGHT_BINS), -1.0)
         self._frames_seen: dict[int, Seen] = {}
-        self._frame = 0
+        self._frame, self._frame_s = 0, -math.inf
+        self._waiting: deque[tuple[int, float, Sequence[float], Seen]] = deque(maxlen=FRAMES)
         self._turn, self._shift = 0.0, np.zeros(2)
 
     def clear_of_floor(self, points: np.ndarray, floor_m: float, ceiling_m: float) -> np.ndarray:
@@ -144,14 +146,14 @@ class Movers:
         self,
         stamp_s: float,
         points_xy: np.ndarray,
-        sensor_xy: np.ndarray,
+        sensor_xy: Sequence[float],
         seen: Seen,
         is_level: np.ndarray | None = None,
     ) -> MoverSet:
         """Return what moves at a scan.
 
         points_xy: (n, 2) m, from the lidar along the odometry's axes, the ends of the beams that hit
-        something, in the order of the beams. sensor_xy: (2,) m, the lidar in the odometry's frame. seen: how
+        something, in the order of the beams. sensor_xy: m, the lidar in the odometry's frame. seen: how
         far the scan sees, and how far its beams stay near the lidar's height. A beam that passes over a thing
         does not show that it is gone, nor how wide it is. is_level: (n,) bool, which points belong neither to
         floor nor ceiling (`clear_of_floor`); None: all. After a clock that went back, or LONGEST_STEP_S
@@ -166,8 +168,9 @@ class Movers:
         level = np.ones(len(points_xy), bool) if is_level is None else is_level
         if not len(self._tracks) and not (len(level) and level.any()):
             if self._is_frame_due():
-                self._keep_frame(self._pose(sensor_xy), seen, self._clusters[:0], NOTHING_SEEN)
+                self._waiting.append((self._next_frame(), stamp_s, sensor_xy, seen))
             return nothing_moves(len(level))
+        self._take_in()
         points = (points_xy[level] + sensor_xy) @ _rotation(self._turn).T + self._shift
         pose, sight_m, level_m = self._pose(sensor_xy), seen.reach_m, seen.level_m
         labels = np.empty(len(points), np.int64)
@@ -185,12 +188,13 @@ class Movers:
         if self._moving.any():
             self._find_again()
         if self._is_frame_due():
-            self._keep_frame(pose, seen, clusters, owners)
+            self._keep_surfaces(clusters, owners)
+            self._keep_frame(self._next_frame(), stamp_s, pose, seen)
         if not self._moving.any():
             return nothing_moves(len(level))
         return self._answer(points, labels, level, owners)
 
-    def _pose(self, sensor_xy: np.ndarray) -> np.ndarray:
+    def _pose(self, sensor_xy: Sequence[float]) -> np.ndarray:
         """Return the lidar's place and the turn of the odometry's axes (3,), without its drift."""
         return np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
 
@@ -296,17 +300,28 @@ class Movers:
         return self._frames_bins
 
     def _is_frame_due(self) -> bool:
-        return bool(self._stamp_s - self._frames_s[self._frame - 1] >= FRAME_PERIOD_S - 1e-6)
+        return self._stamp_s - self._frame_s >= FRAME_PERIOD_S - 1e-6
 
-    def _keep_frame(self, pose: np.ndarray, seen: Seen, clusters: np.ndarray, owners: np.ndarray) -> None:
-        self._frames_s[self._frame] = self._stamp_s
-        self._frames[self._frame] = pose
-        self._frames_seen[self._frame] = seen
+    def _keep_surfaces(self, clusters: np.ndarray, owners: np.ndarray) -> None:
+        """Keep where each track is seen, for the next frame."""
         is_seen = owners >= 0
         self._surfaces[:, self._frame] = math.nan
         surfaces = clusters[owners[is_seen], kernels.SURFACE_X : kernels.SURFACE_Y + 1]
         self._surfaces[is_seen, self._frame] = surfaces
-        self._frame = (self._frame + 1) % FRAMES
+
+    def _next_frame(self) -> int:
+        frame, self._frame_s = self._frame, self._stamp_s
+        self._frame = (frame + 1) % FRAMES
+        return frame
+
+    def _keep_frame(self, frame: int, stamp_s: float, pose: np.ndarray, seen: Seen) -> None:
+        self._frames_s[frame], self._frames[frame], self._frames_seen[frame] = stamp_s, pose, seen
+
+    def _take_in(self) -> None:
+        """Take in the frames that waited while there was nothing to track. The drift stayed as it is."""
+        for frame, stamp_s, sensor_xy, seen in self._waiting:
+            self._keep_frame(frame, stamp_s, self._pose(sensor_xy), seen)
+        self._waiting.clear()
 
     def _answer(
         self, points: np.ndarray, labels: np.ndarray, level: np.ndarray, owners: np.ndarray

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Sequence
 
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
 from cepa.dynamic.response import ResponseModel
-from cepa.kernels.rollout import fly, observe
-from cepa.kernels.surroundings import Response
+from cepa.kernels.rollout import observe
 from cepa.motion import Vector3
 
 VELOCITY_NOISE_M_S = 0.01
@@ -23,10 +23,17 @@ STEP_S = 1e-3
 CLIMB_LAG_S = 0.35
 
 
-def response_of(model: ResponseModel, step_s: float) -> Response:
-    """Return the response over a step, for the kernels."""
-    limits = model.acceleration_max_m_s2, model.jerk_max_m_s3, 1.0 - math.exp(-step_s / CLIMB_LAG_S)
-    return Response(*model.transition(step_s), *limits, step_s)
+def response_of(model: ResponseModel, step_s: float) -> np.ndarray:
+    """Return the response over a step (20,), for the kernels: x(t + step) = F x + G u.
+
+    Rows of F, without its first column, and of G: for position, velocity, acceleration and integral. Then the
+    greatest acceleration, m/s2, and its greatest change in a step. Then the share of its error that the
+    vertical velocity loses in a step, and the step, s.
+    """
+    f, g = model.transition(step_s)
+    limits = model.acceleration_max_m_s2, model.jerk_max_m_s3 * step_s
+    climb_share = 1.0 - math.exp(-step_s / CLIMB_LAG_S)
+    return np.array([*np.column_stack((f[:, 1:], g)).flat, *limits, climb_share, step_s])
 
 
 class Observer:
@@ -41,7 +48,8 @@ class Observer:
         self._response = response_of(model, STEP_S)
         self._commands = np.zeros((KEPT_COMMANDS, 5))
         self._state = np.zeros((3, 4))
-        self._period_s, self._gains = math.nan, np.zeros(3)
+        self._gains: dict[int, np.ndarray] = {}
+        self.way_m = np.zeros(3)
         self.reset()
 
     def reset(self) -> None:
@@ -54,40 +62,37 @@ class Observer:
         self._state, self._stamp_s = earlier._state.copy(), earlier._stamp_s
         self._commands, self._first, self._next = earlier._commands.copy(), earlier._first, earlier._next
 
-    def command(self, stamp_s: float, command: np.ndarray, hold_s: float) -> None:
-        """Take in a command (3,), m/s, that is given at ``stamp_s``; after ``hold_s`` the UAV brakes."""
+    def command(self, stamp_s: float, command: Sequence[float], hold_s: float) -> None:
+        """Take in a command (x, y, z), m/s, that is given at ``stamp_s``; after ``hold_s`` the UAV brakes."""
         begins_s = stamp_s + self._model.delay_s
-        row = self._commands[self._next % KEPT_COMMANDS]
-        row[0], row[1], row[2:] = begins_s, begins_s + hold_s, command
+        self._commands[self._next % KEPT_COMMANDS] = (begins_s, begins_s + hold_s, *command)
         self._next += 1
         self._first = max(self._first, self._next - KEPT_COMMANDS)
 
-    def update(self, stamp_s: float, velocity_m_s: Vector3) -> None:
-        """Take in a velocity that was measured at ``stamp_s``."""
-        dt_s = stamp_s - self._stamp_s
-        if not 0.0 <= dt_s <= LONGEST_STEP_S:
+    def update(self, told_s: float, velocity_m_s: Vector3, scan_s: float, later_s: float) -> np.ndarray:
+        """Take in a velocity that was measured at ``told_s``; return the state at ``later_s``.
+
+        Its position counts from where the UAV is at ``scan_s``. ``way_m`` leads there, from ``told_s`` on.
+        """
+        from_s, self._stamp_s = self._stamp_s, told_s
+        if not 0.0 <= told_s - from_s <= LONGEST_STEP_S:
+            from_s = told_s
             self._state[:] = 0.0
             self._state[:, 1] = velocity_m_s
-        elif dt_s > 0.0:
-            period_s = max(round(dt_s, 3), STEP_S)
-            if period_s != self._period_s:
-                self._period_s, self._gains = period_s, _gains(self._model, period_s)
-            times = self._stamp_s, stamp_s
-            observe(self._state, velocity_m_s, self._gains, *self._given(), *times, self._response)
-        self._stamp_s = stamp_s
-        while (
-            self._first + 1 < self._next and self._commands[(self._first + 1) % KEPT_COMMANDS, 0] <= stamp_s
-        ):
-            self._first += 1
+        gains, later = self._gains_over(told_s - from_s), np.empty((3, 4))
+        given, times = (self._commands, self._first, self._next), (from_s, told_s, scan_s, later_s)
+        self._first = observe(
+            self._state, *velocity_m_s, gains, *given, *times, self._response, self.way_m, later
+        )
+        return later
 
-    def state_at(self, stamp_s: float) -> np.ndarray:
-        """Return the state at a later time; its position is the way since the last measurement."""
-        state = self._state.copy()
-        fly(state, *self._given(), self._stamp_s, stamp_s, self._response)
-        return state
-
-    def _given(self) -> tuple[np.ndarray, int, int]:
-        return self._commands, self._first, self._next
+    def _gains_over(self, time_s: float) -> np.ndarray:
+        """Return the gains (3,) over a time, to the millisecond; whole numbers are looked up fast."""
+        time_ms = round(1e3 * time_s) or 1
+        gains = self._gains.get(time_ms)
+        if gains is None:
+            gains = self._gains[time_ms] = _gains(self._model, time_ms / 1e3)
+        return gains
 
 
 @lru_cache(maxsize=256)

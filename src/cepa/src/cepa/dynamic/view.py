@@ -11,7 +11,7 @@ import numpy as np
 from cepa.dynamic.cloud_lookout import Space
 from cepa.dynamic.lookout import Lookout, Seen
 from cepa.kernels.rollout import roll
-from cepa.kernels.surroundings import Horizon, Response
+from cepa.kernels.surroundings import Horizon
 from cepa.motion import Motion
 
 HERE = np.zeros((1, 3))
@@ -92,7 +92,7 @@ def view_of(
     moment: Moment,
     judgement: Judgement | None,
     command: np.ndarray,
-    response: Response,
+    response: np.ndarray,
     horizon: Horizon,
     lookout: Lookout,
 ) -> View:

@@ -1,7 +1,8 @@
 """Rolls commands through the UAV's response and judges the paths: admissible, progress, discomfort.
 
 Axes are those of the odometry's frame, with the UAV at the origin. A state (3, 4) holds for x and y position,
-velocity, acceleration and integral, and for z position and velocity only.
+velocity, acceleration and integral, and for z position and velocity only. A response (20,) is what
+``observer.response_of`` gives. It is one array, because numba takes microseconds to unpack a named tuple.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Tuple
 import numpy as np
 from numba import njit
 
-from cepa.kernels.surroundings import Cushions, Horizon, Response, Scan, Surroundings
+from cepa.kernels.surroundings import Cushions, Horizon, Surroundings
 
 AT_REST_M_S, AT_REST_M_S2 = 0.05, 0.2
 FULL_ERROR_M_S, LEAST_ERROR_SHARE = 2.0, 0.33
@@ -35,13 +36,12 @@ Law = Tuple[
 
 
 @njit(cache=True, inline="always")
-def _law(response: Response) -> Law:
+def _law(response: np.ndarray) -> Law:
     """Return the response as plain numbers, which stay in registers."""
-    f, g = response.f, response.g
-    position, velocity = (f[0, 1], f[0, 2], f[0, 3], g[0]), (f[1, 1], f[1, 2], f[1, 3], g[1])
-    acceleration, integral = (f[2, 1], f[2, 2], f[2, 3], g[2]), (f[3, 1], f[3, 2], f[3, 3], g[3])
-    limits = response.acceleration_max, response.jerk_max * response.step_s
-    return position, velocity, acceleration, integral, limits, response.climb_gain, response.step_s
+    r = response
+    position, velocity = (r[0], r[1], r[2], r[3]), (r[4], r[5], r[6], r[7])
+    acceleration, integral = (r[8], r[9], r[10], r[11]), (r[12], r[13], r[14], r[15])
+    return position, velocity, acceleration, integral, (r[16], r[17]), r[18], r[19]
 
 
 @njit(cache=True, inline="always")
@@ -86,7 +86,7 @@ def fly(
     last: int,
     from_s: float,
     to_s: float,
-    response: Response,
+    response: np.ndarray,
 ) -> None:
     """Advance ``state`` (3, 4) from one time to another under the commands that were given.
 
@@ -95,9 +95,10 @@ def fly(
     """
     n = commands.shape[0]
     law, now_state = _law(response), _of_array(state)
+    step_s = law[-1]
     k = first
-    for step in range(math.floor((to_s - from_s) / response.step_s + 0.5)):
-        t = from_s + (step + 0.5) * response.step_s
+    for step in range(math.floor((to_s - from_s) / step_s + 0.5)):
+        t = from_s + (step + 0.5) * step_s
         while k + 1 < last and commands[(k + 1) % n, 0] <= t:
             k += 1
         now = k % n
@@ -113,30 +114,48 @@ def fly(
 @njit(cache=True)
 def observe(
     state: np.ndarray,
-    velocity: tuple[float, float, float],
+    vx: float,
+    vy: float,
+    vz: float,
     gains: np.ndarray,
     commands: np.ndarray,
     first: int,
     last: int,
     from_s: float,
-    to_s: float,
-    response: Response,
-) -> None:
-    """Advance ``state`` as ``fly`` does, and correct it by a velocity that was measured then.
+    told_s: float,
+    scan_s: float,
+    later_s: float,
+    response: np.ndarray,
+    way: np.ndarray,
+    later: np.ndarray,
+) -> int:
+    """Advance ``state`` as ``fly`` does to ``told_s``, and correct it by a velocity that was measured then.
 
-    gains (3,): on velocity, acceleration and integral. The position starts again at 0.
+    gains (3,): on velocity, acceleration and integral. The position starts again at 0. Fill ``way`` (3,), m,
+    from there to where the UAV is at ``scan_s``, and the state ``later`` (3, 4) at ``later_s``. Its position
+    counts from ``scan_s``. Return the first command that still counts.
     """
-    fly(state, commands, first, last, from_s, to_s, response)
-    for axis in range(2):
-        innovation = velocity[axis] - state[axis, 1]
-        for k in range(3):
-            state[axis, 1 + k] += innovation * gains[k]
-    state[:, 0] = 0.0
-    state[2, 1] = velocity[2]
+    if told_s > from_s:
+        fly(state, commands, first, last, from_s, told_s, response)
+        for axis, velocity in enumerate((vx, vy)):
+            innovation = velocity - state[axis, 1]
+            for k in range(3):
+                state[axis, 1 + k] += innovation * gains[k]
+        state[:, 0] = 0.0
+        state[2, 1] = vz
+    while first + 1 < last and commands[(first + 1) % commands.shape[0], 0] <= told_s:
+        first += 1
+    later[:] = state
+    fly(later, commands, first, last, told_s, scan_s, response)
+    way[:] = later[:, 0]
+    later[:] = state
+    fly(later, commands, first, last, told_s, later_s, response)
+    later[:, 0] -= way
+    return first
 
 
 @njit(cache=True)
-def roll(start: np.ndarray, command: np.ndarray, response: Response, flown: int, path: np.ndarray) -> int:
+def roll(start: np.ndarray, command: np.ndarray, response: np.ndarray, flown: int, path: np.ndarray) -> int:
     """Fly ``command`` (3,) for ``flown`` steps, then brake; fill ``path`` (n, 3), m; return its length."""
     law, state = _law(response), _of_array(start)
     ux, uy, uz = command
@@ -234,7 +253,7 @@ def _beyond_sight(
 @njit(cache=True)
 def braking(
     start: np.ndarray,
-    response: Response,
+    response: np.ndarray,
     around: Surroundings,
     horizon: Horizon,
     clearance: np.ndarray,
@@ -250,7 +269,7 @@ def braking(
     for k in range(horizon.commit + horizon.brake):
         state = _advance(state, law, 0.0, 0.0, 0.0)
         clearance[k] = _clearance(distance, cell_m, layer_m, far, state)
-        nearest = min(nearest, _clearance_of_movers(movers, state, (k + 1) * response.step_s))
+        nearest = min(nearest, _clearance_of_movers(movers, state, (k + 1) * law[-1]))
         beyond[k] = _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state)
     return nearest
 
@@ -391,7 +410,7 @@ def _judge(
 def judge(
     start: np.ndarray,
     commands: np.ndarray,
-    response: Response,
+    response: np.ndarray,
     around: Surroundings,
     horizon: Horizon,
     cushions: Cushions,
@@ -421,25 +440,35 @@ def judge(
 def is_clear(
     start: np.ndarray,
     command: np.ndarray,
-    response: Response,
-    horizon: Horizon,
-    scan: Scan,
+    response: np.ndarray,
+    commit: int,
+    brake: int,
+    cost: int,
+    points: np.ndarray,
+    ranges: np.ndarray,
+    seen: np.ndarray,
+    angle_0: float,
+    increment: float,
+    farthest: float,
     distance: float,
     radius: float,
     stride: int,
 ) -> bool:
     """Whether nothing is within ``distance`` of flying ``command`` (3,) on, nor of braking after the commit.
 
-    All of both paths must lie in sight of the scan. Every ``stride``-th step is looked at.
-    radius: of the body.
+    All of both paths must lie in sight of the scan. Every ``stride``-th step is looked at. commit, brake,
+    cost: see Horizon. points (n, 2): the ends of the beams, m. ranges, seen (N,): a full turn of beams.
+    angle_0: direction of beam 0, rad. increment: rad. farthest: beyond it nothing counts as seen, m. radius:
+    of the body.
     """
     law = _law(response)
-    path, count = np.empty((horizon.cost + horizon.commit + horizon.brake, 2)), 0
+    path, count = np.empty((cost + commit + brake, 2)), 0
+    scan = ranges, seen, angle_0, increment, farthest
     for brakes in range(2):
         state = _of_array(start)
         ux, uy, uz = command
-        for k in range(horizon.commit + horizon.brake if brakes else horizon.cost):
-            if brakes and k == horizon.commit:
+        for k in range(commit + brake if brakes else cost):
+            if brakes and k == commit:
                 ux = uy = uz = 0.0
             state = _advance(state, law, ux, uy, uz)
             if k % stride == 0:
@@ -447,7 +476,7 @@ def is_clear(
                 if not _is_in_sight(path[count, 0], path[count, 1], scan, radius):
                     return False
                 count += 1
-    return not _is_near(path[:count], scan.points, distance)
+    return not _is_near(path[:count], points, distance)
 
 
 @njit(cache=True)
@@ -465,16 +494,21 @@ def _is_near(path: np.ndarray, points: np.ndarray, distance: float) -> bool:
 
 
 @njit(cache=True)
-def _is_in_sight(x: float, y: float, scan: Scan, radius: float) -> bool:
-    """Whether a disc of ``radius`` m at (x, y) is in front of all that the scan's beams show."""
+def _is_in_sight(
+    x: float, y: float, scan: tuple[np.ndarray, np.ndarray, float, float, float], radius: float
+) -> bool:
+    """Whether a disc of ``radius`` m at (x, y) is in front of all that the scan's beams show.
+
+    scan: ranges, seen, angle_0, increment, farthest of ``is_clear``.
+    """
+    ranges, seen, angle_0, increment, farthest = scan
     r = math.sqrt(x * x + y * y)
     if r < radius:
         return True
-    if r > scan.farthest:
+    if r > farthest:
         return False
-    width = int(math.asin(radius / r) / scan.increment) + 1
-    middle = math.floor((math.atan2(y, x) - scan.angle_0) / scan.increment + 0.5)
-    ranges, seen = scan.ranges, scan.seen
+    width = int(math.asin(radius / r) / increment) + 1
+    middle = math.floor((math.atan2(y, x) - angle_0) / increment + 0.5)
     first = (middle - width) % ranges.size
     end, hidden = first + 2 * width + 1, False
     for beam in range(first, min(end, ranges.size)):  # without a branch, so that several beams go at once

@@ -26,8 +26,8 @@ def normalise(
 
     What is nearer than ``range_min`` is put at ``too_close``.
     """
-    _place(raw, seen_raw, reverse, range_min, range_max, too_close, ranges, seen)
-    _fill_dropouts(dropout_beams, ranges, seen)
+    if _place(raw, seen_raw, reverse, range_min, range_max, too_close, ranges, seen):
+        _fill_dropouts(dropout_beams, ranges, seen)
 
 
 @njit(cache=True)
@@ -40,13 +40,17 @@ def _place(
     too_close: float,
     ranges: np.ndarray,
     seen: np.ndarray,
-) -> None:
+) -> bool:
+    """Return whether there are dropouts."""
     n = raw.size
     count = ranges.size
-    ranges[:] = np.inf
-    seen[:] = False
+    drops = False
+    for k in range(n, count):
+        ranges[k], seen[k] = np.inf, False
     for k in range(n):
         source = n - 1 - k if reverse else k
+        if k < count:
+            ranges[k], seen[k] = np.inf, False
         if not seen_raw[source]:
             continue
         value = raw[source]
@@ -56,6 +60,7 @@ def _place(
             value = np.inf
         elif math.isnan(value) or value <= 0.0:  # drivers say 0 or less when a reading failed
             value = DROPOUT
+            drops = True
         target = k if k < count else k - count
         if (
             seen[target] and ranges[target] != DROPOUT
@@ -63,6 +68,7 @@ def _place(
             value = ranges[target] if value == DROPOUT else min(value, ranges[target])
         ranges[target] = value
         seen[target] = True
+    return drops
 
 
 @njit(cache=True)

@@ -24,22 +24,28 @@ def points_of(
     ranges: np.ndarray,
     seen: np.ndarray,
     directions: np.ndarray,
-    rotation: np.ndarray,
+    qx: float,
+    qy: float,
+    qz: float,
+    qw: float,
     range_max: float,
     points: np.ndarray,
 ) -> int:
     """Fill ``points`` (n, 3) with the ends of the beams along the odometry's axes; return their number.
 
-    directions (n, 2): of the beams. rotation (3, 3): of the lidar's frame into the odometry's.
+    directions (n, 2): of the beams. qx, qy, qz, qw: of the lidar's frame in the odometry's.
     """
+    xx, xy = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy - qw * qz)
+    yx, yy = 2.0 * (qx * qy + qw * qz), 1.0 - 2.0 * (qx * qx + qz * qz)
+    zx, zy = 2.0 * (qx * qz - qw * qy), 2.0 * (qy * qz + qw * qx)
     count = 0
     for k in range(ranges.size):
         r = ranges[k]
         if seen[k] and r < range_max:
             x, y = r * directions[k, 0], r * directions[k, 1]
-            points[count, 0] = rotation[0, 0] * x + rotation[0, 1] * y
-            points[count, 1] = rotation[1, 0] * x + rotation[1, 1] * y
-            points[count, 2] = rotation[2, 0] * x + rotation[2, 1] * y
+            points[count, 0] = xx * x + xy * y
+            points[count, 1] = yx * x + yy * y
+            points[count, 2] = zx * x + zy * y
             count += 1
     return count
 

@@ -1,4 +1,4 @@
-"""What paths are rolled through and judged by: the response, what is around the UAV, the distances to keep.
+"""What paths are judged by: what is around the UAV, and the distances to keep.
 
 Axes are those of the odometry's frame, with the UAV at the origin.
 """
@@ -8,21 +8,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-
-
-class Response(NamedTuple):
-    """The response over one step: x(t + step) = F x + G u; in z ``climb_gain`` of the velocity's error."""
-
-    f: np.ndarray
-    """(4, 4)"""
-    g: np.ndarray
-    """(4,)"""
-    acceleration_max: float
-    """m/s2"""
-    jerk_max: float
-    """m/s3"""
-    climb_gain: float
-    step_s: float
 
 
 class Surroundings(NamedTuple):
@@ -72,20 +57,3 @@ class Cushions(NamedTuple):
     """Of the body, and what the scan's errors take."""
     tube: np.ndarray
     """(commit + brake,): how far the UAV may stray in FULL_ERROR_M_S flight after each step."""
-
-
-class Scan(NamedTuple):
-    """A scan as it came: a full turn of beams."""
-
-    points: np.ndarray
-    """(n, 2) m: the ends of its beams, along the odometry's axes."""
-    ranges: np.ndarray
-    """(N,) m"""
-    seen: np.ndarray
-    """(N,) bool"""
-    angle_0: float
-    """rad: direction of beam 0 in the odometry's plane."""
-    increment: float
-    """rad"""
-    farthest: float
-    """m: beyond it nothing counts as seen."""
