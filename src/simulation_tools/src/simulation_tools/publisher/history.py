@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
+from typing import Any, Iterable
 
 
 class History:
@@ -29,6 +29,15 @@ class History:
             if stamp <= stamp_ns:
                 return stamp, value
         return None, None
+
+    def at_each(self, stamps_ns: Iterable[float]) -> list[tuple[int, Any]]:
+        """Return the stamp and the value that `at` returns for each of some rising stamps, none twice."""
+        found: list[tuple[int, Any]] = []
+        for stamp_ns in stamps_ns:
+            stamp, value = self._item_at(stamp_ns)
+            if stamp is not None and (not found or stamp > found[-1][0]):
+                found.append((stamp, value))
+        return found
 
     def newest(self) -> Any:
         """Return the value that came last, or None."""

@@ -89,8 +89,9 @@ class Hover:
 
     def brake(self, now_ns: int, p: PublisherParameters) -> Brake:
         """Return how to stop without a pose from now on."""
-        before, here = self._last_two(now_ns, p)
-        return Brake(now_ns, before, here, _SPEED_WINDOW_S, p)
+        newest_ns = now_ns - p.decision_delay_s / _NS
+        ages_ns = (share * _SPEED_WINDOW_S / _NS for share in (1.0, 0.5, 0.0))
+        return Brake(now_ns, self._poses.at_each(newest_ns - age_ns for age_ns in ages_ns), p)
 
     def speed_m_s(self, now_ns: int, p: PublisherParameters) -> float:
         """Return the UAV's mean speed over the last 0.2 s; infinity if it is unknown."""
