@@ -24,7 +24,7 @@ from benchmarks.avoidance_rows import judging, mixed_forests, picture, real_time
 from benchmarks.avoidance_rows.judging import Verdict
 from benchmarks.avoidance_rows.rows import REAL_TIME, ROWS, Row
 from benchmarks.shared.results import Results
-from benchmarks.shared.trials import AGAIN, interrupted, trial_options
+from benchmarks.shared.trials import AGAIN, end_interrupted, trial_options
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.campaign.folder import CampaignFolder, Flown
 from master_thesis.campaign.reading import read_campaign
@@ -96,7 +96,7 @@ def fly(name: str, path: Path, given: argparse.Namespace, brief_seeds: int) -> t
                 flown = folder.fly(workers)
             print(f"{write_summary(campaign, folder, flown)}\n\n{path}")
     except KeyboardInterrupt:
-        interrupted()
+        end_interrupted()
     if flown.failed:
         raise SystemExit(f"{len(flown.failed)} of {len(campaign)} trials failed; {AGAIN}")
     return campaign, flown

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
-from typing import Any, Sequence
+from typing import Any, NoReturn, Sequence
 
 from benchmarks.shared.results import options
 from master_thesis.trials.run import run_trials
 from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Trial, several_versions
-from master_thesis.trials.workers import INTERRUPTED, end, open_workers
+from master_thesis.trials.workers import end, interrupted, open_workers
 
 AGAIN = "call again with --resume to go on."
 
@@ -35,14 +34,13 @@ def run_all(name: str, trials: Sequence[Trial], given: argparse.Namespace) -> li
             failed = run_trials(trials, store, workers, name)
             rows = [row for row in map(store.get, trials) if row is not None]
     except KeyboardInterrupt:
-        interrupted()
+        end_interrupted()
     if failed:
         raise SystemExit(f"{len(failed)} of {len(trials)} trials failed; {AGAIN}")
     print(several_versions(rows) or "")
     return [row.result for row in rows]
 
 
-def interrupted() -> None:
+def end_interrupted() -> NoReturn:
     """End the process after Ctrl-C."""
-    print(f"\nInterrupted; {AGAIN}", file=sys.stderr)
-    end(INTERRUPTED)
+    end(interrupted(f"\nInterrupted; {AGAIN}"))

@@ -7,10 +7,10 @@ from typing import Callable
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from planar_world import cast
-from scipy.stats import chi2
 
 from gridslam import ParameterError, ScanError, se2
 from gridslam.evaluation import Walls
@@ -124,7 +124,7 @@ def test_the_errors_are_as_great_as_the_covariance_says():
         last = fly(LidarOdometry(believed, circle(0.0)), ROOM, circle, 3.0, seed=seed)[-1]
         off = errors([last], circle)[0]
         nees.append(off @ np.linalg.solve(last.pose_covariance[rows], off))
-    low, high = chi2.ppf((0.005, 0.995), 3 * flights) / flights
+    low, high = scipy.stats.chi2.ppf((0.005, 0.995), 3 * flights) / flights
     assert low < np.mean(nees) < high
 
 

@@ -73,6 +73,12 @@ def test_a_summary_counts_what_it_should():
     assert none["min_clearance_m_mean"] == 0.5
 
 
+def test_a_summary_names_every_version_of_the_code():
+    campaign, trials = flights()
+    trials.loc[4, "commit"] = "def"
+    assert summary(campaign, trials)["commits"].tolist() == ["abc def", "abc"]
+
+
 def test_a_campaign_without_anything_that_varies_has_one_line():
     _, trials = flights()
     (line,) = summary(campaign_of({"trials": {"world": "random_forest"}}, "x"), trials).to_dict("records")

@@ -86,9 +86,9 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
     assert "@import" not in page
     assert "url(" not in page
     found = {line["name"]: line["result"] for line in lines_of(folder)}
-    mapped = found["experiment_3_ust_1_6s"]
+    mapped = found["experiment_3_ust_1_3s"]
     assert f"{mapped['open']['map_error_p95_m']:.3f}" in page
-    flown = found["experiment_1_forest_improved_1_3m"]
+    flown = found["experiment_1_forest_improved_1_1.5m"]
     assert flown["reached_goal"] is True
     assert f"{flown['computation_ms']:.3f}" in page
     for piece in plan(SMALLEST):

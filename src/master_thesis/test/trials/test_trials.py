@@ -18,11 +18,10 @@ from master_thesis.errors import FlightError, TrialsError
 from master_thesis.files import plain, replace_file
 from master_thesis.results.sources import commit
 from master_thesis.trials import run
-from master_thesis.trials.dask_workers import DaskWorkers
 from master_thesis.trials.run import WORKER_DIED, run_trials
 from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Row, Trial, file_digest, several_versions
-from master_thesis.trials.workers import ThisProcess, open_workers
+from master_thesis.trials.workers import INTERRUPTED, ThisProcess, open_workers
 
 ROOT = Path(__file__).resolve().parents[4]
 PATIENCE_S = 60.0
@@ -148,7 +147,7 @@ def test_order_and_number_of_workers_change_nothing(tmp_path):
     trials = [trial(number) for number in range(6)]
     alone, _ = compute(trials, tmp_path / "alone.jsonl")
     backwards, _ = compute(trials[::-1], tmp_path / "backwards.jsonl")
-    with DaskWorkers(2) as workers:
+    with open_workers(2) as workers:
         several, _ = compute(trials, tmp_path / "several.jsonl", workers)
         (failed,), _ = compute([trial(7, fail="No.")], tmp_path / "t.jsonl", workers)
     assert failed is None
@@ -168,6 +167,32 @@ def test_what_measures_wall_time_runs_last_in_this_process(tmp_path):
     assert row.result == os.getpid()
     assert other is None
     assert failed.why == WORKER_DIED
+
+
+HALF_MADE = """
+from master_thesis.trials.workers import end, interrupted
+
+class HalfMade:
+    def __del__(self):
+        raise AttributeError
+
+def interrupted_while_it_is_made():
+    thing = HalfMade()
+    raise KeyboardInterrupt
+
+try:
+    interrupted_while_it_is_made()
+except KeyboardInterrupt:
+    code = interrupted("Interrupted.")
+end(code)
+"""
+
+
+def test_what_ctrl_c_leaves_half_made_says_nothing():
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, ROOT.glob("src/*/src")))}
+    command = [sys.executable, "-c", HALF_MADE]
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    assert (told.returncode, told.stderr) == (INTERRUPTED, "Interrupted.\n")
 
 
 def test_one_worker_is_this_process():

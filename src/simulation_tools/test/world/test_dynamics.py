@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+import scipy
 
 from simulation_tools.geometry import Pose, rotate
 from simulation_tools.sdf.frames import attach
@@ -130,7 +130,7 @@ def test_a_tumbling_body_follows_eulers_equations(build):
     start = np.array((1.0, 0.3, 2.0))
     world.set_state("b", BodyState(Pose(), (0.0, 0.0, 0.0), tuple(start)))
     end = 2.0
-    reference = solve_ivp(
+    reference = scipy.integrate.solve_ivp(
         lambda _, w: -np.cross(w, inertia * w) / inertia, (0, end), start, rtol=1e-10, atol=1e-12
     ).y[:, -1]
     state = run(world, "b", round(end / 0.0005))

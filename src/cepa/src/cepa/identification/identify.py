@@ -6,9 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Sequence, Tuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.optimize import least_squares
-from scipy.signal import fftconvolve, lfilter
+import scipy  # loads signal and others at their first use; that takes half a second
 
 from cepa.dynamic.response import ResponseModel
 from cepa.identification.recording import STEP_S, IdentificationError, Piece, Recording, pieces_of
@@ -126,7 +124,7 @@ def _fit(pieces: Sequence[Piece]) -> Parameters:
     def residuals(values: np.ndarray) -> np.ndarray:
         return (_deviations(pieces, tuple(values))[0] * weights).ravel()
 
-    fit = least_squares(
+    fit = scipy.optimize.least_squares(
         residuals,
         (1.5, 0.1, 0.1, 0.05),
         bounds=((0.2, 0.0, 0.01, 0.0), (20.0, 20.0, 2.0, 0.5)),
@@ -151,6 +149,7 @@ def _deviations(pieces: Sequence[Piece], parameters: Parameters) -> tuple[np.nda
     """
     steps = np.round(HORIZONS_S / STEP_S).astype(int)
     second = round(1.0 / STEP_S)
+    convolve = scipy.signal.fftconvolve
     powers, kernels = _responses(_model_of(parameters), int(steps[-1]))
     found = []
     for piece in pieces:
@@ -160,12 +159,12 @@ def _deviations(pieces: Sequence[Piece], parameters: Parameters) -> tuple[np.nda
             round(SETTLING_S / STEP_S), len(velocity) - steps[-1], round(START_EVERY_S / STEP_S)
         )
         states = _states(commands, velocity, parameters)[after]
-        way = cumulative_trapezoid(velocity, dx=STEP_S, axis=0, initial=0.0)
+        way = scipy.integrate.cumulative_trapezoid(velocity, dx=STEP_S, axis=0, initial=0.0)
         deviations = np.empty((after.size, steps.size, 2))
         for column, k in enumerate(steps):
-            flown = fftconvolve(commands, kernels[:k, 0, None], axes=0)[after + k - 1]
+            flown = convolve(commands, kernels[:k, 0, None], axes=0)[after + k - 1]
             deviations[:, column] = way[after + k] - way[after] - states @ powers[k, 0] - flown
-        flown = fftconvolve(commands, kernels[:second, 1, None], axes=0)[after + second - 1]
+        flown = convolve(commands, kernels[:second, 1, None], axes=0)[after + second - 1]
         errors = velocity[after + second] - states @ powers[second, 1] - flown
         found.append((deviations, errors, velocity[after + second] - velocity[after]))
     deviations, errors, changes = (np.concatenate(arrays) for arrays in zip(*found))
@@ -192,7 +191,7 @@ def _states(commands: np.ndarray, velocities: np.ndarray, parameters: Parameters
     integral = i * STEP_S * (np.cumsum(error, axis=0) - error)
     stays = np.exp(-STEP_S / lag)
     wanted = p * error + integral
-    acceleration = lfilter([0.0, 1.0 - stays], [1.0, -stays], wanted, axis=0)
+    acceleration = scipy.signal.lfilter([0.0, 1.0 - stays], [1.0, -stays], wanted, axis=0)
     return np.stack((np.zeros_like(velocities), velocities, acceleration, integral), axis=2)
 
 
@@ -224,8 +223,9 @@ def _climb_lag_s(pieces: Sequence[Piece]) -> float | None:
         errors = []
         for piece in pieces:
             velocity = piece.velocities[:, 2]
-            following = lfilter([0.0, 1.0 - stays], [1.0, -stays], piece.commands[:, 2], zi=velocity[:1])[0]
+            coefficients = [0.0, 1.0 - stays], [1.0, -stays]
+            following, _ = scipy.signal.lfilter(*coefficients, piece.commands[:, 2], zi=velocity[:1])
             errors.append(velocity - following)
         return np.concatenate(errors)
 
-    return float(least_squares(residuals, [0.3], bounds=(0.01, 5.0), diff_step=1e-4).x[0])
+    return float(scipy.optimize.least_squares(residuals, [0.3], bounds=(0.01, 5.0), diff_step=1e-4).x[0])

@@ -11,7 +11,7 @@ from typing import Sequence
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.errors import MasterThesisError, TrialsError
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE
-from master_thesis.trials.workers import INTERRUPTED, open_workers
+from master_thesis.trials.workers import interrupted, open_workers
 
 RESULTS = PACKAGE.parents[1] / "results" / "campaigns"
 
@@ -29,8 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"campaign: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("\ncampaign: interrupted; call again to go on with what is missing.", file=sys.stderr)
-        return INTERRUPTED
+        return interrupted("\ncampaign: interrupted; call again to go on with what is missing.")
 
 
 def _parser(tuning: bool) -> argparse.ArgumentParser:

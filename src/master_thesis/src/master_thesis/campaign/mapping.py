@@ -11,9 +11,8 @@ from master_thesis.campaign.campaign import Case
 from master_thesis.campaign.flying import Flight, begin, flight_of, is_over
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
 from master_thesis.experiments_3_4.slam_metrics import judge
-from master_thesis.experiments_3_4.slam_run import SlamParticipant, SlamRun, true_walls
+from master_thesis.experiments_3_4.slam_run import SlamParticipant, SlamRun, planar, true_walls
 from master_thesis.experiments_3_4.slam_setup import SlamSetup, read_setup
-from master_thesis.experiments_3_4.survey import planar
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.flight_recording import LidarGeometry
 from simulation_tools.simulation import SimulationParameters

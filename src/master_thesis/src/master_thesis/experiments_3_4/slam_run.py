@@ -15,6 +15,7 @@ from gridslam.evaluation import Walls
 from gridslam.inputs.scan_projection import project
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
+from master_thesis.flight.flight_log import POSE_COLUMNS, Series
 from master_thesis.flight.flight_recording import FlightRecording, LidarGeometry
 from master_thesis.worlds.floor_plan import outlines_of_file
 from master_thesis.worlds.true_walls import seen_faces
@@ -139,6 +140,12 @@ def true_path(times_s: np.ndarray, poses: np.ndarray) -> Trajectory:
     x, y, z, w = poses[:, 3:].T
     yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return Trajectory(times_s, np.column_stack((poses[:, :2], yaw)))
+
+
+def planar(poses: Series) -> Trajectory:
+    """Return a log's poses as a planar trajectory."""
+    rows = poses.array(*POSE_COLUMNS)
+    return true_path(rows[:, 0], rows[:, 1:]) if len(rows) else Trajectory(np.zeros(0), np.zeros((0, 3)))
 
 
 def true_walls(world_path: Path | str, height_m: float, inside_xy: tuple[float, float]) -> Walls:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import Callable
 
-import numpy as np
-
 from gridslam.trajectory import Trajectory
-from master_thesis.experiments_3_4.slam_run import SlamRun, true_path, true_walls
+from master_thesis.experiments_3_4.slam_run import SlamRun, planar, true_walls
 from master_thesis.experiments_3_4.survey_files import Surveyed, write_survey
 from master_thesis.flight.course import Outcome
 from master_thesis.flight.description import RunDescription
-from master_thesis.flight.flight_log import POSE_COLUMNS, FlightLog, Series
+from master_thesis.flight.flight_log import FlightLog
 from master_thesis.results.metrics import flight_interval_s
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.worlds.floor_plan import outlines_of_file
@@ -50,9 +48,3 @@ def survey(
             height_m=height_m,
         ),
     )
-
-
-def planar(poses: Series) -> Trajectory:
-    """Return a log's poses as a planar trajectory."""
-    rows = poses.array(*POSE_COLUMNS)
-    return true_path(rows[:, 0], rows[:, 1:]) if len(rows) else Trajectory(np.zeros(0), np.zeros((0, 3)))

@@ -17,7 +17,7 @@ from master_thesis.report.plan import chosen, plan
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
 from master_thesis.trials.run import run_trials
 from master_thesis.trials.store import Store
-from master_thesis.trials.workers import INTERRUPTED, end, open_workers
+from master_thesis.trials.workers import end, interrupted, open_workers
 from master_thesis.worlds.scenario import LIDARS
 
 WORKERS = 2
@@ -41,9 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say(f"\nThe report: {page}")
         _say("No PDF was asked for." if given.no_pdf else write_pdf(page, page.with_name("report.pdf")))
     except KeyboardInterrupt:
-        return _end(
-            "Interrupted; all finished pieces are kept; the next call goes on from here.", INTERRUPTED
-        )
+        return interrupted("Interrupted; all finished pieces are kept; the next call goes on from here.")
     except MasterThesisError as error:
         return _end(str(error), 1)
     _say(f"It took {(time.monotonic() - began_s) / 60.0:.1f} min.")

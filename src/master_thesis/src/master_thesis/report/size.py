@@ -56,9 +56,9 @@ SMALLEST = Size(
     launches=0,
     builds=0,
     scenarios=("forest",),
-    goal_x_m=3.0,
+    goal_x_m=1.5,
     emergencies=("wall_three_columns",),
     worlds=("room",),
     lidars=("ust",),
-    map_duration_s=6.0,
+    map_duration_s=3.0,
 )

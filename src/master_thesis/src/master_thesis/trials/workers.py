@@ -58,6 +58,17 @@ def open_workers(number: int | None = None, scheduler: str | None = None) -> Con
     return DaskWorkers(number, scheduler)
 
 
+def interrupted(said: str) -> int:
+    """Say what Ctrl-C did, and return the exit code.
+
+    Ctrl-C can leave objects half made, for example while numba loads code. They raise when Python deletes
+    them after this, and nobody wants to read that.
+    """
+    sys.unraisablehook = lambda _: None
+    print(said, file=sys.stderr, flush=True)
+    return INTERRUPTED
+
+
 def end(code: int) -> NoReturn:
     """End this process with an exit code. After Ctrl-C end at once, because Dask shuts down slowly."""
     if code != INTERRUPTED:

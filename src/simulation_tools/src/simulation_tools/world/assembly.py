@@ -17,7 +17,8 @@ from typing import Iterable, Sequence
 import numpy as np
 
 from simulation_tools.geometry import IDENTITY, Pose, quaternion_from_matrix, rotation_matrix
-from simulation_tools.sdf.elements import Collision, Inertial, Joint, Link, Model, Visual
+from simulation_tools.sdf.elements import Collision, Inertial, Joint, Link, Model, Plane, Visual
+from simulation_tools.world.shapes.meshes import mesh_of
 
 WORLD_LINK = "world"
 
@@ -79,6 +80,14 @@ class PlacedCollision:
     def inverse(self) -> Pose:
         """Pose of the part's frame in the shape's."""
         return self.pose.inverse()
+
+    @cached_property
+    def reach_m(self) -> float:
+        """Radius of a sphere about the shape's frame that holds the shape's bounding box; inf for a plane."""
+        geometry = self.collision.geometry
+        if isinstance(geometry, Plane):
+            return math.inf
+        return float(np.linalg.norm(np.abs(mesh_of(geometry).vertices).max(axis=0)))
 
 
 @dataclass(frozen=True)

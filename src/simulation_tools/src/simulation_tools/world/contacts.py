@@ -69,9 +69,23 @@ def _full_name(client: int, model: str, body: Body, link: int, position_m: Vecto
     shape = shapes[0]
     if len(shapes) > 1:
         # PyBullet reports the part, but not the shape. Take the shape whose surface is nearest to the point.
-        point = part_pose(client, body, link).inverse().place(position_m)
-        shape = min(shapes, key=lambda shape: abs(distance_to(shape, point)))
+        shape = nearest(shapes, part_pose(client, body, link).inverse().place(position_m))
     return f"{model}::{shape.link}::{shape.collision.name}"
+
+
+def nearest(shapes: Sequence[PlacedCollision], point_m: Vector3) -> PlacedCollision:
+    """Return the shape whose surface is nearest to a point (part frame); of equals the first.
+
+    It looks no closer at shapes of which even the bounding sphere is farther than another shape's surface.
+    """
+    best, least_m = shapes[0], math.inf
+    for shape in shapes:
+        if math.dist(point_m, shape.pose.position_m) - shape.reach_m > least_m:
+            continue
+        distance_m = abs(distance_to(shape, point_m))
+        if distance_m < least_m:
+            best, least_m = shape, distance_m
+    return best
 
 
 def distance_to(placed: PlacedCollision, point_m: Vector3) -> float:

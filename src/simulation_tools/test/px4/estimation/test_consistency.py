@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
 
 from simulation_tools.px4.estimation.error_state_filter import ErrorStateFilter
 from simulation_tools.px4.estimation.kernels import ERROR_SIZE
@@ -88,11 +88,11 @@ def flights():
 
 def test_the_errors_are_as_great_as_the_covariance_says(flights):
     mean = np.mean([nees for nees, _ in flights])
-    low, high = chi2.ppf((0.005, 0.995), FLIGHTS * ERROR_SIZE) / FLIGHTS
+    low, high = scipy.stats.chi2.ppf((0.005, 0.995), FLIGHTS * ERROR_SIZE) / FLIGHTS
     assert low < mean < high
 
 
 def test_the_innovations_are_as_great_as_the_filter_expects(flights):
     values = np.concatenate([nis for _, nis in flights])
-    low, high = chi2.ppf((0.005, 0.995), len(values)) / len(values)
+    low, high = scipy.stats.chi2.ppf((0.005, 0.995), len(values)) / len(values)
     assert low < np.mean(values) < high
