@@ -25,11 +25,11 @@ def limit_ms(gaps_ms):
     ("gaps_ms", "expected_ms"),
     [
         (20 * [25], 80),  # never before vision_timeout_least_s
-        (20 * [40], 120),  # three gaps
-        ([*(50 * [25]), 55, *(20 * [25])], 165),  # a busy machine: the longest gap counts
-        (20 * [100], 250),  # never after vision_timeout_s
+        (20 * [40], 110),  # two gaps and 30 ms
+        ([*(50 * [25]), 55, *(20 * [25])], 140),  # a busy machine: the longest gap counts
+        (20 * [120], 250),  # never after vision_timeout_s
         (5 * [25], 250),  # too few to know
-        ([55, *(399 * [25])], 165),
+        ([55, *(399 * [25])], 140),
         ([55, *(400 * [25])], 80),  # a gap is forgotten
     ],
 )

@@ -22,8 +22,8 @@ class Blindness(NamedTuple):
 class VisionWatch:
     """The times at which external poses went to the flight controller.
 
-    The UAV stops after a few times the longest gap between the last poses. So it stops early when poses come
-    fast, and a busy machine or a slow lidar does not stop it.
+    The UAV stops after a little more than twice the longest gap between the last poses. So it stops early when
+    poses come fast, and a busy machine or a slow lidar does not stop it.
     """
 
     def __init__(self) -> None:
@@ -55,5 +55,5 @@ class VisionWatch:
     def _limit_s(self, p: PublisherParameters) -> float:
         if len(self._gaps_s) < GAPS_LEAST:
             return p.vision_timeout_s
-        usual_s = max(p.vision_gaps * max(self._gaps_s), p.vision_timeout_least_s)
-        return min(usual_s, p.vision_timeout_s)
+        usual_s = p.vision_gaps * max(self._gaps_s) + p.vision_spare_s
+        return min(max(usual_s, p.vision_timeout_least_s), p.vision_timeout_s)
