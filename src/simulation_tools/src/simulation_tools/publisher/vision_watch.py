@@ -22,8 +22,8 @@ class Blindness(NamedTuple):
 class VisionWatch:
     """The times at which external poses went to the flight controller.
 
-    The UAV stops after a little more than twice the longest gap between the last poses. So it stops early when
-    poses come fast, and a busy machine or a slow lidar does not stop it.
+    The UAV stops after a little more than twice the longest gap between the last poses. So it stops early
+    when poses come fast, and a busy machine or a slow lidar does not stop it.
     """
 
     def __init__(self) -> None:
