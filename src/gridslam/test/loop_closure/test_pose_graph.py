@@ -89,8 +89,8 @@ def test_path_is_where_no_small_step_of_any_node_lowers_the_robust_cost(seed):
         return 0.5 * ROBUST_SCALE**2 * np.log1p(squares / ROBUST_SCALE**2).sum()
 
     shifts = 1e-4 * np.eye(len(found))[3:]
-    slopes = np.array([(cost(found + shift) - cost(found - shift)) / 2e-4 for shift in shifts])
-    curvatures = np.array([(cost(found + s) + cost(found - s) - 2.0 * cost(found)) / 1e-8 for s in shifts])
+    ahead, behind = (np.array([cost(found + sign * shift) for shift in shifts]) for sign in (1.0, -1.0))
+    slopes, curvatures = (ahead - behind) / 2e-4, (ahead + behind - 2.0 * cost(found)) / 1e-8
     assert np.abs(slopes / curvatures).max() < 1e-4
 
 

@@ -54,9 +54,9 @@ def way_exists(
 
 def distance_m(points_xy: np.ndarray, corners_xy: np.ndarray) -> np.ndarray:
     """Return the distances of points (..., 2) from a convex polygon (n, 2, counter-clockwise); 0 inside."""
-    edges = np.roll(corners_xy, -1, axis=0) - corners_xy
-    offsets = points_xy[..., None, :] - corners_xy
-    along = np.clip((offsets * edges).sum(-1) / (edges**2).sum(-1), 0.0, 1.0)
-    outside = edges[:, 0] * offsets[..., 1] - edges[:, 1] * offsets[..., 0] < 0.0
-    nearest = np.linalg.norm(offsets - along[..., None] * edges, axis=-1).min(-1)
-    return np.where(outside.any(-1), nearest, 0.0)
+    x, y = (points_xy[..., None, axis] - corners_xy[:, axis] for axis in (0, 1))
+    along_x, along_y = (np.roll(corners_xy, -1, axis=0) - corners_xy).T
+    share = np.clip((x * along_x + y * along_y) / (along_x**2 + along_y**2), 0.0, 1.0)
+    outside = along_x * y - along_y * x < 0.0
+    squares = (x - share * along_x) ** 2 + (y - share * along_y) ** 2
+    return np.where(outside.any(-1), np.sqrt(squares.min(-1)), 0.0)
