@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Sequence
+from typing import NamedTuple
 
 from cepa import Cloud, Decision, Improved, LaserScan2D, Motion
 from cepa.algorithm import Algorithm
+from cepa.decision import Vector2
 from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.course import Phase
 
@@ -26,17 +27,11 @@ class Recorder(Algorithm):
         self.questions: list[Question] = []
         self._algorithm = algorithm
 
-    def steer(
-        self,
-        scan: LaserScan2D,
-        v_ref_xy: Sequence[float],
-        v_uav_xy: Sequence[float] = (0.0, 0.0),
-        motion: Motion | None = None,
-        cloud: Cloud | None = None,
+    def _steer(
+        self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
     ) -> Decision:
-        """Let the algorithm answer."""
-        self.questions.append(Question(scan, tuple(v_ref_xy), tuple(v_uav_xy)))
-        return self._algorithm.steer(scan, v_ref_xy, v_uav_xy, motion, cloud)
+        self.questions.append(Question(scan, v_ref, v_uav))
+        return self._algorithm.steer(scan, v_ref, v_uav, motion, cloud)
 
 
 def record(parameters: ClosedLoopParameters) -> list[Question]:

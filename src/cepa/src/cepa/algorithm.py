@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Sequence
 
@@ -37,7 +36,7 @@ class Reference:
     """The beam nearest to its direction."""
 
 
-class Algorithm(ABC):
+class Algorithm:
     """Base class of every algorithm that steers by a scan."""
 
     wants_motion = False
@@ -49,7 +48,6 @@ class Algorithm(ABC):
         self.parameters = parameters or CepaParameters()
         self.reset()
 
-    @abstractmethod
     def steer(
         self,
         scan: LaserScan2D,
@@ -66,6 +64,14 @@ class Algorithm(ABC):
         Raises:
             VelocityError: a velocity is not two finite numbers, or is faster than anything flies.
         """
+        v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
+        return self._steer(scan, v_ref, v_uav, motion, cloud)
+
+    def _steer(
+        self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
+    ) -> Decision:
+        """Do what `steer` promises, with velocities that make sense. Each algorithm overrides this."""
+        raise NotImplementedError
 
     def take_ranges(self, rangings: Sequence[Ranging]) -> None:
         """Take in what range finders measured when the next scan was taken; who cannot climb ignores it."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence, Tuple
+from typing import Tuple
 
 import numpy as np
 
-from cepa.algorithm import Algorithm, Reference, hover, velocity
+from cepa.algorithm import Algorithm, Reference, hover
 from cepa.decision import Decision, Reason, Vector2
 from cepa.emergency import improved_flight, is_emergency, original_flight
 from cepa.kernels.improved import best_velocity, intrusion, valid_directions
@@ -25,19 +25,10 @@ class Improved(Algorithm):
     the answer is the candidate of least cost (6.5). A search that tries all candidates would find the same.
     """
 
-    def steer(
-        self,
-        scan: LaserScan2D,
-        v_ref_xy: Sequence[float],
-        v_uav_xy: Sequence[float] = (0.0, 0.0),
-        motion: Motion | None = None,
-        cloud: Cloud | None = None,
+    def _steer(
+        self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
     ) -> Decision:
-        """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
-
-        The numbers are the lines of algorithm 2.
-        """
-        v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
+        # The numbers are the lines of algorithm 2.
         beams = self.beams(scan)
         if is_emergency(beams, self._grid, self.parameters, v_uav):  # 2
             return self._flee(beams, v_uav)  # 3-6

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
 
 import numpy as np
 
-from cepa.algorithm import Algorithm, Reference, hover, velocity
+from cepa.algorithm import Algorithm, Reference, hover
 from cepa.cushion import original_cushion
-from cepa.decision import Decision, Reason
+from cepa.decision import Decision, Reason, Vector2
 from cepa.emergency import is_emergency, original_flight
 from cepa.kernels.original import best_of_all, weight
 from cepa.motion import Cloud, Motion
@@ -19,19 +18,10 @@ from cepa.scan import Beams, LaserScan2D
 class Original(Algorithm):
     """CEPA as proposed: every beam's direction is tried at every speed, with the cushion of equation 6.2."""
 
-    def steer(
-        self,
-        scan: LaserScan2D,
-        v_ref_xy: Sequence[float],
-        v_uav_xy: Sequence[float] = (0.0, 0.0),
-        motion: Motion | None = None,
-        cloud: Cloud | None = None,
+    def _steer(
+        self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
     ) -> Decision:
-        """Return the velocity to fly; all velocities in m/s in the scan's frame. Raises VelocityError.
-
-        The numbers are the lines of algorithm 1. ``v_uav_xy`` matters with ``velocity_aware_emergency`` only.
-        """
-        v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
+        # The numbers are the lines of algorithm 1. v_uav matters with velocity_aware_emergency only.
         beams = self.beams(scan)
         if is_emergency(beams, self._grid, self.parameters, v_uav):  # 2
             flight = original_flight(beams, self._grid, self.parameters, v_uav)

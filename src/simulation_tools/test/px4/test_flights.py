@@ -9,7 +9,6 @@ from flight import NO_NOISE, Flight
 
 from simulation_tools.px4.setpoint import Setpoint
 
-LIDAR_WEIGHTS_KG = {"urg": 0.16, "ust": 0.13, "utm": 0.21, "puck": 0.59, "tim": 0.25, "m8": 0.80}
 NORTH = math.pi / 2  # heading in ENU
 
 pytestmark = pytest.mark.flight

@@ -112,10 +112,6 @@ class TestMavrosPlugins(MavrosTestCase):
         p = self.truth.position
         return p.x, p.y, p.z
 
-    def assert_near(self, place, delta, name=""):
-        for now, wanted in zip(self.where(), place):
-            self.assertAlmostEqual(now, wanted, delta=delta, msg=name)
-
     def flies_to(self, place, act, delta=0.15):
         return self.eventually(lambda: math.dist(self.where(), place) < delta, 40.0, act)
 

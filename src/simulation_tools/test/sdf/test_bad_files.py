@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from simulation_tools.sdf import parser
 from simulation_tools.sdf.parser import SdfError, load_model, load_world, parse_model
 
-GEOMETRY = "<geometry><box><size>1 1 1</size></box></geometry>"
 HEAD = '<sdf version="1.6">\n<model name="m">\n'
 TAIL = "\n</model>\n</sdf>"
 LIDAR = (

@@ -7,8 +7,8 @@ from typing import Sequence
 
 import numpy as np
 
-from cepa.algorithm import Algorithm, velocity
-from cepa.decision import Decision, Reason
+from cepa.algorithm import Algorithm
+from cepa.decision import Decision, Reason, Vector2
 from cepa.destination import Destination
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
 from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S
@@ -109,20 +109,14 @@ class Dynamic(Algorithm):
         """
         self._rangings = rangings if self.wants_cloud else ()
 
-    def steer(
-        self,
-        scan: LaserScan2D,
-        v_ref_xy: Sequence[float],
-        v_uav_xy: Sequence[float] = (0.0, 0.0),
-        motion: Motion | None = None,
-        cloud: Cloud | None = None,
+    def _steer(
+        self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
     ) -> Decision:
-        """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError.
+        """Return the velocity to fly.
 
         Without ``motion`` nothing is remembered. Once a cloud or a range finder's range came, the answer has
         a climb. Once a cloud came that looks all around, the scan shows what moves, and nothing else.
         """
-        v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
         told = motion or self._guessed_motion(v_uav)
         motion, state = self._state(told)

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence
 
 import numpy as np
 
 from cepa import CepaParameters, Decision, LaserScan2D, Reason
-from cepa.algorithm import Algorithm, velocity
+from cepa.algorithm import Algorithm, hover
+from cepa.decision import Vector2
 from cepa.motion import Cloud, Motion
 from master_thesis.baselines.sectors import Sectors
 from master_thesis.errors import FlightError
 
-HOVER = (0.0, 0.0)
 _DEVIATION_PER_BIN = 0.5  # of CP_DIST; cost of the guidance for each bin away from the setpoint
 
 
@@ -62,25 +61,18 @@ class CollisionPrevention(Algorithm):
         self._p = collision_prevention or CollisionPreventionParameters()
         self._sectors = Sectors(self._p.bins)
 
-    def steer(
-        self,
-        scan: LaserScan2D,
-        v_ref_xy: Sequence[float],
-        v_uav_xy: Sequence[float] = HOVER,
-        motion: Motion | None = None,
-        cloud: Cloud | None = None,
+    def _steer(
+        self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
     ) -> Decision:
-        """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError."""
-        v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         speed = math.hypot(*v_ref)
         if speed == 0.0:
-            return Decision(HOVER, False, 0.0, 0, Reason.NO_REFERENCE)
+            return hover(Reason.NO_REFERENCE, 0.0)
         distances = self._sectors.nearest(self.beams(scan))
         wanted = math.atan2(v_ref[1], v_ref[0])
         direction = self.guided(wanted, distances)
         allowed = min(speed, self.speed_limit(direction, distances, v_uav))
         if allowed <= 0.0:
-            return Decision(HOVER, False, math.inf, 0, Reason.BLOCKED)
+            return hover(Reason.BLOCKED, math.inf)
         answer = allowed * math.cos(direction), allowed * math.sin(direction)
         same = allowed == speed and direction == wanted
         return Decision(answer, False, 0.0, 0, Reason.CUSHION_CLEAR if same else Reason.STEERED)

@@ -10,18 +10,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence
 
 import numpy as np
 
 from cepa import CepaParameters, Decision, LaserScan2D, Reason
-from cepa.algorithm import Algorithm, velocity
+from cepa.algorithm import Algorithm, hover
+from cepa.decision import Vector2
 from cepa.motion import Cloud, Motion
 from cepa.scan import Beams
 from master_thesis.baselines.sectors import Sectors, angle_between
 from master_thesis.errors import FlightError
-
-HOVER = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -65,27 +63,20 @@ class VfhPlus(Algorithm):
         self._blocked = np.zeros(self._p.sectors, dtype=bool)
         self._last_rad: float | None = None
 
-    def steer(
-        self,
-        scan: LaserScan2D,
-        v_ref_xy: Sequence[float],
-        v_uav_xy: Sequence[float] = HOVER,
-        motion: Motion | None = None,
-        cloud: Cloud | None = None,
+    def _steer(
+        self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
     ) -> Decision:
-        """Return the velocity to fly, m/s in the scan's frame. Raises VelocityError."""
-        v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         beams = self.beams(scan)
         self._blocked = self.binary(self.density(beams), self._blocked)
         speed = math.hypot(*v_ref)
         if speed == 0.0:
-            return Decision(HOVER, False, 0.0, 0, Reason.NO_REFERENCE)
+            return hover(Reason.NO_REFERENCE, 0.0)
         goal = math.atan2(v_ref[1], v_ref[0])
         free = ~self._blocked & ~np.isnan(self._sectors.nearest(beams))
         candidates = self.candidates(free, goal)
         if not candidates:
             self._last_rad = None
-            return Decision(HOVER, False, math.inf, 0, Reason.BLOCKED)
+            return hover(Reason.BLOCKED, math.inf)
         travel = math.atan2(v_uav[1], v_uav[0]) if math.hypot(*v_uav) > 0.1 else goal
         costs = self.costs(candidates, goal, travel)
         best = int(np.argmin(costs))

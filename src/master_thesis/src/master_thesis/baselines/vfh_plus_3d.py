@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence
 
 import numpy as np
 
 from cepa import CepaParameters, Decision, LaserScan2D, Motion, Reason
-from cepa.algorithm import Algorithm, velocity
+from cepa.algorithm import Algorithm
+from cepa.decision import Vector2
 from cepa.motion import Cloud
 from master_thesis.errors import FlightError
 
@@ -89,16 +89,9 @@ class VfhPlus3d(Algorithm):
         self._memory = VoxelMemory(self._p)
         self._last: np.ndarray | None = None
 
-    def steer(
-        self,
-        scan: LaserScan2D,
-        v_ref_xy: Sequence[float],
-        v_uav_xy: Sequence[float] = HOVER,
-        motion: Motion | None = None,
-        cloud: Cloud | None = None,
+    def _steer(
+        self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
     ) -> Decision:
-        """Return the velocity to fly, m/s in the scan's levelled frame. Raises VelocityError."""
-        v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         points = self._points(scan, cloud)
         voxels = points if motion is None else self._memory.around(points, motion)
         self._blocked = self.binary(self.density(voxels), self._blocked)
