@@ -7,6 +7,7 @@ from typing import Sequence, Tuple
 
 import numpy as np
 import scipy  # loads signal and others at their first use; that takes half a second
+from numpy.lib.stride_tricks import sliding_window_view
 
 from cepa.dynamic.response import ResponseModel
 from cepa.identification.recording import STEP_S, IdentificationError, Piece, Recording, pieces_of
@@ -149,7 +150,6 @@ def _deviations(pieces: Sequence[Piece], parameters: Parameters) -> tuple[np.nda
     """
     steps = np.round(HORIZONS_S / STEP_S).astype(int)
     second = round(1.0 / STEP_S)
-    convolve = scipy.signal.fftconvolve
     powers, kernels = _responses(_model_of(parameters), int(steps[-1]))
     found = []
     for piece in pieces:
@@ -160,11 +160,12 @@ def _deviations(pieces: Sequence[Piece], parameters: Parameters) -> tuple[np.nda
         )
         states = _states(commands, velocity, parameters)[after]
         way = scipy.integrate.cumulative_trapezoid(velocity, dx=STEP_S, axis=0, initial=0.0)
+        following = sliding_window_view(commands, steps[-1], axis=0)[after]
         deviations = np.empty((after.size, steps.size, 2))
         for column, k in enumerate(steps):
-            flown = convolve(commands, kernels[:k, 0, None], axes=0)[after + k - 1]
+            flown = following[:, :, :k] @ kernels[:k, 0][::-1]
             deviations[:, column] = way[after + k] - way[after] - states @ powers[k, 0] - flown
-        flown = convolve(commands, kernels[:second, 1, None], axes=0)[after + second - 1]
+        flown = following[:, :, :second] @ kernels[:second, 1][::-1]
         errors = velocity[after + second] - states @ powers[second, 1] - flown
         found.append((deviations, errors, velocity[after + second] - velocity[after]))
     deviations, errors, changes = (np.concatenate(arrays) for arrays in zip(*found))
