@@ -22,11 +22,18 @@ def score(reference: LocalMap, query: LocalMap, pose, overlap_min: float) -> flo
 
 
 def best_score(
-    reference, query, window, angles, overlap_min: float, apart_from=None, distance_m: float = 0.0
+    reference,
+    query,
+    window,
+    angles,
+    overlap_min: float,
+    apart_from=None,
+    distance_m: float = 0.0,
+    is_allowed=None,
 ):
     """Try every shift and angle of a window; return the best score and its pose.
 
-    Poses less than `distance_m` from `apart_from` (x, y) are left out.
+    Poses less than `distance_m` from `apart_from` (x, y) are left out, and those that are not allowed.
     """
     cell = reference.resolution_m
     half = math.ceil(window.reach_m / cell)
@@ -34,6 +41,8 @@ def best_score(
     for dy, dx, angle in itertools.product(range(-half, half + 1), range(-half, half + 1), angles):
         x, y = window.predicted[0] + dx * cell, window.predicted[1] + dy * cell
         if apart_from is not None and math.dist((x, y), apart_from) < distance_m:
+            continue
+        if is_allowed is not None and not is_allowed(np.array([x, y, angle])):
             continue
         best = max(best, (score(reference, query, (x, y, angle), overlap_min), (x, y, angle)))
     return best

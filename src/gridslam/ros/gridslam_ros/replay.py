@@ -150,6 +150,11 @@ class Replay:
     def run(self, output: Path) -> None:
         """Map the bag, and write the results into a folder."""
         warm_up()
+        if self._session.loop_closure is not None:
+            # imported here, because it takes a while
+            from gridslam.loop_closure.warm_up import warm_up_loop_closure
+
+            warm_up_loop_closure()
         start_s = time.perf_counter()
         with open_bag(self._bag) as bag:
             topic, odometry = topic_of(bag, self._topics[0]), None

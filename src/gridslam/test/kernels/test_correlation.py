@@ -55,6 +55,36 @@ def test_search_finds_what_trying_every_pose_finds(seed):
     )
 
 
+def test_only_poses_that_the_prediction_allows_are_searched():
+    # Given a prediction that is certain along its own x and uncertain along its y
+    first = local_map(ROOM, [(0.5, 0.0, 0.3)], 1, 0.2)
+    second = local_map(ROOM, [(0.7, 0.5, 0.5)], 2, 0.2)
+    predicted, information = np.array([0.1, -0.1, 0.6]), np.diag([1.0, 6.0, 25.0])
+    information[0, 1] = information[1, 0] = -1.0
+    search = Correlation(first, second, Window(predicted, 1.6, 0.3, information))
+
+    def is_allowed(pose):
+        error = se2.between(predicted, pose)
+        return error @ information @ error <= 1.0
+
+    # When searched, then best and rival are those of all poses that it allows
+    best, pose = reference.best_score(
+        first, second, search_window(predicted), search.angles_rad, 0.3, is_allowed=is_allowed
+    )
+    optimum = search.best(0.0, 0.3)
+    assert optimum.score == pytest.approx(best, abs=1e-9)
+    rival, _ = reference.best_score(
+        first, second, search_window(predicted), search.angles_rad, 0.3, pose[:2], 0.3, is_allowed
+    )
+    assert search.rival_score(optimum, 0.3, 0.0, 0.3) == pytest.approx(rival, abs=1e-9)
+    # and without them there is a better one
+    assert reference.best_score(first, second, search_window(predicted), search.angles_rad, 0.3)[0] > rival
+
+
+def search_window(predicted):
+    return Window(predicted, 1.6, 0.3)
+
+
 def test_nothing_above_the_floor_is_nothing():
     first, second = local_map(ROOM, [(0.5, 0.0, 0.3)], 0, 0.2), local_map(ROOM, [(0.6, 0.0, 0.3)], 1, 0.2)
     window = Window(np.zeros(3), 0.5, 0.1)

@@ -91,7 +91,7 @@ def test_a_step_along_a_bare_corridor_is_not_seen():
     corridor = Walls.from_polygons([np.array([(-50.0, -1.2), (50.0, -1.2), (50.0, 1.2), (-50.0, 1.2)])])
     for walls, y, is_seen in ((corridor, 0.1, False), (WALLS, -1.5, True)):
         links, poses = ScanLinks(PARAMETERS), np.array([(1.0, y, 0.0), (1.5, y, 0.0)])
-        links.extend([scan_from(walls, pose, 1) for pose in poses], poses, np.array([0.0, 1.0]))
+        links.extend([scan_from(walls, pose, 1) for pose in poses], poses, poses, np.array([0.0, 1.0]))
         assert links.is_seen().tolist() == [is_seen]
 
 
@@ -103,6 +103,29 @@ def test_along_a_bare_corridor_a_link_measures_nothing():
     assert found.covariance[1, 1] < 0.01**2
     assert found.covariance[2, 2] < 0.01**2
     assert abs(found.newer_in_older[1]) < 0.02
+
+
+def test_a_wrong_turn_of_the_filter_is_mended_by_the_prediction_of_odometry():
+    # given two scans, and a filter that has turned by a radian too much
+    poses = np.array([(1.0, -1.5, 0.0), (1.4, -1.3, 0.2)])
+    scans = [scan_from(WALLS, pose, seed) for seed, pose in enumerate(poses)]
+    turned = poses + np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+    truth = se2.between(poses[0], poses[1])
+    for by_filter, by_odometry, is_found in ((turned, turned, False), (turned, poses, True)):
+        links = ScanLinks(PARAMETERS)
+        links.extend(scans, by_filter, by_odometry, np.array([0.0, 0.5]))
+        errors = [np.abs(se2.between(truth, edge.newer_in_older)).max() for edge in links.edges]
+        assert (bool(errors) and errors[0] < 0.02) == is_found
+
+
+def test_a_step_is_known_as_well_as_all_links_to_its_newer_node_together():
+    poses = np.array([(1.0, -1.5, 0.0), (1.6, -1.5, 0.0), (2.2, -1.5, 0.1)])
+    links = ScanLinks(PARAMETERS)
+    scans = [scan_from(WALLS, pose, seed) for seed, pose in enumerate(poses)]
+    links.extend(scans, poses, poses, np.array([0.0, 0.6, 1.2]))
+    of_last = [np.linalg.inv(edge.covariance) for edge in links.edges if edge.newer == 2]
+    assert len(of_last) == 2
+    np.testing.assert_allclose(links.information()[1], sum(of_last), rtol=1e-6)
 
 
 def test_what_does_not_overlap_is_not_linked():
@@ -120,7 +143,7 @@ def test_passes_of_a_place_are_linked_and_links_survive_a_saved_state():
     way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
     scans = [scan_from(WALLS, pose, seed) for seed, pose in enumerate(poses)]
     links = ScanLinks(PARAMETERS)
-    links.extend(scans, poses, way_m)
+    links.extend(scans, poses, poses, way_m)
     assert links.is_seen().all()
     assert links.link_passes(poses, way_m) > 0
     for edge in links.edges:

@@ -37,24 +37,50 @@ class Path:
         return self.scans
 
 
-def test_steps_hold_more_firmly_than_lone_matches_and_less_where_the_filter_has_corrected_itself():
-    # given a way of 12 m out and 12 m back, in steps of half a metre
-    x = np.concatenate([np.arange(0.0, 12.0, 0.5), np.arange(12.0, -0.1, -0.5)])
+def test_steps_are_as_firm_as_their_links_and_without_one_like_odometry():
+    # given a way of 12 m in steps of half a metre, as odometry has it, too
+    x = np.arange(0.0, 12.1, 0.5)
     path, p = Path(np.column_stack([x, np.zeros((len(x), 2))])), LoopClosureParameters()
-    chain = Chain(p)
+    chain, count = Chain(p), len(x) - 1
     chain.follow(np.arange(len(x)), path.poses, path.scans, path.poses)
-    seen = np.ones(len(x) - 1, dtype=bool)
-    seen[3] = False
-    chain.loosen(seen, [], [])
-    held = [edge.covariance for edge in chain.edges(seen)][: len(seen)]
-    # then only on the last metres is there a place nearby that was left behind 20 m of path before
-    far = (chain.way_m[1:] < p.separation_m) & seen
-    np.testing.assert_allclose(np.array(held)[far], p.step_share**2 * chain.covariances[far])
-    odometry = np.diag((0.1**2 * 0.5 + 0.002**2, 0.1**2 * 0.5 + 0.002**2, 0.1**2 * 0.5 + 0.0005**2))
-    np.testing.assert_allclose(held[-1], odometry)
-    # and a step that no link spans is trusted like odometry, too
-    np.testing.assert_allclose(held[3], odometry)
-    assert (np.linalg.eigvalsh(chain.covariances[-1] - odometry) < 0.0).all()
+    chain.loosen(np.ones(count, bool), [], [])
+    # when links measure all steps but one, which is open along x
+    by_links = np.tile(np.diag([1e4, 2500.0, 4e4]), (count, 1, 1))
+    by_links[3], by_links[4] = 0.0, np.diag([0.0, 2500.0, 4e4])
+    edges = [edge.covariance for edge in chain.edges(by_links, path.poses)]
+    # then a step has the information of both
+    odometry = np.array((0.1**2 * 0.5 + 0.002**2, 0.1**2 * 0.5 + 0.002**2, 0.1**2 * 0.5 + 0.0005**2))
+    expected = np.diag(1.0 / (np.diag(by_links[0]) + 1.0 / odometry))
+    np.testing.assert_allclose(edges[0], expected, atol=1e-12)
+    np.testing.assert_allclose(edges[3], np.diag(odometry), atol=1e-12)
+    assert edges[4][0, 0] == pytest.approx(odometry[0])
+    assert edges[4][1, 1] < 0.02**2
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.5, 0.25), (3.0, 1.0)])
+def test_the_path_tells_how_good_odometry_is(share, expected):
+    # given odometry whose deviations are a share of the assumed ones, with a few great errors
+    rng, p, count = np.random.default_rng(0), LoopClosureParameters(), 400
+    x = np.arange(count + 1.0)
+    assumed = np.sqrt([0.1**2 + 0.002**2, 0.1**2 + 0.002**2, 0.1**2 + 0.0005**2])
+    errors = share * assumed * rng.standard_normal((count, 3))
+    errors[::40] *= 20.0
+    odometry = [np.zeros(3)]
+    for error in errors:
+        odometry.append(se2.compose(odometry[-1], np.array([1.0, 0.0, 0.0]) + error))
+    path = Path(np.column_stack([x, np.zeros((count + 1, 2))]))
+    chain = Chain(p)
+    chain.follow(x, path.poses, path.scans, np.array(odometry))
+    chain.loosen(np.ones(count, bool), [], [])
+    by_links = np.tile(np.eye(3), (count, 1, 1))
+    by_links[7] = 0.0
+    edges = chain.edges(by_links, path.poses)[count:]
+    # then that is found out, for the steps that links measure. Assumed lengths are those that odometry has
+    lengths = np.array([np.hypot(*edge.newer_in_older[:2]) for edge in edges])
+    ratios = np.array([edge.covariance[0, 0] for edge in edges]) / (0.1**2 * lengths + 0.002**2)
+    assert ratios[0] == pytest.approx(expected, rel=0.2)
+    np.testing.assert_allclose(np.delete(ratios, 7), ratios[0])
+    assert ratios[7] == pytest.approx(1.0)
 
 
 def test_a_step_that_no_scan_measured_is_as_uncertain_as_odometry_was_found_to_be_wrong():

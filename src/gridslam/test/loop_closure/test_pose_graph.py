@@ -51,6 +51,19 @@ def test_error_is_spread_evenly_over_equal_steps():
     assert np.abs(corrected[:, 1:]).max() < 1e-6
 
 
+def test_a_wrong_turn_yields_to_what_scans_say_however_wrong_the_start():
+    """Odometry and two exact links contradict one step of the filter, which turns by 2 rad too much."""
+    true = Steps((1.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.01]), 10)
+    wrong = Steps((1.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.01]), 10)
+    wrong.steps[5, 2] = 2.0
+    start = [np.zeros(3)]
+    for step in wrong.steps:
+        start.append(se2.compose(start[-1], step))
+    links = [match(4, 6, (2.0, 0.0, 0.0), 0.01), match(5, 6, (1.0, 0.0, 0.0), 0.01)]
+    edges = [*wrong.edges(), *true.edges(), *links]
+    assert np.abs(optimise(np.array(start), edges, is_far=True) - true.poses).max() < 0.1
+
+
 def test_absurd_closure_loses_its_weight():
     chain = Steps((1.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.0004]), 10)
     right = [match(0, 10, (10.0, 0.0, 0.0)), match(1, 9, (8.0, 0.0, 0.0)), match(2, 10, (8.0, 0.0, 0.0))]

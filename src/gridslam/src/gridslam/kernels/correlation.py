@@ -58,6 +58,10 @@ class Blocks(NamedTuple):
     """(angles, n, n) of the scores of n x n blocks of BLOCK x BLOCK shifts."""
     order: np.ndarray
     """Flat indices of ``bounds``, best first."""
+    turns_rad: np.ndarray
+    """(angles,) the angles, from the window's middle on."""
+    factor: np.ndarray
+    """(3, 3): a shift dx, dy (cells) and turn is left out if this times (dx, dy, turn) is longer than 1."""
 
 
 @njit(cache=True, nogil=True)
@@ -192,6 +196,14 @@ def _clashes_back(
     return clashes / FULL
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _is_allowed(factor: np.ndarray, dx: int, dy: int, turn: float) -> bool:
+    square = 0.0
+    for row in range(3):
+        square += (factor[row, 0] * dx + factor[row, 1] * dy + factor[row, 2] * turn) ** 2
+    return square <= 1.0
+
+
 @njit(cache=True, nogil=True)
 def best_shift(
     blocks: Blocks, reference: Reference, query: Query, circle: np.ndarray, floor: float
@@ -235,7 +247,8 @@ def best_shift(
                     bounds[waiting] = bound
                     waiting += 1
                     continue
-                if (dx - circle[0]) ** 2 + (dy - circle[1]) ** 2 < circle[2] ** 2:
+                is_near = (dx - circle[0]) ** 2 + (dy - circle[1]) ** 2 < circle[2] ** 2
+                if is_near or not _is_allowed(blocks.factor, dx, dy, blocks.turns_rad[a]):
                     continue
                 x, y = query.corners_xy[a, 0] + dx, query.corners_xy[a, 1] + dy
                 # With one more clash than this the score cannot be the best.

@@ -188,10 +188,20 @@ def covariance(matrix: np.ndarray, pairs: int, points_most: float, sigma_m: floa
 
 
 @njit(cache=True, nogil=True)
+def mean_shift(query: Surfaces, first: np.ndarray, second: np.ndarray) -> float:
+    """Return how far apart two poses (3,) put the query's points on average, m."""
+    a, b = math.cos(second[2]) - math.cos(first[2]), math.sin(second[2]) - math.sin(first[2])
+    dx, dy, total = second[0] - first[0], second[1] - first[1], 0.0
+    for x, y in query.points:
+        total += math.hypot(dx + a * x - b * y, dy + b * x + a * y)
+    return total / max(1, query.points.shape[0])
+
+
+@njit(cache=True, nogil=True)
 def measure(
     reference: Surfaces,
     query: Surfaces,
-    pose: np.ndarray,
+    poses: np.ndarray,
     gates_m: tuple[float, float],
     share_min: float,
     rms_max_m: float,
@@ -201,17 +211,27 @@ def measure(
 ) -> bool:
     """Align two scans, and write the covariance into ``found`` (3, 3). Return whether enough of them fits.
 
-    The first of the gates is that of a coarse alignment, 0 for none. ``share_min`` of the query's points, and
-    at least PAIRS_MIN, must have a pair.
+    The search begins at each of the predictions ``poses`` (k, 3), if it is farther than the gate from the
+    first one. The pose with the most pairs is written into ``poses[0]``. The first of the gates is that of a
+    coarse alignment, 0 for none. ``share_min`` of the query's points, at least PAIRS_MIN, must have a pair.
     """
-    matrix = np.zeros((3, 3))
-    if gates_m[0] > 0.0 and align(reference, query, pose, gates_m[0], FIRST_HOPE * share_min, matrix)[0] == 0:
-        return False
-    pairs, rms_m = align(reference, query, pose, gates_m[1], HOPE * share_min, matrix)
-    if pairs < max(float(PAIRS_MIN), share_min * query.points.shape[0]) or rms_m > rms_max_m:
-        return False
-    found[:] = covariance(matrix, pairs, points_most, sigma_m)
-    return True
+    predicted, matrix, most = poses[0].copy(), np.zeros((3, 3)), 0
+    least = max(float(PAIRS_MIN), share_min * query.points.shape[0])
+    for i in range(poses.shape[0]):
+        pose = poses[i].copy()
+        if i > 0 and mean_shift(query, predicted, pose) <= gates_m[1]:
+            continue
+        if (
+            gates_m[0] > 0.0
+            and align(reference, query, pose, gates_m[0], FIRST_HOPE * share_min, matrix)[0] == 0
+        ):
+            continue
+        pairs, rms_m = align(reference, query, pose, gates_m[1], HOPE * share_min, matrix)
+        if pairs >= least and rms_m <= rms_max_m and pairs > most:
+            most = pairs
+            poses[0] = pose
+            found[:] = covariance(matrix, pairs, points_most, sigma_m)
+    return most > 0
 
 
 @njit(cache=True, nogil=True)

@@ -11,7 +11,6 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.kernels.least_squares import inverse
-from gridslam.kernels.links import nearest_earlier
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.local_map import LocalMap, SurfacePoints, build_local_map, surface_points
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -19,6 +18,10 @@ from gridslam.loop_closure.refinement import normal_matrix
 from gridslam.scan import PlanarScan
 
 STEP_SIGMA_MIN_M, STEP_SIGMA_MIN_RAD = 0.002, 0.0005
+STEPS_MIN, CHI_SQUARE_75, SHARE_MIN = 20, 4.108, 0.04
+"""To learn how good odometry is: least number of steps, the chi-square (3 degrees of freedom) that three
+quarters of them stay below, and the least share of the assumed covariance.
+"""
 SCAN_SPACING_M = 0.25  # closer scans add nothing to a local map
 
 
@@ -175,30 +178,44 @@ class Chain:
         self.covariances = self.matched_covariances.copy()
         self.covariances[self._is_open] = self._loose[self._is_open] + off[:, :, None] * off[:, None, :]
 
-    def edges(self, is_seen: np.ndarray) -> list[Edge]:
+    def edges(self, links: np.ndarray, poses: np.ndarray) -> list[Edge]:
         """Return each step twice: as the filter has it, and as odometry measured it. Call `loosen` before.
 
-        Matches against one map have similar errors, so `step_share` tells how firmly the filter's steps hold.
-        Some are trusted only like odometry. When the filter comes back to a place, its steps also contain its
-        own correction of the drift, and a closure must be able to replace that. Where ``is_seen`` (k - 1,) is
-        False, scans say nothing at all, or nothing along a bare corridor.
+        A filter's step is as firm as all links of its scan with those before it together: ``links``
+        (k - 1, 3, 3), their information. These scans are the map that it was matched with, and show how much
+        of it the scan has met. Matches against one map have similar errors; `step_share` tells how firmly
+        the steps hold. Where links say nothing, it is trusted only like odometry.
+
+        Odometry may be better than assumed. How good it is, the present path ``poses`` (k, 3) tells. But
+        where no link joins a step's scan, it stays as assumed, beside the filter's step.
         """
-        measured = se2.between(self.odometry[:-1], self.odometry[1:])
-        firm = self._parameters.step_share**2 * self.covariances
-        is_firm = is_seen & ~self._is_back()[1:]
-        held = np.where(is_firm[:, None, None], firm, self._loose)
+        p, measured = self._parameters, se2.between(self.odometry[:-1], self.odometry[1:])
+        is_linked = links.any(axis=(1, 2))
+        share = np.where(is_linked & ~self._is_open, self._odometry_share(poses), 1.0)
+        held = self._loose.copy()
+        for node in np.flatnonzero(is_linked):
+            held[node] = p.step_share**2 * inverse(links[node] + inverse(self._loose[node]))
         held[self._is_open] = self.covariances[self._is_open]
         return [
             Edge(node, node + 1, step, covariance)
-            for steps, covariances in ((self.steps, held), (measured, self._loose))
+            for steps, covariances in ((self.steps, held), (measured, share[:, None, None] * self._loose))
             for node, (step, covariance) in enumerate(zip(steps, covariances))
         ]
 
-    def _is_back(self) -> np.ndarray:
-        """Return for each node (k,) whether a node from long before is nearby."""
-        p = self._parameters
-        nearest = nearest_earlier(self.poses, self.way_m, 0, p.place_radius_m, p.separation_m, 1)
-        return nearest[:, 0] >= 0
+    def _odometry_share(self, poses: np.ndarray) -> float:
+        """Return by how much odometry's covariance is too large, from its differences to a path (k, 3).
+
+        Three quarters of them must be as expected. So the few great ones do not count, which the robust
+        kernel takes care of.
+        """
+        measured = se2.between(self.odometry[:-1], self.odometry[1:])
+        error = se2.between(measured, se2.between(poses[:-1], poses[1:]))[~self._is_open]
+        if len(error) < STEPS_MIN:
+            return 1.0
+        spread = np.diagonal(self._loose[~self._is_open], axis1=1, axis2=2)
+        return float(
+            np.clip(np.quantile((error**2 / spread).sum(axis=1), 0.75) / CHI_SQUARE_75, SHARE_MIN, 1.0)
+        )
 
     def local_map(self, anchor: int, behind_m: float, ahead_m: float) -> LocalMap:
         """Build the local map of the path from `behind_m` before a node to `ahead_m` after it."""

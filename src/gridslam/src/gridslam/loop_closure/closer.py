@@ -141,8 +141,11 @@ class LoopCloser:
         """Give the filter the path corrected by all links and closures. Call this at the end of the log."""
         self.take(slam, math.inf)
         self._follow(slam.trajectory(), slam.processed_scans(), np.array(self._odometry))
+        if self._way_m > self._searched_m and self._search():
+            self._counted = self._choose()
         if self._counted:
             slam.adopt(self._corrected(AT_THE_END))
+            self._closures = [self._closure(match) for match in self._counted]
 
     def _work(
         self, slam: Slam, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray
@@ -240,7 +243,7 @@ class LoopCloser:
 
     def _follow(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> None:
         self._chain.follow(path.stamps_s, path.poses_in_map, scans, odometry)
-        self._links.extend(scans, self._chain.poses, self._chain.way_m)
+        self._links.extend(scans, self._chain.poses, odometry, self._chain.way_m)
         self._chain.loosen(self._links.is_seen(), self._unmatched, self._contradicted)
 
     def _search(self) -> bool:
@@ -280,12 +283,14 @@ class LoopCloser:
 
         The better the path, the more scans of different passes can be linked, and the other way round.
         """
-        poses, steps = self._chain.poses, self._chain.edges(self._links.is_seen())
+        poses, links = self._chain.poses, self._links
         for round_ in range(effort.rounds):
-            if round_ > 0 and not self._links.link_passes(poses, self._chain.way_m):
+            if round_ > 0 and not links.link_passes(poses, self._chain.way_m):
                 break
             before = poses
-            poses = optimise(before, [*steps, *self._links.edges, *self._counted], effort.tolerance)
+            steps = self._chain.edges(links.information(), poses)
+            edges = [*steps, *links.edges, *self._counted]
+            poses = optimise(before, edges, effort.tolerance, is_far=round_ == 0)
             if round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M:
                 break
         self._chain.settle(poses)

@@ -62,16 +62,18 @@ def link(
         older: node.
         newer: node.
         scans: of all nodes.
-        predicted: (3,) the newer node's pose in the older's.
+        predicted: (3,) the newer node's pose in the older's, or several (k, 3). The one that makes the most
+            points fit counts.
         parameters: the link's.
         is_pass: the nodes are of different passes of a place. The prediction may be wrong by more then, and
             more must fit.
     """
-    p, pose, found = parameters, np.array(predicted, float), np.empty((3, 3))
+    p, found = parameters, np.empty((3, 3))
+    poses = np.array(predicted, float).reshape(-1, 3)
     is_found = measure(
         scans[older],
         scans[newer],
-        pose,
+        poses,
         (p.link_pass_gate_m if is_pass else 0.0, p.link_gate_m),
         p.link_pass_share_min if is_pass else p.link_share_min,
         p.link_rms_max_m,
@@ -81,5 +83,6 @@ def link(
     )
     if not is_found:
         return None
+    pose = poses[0]
     pose[2] = se2.wrap(pose[2])
     return Edge(older, newer, pose, found + LEAST_COVARIANCE)

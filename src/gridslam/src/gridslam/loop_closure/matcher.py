@@ -6,7 +6,7 @@ well. Upper bounds of whole blocks of poses save most of the work and change no 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,11 +31,17 @@ NOTHING_LEFT_OUT = np.zeros(3)
 
 @dataclass(frozen=True)
 class Window:
-    """The window of a search: a prediction (x m, y m, yaw rad) and the distance to every side of it."""
+    """The window of a search.
+
+    predicted: (x m, y m, yaw rad), its middle. reach_m, reach_rad: the distance to every side of it.
+    information: (3, 3) of the prediction, in its own frame. Only poses e with e' information e <= 1 are
+    searched; zeros: the whole window.
+    """
 
     predicted: np.ndarray
     reach_m: float
     reach_rad: float
+    information: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,8 @@ class Correlation:
         self._window, self._resolution_m = window, reference.resolution_m
         cell = reference.resolution_m
         points = _spread(query.surface.points_xy_m, POINTS_MAX)
-        self.angles_rad = window.predicted[2] + _angles(points, window.reach_rad, 2.0 * cell)
+        self._turns_rad = _angles(points, window.reach_rad, 2.0 * cell)
+        self.angles_rad = window.predicted[2] + self._turns_rad
         cos, sin = np.cos(self.angles_rad), np.sin(self.angles_rad)
         turns = np.stack([np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)], axis=1)
         moved = np.vstack([points, query.origin_xy_m]) @ turns + (
@@ -74,6 +81,20 @@ class Correlation:
         count = (2 * self._half + BLOCK) // BLOCK
         self._sums = np.zeros((len(turns), count, 2 * count), np.int32)
         block_sums(phases, cells, self._half, self._sums)
+        self._factor = _factor(window, cell)
+        self._sums[:, :, FITS::2][~self._may_be_allowed()] = 0
+
+    def _may_be_allowed(self) -> np.ndarray:
+        """Return (angles, n, n): which blocks may hold a shift that the window's information allows."""
+        middles = BLOCK * np.arange(self._sums.shape[1]) - self._half + 0.5 * (BLOCK - 1)
+        by_x, by_y, by_turn = self._factor.T
+        shifts = (
+            by_x * middles[:, None]
+            + by_y * middles[:, None, None]
+            + by_turn * self._turns_rad[:, None, None, None]
+        )
+        corners = 0.5 * (BLOCK - 1) * np.linalg.norm([by_x + by_y, by_x - by_y], axis=1)
+        return np.linalg.norm(shifts, axis=-1) <= 1.0 + corners.max()
 
     def _best_shift(
         self, overlap_min: float, circle: np.ndarray, score_min: float
@@ -84,9 +105,8 @@ class Correlation:
         bounds = (fits / np.maximum(fits + clashes, least)).astype(np.float32)
         order = np.flatnonzero(bounds > score_min)
         order = order[np.argsort(-bounds.reshape(-1)[order], kind="stable")]
-        return best_shift(
-            Blocks(self._half, least, bounds, order), self._reference, self._query, circle, score_min
-        )
+        blocks = Blocks(self._half, least, bounds, order, self._turns_rad, self._factor)
+        return best_shift(blocks, self._reference, self._query, circle, score_min)
 
     def best(self, score_min: float, overlap_min: float) -> Optimum | None:
         """Return the best pose, without a rival yet; None if no pose scores more than `score_min`.
@@ -134,6 +154,14 @@ def correlate(
         overlap_min if rival_overlap_min is None else rival_overlap_min,
     )
     return Optimum(optimum.query_in_reference, optimum.score, rival)
+
+
+def _factor(window: Window, cell_m: float) -> np.ndarray:
+    """Return a window's `Blocks.factor`. Shifts are in the reference's frame, the information is not."""
+    values, vectors = np.linalg.eigh(window.information)
+    cos, sin = np.cos(window.predicted[2]), np.sin(window.predicted[2])
+    turn = np.array([(cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)])
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T @ turn * (cell_m, cell_m, 1.0)
 
 
 def _pooled(table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

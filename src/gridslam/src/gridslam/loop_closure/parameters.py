@@ -76,8 +76,9 @@ class LoopClosureParameters:
     """m: a match is degenerate when its standard deviation in any direction exceeds this."""
     chi_square_max: float = 11.34
     """Greatest chi-square of consistent matches: 99 % of a distribution with 3 degrees of freedom."""
-    support_m: float = 10.0
-    """m: a match counts only if another one within this much travel agrees with it."""
+    support_m: float = 16.0
+    """m: a match counts only if another one within this much travel agrees with it. Twice stretch_m: so two
+    local maps without common scans may support each other."""
 
     odometry_m_per_sqrt_m: float = 0.1
     """m: odometry's standard deviation along and across after one metre."""

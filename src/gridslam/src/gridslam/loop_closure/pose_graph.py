@@ -18,27 +18,35 @@ from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.match import Match
 
 ROBUST_SCALE = 2.0  # from this many standard deviations on, an edge loses weight (Cauchy)
+FIRST_SCALE, FIRST_TOLERANCE = 20.0, 1e-3  # of the first of two searches, in which wrong steps still yield
 CLOSURE_WAY_M = 0.1  # length of an edge over a closure, in metres of path
 
 
-def optimise(start: np.ndarray, edges: Sequence[Edge | Match], tolerance: float = 1e-5) -> np.ndarray:
+def optimise(
+    start: np.ndarray, edges: Sequence[Edge | Match], tolerance: float = 1e-5, is_far: bool = False
+) -> np.ndarray:
     """Return the nodes' poses (k, 3) that fit the edges best. The first node stays fixed.
+
+    Where the start is wrong by many standard deviations, the edges that say so have hardly any weight. So a
+    first search, under a wide kernel, may go before (H. Yang et al., "Graduated non-convexity for robust
+    spatial perception", 2020).
 
     Args:
         start: poses (k, 3) from which the search starts.
         edges: steps, links and closures. Each loses weight when the others contradict it.
         tolerance: the search ends when a step lowers the cost by less than this share.
+        is_far: the start may be wrong by many standard deviations.
     """
     poses = np.array(start, float)
-    optimise_graph(
-        poses,
+    measured = (
         np.array([edge.older for edge in edges]),
         np.array([edge.newer for edge in edges]),
         np.array([edge.newer_in_older for edge in edges]),
         np.array([edge.covariance for edge in edges]),
-        ROBUST_SCALE,
-        tolerance,
     )
+    if is_far:
+        optimise_graph(poses, *measured, FIRST_SCALE, FIRST_TOLERANCE)
+    optimise_graph(poses, *measured, ROBUST_SCALE, tolerance)
     poses[:, 2] = se2.wrap(poses[:, 2])
     return poses
 

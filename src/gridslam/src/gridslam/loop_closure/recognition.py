@@ -67,11 +67,22 @@ class Recognition:
                 predicted,
                 min(max(float(spread_m[0]), p.window_min_m), p.window_max_m),
                 min(max(float(turn_rad[0]), WINDOW_MIN_RAD), p.window_max_rad),
+                self._allowed(covariances[older]),
             )
             match = self._match(older, window, covariances[older])
             if match is not None:
                 found.append(match)
         return found
+
+    def _allowed(self, covariance: np.ndarray) -> np.ndarray:
+        """Return the information (3, 3) of `Window` for a prediction of this covariance.
+
+        A place that the path's uncertainty excludes is no match, and no rival of one. The window's least size
+        holds here, too.
+        """
+        p = self._parameters
+        least_m, least_rad = p.window_min_m / p.window_sigmas, WINDOW_MIN_RAD / p.window_sigmas
+        return inverse(covariance + np.diag([least_m**2, least_m**2, least_rad**2])) / p.chi_square_max
 
     def far(self) -> list[Match]:
         """Return the match with the only place, of all that the path's uncertainty allows, or none."""
@@ -108,7 +119,8 @@ class Recognition:
     def _spread(self, covariances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how far off poses of these covariances (n, 3, 3) may be, in m and in rad."""
         sigmas = self._parameters.window_sigmas
-        widest = np.linalg.eigvalsh(covariances[:, :2, :2])[:, -1]
+        xx, yx, yy = covariances[:, 0, 0], covariances[:, 1, 0], covariances[:, 1, 1]
+        widest = 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), yx)  # the greater eigenvalue
         return sigmas * np.sqrt(widest), sigmas * np.sqrt(covariances[:, 2, 2])
 
     def _places(self) -> list[int]:

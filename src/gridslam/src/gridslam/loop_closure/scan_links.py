@@ -9,6 +9,7 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.filter.tile_pool import require_indices
+from gridslam.kernels.least_squares import inverse
 from gridslam.kernels.links import Surfaces, nearest_earlier
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.links import link, surfaces_of
@@ -21,6 +22,7 @@ PASSES_MAX = 3
 """A scan is linked with at most this many scans of other passes, the nearest."""
 TRY_AGAIN_M = 0.1
 """m: two scans that could not be linked are tried again when their poses have moved by more than this."""
+NOTHING = np.zeros((3, 3))
 OPEN_M = 1.0
 """m: a link with a greater standard deviation leaves a direction open, as along a bare corridor."""
 
@@ -34,6 +36,8 @@ class ScanLinks:
         self._back: dict[tuple[int, int], Edge] = {}
         self._passes: dict[tuple[int, int], Edge] = {}
         self._failed: dict[tuple[int, int], np.ndarray] = {}
+        self._is_seen, self._information = bytearray(), [NOTHING]
+        """(k - 1,) and (k, 3, 3): see `is_seen` and `information`."""
 
     @property
     def edges(self) -> list[Edge]:
@@ -42,20 +46,38 @@ class ScanLinks:
 
     def is_seen(self) -> np.ndarray:
         """Return for each step (k - 1,) whether a link spans it that measures every direction."""
-        seen = np.zeros(max(0, len(self._surfaces) - 1), dtype=bool)
-        for (older, newer), edge in self._back.items():
-            if edge.covariance[0, 0] + edge.covariance[1, 1] < OPEN_M**2:
-                seen[older:newer] = True
-        return seen
+        return np.frombuffer(bytes(self._is_seen), dtype=bool)
 
-    def extend(self, scans: list[PlanarScan], poses: np.ndarray, way_m: np.ndarray) -> None:
-        """Take in the scans at new nodes. Link each with scans just before it."""
+    def information(self) -> np.ndarray:
+        """Return (k - 1, 3, 3): what links with scans before it say of each step's newer node."""
+        return np.array(self._information[1:]).reshape(-1, 3, 3)
+
+    def _add(self, edge: Edge) -> None:
+        older, newer = edge.older, edge.newer
+        self._back[older, newer] = edge
+        self._information[newer] = self._information[newer] + inverse(edge.covariance)
+        if edge.covariance[0, 0] + edge.covariance[1, 1] < OPEN_M**2:
+            self._is_seen[older:newer] = b"\1" * (newer - older)
+
+    def extend(
+        self, scans: list[PlanarScan], poses: np.ndarray, odometry: np.ndarray, way_m: np.ndarray
+    ) -> None:
+        """Take in the scans at new nodes. Link each with scans just before it.
+
+        Where scans are far apart, the filter may have taken a wrong turn. So the search for a link begins at
+        odometry's prediction, too. poses, odometry: (k, 3) of the base by both.
+        """
         p = self._parameters
         for newer in range(len(self._surfaces), len(scans)):
             self._surfaces.append(surfaces_of(scans[newer], p.link_range_m))
+            if newer > 0:
+                self._is_seen.append(0)
+                self._information.append(NOTHING)
             found, last_m = 0, np.inf
             first = int(np.searchsorted(way_m, way_m[newer] - p.link_reach_m))
-            predicted = se2.between(poses[first:newer], poses[newer])
+            predicted = np.stack(
+                [se2.between(path[first:newer], path[newer]) for path in (poses, odometry)], axis=1
+            )
             for older in range(newer - 1, first - 1, -1):
                 if found == p.links_back:
                     break
@@ -63,7 +85,7 @@ class ScanLinks:
                     last_m = way_m[older]
                     edge = link(older, newer, self._surfaces, predicted[older - first], p)
                     if edge is not None:
-                        self._back[older, newer] = edge
+                        self._add(edge)
                         found += 1
 
     def link_passes(self, poses: np.ndarray, way_m: np.ndarray) -> int:
@@ -139,7 +161,10 @@ class ScanLinks:
             )
         ]
         back = int(arrays["back"])
-        self._back = {(edge.older, edge.newer): edge for edge in edges[:back]}
+        count = max(0, len(scans) - 1)
+        self._back, self._is_seen, self._information = {}, bytearray(count), [NOTHING] * (count + 1)
+        for edge in edges[:back]:
+            self._add(edge)
         self._passes = {(edge.older, edge.newer): edge for edge in edges[back:]}
         self._failed = {
             (int(older), int(newer)): pose
