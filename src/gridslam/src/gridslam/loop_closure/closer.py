@@ -79,7 +79,7 @@ class LoopCloser:
         self._contradicted: list[int] = []
         """Nodes at which no scan says how odometry has erred, and at which scans have contradicted it."""
         self._agreed = False
-        """Whether the last search found a place again, and the path agreed with it."""
+        """Whether the last search found a place again, and the path and another match agreed with it."""
         self._closures: list[Closure] = []
 
     @property
@@ -159,9 +159,12 @@ class LoopCloser:
         if self._counted and self._links.agrees(self._chain.poses, self._chain.way_m, within_m):
             self._agreed = True
             return None
-        if not self._search():
+        found = self._search()
+        if not found:
             return None
         before, self._counted = set(self._counted), self._choose()
+        is_counted = any(match in self._counted for match in found)
+        self._agreed = is_counted and not any(self._is_off(match) for match in found)
         new = [match for match in self._counted if match not in before]
         if before.issubset(self._counted) and not any(self._is_off(match) for match in new):
             return None
@@ -246,17 +249,17 @@ class LoopCloser:
         self._links.extend(scans, self._chain.poses, odometry, self._chain.way_m)
         self._chain.loosen(self._links.is_seen(), self._unmatched, self._contradicted)
 
-    def _search(self) -> bool:
-        """Compare the newest local map with earlier ones. Return whether a match was found."""
+    def _search(self) -> list[Match]:
+        """Compare the newest local map with earlier ones. Return the matches that were found."""
         search, way_m = Recognition(self._chain, self._counted, self._parameters), self._chain.way_m[-1]
         found = search.near()
-        self._agreed = bool(found) and not any(self._is_off(match) for match in found)
+        self._agreed = False
         if not found and way_m - self._searched_far_m >= self._parameters.search_far_m:
             self._searched_far_m = way_m
             found = search.far()
         for match in found:
             self._remember(match)
-        return bool(found)
+        return found
 
     def _remember(self, match: Match) -> None:
         contradicted = contradictions(MeasuredPath(self._chain), match, self._matches)
