@@ -214,6 +214,34 @@ def test_places_that_look_alike_are_not_taken_for_each_other(seed):
     assert errors[:, 0].max() < 0.5  # the next room or beam is at least 2.5 m away
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_bare_corridor_is_as_long_as_odometry_says_and_ends_where_it_began(seed):
+    """Out and back between two rooms. With these seeds the length erred by 0.08 to 0.23 m less than odometry.
+
+    The rival of the right place lies across the corridor, where the path cannot be.
+    """
+    # given a corridor of 30 m and 2.4 m, from room to room, and odometry that measures 1 % too much
+    upper = np.array([(42, 4), (34, 4), (34, 1.2), (4, 1.2), (4, 4), (-4, 4)], float)
+    walls = Walls.from_polygons([np.concatenate([upper, upper[::-1] * (1.0, -1.0)])])
+    lidar = Lidar(2.0 * math.pi * 179 / 180, 180, 10.0, 0.02, 10.0)
+    truth = along(np.array([(-2.0, 0.0), (39.0, 0.1), (-2.0, 0.2)]), 0.5)
+    log = drive(walls, truth, lidar, seed, Drift())
+    session = SlamSession(SlamParameters(seed=seed))
+    # when mapped
+    for scan, base in zip(log.scans, log.odometry):
+        session.process(scan, base)
+    session.finish()
+    # then the loop is closed, and the corridor is no worse than by odometry
+    path = session.trajectory()
+    far = int(np.abs(path.stamps_s - log.truth.stamps_s[len(truth) // 2]).argmin())
+    true = truth[np.searchsorted(log.truth.stamps_s, path.stamps_s[[0, far, -1]])]
+    length, gap = (math.dist(path.poses_in_map[i, :2], path.poses_in_map[0, :2]) for i in (far, -1))
+    drifted = math.dist(log.odometry[len(truth) // 2, :2], log.odometry[0, :2])
+    assert session.closures
+    assert abs(length - math.dist(true[1, :2], true[0, :2])) < abs(drifted - 41.0) + 0.05
+    assert abs(gap - math.dist(true[2, :2], true[0, :2])) < 0.05
+
+
 def scattered_boxes(seed, route):
     """A hall of 34 x 24 m with boxes of different sizes and headings beside a route."""
     rng = np.random.default_rng(seed)

@@ -13,6 +13,7 @@ from gridslam.filter.tile_pool import require_indices
 from gridslam.localisation.evidence import Evidence
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
+from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.job import Correction, Job
 from gridslam.loop_closure.match import Closure, Match
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -292,7 +293,7 @@ class LoopCloser:
                 break
             before = poses
             steps = self._chain.edges(links.information(), poses)
-            edges = [*steps, *links.edges, *self._counted]
+            edges: list[Edge | Match] = [*steps, *links.edges, *self._counted]
             poses = optimise(before, edges, effort.tolerance, is_far=round_ == 0)
             if round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M:
                 break
