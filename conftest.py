@@ -31,6 +31,9 @@ RUN = pytest.StashKey[str]()
 # Libraries are tested where nothing is built, too; a built workspace comes first, it has messages as well.
 sys.path += [*sorted(str(path) for path in ROOT.glob("src/*/src")), str(ROOT)]
 
+# Tests run beside each other. More threads in numpy would wait for each other, and they wait by computing.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # On a busy machine any example of hypothesis may be slow, which is no fault of what is tested.
 # Every run tries the same ones.
 settings.register_profile(
