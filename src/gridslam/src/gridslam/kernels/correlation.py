@@ -141,6 +141,22 @@ def block_sums(phases: np.ndarray, cells: np.ndarray, half: int, sums: np.ndarra
 
 
 @njit(cache=True, nogil=True)
+def leave_out(turns_rad: np.ndarray, factor: np.ndarray, half: int, sums: np.ndarray) -> None:
+    """Clear the FITS of blocks without a shift that `Blocks.factor` allows. ``sums``: as in `block_sums`."""
+    to_middle, reach = 0.5 * (BLOCK - 1), 0.0
+    for sign in (-1.0, 1.0):
+        reach = max(reach, to_middle * np.sqrt(((factor[:, 0] + sign * factor[:, 1]) ** 2).sum()))
+    for a in range(sums.shape[0]):
+        for row in range(sums.shape[1]):
+            for column in range(sums.shape[1]):
+                x, y, square = BLOCK * column - half + to_middle, BLOCK * row - half + to_middle, 0.0
+                for k in range(3):
+                    square += (factor[k, 0] * x + factor[k, 1] * y + factor[k, 2] * turns_rad[a]) ** 2
+                if np.sqrt(square) > 1.0 + reach:
+                    sums[a, row, 2 * column + FITS] = 0
+
+
+@njit(cache=True, nogil=True)
 def _quarter_sums(
     level: np.ndarray, cells: np.ndarray, dx: int, dy: int, side: int, sums: np.ndarray
 ) -> None:

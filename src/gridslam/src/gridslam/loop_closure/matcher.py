@@ -22,6 +22,7 @@ from gridslam.kernels.correlation import (
     Reference,
     best_shift,
     block_sums,
+    leave_out,
 )
 from gridslam.loop_closure.local_map import LocalMap
 
@@ -82,19 +83,7 @@ class Correlation:
         self._sums = np.zeros((len(turns), count, 2 * count), np.int32)
         block_sums(phases, cells, self._half, self._sums)
         self._factor = _factor(window, cell)
-        self._sums[:, :, FITS::2][~self._may_be_allowed()] = 0
-
-    def _may_be_allowed(self) -> np.ndarray:
-        """Return (angles, n, n): which blocks may hold a shift that the window's information allows."""
-        middles = BLOCK * np.arange(self._sums.shape[1]) - self._half + 0.5 * (BLOCK - 1)
-        by_x, by_y, by_turn = self._factor.T
-        shifts = (
-            by_x * middles[:, None]
-            + by_y * middles[:, None, None]
-            + by_turn * self._turns_rad[:, None, None, None]
-        )
-        corners = 0.5 * (BLOCK - 1) * np.linalg.norm([by_x + by_y, by_x - by_y], axis=1)
-        return np.linalg.norm(shifts, axis=-1) <= 1.0 + corners.max()
+        leave_out(self._turns_rad, self._factor, self._half, self._sums)
 
     def _best_shift(
         self, overlap_min: float, circle: np.ndarray, score_min: float
