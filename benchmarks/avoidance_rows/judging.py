@@ -7,7 +7,7 @@ from typing import Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
-from scipy.special import betaincinv
+import scipy  # loads stats at its first use; that takes half a second
 
 from benchmarks.avoidance_rows.rows import COMPARED, JUDGED, Goal, Row
 from benchmarks.shared.results import table
@@ -52,9 +52,8 @@ def metrics(flights: pd.DataFrame, computation_ms: Mapping[int, Sequence[float]]
 
 def share_interval(events: int, number: int) -> tuple[float, float]:
     """Return the exact 95 % interval (Clopper and Pearson 1934) of a share."""
-    low = betaincinv(events, number - events + 1, 0.025) if events else 0.0
-    high = betaincinv(events + 1, number - events, 0.975) if events < number else 1.0
-    return float(low), float(high)
+    interval = scipy.stats.binomtest(events, number).proportion_ci(0.95, method="exact")
+    return float(interval.low), float(interval.high)
 
 
 def sets(row: Row, trials: pd.DataFrame) -> dict[tuple[str, float, str], pd.DataFrame]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from scipy.special import gammaincinv
+import scipy  # loads stats at its first use; that takes half a second
 
 from benchmarks.shared.results import Results, table
 from master_thesis.campaign.campaign import Campaign
@@ -79,8 +79,9 @@ def metrics(flights: pd.DataFrame) -> dict:
 def rate_interval(events: int, exposure: float, confidence: float = 0.95) -> tuple[float, float]:
     """Return the exact (Garwood 1936) confidence interval of a Poisson rate: events per unit of exposure."""
     tail = (1.0 - confidence) / 2.0
-    low = gammaincinv(events, tail) if events else 0.0
-    return float(low / exposure), float(gammaincinv(events + 1, 1.0 - tail) / exposure)
+    quantile = scipy.stats.chi2.ppf
+    low = quantile(tail, 2 * events) / 2.0 if events else 0.0
+    return float(low / exposure), float(quantile(1.0 - tail, 2 * events + 2) / 2.0 / exposure)
 
 
 def as_table(found: dict[str, dict]) -> str:

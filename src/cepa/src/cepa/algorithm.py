@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Sequence
 
@@ -36,7 +37,7 @@ class Reference:
     """The beam nearest to its direction."""
 
 
-class Algorithm:
+class Algorithm(ABC):
     """Base class of every algorithm that steers by a scan."""
 
     wants_motion = False
@@ -67,11 +68,11 @@ class Algorithm:
         v_ref, v_uav = velocity(v_ref_xy, "v_ref"), velocity(v_uav_xy, "v_uav")
         return self._steer(scan, v_ref, v_uav, motion, cloud)
 
+    @abstractmethod
     def _steer(
         self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
     ) -> Decision:
-        """Do what `steer` promises, with velocities that make sense. Each algorithm overrides this."""
-        raise NotImplementedError
+        """Do what `steer` promises, with velocities that make sense."""
 
     def take_ranges(self, rangings: Sequence[Ranging]) -> None:
         """Take in what range finders measured when the next scan was taken; who cannot climb ignores it."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from statistics import NormalDist
 from typing import Sequence
 
 import numpy as np
 import pandas as pd
+import scipy  # loads stats at its first use; that takes half a second
 
 from master_thesis.campaign.campaign import Campaign
 
@@ -34,10 +34,8 @@ def wilson(events: int, trials: int) -> tuple[float, float]:
     """Return the score interval of a rate (Wilson 1927); 0 to 1 when nothing was tried."""
     if trials == 0:
         return 0.0, 1.0
-    z = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
-    middle = events + z**2 / 2
-    half = z * math.sqrt(events * (trials - events) / trials + z**2 / 4)
-    return max(0.0, (middle - half) / (trials + z**2)), min(1.0, (middle + half) / (trials + z**2))
+    interval = scipy.stats.binomtest(events, trials).proportion_ci(CONFIDENCE, method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def bootstrap(values: np.ndarray, rng: np.random.Generator) -> tuple[float, float]:
