@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from gridslam.kernels.nearest import NearestPoints
 from gridslam.kernels.surfels import FACING_MIN, FLAT_MIN, SurfelTable, add_points, find_surfels
 
 CELL, SIDE = 0.1, 16
+TIE = 1e-9
+"""Where two numbers are nearer than this, rounding decides which is greater."""
 
 place = st.floats(-0.7, 0.7)
 angle = st.one_of(st.none(), st.floats(0.0, math.tau))
@@ -37,14 +39,17 @@ def plain(points: np.ndarray) -> dict:
 
 
 def nearest(cells: dict, point: np.ndarray, normal: np.ndarray, reach: float):
-    best, distance = None, reach
+    facing = []
     for mean in cells.values():
-        length = math.hypot(mean[2], mean[3])
-        if mean[2:] @ normal < FACING_MIN * (normal @ normal) * length:
-            continue
-        if math.dist(mean[:2], point) < distance:
-            best, distance = mean, math.dist(mean[:2], point)
-    return best
+        across = mean[2:] @ normal - FACING_MIN * (normal @ normal) * math.hypot(mean[2], mean[3])
+        assume(across == 0.0 or abs(across) > TIE)
+        if across >= 0.0:
+            facing.append((math.dist(mean[:2], point), mean))
+    facing.sort(key=lambda found: found[0])
+    distances = [distance for distance, _ in facing]
+    assume(all(abs(distance - reach) > TIE for distance in distances))
+    assume(len(facing) < 2 or distances[1] - distances[0] > TIE)
+    return facing[0][1] if facing and distances[0] < reach else None
 
 
 @settings(max_examples=80, deadline=None)
@@ -67,6 +72,7 @@ def test_the_nearest_surface_is_that_of_a_plain_search(mapped, seen, yaw, x):
         i = nearby.which[k]
         np.testing.assert_allclose(nearby.points[k], expected[i][:2], atol=1e-9)
         length = math.hypot(*expected[i][2:])
+        assume(abs(length - FLAT_MIN) > TIE)
         assert beams[i, 6] == (0.0 if length >= FLAT_MIN else 1.0)
         if length >= FLAT_MIN:
             np.testing.assert_allclose(turn @ beams[i, 4:6], expected[i][2:] / length, atol=1e-9)
