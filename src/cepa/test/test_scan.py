@@ -88,6 +88,12 @@ def test_descending_beams_are_put_in_order():
     assert down.increment == up.increment
 
 
+def test_the_nearest_is_the_least_range_that_counts():
+    assert scan([5.0, NAN, 4.0, INF, 8.0, 3.0, 0.0, 9.0]).full_turn(2).nearest == 3.0
+    assert scan([5.0, 4.0, 3.0], seen=[True, True, False]).full_turn(2).nearest == 4.0
+    assert scan([NAN] * 8).full_turn(8).nearest == INF
+
+
 def test_a_beam_more_than_a_turn_is_folded_onto_the_first():
     beams = scan([3.0, 2.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 1.0]).full_turn(2)
     assert beams.ranges.tolist() == [1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0]

@@ -9,7 +9,7 @@ FORGOTTEN_M = 0.5
 """What was measured so much of the way ago counts 1/e."""
 LEAST_EXPLAINED = 0.5
 """The place explains at least so much of the reference's variance, or somebody steers it by other things."""
-MOST_WAITING = 256
+MOST_WAITING = 8
 
 
 class Destination:
@@ -31,8 +31,7 @@ class Destination:
 
     def update(self, place_m: Sequence[float], v_ref: Sequence[float]) -> None:
         """Take in the reference (x, y), m/s, at a place (x, y, ...), m, along the same axes."""
-        (x, y), (u, v) = place_m[:2], v_ref[:2]
-        self._waiting.append((x, y, u, v))
+        self._waiting.append((place_m[0], place_m[1], v_ref[0], v_ref[1]))
         if len(self._waiting) == MOST_WAITING:
             self._take_in()
 

@@ -93,8 +93,8 @@ class LaserScan2D:
             float(min(self.range_min, too_close_m)),
         )
         assert self.seen is not None  # since __post_init__
-        normalise(self.ranges, self.seen, descending, *limits, int(dropout_beams), ranges, seen)
-        return Beams(ranges, seen, float(first), abs(float(self.angle_increment)))
+        nearest = normalise(self.ranges, self.seen, descending, *limits, int(dropout_beams), ranges, seen)
+        return Beams(ranges, seen, float(first), abs(float(self.angle_increment)), nearest)
 
 
 class Beams(NamedTuple):
@@ -108,16 +108,13 @@ class Beams(NamedTuple):
     """rad: direction of beam 0."""
     increment: float
     """rad, positive"""
+    nearest: float
+    """The least range, m."""
 
     @property
     def angles(self) -> np.ndarray:
         """The beams' directions (N,), rad."""
         return self.angle_0 + np.arange(self.ranges.size) * self.increment
-
-    @property
-    def nearest(self) -> float:
-        """The least range, m."""
-        return float(self.ranges.min())
 
 
 class Grid:

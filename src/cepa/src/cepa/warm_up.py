@@ -37,7 +37,7 @@ def warm_up() -> float:
     for stamp_s in (0.0, 0.1):
         motion = Motion(stamp_s, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
         climbing.steer(scans[0], (1.0, 0.1), (1.0, 0.0), motion, cloud)
-    seen = Seen(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1), (0.0, 0.0, 0.0, 1.0), 1.0)
+    seen = Seen(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1, 1.0), (0.0, 0.0, 0.0, 1.0), 1.0)
     Movers().update(0.0, np.zeros((1, 2)), (0.0, 0.0), seen)
     return time.perf_counter() - start
 

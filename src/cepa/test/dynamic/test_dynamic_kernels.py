@@ -13,7 +13,7 @@ from cepa.dynamic.response import ResponseModel
 from cepa.dynamic.ways_out import NO_END
 from cepa.kernels.field import close, stamp, trace, ways_out, widest
 from cepa.kernels.memory import recall, remember
-from cepa.kernels.rollout import _is_near, roll
+from cepa.kernels.rollout import _is_near, _is_wide_open, roll
 from cepa.kernels.sight import bins_of, clear_of, directions_of, fill_blind, points_of, reach_in_sight
 
 SEEDS = st.integers(0, 2**31)
@@ -100,6 +100,32 @@ def test_a_path_is_near_what_is_near_any_of_its_places(seed, distance):
     path, points = np.cumsum(rng.uniform(0.0, 0.5, (20, 2)), axis=0), rng.uniform(-2.0, 9.0, (3, 2))
     apart = np.linalg.norm(path[:, None] - points, axis=2)
     assert _is_near(path, points, distance) == (apart < distance).any()
+
+
+@given(
+    seed=SEEDS,
+    beams=st.sampled_from((36, 400, 1440)),
+    heading=st.floats(-math.pi, math.pi),
+    angle_0=st.floats(-7.0, 7.0),
+)
+def test_what_is_wide_open_is_in_sight(seed, beams, heading, angle_0):
+    rng, increment, radius = np.random.default_rng(seed), 2.0 * math.pi / beams, 0.35
+    angles, spread = angle_0 + increment * np.arange(beams), rng.uniform(0.0, 1.0)
+    path = np.linspace(0.0, rng.uniform(0.3, 8.0), 20)[:, None] * [math.cos(heading), math.sin(heading)]
+    path += rng.uniform(-spread, spread, path.shape)
+    from_heading = np.abs((angles - heading + math.pi) % (2.0 * math.pi) - math.pi)
+    seen = from_heading < rng.uniform(1.0, math.pi)
+    ranges = np.where(seen & (rng.random(beams) < 0.02), rng.uniform(0.5, 12.0, beams), np.inf)
+    distance, direction = np.hypot(*path.T), np.arctan2(path[:, 1], path[:, 0])
+    apart = np.abs((angles - direction[:, None] + math.pi) % (2.0 * math.pi) - math.pi)
+    width = np.arcsin(np.minimum(1.0, radius / distance))[:, None]
+    meets = (apart <= width) & (distance >= radius)[:, None]
+    in_sight = not (meets & (~seen | (ranges < distance[:, None]))).any()
+    scan = ranges, seen, angle_0, increment, 29.6
+    assert in_sight or not _is_wide_open(path, scan, radius)
+    assert not _is_wide_open(path, (ranges, seen, angle_0, increment, distance.max() - 0.01), radius)
+    clear = np.full(beams, distance.max()), np.ones(beams, np.bool_), angle_0, increment, 29.6
+    assert _is_wide_open(path, clear, radius) or distance[distance >= radius].min(initial=9.0) < 0.9
 
 
 @settings(max_examples=20)

@@ -45,7 +45,7 @@ def beams_at(t, rng, moves):
     share = np.hypot(*along.T)  # of a beam's length in the plane
     ranges = Scene(circles=np.array(circles)).ranges(np.array([SPEED_M_S * t, 0.0]), along / share[:, None])
     ranges = ranges / share + rng.normal(0.0, Lidar.sigma, BEAMS)
-    return Beams(ranges, np.ones(BEAMS, bool), FIRST_RAD, INCREMENT_RAD)
+    return Beams(ranges, np.ones(BEAMS, bool), FIRST_RAD, INCREMENT_RAD, ranges.min())
 
 
 def watch(seconds, moves, age_of=lambda t: LATE_S, takes_as_fresh=False, arrives=lambda k: True):
@@ -121,7 +121,7 @@ def test_what_moves_goes_on_for_a_second_when_odometry_stops():
 
 def test_a_pose_is_interpolated_to_the_scans_own_time():
     late, told = LateScans(), [motion_at(t, LATE_S) for t in (0.15, 0.25, 0.35)]
-    beams = Beams(np.ones(4), np.ones(4, bool), 0.0, 0.5 * math.pi)
+    beams = Beams(np.ones(4), np.ones(4, bool), 0.0, 0.5 * math.pi, 1.0)
     late.tell(told[0])
     for stamp_s in (0.0, 0.04, 0.13):
         late.hold(beams, stamp_s)
@@ -137,7 +137,7 @@ def test_a_pose_is_interpolated_to_the_scans_own_time():
 
 def test_a_scan_between_poses_far_apart_is_dropped():
     late = LateScans()
-    beams = Beams(np.ones(4), np.ones(4, bool), 0.0, 0.5 * math.pi)
+    beams = Beams(np.ones(4), np.ones(4, bool), 0.0, 0.5 * math.pi, 1.0)
     late.tell(motion_at(0.15, LATE_S))
     late.hold(beams, 0.15)
     late.tell(motion_at(0.15 + 0.4, LATE_S))

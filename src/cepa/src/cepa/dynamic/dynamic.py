@@ -60,6 +60,7 @@ class Dynamic(Algorithm):
         self._moving = MovingThings(p, self._lookout)
         self._ways_out = WaysOut(p) if p.window_m > 0.0 else None
         self._cost = Cost(p)
+        self._rotation, self._v_ref = np.empty((2, 2)), np.empty(2)
         self.wants_cloud = p.climb_max > 0.0
         super().__init__(p)
 
@@ -122,9 +123,7 @@ class Dynamic(Algorithm):
         motion, state = self._state(told)
         self._motion = motion
         yaw_rad = motion.yaw_rad
-        turn, reference = _rotation(yaw_rad), np.empty(3)
-        np.dot(turn, v_ref, reference[:2])
-        reference[2] = motion.climb_ref_m_s
+        reference = self._along_odometry(v_ref, yaw_rad, motion.climb_ref_m_s)
         along_x, along_y, _ = reference.tolist()
         self._destination.update(motion.position_m, (along_x, along_y))
         points, seen, is_moving, discs = self._moving.see(beams, motion, told.age_s, scan.range_max)
@@ -141,16 +140,18 @@ class Dynamic(Algorithm):
             self._rangings = ()
             near = space.points[self._is_at_the_body(space.points[:, 2]), :2]
             self._moment = Moment(motion, near, seen, state, discs, space)
-            return self._steer_in_space(reference, turn)
+            return self._steer_in_space(reference)
         self._lookout.keep(standing, seen, motion)
         self._moment = Moment(motion, standing, seen, state, discs)
         speed = math.hypot(along_x, along_y)
         if len(discs) or self._leads_away(speed):
-            return self._steer_in_plane(reference, turn)
-        scan_in_plane = standing, beams, yaw_rad, scan.range_max - RANGE_MARGIN_M
-        if self._judge.is_clear(reference, speed, state, *scan_in_plane, self._commit_s):
-            return self._answer(reference, turn, 0.0, 1, Reason.CUSHION_CLEAR)
-        return self._steer_in_plane(reference, turn)
+            return self._steer_in_plane(reference)
+        farthest_m = scan.range_max - RANGE_MARGIN_M
+        if self._judge.is_clear(
+            reference, speed, state, standing, beams, yaw_rad, farthest_m, self._commit_s
+        ):
+            return self._answer(reference, 0.0, 1, Reason.CUSHION_CLEAR)
+        return self._steer_in_plane(reference)
 
     def _leads_away(self, speed: float) -> bool:
         """Whether the last way out did not begin towards the reference, so that it must be searched again."""
@@ -207,7 +208,7 @@ class Dynamic(Algorithm):
         self._period_s = period_s
         self._commit_s = min(max(self.parameters.commit_s, COMMIT_PERIODS * period_s), LONGEST_COMMIT_S)
 
-    def _steer_in_plane(self, reference: np.ndarray, turn: np.ndarray) -> Decision:
+    def _steer_in_plane(self, reference: np.ndarray) -> Decision:
         """Choose among level velocities, by the scan and its memory."""
         assert self._moment is not None  # since steer
         speed, course = self._course(reference)
@@ -217,9 +218,9 @@ class Dynamic(Algorithm):
         fan_speed = max(speed, EVASION_M_S) if len(discs) else speed
         commands = candidates(reference, self._command, fan_speed)
         known = sight.remembered, sight.is_hidden
-        return self._best_of_admissible(reference, commands, state, around, has_way, known, turn)
+        return self._best_of_admissible(reference, commands, state, around, has_way, known)
 
-    def _steer_in_space(self, reference: np.ndarray, turn: np.ndarray) -> Decision:
+    def _steer_in_space(self, reference: np.ndarray) -> Decision:
         """Choose among velocities with a climb, by clouds or by a plane and range finders."""
         assert self._moment is not None  # since steer
         assert self._spatial is not None
@@ -237,18 +238,18 @@ class Dynamic(Algorithm):
         is_free, result = self._judge.judge(first, state, around, course.direction, self.commit_s)
         is_clear = is_free[0] and result[0, 1] == result[0, 2] == 0.0 and height_m == space.asked_m
         if is_clear and not (self._spatial.knows_one_height and self._leads_away(speed)):
-            return self._answer(commands[REFERENCE], turn, 0.0, 1, Reason.CUSHION_CLEAR)
+            return self._answer(commands[REFERENCE], 0.0, 1, Reason.CUSHION_CLEAR)
         searches = speed >= p.reference_speed_min
         way = self._spatial.way(
             space, discs, course, height_m, self._motion, self._ways_out if searches else None
         )
         if way.climbs:
-            return self._climb_on_the_spot(way, state, turn)
+            return self._climb_on_the_spot(way, state)
         known = space.points, space.is_hidden
-        choice = commands, state, way.around, way.is_open, known, turn, way.height_m - space.middle_m
+        choice = commands, state, way.around, way.is_open, known, way.height_m - space.middle_m
         return self._best_of_admissible(reference, *choice)
 
-    def _climb_on_the_spot(self, way: Way, state: np.ndarray, turn: np.ndarray) -> Decision:
+    def _climb_on_the_spot(self, way: Way, state: np.ndarray) -> Decision:
         """Climb or sink as fast as may be, to look for a way at other heights."""
         assert self._spatial is not None
         shares = way.climbs * np.array(CLIMB_SHARES)
@@ -257,10 +258,10 @@ class Dynamic(Algorithm):
         )
         admissible, _ = self._judge.judge(commands, state, way.around, np.zeros(2), self.commit_s)
         if admissible.any():
-            return self._answer(commands[admissible.argmax()], turn, 0.0, len(commands), Reason.STEERED)
+            return self._answer(commands[admissible.argmax()], 0.0, len(commands), Reason.STEERED)
         if not np.any(np.abs(state[:, 1]) > AT_REST_M_S):
             self._spatial.give_up_height()
-        return self._answer(np.zeros(3), turn, math.inf, len(commands), Reason.BRAKING)
+        return self._answer(np.zeros(3), math.inf, len(commands), Reason.BRAKING)
 
     def _best_of_admissible(
         self,
@@ -270,7 +271,6 @@ class Dynamic(Algorithm):
         around: Surroundings,
         has_way: bool,
         known: tuple[np.ndarray, np.ndarray],
-        turn: np.ndarray,
         height_m: float | None = None,
     ) -> Decision:
         """Return the least costly of the commands (n, 3) that are admissible, or the way out of an emergency.
@@ -288,16 +288,14 @@ class Dynamic(Algorithm):
         cost[~admissible] = math.inf
         best = int(np.argmin(cost)) if has_way and np.isfinite(cost).any() else STANDSTILL
         if self._leaving.is_needed(around, float(results[best, 0]), speed, math.hypot(*course.end)):
-            return self._leave(reference, state, around, turn)
+            return self._leave(reference, state, around)
         is_reference = best == REFERENCE and np.array_equal(commands[best, :2], reference[:2])
         reason = Reason.NO_WAY if not has_way else Reason.BRAKING if best == STANDSTILL else Reason.STEERED
         if has_way and is_reference and results[best, 1] == results[best, 2] == 0.0:
             reason = Reason.CUSHION_CLEAR
-        return self._answer(commands[best], turn, float(cost[best]), len(commands), reason)
+        return self._answer(commands[best], float(cost[best]), len(commands), reason)
 
-    def _leave(
-        self, reference: np.ndarray, state: np.ndarray, around: Surroundings, turn: np.ndarray
-    ) -> Decision:
+    def _leave(self, reference: np.ndarray, state: np.ndarray, around: Surroundings) -> Decision:
         """Return the admissible velocity that regains r_LB fastest; the hull's own margin must suffice."""
         p, speed = self.parameters, max(math.hypot(reference[0], reference[1]), self.parameters.v_max)
         direction = self._leaving.direction(around)
@@ -313,7 +311,7 @@ class Dynamic(Algorithm):
         cost = self._cost.of_leaving(commands, results, self._command, direction is not None)
         cost[~admissible] = math.inf
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
-        return self._answer(commands[best], turn, float(cost[best]), len(commands), Reason.MARGIN_LOST)
+        return self._answer(commands[best], float(cost[best]), len(commands), Reason.MARGIN_LOST)
 
     def _surroundings(
         self, sight: Sight, discs: np.ndarray, course: Course, speed: float
@@ -332,28 +330,28 @@ class Dynamic(Algorithm):
     def _course(self, reference: np.ndarray) -> tuple[float, Course]:
         return course_of(reference[:2], self._destination.gain_1_s, cost_horizon_s(self.parameters))
 
-    def _answer(
-        self, command: np.ndarray, turn: np.ndarray, cost: float, tested: int, reason: Reason
-    ) -> Decision:
-        self._command = command.copy()
-        (c, minus_s), (s, _) = turn.tolist()
-        ahead, left, up = numbers = command.tolist()
-        self._observer.command(self._stamp_s, numbers, self.commit_s)
+    def _along_odometry(self, v_ref: Vector2, yaw_rad: float, climb_m_s: float) -> np.ndarray:
+        """Return the reference (3,), m/s, along the odometry's axes, and keep the turn for the answer."""
+        self._turn = c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        rotation, reference = self._rotation, np.empty(3)
+        rotation[0, 0] = rotation[1, 1] = c
+        rotation[0, 1], rotation[1, 0] = -s, s
+        self._v_ref[0], self._v_ref[1] = v_ref
+        rotation.dot(self._v_ref, reference[:2])
+        reference[2] = climb_m_s
+        return reference
+
+    def _answer(self, command: np.ndarray, cost: float, tested: int, reason: Reason) -> Decision:
+        self._command = command
+        (c, s), (x, y, up) = self._turn, command.tolist()
+        self._observer.command(self._stamp_s, (x, y, up), self._commit_s)
         climb = up if self._moment is not None and self._moment.space is not None else None
         emergency = reason is Reason.MARGIN_LOST
         return Decision(
-            (c * ahead + s * left, minus_s * ahead + c * left),
+            (c * x + s * y, -s * x + c * y),
             emergency,
             cost,
             tested,
             reason,
             climb_m_s=climb,
         )
-
-
-def _rotation(angle_rad: float) -> np.ndarray:
-    rotation = np.empty((2, 2))
-    rotation[0, 0] = rotation[1, 1] = math.cos(angle_rad)
-    rotation[1, 0] = s = math.sin(angle_rad)
-    rotation[0, 1] = -s
-    return rotation

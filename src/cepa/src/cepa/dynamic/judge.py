@@ -101,11 +101,25 @@ class Judge:
         beyond it nothing counts as seen.
         """
         distance_m = math.hypot(self._r_ub_m, HALF_STRIDE_S * speed)
-        ranges, seen, angle_0, increment = beams
+        ranges, seen, angle_0, increment, _ = beams
         commit, brake, cost, _ = self.horizon(commit_s)
-        scan = points, ranges, seen, angle_0 + yaw_rad, increment, farthest_m
-        limits = distance_m, self._radius_m, CLEAR_STRIDE
-        return is_clear(state, reference, self.response, commit, brake, cost, *scan, *limits)
+        return is_clear(
+            state,
+            reference,
+            self.response,
+            commit,
+            brake,
+            cost,
+            points,
+            ranges,
+            seen,
+            angle_0 + yaw_rad,
+            increment,
+            farthest_m,
+            distance_m,
+            self._radius_m,
+            CLEAR_STRIDE,
+        )
 
 
 def cost_horizon_s(parameters: CepaParameters) -> float:

@@ -49,11 +49,12 @@ class LateScans:
 
         It is 0 if odometry is in time. Otherwise the UAV is assumed to turn on as before.
         """
-        told_s = _told_s(motion)
+        age_s = motion.age_s
+        told_s = motion.stamp_s - age_s
         if told_s > self._newest_s:
             self._newest_s = told_s
             self._poses.append(motion)
-        return self._turn_rate_rad_s() * motion.age_s if motion.age_s > LATE_S else 0.0
+        return self._turn_rate_rad_s() * age_s if age_s > LATE_S else 0.0
 
     def hold(self, beams: Beams, stamp_s: float) -> None:
         """Keep a scan until it is ready."""

@@ -130,9 +130,12 @@ class Lookout:
             directions_of(beams.angle_0, beams.increment, self._directions)
             self._points = np.empty((beams.ranges.size, 3))
         orientation = motion.orientation_xyzw
+        seen = Seen(beams, orientation, range_max)
+        if beams.nearest >= range_max:
+            return self._points[:0], seen
         scan = beams.ranges, beams.seen, self._directions
         found = points_of(*scan, *orientation, range_max, self._points)
-        return self._points[:found], Seen(beams, orientation, range_max)
+        return self._points[:found], seen
 
     def keep(self, points: np.ndarray, seen: Seen, motion: Motion) -> None:
         """Keep what stands still (n, 2), m, and what `see` found, for the memory.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from struct import Struct
 from typing import Sequence
 
 import numpy as np
@@ -19,6 +20,8 @@ ACCELERATION_NOISE_M_S2, INTEGRAL_NOISE_M_S2 = 5.0, 0.5
 LONGEST_STEP_S = 1.0
 """After a longer gap nothing is known of acceleration and integral."""
 KEPT_COMMANDS = 256
+ROW, ROW_BYTES = Struct("5d"), 40
+"""Of a command: when it begins and is braked, s, and its velocity, m/s."""
 STEP_S = 1e-3
 CLIMB_LAG_S = 0.35
 
@@ -47,6 +50,7 @@ class Observer:
         self._model = model
         self._response = response_of(model, STEP_S)
         self._commands = np.zeros((KEPT_COMMANDS, 5))
+        self._rows = self._commands.data
         self._state = np.zeros((3, 4))
         self._gains: dict[int, np.ndarray] = {}
         self.way_m = np.zeros(3)
@@ -60,14 +64,17 @@ class Observer:
     def take_over(self, earlier: Observer) -> None:
         """Take over the state and the commands of one with another model."""
         self._state, self._stamp_s = earlier._state.copy(), earlier._stamp_s
-        self._commands, self._first, self._next = earlier._commands.copy(), earlier._first, earlier._next
+        self._commands[:], self._first, self._next = earlier._commands, earlier._first, earlier._next
 
     def command(self, stamp_s: float, command: Sequence[float], hold_s: float) -> None:
         """Take in a command (x, y, z), m/s, that is given at ``stamp_s``; after ``hold_s`` the UAV brakes."""
         begins_s = stamp_s + self._model.delay_s
-        self._commands[self._next % KEPT_COMMANDS] = (begins_s, begins_s + hold_s, *command)
+        x, y, z = command
+        place = self._next % KEPT_COMMANDS * ROW_BYTES
+        ROW.pack_into(self._rows, place, begins_s, begins_s + hold_s, x, y, z)  # thrice as fast as numpy
         self._next += 1
-        self._first = max(self._first, self._next - KEPT_COMMANDS)
+        if self._next - self._first > KEPT_COMMANDS:
+            self._first += 1
 
     def update(self, told_s: float, velocity_m_s: Vector3, scan_s: float, later_s: float) -> np.ndarray:
         """Take in a velocity that was measured at ``told_s``; return the state at ``later_s``.
@@ -79,10 +86,24 @@ class Observer:
             from_s = told_s
             self._state[:] = 0.0
             self._state[:, 1] = velocity_m_s
-        gains, later = self._gains_over(told_s - from_s), np.empty((3, 4))
-        given, times = (self._commands, self._first, self._next), (from_s, told_s, scan_s, later_s)
+        vx, vy, vz = velocity_m_s
+        later = np.empty((3, 4))
         self._first = observe(
-            self._state, *velocity_m_s, gains, *given, *times, self._response, self.way_m, later
+            self._state,
+            vx,
+            vy,
+            vz,
+            self._gains_over(told_s - from_s),
+            self._commands,
+            self._first,
+            self._next,
+            from_s,
+            told_s,
+            scan_s,
+            later_s,
+            self._response,
+            self.way_m,
+            later,
         )
         return later
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 
@@ -21,13 +19,22 @@ def normalise(
     dropout_beams: int,
     ranges: np.ndarray,
     seen: np.ndarray,
-) -> None:
+) -> float:
     """Put ``raw`` (n,), read by REP-117, onto a full turn: ``ranges`` (N,), +inf: nothing; ``seen`` (N,).
 
-    What is nearer than ``range_min`` is put at ``too_close``.
+    What is nearer than ``range_min`` is put at ``too_close``. Return the least of ``ranges``.
     """
     if _place(raw, seen_raw, reverse, range_min, range_max, too_close, ranges, seen):
         _fill_dropouts(dropout_beams, ranges, seen)
+    return _least(ranges)
+
+
+@njit(cache=True, fastmath={"nnan", "nsz"})  # so that several beams go at once
+def _least(ranges: np.ndarray) -> float:
+    least = np.inf
+    for k in range(ranges.size):
+        least = ranges[k] if ranges[k] < least else least
+    return least
 
 
 @njit(cache=True)
@@ -42,33 +49,32 @@ def _place(
     seen: np.ndarray,
 ) -> bool:
     """Return whether there are dropouts."""
-    n = raw.size
-    count = ranges.size
-    drops = False
+    n, count = raw.size, ranges.size
+    limits = range_min, range_max, too_close
     for k in range(n, count):
         ranges[k], seen[k] = np.inf, False
-    for k in range(n):
+    drops = False
+    for k in range(min(n, count)):  # without a branch, so that several beams go at once
         source = n - 1 - k if reverse else k
-        if k < count:
-            ranges[k], seen[k] = np.inf, False
-        if not seen_raw[source]:
-            continue
-        value = raw[source]
-        if value == -np.inf or 0.0 < value < range_min:
-            value = too_close
-        elif value > range_max:
-            value = np.inf
-        elif math.isnan(value) or value <= 0.0:  # drivers say 0 or less when a reading failed
-            value = DROPOUT
-            drops = True
-        target = k if k < count else k - count
-        if (
-            seen[target] and ranges[target] != DROPOUT
-        ):  # one beam more than a turn: the nearer of the two counts
-            value = ranges[target] if value == DROPOUT else min(value, ranges[target])
-        ranges[target] = value
-        seen[target] = True
+        value = _read(raw[source], *limits) if seen_raw[source] else np.inf
+        ranges[k], seen[k] = value, seen_raw[source]
+        drops |= value == DROPOUT
+    last = 0 if reverse else n - 1
+    if n > count and seen_raw[last]:  # one beam more than a turn: the nearer of the two counts
+        value = _read(raw[last], *limits)
+        drops |= value == DROPOUT
+        if seen[0] and ranges[0] != DROPOUT:
+            value = ranges[0] if value == DROPOUT else min(value, ranges[0])
+        ranges[0], seen[0] = value, True
     return drops
+
+
+@njit(cache=True)
+def _read(value: float, range_min: float, range_max: float, too_close: float) -> float:
+    """Return a range as it counts; DROPOUT for what is no number, or 0 or less, which failed readings are."""
+    valid = value > 0.0  # NaN fails, too
+    near = (value == -np.inf) | valid & (value < range_min)
+    return too_close if near else np.inf if value > range_max else value if valid else DROPOUT
 
 
 @njit(cache=True)
