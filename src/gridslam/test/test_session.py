@@ -84,7 +84,8 @@ def test_a_correction_begun_before_the_vehicle_was_put_elsewhere_does_not_take_i
     run(session, log, last=middle)
     path, elsewhere = session.trajectory().poses_in_map, np.array((5.0, 3.0, 1.0))
     session._closer.forget()
-    session._closer._job = Job(0.0, log.scans[middle].stamp_s + 1.0, lambda: Correction(path))
+    due_s = log.scans[middle].stamp_s + 1.0
+    session._closer._job = Job(session._closer._thread, 0.0, due_s, lambda: Correction(path))
     # When the vehicle is put elsewhere on the map before that
     if by == "initialpose":
         session.place(elsewhere, 1e-4 * np.eye(3))

@@ -65,6 +65,9 @@ class TrajectoryTree:
     def __init__(self, particles: int):
         self.stamps_s: list[float] = []
         self.leaves: list[Node | None] = [None] * particles
+        self._known: list[Node] = []
+        self._known_poses = np.empty((0, 3))
+        """The last path that was asked for. The next one mostly begins with it."""
 
     def extend(self, stamp_s: float, poses: np.ndarray) -> None:
         """Add a pose (particles, 3) to every path."""
@@ -77,11 +80,15 @@ class TrajectoryTree:
 
     def path(self, particle: int) -> np.ndarray:
         """Return one particle's poses (k, 3), the first one first."""
-        poses, node = [], self.leaves[particle]
-        while node is not None:
-            poses.append(node.pose)
-            node = node.parent
-        return np.array(poses[::-1]).reshape(-1, 3)
+        new, node, left = [], self.leaves[particle], len(self.stamps_s)
+        while node is not None and not (left <= len(self._known) and self._known[left - 1] is node):
+            new.append(node)
+            node, left = node.parent, left - 1
+        new.reverse()
+        poses = np.array([node.pose for node in new]).reshape(-1, 3)
+        self._known = self._known[:left] + new
+        self._known_poses = np.concatenate([self._known_poses[:left], poses])
+        return self._known_poses.copy()
 
     def replace(self, poses: np.ndarray) -> None:
         """Give all particles one path (k, 3)."""

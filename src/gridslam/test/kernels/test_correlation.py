@@ -12,7 +12,7 @@ from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.correlation import FITS, mark_free
 from gridslam.loop_closure.local_map import build_local_map, surface_points
-from gridslam.loop_closure.matcher import Correlation, Window, correlate
+from gridslam.loop_closure.matcher import Correlation, Window
 from gridslam.loop_closure.refinement import refine
 
 ROOM = Walls.from_polygons(
@@ -44,15 +44,14 @@ def test_search_finds_what_trying_every_pose_finds(seed):
     search = Correlation(first, second, window)
     # When searched
     optimum = search.best(0.0, 0.3)
-    rival = search.rival_score(optimum, 0.5, 0.0, 0.3)
     # Then best and rival are those of exhaustive search
     angles = search.angles_rad
     best, pose = reference.best_score(first, second, window, angles, 0.3)
     assert optimum.score == pytest.approx(best, abs=1e-9)
     assert optimum.query_in_reference == pytest.approx(pose, abs=1e-9)
-    assert rival == pytest.approx(
-        reference.best_score(first, second, window, angles, 0.3, pose[:2], 0.5)[0], abs=1e-9
-    )
+    rival, _ = reference.best_score(first, second, window, angles, 0.3, pose[:2], 0.5)
+    assert search.has_rival(optimum, 0.5, rival - 1e-9, 0.3)
+    assert not search.has_rival(optimum, 0.5, rival + 1e-9, 0.3)
 
 
 def test_only_poses_that_the_prediction_allows_are_searched():
@@ -76,7 +75,8 @@ def test_only_poses_that_the_prediction_allows_are_searched():
     rival, _ = reference.best_score(
         first, second, search_window(predicted), search.angles_rad, 0.3, pose[:2], 0.3, is_allowed
     )
-    assert search.rival_score(optimum, 0.3, 0.0, 0.3) == pytest.approx(rival, abs=1e-9)
+    assert search.has_rival(optimum, 0.3, rival - 1e-9, 0.3)
+    assert not search.has_rival(optimum, 0.3, rival + 1e-9, 0.3)
     # and without them there is a better one
     assert reference.best_score(first, second, search_window(predicted), search.angles_rad, 0.3)[0] > rival
 
@@ -117,7 +117,7 @@ def test_known_transform_is_recovered(seed):
     here = np.array([0.5, 0.2, rng.uniform(-3.0, 3.0)])
     there = se2.compose(here, np.append(rng.uniform(-0.7, 0.7, 2), rng.uniform(-0.3, 0.3)))
     first, second = local_map(ROOM, [here], seed), local_map(ROOM, [there], seed + 100)
-    optimum = correlate(first, second, Window(np.zeros(3), 1.5, 0.5), 0.3, 0.5, 0.6, 0.85)
+    optimum = Correlation(first, second, Window(np.zeros(3), 1.5, 0.5)).best(0.5, 0.3)
     refined = refine(first.surface, second.surface, optimum.query_in_reference, 0.2)
     error = se2.between(se2.between(here, there), refined.query_in_reference)
     assert math.hypot(error[0], error[1]) < 0.01
@@ -134,8 +134,9 @@ def test_repeated_beams_are_ambiguous_once_the_window_holds_two(reach_m, ambiguo
     first, second = local_map(hold(), along_the_side(-4, 4), 0), local_map(hold(), along_the_side(-4, 2), 1)
     wrong_by = np.array([0.3, 0.1, 0.02])
     window = Window(se2.between((3.5, -7.0, 0.0), (1.5, -7.0, 0.0)) + wrong_by, reach_m, 0.1)
-    optimum = correlate(first, second, window, 0.2, 0.7, 0.6, 0.85)
-    assert (optimum.rival_score > 0.95 * optimum.score) == ambiguous
+    search = Correlation(first, second, window)
+    optimum = search.best(0.7, 0.2)
+    assert search.has_rival(optimum, 0.6, 0.95 * optimum.score, 0.2) == ambiguous
 
 
 def test_bare_wall_leaves_the_way_along_it_open():

@@ -11,7 +11,7 @@ from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.links import Surfaces, align, nearest_by_bearing, nearest_earlier
 from gridslam.loop_closure import LoopClosureParameters
-from gridslam.loop_closure.links import link, surfaces_of
+from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
 from gridslam.loop_closure.scan_links import ScanLinks
 
 LIDAR = Lidar(2.0 * math.pi * 359 / 360, 360, 10.0, 0.01, 10.0)
@@ -37,6 +37,10 @@ def test_nearest_point_is_that_of_all_points():
                 assert found == -1
             else:
                 assert distance[found] == pytest.approx(distance.min())
+
+
+def link(scans, predicted):
+    return link_pairs(np.array([(0, 1)]), ScanSurfaces(scans), predicted[None, None], PARAMETERS)[0]
 
 
 def normal_matrix(reference: Surfaces, query: Surfaces, pose, gate_m: float) -> tuple[np.ndarray, int]:
@@ -98,7 +102,7 @@ def test_a_step_along_a_bare_corridor_is_not_seen():
 def test_along_a_bare_corridor_a_link_measures_nothing():
     corridor = Walls.from_polygons([np.array([(-50.0, -1.2), (50.0, -1.2), (50.0, 1.2), (-50.0, 1.2)])])
     scans = [seen_from(corridor, (0.0, 0.1, 0.0), 1), seen_from(corridor, (1.0, 0.1, 0.0), 2)]
-    found = link(0, 1, scans, np.array([0.8, 0.0, 0.0]), PARAMETERS)
+    found = link(scans, np.array([0.8, 0.0, 0.0]))
     assert found.covariance[0, 0] > 50.0  # m2
     assert found.covariance[1, 1] < 0.01**2
     assert found.covariance[2, 2] < 0.01**2
@@ -130,7 +134,18 @@ def test_a_step_is_known_as_well_as_all_links_to_its_newer_node_together():
 
 def test_what_does_not_overlap_is_not_linked():
     scans = [seen_from(WALLS, (1.0, -1.5, 0.0)), seen_from(WALLS, (-3.0, 1.5, 2.0))]
-    assert link(0, 1, scans, np.array([20.0, 0.0, 0.0]), PARAMETERS) is None
+    assert link(scans, np.array([20.0, 0.0, 0.0])) is None
+
+
+def test_pairs_after_the_last_one_that_is_wanted_are_left_out():
+    poses = [(1.0 + 0.3 * i, -1.5, 0.0) for i in range(4)]
+    scans = ScanSurfaces(seen_from(WALLS, pose, seed) for seed, pose in enumerate(poses))
+    pairs = np.array([(2, 3), (1, 3), (0, 3)])
+    predicted = np.array([[(0.3, 0.0, 0.0)], [(20.0, 0.0, 0.0)], [(0.9, 0.0, 0.0)]])
+    for most, expected in ((None, [True, False, True]), (1, [True, False, False])):
+        edges = link_pairs(pairs, scans, predicted, PARAMETERS, most=most)
+        assert [edge is not None for edge in edges] == expected
+    assert (edges[0].older, edges[0].newer) == (2, 3)
 
 
 def test_passes_of_a_place_are_linked_and_links_survive_a_saved_state():

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 from gridslam import se2
 from gridslam.kernels.pose_graph import shortest_ways
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
-from gridslam.loop_closure.edge import Edge
+from gridslam.loop_closure.edge import Edge, Edges
 from gridslam.loop_closure.match import Match
 from gridslam.loop_closure.pose_graph import ROBUST_SCALE, ShortestWays, optimise
 
@@ -38,14 +38,14 @@ class Steps:
 
 
 def match(older, newer, pose, sigma=0.02):
-    return Match(older, newer, np.array(pose, dtype=float), sigma**2 * np.eye(3), 0.9, 0.5)
+    return Match(older, newer, np.array(pose, dtype=float), sigma**2 * np.eye(3), 0.9)
 
 
 def test_error_is_spread_evenly_over_equal_steps():
     """n steps of variance v, a closure of variance w that is off by d: each step takes d v / (n v + w)."""
     chain = Steps((1.0, 0.0, 0.0), np.diag([0.04, 0.04, 0.0025]), 10)
     closure = match(0, 10, (10.05, 0.0, 0.0), sigma=0.2)
-    corrected = optimise(chain.poses, [*chain.edges(), closure])
+    corrected = optimise(chain.poses, Edges.of([*chain.edges(), closure]))
     share = 0.05 * 0.04 / (10 * 0.04 + 0.04)
     assert corrected[:, 0] == pytest.approx(np.arange(11) * (1.0 + share), abs=1e-4)
     assert np.abs(corrected[:, 1:]).max() < 1e-6
@@ -61,13 +61,14 @@ def test_a_wrong_turn_yields_to_what_scans_say_however_wrong_the_start():
         start.append(se2.compose(start[-1], step))
     links = [match(4, 6, (2.0, 0.0, 0.0), 0.01), match(5, 6, (1.0, 0.0, 0.0), 0.01)]
     edges = [*wrong.edges(), *true.edges(), *links]
-    assert np.abs(optimise(np.array(start), edges, is_far=True) - true.poses).max() < 0.1
+    assert np.abs(optimise(np.array(start), Edges.of(edges), is_far=True) - true.poses).max() < 0.1
 
 
 def test_absurd_closure_loses_its_weight():
     chain = Steps((1.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.0004]), 10)
     right = [match(0, 10, (10.0, 0.0, 0.0)), match(1, 9, (8.0, 0.0, 0.0)), match(2, 10, (8.0, 0.0, 0.0))]
-    corrected = optimise(chain.poses, [*chain.edges(), *right, match(0, 9, (6.0, 0.0, 0.0))])
+    edges = Edges.of([*chain.edges(), *right, match(0, 9, (6.0, 0.0, 0.0))])
+    corrected = optimise(chain.poses, edges)
     assert np.abs(corrected - chain.poses).max() < 0.05
 
 
@@ -93,7 +94,7 @@ def test_path_is_where_no_small_step_of_any_node_lowers_the_robust_cost(seed):
     edges.append(Edge(3, 40, np.array([9.0, 9.0, 3.0]), covariance))
     start = np.vstack([chain.poses[:1], chain.poses[1:] + 0.1 * rng.standard_normal((70, 3))])
     # when it is optimised
-    found = optimise(start, edges, 1e-12).ravel()
+    found = optimise(start, Edges.of(edges), 1e-12).ravel()
     # then the first node stays, and the slope of the plain cost is zero along all others
     np.testing.assert_allclose(found[:3], start[0], atol=1e-6)
 
@@ -124,7 +125,7 @@ def test_shortest_ways_are_those_of_dijkstra():
 def test_same_graph_gives_the_same_path_bit_for_bit():
     chain = Steps((1.0, 0.0, 0.1), np.diag([0.01, 0.01, 0.0004]), 200)
     closures = [match(i, i + 63, (0.1, 0.05, 0.02 * i)) for i in range(0, 130, 7)]
-    edges = [*chain.edges(), *closures]
+    edges = Edges.of([*chain.edges(), *closures])
     assert np.array_equal(optimise(chain.poses, edges), optimise(chain.poses, edges))
 
 

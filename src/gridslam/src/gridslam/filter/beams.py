@@ -24,6 +24,7 @@ BACK_STEP = math.sqrt(2.0)
 ALONG_WEIGHT = 0.0
 """Weight of an offset along a flat surface; across it: 1. The map has only samples of the surface, so this
 offset says nothing. Any weight would hold the pose where the search began, against odometry."""
+NOT_MATCHED = np.empty((0, 7))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ class Beams:
         scale = 1.0 / parameters.delta
         lidar = np.array(scan.lidar_in_base) * (scale, scale, 1.0)
         hits, ranges = ranges <= usable, np.minimum(ranges, usable) * scale
-        matching = np.empty((0, 7))
+        matching = NOT_MATCHED
         if is_matched:
             matching = _matching_beams(bearings[hits], ranges[hits], lidar, parameters.lskip + 1)
         if len(ranges) > BEAMS_MAX:
@@ -59,6 +60,10 @@ class Beams:
             hits = np.arange(len(ranges)) < len(kept[0][0])
         ends = se2.transform(lidar, _points(bearings, ranges))
         return cls(lidar[:2].copy(), ends, hits, matching)
+
+    def for_map(self) -> Beams:
+        """Return the beams without those for scan matching."""
+        return Beams(self.lidar, self.ends, self.hits, NOT_MATCHED)
 
 
 def _points(bearings: np.ndarray, ranges: np.ndarray) -> np.ndarray:

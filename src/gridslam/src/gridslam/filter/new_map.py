@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Sequence
+
 import numpy as np
 
 from gridslam.errors import MapError
@@ -9,7 +11,6 @@ from gridslam.filter.beams import Beams
 from gridslam.filter.tile_map import TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 from gridslam.parameters import SlamParameters
-from gridslam.scan import PlanarScan
 
 BEAMS = 10
 """A known cell counts like one that this many beams have met."""
@@ -62,17 +63,18 @@ class MapDraft:
     Args:
         parameters: the filter's.
         grid: the map begins with this; None: empty.
+        beams: of the scans, which may grow.
     """
 
-    def __init__(self, parameters: SlamParameters, grid: OccupancyGrid | None):
-        self._parameters = parameters
+    def __init__(self, parameters: SlamParameters, grid: OccupancyGrid | None, beams: Sequence[Beams]):
+        self._beams = beams
         self.maps = begun(grid, 1, parameters.delta)
         """Of one particle."""
         self.scans = 0
         """Number of scans in it."""
 
-    def add(self, scans: list[PlanarScan], poses_in_map: np.ndarray) -> None:
-        """Enter further scans, taken at these poses (k, 3)."""
-        for scan, pose in zip(scans, poses_in_map):
-            self.maps.insert(pose[None], Beams.from_scan(scan, self._parameters, is_matched=False))
-            self.scans += 1
+    def add(self, poses_in_map: np.ndarray) -> None:
+        """Enter the next scans, taken at these poses (k, 3)."""
+        last = self.scans + len(poses_in_map)
+        self.maps.insert_path(poses_in_map, self._beams[self.scans : last])
+        self.scans = last

@@ -63,6 +63,8 @@ class GridSlam:
         self._log_likelihoods = np.zeros(count)
         self._tree = TrajectoryTree(count)
         self._scans: list[PlanarScan] | None = [] if keep_scans else None
+        self._beams: list[Beams] = []
+        """Of the scans that are kept, without those for matching."""
         self._maps = begun(starting_map, count, parameters.delta)
         self._motion: Motion | None = None
         self._rng = np.random.default_rng(parameters.seed)
@@ -129,8 +131,9 @@ class GridSlam:
         if self._starting_map is not None:
             self._motion.deviations += START_DEVIATION
             return self._step(scan, self._motion)
-        self._maps.insert(self._poses, Beams.from_scan(scan, self.parameters))
-        self._remember(scan)
+        beams = Beams.from_scan(scan, self.parameters)
+        self._maps.insert(self._poses, beams)
+        self._remember(scan, beams)
         return self._update(scan, np.full(len(self._poses), 1.0 / len(self._poses)), False, True)
 
     def _step(self, scan: PlanarScan, motion: Motion) -> ScanUpdate | None:
@@ -169,7 +172,7 @@ class GridSlam:
         self._motion = Motion(motion.now, scan.stamp_s, motion.covariance)
         if self.judgement.is_confirming and not self._localisation_only:
             return None
-        self._remember(scan)
+        self._remember(scan, beams)
         if resample:
             self._resample(resampling.systematic(weights, uniform))
         if not self._localisation_only:
@@ -217,10 +220,11 @@ class GridSlam:
         self._tree.resample(parents)
         self._maps.resample(parents)
 
-    def _remember(self, scan: PlanarScan) -> None:
+    def _remember(self, scan: PlanarScan, beams: Beams) -> None:
         self._tree.extend(scan.stamp_s, self._poses)
         if self._scans is not None:
             self._scans.append(scan)
+            self._beams.append(beams.for_map())
 
     def _update(self, scan: PlanarScan, weights: np.ndarray, resampled: bool, matched: bool) -> ScanUpdate:
         return ScanUpdate(
@@ -298,7 +302,7 @@ class GridSlam:
 
     def draft(self) -> MapDraft:
         """Return a new map for `adopt`. Any thread may call this and fill the map."""
-        return MapDraft(self.parameters, self._starting_map)
+        return MapDraft(self.parameters, self._starting_map, self._beams)
 
     def adopt(self, poses_in_map: np.ndarray, draft: MapDraft | None = None) -> None:
         """Give all particles a corrected trajectory (k, 3), and a map of the scans along it.
@@ -316,7 +320,7 @@ class GridSlam:
             raise StateError(f"The corrected trajectory must be {len(scans)} finite poses x, y, yaw.")
         draft = draft or self.draft()
         if not self._localisation_only:
-            draft.add(scans[draft.scans :], poses[draft.scans :])
+            draft.add(poses[draft.scans :])
         draft.maps.resample(np.zeros(self.parameters.particles, int))
         self._maps, self._renderer = draft.maps, Renderer(self.parameters)
         self._tree.replace(poses)
@@ -362,6 +366,9 @@ class GridSlam:
         if state.scans is not None and len(state.scans) != len(slam._tree.stamps_s):
             raise ValueError("there are not as many scans as stamps")
         slam._scans = state.scans
+        slam._beams = [
+            Beams.from_scan(scan, state.parameters, is_matched=False) for scan in state.scans or ()
+        ]
         return slam
 
     def take_over_map(self, other: GridSlam) -> None:

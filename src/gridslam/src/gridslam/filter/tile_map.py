@@ -7,6 +7,8 @@ reference counts).
 
 from __future__ import annotations
 
+from typing import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,7 +16,7 @@ from gridslam.errors import MapError
 from gridslam.filter.beams import Beams
 from gridslam.filter.tile_pool import TilePool, require_indices
 from gridslam.kernels.agreement import agreement
-from gridslam.kernels.insertion import BeamEnds, insert_scan
+from gridslam.kernels.insertion import BeamEnds, insert_path, insert_scan
 from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
 from gridslam.localisation.evidence import Agreement
 from gridslam.occupancy_grid import CELLS_MAX
@@ -25,6 +27,9 @@ RESERVE = 1024
 """When the pool grows, room is made for this many tiles besides one for each place in a table."""
 COMPARED_BEAMS_MAX = 200
 """More beams of one scan than this tell nothing new about its agreement with a map."""
+SCANS_AT_ONCE = 64
+"""Of a path: more would need memory in proportion."""
+NO_HIT = np.zeros(1, bool)
 TABLE_MAX = CELLS_MAX // SIDE**2
 """Greatest number of tiles in one particle's table, because the drawn map has a byte for each cell."""
 
@@ -126,7 +131,7 @@ class TileMaps:
         ``points`` (n + 1, 2), in the base frame, are the lidar and its beams' ends; hits (n,) says which of
         these are at something.
         """
-        self._reserve_board(points)
+        self._reserve_board(points[1:] - points[0])
         scan = BeamEnds(points, hits, np.empty_like(points), self._board, self._are_crossed)
         particle = 0
         while particle < len(self.tables):
@@ -135,9 +140,29 @@ class TileMaps:
                 self.pool.reserve(self.tables[0].size + RESERVE)
         self.stamp += len(self.tables)
 
-    def _reserve_board(self, points: np.ndarray) -> None:
-        """Make the board large enough for the beams at any heading."""
-        span = 2.0 * float(np.hypot(*(points[1:] - points[0]).T).max(initial=0.0))
+    def insert_path(self, poses: np.ndarray, scans: Sequence[Beams]) -> None:
+        """Enter scans, taken at poses (k, 3), one after the other into the map of the first particle."""
+        for first in range(0, len(scans), SCANS_AT_ONCE):
+            self._insert_lot(poses[first : first + SCANS_AT_ONCE], scans[first : first + SCANS_AT_ONCE])
+
+    def _insert_lot(self, poses: np.ndarray, scans: Sequence[Beams]) -> None:
+        points = np.concatenate([part for scan in scans for part in (scan.lidar[None], scan.ends)])
+        hits = np.concatenate([part for scan in scans for part in (NO_HIT, scan.hits)])
+        starts = np.cumsum([0, *(len(scan.ends) + 1 for scan in scans)])
+        reach_m = self.delta_m * (np.maximum.reduceat(np.hypot(*points.T), starts[:-1])[:, None] + 2.0)
+        self.cover((poses[:, :2] - reach_m).min(axis=0), (poses[:, :2] + reach_m).max(axis=0))
+        self._reserve_board(points - np.repeat(points[starts[:-1]], np.diff(starts), axis=0))
+        cells, board = self.to_cells(poses), (self._board, self._are_crossed)
+        ends, done = BeamEnds(points, hits, np.empty_like(points), *board), 0
+        while done < len(scans):
+            done = insert_path(done, self.tables[0], cells, starts, ends, self.stamp + 1, self.pool.tiles)
+            if done < len(scans):
+                self.pool.reserve(self.tables[0].size + RESERVE)
+        self.stamp += len(scans)
+
+    def _reserve_board(self, beams: np.ndarray) -> None:
+        """Make the board large enough for beams (n, 2) at any heading."""
+        span = 2.0 * float(np.hypot(*beams.T).max(initial=0.0))
         tiles = int(span / SIDE + 4.0) ** 2
         if self._are_crossed.size < tiles:
             self._board, self._are_crossed = np.zeros(tiles * SIDE**2, np.uint8), np.zeros(tiles, bool)

@@ -222,7 +222,7 @@ def _is_allowed(factor: np.ndarray, dx: int, dy: int, turn: float) -> bool:
 
 @njit(cache=True, nogil=True)
 def best_shift(
-    blocks: Blocks, reference: Reference, query: Query, circle: np.ndarray, floor: float
+    blocks: Blocks, reference: Reference, query: Query, circle: np.ndarray, floor: float, is_any: bool
 ) -> tuple[float, int, int, int]:
     """Search blocks by falling bound; return score, angle's index, dx and dy (cells) of the best shift.
 
@@ -232,6 +232,7 @@ def best_shift(
         query: the map that is shifted.
         circle: (3,) dx, dy and radius; shifts inside are left out.
         floor: least score of interest. If none is better, floor is returned as the score.
+        is_any: the first shift that is found to be better than the floor is good enough.
     """
     half, least, cells = blocks.half, blocks.least, query.cells
     side = blocks.bounds.shape[1]
@@ -273,4 +274,6 @@ def best_shift(
                 score = fits / max(fits + clashes, least)
                 if score > best:
                     best, best_a, best_dx, best_dy = score, a, dx, dy
+                    if is_any:
+                        return best, best_a, best_dx, best_dy
     return best, best_a, best_dx, best_dy

@@ -227,3 +227,36 @@ def insert_scan(
             return p
         _insert_beams(tables[p], stamp + p, box, scan, tiles)
     return tables.shape[0]
+
+
+@njit(cache=True, nogil=True)
+def insert_path(
+    first: int,
+    table: np.ndarray,
+    poses: np.ndarray,
+    starts: np.ndarray,
+    scans: BeamEnds,
+    stamp: int,
+    tiles: Tiles,
+) -> int:
+    """Enter scans from ``first`` on, taken at poses (k, 3), into one map, as `insert_scan` does.
+
+    ``scans`` holds the points of all of them. Scan i has those from starts[i] to
+    starts[i + 1], (k + 1,), and the same hits (n,). Returns the number of scans. If there may be too few
+    free tiles or ends for a scan, it stops before that scan and returns its index.
+    """
+    for i in range(first, poses.shape[0]):
+        begin, end = starts[i], starts[i + 1]
+        scan = BeamEnds(
+            scans.points[begin:end],
+            scans.are_hits[begin + 1 : end],
+            scans.placed[begin:end],
+            scans.board,
+            scans.are_crossed,
+        )
+        place(poses[i], scan.points, scan.placed)
+        box = tiles_around(scan.placed[0], scan.placed[1:])
+        if tiles.free.min() < (box[2] - box[0] + 1) * (box[3] - box[1] + 1):
+            return i
+        _insert_beams(table, stamp + i, box, scan, tiles)
+    return poses.shape[0]

@@ -146,6 +146,15 @@ def inverse(a: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
+def inverses(matrices: np.ndarray) -> np.ndarray:
+    """Return the inverses of symmetric positive definite matrices (n, 3, 3)."""
+    inverted = np.empty_like(matrices)
+    for i in range(matrices.shape[0]):
+        inverted[i] = inverse(matrices[i])
+    return inverted
+
+
+@njit(cache=True, nogil=True)
 def scatter(factors: np.ndarray, noise: np.ndarray, poses: np.ndarray) -> None:
     """Move poses (P, 3) by noise (P, 3) that has the covariance of the factors' information."""
     for p in range(poses.shape[0]):

@@ -46,6 +46,18 @@ class Surfaces(NamedTuple):
     """(2,) where the bearings begin, m."""
 
 
+class Scans(NamedTuple):
+    """The surfaces of several scans, one after the other; there may be room for more."""
+
+    points: np.ndarray
+    normals: np.ndarray
+    bearings: np.ndarray
+    lidars: np.ndarray
+    """(k, 2) of each scan."""
+    starts: np.ndarray
+    """(k + 1,) where each scan's points begin."""
+
+
 @njit(cache=True, nogil=True)
 def nearest_by_bearing(surfaces: Surfaces, x: float, y: float, gate: float) -> int:
     """Return the index of the point nearest to x, y, nearer than the gate; -1: there is none."""
@@ -232,6 +244,43 @@ def measure(
             poses[0] = pose
             found[:] = covariance(matrix, pairs, points_most, sigma_m)
     return most > 0
+
+
+@njit(cache=True, nogil=True)
+def _scan(scans: Scans, node: int) -> Surfaces:
+    begin, end = scans.starts[node], scans.starts[node + 1]
+    return Surfaces(
+        scans.points[begin:end], scans.normals[begin:end], scans.bearings[begin:end], scans.lidars[node]
+    )
+
+
+@njit(cache=True, nogil=True)
+def measure_pairs(
+    scans: Scans,
+    pairs: np.ndarray,
+    poses: np.ndarray,
+    most: int,
+    gates_m: tuple[float, float],
+    share_min: float,
+    rms_max_m: float,
+    points_most: float,
+    sigma_m: float,
+    covariances: np.ndarray,
+    are_found: np.ndarray,
+) -> None:
+    """Align pairs (m, 2) of scans, older and newer, as `measure` does, until ``most`` of them are found.
+
+    ``poses`` (m, k, 3) are the predictions, ``covariances`` (m, 3, 3) and ``are_found`` (m,) the results.
+    """
+    count = 0
+    for i in range(pairs.shape[0]):
+        older, newer, found = _scan(scans, pairs[i, 0]), _scan(scans, pairs[i, 1]), covariances[i]
+        are_found[i] = measure(
+            older, newer, poses[i], gates_m, share_min, rms_max_m, points_most, sigma_m, found
+        )
+        count += are_found[i]
+        if count == most:
+            break
 
 
 @njit(cache=True, nogil=True)

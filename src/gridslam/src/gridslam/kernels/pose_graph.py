@@ -258,27 +258,9 @@ def solve_factored(pattern: Pattern, matrix: Matrix, steps: np.ndarray) -> None:
 
 
 @njit(cache=True, nogil=True)
-def optimise_graph(
-    poses: np.ndarray,
-    older: np.ndarray,
-    newer: np.ndarray,
-    measured: np.ndarray,
-    covariances: np.ndarray,
-    robust_scale: float,
-    tolerance: float,
-) -> None:
-    """Move poses (n, 3) to where they fit the edges best: see `Edges`. The first node stays.
-
-    The search ends when a step lowers the robust cost by less than the share ``tolerance``.
-    """
-    information = np.empty_like(covariances)
-    for i in range(older.size):
-        information[i] = inverse(covariances[i])
-    edges, pattern, count = (
-        Edges(older, newer, measured, information),
-        pattern_of(len(poses), older, newer),
-        len(poses),
-    )
+def _search(poses: np.ndarray, edges: Edges, pattern: Pattern, robust_scale: float, tolerance: float) -> None:
+    """Move poses (n, 3) by steps of Levenberg and Marquardt: see `optimise_graph`."""
+    count = len(poses)
     equations = Matrix(np.empty((count, 3, 3)), np.empty((pattern.rows.size, 3, 3)))
     factors, gradient = (
         Matrix(np.empty((count, 3, 3)), np.empty((pattern.rows.size, 3, 3))),
@@ -314,6 +296,28 @@ def optimise_graph(
             break
         cost -= max(0.0, lowered)
         damping = damping / DAMPING_FACTOR if is_new else damping * DAMPING_FACTOR
+
+
+@njit(cache=True, nogil=True)
+def optimise_graph(
+    poses: np.ndarray,
+    older: np.ndarray,
+    newer: np.ndarray,
+    measured: np.ndarray,
+    covariances: np.ndarray,
+    searches: np.ndarray,
+) -> None:
+    """Move poses (n, 3) to where they fit the edges best: see `Edges`. The first node stays.
+
+    ``searches`` (s, 2): each search has a scale of the robust kernel. It ends when a step lowers the robust
+    cost by less than a share, its tolerance.
+    """
+    information = np.empty_like(covariances)
+    for i in range(older.size):
+        information[i] = inverse(covariances[i])
+    edges, pattern = Edges(older, newer, measured, information), pattern_of(len(poses), older, newer)
+    for i in range(searches.shape[0]):
+        _search(poses, edges, pattern, searches[i, 0], searches[i, 1])
 
 
 @njit(cache=True, nogil=True)

@@ -10,8 +10,8 @@ from typing import Sequence
 import numpy as np
 
 from gridslam import se2
-from gridslam.kernels.least_squares import inverse
-from gridslam.loop_closure.edge import Edge
+from gridslam.kernels.least_squares import inverses
+from gridslam.loop_closure.edge import Edges
 from gridslam.loop_closure.local_map import LocalMap, SurfacePoints, build_local_map, surface_points
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.refinement import normal_matrix
@@ -144,7 +144,7 @@ class Chain:
         information = np.array(self._informations[first : first + len(steps)]).reshape(-1, 3, 3)
         prior = np.diagonal(self._odometry_covariances(steps), axis1=1, axis2=2)
         informations = information + np.eye(3) / prior[:, None, :]
-        return np.array([inverse(each) for each in informations]).reshape(-1, 3, 3)
+        return inverses(informations)
 
     def _odometry_covariances(self, steps: np.ndarray) -> np.ndarray:
         p = self._parameters
@@ -178,7 +178,7 @@ class Chain:
         self.covariances = self.matched_covariances.copy()
         self.covariances[self._is_open] = self._loose[self._is_open] + off[:, :, None] * off[:, None, :]
 
-    def edges(self, links: np.ndarray, poses: np.ndarray) -> list[Edge]:
+    def edges(self, links: np.ndarray, poses: np.ndarray) -> Edges:
         """Return each step twice: as the filter has it, and as odometry measured it. Call `loosen` before.
 
         A filter's step is as firm as all links of its scan with those before it together: ``links``
@@ -193,14 +193,11 @@ class Chain:
         is_linked = links.any(axis=(1, 2))
         share = np.where(is_linked & ~self._is_open, self._odometry_share(poses), 1.0)
         held = self._loose.copy()
-        for node in np.flatnonzero(is_linked):
-            held[node] = p.step_share**2 * inverse(links[node] + inverse(self._loose[node]))
+        held[is_linked] = p.step_share**2 * inverses(links[is_linked] + inverses(self._loose[is_linked]))
         held[self._is_open] = self.covariances[self._is_open]
-        return [
-            Edge(node, node + 1, step, covariance)
-            for steps, covariances in ((self.steps, held), (measured, share[:, None, None] * self._loose))
-            for node, (step, covariance) in enumerate(zip(steps, covariances))
-        ]
+        older = np.tile(np.arange(len(measured)), 2)
+        loose = share[:, None, None] * self._loose
+        return Edges(older, older + 1, np.concatenate([self.steps, measured]), np.concatenate([held, loose]))
 
     def _odometry_share(self, poses: np.ndarray) -> float:
         """Return by how much odometry's covariance is too large, from its differences to a path (k, 3).

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from typing import Mapping, NamedTuple, Protocol
 
 import numpy as np
@@ -13,7 +14,7 @@ from gridslam.filter.tile_pool import require_indices
 from gridslam.localisation.evidence import Evidence
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
-from gridslam.loop_closure.edge import Edge
+from gridslam.loop_closure.edge import Edges
 from gridslam.loop_closure.job import Correction, Job
 from gridslam.loop_closure.match import Closure, Match
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -68,9 +69,10 @@ class LoopCloser:
     def __init__(self, parameters: LoopClosureParameters | None = None) -> None:
         self._parameters = parameters or LoopClosureParameters()
         self._chain, self._links = Chain(self._parameters), ScanLinks(self._parameters)
-        self._odometry: list[np.ndarray] = []
+        self._odometry: list[list[float]] = []
         self._way_m = 0.0
         """Length of odometry's way so far."""
+        self._thread = ThreadPoolExecutor(1, "loop_closure")
         self._job: Job | None = None
         self._matches: list[Match] = []
         self._consistent = np.zeros((0, 0), dtype=bool)
@@ -103,13 +105,14 @@ class LoopCloser:
             self._unmatched.append(len(self._odometry))
         p, base = self._parameters, np.array(base_in_odom, float)
         self._way_m += math.dist(base[:2], self._odometry[-1][:2]) if self._odometry else 0.0
-        self._odometry.append(base)
+        self._odometry.append(base.tolist())
         every_m = p.search_agreed_m if self._agreed else p.search_every_m
         if self._job is None and self._way_m - self._searched_m >= every_m:
             self._searched_m = self._way_m
             path, scans, odometry = slam.trajectory(), slam.processed_scans(), np.array(self._odometry)
             begun_s = float(path.stamps_s[-1])
-            self._job = Job(begun_s, begun_s + p.answer_s, lambda: self._work(slam, path, scans, odometry))
+            due_s = begun_s + p.answer_s
+            self._job = Job(self._thread, begun_s, due_s, lambda: self._work(slam, path, scans, odometry))
 
     def take(self, slam: Slam, stamp_s: float) -> bool:
         """Take over the result that is due at a scan's stamp. Return whether the path was corrected.
@@ -170,7 +173,7 @@ class LoopCloser:
         if before.issubset(self._counted) and not any(self._is_off(match) for match in new):
             return None
         poses, draft = self._corrected(ON_THE_WAY), slam.draft()
-        draft.add(scans, poses)
+        draft.add(poses)
         return Correction(poses, draft)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
@@ -193,7 +196,7 @@ class LoopCloser:
             "match_nodes": np.array([(match.older, match.newer) for match in matches], int).reshape(-1, 2),
             "match_poses": np.array([match.newer_in_older for match in matches]).reshape(-1, 3),
             "match_covariances": np.array([match.covariance for match in matches]).reshape(-1, 3, 3),
-            "match_scores": np.array([(match.score, match.rival_score) for match in matches]).reshape(-1, 2),
+            "match_scores": np.array([match.score for match in matches]),
             "consistent": self._consistent,
             "counted": np.array([index[id(match)] for match in self._counted], int),
             "searched_m": np.array([self._way_m, self._searched_m, self._searched_far_m]),
@@ -220,13 +223,13 @@ class LoopCloser:
                 f"the chain has {nodes} nodes, the odometry {len(arrays['odometry'])}, the path {len(scans)}"
             )
         self._links.from_arrays(links, scans[:nodes])
-        self._odometry = list(arrays["odometry"])
+        self._odometry = arrays["odometry"].tolist()
         require_indices(arrays["match_nodes"], nodes - 1, "the matches' nodes")
         require_indices(arrays["counted"], len(arrays["match_nodes"]) - 1, "the matches that count")
         columns = (arrays[f"match_{name}"] for name in ("nodes", "poses", "covariances", "scores"))
         self._matches = [
-            Match(int(older), int(newer), pose, covariance, float(score), float(rival_score))
-            for (older, newer), pose, covariance, (score, rival_score) in zip(*columns)
+            Match(int(older), int(newer), pose, covariance, float(score))
+            for (older, newer), pose, covariance, score in zip(*columns)
         ]
         self._consistent = arrays["consistent"]
         self._counted = [self._matches[i] for i in arrays["counted"]]
@@ -243,11 +246,13 @@ class LoopCloser:
         if arrays["due_s"].size:
             begun_s, due_s = arrays["due_s"].tolist()
             correction = None if pending is None else Correction(pending)
-            self._job = Job(begun_s, due_s, lambda: correction)
+            self._job = Job(self._thread, begun_s, due_s, lambda: correction)
 
     def _follow(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> None:
         self._chain.follow(path.stamps_s, path.poses_in_map, scans, odometry)
         self._links.extend(scans, self._chain.poses, odometry, self._chain.way_m)
+
+    def _loosen(self) -> None:
         self._chain.loosen(self._links.is_seen(), self._unmatched, self._contradicted)
 
     def _search(self) -> list[Match]:
@@ -255,7 +260,10 @@ class LoopCloser:
         search, way_m = Recognition(self._chain, self._counted, self._parameters), self._chain.way_m[-1]
         found = search.near()
         self._agreed = False
-        if not found and way_m - self._searched_far_m >= self._parameters.search_far_m:
+        is_far_due = way_m - self._searched_far_m >= self._parameters.search_far_m
+        if found or is_far_due:
+            self._loosen()
+        if not found and is_far_due:
             self._searched_far_m = way_m
             found = search.far()
         for match in found:
@@ -288,12 +296,13 @@ class LoopCloser:
         The better the path, the more scans of different passes can be linked, and the other way round.
         """
         poses, links = self._chain.poses, self._links
+        self._loosen()
         for round_ in range(effort.rounds):
             if round_ > 0 and not links.link_passes(poses, self._chain.way_m):
                 break
             before = poses
             steps = self._chain.edges(links.information(), poses)
-            edges: list[Edge | Match] = [*steps, *links.edges, *self._counted]
+            edges = Edges.joined([steps, links.stacked(), Edges.of(self._counted)])
             poses = optimise(before, edges, effort.tolerance, is_far=round_ == 0)
             if round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M:
                 break

@@ -1,8 +1,9 @@
-"""An edge of the pose graph."""
+"""Edges of the pose graph."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple, Protocol, Sequence
 
 import numpy as np
 
@@ -15,3 +16,47 @@ class Edge:
     newer: int
     newer_in_older: np.ndarray
     covariance: np.ndarray
+
+
+class Measurement(Protocol):
+    """An edge, or a match."""
+
+    @property
+    def older(self) -> int:
+        """See `Edge`."""
+
+    @property
+    def newer(self) -> int:
+        """See `Edge`."""
+
+    @property
+    def newer_in_older(self) -> np.ndarray:
+        """See `Edge`."""
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """See `Edge`."""
+
+
+class Edges(NamedTuple):
+    """Edges as arrays: nodes (m,), poses (m, 3), covariances (m, 3, 3)."""
+
+    older: np.ndarray
+    newer: np.ndarray
+    newer_in_older: np.ndarray
+    covariance: np.ndarray
+
+    @classmethod
+    def of(cls, edges: Sequence[Measurement]) -> Edges:
+        """Return them as arrays."""
+        return cls(
+            np.array([edge.older for edge in edges], int),
+            np.array([edge.newer for edge in edges], int),
+            np.array([edge.newer_in_older for edge in edges]).reshape(-1, 3),
+            np.array([edge.covariance for edge in edges]).reshape(-1, 3, 3),
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Edges]) -> Edges:
+        """Return the edges of all parts, one after the other."""
+        return cls(*(np.concatenate(arrays) for arrays in zip(*parts)))

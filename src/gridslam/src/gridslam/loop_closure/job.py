@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Callable
 
@@ -20,19 +20,20 @@ class Correction:
 
 
 class Job:
-    """Runs a function in a thread of its own.
+    """Runs a function in another thread.
 
     Args:
+        thread: runs it.
         begun_s: stamp of the scan that led to the work, s.
         due_s: the result is taken at the first scan with this stamp or a later one, s.
         work: returns the correction, or None.
     """
 
-    def __init__(self, begun_s: float, due_s: float, work: Callable[[], Correction | None]) -> None:
+    def __init__(
+        self, thread: Executor, begun_s: float, due_s: float, work: Callable[[], Correction | None]
+    ) -> None:
         self.begun_s, self.due_s = begun_s, due_s
-        executor = ThreadPoolExecutor(1, "loop_closure")
-        self._future = executor.submit(work)
-        executor.shutdown(wait=False)
+        self._future = thread.submit(work)
 
     def is_due(self, stamp_s: float) -> bool:
         """Return whether the result is to be taken at a stamp. It is, too, if the clock went back."""

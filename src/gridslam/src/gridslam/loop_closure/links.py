@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Iterable
+
 import numpy as np
 
 from gridslam import se2
-from gridslam.kernels.links import Surfaces, measure
+from gridslam.kernels.links import Scans, Surfaces, measure_pairs
 from gridslam.kernels.surfaces import surface_normals, thin_out
 from gridslam.loop_closure.edge import Edge
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -48,41 +50,84 @@ def surfaces_of(scan: PlanarScan, range_m: float) -> Surfaces:
     )
 
 
-def link(
-    older: int,
-    newer: int,
-    scans: list[Surfaces],
+class ScanSurfaces:
+    """The surfaces of a path's scans."""
+
+    def __init__(self, scans: Iterable[Surfaces] = ()) -> None:
+        self.arrays = Scans(
+            np.empty((0, 2)), np.empty((0, 2)), np.empty(0), np.empty((0, 2)), np.zeros(1, int)
+        )
+        """The kernels' input."""
+        self._count = 0
+        for surfaces in scans:
+            self.append(surfaces)
+
+    def __len__(self) -> int:
+        return self._count
+
+    def append(self, surfaces: Surfaces) -> None:
+        """Add the next scan."""
+        scan, begin = self._count, int(self.arrays.starts[self._count])
+        end = begin + len(surfaces.points)
+        of_points = [_with_room(array, end) for array in self.arrays[:3]]
+        self.arrays = Scans(
+            *of_points, _with_room(self.arrays.lidars, scan + 1), _with_room(self.arrays.starts, scan + 2)
+        )
+        for array, values in zip(of_points, surfaces[:3]):
+            array[begin:end] = values
+        self.arrays.lidars[scan], self.arrays.starts[scan + 1] = surfaces.lidar, end
+        self._count += 1
+
+
+def _with_room(array: np.ndarray, least: int) -> np.ndarray:
+    """Return an array, or a copy with at least this many rows."""
+    if len(array) >= least:
+        return array
+    grown = np.empty((max(least, 2 * len(array)), *array.shape[1:]), array.dtype)
+    grown[: len(array)] = array
+    return grown
+
+
+def link_pairs(
+    pairs: np.ndarray,
+    scans: ScanSurfaces,
     predicted: np.ndarray,
     parameters: LoopClosureParameters,
     is_pass: bool = False,
-) -> Edge | None:
-    """Align two nodes' scans; None if too few of the newer one's points fit the older one's.
+    most: int | None = None,
+) -> list[Edge | None]:
+    """Align pairs of nodes' scans; None where too few of the newer one's points fit the older one's.
 
     Args:
-        older: node.
-        newer: node.
+        pairs: (m, 2), the older node and the newer one.
         scans: of all nodes.
-        predicted: (3,) the newer node's pose in the older's, or several (k, 3). The one that makes the most
-            points fit counts.
+        predicted: (m, k, 3) poses of the newer node in the older's. The one that makes the most points fit
+            counts.
         parameters: the link's.
         is_pass: the nodes are of different passes of a place. The prediction may be wrong by more then, and
             more must fit.
+        most: the pairs after this many links are left out (None).
     """
-    p, found = parameters, np.empty((3, 3))
-    poses = np.array(predicted, float).reshape(-1, 3)
-    is_found = measure(
-        scans[older],
-        scans[newer],
+    p, poses, count = parameters, np.array(predicted, float), len(pairs)
+    covariances, are_found = np.empty((count, 3, 3)), np.zeros(count, bool)
+    measure_pairs(
+        scans.arrays,
+        pairs,
         poses,
+        count if most is None else most,
         (p.link_pass_gate_m if is_pass else 0.0, p.link_gate_m),
         p.link_pass_share_min if is_pass else p.link_share_min,
         p.link_rms_max_m,
         p.match_points,
         p.match_sigma_m,
-        found,
+        covariances,
+        are_found,
     )
-    if not is_found:
-        return None
-    pose = poses[0]
-    pose[2] = se2.wrap(pose[2])
-    return Edge(older, newer, pose, found + LEAST_COVARIANCE)
+    found = poses[:, 0].copy()
+    found[:, 2] = se2.wrap(found[:, 2])
+    return [
+        Edge(older, newer, pose, covariance) if is_found else None
+        for (older, newer), pose, covariance, is_found in zip(
+            pairs.tolist(), found, covariances + LEAST_COVARIANCE, are_found.tolist()
+        )
+    ]

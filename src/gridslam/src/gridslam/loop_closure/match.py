@@ -16,7 +16,6 @@ class Match:
     newer_in_older: np.ndarray
     covariance: np.ndarray
     score: float
-    rival_score: float
 
 
 @dataclass(frozen=True)

@@ -47,15 +47,14 @@ class Window:
 
 @dataclass(frozen=True)
 class Optimum:
-    """The best pose of a window and its rival.
+    """The best pose of a window.
 
     query_in_reference: pose (3,) of the query's anchor in the reference's. score: share of the comparisons
-    that agree, 0..1. rival_score: the best score far enough from it.
+    that agree, 0..1.
     """
 
     query_in_reference: np.ndarray
     score: float
-    rival_score: float
 
 
 class Correlation:
@@ -86,7 +85,7 @@ class Correlation:
         leave_out(self._turns_rad, self._factor, self._half, self._sums)
 
     def _best_shift(
-        self, overlap_min: float, circle: np.ndarray, score_min: float
+        self, overlap_min: float, circle: np.ndarray, score_min: float, is_any: bool
     ) -> tuple[float, int, int, int]:
         """Search the blocks that may hold a higher score than `score_min`, with the highest bound first."""
         least = max(1.0, overlap_min * self._points)
@@ -95,54 +94,25 @@ class Correlation:
         order = np.flatnonzero(bounds > score_min)
         order = order[np.argsort(-bounds.reshape(-1)[order], kind="stable")]
         blocks = Blocks(self._half, least, bounds, order, self._turns_rad, self._factor)
-        return best_shift(blocks, self._reference, self._query, circle, score_min)
+        return best_shift(blocks, self._reference, self._query, circle, score_min, is_any)
 
     def best(self, score_min: float, overlap_min: float) -> Optimum | None:
-        """Return the best pose, without a rival yet; None if no pose scores more than `score_min`.
+        """Return the best pose; None if no pose scores more than `score_min`.
 
         overlap_min: share of the query's points that should be comparable. With fewer the score falls.
         """
-        score, angle, dx, dy = self._best_shift(overlap_min, NOTHING_LEFT_OUT, score_min)
+        score, angle, dx, dy = self._best_shift(overlap_min, NOTHING_LEFT_OUT, score_min, False)
         if score <= score_min:
             return None
         shift = np.array([dx, dy]) * self._resolution_m
         pose = np.array([*(self._window.predicted[:2] + shift), se2.wrap(self.angles_rad[angle])])
-        return Optimum(pose, float(score), 0.0)
+        return Optimum(pose, float(score))
 
-    def rival_score(self, optimum: Optimum, distance_m: float, score_min: float, overlap_min: float) -> float:
-        """Return the best score `distance_m` or farther from an optimum; `score_min` when none is better."""
+    def has_rival(self, optimum: Optimum, distance_m: float, score_min: float, overlap_min: float) -> bool:
+        """Return whether a pose `distance_m` or farther from an optimum scores more than `score_min`."""
         middle = optimum.query_in_reference[:2] - self._window.predicted[:2]
         circle = np.array([*middle, distance_m]) / self._resolution_m
-        return float(self._best_shift(overlap_min, circle, score_min)[0])
-
-
-def correlate(
-    reference: LocalMap,
-    query: LocalMap,
-    window: Window,
-    overlap_min: float,
-    score_min: float,
-    rival_distance_m: float,
-    rival_share: float,
-    rival_overlap_min: float | None = None,
-) -> Optimum | None:
-    """Search a window for the pose at which two local maps agree best; None: none scores over `score_min`.
-
-    Rivals are searched `rival_distance_m` or farther from the best pose. A rival with less than `rival_share`
-    of the best score is reported with that share. Rivals only need an overlap of `rival_overlap_min` (None:
-    `overlap_min`), because the UAV may have seen little of the true place again so far.
-    """
-    correlation = Correlation(reference, query, window)
-    optimum = correlation.best(score_min, overlap_min)
-    if optimum is None:
-        return None
-    rival = correlation.rival_score(
-        optimum,
-        rival_distance_m,
-        rival_share * optimum.score,
-        overlap_min if rival_overlap_min is None else rival_overlap_min,
-    )
-    return Optimum(optimum.query_in_reference, optimum.score, rival)
+        return bool(self._best_shift(overlap_min, circle, score_min, True)[0] > score_min)
 
 
 def _factor(window: Window, cell_m: float) -> np.ndarray:

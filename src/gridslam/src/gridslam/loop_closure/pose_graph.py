@@ -14,7 +14,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.kernels.pose_graph import optimise_graph, shortest_ways
 from gridslam.loop_closure.chain import Chain
-from gridslam.loop_closure.edge import Edge
+from gridslam.loop_closure.edge import Edges
 from gridslam.loop_closure.match import Match
 
 ROBUST_SCALE = 2.0  # from this many standard deviations on, an edge loses weight (Cauchy)
@@ -22,9 +22,7 @@ FIRST_SCALE, FIRST_TOLERANCE = 20.0, 1e-3  # of the first of two searches, in wh
 CLOSURE_WAY_M = 0.1  # length of an edge over a closure, in metres of path
 
 
-def optimise(
-    start: np.ndarray, edges: Sequence[Edge | Match], tolerance: float = 1e-5, is_far: bool = False
-) -> np.ndarray:
+def optimise(start: np.ndarray, edges: Edges, tolerance: float = 1e-5, is_far: bool = False) -> np.ndarray:
     """Return the nodes' poses (k, 3) that fit the edges best. The first node stays fixed.
 
     Where the start is wrong by many standard deviations, the edges that say so have hardly any weight. So a
@@ -38,15 +36,8 @@ def optimise(
         is_far: the start may be wrong by many standard deviations.
     """
     poses = np.array(start, float)
-    measured = (
-        np.array([edge.older for edge in edges]),
-        np.array([edge.newer for edge in edges]),
-        np.array([edge.newer_in_older for edge in edges]),
-        np.array([edge.covariance for edge in edges]),
-    )
-    if is_far:
-        optimise_graph(poses, *measured, FIRST_SCALE, FIRST_TOLERANCE)
-    optimise_graph(poses, *measured, ROBUST_SCALE, tolerance)
+    searches = [(FIRST_SCALE, FIRST_TOLERANCE)] * is_far + [(ROBUST_SCALE, tolerance)]
+    optimise_graph(poses, *edges, np.array(searches))
     poses[:, 2] = se2.wrap(poses[:, 2])
     return poses
 

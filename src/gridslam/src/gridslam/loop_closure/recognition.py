@@ -17,7 +17,7 @@ from gridslam.kernels.least_squares import inverse
 from gridslam.loop_closure.chain import Chain, match_information
 from gridslam.loop_closure.local_map import LocalMap
 from gridslam.loop_closure.match import Match
-from gridslam.loop_closure.matcher import Window, correlate
+from gridslam.loop_closure.matcher import Correlation, Window
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import ShortestWays
 from gridslam.loop_closure.refinement import Refined, refine
@@ -136,20 +136,15 @@ class Recognition:
         return sorted(nearest, key=lambda node: distance[node])[: p.places_max]
 
     def _match(self, older: int, window: Window, uncertainty: np.ndarray) -> Match | None:
-        """Match the recent local map with an earlier one; None unless good, unique, firm and credible."""
+        """Match the recent local map with an earlier one; None unless good, firm, credible and unique.
+
+        The search for a rival takes longest. So it comes last.
+        """
         p, chain, query = self._parameters, self._chain, self._query
         reference = chain.local_map(older, p.stretch_m, p.stretch_m)
-        optimum = correlate(
-            reference,
-            query,
-            window,
-            p.overlap_min,
-            p.score_min,
-            p.rival_distance_m,
-            p.rival_share_max,
-            p.rival_overlap_min,
-        )
-        if optimum is None or optimum.rival_score > p.rival_share_max * optimum.score:
+        search = Correlation(reference, query, window)
+        optimum = search.best(p.score_min, p.overlap_min)
+        if optimum is None:
             return None
         refined = refine(reference.surface, query.surface, optimum.query_in_reference, REFINEMENT_GATE_M)
         covariance = self._covariance(refined)
@@ -159,9 +154,10 @@ class Recognition:
         error = se2.between(predicted, refined.query_in_reference)
         if error @ np.linalg.solve(covariance + uncertainty, error) > p.chi_square_max:
             return None
-        return Match(
-            older, self._newer, refined.query_in_reference, covariance, optimum.score, optimum.rival_score
-        )
+        rival_min = p.rival_share_max * optimum.score
+        if search.has_rival(optimum, p.rival_distance_m, rival_min, p.rival_overlap_min):
+            return None
+        return Match(older, self._newer, refined.query_in_reference, covariance, optimum.score)
 
     def _covariance(self, refined: Refined) -> np.ndarray | None:
         p = self._parameters

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import Mapping
+from typing import Mapping, Sequence
 
 import numpy as np
 
 from gridslam import se2
 from gridslam.filter.tile_pool import require_indices
 from gridslam.kernels.least_squares import inverse
-from gridslam.kernels.links import Surfaces, nearest_earlier
-from gridslam.loop_closure.edge import Edge
-from gridslam.loop_closure.links import link, surfaces_of
+from gridslam.kernels.links import nearest_earlier
+from gridslam.loop_closure.edge import Edge, Edges
+from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.scan import PlanarScan
 
@@ -32,17 +33,25 @@ class ScanLinks:
 
     def __init__(self, parameters: LoopClosureParameters) -> None:
         self._parameters = parameters
-        self._surfaces: list[Surfaces] = []
+        self._surfaces = ScanSurfaces()
         self._back: dict[tuple[int, int], Edge] = {}
         self._passes: dict[tuple[int, int], Edge] = {}
         self._failed: dict[tuple[int, int], np.ndarray] = {}
         self._is_seen, self._information = bytearray(), [NOTHING]
         """(k - 1,) and (k, 3, 3): see `is_seen` and `information`."""
+        self._stacked = Edges.of([])
+        """The first links of ``_back``, as arrays."""
 
     @property
     def edges(self) -> list[Edge]:
         """All links."""
         return [*self._back.values(), *self._passes.values()]
+
+    def stacked(self) -> Edges:
+        """Return all links as arrays."""
+        new = list(itertools.islice(self._back.values(), len(self._stacked.older), None))
+        self._stacked = Edges.joined([self._stacked, Edges.of(new)])
+        return Edges.joined([self._stacked, Edges.of(list(self._passes.values()))])
 
     def is_seen(self) -> np.ndarray:
         """Return for each step (k - 1,) whether a link spans it that measures every direction."""
@@ -73,20 +82,22 @@ class ScanLinks:
             if newer > 0:
                 self._is_seen.append(0)
                 self._information.append(NOTHING)
-            found, last_m = 0, np.inf
-            first = int(np.searchsorted(way_m, way_m[newer] - p.link_reach_m))
+            pairs = np.array([(older, newer) for older in self._before(newer, way_m)], int).reshape(-1, 2)
             predicted = np.stack(
-                [se2.between(path[first:newer], path[newer]) for path in (poses, odometry)], axis=1
+                [se2.between(path[pairs[:, 0]], path[newer]) for path in (poses, odometry)], axis=1
             )
-            for older in range(newer - 1, first - 1, -1):
-                if found == p.links_back:
-                    break
-                if older == newer - 1 or last_m - way_m[older] >= SPACING_M:
-                    last_m = way_m[older]
-                    edge = link(older, newer, self._surfaces, predicted[older - first], p)
-                    if edge is not None:
-                        self._add(edge)
-                        found += 1
+            for edge in link_pairs(pairs, self._surfaces, predicted, p, most=p.links_back):
+                if edge is not None:
+                    self._add(edge)
+
+    def _before(self, newer: int, way_m: np.ndarray) -> list[int]:
+        """Return the nodes just before a node that may be linked with it, the last one first."""
+        first = int(np.searchsorted(way_m, way_m[newer] - self._parameters.link_reach_m))
+        nodes: list[int] = []
+        for older in range(newer - 1, first - 1, -1):
+            if not nodes or way_m[nodes[-1]] - way_m[older] >= SPACING_M:
+                nodes.append(older)
+        return nodes
 
     def link_passes(self, poses: np.ndarray, way_m: np.ndarray) -> int:
         """Link scans with those of other passes nearby, by present poses (k, 3).
@@ -105,12 +116,11 @@ class ScanLinks:
         ]
         if not pairs:
             return 0
-        older, newer = np.array(pairs).T
-        before = len(self._passes)
-        for pair, predicted in zip(pairs, se2.between(poses[older], poses[newer])):
-            edge = link(*pair, self._surfaces, predicted, p, is_pass=True)
+        before, predicted = len(self._passes), _between(poses, pairs)
+        edges = link_pairs(np.array(pairs), self._surfaces, predicted[:, None], p, is_pass=True)
+        for pair, pose, edge in zip(pairs, predicted, edges):
             if edge is None:
-                self._failed[pair] = predicted
+                self._failed[pair] = pose
             else:
                 self._passes[pair] = edge
         return len(self._passes) - before
@@ -125,11 +135,16 @@ class ScanLinks:
 
     def agrees(self, poses: np.ndarray, way_m: np.ndarray, within_m: float) -> bool:
         """Return whether the newest scan fits one of another pass at the present poses (k, 3)."""
-        for older, newer in self._passing(poses, way_m, len(poses) - 1):
-            predicted = se2.between(poses[older], poses[newer])
-            edge = link(older, newer, self._surfaces, predicted, self._parameters, is_pass=True)
+        pairs = self._passing(poses, way_m, len(poses) - 1)
+        if not pairs:
+            return False
+        predicted = _between(poses, pairs)
+        edges = link_pairs(
+            np.array(pairs), self._surfaces, predicted[:, None], self._parameters, is_pass=True, most=1
+        )
+        for edge, pose in zip(edges, predicted):
             if edge is not None:
-                return math.dist(edge.newer_in_older[:2], predicted[:2]) < within_m
+                return math.dist(edge.newer_in_older[:2], pose[:2]) < within_m
         return False
 
     def to_arrays(self) -> dict[str, np.ndarray]:
@@ -153,7 +168,7 @@ class ScanLinks:
         """
         for name in ("nodes", "failed_nodes"):
             require_indices(arrays[name], len(scans) - 1, "the links' nodes")
-        self._surfaces = [surfaces_of(scan, self._parameters.link_range_m) for scan in scans]
+        self._surfaces = ScanSurfaces(surfaces_of(scan, self._parameters.link_range_m) for scan in scans)
         edges = [
             Edge(int(older), int(newer), pose, covariance)
             for (older, newer), pose, covariance in zip(
@@ -163,6 +178,7 @@ class ScanLinks:
         back = int(arrays["back"])
         count = max(0, len(scans) - 1)
         self._back, self._is_seen, self._information = {}, bytearray(count), [NOTHING] * (count + 1)
+        self._stacked = Edges.of([])
         for edge in edges[:back]:
             self._add(edge)
         self._passes = {(edge.older, edge.newer): edge for edge in edges[back:]}
@@ -172,14 +188,19 @@ class ScanLinks:
         }
 
 
+def _between(poses: np.ndarray, pairs: Sequence[tuple[int, int]]) -> np.ndarray:
+    """Return the poses (m, 3) of each pair's newer node in the older."""
+    older, newer = np.array(pairs).T
+    return se2.between(poses[older], poses[newer])
+
+
 def _moved(
     known: Mapping[tuple[int, int], Edge | np.ndarray], poses: np.ndarray, by_m: float
 ) -> list[tuple[int, int]]:
     """Return the pairs whose relative pose was another one, by more than this distance."""
     if not known:
         return []
-    older, newer = np.array(list(known)).T
     then = np.array([value.newer_in_older if isinstance(value, Edge) else value for value in known.values()])
-    error = se2.between(se2.between(poses[older], poses[newer]), then)
+    error = se2.between(_between(poses, list(known)), then)
     far = np.hypot(error[:, 0], error[:, 1]) > by_m
     return [pair for pair, is_far in zip(list(known), far) if is_far]

@@ -9,10 +9,10 @@ import numpy as np
 
 from gridslam.kernels.links import nearest_earlier
 from gridslam.kernels.pose_graph import shortest_ways
-from gridslam.loop_closure.edge import Edge
-from gridslam.loop_closure.links import link, surfaces_of
+from gridslam.loop_closure.edge import Edge, Edges
+from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
 from gridslam.loop_closure.local_map import build_local_map, surface_points
-from gridslam.loop_closure.matcher import Window, correlate
+from gridslam.loop_closure.matcher import Correlation, Window
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import optimise
 from gridslam.loop_closure.refinement import refine
@@ -27,12 +27,13 @@ def warm_up_loop_closure() -> float:
     scan = PlanarScan(0.0, angles, ranges, (0.0, 0.0, 0.0), 10.0)
     surface = surface_points(scan, 10.0)
     local_map = build_local_map(0, [surface], [scan], np.zeros((1, 3)), 0.1, 0.2, 0.1, 10.0)
-    correlate(local_map, local_map, Window(np.zeros(3), 1.0, 0.1), 0.2, 0.5, 0.5, 0.8)
+    Correlation(local_map, local_map, Window(np.zeros(3), 1.0, 0.1)).best(0.5, 0.2)
     refine(surface, surface, np.zeros(3), 0.2)
     steps = [Edge(0, 1, np.zeros(3), np.eye(3)), Edge(1, 2, np.zeros(3), np.eye(3))]
-    optimise(np.zeros((3, 3)), steps)
+    optimise(np.zeros((3, 3)), Edges.of(steps))
     nodes = np.arange(2)
     shortest_ways(3, nodes, nodes + 1, np.ones(2), 0)
     nearest_earlier(np.zeros((1, 3)), np.zeros(1), 0, 1.0, 1.0, 1)
-    link(0, 1, [surfaces_of(scan, 10.0)] * 2, np.zeros(3), LoopClosureParameters(), is_pass=True)
+    surfaces = ScanSurfaces([surfaces_of(scan, 10.0)] * 2)
+    link_pairs(np.array([(0, 1)]), surfaces, np.zeros((1, 1, 3)), LoopClosureParameters(), is_pass=True)
     return time.perf_counter() - start
