@@ -90,19 +90,51 @@ def fill_table(cells: np.ndarray, profile: np.ndarray, free: np.ndarray, table: 
     ``profile`` holds the fits around a point's cell, a square whose middle alone is 255.
     """
     height, width = free.shape
-    reach = profile.shape[0] // 2
+    reach, fits = profile.shape[0] // 2, np.zeros((height, width), np.uint8)
     for i in range(cells.shape[0]):
         x, y = cells[i, 0], cells[i, 1]
-        if table[y, x, FITS] == 255:  # a point was here before
+        if fits[y, x] == 255:  # a point was here before
             continue
+        left, right = max(0, x - reach), min(width, x + reach + 1)
         for row in range(max(0, y - reach), min(height, y + reach + 1)):
-            for column in range(max(0, x - reach), min(width, x + reach + 1)):
-                fits = profile[row - y + reach, column - x + reach]
-                table[row, column, FITS] = max(table[row, column, FITS], fits)
+            known, new = fits[row, left:right], profile[row - y + reach, left - x + reach :]
+            for k in range(right - left):
+                known[k] = max(known[k], new[k])
     for row in range(height):
         for column in range(width):
-            if free[row, column]:
-                table[row, column, CLASHES] = 255 - table[row, column, FITS]
+            table[row, column, FITS] = fits[row, column]
+            table[row, column, CLASHES] = free[row, column] * (255 - fits[row, column])
+
+
+@njit(cache=True, nogil=True)
+def pool(table: np.ndarray, levels: np.ndarray, phases: np.ndarray) -> None:
+    """Write a table's `Reference.levels`, and the input of `block_sums`, which is the next level."""
+    height, width = levels.shape[1], levels.shape[2] // 2
+    fits, clashes = np.zeros((height, width), np.uint8), np.zeros((height, width), np.uint8)
+    for row in range(table.shape[0]):
+        for column in range(table.shape[1]):
+            fits[BLOCK + row, BLOCK + column] = table[row, column, FITS]
+            clashes[BLOCK + row, BLOCK + column] = table[row, column, CLASHES]
+    for level in range(LEVELS):
+        reach = 1 << level
+        for row in range(height):
+            for column in range(width):
+                levels[level, row, 2 * column + FITS] = fits[row, column]
+                levels[level, row, 2 * column + CLASHES] = clashes[row, column]
+        for row in range(height):
+            if row + reach < height:
+                for column in range(width):
+                    fits[row, column] = max(fits[row, column], fits[row + reach, column])
+                    clashes[row, column] = min(clashes[row, column], clashes[row + reach, column])
+            for column in range(width - reach):
+                fits[row, column] = max(fits[row, column], fits[row, column + reach])
+                clashes[row, column] = min(clashes[row, column], clashes[row, column + reach])
+    for row in range(height):
+        for first in range(BLOCK):
+            values = phases[row % BLOCK, first, row // BLOCK]
+            for block in range(width // BLOCK):
+                values[2 * block + FITS] = fits[row, block * BLOCK + first]
+                values[2 * block + CLASHES] = clashes[row, block * BLOCK + first]
 
 
 @njit(cache=True, nogil=True, inline="always")

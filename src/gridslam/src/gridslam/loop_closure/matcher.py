@@ -23,6 +23,7 @@ from gridslam.kernels.correlation import (
     best_shift,
     block_sums,
     leave_out,
+    pool,
 )
 from gridslam.loop_closure.local_map import LocalMap
 
@@ -128,16 +129,7 @@ def _pooled(table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     rows, columns = (-(-side // BLOCK) + 2 for side in table.shape[:2])
     levels = np.empty((LEVELS, rows * BLOCK, 2 * columns * BLOCK), np.uint8)
     phases = np.empty((BLOCK, BLOCK, rows, 2 * columns), np.uint8)
-    for first, choose in ((FITS, np.maximum), (CLASHES, np.minimum)):
-        best = np.zeros((rows * BLOCK, columns * BLOCK), np.uint8)
-        best[BLOCK : BLOCK + table.shape[0], BLOCK : BLOCK + table.shape[1]] = table[:, :, first]
-        for level in range(LEVELS):
-            levels[level, :, first::2] = best
-            reach = 1 << level
-            best[:-reach] = choose(best[:-reach], best[reach:])
-            best[:, :-reach] = choose(best[:, :-reach], best[:, reach:])
-        split = best.reshape(rows, BLOCK, columns, BLOCK)
-        phases[:, :, :, first::2] = split.transpose(1, 3, 0, 2)
+    pool(table, levels, phases)
     return levels, phases
 
 

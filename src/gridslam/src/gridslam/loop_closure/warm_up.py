@@ -7,6 +7,9 @@ import time
 
 import numpy as np
 
+from gridslam.filter.beams import Beams
+from gridslam.filter.new_map import MapDraft
+from gridslam.kernels.least_squares import inverses
 from gridslam.kernels.links import nearest_earlier
 from gridslam.kernels.pose_graph import shortest_ways
 from gridslam.loop_closure.edge import Edge, Edges
@@ -16,11 +19,12 @@ from gridslam.loop_closure.matcher import Correlation, Window
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import optimise
 from gridslam.loop_closure.refinement import refine
+from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
 
 def warm_up_loop_closure() -> float:
-    """Match a small map and a scan with themselves, and optimise a path; return the seconds that it took."""
+    """Match a small map and a scan with themselves, optimise a path, draw a map; return the seconds."""
     start = time.perf_counter()
     angles = np.linspace(-math.pi, math.pi, 120, endpoint=False)
     ranges = 2.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
@@ -31,9 +35,12 @@ def warm_up_loop_closure() -> float:
     refine(surface, surface, np.zeros(3), 0.2)
     steps = [Edge(0, 1, np.zeros(3), np.eye(3)), Edge(1, 2, np.zeros(3), np.eye(3))]
     optimise(np.zeros((3, 3)), Edges.of(steps))
+    inverses(np.eye(3)[None])
     nodes = np.arange(2)
     shortest_ways(3, nodes, nodes + 1, np.ones(2), 0)
     nearest_earlier(np.zeros((1, 3)), np.zeros(1), 0, 1.0, 1.0, 1)
     surfaces = ScanSurfaces([surfaces_of(scan, 10.0)] * 2)
     link_pairs(np.array([(0, 1)]), surfaces, np.zeros((1, 1, 3)), LoopClosureParameters(), is_pass=True)
+    parameters = SlamParameters()
+    MapDraft(parameters, None, [Beams.from_scan(scan, parameters)]).add(np.zeros((1, 3)))
     return time.perf_counter() - start
