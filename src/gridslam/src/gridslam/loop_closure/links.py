@@ -69,11 +69,15 @@ class ScanSurfaces:
         """Add the next scan."""
         scan, begin = self._count, int(self.arrays.starts[self._count])
         end = begin + len(surfaces.points)
-        of_points = [_with_room(array, end) for array in self.arrays[:3]]
+        points, normals, bearings, lidars, starts = self.arrays
         self.arrays = Scans(
-            *of_points, _with_room(self.arrays.lidars, scan + 1), _with_room(self.arrays.starts, scan + 2)
+            _with_room(points, end),
+            _with_room(normals, end),
+            _with_room(bearings, end),
+            _with_room(lidars, scan + 1),
+            _with_room(starts, scan + 2),
         )
-        for array, values in zip(of_points, surfaces[:3]):
+        for array, values in zip(self.arrays[:3], surfaces[:3]):
             array[begin:end] = values
         self.arrays.lidars[scan], self.arrays.starts[scan + 1] = surfaces.lidar, end
         self._count += 1
