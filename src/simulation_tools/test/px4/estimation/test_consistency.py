@@ -18,6 +18,8 @@ from simulation_tools.px4.parameters import Px4Parameters
 
 FLIGHTS, STEPS, DT_US = 100, 750, 8_000  # 6 s each
 DT_S = 1e-6 * DT_US
+PX4_DT_S = 0.010  # of the sample that PX4's noise parameters are meant for
+NOISIER = np.sqrt(PX4_DT_S / DT_S)  # a shorter sample averages less
 DELAY_STEPS = 6
 VISION_EVERY = 4
 PARAMETERS = {"EKF2_AID_MASK": 24, "EKF2_EV_DELAY": 1e-3 * DELAY_STEPS * DT_US, "EKF2_EVA_NOISE": 0.05}
@@ -46,8 +48,8 @@ def fly(seed, rates, force, truth):
     rng = np.random.default_rng(seed)
     settings = FilterSettings.of(Px4Parameters(PARAMETERS))
     s = settings
-    deviations = np.array([s.rate_noise_rad_s, s.acceleration_noise_m_s2])
-    drifts = np.array([s.rate_bias_noise_rad_s2, s.acceleration_bias_noise_m_s3]) * DT_S
+    deviations = NOISIER * np.array([s.rate_noise_rad_s, s.acceleration_noise_m_s2])
+    drifts = NOISIER * DT_S * np.array([s.rate_bias_noise_rad_s2, s.acceleration_bias_noise_m_s3])
     ekf = ErrorStateFilter(settings)
     ekf.start(np.array([0.0, 0.0, -9.80665]))
     error = INITIAL * rng.standard_normal(ERROR_SIZE)

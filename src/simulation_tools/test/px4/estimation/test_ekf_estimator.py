@@ -70,7 +70,7 @@ class Bench:
 @pytest.fixture
 def hovering():
     bench = Bench()
-    bench.run(10.0)
+    bench.run(20.0)
     assert bench.estimator.horizontal_valid
     return bench
 

@@ -17,6 +17,7 @@ from simulation_tools.px4.estimation.kernels import (
     fuse_yaw,
     inject,
     integrate,
+    limit_biases,
     matrix,
     propagate,
     reset_yaw,
@@ -158,6 +159,20 @@ def test_a_heading_beyond_the_gate_is_rejected_or_clipped():
     assert yaw_of(x[ATTITUDE:10]) == pytest.approx(0.5 / 4.0)  # 2.5 * 0.2 rad, at a gain of 1 / 4
     fuse_yaw(x, p, np.nan, 0.03, 2.5, True)
     assert np.isfinite(x).all()
+
+
+def test_biases_and_their_variances_keep_within_limits():
+    x, p = np.arange(16.0), np.diag(np.arange(15.0))
+    before_x, before_p = x.copy(), p.copy()
+    limit_biases(x, p, 11.5, 10.5)
+    assert x[10:13].tolist() == [10.0, 11.0, 11.5]
+    assert np.diag(p)[9:12].tolist() == [10.5, 10.5, 11.0]
+    x[10:13], p[9:12] = before_x[10:13], before_p[9:12]
+    assert x.tolist() == before_x.tolist()
+    assert p.tolist() == before_p.tolist()
+    x *= -1.0
+    limit_biases(x, p, 10.5, 0.0)
+    assert x[10:13].tolist() == [-10.0, -10.5, -10.5]
 
 
 def test_a_reset_forgets_correlations():

@@ -280,6 +280,15 @@ def forget(p: np.ndarray, first: int, variances: np.ndarray) -> None:
 
 
 @njit(cache=True)
+def limit_biases(x: np.ndarray, p: np.ndarray, greatest: float, least_variance: float) -> None:
+    """Keep each accelerometer bias within +-greatest, m/s2, and its variance from falling too low."""
+    for i in range(3):
+        x[ACCELEROMETER_BIAS + i] = min(max(x[ACCELEROMETER_BIAS + i], -greatest), greatest)
+        k = ACCELEROMETER_BIAS_ERROR + i
+        p[k, k] = max(p[k, k], least_variance)
+
+
+@njit(cache=True)
 def reset_yaw(x: np.ndarray, p: np.ndarray, yaw_rad: float, variance: float, turn: np.ndarray) -> None:
     """Turn the attitude about the vertical to a heading; fills `turn` (4,), from the old to the new."""
     exponential(0.0, 0.0, wrapped(yaw_rad - yaw_of(x[ATTITUDE : ATTITUDE + 4])), turn)

@@ -37,8 +37,8 @@ class SensorErrors:
     accelerometer_bias_m_s2: float = 0.03
     pressure_noise_pa: float = 0.2
     magnetometer_noise_gauss: float = 0.002
-    gnss_position_noise_m: float = 0.09
-    gnss_velocity_noise_m_s: float = 0.004
+    gnss_position_noise_m: float = 0.093
+    gnss_velocity_noise_m_s: float = 0.005
     gnss_rate_hz: float = 20.0
     gnss_delay_s: float = 0.11
     magnetic_field_ned_gauss: Vector3 = (0.21523, 0.00771, 0.42741)
