@@ -10,7 +10,7 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, Iterator, Mapping
+from typing import Callable, Iterator, Mapping, Protocol
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned
 from simulation_tools.px4.modes import Mode, Result
-from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint
 
 COLUMNS = ("t_s", "north_m", "east_m", "down_m", "v_north", "v_east", "v_down", "tilt_deg", "yaw_deg")
@@ -104,13 +103,34 @@ class StepMetrics:
     peak_rate: float
 
 
+class Commanded(Protocol):
+    """A flight controller, as a pilot commands it."""
+
+    @property
+    def estimate_valid(self) -> bool:
+        """Whether there is a local position."""
+        ...
+
+    def offer_setpoint(self, setpoint: Setpoint) -> bool:
+        """Send an offboard setpoint."""
+        ...
+
+    def request_mode(self, mode: Mode) -> Result:
+        """Ask for a mode."""
+        ...
+
+    def request_arm(self) -> Result:
+        """Ask for arming."""
+        ...
+
+
 class Pilot:
     """Streams a setpoint at 50 Hz to a flight controller while `step` advances it, and records the truth.
 
     Positions, asked for and recorded, are in PX4's local frame.
     """
 
-    def __init__(self, px4: Px4, step: Callable[[], VehicleState]) -> None:
+    def __init__(self, px4: Commanded, step: Callable[[], VehicleState]) -> None:
         """step: advance simulated time by one step and return the vehicle's true state then."""
         self._px4 = px4
         self._step = step
