@@ -4,8 +4,8 @@ The whole chain without ROS: the flight controller's stand-in with its Kalman fi
 SLAM with loop closure beside it, and the mission in `map`, followed as slowly as the nodes do. A flight
 depends on its seed alone. The table has medians and the worst of the seeds.
 
-`landed_off_m` is the distance from the last waypoint, in the hold its start. The flight in the room ends
-after a time, wherever the UAV is, and has none.
+`landed_off_m` is the distance from the start. In the room the mission ends after a time, and the UAV then flies
+back to its start.
 
 Keys: gnss_denied.WORLD.LIDAR.{flown, contacts, landed_off_m, ate_m, odometry_ate_m, path_p95_m, height_p95_m,
 cpu_ms}, each but the first two with .median and .worst. Further rows (`--rows`):
@@ -38,7 +38,7 @@ SEEDS = (1, 2, 3, 4, 5)
 SHORT_SEEDS, BRIEF_SEEDS = (1, 2, 3), (1,)
 KILLS, BRIEF_KILLS = 50, 2
 METRICS = {
-    "landed_off_m": "landed off the last waypoint [m]",
+    "landed_off_m": "landed off the start [m]",
     "ate_m": "ATE of the pose flown by [m]",
     "odometry_ate_m": "ATE of odometry [m]",
     "path_p95_m": "off the path, 95 % [m]",

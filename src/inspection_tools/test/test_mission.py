@@ -12,6 +12,7 @@ from inspection_tools import (
     Waypoint,
     parse_mission,
     read_mission,
+    way_home,
     way_m,
 )
 from inspection_tools.mission import headings_shown
@@ -192,3 +193,41 @@ def test_an_arrow_keeps_its_way_where_the_next_place_lies_above_and_its_yaw_wher
     assert headings_shown([Waypoint((1, 2, 3))]) == [0.0]
     lift = [Waypoint((0, 0, 1)), Waypoint((0, 0, 2)), Waypoint((-1, 0, 2))]
     assert headings_shown(lift) == pytest.approx([math.pi] * 3)
+
+
+# Way home
+
+AROUND = [Waypoint((x, y, 2.0)) for x, y in ((4, 0), (4, 4), (0, 4), (0, 0))]  # a square from (0, 0)
+
+
+def places(waypoints):
+    return [waypoint.position_m for waypoint in waypoints]
+
+
+@pytest.mark.parametrize(
+    ("reached", "expected"),
+    [
+        (0, [(0, 0, 2)]),
+        (1, [(4, 0, 2), (0, 0, 2)]),  # back: 4 m, on: 12 m
+        (3, [(0, 0, 2)]),  # on: 4 m, back: 12 m
+        (5, [(4, 0, 2), (0, 0, 2)]),  # in the second lap: not all the first one back
+        (7, [(0, 0, 2)]),
+    ],
+)
+def test_the_way_home_is_the_shorter_one_along_the_legs(reached, expected):
+    home = way_home(2 * AROUND, reached, (0.0, 0.0, 0.0))
+    assert places(home) == expected
+    assert home[-1].tolerance_m == Waypoint.tolerance_m
+
+
+def test_without_a_waypoint_at_the_start_the_way_home_leads_all_the_way_back():
+    line = [Waypoint((x, 0.0, z)) for x, z in ((2.0, 1.5), (4.0, 2.0), (9.0, 2.5))]
+    assert places(way_home(line, 2, (0.0, 0.0, 0.0))) == [(4.0, 0.0, 2.0), (2.0, 0.0, 1.5), (0.0, 0.0, 1.5)]
+
+
+def test_a_waypoint_is_at_the_start_within_its_tolerance():
+    line = [Waypoint((5.0, 0.0, 2.0)), Waypoint((0.4, 0.0, 2.0), tolerance_m=0.5), Waypoint((5.0, 0.0, 2.0))]
+    assert places(way_home(line, 3, (0.0, 0.0))) == [(5.0, 0.0, 2.0), (0.0, 0.0, 2.0)]
+    line[1] = Waypoint((0.4, 0.0, 2.0))
+    assert places(way_home(line, 3, (0.0, 0.0)))[-2:] == [(5.0, 0.0, 2.0), (0.0, 0.0, 2.0)]
+    assert len(way_home(line, 3, (0.0, 0.0))) == 4

@@ -10,7 +10,7 @@ from inspection_tools.errors import (
     VelocityError,
 )
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
-from inspection_tools.mission import Mission, Waypoint, parse_mission, read_mission, way_m
+from inspection_tools.mission import Mission, Waypoint, parse_mission, read_mission, way_home, way_m
 from inspection_tools.padding import LidarPadding, PaddingParameters
 from inspection_tools.pairing import ReferencePairing
 from inspection_tools.position_controller import PositionController, PositionControllerParameters
@@ -44,5 +44,6 @@ __all__ = [
     "YawRegulatorParameters",
     "parse_mission",
     "read_mission",
+    "way_home",
     "way_m",
 ]

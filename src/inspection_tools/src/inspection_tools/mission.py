@@ -184,6 +184,37 @@ def way_m(waypoints: Sequence[Waypoint], start_m: Sequence[float]) -> float:
     return sum(math.dist(a, b) for a, b in zip(places, places[1:]))
 
 
+def way_home(waypoints: Sequence[Waypoint], reached: int, start_m: Sequence[float]) -> tuple[Waypoint, ...]:
+    """Return the waypoints back to the start, along the legs of the mission, which are known to be free.
+
+    The way leads on to the next waypoint that is at the start, or back through those that are done. It is the
+    shorter one.
+
+    Args:
+        waypoints: The mission.
+        reached: Number of waypoints done.
+        start_m: (x, y) or (x, y, z) of the start. The height is that of the mission there.
+    """
+    done, left = waypoints[:reached], waypoints[reached:]
+    back, on = _before_start(done[::-1], start_m), _before_start(left, start_m)
+    here_m = waypoints[max(reached - 1, 0)].position_m
+    ways = [tuple(done[::-1]) if back is None else back, *([] if on is None else [on])]
+    return min((_ending_at(start_m, way, here_m) for way in ways), key=lambda way: way_m(way, here_m))
+
+
+def _before_start(waypoints: Sequence[Waypoint], start_m: Sequence[float]) -> tuple[Waypoint, ...] | None:
+    """Return the waypoints before the first one that is at the start; None if there is no such one."""
+    for i, waypoint in enumerate(waypoints):
+        if math.dist(waypoint.position_m[:2], start_m[:2]) <= waypoint.tolerance_m:
+            return tuple(waypoints[:i])
+    return None
+
+
+def _ending_at(start_m: Sequence[float], way: Sequence[Waypoint], here_m: Sequence[float]) -> tuple:
+    height_m = way[-1].position_m[2] if way else here_m[2]
+    return (*way, Waypoint((start_m[0], start_m[1], height_m)))
+
+
 def read_mission(path: str | Path) -> tuple[Waypoint, ...]:
     """Return the waypoints of a YAML file: see `parse_mission` for its form.
 

@@ -32,7 +32,7 @@ class FlownWithoutGnss:
 
     truth, odometry, flown_by: rows of time in s and position in m, (n, 4): the true pose, the lidar's
     odometry, and the pose in `map` by which the mission is flown. way_xy: start and waypoints, (k, 2).
-    cpu_ms: mean CPU time of the odometry per scan. ends_at_waypoint: it does not end after a time.
+    cpu_ms: mean CPU time of the odometry per scan.
     """
 
     outcome: Outcome
@@ -42,18 +42,16 @@ class FlownWithoutGnss:
     way_xy: np.ndarray
     flight_height_m: float
     cpu_ms: float
-    ends_at_waypoint: bool
 
     def metrics(self) -> dict:
         """Return how the flight ended, and its errors in m."""
         in_air = self.truth[:, 3] > 0.8 * self.flight_height_m
         odometry_off, flown_by_off = (_errors(rows, self.truth) for rows in (self.odometry, self.flown_by))
-        landed_off_m = math.dist(self.truth[-1, 1:3], self.way_xy[-1])
         return {
             "flown": self.outcome.reached_goal and self.outcome.landed,
             "contact": self.outcome.collision,
             "failure": self.outcome.failure,
-            "landed_off_m": landed_off_m if self.ends_at_waypoint else None,
+            "landed_off_m": math.dist(self.truth[-1, 1:3], self.way_xy[0]),
             "ate_m": _rms(np.hypot(*flown_by_off[:, :2].T)),
             "odometry_ate_m": _rms(np.hypot(*odometry_off[:, :2].T)),
             "path_p95_m": float(np.percentile(distances(self.truth[in_air, 1:3], self.way_xy), 95)),
@@ -70,7 +68,7 @@ class FlownWithoutGnss:
 
 
 def parameters_without_gnss(world: str, lidar: str, seed: int) -> ClosedLoopParameters:
-    """Return the closed loop of a scenario, flown by the UAV's own odometry.
+    """Return the closed loop of a scenario, flown by the UAV's own odometry. It ends over its start.
 
     Raises:
         ScenarioError: there is no such scenario.
@@ -81,6 +79,7 @@ def parameters_without_gnss(world: str, lidar: str, seed: int) -> ClosedLoopPara
         simulation=replace(parameters.simulation, sensors=("range_finder",), gnss=False),
         position_controller=replace(parameters.position_controller, lookahead=LOOKAHEAD_S),
         pose_source="odometry",
+        return_to_start=True,
     )
 
 
@@ -102,7 +101,6 @@ def fly_without_gnss(world: str, seed: int, parameters: ClosedLoopParameters) ->
             np.array([scenario.start_xyz_yaw[:2], *(w.position_m[:2] for w in parameters.mission)]),
             scenario.flight_height_m,
             float(np.mean(own.cpu_ms)),
-            not math.isfinite(parameters.duration_s),
         )
 
 

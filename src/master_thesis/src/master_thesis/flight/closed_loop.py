@@ -24,6 +24,7 @@ from inspection_tools import (
     PositionControllerParameters,
     Waypoint,
     YawRegulatorParameters,
+    way_home,
     way_m,
 )
 from inspection_tools.position_controller import STOP, PositionCommand
@@ -53,7 +54,8 @@ class ClosedLoopParameters:
 
     Every default is the nodes'. goal_xyz_m: in the frame of `pose_source`; None: no goal, so v_ref stays
     zero. mission: waypoints instead of the goal. The goal counts as reached after the last one, or after
-    duration_s. patience_s: if a waypoint takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
+    duration_s. With return_to_start the UAV then flies back to its start first. patience_s: if a waypoint
+    takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
     range_finders: CEPA climbs and sinks into what range finders up and down have seen. conditions: those
     that are worse than the simulation's own parameters.
     """
@@ -62,6 +64,7 @@ class ClosedLoopParameters:
     goal_xyz_m: tuple[float, float, float] | None = (40.0, 0.0, 2.0)
     mission: Sequence[Waypoint] = ()
     duration_s: float = math.inf
+    return_to_start: bool = False
     patience_s: float = 60.0
     algorithm: str = "improved"
     range_finders: bool = False
@@ -144,6 +147,7 @@ class ClosedLoop:
         )
         self.position_controller = PositionController(parameters.position_controller)
         self._mission: Mission | None = None
+        self._returns = False
         self._pilot = pilot
         self.own_odometry = None if parameters.simulation.gnss else OwnOdometry(self.simulation, px4)
         self.correct: Callable[[float, Pose], tuple[Vector3, float]] = _as_it_is
@@ -252,7 +256,19 @@ class ClosedLoop:
             self._carry_out(
                 self.monitor.abort(f"Waypoint {status.reached + 1} of {status.of} was not reached.")
             )
-        return status.done or t_s - self.outcome.times_s[Phase.FLYING] >= self.parameters.duration_s
+        time_is_over = t_s - self.outcome.times_s[Phase.FLYING] >= self.parameters.duration_s
+        if not self.parameters.return_to_start:
+            return status.done or time_is_over
+        if time_is_over and not (status.done or self._returns):
+            self._fly_home(status.reached)
+            return False
+        return status.done
+
+    def _fly_home(self, reached: int) -> None:
+        self._returns = True
+        start_m = self.parameters.simulation.spawn_pose.position_m
+        home = way_home(self.parameters.mission, reached, start_m)
+        self._mission = Mission(home, self.parameters.patience_s)
 
     def _on_scan(self, output: StepOutput, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
         t_s = 1e-6 * output.time_us
