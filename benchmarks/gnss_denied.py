@@ -4,7 +4,7 @@ The whole chain without ROS: the flight controller's stand-in with its Kalman fi
 SLAM with loop closure beside it, and the mission in `map`, followed as slowly as the nodes do. A flight
 depends on its seed alone. The table has medians and the worst of the seeds.
 
-`landed_off_m` is the distance from the start. In the room the mission ends after a time, and the UAV then flies
+`landed_off_m` is the distance from the start. In the room the mission ends after a time. The UAV then flies
 back to its start.
 
 Keys: gnss_denied.WORLD.LIDAR.{flown, contacts, landed_off_m, ate_m, odometry_ate_m, path_p95_m, height_p95_m,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xmlrpc.client
 
+import numpy as np
 import pytest
 from launched_flight import READY_PATIENCE_S, Flight
 
@@ -36,3 +37,18 @@ def test_the_truth_reaches_nobody_but_the_judge_and_the_world_edge(processes, tm
     published = dict(master.getSystemState("/test")[2][0])
     assert published["/UAV/odometry"] == ["/lidar_odometry"]
     assert "/vision_pose_publisher" in published["/mavros/vision_pose/pose_cov"]
+
+
+def test_when_its_time_is_over_the_uav_flies_back_and_lands_where_it_started(processes, tmp_path):
+    # Given Experiment 3 without GNSS, whose mission ends after a few seconds
+    args = {"gnss": "false", "lockstep": "true", "real_time_factor": "0", "headless": "true", "duration": "5"}
+    flight = Flight(processes, tmp_path, "experiment_3.launch", **args)
+    # When it has flown
+    flight.wait_until_said("The UAV flies back to its start", READY_PATIENCE_S)
+    flight.wait(READY_PATIENCE_S)
+    # Then it has landed where it started, and has been elsewhere
+    assert flight.result["success"], flight.result["failure"]
+    truth = flight.series("truth")
+    off_m = np.hypot(truth["x_m"] - truth["x_m"][0], truth["y_m"] - truth["y_m"][0])
+    assert off_m.max() > 1.5
+    assert off_m[-1] < 0.3

@@ -7,7 +7,7 @@ import threading
 import time
 from abc import abstractmethod
 from enum import Enum
-from typing import Any, Iterable
+from typing import Any, Iterable, Sequence
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -102,7 +102,7 @@ class FlightNode(ExperimentNode):
             time.sleep(SETTLE_S)
         return True
 
-    def _decisions(self) -> list[Action]:
+    def _decisions(self) -> Sequence[Enum]:
         actions = self._monitor.decide()
         return actions if self._armed is None else actions + self._monitor.on_armed(self._armed)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping
 
-from inspection_tools import InspectionToolsError, read_mission, way_m
+from inspection_tools import InspectionToolsError, Waypoint, read_mission, way_m
 from master_thesis.errors import ScenarioError
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
@@ -22,12 +22,15 @@ LONGEST_S = 86_400.0
 class MissionFlight:
     """A flight along a mission.
 
-    limits: of its phases. duration_s: the mission ends after this at the latest.
+    limits: of its phases. duration_s: the mission ends after this at the latest. return_to_start: the UAV
+    then flies back first.
     """
 
     description: RunDescription
     limits: PhaseLimits
     duration_s: float
+    return_to_start: bool
+    mission: tuple[Waypoint, ...]
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
@@ -43,15 +46,17 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     world = scenario.absolute("world", str(asked.get("world", "")))
     start = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
     mission = scenario.absolute("mission", str(asked.get("mission", "")))
-    places = [waypoint.position_m for waypoint in _waypoints(mission)]
+    waypoints = _waypoints(mission)
+    places = [waypoint.position_m for waypoint in waypoints]
     flown = scenario.Scenario(world.stem, world, start, places[-1], mission)
     description = RunDescription(str(asked.get("experiment", "experiment_3")), flown, **choices)
     speed_m_s = scenario.number("speed", asked.get("speed", 1.0), *scenario.SPEEDS_M_S)
     limits = limits_of(asked, PhaseLimits)
-    limits = limits.for_way(way_m(_waypoints(mission), start[:3]), speed_m_s)
+    limits = limits.for_way(way_m(waypoints, start[:3]), speed_m_s)
     duration_s = scenario.number("duration", asked.get("duration", 0.0), 0.0, LONGEST_S)
     check_course(flown, description.model, description.lidar, sorted(set(places)), keep_m)
-    return MissionFlight(description, limits, duration_s or math.inf)
+    returns = asked.get("return_to_start", False) is True
+    return MissionFlight(description, limits, duration_s or math.inf, returns, waypoints)
 
 
 def _waypoints(path: Path) -> tuple:
