@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from simulation_tools.publisher import PublisherParameters
@@ -24,13 +25,16 @@ def limit_ms(gaps_ms):
 @pytest.mark.parametrize(
     ("gaps_ms", "expected_ms"),
     [
-        (20 * [25], 80),  # never before vision_timeout_least_s
-        (20 * [40], 110),  # two gaps and 30 ms
-        ([*(50 * [25]), 55, *(20 * [25])], 140),  # a busy machine: the longest gap counts
-        (20 * [120], 250),  # never after vision_timeout_s
+        (20 * [25], 110),  # never before vision_timeout_least_s
+        (20 * [100], 135),  # evenly: one gap and 35 ms
+        ([*(50 * [25]), 55, *(20 * [25])], 120),  # a busy machine: 30 ms late, so the next may be 60 ms late
+        (20 * [120, 0, 0], 155),  # three poses at once, as of a slow lidar, are one
+        (20 * [0], 110),
+        (20 * [200], 235),
+        (20 * [220], 250),  # never after vision_timeout_s
         (5 * [25], 250),  # too few to know
-        ([55, *(399 * [25])], 140),
-        ([55, *(400 * [25])], 80),  # a gap is forgotten
+        ([65, *(399 * [25])], 140),
+        ([65, *(400 * [25])], 110),  # a gap is forgotten
     ],
 )
 def test_the_limit_follows_the_longest_gap(gaps_ms, expected_ms):
@@ -43,3 +47,23 @@ def test_without_need_for_poses_or_before_one_can_come_nobody_is_blind():
     watch.expect_pose(1000 * MS, FLYING)
     assert watch.blindness(1000 * MS, FLYING).is_too_long
     assert watch.blindness(9000 * MS, PublisherParameters()) == (0.0, False)
+
+
+@pytest.mark.parametrize("period_ms", [25, 33, 50, 67, 100])  # of the six lidars
+def test_a_late_pose_raises_no_alarm_if_one_was_half_as_late_before(period_ms):
+    rng = np.random.default_rng(period_ms)
+    for worst_ms in (5, 20, 40):
+        lateness_ms = rng.uniform(0.0, worst_ms, 300)
+        stamps_ms = 5000.0 + period_ms * np.arange(300) + lateness_ms
+        gaps_ms = np.diff(stamps_ms)
+        for n in range(20, 299):
+            learned_ms = gaps_ms[:n].max()
+            if gaps_ms[n] - period_ms <= 2.0 * (learned_ms - period_ms):
+                assert limit_ms(gaps_ms[: n + 1][:-1]) >= min(gaps_ms[n], 250.0) - 1.0
+
+
+def test_of_a_fast_lidar_three_scans_may_be_lost_and_of_a_slow_one_none():
+    assert limit_ms(20 * [25]) > 4 * 25
+    assert limit_ms(20 * [50]) > 2 * 50
+    assert limit_ms(20 * [100]) < 2 * 100
+    assert limit_ms([*(20 * [100]), 200, *(20 * [100])]) > 2 * 100  # the next one may be

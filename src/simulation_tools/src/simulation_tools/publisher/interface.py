@@ -49,8 +49,9 @@ class PublisherParameters:
     needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as it
     trusts its position. A vehicle that is armed earlier starts in a failsafe. Without satellites there may
     never be a home position. needs_vision: the flight controller flies by external poses. If none has gone
-    to it for vision_gaps times the longest gap between the last poses, and vision_spare_s more, the UAV stops
-    (vision_timeout_least_s to vision_timeout_s), because it then knows its own speed for a few seconds only.
+    to it for the usual gap between the last poses, twice the lateness of the latest one, and vision_spare_s
+    more, the UAV stops, because it then knows its own speed for a few seconds only. It waits for
+    vision_timeout_least_s at least and for vision_timeout_s at most.
     For brake_time_s the command is brake_gain times its speed backwards, then zero. The command is
     brake_speed_m_s at most, because PX4's tilt limit allows no more; a fast UAV brakes for longer. After
     vision_landing_s it lands: before PX4 gives up its position, which it does after 5 s (EKF2_NOAID_TOUT).
@@ -81,12 +82,11 @@ class PublisherParameters:
     needs_home: bool = True
     needs_vision: bool = False
     vision_timeout_s: float = 0.25
-    vision_timeout_least_s: float = 0.08
-    vision_gaps: float = 2.0
-    vision_spare_s: float = 0.03
+    vision_timeout_least_s: float = 0.11
+    vision_spare_s: float = 0.035
     vision_landing_s: float = 3.0
     brake_time_s: float = 0.16
-    brake_gain: float = 3.0
+    brake_gain: float = 3.25
     brake_speed_m_s: float = 3.5
     time_is_simulated: bool = False
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections import deque
 from typing import NamedTuple
 
@@ -9,6 +10,8 @@ from simulation_tools.publisher.interface import PublisherParameters
 
 _NS = 1e-9
 GAPS_KEPT, GAPS_LEAST = 400, 10
+BURST_S = 0.005
+"""Poses that are closer together than this came together: vision_pose_publisher fills a slow lidar's gaps."""
 
 
 class Blindness(NamedTuple):
@@ -22,20 +25,22 @@ class Blindness(NamedTuple):
 class VisionWatch:
     """The times at which external poses went to the flight controller.
 
-    The UAV stops after a little more than twice the longest gap between the last poses. So it stops early
-    when poses come fast, and a busy machine or a slow lidar does not stop it.
+    The next pose may be twice as late as the latest one of the last poses, and a little more. So the UAV
+    stops early when poses come evenly, and a busy machine or a slow lidar does not stop it.
     """
 
     def __init__(self) -> None:
         self._newest_ns: int | None = None
         self._has_come = False
         self._gaps_s: deque[float] = deque(maxlen=GAPS_KEPT)
+        self._expected_s: float | None = None  # the next gap may be as long; None: not computed yet
 
     def on_pose(self, now_ns: int) -> None:
         """Take in that a pose has gone to the flight controller."""
         if self._has_come and self._newest_ns is not None:
             self._gaps_s.append((now_ns - self._newest_ns) * _NS)
         self._newest_ns, self._has_come = now_ns, True
+        self._expected_s = None
 
     def expect_pose(self, now_ns: int, p: PublisherParameters) -> None:
         """Count the flight controller as blind if no pose has come yet.
@@ -55,5 +60,8 @@ class VisionWatch:
     def _limit_s(self, p: PublisherParameters) -> float:
         if len(self._gaps_s) < GAPS_LEAST:
             return p.vision_timeout_s
-        usual_s = p.vision_gaps * max(self._gaps_s) + p.vision_spare_s
-        return min(max(usual_s, p.vision_timeout_least_s), p.vision_timeout_s)
+        if self._expected_s is None:
+            longest_s = max(self._gaps_s)
+            usual_s = statistics.median([gap for gap in self._gaps_s if gap > BURST_S] or [longest_s])
+            self._expected_s = longest_s + (longest_s - usual_s)
+        return min(max(self._expected_s + p.vision_spare_s, p.vision_timeout_least_s), p.vision_timeout_s)
