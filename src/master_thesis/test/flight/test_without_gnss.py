@@ -10,6 +10,7 @@ from master_thesis.experiments_3_4.flight_without_gnss import parameters_without
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
+from master_thesis.flight.without_gnss import BRIDGE, Outage
 
 pytestmark = pytest.mark.flight
 
@@ -50,6 +51,49 @@ def test_when_its_time_is_over_it_flies_back_and_lands_where_it_started():
     off_m = np.hypot(*(places_m - short.simulation.spawn_pose.position_m[:2]).T)
     assert off_m.max() > 1.5  # 5 s at 0.6 m/s, less the acceleration
     assert off_m[-1] < 0.3
+
+
+def flying(loop, seconds):
+    loop.run_to(Phase.FLYING)
+    end_s = loop.time_s + seconds
+    loop.run(until=lambda loop: loop.time_s >= end_s)
+
+
+def speeds_from(loop, since_s):
+    """Return the times from `since_s` on and the true horizontal speeds."""
+    truth = np.array(loop.log.truth.rows)
+    speeds = np.hypot(*np.gradient(truth[:, 1:3], truth[:, 0], axis=0).T)
+    after = truth[:, 0] >= since_s
+    return truth[after, 0] - since_s, speeds[after]
+
+
+@pytest.mark.parametrize("lidar", ["urg", "puck", "ust"])  # 10, 20 and 40 Hz
+def test_it_stops_within_half_a_second_of_its_last_pose(lidar):
+    with ClosedLoop(parameters_without_gnss("hold", lidar, 1)) as loop:
+        flying(loop, 6.0)
+        loop.outage = Outage(BRIDGE, loop.time_s)
+        begins_s = loop.time_s
+        loop.run(until=lambda loop: loop.time_s >= begins_s + 1.0)
+        times_s, speeds = speeds_from(loop, 1e-6 * loop.own_odometry.told_us)
+    assert speeds[0] > 0.9
+    assert times_s[speeds < 0.1][0] <= 0.5
+    assert speeds[times_s > 0.5].max() < 0.25  # it may swing back once
+
+
+def test_a_slow_lidar_that_loses_a_scan_brakes_for_a_moment_and_flies_on():
+    with ClosedLoop(parameters_without_gnss("hold", "urg", 1)) as loop:
+        flying(loop, 6.0)
+        lost_s = loop.time_s
+        loop.outage = Outage(BRIDGE, lost_s, 0.1)
+        was_ready = []
+        while loop.time_s < lost_s + 3.0:
+            loop.step()
+            was_ready.append(loop.publisher.ready)
+        times_s, speeds = speeds_from(loop, lost_s)
+    assert not all(was_ready)
+    assert all(was_ready[-700:])
+    assert speeds.min() > 0.4
+    assert np.all(speeds[times_s > 2.0] > 0.9)
 
 
 def test_without_a_range_finder_it_is_refused():
