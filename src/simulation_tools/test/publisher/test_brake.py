@@ -35,8 +35,9 @@ def brake(*poses, apart_s=0.1):
 @pytest.mark.parametrize("known", [2, 3])
 def test_it_is_commanded_against_its_own_speed_then_to_stand(speed_east, speed_north, expected, known):
     stop = brake(*(pose(0.1 * i * speed_east, 0.1 * i * speed_north) for i in range(known)))
-    assert stop.velocity(NOW_NS + 190_000_000) == pytest.approx(expected)
-    assert stop.velocity(NOW_NS + 200_000_000) == (0.0, 0.0, 0.0)
+    lasts_s = 0.2 * math.sqrt(math.hypot(speed_east, speed_north))  # brake_time_s from 1 m/s
+    assert stop.velocity(NOW_NS + round(1e9 * lasts_s) - 1_000_000) == pytest.approx(expected)
+    assert stop.velocity(NOW_NS + round(1e9 * lasts_s) + 1_000) == (0.0, 0.0, 0.0)
 
 
 def test_a_fast_uav_is_not_commanded_more_but_for_longer():

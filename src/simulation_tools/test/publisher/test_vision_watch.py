@@ -25,16 +25,16 @@ def limit_ms(gaps_ms):
 @pytest.mark.parametrize(
     ("gaps_ms", "expected_ms"),
     [
-        (20 * [25], 110),  # never before vision_timeout_least_s
+        (20 * [25], 100),  # never before vision_timeout_least_s
         (20 * [100], 135),  # evenly: one gap and 35 ms
         ([*(50 * [25]), 55, *(20 * [25])], 120),  # a busy machine: 30 ms late, so the next may be 60 ms late
         (20 * [120, 0, 0], 155),  # three poses at once, as of a slow lidar, are one
-        (20 * [0], 110),
+        (20 * [0], 100),
         (20 * [200], 235),
         (20 * [220], 250),  # never after vision_timeout_s
         (5 * [25], 250),  # too few to know
         ([65, *(399 * [25])], 140),
-        ([65, *(400 * [25])], 110),  # a gap is forgotten
+        ([65, *(400 * [25])], 100),  # a gap is forgotten
     ],
 )
 def test_the_limit_follows_the_longest_gap(gaps_ms, expected_ms):
@@ -62,8 +62,7 @@ def test_a_late_pose_raises_no_alarm_if_one_was_half_as_late_before(period_ms):
                 assert limit_ms(gaps_ms[:n]) >= min(gaps_ms[n], 250.0) - 1.0
 
 
-def test_of_a_fast_lidar_three_scans_may_be_lost_and_of_a_slow_one_none():
-    assert limit_ms(20 * [25]) > 4 * 25
-    assert limit_ms(20 * [50]) > 2 * 50
+def test_of_a_fast_lidar_two_scans_may_be_lost_and_of_a_slow_one_none():
+    assert limit_ms(20 * [25]) > 3 * 25
     assert limit_ms(20 * [100]) < 2 * 100
     assert limit_ms([*(20 * [100]), 200, *(20 * [100])]) > 2 * 100  # the next one may be

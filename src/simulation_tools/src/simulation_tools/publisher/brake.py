@@ -43,7 +43,7 @@ class Brake:
         if speed_m_s <= p.hold_speed_m_s:
             return
         share = min(1.0, p.brake_speed_m_s / (p.brake_gain * speed_m_s))
-        self._ends_ns += p.brake_time_s / share / _NS
+        self._ends_ns += p.brake_time_s * math.sqrt(min(1.0, speed_m_s)) / share / _NS
         factor = -p.brake_gain * share
         yaw_rad = _heading(poses, brakes_ns)
         cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)

@@ -52,9 +52,10 @@ class PublisherParameters:
     to it for the usual gap between the last poses, twice the lateness of the latest one, and vision_spare_s
     more, the UAV stops, because it then knows its own speed for a few seconds only. It waits for
     vision_timeout_least_s at least and for vision_timeout_s at most.
-    For brake_time_s the command is brake_gain times its speed backwards, then zero. The command is
-    brake_speed_m_s at most, because PX4's tilt limit allows no more; a fast UAV brakes for longer. After
-    vision_landing_s it lands: before PX4 gives up its position, which it does after 5 s (EKF2_NOAID_TOUT).
+    For brake_time_s (from 1 m/s) the command is brake_gain times its speed backwards, then zero. A slower UAV
+    brakes for less time: the lean grows with the time, so the change of speed grows with its square. The
+    command is brake_speed_m_s at most, because PX4's tilt limit allows no more; a fast UAV brakes for longer.
+    After vision_landing_s it lands: before PX4 gives up its position, after 5 s (EKF2_NOAID_TOUT).
     time_is_simulated: commands may wait for their poses, see `SetpointPublisher.patience_s`.
     """
 
@@ -82,11 +83,11 @@ class PublisherParameters:
     needs_home: bool = True
     needs_vision: bool = False
     vision_timeout_s: float = 0.25
-    vision_timeout_least_s: float = 0.11
+    vision_timeout_least_s: float = 0.10
     vision_spare_s: float = 0.035
     vision_landing_s: float = 3.0
-    brake_time_s: float = 0.16
-    brake_gain: float = 3.25
+    brake_time_s: float = 0.18
+    brake_gain: float = 3.0
     brake_speed_m_s: float = 3.5
     time_is_simulated: bool = False
 
