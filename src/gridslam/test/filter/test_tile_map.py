@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import resource
+from pathlib import Path
+
 import numpy as np
 import plain_filter as reference
 import pytest
@@ -115,6 +118,22 @@ def test_one_particle_writes_in_place():
     table = maps.tables.copy()
     maps.insert(np.zeros((1, 3)), beams)
     np.testing.assert_array_equal(maps.tables, table)
+
+
+def resident_mb() -> float:
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 2**20
+
+
+def test_tiles_take_memory_once_they_are_written_and_give_it_back():
+    """A tile of 32 x 32 cells has two counts of a byte, and the mean of its hits in twice two bytes."""
+    before = resident_mb()
+    for _ in range(3):  # The C library's memory is cleared, and so taken, from the second time on
+        pool = TilePool(5000)
+        assert resident_mb() - before < 5.0
+        pool.tiles.means[:] = 1
+        assert resident_mb() - before > 0.9 * 5000 * SIDE**2 * 4 / 2**20
+        del pool
+    assert resident_mb() - before < 5.0
 
 
 @pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1), (-1, -1)])

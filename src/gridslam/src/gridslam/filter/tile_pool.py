@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import mmap
+
 import numpy as np
+from numpy.typing import DTypeLike
 
 from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES, Tiles
 
@@ -50,7 +53,7 @@ class TilePool:
         new = old + max(old, count)
         for name in ARRAYS[which]:  # one at a time, so that only one is in memory twice
             array = getattr(self.tiles, name)
-            grown = np.zeros((new, *array.shape[1:]), array.dtype)
+            grown = _zeros((new, *array.shape[1:]), array.dtype)
             grown[:old] = array
             self.tiles = self.tiles._replace(**{name: grown})
             del array
@@ -128,18 +131,28 @@ def require_indices(indices: np.ndarray, greatest: int, name: str) -> None:
         raise ValueError(f"{name} point at what is not there")
 
 
+def _zeros(shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
+    """Return an array that takes memory only where it is written, and gives it back when it is dropped.
+
+    The C library does so for its first great arrays only. After one is freed, it keeps their
+    memory, and clears it for the next ones.
+    """
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    return np.ndarray(shape, dtype, mmap.mmap(-1, size))
+
+
 def _tiles(capacity: int) -> Tiles:
     """Return arrays for this many tiles and entries of ends. All but the first are free."""
     cells, free = SIDE * SIDE, np.arange(capacity - 1, EMPTY, -1, dtype=np.int32)
     return Tiles(
         references=np.zeros(capacity, np.int32),
         stamps=np.zeros(capacity, np.int64),
-        visits=np.zeros((capacity, cells), np.uint8),
-        occupied=np.zeros((capacity, SIDE), np.uint32),
+        visits=_zeros((capacity, cells), np.uint8),
+        occupied=_zeros((capacity, SIDE), np.uint32),
         ends=np.zeros(capacity, np.int32),
         end_references=np.zeros(capacity, np.int32),
-        hits=np.zeros((capacity, cells), np.uint8),
-        means=np.zeros((capacity, cells, 2), np.uint16),
+        hits=_zeros((capacity, cells), np.uint8),
+        means=_zeros((capacity, cells, 2), np.uint16),
         free_tiles=free,
         free_ends=free.copy(),
         free=np.array((capacity - 1, capacity - 1)),
