@@ -57,6 +57,27 @@ def test_slam_beside_the_flight_and_on_its_recording_are_the_same_bit_for_bit(fl
     assert beside.scans == len(recording)
 
 
+class Session:
+    """Stands for a session whose path is corrected when it is finished."""
+
+    closures, is_finished = (), False
+
+    def finish(self):
+        self.is_finished = True
+
+    def grid(self):
+        return "corrected map" if self.is_finished else "map"
+
+    def trajectory(self):
+        return "corrected path" if self.is_finished else "path"
+
+
+def test_the_final_path_and_map_are_corrected_by_all_closures():
+    geometry = LidarGeometry(0.0, 0.1, 0.1, 5.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    run = SlamParticipant(Session(), geometry).run()
+    assert (run.final, run.grid) == ("corrected path", "corrected map")
+
+
 def test_the_map_at_half_time_knows_less(flown):
     _, run = flown
     assert 0 < (run.half_way.cells >= 0).sum() < (run.grid.cells >= 0).sum()

@@ -109,7 +109,8 @@ class SlamParticipant:
             self._online.append((t_s, *update.base_in_map))
 
     def run(self) -> SlamRun:
-        """Return SLAM's output so far."""
+        """Return SLAM's output at the end of a flight. Its final path is corrected by all closures."""
+        self.session.finish()
         online = np.array(self._online).reshape(-1, 4)
         grid = self.session.grid()
         return SlamRun(
