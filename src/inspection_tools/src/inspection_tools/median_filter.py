@@ -129,7 +129,7 @@ def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.n
         half = min(half, (beams - 1) // 2)  # so that no beam votes twice
     extended = [_extend(scan, half, wraps) for scan in scans]
     votes = np.stack([scan[shift : shift + beams] for scan in extended for shift in range(2 * half + 1)])
-    votes.sort(axis=0)  # NaN is sorted to the end
+    _sort(votes)
     valid = len(votes) - np.isnan(votes).sum(axis=0)
     beam = np.arange(beams)
     median = votes[np.maximum(valid - 1, 0) // 2, beam]
@@ -137,6 +137,16 @@ def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.n
     in_view = 2 * half + 1 if wraps else np.minimum(beam, half) + np.minimum(beam[::-1], half) + 1
     median[np.isnan(newest) & (2 * valid < in_view * len(scans))] = np.nan
     return median
+
+
+def _sort(votes: np.ndarray) -> None:
+    """Sort each column, NaN to the end."""
+    if len(votes) > 5:
+        votes.sort(axis=0)
+        return
+    for last in range(len(votes) - 1, 0, -1):  # bubble sort of whole rows: for three a tenth of the time
+        for low, high in zip(votes[:last], votes[1:]):
+            low[:], high[:] = np.fmin(low, high), np.maximum(low, high)
 
 
 def _extend(scan: np.ndarray, half: int, wraps: bool) -> np.ndarray:
