@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -19,31 +20,22 @@ def files(name: str, figure: Figure) -> dict[str, bytes]:
 def png(figure: Figure) -> bytes:
     """Return a figure as the bytes of a PNG file, fine enough for print."""
     FigureCanvasAgg(figure)
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=_DPI, bbox_inches="tight", pad_inches=0.05)
-    return stream.getvalue()
+    return _drawn(figure, "png")
 
 
 def pdf(figure: Figure) -> bytes:
     """Return a figure as the bytes of a PDF file, the same for the same figure; its text can be searched."""
-    stream = io.BytesIO()
     with rc_context({"pdf.fonttype": 42}):
-        figure.savefig(
-            stream,
-            format="pdf",
-            dpi=_DPI,
-            bbox_inches="tight",
-            pad_inches=0.05,
-            metadata={"CreationDate": None},
-        )
-    return stream.getvalue()
+        return _drawn(figure, "pdf", metadata={"CreationDate": None})
 
 
 def svg(figure: Figure) -> bytes:
     """Return a figure as the bytes of an SVG file, the same for the same figure."""
-    stream = io.BytesIO()
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": "master_thesis"}):
-        figure.savefig(
-            stream, format="svg", dpi=_DPI, bbox_inches="tight", pad_inches=0.05, metadata={"Date": None}
-        )
+        return _drawn(figure, "svg", metadata={"Date": None})
+
+
+def _drawn(figure: Figure, ending: str, **options: Any) -> bytes:
+    stream = io.BytesIO()
+    figure.savefig(stream, format=ending, dpi=_DPI, bbox_inches="tight", pad_inches=0.05, **options)
     return stream.getvalue()
