@@ -5,11 +5,11 @@ from __future__ import annotations
 import ast
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from master_thesis.campaign.reading import SHIPPED, campaign_of, read_campaign
 from master_thesis.campaign.tuning import HISTORY, TUNED, tune
 from master_thesis.errors import CampaignError, TrialsError
 from master_thesis.trials import run
-from master_thesis.trials.workers import INTERRUPTED, ThisProcess, open_workers
+from master_thesis.trials.workers import INTERRUPTED, ThisProcess
 
 pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
 
@@ -285,24 +285,6 @@ def test_the_smallest_of_each_shipped_campaign(path, tmp_path):
 # -- other processes ----------------------------------------------------------------------------------------
 
 
-def test_a_killed_worker_costs_its_trial_only_and_changes_nothing(short_yaml, table, tmp_path):
-    from master_thesis.trials.dask_workers import DaskWorkers  # takes half a second to import
-
-    def kill_one():
-        wait_for(lambda: finished_lines(tmp_path))
-        killed.append(workers.pids[0])
-        os.kill(killed[0], signal.SIGKILL)
-
-    killed: list[int] = []
-    killer = threading.Thread(target=kill_one)
-    with DaskWorkers(1) as workers:
-        killer.start()
-        assert main([str(short_yaml), "--scheduler", workers.address, "--out", str(tmp_path)]) == 0
-        killer.join()
-    assert killed
-    assert (tmp_path / "trials.csv").read_bytes() == table
-
-
 def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(short_yaml, table, tmp_path):
     """Of a campaign so long that it cannot be over before Ctrl-C comes, only what is asked for is flown."""
     out = tmp_path / "out"
@@ -327,6 +309,7 @@ def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(short_yam
     assert b"".join(lines[:3]) == table  # the header and two trials
 
 
-def test_a_scheduler_that_is_not_there_is_told_in_a_sentence(tmp_path):
-    with pytest.raises(TrialsError, match=r"There is no scheduler file .*none\.json; give tcp://host:port"):
-        open_workers(scheduler=str(tmp_path / "none.json"))
+def test_a_scheduler_that_is_not_there_is_told_in_a_sentence(short_yaml, tmp_path, capsys):
+    assert main([str(short_yaml), "--scheduler", str(tmp_path / "none.json"), "--out", str(tmp_path)]) == 1
+    told = capsys.readouterr().err
+    assert re.search(r"There is no scheduler file .*none\.json; give tcp://host:port", told)

@@ -143,16 +143,37 @@ def test_a_mixture_of_versions_is_one_sentence():
 # -- who runs them ------------------------------------------------------------------------------------------
 
 
-def test_order_and_number_of_workers_change_nothing(tmp_path):
+@pytest.fixture(scope="module")
+def two_processes():
+    with open_workers(2) as workers:
+        yield workers
+
+
+def test_order_and_number_of_workers_change_nothing(two_processes, tmp_path):
     trials = [trial(number) for number in range(6)]
     alone, _ = compute(trials, tmp_path / "alone.jsonl")
     backwards, _ = compute(trials[::-1], tmp_path / "backwards.jsonl")
-    with open_workers(2) as workers:
-        several, _ = compute(trials, tmp_path / "several.jsonl", workers)
-        (failed,), _ = compute([trial(7, fail="No.")], tmp_path / "t.jsonl", workers)
+    several, _ = compute(trials, tmp_path / "several.jsonl", two_processes)
+    (failed,), _ = compute([trial(7, fail="No.")], tmp_path / "t.jsonl", two_processes)
     assert failed is None
     results = [row.result for row in alone]
     assert [row.result for row in several] == [row.result for row in backwards[::-1]] == results
+
+
+def die_once(folder):
+    if not (folder / "died").exists():
+        (folder / "died").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "alive"
+
+
+def test_a_killed_worker_costs_its_trial_only_and_another_one_runs_it_again(two_processes, tmp_path):
+    """Also where the processes are those of a scheduler."""
+    trials = [Trial("dies", die_once, {"folder": tmp_path}), trial(1)]
+    with open_workers(scheduler=two_processes.address) as workers:
+        rows, failed = compute(trials, tmp_path / "t.jsonl", workers)
+    assert not failed
+    assert [row.result for row in rows] == ["alive", {"square": 1, "third": 1 / 3, "drawn": "<svg/>"}]
 
 
 class Dead(ThisProcess):
