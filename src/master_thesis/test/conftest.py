@@ -4,7 +4,16 @@ from pathlib import Path
 
 import pytest
 
+from master_thesis.results import picture_files
+
 
 @pytest.fixture(scope="session")
 def worlds_folder() -> Path:
     return Path(__file__).resolve().parents[1] / "worlds"
+
+
+@pytest.fixture
+def png_only(monkeypatch):
+    """Leave the PDF and SVG of each picture empty: `test_pictures` and `test_run_files` look at them."""
+    for ending in ("pdf", "svg"):
+        monkeypatch.setattr(picture_files, ending, lambda _: b"")

@@ -98,6 +98,7 @@ def colours(png: bytes):
     )
 
 
+@pytest.mark.usefixtures("png_only")
 def test_the_folder_holds_figures_series_and_pictures(flown, tmp_path):
     description, trial = flown("wall_three_columns", "improved")
     folder = results.RunFolder(tmp_path, "experiment_2", datetime.now())

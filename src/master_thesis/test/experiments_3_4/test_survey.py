@@ -83,6 +83,7 @@ def test_loops_are_drawn_between_the_places_of_their_scans(run):
     assert np.allclose(closure_pairs(run), [places], atol=0.001)
 
 
+@pytest.mark.usefixtures("png_only")
 def test_the_files_of_a_survey(run, tmp_path):
     folder = RunFolder(tmp_path, "experiment_3", datetime(2026, 1, 1))
     outlines = [Outline("box", BOX, 0.0, 3.0)]
