@@ -43,8 +43,8 @@ def speed_at_the_end(loop, over_s=0.2):
 @pytest.mark.parametrize("scenario", [name for name in SCENARIOS if name != "empty"])
 def test_the_improved_algorithm_flies_every_scenario_without_contact(parameters, scenario):
     with ClosedLoop(parameters(scenario, seed=2)) as loop:
-        outcome = loop.run()
-    assert outcome.success, outcome.failure
+        outcome = loop.run_to(Phase.HOVERING)
+    assert outcome.reached_goal, outcome.failure
     assert outcome.touched == ()
     # 40 m at 2 m/s take 20 s, getting up to speed and braking 1.5 s, detours in the forest a few more
     assert 20.0 < outcome.times_s[Phase.HOVERING] - outcome.times_s[Phase.FLYING] < 30.0
@@ -62,7 +62,7 @@ def test_the_original_algorithm_flies_too(parameters):
 
 @pytest.mark.parametrize("lidar", [name for name in LIDARS if name != "ust"])
 def test_every_other_lidar_carries_the_uav_through_the_forest(parameters, lidar):
-    given = parameters("forest", goal_xyz_m=(14.0, 0.0, 2.0))
+    given = parameters("forest", goal_xyz_m=(9.0, 0.0, 2.0))
     with ClosedLoop(replace(given, simulation=replace(given.simulation, lidar=lidar))) as loop:
         outcome = loop.run_to(Phase.HOVERING)
     assert outcome.reached_goal, outcome.failure
@@ -90,7 +90,7 @@ def test_a_box_that_appears_2_5_m_ahead_is_not_touched(parameters):
         box = Pose.from_xyz_rpy(x + 2.5 + HALF_A_BOX_M, y, 0.0)
         loop.simulation.world.spawn(parse_model(BOX, "a test"), "box", box)
         appeared_s = loop.time_s
-        loop.run_to(Phase.LANDING)
+        loop.run_to(Phase.HOVERING)
         # Then the UAV slows down or gives way, and gets to the goal without touching it
         assert loop.outcome.reached_goal, loop.outcome.failure
         assert loop.outcome.touched == ()
