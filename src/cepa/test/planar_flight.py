@@ -29,13 +29,13 @@ class Scene:
         return np.minimum(self._to_circles(position, directions), self._to_walls(position, directions))
 
     def _to_circles(self, position, directions):
-        if not len(self.circles):
-            return np.full(len(directions), np.inf)
-        to_centre = self.circles[:, :2] - position
-        along = directions @ to_centre.T
-        inside = along**2 - (np.sum(to_centre**2, axis=1) - self.circles[:, 2] ** 2)
-        hit = (inside >= 0.0) & (along > 0.0)
-        return np.where(hit, along - np.sqrt(np.maximum(inside, 0.0)), np.inf).min(axis=1)
+        ranges = np.full(len(directions), np.inf)
+        for x, y, radius in self.circles - (*position, 0.0):
+            along = directions @ (x, y)
+            inside = along**2 - (x**2 + y**2 - radius**2)
+            (hit,) = np.nonzero((inside >= 0.0) & (along > 0.0))
+            ranges[hit] = np.minimum(ranges[hit], along[hit] - np.sqrt(inside[hit]))
+        return ranges
 
     def _to_walls(self, position, directions):
         if not len(self.walls):
