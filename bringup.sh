@@ -116,12 +116,8 @@ run_tests() {
   rm -rf logs/test
   export ROS_HOME=$root/logs/test ROS_LOG_DIR=$root/logs/test/log PATH="$root/.venv/bin:$PATH"
   mkdir -p "$ROS_LOG_DIR"
-  # Four at a time on two cores, because tests with ROS wait for processes and clocks half of their time.
-  # The others wait little, and each process first imports all test files.
-  local processes=4
-  [[ " $* " != *" not ros "* ]] || processes=3
-  # conftest.py orders the files. The caller's arguments take precedence: -n 0 for --pdb, ...
-  exec .venv/bin/python -m pytest -n "$processes" --dist loadfile --no-loadscope-reorder "$@"
+  # conftest.py orders the files and says how many at a time. The caller's arguments take precedence: -n 0 for --pdb, ...
+  exec .venv/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder "$@"
 }
 
 # run_benchmarks [NAME [ARGUMENT ...]]: runs benchmarks/NAME.py; without a name all, shortened

@@ -56,6 +56,7 @@ def lines_of(folder) -> list[dict]:
 
 
 @pytest.mark.flight
+@pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
 def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
     folder, (code, interrupted), (code_of_second, errors) = report
     assert code == 130
@@ -67,6 +68,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
 
 
 @pytest.mark.flight
+@pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
 def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
     folder, _, _ = report
     page = (folder / "index.html").read_text(encoding="utf-8")
@@ -90,6 +92,7 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
 
 
 @pytest.mark.flight
+@pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
 def test_every_link_of_the_contents_leads_somewhere(report):
     page = (report[0] / "index.html").read_text(encoding="utf-8")
     targets = set(re.findall(r'href="#([^"]+)"', page))
