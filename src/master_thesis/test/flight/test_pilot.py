@@ -13,7 +13,7 @@ from simulation_tools.simulation import SimulationParameters
 
 WORLDS = Path(__file__).resolve().parents[2] / "worlds"
 SPEED_M_S = 2.0
-ATTACK_S = 5.0
+ATTACK_S = 3.5
 
 
 class Attacker:

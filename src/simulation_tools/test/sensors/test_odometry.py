@@ -134,7 +134,7 @@ def test_heading_noise_grows_with_the_square_root_of_the_way_and_of_the_turn():
 
 
 def test_the_statistics_do_not_depend_on_the_rate():
-    fine = straight(16.0, speed=2.0)
+    fine = straight(16.0, speed=4.0)
     xs, ys, yaws = ends(OdometryParameters(0.0, 0.0, 0.02, 0.01, 0.02), fine).T
     assert xs.std() == pytest.approx(0.08, abs=5 * 0.08 / 28)
     assert yaws.std() == pytest.approx(0.04, abs=5 * 0.04 / 28)
