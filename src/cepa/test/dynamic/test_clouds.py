@@ -142,7 +142,7 @@ def test_a_cloud_without_returns_shows_nothing():
     dark = Cloud(np.empty((0, 3)), (-0.26, 0.26), 0.5, 100.0)
     unseen = lookout.look(dark, motion_at(0.0, (0.0, 0.0, 2.0))).unseen
     side = unseen.shape[1] // 2
-    seen_cells = np.argwhere(~unseen[LAYERS // 2]) - side
+    seen_cells = np.argwhere(unseen[LAYERS // 2] == 0) - side
     assert np.abs(seen_cells).max() <= 2  # nothing but the own place
 
 

@@ -27,20 +27,23 @@ def ranging(boxes, position, direction):
     return Ranging((0.0, 0.0, 0.0), direction, float(boxes.ranges(position, nearly)[0]), 0.05, 10.0)
 
 
-def path_along_x(boxes, directions, patience_s):
-    """Fly along a hall at 2 m with range finders in these directions; positions (n, 3), least clearance."""
+def path_along_x(boxes, directions, patience_s, speed_m_s=SPEED_M_S, view_rad=math.pi):
+    """Fly along a hall at 2 m with range finders in these directions; positions (n, 3), least clearance.
+
+    The UAV never turns. view_rad: the lidar sees so far to both sides.
+    """
     steering, position, state = Dynamic(), np.array([0.0, 0.0, 2.0]), np.zeros((3, 4))
     model = steering.parameters.response
     response, command, path, clearance_m = response_of(model, STEP_S), np.zeros(3), [position], math.inf
+    seen = np.abs(ANGLES) < view_rad + 1e-9
     for number in range(round(patience_s / PERIOD_S)):
         ranges = boxes.ranges(position, AROUND)
-        scan = LaserScan2D(
-            np.where(ranges > 10.0, math.inf, ranges), -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0
-        )
+        ranges = np.where(seen & (ranges <= 10.0), ranges, math.inf)
+        scan = LaserScan2D(ranges, -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0, seen)
         steering.take_ranges([ranging(boxes, position, direction) for direction in directions])
         climb_ref = float(np.clip(2.0 - position[2], -1.0, 1.0))
         motion = Motion(number * PERIOD_S, tuple(position), LEVEL, tuple(state[:, 1]), climb_ref)
-        decision = steering.steer(scan, (SPEED_M_S, 0.0), tuple(state[:2, 1]), motion)
+        decision = steering.steer(scan, (speed_m_s, 0.0), tuple(state[:2, 1]), motion)
         late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s])
         state[:, 0] = 0.0
         commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
@@ -74,6 +77,13 @@ def test_it_stays_where_no_range_finder_looks(boxes, direction):
     assert moved.max() < 0.15  # a layer
     assert path[:, 0].max() < 3.0
     assert clearance_m > 0.05
+
+
+@pytest.mark.parametrize("speed_m_s", [0.5, 1.0, 2.0])
+def test_it_does_not_creep_backwards_into_what_its_lidar_does_not_see(speed_m_s):
+    path, clearance_m = path_along_x(LOW_WALL, (UP, DOWN), 12.0, -speed_m_s, math.radians(120.0))
+    assert path[:, 0].min() > -1.0  # the wall is 2 m behind; what it sees aside lets it go back a little
+    assert clearance_m > 0.5
 
 
 def test_height_limits_hold():

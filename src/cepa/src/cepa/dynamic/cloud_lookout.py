@@ -8,9 +8,20 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from cepa.dynamic.lookout import FIELD_CELL_M, FIELD_WINDOW_M, OWN_PLACE_M, RANGE_MARGIN_M, SEEN_FREE_M
-from cepa.dynamic.pseudo_3d import Cells, Plane, ends_of, see_plane, see_ranges, shade
+from cepa.dynamic.pseudo_3d import (
+    Body,
+    Cells,
+    OwnPlace,
+    Plane,
+    ends_of,
+    mark_own_place,
+    see_plane,
+    see_ranges,
+    shade,
+)
 from cepa.kernels.layers import distance_layers, unseen_layers
 from cepa.kernels.panorama import free_distances, level, see
+from cepa.kernels.rollout import BY_SIGHT
 from cepa.kernels.voxels import NOBODY, Voxels, recall, remember
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
@@ -41,7 +52,9 @@ GREATEST_MOVE_M = 1.0
 """The grids repeat themselves, so that a farther move between two clouds drops the memory."""
 BESIDE_M = 0.15
 """A point so near to the rim of what moves belongs to it."""
-NO_DISCS = np.empty((0, 6))
+OWN_REACH_M = 1.0
+"""Around the body, for all that the UAV could reach by leaving its own place."""
+NO_DISCS, NO_PLACE = np.empty((0, 6)), np.empty(0)
 FEWEST_RETURNS = 10
 """A cloud with fewer points shows nothing: the lidar may be covered."""
 
@@ -56,7 +69,10 @@ class Space(NamedTuple):
     distance: np.ndarray
     """(LAYERS, n, n) m: to the nearest obstacle at the height of each layer; overwritten by the next."""
     unseen: np.ndarray
-    """(LAYERS, k, k) bool: where the body would be in what was not seen, or beyond the height's limits."""
+    """(LAYERS, k, k) uint8: 1 where the body would be in what was not seen, or beyond the height's limits;
+    2 where only its own place is unseen, in which ``own_reach`` counts."""
+    own_reach: np.ndarray
+    """(bins,) m: how far the UAV may go in its own place; (0,): there is none."""
     heights_m: np.ndarray
     """(LAYERS,) m: of the layers above the lidar. They are fixed to the odometry's frame, or a path that is
     clear in a plan would not stay clear while it is flown."""
@@ -99,7 +115,7 @@ class CloudLookout:
         self._columns = np.empty((side, side), np.uint64)
         self._field = np.empty((LAYERS, side, side))
         seen_side = 2 * round(0.5 * SEEN_WINDOW_M / SEEN_CELL_M) - 1
-        self._unseen = np.empty((LAYERS, seen_side, seen_side), np.bool_)
+        self._unseen = np.empty((LAYERS, seen_side, seen_side), np.uint8)
         self._seen_s = np.empty((SEEN_CELLS, SEEN_CELLS, SEEN_LEVELS))
         self._nearest = np.empty((ROWS, BINS), np.float32)
         self._free = np.empty((COARSE_ROWS, COARSE_BINS), np.float32)
@@ -121,12 +137,14 @@ class CloudLookout:
         self._seen_s[:] = -math.inf
         self._voxels.slots[:] = NOBODY
         self._known = 0
+        self._own_place = OwnPlace(OWN_PLACE_M)
         self._position_m = (math.nan, math.nan, math.nan)
 
     def take_over(self, earlier: CloudLookout) -> None:
         """Take over what one with other parameters remembers; it must not be used any longer."""
         self._seen_s, self._voxels, self._known = earlier._seen_s, earlier._voxels, earlier._known
         self._position_m, self.sees_all_around = earlier._position_m, earlier.sees_all_around
+        self._own_place = earlier._own_place
 
     def look(
         self,
@@ -165,17 +183,25 @@ class CloudLookout:
         middle_m = LAYER_M * round(origin[2] / LAYER_M)
         heights_m = middle_m - origin[2] + LAYER_M * (np.arange(LAYERS) - LAYERS // 2)
         self._see(origin, stamp_s, oldest_s, knows_own_place=plane is None)
-        self._see_by_plane_and_ranges(plane, rangings, motion, middle_m - origin[2])
+        body = Body(
+            p.body_radius,
+            BODY_SHARE_SEEN * p.body_below,
+            BODY_SHARE_SEEN * p.body_above,
+            middle_m - origin[2],
+        )
+        self._see_by_plane_and_ranges(plane, rangings, motion, body)
         origin[2] = middle_m
         asked_m = HEIGHT_GAIN_S * motion.climb_ref_m_s
         z = heights_m + motion.position_m[2]
         allowed = (self._p.height_min <= z) & (z <= self._p.height_max)
         detours_m = np.where(allowed, np.abs(heights_m - asked_m), math.inf)
-        distance, unseen = self._distances(points, heights_m), self._unseen_since(oldest_s, origin)
+        distance = self._distances(points, heights_m)
+        unseen, own_reach = self._unseen_since(oldest_s, origin), NO_PLACE
         if plane is not None:
+            own_reach = self._open_own_place(motion, body, oldest_s, origin)
             shade(distance, plane, points, unseen, FIELD_CELL_M, SEEN_CELL_M / FIELD_CELL_M, self.far_m)
         is_hidden = self._voxels.stamps[: self._known] < stamp_s
-        return Space(points, is_hidden, distance, unseen, heights_m, detours_m, asked_m)
+        return Space(points, is_hidden, distance, unseen, own_reach, heights_m, detours_m, asked_m)
 
     def _picture(self, cloud: Cloud | None, motion: Motion) -> np.ndarray:
         """Fill the pictures of what is near and what is free; return the cloud's returns (n, 3), levelled."""
@@ -208,14 +234,23 @@ class CloudLookout:
         see(self._free, row_tan, origin, *when, SEEN_CELL, SEEN_REACH_M, own, NEAR_M, self._seen_s)
 
     def _see_by_plane_and_ranges(
-        self, plane: Plane | None, rangings: Sequence[Ranging], motion: Motion, middle_m: float
+        self, plane: Plane | None, rangings: Sequence[Ranging], motion: Motion, body: Body
     ) -> None:
-        p, cells = self._p, Cells(self._seen_s, SEEN_CELL_M, SEEN_LEVEL_M)
-        own_m = p.body_radius + OWN_PLACE_M
+        cells = Cells(self._seen_s, SEEN_CELL_M, SEEN_LEVEL_M)
         if plane is not None:
-            body = own_m, BODY_SHARE_SEEN * p.body_below, BODY_SHARE_SEEN * p.body_above
-            see_plane(cells, plane, motion, body, middle_m)
-        see_ranges(cells, rangings, motion, own_m)
+            see_plane(cells, plane, motion, body)
+        see_ranges(cells, rangings, motion, body, body.radius + OWN_PLACE_M)
+
+    def _open_own_place(self, motion: Motion, body: Body, oldest_s: float, origin: np.ndarray) -> np.ndarray:
+        """Mark where only the own place is unseen; return how far it reaches in equal directions, m."""
+        unseen, middle = self._unseen.copy(), self._unseen.shape[1] // 2
+        is_seen = not unseen[LAYERS // 2, middle, middle]
+        cells = Cells(self._seen_s, SEEN_CELL_M, SEEN_LEVEL_M)
+        mark_own_place(cells, motion, body, body.radius + OWN_REACH_M, oldest_s)
+        is_own = unseen > self._unseen_since(oldest_s, origin)
+        np.copyto(self._unseen, unseen)
+        self._unseen[is_own] = BY_SIGHT
+        return self._own_place.follow(origin[:2].copy(), is_seen)
 
     def _unseen_since(self, oldest_s: float, origin: np.ndarray) -> np.ndarray:
         p = self._p

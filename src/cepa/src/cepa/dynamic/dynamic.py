@@ -34,7 +34,7 @@ EVASION_M_S = 1.5
 CLIMB_SHARES = (1.0, 0.5, 0.25)
 """Of the greatest climb: what it tries on the spot."""
 AT_REST_M_S = 0.1
-NOTHING, NOTHING_UNSEEN = np.empty((0, 2)), np.empty((0, 0, 0), np.bool_)
+NOTHING, NOTHING_UNSEEN = np.empty((0, 2)), np.empty((0, 0, 0), np.uint8)
 
 
 class Dynamic(Algorithm):

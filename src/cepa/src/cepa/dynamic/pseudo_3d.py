@@ -22,6 +22,11 @@ SHADING_M = 1.0
 """What is so much higher or lower than the lidar, such as the floor, does not reach to other heights."""
 
 
+OWN_PLACE_BINS = 360
+_angles = 2.0 * math.pi / OWN_PLACE_BINS * np.arange(OWN_PLACE_BINS)
+OWN_PLACE_DIRECTIONS = np.stack((np.cos(_angles), np.sin(_angles)))
+
+
 class Plane(NamedTuple):
     """What a planar lidar knows."""
 
@@ -57,25 +62,34 @@ class Cells(NamedTuple):
         return rows % n, columns % n, heights % levels, x, y, z
 
 
-def see_plane(
-    cells: Cells, plane: Plane, motion: Motion, body: tuple[float, float, float], middle_m: float
-) -> None:
+class Body(NamedTuple):
+    """What the UAV takes, m."""
+
+    radius: float
+    below: float
+    above: float
+    middle: float
+    """Height of the layer that the UAV is in, above the lidar. The body's levels count from there, so that a
+    UAV cannot creep upwards by its own place."""
+
+    def levels(self, z: np.ndarray, height_m: float) -> np.ndarray:
+        """Return which levels of cells with their middles at ``z`` (n,), m above the lidar, it is in (n,)."""
+        half_m = 0.5 * height_m
+        return (self.middle - self.below - half_m < z) & (z < self.middle + self.above + half_m)
+
+
+def see_plane(cells: Cells, plane: Plane, motion: Motion, body: Body) -> None:
     """Stamp what the lidar's plane shows: the tilted plane itself, and the body's height all along its beams.
 
-    The latter is what flight in a plane assumes: what a beam passed is free at the height of flight. The
-    UAV's own place is free, too. body: radius of that place, and ends of the body below and above, m.
-    middle_m: height of the layer that the UAV is in, above the lidar. Cells count from there, so that a UAV
-    cannot creep upwards by its own place.
+    The latter is what flight in a plane assumes: what a beam passed is free at the height of flight.
     """
     i, j, k, x, y, z = cells.around(np.array(motion.position_m))
     h = np.hypot(x[None, :], y[:, None])
     bearing = np.arctan2(y[:, None], x[None, :])
     bins = np.rint(bearing * plane.seen.size / (2.0 * math.pi)).astype(int) % plane.seen.size
-    radius, below, above = body
-    rows, columns = np.nonzero((plane.seen[bins] > h + 0.5 * cells.edge_m) | (h < radius))
-    half_m = 0.5 * cells.height_m
-    is_level = (middle_m - below - half_m < z) & (z < middle_m + above + half_m)
-    cells.stamps[i[rows, None], j[columns, None], k[is_level]] = motion.stamp_s
+    rows, columns = np.nonzero(plane.seen[bins] > h + 0.5 * cells.edge_m)
+    levels = k[body.levels(z, cells.height_m)]
+    cells.stamps[i[rows, None], j[columns, None], levels] = motion.stamp_s
     normal = motion.rotation()[:, 2]
     tilted_m = -(normal[0] * x[columns] + normal[1] * y[rows]) / normal[2]
     level = np.floor((tilted_m - z[0]) / cells.height_m + 0.5).astype(int)
@@ -83,15 +97,51 @@ def see_plane(
     cells.stamps[i[rows[inside]], j[columns[inside]], k[level[inside]]] = motion.stamp_s
 
 
-def see_ranges(cells: Cells, rangings: Sequence[Ranging], motion: Motion, radius_m: float) -> None:
-    """Stamp what range finders have passed, as wide as ``radius_m`` around their beams."""
+class OwnPlace:
+    """A disc that the UAV's middle may not leave where nobody has looked, such as where it started.
+
+    It lies where the UAV was last within what had been seen. From there only drift can drag it along. If it
+    went with the UAV, the UAV would creep into what its lidar does not see.
+    """
+
+    def __init__(self, radius_m: float) -> None:
+        self._radius_m = radius_m
+        self._xy: np.ndarray | None = None
+
+    def follow(self, here: np.ndarray, is_seen: bool) -> np.ndarray:
+        """Return how far the UAV may go in each of OWN_PLACE_BINS directions, m.
+
+        here: (2,) m, along the odometry's axes. is_seen: whether all that the body takes was seen.
+        """
+        if self._xy is None or is_seen:
+            self._xy = here
+        back = self._xy - here
+        back *= min(1.0, self._radius_m / max(math.hypot(*back), 1e-9))
+        self._xy = here + back
+        along = back @ OWN_PLACE_DIRECTIONS
+        return along + np.sqrt(np.maximum(0.0, self._radius_m**2 - back @ back + along**2))
+
+
+def mark_own_place(cells: Cells, motion: Motion, body: Body, radius_m: float, oldest_s: float) -> None:
+    """Let the body's levels count as seen until the next scan, where no scan has seen them."""
     i, j, k, x, y, z = cells.around(np.array(motion.position_m))
-    rotation = motion.rotation()
+    rows, columns = np.nonzero(np.hypot(x, y[:, None]) < radius_m)
+    place = i[rows, None], j[columns, None], k[body.levels(z, cells.height_m)]
+    cells.stamps[place] = np.maximum(cells.stamps[place], oldest_s)
+
+
+def see_ranges(
+    cells: Cells, rangings: Sequence[Ranging], motion: Motion, body: Body, radius_m: float
+) -> None:
+    """Stamp what range finders have passed above and below the body, as wide as ``radius_m``."""
+    i, j, k, x, y, z = cells.around(np.array(motion.position_m))
+    rotation, is_beside = motion.rotation(), ~body.levels(z, cells.height_m)
     for ranging in rangings:
         start, way = rotation @ ranging.origin_m, rotation @ ranging.direction
         along_m = (z - start[2]) / way[2] if way[2] else np.full(z.shape, math.inf)
         room_m = ranging.free_m - 0.5 * cells.height_m
-        for level in np.flatnonzero((along_m >= -0.5 * cells.height_m) & (along_m <= room_m)):
+        is_passed = is_beside & (along_m >= -0.5 * cells.height_m) & (along_m <= room_m)
+        for level in np.flatnonzero(is_passed):
             at = start + along_m[level] * way
             rows, columns = np.nonzero(np.hypot(x[None, :] - at[0], y[:, None] - at[1]) < radius_m)
             cells.stamps[i[rows], j[columns], k[level]] = motion.stamp_s
@@ -130,7 +180,7 @@ def shade(
     """
     n, k = distance.shape[1], unseen.shape[1]
     at = np.clip(np.floor((np.arange(n) - n // 2) / finer + 0.5).astype(int) + k // 2, 0, k - 1)
-    shaded = unseen[:, at[:, None], at]
+    shaded = unseen[:, at[:, None], at] != 0
     near = points[np.abs(points[:, 2]) < SHADING_M, :2]
     known = np.empty(distance.shape[1:])
     stamp(np.ascontiguousarray(near), known, cell_m, far_m)

@@ -12,6 +12,7 @@ from cepa.dynamic.lookout import FIELD_CELL_M
 from cepa.dynamic.pseudo_3d import HeightSearch, Plane
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
 from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Course, Layers, Ways, WaysOut
+from cepa.kernels.rollout import BY_SIGHT
 from cepa.kernels.surroundings import Surroundings
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
@@ -74,7 +75,7 @@ class Spatial:
         field = space.distance, FIELD_CELL_M, LAYER_M, self._lookout.far_m
         length, *offset = ways
         return Surroundings(
-            *field, np.empty(0), space.unseen, SEEN_CELL_M, discs, length[None], WAY_CELL_M, *offset
+            *field, space.own_reach, space.unseen, SEEN_CELL_M, discs, length[None], WAY_CELL_M, *offset
         )
 
     def open_height_m(self, space: Space, direction: np.ndarray, speed: float) -> float:
@@ -119,7 +120,7 @@ class Spatial:
         middle, seen_side, side = LAYERS // 2, space.unseen.shape[1] // 2, space.distance.shape[1] // 2
         here_m = space.distance[middle, side, side]
         above, below = (
-            not space.unseen[middle + step, seen_side, seen_side]
+            space.unseen[middle + step, seen_side, seen_side] in (0, BY_SIGHT)
             and space.distance[middle + step, side, side] >= min(self._p.r_lb, here_m)
             and math.isfinite(space.detours_m[middle + step])
             for step in (1, -1)

@@ -23,6 +23,8 @@ AT_REST_M_S, AT_REST_M_S2 = 0.05, 0.2
 FULL_ERROR_M_S, LEAST_ERROR_SHARE = 2.0, 0.33
 """From this speed on the response may have its whole stated error; a slower flight has less of it."""
 ANGLE_ERROR_RAD = 3e-4
+BY_SIGHT = 2
+"""Of ``unseen``: ``sight`` tells how far the UAV may go there."""
 DEEPER_M = 0.02
 """What stands nearer than the least distance may come so much nearer, or noise would hold the UAV there."""
 State = Tuple[Tuple[float, ...], Tuple[float, ...], Tuple[float, ...]]
@@ -244,7 +246,7 @@ def _angle(x: float, y: float) -> float:
 def _beyond_sight(
     sight: np.ndarray, unseen: np.ndarray, unseen_cell_m: float, layer_m: float, state: State
 ) -> float:
-    """Return how far the UAV is beyond what has been seen, m; with layers 1 or 0."""
+    """Return how far the UAV is beyond what has been seen, m; with layers 1 or 0 but for BY_SIGHT."""
     x, y = state[0][0], state[1][0]
     if unseen.shape[0]:
         layer = _layer(unseen.shape[0], layer_m, state[2][0])
@@ -252,7 +254,8 @@ def _beyond_sight(
         i = math.floor(y / unseen_cell_m + 0.5) + half
         j = math.floor(x / unseen_cell_m + 0.5) + half
         outside = layer < 0 or min(i, j) < 0 or max(i, j) > 2 * half
-        return 1.0 if outside or unseen[layer, i, j] else 0.0
+        if outside or unseen[layer, i, j] != BY_SIGHT:
+            return 1.0 if outside or unseen[layer, i, j] else 0.0
     bins = sight.size
     b = math.floor(_angle(x, y) * bins / (2.0 * math.pi) + 0.5)
     return math.sqrt(x * x + y * y) - sight[b + bins if b < 0 else b]

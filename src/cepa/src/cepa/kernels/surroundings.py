@@ -22,7 +22,8 @@ class Surroundings(NamedTuple):
     sight: np.ndarray
     """(bins,) m: how far the body's centre may go in each direction within what has been seen."""
     unseen: np.ndarray
-    """(layers, k, k) bool: where the body would be in what was not seen; without layers ``sight`` counts."""
+    """(layers, k, k) uint8: 1 where the body would be in what was not seen, 2 where ``sight`` counts; without
+    layers it counts everywhere."""
     unseen_cell_m: float
     movers: np.ndarray
     """(m, 6): x, y in m, velocity in m/s, radius in m, growth of the radius in m/s."""
