@@ -297,7 +297,7 @@ def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(short_yam
         text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
-    # The second line is written when the first trial is stored for sure; Ctrl-C may come between line and table
+    # At the second line the first trial is stored for sure: Ctrl-C may come between line and table
     wait_for(lambda: finished_lines(out) > 1 or process.poll() is not None)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=120)
