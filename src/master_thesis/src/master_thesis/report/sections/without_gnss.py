@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Sequence
+from typing import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from inspection_tools import read_mission
+from master_thesis.experiments_3_4.flight_without_gnss import distances
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
 from master_thesis.report.content import Block, Picture, Section, Table, number, seeds_of
@@ -80,7 +82,7 @@ def _table(flown: Mapping[str, Mapping[str, Sequence[dict]]]) -> Table:
         rows,
         note="Median over the seeds, the worst in brackets. Errors of poses: root mean square over the "
         "flight, not aligned. Off the planned path: true distance from the straight lines between the "
-        "waypoints, corners included. The flight in the room ends after a time, not at its start.",
+        "waypoints, corners included.",
     )
 
 
@@ -93,35 +95,48 @@ def _middle_and_worst(values: Sequence[float | None]) -> str:
 
 
 def _paths(flown: Mapping[str, Mapping[str, Sequence[dict]]]) -> Picture:
-    """Return the true paths of the first flight of each lidar."""
-    figure = Figure(figsize=(5.5 * len(flown), 4.2), layout="constrained")
-    for axes, (world, lidars) in zip(np.atleast_1d(figure.subplots(1, len(flown))), flown.items()):
-        _draw_world(axes, world)
+    """Return the true paths of the first flight of each lidar, and how far they are off the planned path."""
+    figure = Figure(figsize=(5.5 * len(flown), 5.8), layout="constrained")
+    grid = figure.subplots(2, len(flown), squeeze=False, height_ratios=(2.2, 1.0))
+    for (above, below), (world, lidars) in zip(grid.T, flown.items()):
+        scenario = SCENARIOS[world]
+        mission = read_mission(scenario.mission_path)
+        way_xy = np.array([scenario.start_xyz_yaw[:2], *(w.position_m[:2] for w in mission)])
+        _draw_world(above, world, way_xy)
         for lidar, results in lidars.items():
             path_xy = np.array(results[0]["path_xy"])
-            axes.plot(*path_xy.T, color=palette.LIDARS[lidar], lw=1.1, label=short_name(lidar))
-            axes.plot(
-                *path_xy[-1], palette.MARKERS[lidar], ms=5, color=palette.LIDARS[lidar], mec="black", mew=0.4
-            )
-        axes.legend(fontsize=7, loc="center", framealpha=0.9)
+            look = {"color": palette.LIDARS[lidar], "lw": 1.0}
+            above.plot(*path_xy.T, **look, label=short_name(lidar))
+            above.plot(*path_xy[-1], palette.MARKERS[lidar], **look, ms=5, mec="black", mew=0.4)
+            flown_m = np.append(0.0, np.hypot(*np.diff(path_xy, axis=0).T).cumsum())
+            below.plot(flown_m, distances(path_xy, way_xy), **look)
+        below.set_ylim(bottom=0.0)
+        below.margins(x=0.01)
+        _name_axes(below, "way flown [m]", "off the planned path [m]")
+    named = {name: line for axes in grid[0] for line, name in zip(*axes.get_legend_handles_labels())}
+    figure.legend(named.values(), named, loc="outside lower center", ncols=len(named), fontsize=8)
     return Picture(
         svg(figure),
-        "True paths of one flight with each lidar, with a mark where it ended. Dashed: the planned path.",
-        "The worlds from above with the path flown with each lidar",
+        "True paths of one flight with each lidar, with a mark where it ended. Dashed: the planned path. "
+        "Below: the distance from the planned path.",
+        "The worlds from above with the path flown with each lidar, and its distance from the planned path",
         wide=True,
     )
 
 
-def _draw_world(axes: Any, world: str) -> None:
+def _draw_world(axes: Axes, world: str, way_xy: np.ndarray) -> None:
     scenario = SCENARIOS[world]
     shapes = [o for o in outlines_of_file(scenario.world_path) if o.blocks(scenario.flight_height_m)]
     patches = [Polygon(o.outline_xy, closed=True) for o in shapes if len(o.outline_xy) > 2]
     axes.add_collection(PatchCollection(patches, facecolor=_SOLID, edgecolor="black", linewidth=0.3))
-    way = [scenario.start_xyz_yaw[:2], *(w.position_m[:2] for w in read_mission(scenario.mission_path))]
-    axes.plot(*np.array(way).T, "--", color="black", lw=0.6)
+    axes.plot(*way_xy.T, "--", color="black", lw=0.6)
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.set_title(world, fontsize=9)
-    axes.set_xlabel("x [m]", fontsize=8)
-    axes.set_ylabel("y [m]", fontsize=8)
+    _name_axes(axes, "x [m]", "y [m]")
+
+
+def _name_axes(axes: Axes, x: str, y: str) -> None:
+    axes.set_xlabel(x, fontsize=8)
+    axes.set_ylabel(y, fontsize=8)
     axes.tick_params(labelsize=7)
