@@ -36,6 +36,13 @@ REFUSED = {
     "same port": ("teleop", ["gcs_port:=14540"], "offboard_port and gcs_port are both 14540;"),
     "factor": ("experiment_1", ["real_time_factor:=-1"], "real_time_factor must be a number from 0 to"),
     "switch": ("experiment_1", ["lockstep:=yes"], "'yes' is no lockstep; give lockstep:=true or"),
+    "resolved switch": (
+        "experiment_3",
+        ["return_to_start:=nonsense"],
+        "'nonsense' is no return_to_start; give return_to_start:=true or",
+    ),
+    "lookahead": ("experiment_4", ["lookahead:=11"], "'11' is no lookahead; give a number from 0 to 10."),
+    "resolved number": ("experiment_4", ["lookahead:=far"], "'far' is no lookahead; give a number, for"),
     "mavros": ("experiment_1", ["mavros:=fake"], "There is no mavros 'fake'; choose mavros:=sim|real."),
     "autopilot": (
         "experiment_1",
@@ -66,7 +73,7 @@ REFUSED = {
     ),
     "cushions": ("experiment_3", ["r_ub:=0.4"], "r_lb must be less than r_ub"),
     "filter": ("experiment_2", ["K:=-3"], "k_filter must be greater than 0, not -3"),
-    "look": ("experiment_2", ["look:=long"], "'long' is no look; give a number from 0 to 8."),
+    "look": ("experiment_2", ["look:=9"], "'9' is no look; give a number from 0 to 8."),
     "device": ("teleop", ["device:=mouse"], "There is no device 'mouse'; choose device:=keyboard|joy."),
     "results": ("experiment_1", [f"results:={__file__}"], "is a file; choose a folder for the results"),
     "closed": ("experiment_1", ["results:=/proc/results"], "/proc may not be written to; choose another"),

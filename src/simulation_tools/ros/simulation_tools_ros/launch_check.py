@@ -6,6 +6,7 @@ starts nothing. So a launch file with `check_launch` as such a command is checke
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ import rospkg
 
 from node_tools.ros_servers import UNREACHABLE, server
 from simulation_tools.errors import SimulationToolsError
-from simulation_tools.launch_check.launch_files import LaunchError, check_arguments, nodes_of
+from simulation_tools.launch_check.launch_files import LaunchError, arguments_of, check_arguments, nodes_of
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,22 @@ def check(launch: Launch) -> None:
         LaunchError: one sentence.
     """
     if len(launch.files) == 1:  # roslaunch gives each of several files the arguments of all
-        check_arguments(launch.files[0], launch.given)
+        check_arguments(launch.files[0], launch.given, defaults_of(launch.files[0]))
     if launch.starts:
         check_nothing_runs(launch.files, launch.master_uri)
+
+
+def defaults_of(file: Path) -> dict[str, str]:
+    """Return a launch file's defaults by name, resolved; without those that need a missing argument."""
+    from roslaunch.substitution_args import resolve_args  # takes a third of a second
+
+    values: dict[str, str] = {}
+    for argument in arguments_of(file):
+        with contextlib.suppress(Exception):  # $(eval) may raise anything
+            if argument.text is not None:
+                context = {"arg": dict(values)}
+                values[argument.name] = str(resolve_args(argument.text, context, filename=str(file)))
+    return values
 
 
 def check_nothing_runs(files: Sequence[Path], master_uri: str) -> None:

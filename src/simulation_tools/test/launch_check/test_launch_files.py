@@ -10,6 +10,7 @@ DRAWN = """<launch>
   <arg name="lidar" default="ust"/>
   <arg name="seed" default="1"/>
   <arg name="lockstep" default="false"/>
+  <arg name="returns" default="$(eval not lockstep)"/>
   <arg name="goal"/>
   <arg name="frame" value="world"/>
   <node pkg="a" type="a" name="first"/>
@@ -18,6 +19,7 @@ DRAWN = """<launch>
   <include file="$(find nowhere)/more.launch"/>
   <include file="$(eval 'what')"/>
 </launch>"""
+DEFAULTS = {"lidar": "ust", "seed": "1", "lockstep": "false", "returns": "True"}
 MORE = '<launch><node pkg="a" type="a" name="third" if="false"/></launch>'
 
 
@@ -30,16 +32,17 @@ def file(tmp_path):
 
 
 def test_arguments_that_the_file_takes_are_taken(file):
-    check_arguments(file, {"lidar": "urg", "seed": "7", "lockstep": "True", "goal": "1 2 3"})
+    check_arguments(file, {"lidar": "urg", "seed": "7", "lockstep": "True", "goal": "1 2 3"}, DEFAULTS)
 
 
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
         ({"lidr": "urg"}, "drawn.launch has no argument 'lidr'; did you mean lidar:=?"),
-        ({"xyz": "1"}, "drawn.launch has no argument 'xyz'; it takes lidar, seed, lockstep, goal."),
+        ({"xyz": "1"}, "drawn.launch has no argument 'xyz'; it takes lidar, seed, lockstep, returns, goal."),
         ({"seed": "abc"}, "'abc' is no seed; give a number, for example seed:=1."),
         ({"lockstep": "1"}, "'1' is no lockstep; give lockstep:=true or lockstep:=false."),
+        ({"returns": "yes"}, "'yes' is no returns; give returns:=true or returns:=false."),
         ({"frame": "map"}, "drawn.launch sets its argument frame itself; leave out frame:=map."),
         ({}, "drawn.launch needs goal:=...; roslaunch --ros-args tells what it means."),
     ],
@@ -47,7 +50,7 @@ def test_arguments_that_the_file_takes_are_taken(file):
 def test_what_the_file_does_not_take_is_refused_in_a_sentence(file, given, sentence):
     goal = {"goal": "1 2 3"} if given else {}
     with pytest.raises(LaunchError) as error:
-        check_arguments(file, {**given, **goal})
+        check_arguments(file, {**given, **goal}, DEFAULTS)
     assert str(error.value) == sentence
 
 
@@ -55,7 +58,7 @@ def test_a_file_that_is_no_launch_file_is_refused_by_name(tmp_path):
     path = tmp_path / "half.launch"
     path.write_text("<launch>")
     with pytest.raises(LaunchError, match=r"The launch file .*half\.launch cannot be read"):
-        check_arguments(path, {})
+        check_arguments(path, {}, {})
 
 
 def test_the_nodes_are_found_in_groups_and_in_what_is_included(file, tmp_path):

@@ -51,6 +51,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     flown = scenario.Scenario(world.stem, world, start, places[-1], mission)
     description = RunDescription(str(asked.get("experiment", "experiment_3")), flown, **choices)
     speed_m_s = scenario.number("speed", asked.get("speed", 1.0), *scenario.SPEEDS_M_S)
+    scenario.number("lookahead", asked.get("lookahead", 0.0), *scenario.LOOKAHEADS_S)
     limits = limits_of(asked, PhaseLimits)
     limits = limits.for_way(way_m(waypoints, start[:3]), speed_m_s)
     duration_s = scenario.number("duration", asked.get("duration", 0.0), 0.0, LONGEST_S)

@@ -18,6 +18,7 @@ POSE_SOURCES = ("ground_truth", "odometry")
 MAPPING_POSE_SOURCES = (*POSE_SOURCES, "slam")  # of experiments that run SLAM
 MAVROS = ("sim", "real")
 SPEEDS_M_S = (0.05, 15.0)  # the position controller's greatest speed; the least one, so that a flight ends
+LOOKAHEADS_S = (0.0, 10.0)  # the position controller's
 SEEDS = (0, 2**31 - 1)  # roslaunch reads greater numbers as real ones
 SCENARIOS = ("empty", "sparse", "forest", "hallway")
 FLIGHT_HEIGHT_M = 2.0

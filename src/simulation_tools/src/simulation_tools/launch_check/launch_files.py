@@ -39,10 +39,11 @@ def arguments_of(path: Path) -> tuple[Argument, ...]:
     )
 
 
-def check_arguments(path: Path, given: Mapping[str, str]) -> None:
+def check_arguments(path: Path, given: Mapping[str, str], defaults: Mapping[str, str]) -> None:
     """Check a launch file's arguments from the command line: names, and the type of each value.
 
-    An argument whose default is a truth value or a number accepts only this type.
+    An argument whose default is a truth value or a number accepts only this type. defaults: by name, resolved
+    ($(eval not gnss) is False).
 
     Raises:
         LaunchError: a sentence that names what is wrong, and what may have been meant.
@@ -54,7 +55,7 @@ def check_arguments(path: Path, given: Mapping[str, str]) -> None:
             raise LaunchError(_unknown(path, name, free))
         if known[name].fixed:
             raise LaunchError(f"{path.name} sets its argument {name} itself; leave out {name}:={value}.")
-        _check_kind(name, value, known[name].text)
+        _check_kind(name, value, defaults.get(name, ""))
     missing = [name for name in free if known[name].text is None and name not in given]
     if missing:
         asked = " ".join(f"{name}:=..." for name in missing)
@@ -67,16 +68,16 @@ def _unknown(path: Path, name: str, known: Iterable[str]) -> str:
     return f"{path.name} has no argument '{name}'; {meant}"
 
 
-def _check_kind(name: str, value: str, default: str | None) -> None:
-    if default in BOOLEANS and value.lower() not in BOOLEANS:
+def _check_kind(name: str, value: str, default: str) -> None:
+    if default.lower() in BOOLEANS and value.lower() not in BOOLEANS:
         raise LaunchError(f"'{value}' is no {name}; give {name}:=true or {name}:=false.")
     if _is_number(default) and not _is_number(value):
         raise LaunchError(f"'{value}' is no {name}; give a number, for example {name}:={default}.")
 
 
-def _is_number(text: str | None) -> bool:
+def _is_number(text: str) -> bool:
     try:
-        float(text or "")
+        float(text)
     except ValueError:
         return False
     return True
