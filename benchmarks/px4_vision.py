@@ -86,6 +86,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3], help="of vision and sensors")
     parser.add_argument("--seconds", type=float, default=600.0, help="of each hover")
     given = parser.parse_args(arguments)
+    if given.px4 is not None and not (given.px4 / "bin/px4").is_file():
+        parser.error(f"there is no {given.px4}/bin/px4; give PX4's folder build/px4_sitl_default with --px4")
+    if not given.seconds >= 2.0 * WINDOW_S:
+        parser.error(f"--seconds is {given.seconds:g}; a hover must last at least {2.0 * WINDOW_S:g} s")
     seconds, seeds = (2.0 * WINDOW_S, given.seeds[:1]) if given.brief else (given.seconds, given.seeds)
     kinds = ["ours"] if given.px4 is None else ["ours", "px4"]
     with Results("px4_vision", given.results, {**vars(given), "px4": str(given.px4)}) as results:
