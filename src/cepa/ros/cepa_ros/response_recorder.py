@@ -80,18 +80,30 @@ def read_bag(path: Path, command_topic: str, odometry_topic: str, base_frame: st
     """Return the recording in a bag.
 
     Raises:
-        IdentificationError: the bag cannot be read, or lacks a topic.
+        IdentificationError: the bag cannot be read, lacks a topic, or has other messages on it.
     """
     recorder = ResponseRecorder(base_frame)
     try:
         with rosbag.Bag(str(path)) as bag:
-            topics = bag.get_type_and_topic_info().topics
-            for topic in (command_topic, odometry_topic):
-                if topic not in topics:
-                    there = ", ".join(sorted(topics)) or "no topic"
-                    raise IdentificationError(f"The bag {path} lacks {topic}; it holds {there}.")
+            _require(bag, command_topic, TwistStamped._type)
+            _require(bag, odometry_topic, Odometry._type)
             for topic, message, _ in bag.read_messages([command_topic, odometry_topic]):
                 (recorder.on_command if topic == command_topic else recorder.on_odometry)(message)
+    except rosbag.ROSBagUnindexedException:
+        raise IdentificationError(
+            f"The bag {path} has no index (its recording was cut off): rosbag reindex {path}"
+        ) from None
     except DAMAGE as error:
         raise IdentificationError(f"The bag {path} cannot be read: {error}.") from None
     return recorder.recording()
+
+
+def _require(bag: rosbag.Bag, topic: str, kind: str) -> None:
+    """Raise IdentificationError unless there are messages of this type on a topic."""
+    types = {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()}
+    if types.get(topic) != kind:
+        there = ", ".join(f"{name} ({types[name]})" for name in sorted(types)) or "no topic"
+        raise IdentificationError(
+            f"The bag {bag.filename} lacks {topic} ({kind}); it holds {there}. Choose other topics with "
+            "--commands and --odometry."
+        )

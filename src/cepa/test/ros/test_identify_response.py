@@ -89,9 +89,31 @@ def test_the_command_tells_the_response_of_a_bag(tmp_path):
     assert (tmp_path / "response.png").exists()
 
 
-def test_a_topic_that_the_bag_lacks_is_one_sentence(tmp_path, monkeypatch, capsys):
+def refused(words, monkeypatch, capsys):
+    """Run the command, which fails, and return what it says."""
+    monkeypatch.setattr(sys, "argv", ["identify_response", *words])
+    assert runpy.run_path(str(COMMAND))["main"]() == 1
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("topic", ["/nothing", ODOMETRY])
+def test_a_topic_without_commands_is_one_sentence(topic, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     write_flight("flight.bag", seconds=1.0)
-    monkeypatch.setattr(sys, "argv", ["identify_response", "flight.bag", "--commands", "/nothing"])
-    assert runpy.run_path(str(COMMAND))["main"]() == 1
-    assert capsys.readouterr().err.startswith("identify_response: The bag flight.bag lacks /nothing")
+    assert refused(["flight.bag", "--commands", topic], monkeypatch, capsys) == (
+        f"identify_response: The bag flight.bag lacks {topic} (geometry_msgs/TwistStamped); it holds "
+        f"{ODOMETRY} (nav_msgs/Odometry), {COMMANDS} (geometry_msgs/TwistStamped). Choose other topics with "
+        "--commands and --odometry.\n"
+    )
+
+
+def test_a_bag_that_was_cut_off_tells_how_to_mend_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_flight("flight.bag", seconds=1.0)
+    whole = Path("flight.bag").read_bytes()
+    Path("flight.bag").write_bytes(whole[: len(whole) // 2])
+    said = refused(["flight.bag"], monkeypatch, capsys)
+    assert said == (
+        "identify_response: The bag flight.bag has no index (its recording was cut off): "
+        "rosbag reindex flight.bag\n"
+    )
