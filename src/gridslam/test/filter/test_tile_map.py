@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 from pathlib import Path
 
@@ -134,6 +135,17 @@ def test_tiles_take_memory_once_they_are_written_and_give_it_back():
         assert resident_mb() - before > 0.9 * 5000 * SIDE**2 * 4 / 2**20
         del pool
     assert resident_mb() - before < 5.0
+
+
+def test_a_forked_process_does_not_write_into_the_tiles_of_its_parent():
+    tiles = TilePool(64).tiles
+    child = os.fork()
+    if child == 0:
+        for array in (tiles.visits, tiles.occupied, tiles.hits, tiles.means):
+            array[:] = 1
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert not any(array.any() for array in (tiles.visits, tiles.occupied, tiles.hits, tiles.means))
 
 
 @pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1), (-1, -1)])

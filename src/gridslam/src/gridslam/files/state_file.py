@@ -85,7 +85,7 @@ def read(path: str | Path, threads: int | None = None, name: str | Path | None =
         if header["format"] != FORMAT:
             raise StateError(
                 f"{told} is of another version ({header['format']}) of gridslam, which reads {FORMAT}: begin "
-                "anew, or on the map of that run as starting_map."
+                "anew, or give the map of that run as starting_map."
             )
         if threads is not None:
             header["parameters"]["threads"] = threads

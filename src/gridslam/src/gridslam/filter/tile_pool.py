@@ -135,10 +135,10 @@ def _zeros(shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
     """Return an array that takes memory only where it is written, and gives it back when it is dropped.
 
     The C library does so for its first great arrays only. After one is freed, it keeps their
-    memory, and clears it for the next ones.
+    memory, and clears it for the next ones. A forked process gets a copy (MAP_PRIVATE), as of any array.
     """
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    return np.ndarray(shape, dtype, mmap.mmap(-1, size))
+    return np.ndarray(shape, dtype, mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS))
 
 
 def _tiles(capacity: int) -> Tiles:
