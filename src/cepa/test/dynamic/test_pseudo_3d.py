@@ -7,8 +7,10 @@ import pytest
 from spatial_flight import LEVEL, STEP_S, Boxes
 
 from cepa import CepaParameters, Dynamic, LaserScan2D, Motion, MotionError, Ranging
+from cepa.dynamic.cloud_lookout import LAYERS, CloudLookout
 from cepa.dynamic.observer import response_of
-from cepa.kernels.rollout import fly
+from cepa.dynamic.pseudo_3d import Plane
+from cepa.kernels.rollout import BY_SIGHT, fly
 
 BEAMS, PERIOD_S, SPEED_M_S = 360, 0.05, 1.5
 ANGLES = -math.pi + np.arange(BEAMS) * 2.0 * math.pi / BEAMS
@@ -84,6 +86,19 @@ def test_it_does_not_creep_backwards_into_what_its_lidar_does_not_see(speed_m_s)
     path, clearance_m = path_along_x(LOW_WALL, (UP, DOWN), 12.0, -speed_m_s, math.radians(120.0))
     assert path[:, 0].min() > -1.0  # the wall is 2 m behind; what it sees aside lets it go back a little
     assert clearance_m > 0.5
+
+
+def test_its_own_place_stays_unseen_when_it_may_remember_for_longer():
+    brief, long = (CloudLookout(CepaParameters(memory_s=memory_s)) for memory_s in (5.0, 20.0))
+    place = (0.0, 0.0, 2.0), LEVEL, (0.0, 0.0, 0.0), 0.0
+    side = CloudLookout(CepaParameters()).look(None, Motion(0.0, *place)).distance.shape[1]
+    blind = Plane(np.empty((0, 3)), np.full(360, -1.0), np.full((1, side, side), 9.0))
+    for lookout, stamp_s in ((brief, 0.1), (brief, 0.2), (long, 0.3)):
+        if lookout is long:
+            long.take_over(brief)
+        unseen = lookout.look(None, Motion(stamp_s, *place), plane=blind).unseen
+        middle = unseen.shape[1] // 2
+        assert unseen[LAYERS // 2, middle, middle] == BY_SIGHT
 
 
 def test_height_limits_hold():

@@ -14,7 +14,7 @@ from cepa.dynamic.pseudo_3d import (
     OwnPlace,
     Plane,
     ends_of,
-    mark_own_place,
+    place_of,
     see_plane,
     see_ranges,
     shade,
@@ -246,8 +246,11 @@ class CloudLookout:
         unseen, middle = self._unseen.copy(), self._unseen.shape[1] // 2
         is_seen = not unseen[LAYERS // 2, middle, middle]
         cells = Cells(self._seen_s, SEEN_CELL_M, SEEN_LEVEL_M)
-        mark_own_place(cells, motion, body, body.radius + OWN_REACH_M, oldest_s)
+        place = place_of(body, body.radius + OWN_REACH_M, cells, motion)
+        seen_s = self._seen_s[place]
+        self._seen_s[place] = motion.stamp_s  # for the next line only: nobody has seen it
         is_own = unseen > self._unseen_since(oldest_s, origin)
+        self._seen_s[place] = seen_s
         np.copyto(self._unseen, unseen)
         self._unseen[is_own] = BY_SIGHT
         return self._own_place.follow(origin[:2].copy(), is_seen)

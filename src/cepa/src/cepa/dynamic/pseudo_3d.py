@@ -122,12 +122,11 @@ class OwnPlace:
         return along + np.sqrt(np.maximum(0.0, self._radius_m**2 - back @ back + along**2))
 
 
-def mark_own_place(cells: Cells, motion: Motion, body: Body, radius_m: float, oldest_s: float) -> None:
-    """Let the body's levels count as seen until the next scan, where no scan has seen them."""
+def place_of(body: Body, radius_m: float, cells: Cells, motion: Motion) -> tuple[np.ndarray, ...]:
+    """Return the indices y, x, z of the cells at the body's levels within ``radius_m`` of its middle."""
     i, j, k, x, y, z = cells.around(np.array(motion.position_m))
     rows, columns = np.nonzero(np.hypot(x, y[:, None]) < radius_m)
-    place = i[rows, None], j[columns, None], k[body.levels(z, cells.height_m)]
-    cells.stamps[place] = np.maximum(cells.stamps[place], oldest_s)
+    return i[rows, None], j[columns, None], k[body.levels(z, cells.height_m)]
 
 
 def see_ranges(
