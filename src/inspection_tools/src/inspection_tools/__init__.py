@@ -10,7 +10,7 @@ from inspection_tools.errors import (
     VelocityError,
 )
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
-from inspection_tools.mission import Mission, Waypoint, parse_mission, read_mission, way_home, way_m
+from inspection_tools.mission import Mission, Waypoint, hold_s, parse_mission, read_mission, way_home, way_m
 from inspection_tools.padding import LidarPadding, PaddingParameters
 from inspection_tools.pairing import ReferencePairing
 from inspection_tools.position_controller import PositionController, PositionControllerParameters
@@ -42,6 +42,7 @@ __all__ = [
     "Waypoint",
     "YawRegulator",
     "YawRegulatorParameters",
+    "hold_s",
     "parse_mission",
     "read_mission",
     "way_home",

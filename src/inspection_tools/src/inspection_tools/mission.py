@@ -184,6 +184,11 @@ def way_m(waypoints: Sequence[Waypoint], start_m: Sequence[float]) -> float:
     return sum(math.dist(a, b) for a, b in zip(places, places[1:]))
 
 
+def hold_s(waypoints: Sequence[Waypoint]) -> float:
+    """Return the time that the UAV must stay at all waypoints together, s."""
+    return sum(waypoint.hold_s for waypoint in waypoints)
+
+
 def way_home(waypoints: Sequence[Waypoint], reached: int, start_m: Sequence[float]) -> tuple[Waypoint, ...]:
     """Return the waypoints back to the start, along the legs of the mission, which are known to be free.
 

@@ -184,3 +184,7 @@ def test_absurd_limits_are_refused(value):
 def test_a_far_or_slow_flight_may_last_three_times_its_way(way_m, speed_m_s, expected_s):
     limits = PhaseLimits().for_way(way_m, speed_m_s)
     assert limits == PhaseLimits(flight_timeout_s=expected_s)
+
+
+def test_the_time_at_waypoints_does_not_count_as_flight():
+    assert PhaseLimits().for_way(60.0, 0.5, hold_s=200.0).flight_timeout_s == 360.0 + 200.0

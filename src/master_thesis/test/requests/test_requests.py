@@ -8,7 +8,7 @@ import pytest
 
 from cepa import CepaParameters
 from master_thesis.errors import MasterThesisError
-from master_thesis.requests import experiment_1, experiment_2
+from master_thesis.requests import experiment_1, experiment_2, experiments_3_4
 
 KEEP_M = 0.5
 
@@ -51,3 +51,12 @@ def test_a_flight_to_a_goal(worlds_folder, asked, sentence):
 def test_a_trial_among_obstacles(worlds_folder, asked, sentence):
     with pytest.raises(MasterThesisError, match=re.escape(sentence)):
         experiment_2.read({"world": str(worlds_folder / "empty.world"), **asked}, CepaParameters())
+
+
+def test_a_mission_may_hold_for_longer_than_the_flights_limit(worlds_folder, tmp_path):
+    mission = tmp_path / "inspection.yaml"
+    mission.write_text("waypoints: ['10 0 0', '10 20 0']\nhold: 100\nlaps: 2\n")
+    asked = {"world": str(worlds_folder / "empty.world"), "mission": str(mission), "speed": 2.0}
+    flight = experiments_3_4.read(asked, KEEP_M)
+    legs_m = 10.0 + 20.0 + 20.0 + 20.0
+    assert flight.limits.flight_timeout_s == 3.0 * legs_m / 2.0 + 4 * 100.0

@@ -24,6 +24,7 @@ from inspection_tools import (
     PositionControllerParameters,
     Waypoint,
     YawRegulatorParameters,
+    hold_s,
     way_home,
     way_m,
 )
@@ -89,14 +90,14 @@ class ClosedLoopParameters:
     @property
     def limits_of_way(self) -> PhaseLimits:
         """The limits, with enough time for the path to the goal or through the mission."""
-        start = self.simulation.spawn_pose.position_m
+        start, waits_s = self.simulation.spawn_pose.position_m, 0.0
         if self.mission:
-            length_m = way_m(self.mission, start)
+            length_m, waits_s = way_m(self.mission, start), hold_s(self.mission)
         elif self.goal_xyz_m is not None:
             length_m = math.dist(self.goal_xyz_m[:2], start[:2])
         else:
             return self.limits
-        return self.limits.for_way(length_m, max(self.position_controller.max_speed, 0.01))
+        return self.limits.for_way(length_m, max(self.position_controller.max_speed, 0.01), waits_s)
 
 
 class ScanListener(Protocol):

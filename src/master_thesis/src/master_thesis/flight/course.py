@@ -53,9 +53,12 @@ class PhaseLimits:
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e6:
                 raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
 
-    def for_way(self, way_m: float, speed_m_s: float) -> PhaseLimits:
-        """Return the same limits with enough time for a path of this length at this speed (above 0)."""
-        needed_s = min(PATIENCE * way_m / speed_m_s, 999_999.0)
+    def for_way(self, way_m: float, speed_m_s: float, hold_s: float = 0.0) -> PhaseLimits:
+        """Return the same limits with enough time for a path of this length at this speed (above 0).
+
+        hold_s: time that the UAV stays at waypoints.
+        """
+        needed_s = min(PATIENCE * way_m / speed_m_s + hold_s, 999_999.0)
         return replace(self, flight_timeout_s=max(self.flight_timeout_s, needed_s))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping
 
-from inspection_tools import InspectionToolsError, Waypoint, read_mission, way_m
+from inspection_tools import InspectionToolsError, Waypoint, hold_s, read_mission, way_m
 from master_thesis.errors import ScenarioError
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
@@ -53,7 +53,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     speed_m_s = scenario.number("speed", asked.get("speed", 1.0), *scenario.SPEEDS_M_S)
     scenario.number("lookahead", asked.get("lookahead", 0.0), *scenario.LOOKAHEADS_S)
     limits = limits_of(asked, PhaseLimits)
-    limits = limits.for_way(way_m(waypoints, start[:3]), speed_m_s)
+    limits = limits.for_way(way_m(waypoints, start[:3]), speed_m_s, hold_s(waypoints))
     duration_s = scenario.number("duration", asked.get("duration", 0.0), 0.0, LONGEST_S)
     check_course(flown, description.model, description.lidar, sorted(set(places)), keep_m)
     returns = asked.get("return_to_start", False) is True
