@@ -10,7 +10,9 @@ import pytest
 from planar_flight import Lidar, Scene, box, forest
 
 from cepa import ParameterError
+from cepa.dynamic.lookout import Seen
 from cepa.dynamic.movers import MoverParameters, Movers
+from cepa.scan import Beams
 
 SCAN_S = 0.025
 INCREMENT_RAD = math.radians(0.5)
@@ -25,9 +27,10 @@ def bins_of(angles, ranges):
     return np.where(np.isinf(bins), -1.0, bins)
 
 
-def seen_as(bins):
-    """Return what a level lidar sees."""
-    return SimpleNamespace(reach_m=bins, level_m=np.full(bins.size, math.inf))
+def seen_as(bins, shown_m=math.inf):
+    """Return what a lidar sees that is level, or that shows nothing beyond ``shown_m`` because it leans."""
+    level_m = np.full(bins.size, math.inf)
+    return SimpleNamespace(reach_m=bins, level_m=level_m, shown_m=np.minimum(bins, shown_m))
 
 
 class World:
@@ -198,6 +201,33 @@ def test_the_floor_is_no_thing_that_moves():
         moving = movers.update(k * SCAN_S, points, np.zeros(2), seen_as(bins), is_level)
         assert len(moving.positions) == 0
         assert moving.is_moving.shape == (40,)
+
+
+@pytest.mark.parametrize(("shown_m", "moves"), [(5.0, False), (math.inf, True)])
+def test_a_wall_over_which_a_leaning_lidar_has_looked_does_not_move(shown_m, moves):
+    # A wall 7 m ahead. The UAV leans for half a second; then it sees a part of the wall through a door, and
+    # as it flies on, another part. With beams that do not pass over it, a wall has come from the side.
+    movers, nothing, free = Movers(), np.empty((0, 2)), np.full(360, 9.6)
+    for k in range(20):
+        movers.update(k * SCAN_S, nothing, (0.0, 0.0), seen_as(free, shown_m))
+    sets = []
+    for k in range(20, 50):
+        left = -1.0 + 1.5 * (k - 20) * SCAN_S
+        points = np.stack([np.full(30, 7.0), np.linspace(left, left + 1.2, 30)], axis=1)
+        bins = np.full(360, 3.0)  # the wall with the door
+        angles = np.degrees(np.arctan2(points[:, 1], points[:, 0]))
+        bins[np.round(angles).astype(int) % 360] = 7.0
+        sets.append(movers.update(k * SCAN_S, points, (0.0, 0.0), seen_as(bins)))
+    assert any(len(moving.radii) for moving in sets) == moves
+
+
+def test_a_leaning_lidar_shows_nothing_where_its_beams_are_far_above_it():
+    lean_rad = math.radians(20.0)
+    beams = Beams(np.full(720, 20.0), np.ones(720, bool), 0.0, math.pi / 360, nearest=20.0)
+    seen = Seen(beams, (0.0, math.sin(0.5 * lean_rad), 0.0, math.cos(0.5 * lean_rad)), 30.0)
+    assert seen.shown_m[0] == pytest.approx(20.0 * math.cos(lean_rad), abs=0.01)  # ahead its beams fall
+    assert seen.shown_m[180] == pytest.approx(1.5 / math.tan(lean_rad), abs=0.01)
+    assert seen.shown_m[90] == pytest.approx(20.0, abs=0.01)  # abeam its beams are level
 
 
 def test_a_clock_that_goes_back_and_empty_scans_are_no_harm():

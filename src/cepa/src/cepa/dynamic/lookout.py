@@ -29,18 +29,23 @@ OWN_PLACE_M = 0.25
 """The place that the body takes is free, and so much around it where nobody has looked yet."""
 
 
-LEVEL_M = 0.7
+LEVEL_M, SHOWN_M = 0.7, 1.5
+"""A beam farther from the lidar's height may pass over a part of a thing; so far above it, over a wall."""
 ANGLES_RAD = 2.0 * math.pi / SIGHT_BINS * np.arange(SIGHT_BINS)
 DIRECTIONS = np.stack((np.cos(ANGLES_RAD), np.sin(ANGLES_RAD)))
 
 
-def level_reach(rotation: np.ndarray) -> np.ndarray:
-    """Return how far (SIGHT_BINS,) beams stay within LEVEL_M of the lidar's height, m, in the plane.
+def falls(rotation: np.ndarray) -> np.ndarray:
+    """Return by how much (SIGHT_BINS,) beams fall for each metre in the plane.
 
     rotation (3, 3): of the lidar's frame into the odometry's.
     """
-    slopes = rotation[:2, 2] @ DIRECTIONS / rotation[2, 2]
-    return LEVEL_M / np.maximum(np.abs(slopes), 1e-6)
+    return rotation[:2, 2] @ DIRECTIONS / rotation[2, 2]
+
+
+def level_reach(rotation: np.ndarray) -> np.ndarray:
+    """Return how far (SIGHT_BINS,) beams stay within LEVEL_M of the lidar's height, m; as `falls`."""
+    return LEVEL_M / np.maximum(np.abs(falls(rotation)), 1e-6)
 
 
 class Seen:
@@ -66,6 +71,14 @@ class Seen:
     def level_m(self) -> np.ndarray:
         """(SIGHT_BINS,) m: as `level_reach`."""
         return level_reach(self._rotation)
+
+    @cached_property
+    def shown_m(self) -> np.ndarray:
+        """(SIGHT_BINS,) m: how far it shows that nothing stands there; -1 where no beam looks.
+
+        What stands on the floor ends every beam that comes down to it.
+        """
+        return np.minimum(self.reach_m, SHOWN_M / np.maximum(-falls(self._rotation), 1e-6))
 
 
 class Sight(NamedTuple):

@@ -155,9 +155,9 @@ class Movers:
         points_xy: (n, 2) m, from the lidar along the odometry's axes, the ends of the beams that hit
         something, in the order of the beams. sensor_xy: m, the lidar in the odometry's frame. seen: how
         far the scan sees, and how far its beams stay near the lidar's height. A beam that passes over a thing
-        does not show that it is gone, nor how wide it is. is_level: (n,) bool, which points belong neither to
-        floor nor ceiling (`clear_of_floor`); None: all. After a clock that went back, or LONGEST_STEP_S
-        without a scan, everything is forgotten.
+        shows neither that it is gone, nor that it was not there, nor how wide it is. is_level: (n,) bool,
+        which points belong neither to floor nor ceiling (`clear_of_floor`); None: all. After a clock that
+        went back, or LONGEST_STEP_S without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
         if not 0.0 < dt_s <= LONGEST_STEP_S:
@@ -182,7 +182,7 @@ class Movers:
         owners = np.empty(len(self._tracks), np.int64)
         kernels.associate(clusters, self._tracks, p.gate_m, matches, owners)
         self._align(dt_s, points, pose, clusters, owners)
-        self._learn(dt_s, points, pose, sight_m, clusters, owners)
+        self._learn(dt_s, points, pose, seen.shown_m, clusters, owners)
         owners = self._forget(pose, np.minimum(sight_m, level_m), owners)
         owners = self._begin(clusters, matches, owners)
         if self._moving.any():
@@ -293,9 +293,9 @@ class Movers:
             self._moving |= found
 
     def _bins_of_frames(self) -> np.ndarray:
-        """Return how far earlier scans saw (FRAMES, SIGHT_BINS), m."""
+        """Return how far earlier scans have shown that nothing stands (FRAMES, SIGHT_BINS), m."""
         for frame, seen in self._frames_seen.items():
-            self._frames_bins[frame] = seen.reach_m
+            self._frames_bins[frame] = seen.shown_m
         self._frames_seen.clear()
         return self._frames_bins
 
