@@ -14,15 +14,17 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from functools import partial
 from typing import Mapping, Sequence
 
 import numpy as np
 from tqdm import tqdm
 
 from benchmarks.shared.anchors import HEADING, Anchor, sources
-from benchmarks.shared.results import ROOT, Results, options, table
+from benchmarks.shared.results import Results, options, table
 from benchmarks.simulator.px4_picture import png
+from benchmarks.simulator.reference_quad import PACKAGE, standing, stepped
 from benchmarks.simulator.step_response import (
     COLUMNS,
     MANOEUVRES,
@@ -34,18 +36,14 @@ from benchmarks.simulator.step_response import (
     rms_percent,
 )
 from master_thesis.files import replace_file
-from simulation_tools.autopilot import VehicleState
-from simulation_tools.geometry import Pose, quaternion_from_rpy, rotate_inverse
 from simulation_tools.px4.px4 import ESTIMATORS, STEADY
-from simulation_tools.simulation import Simulation, SimulationParameters
+from simulation_tools.simulation import Simulation
 
-PACKAGE = ROOT / "src/simulation_tools"
 DATA = PACKAGE / "test/px4/data"
 RECORDED = Anchor("PX4", "PX4 SITL, master of July 2021, on the same body; recorded once (px4_steps.csv.gz)")
 TAKEOFF_HEIGHT_M = 2.0
 HOVER, HOVER_S = "hover", 120.0
 TOLERANCE = 0.1
-NORTH_RAD = 0.5 * np.pi
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -89,27 +87,10 @@ def fly(seed: int, estimator: str) -> dict[str, np.ndarray]:
 
 
 def new_pilot(seed: int, estimator: str) -> Pilot:
-    """Return a pilot of a reference quad that stands on the ground, its nose to the north."""
-    simulation = Simulation(
-        SimulationParameters(
-            world=str(PACKAGE / "worlds/empty.world"),
-            model="reference_quad",
-            lidar=None,
-            model_path=(str(PACKAGE / "models"),),
-            spawn_pose=Pose((0.0, 0.0, 0.0), quaternion_from_rpy(0.0, 0.0, NORTH_RAD)),
-            seed=seed,
-            estimator=estimator,
-        )
-    )
-
-    def step() -> VehicleState:
-        simulation.step()
-        body = simulation.world.get_state(simulation.uav_name)
-        rates = rotate_inverse(body.pose.orientation_xyzw, body.angular_velocity_rad_s)
-        return VehicleState(simulation.time_us, body.pose, body.linear_velocity_m_s, rates)
-
+    """Return a pilot of the reference quad, which stands on the ground."""
+    simulation = Simulation(replace(standing(seed), estimator=estimator))
     assert simulation.px4 is not None
-    return Pilot(simulation.px4, step)
+    return Pilot(simulation.px4, partial(stepped, simulation))
 
 
 def medians(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:

@@ -21,6 +21,7 @@ import tempfile
 import time
 from collections import deque
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Sequence
 
@@ -28,12 +29,12 @@ import numpy as np
 from pymavlink.dialects.v20 import common
 from tqdm import tqdm
 
-from benchmarks.px4 import NORTH_RAD, PACKAGE
 from benchmarks.shared.results import Results, options, table
 from benchmarks.simulator.real_px4 import RealPx4
+from benchmarks.simulator.reference_quad import standing, stepped
 from benchmarks.simulator.step_response import COLUMNS, MANOEUVRES, Pilot, quantity_of
 from simulation_tools.autopilot import VehicleState
-from simulation_tools.geometry import Pose, Quaternion, Vector3, quaternion_from_rpy, rotate_inverse
+from simulation_tools.geometry import Quaternion, Vector3
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.simulation import Simulation, SimulationParameters
@@ -112,8 +113,7 @@ def fly_ours(seed: int, seconds: float) -> tuple[np.ndarray, list[np.ndarray]]:
     assert px4 is not None
 
     def advance() -> VehicleState:
-        simulation.step()
-        state = _state(simulation)
+        state = stepped(simulation)
         for position, attitude in vision.arrived(state):
             px4.offer_external_vision(ExternalVision(state.time_us, position, attitude=attitude))
         return state
@@ -132,34 +132,14 @@ def fly_px4(seed: int, seconds: float, given: argparse.Namespace) -> tuple[np.nd
         try:
             while not px4.is_ready():
                 time.sleep(0.05)
-
-            def advance() -> VehicleState:
-                simulation.step()
-                return _state(simulation)
-
-            return _fly(Pilot(px4, advance), seconds)
+            return _fly(Pilot(px4, partial(stepped, simulation)), seconds)
         finally:
             simulation.close()
             px4.close()
 
 
 def _parameters(seed: int) -> SimulationParameters:
-    return SimulationParameters(
-        world=str(PACKAGE / "worlds/empty.world"),
-        model="reference_quad",
-        lidar=None,
-        model_path=(str(PACKAGE / "models"),),
-        spawn_pose=Pose((0.0, 0.0, 0.0), quaternion_from_rpy(0.0, 0.0, NORTH_RAD)),
-        seed=seed,
-        gnss=False,
-        px4_parameters=PARAMETERS,
-    )
-
-
-def _state(simulation: Simulation) -> VehicleState:
-    body = simulation.world.get_state(simulation.uav_name)
-    rates = rotate_inverse(body.pose.orientation_xyzw, body.angular_velocity_rad_s)
-    return VehicleState(simulation.time_us, body.pose, body.linear_velocity_m_s, rates)
+    return replace(standing(seed), gnss=False, px4_parameters=PARAMETERS)
 
 
 def _fly(pilot: Pilot, seconds: float) -> tuple[np.ndarray, list[np.ndarray]]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import math
 from dataclasses import asdict, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -31,14 +33,29 @@ BY_NAME = {manoeuvre.name: manoeuvre for manoeuvre in MANOEUVRES}
 TABLE = json.loads((DATA / "px4_figures.json").read_text())
 
 
+class Quad(Flight):
+    """Gives its true state after each step."""
+
+    def advance(self):
+        self.step()
+        return self.body.state
+
+
 def a_pilot(seed=1, noise=None):
-    flight = Flight.of_reference_quad(seed=seed, noise=noise, yaw=math.pi / 2)
+    flight = Quad.of_reference_quad(seed=seed, noise=noise, yaw=math.pi / 2)
+    return Pilot(flight.px4, flight.advance)
 
-    def step():
-        flight.step()
-        return flight.body.state
 
-    return Pilot(flight.px4, step)
+@lru_cache(maxsize=None)
+def _hovering(seed, noise, seconds):
+    pilot = a_pilot(seed, noise)
+    pilot.take_off(3.0, seconds)
+    return pilot
+
+
+def hovering(seed=3, noise=None, seconds=18.0):
+    """Return a pilot who hovers at rest at 3 m, heading north. Each gets a copy of the same take-off."""
+    return copy.deepcopy(_hovering(seed, noise, seconds))
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +97,7 @@ def test_velocity_steps_begin_and_peak_when_px4s_do():
     """PX4: 10 % after 0.20 s, 50 % after 0.52 s, peak tilt at 0.32 s, greatest speed at about 2.8 s."""
     found = []
     for speed in (1.0, 2.0, 4.0):
-        pilot = a_pilot(noise=NO_NOISE)
-        pilot.take_off(3.0, 15.0)
+        pilot = hovering(1, NO_NOISE, 15.0)
         rows = pilot.manoeuvre(BY_NAME[f"velocity_x_0_to_{speed:.0f}"])
         t, v = rows[:, 0], rows[:, COLUMNS.index("v_north")]
         tilt = rows[:, COLUMNS.index("tilt_deg")]
@@ -92,8 +108,7 @@ def test_velocity_steps_begin_and_peak_when_px4s_do():
 
 def from_rest(setpoint, quantity, last, seconds=8.0):
     """Step from hovering at rest, heading north."""
-    pilot = a_pilot(seed=3)
-    pilot.take_off(3.0, 18.0)
+    pilot = hovering()
     manoeuvre = Manoeuvre("step", quantity, 0.0, last, setpoint, seconds)
     rows = pilot.manoeuvre(manoeuvre)
     return metrics(manoeuvre, rows), rows
@@ -128,8 +143,7 @@ def test_every_direction_is_flown_like_forward(forward, setpoint, quantity, last
 
 def test_turning_in_flight_hardly_disturbs_the_velocity():
     """At 2 m/s north the heading turns by 90 degrees."""
-    pilot = a_pilot(seed=3)
-    pilot.take_off(3.0, 18.0)
+    pilot = hovering()
     pilot.stream(fly(north=2.0))
     pilot.fly(10.0)
     turn = Manoeuvre("turn", "yaw_deg", 0.0, 90.0, fly(north=2.0, yaw=math.pi / 2), 5.0)
@@ -144,8 +158,7 @@ def test_turning_in_flight_hardly_disturbs_the_velocity():
 
 def test_the_tilt_is_limited_and_the_speed_does_not_wind_up():
     """From -8 to 8 m/s the law asks for far more than 45 degrees; anti-windup keeps the overshoot low."""
-    pilot = a_pilot(seed=3)
-    pilot.take_off(3.0, 18.0)
+    pilot = hovering()
     pilot.stream(fly(north=-8.0))
     pilot.fly(10.0)
     turn = Manoeuvre("reversal", "v_north", -8.0, 8.0, fly(north=8.0), 10.0)
