@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import lru_cache
 from pathlib import Path
 
 
@@ -11,15 +12,16 @@ def imports(path: Path) -> set[str]:
     return {name.split(".")[0] for name in dotted_imports(path)}
 
 
-def dotted_imports(path: Path) -> set[str]:
+@lru_cache(maxsize=None)
+def dotted_imports(path: Path) -> frozenset[str]:
     """Return the full names of all that a file imports: modules, and what is taken from them."""
-    names = set()
+    names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and not node.level:
             names |= {f"{node.module}.{alias.name}" for alias in node.names}
-    return names
+    return frozenset(names)
 
 
 def python_nodes(package: Path) -> list[Path]:

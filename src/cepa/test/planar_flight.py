@@ -24,13 +24,18 @@ class Scene:
     circles: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     walls: np.ndarray = field(default_factory=lambda: np.empty((0, 4)))
 
-    def ranges(self, position, directions) -> np.ndarray:
-        """Cast rays from ``position`` (2,) along unit ``directions`` (n, 2); inf where nothing is hit."""
-        return np.minimum(self._to_circles(position, directions), self._to_walls(position, directions))
+    def ranges(self, position, directions, circles_within_m=math.inf) -> np.ndarray:
+        """Cast rays from ``position`` (2,) along unit ``directions`` (n, 2); inf where nothing is hit.
 
-    def _to_circles(self, position, directions):
+        circles_within_m: circles that are farther away are not looked for.
+        """
+        circles = self.circles - (*position, 0.0)
+        circles = circles[np.hypot(circles[:, 0], circles[:, 1]) - circles[:, 2] < circles_within_m]
+        return np.minimum(self._to_circles(circles, directions), self._to_walls(position, directions))
+
+    def _to_circles(self, circles, directions):
         ranges = np.full(len(directions), np.inf)
-        for x, y, radius in self.circles - (*position, 0.0):
+        for x, y, radius in circles:
             along = directions @ (x, y)
             inside = along**2 - (x**2 + y**2 - radius**2)
             (hit,) = np.nonzero((inside >= 0.0) & (along > 0.0))
@@ -77,7 +82,8 @@ class Lidar:
         beams = round(self.field_of_view / self.increment)
         angle_min = -0.5 * self.field_of_view
         angles = angle_min + np.arange(beams) * self.increment + yaw
-        ranges = scene.ranges(position, np.stack([np.cos(angles), np.sin(angles)], axis=1))
+        directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        ranges = scene.ranges(position, directions, self.range_max + 20.0 * self.sigma)
         ranges = ranges + rng.normal(0.0, self.sigma, beams)
         ranges[ranges > self.range_max] = np.inf
         ranges[ranges < self.range_min] = -np.inf

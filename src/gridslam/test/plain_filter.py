@@ -87,14 +87,13 @@ def turned(yaw_rad: float, vectors) -> np.ndarray:
     return np.asarray(vectors) @ np.array([[cos, sin], [-sin, cos]])
 
 
-def offset(plain: PlainMap, point, step, normal, along: float, kernel: int) -> np.ndarray | None:
+def offset(plain: PlainMap, occupied, point, step, normal, along: float, kernel: int) -> np.ndarray | None:
     """Return the offset (2,) of a beam's end from the map's point nearest to it, None if there is none.
 
     Points are means of occupied cells within ``kernel`` cells, whose neighbour towards the lidar is not
-    occupied. Distance along the surface counts ``along`` times as much as across.
+    occupied. Distance along the surface counts ``along`` times as much as across. occupied: that of the map.
     """
     cell, back = np.floor(point).astype(int), np.floor(point - step).astype(int)
-    occupied = plain.occupied
     best, nearest = math.inf, None
     for y in range(cell[1] - kernel, cell[1] + kernel + 1):
         for x in range(cell[0] - kernel, cell[0] + kernel + 1):
@@ -115,13 +114,12 @@ def squared(vector, normal, along: float) -> float:
 def offsets(plain: PlainMap, pose, beams, kernel: int) -> list[tuple[np.ndarray, np.ndarray, int] | None]:
     """Return, for every beam, its (offset, normal, index) at a pose, or None."""
     height, width = plain.hits.shape
-    least = kernel + 3
-    found = []
+    least, occupied, found = kernel + 3, plain.occupied, []
     for index, beam in enumerate(beams):
         point = turned(pose[2], beam[0:2]) + pose[:2]
         inside = least <= point[0] < width - least and least <= point[1] < height - least
         step, normal = turned(pose[2], beam[2:4]), turned(pose[2], beam[4:6])
-        vector = offset(plain, point, step, normal, beam[6], kernel) if inside else None
+        vector = offset(plain, occupied, point, step, normal, beam[6], kernel) if inside else None
         found.append(None if vector is None else (vector, normal, index))
     return found
 

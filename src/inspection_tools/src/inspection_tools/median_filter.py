@@ -130,12 +130,13 @@ def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.n
     extended = [_extend(scan, half, wraps) for scan in scans]
     votes = np.stack([scan[shift : shift + beams] for scan in extended for shift in range(2 * half + 1)])
     _sort(votes)
-    valid = len(votes) - np.isnan(votes).sum(axis=0)
-    beam = np.arange(beams)
-    median = votes[np.maximum(valid - 1, 0) // 2, beam]
-
-    in_view = 2 * half + 1 if wraps else np.minimum(beam, half) + np.minimum(beam[::-1], half) + 1
-    median[np.isnan(newest) & (2 * valid < in_view * len(scans))] = np.nan
+    median = votes[(len(votes) - 1) // 2]
+    beam = np.flatnonzero(np.isnan(votes[-1]))  # all others have every vote
+    valid = len(votes) - np.isnan(votes[:, beam]).sum(axis=0)
+    found = votes[np.maximum(valid - 1, 0) // 2, beam]
+    in_view = 2 * half + 1 if wraps else np.minimum(beam, half) + np.minimum(beams - 1 - beam, half) + 1
+    found[np.isnan(newest[beam]) & (2 * valid < in_view * len(scans))] = np.nan
+    median[beam] = found
     return median
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Mapping, Sequence
 
-from simulation_tools.geometry import Vector3
+from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Plane, Sphere
 from simulation_tools.world.assembly import PlacedCollision
 from simulation_tools.world.bodies import Body
@@ -44,6 +44,7 @@ def contacts_of(
     world.
     """
     found = []
+    frames = _PartFrames(client)
     for body in bodies:
         for point in pybullet.getContactPoints(bodyA=body.uid, physicsClientId=client):
             other_name, other = owners[point[2]]
@@ -53,8 +54,8 @@ def contacts_of(
                 continue
             found.append(
                 Contact(
-                    _full_name(client, name, body, point[3], point[5]),
-                    _full_name(client, other_name, other, point[4], point[6]),
+                    _full_name(frames, name, body, point[3], point[5]),
+                    _full_name(frames, other_name, other, point[4], point[6]),
                     point[6],
                     point[7],
                     max(0.0, -distance),
@@ -64,12 +65,27 @@ def contacts_of(
     return found
 
 
-def _full_name(client: int, model: str, body: Body, link: int, position_m: Vector3) -> str:
+class _PartFrames:
+    """Leads from the world into the frames of parts. It asks PyBullet once a part, not once a point."""
+
+    def __init__(self, client: int) -> None:
+        self._client = client
+        self._known: dict[tuple[int, int], Pose] = {}
+
+    def into(self, body: Body, link: int) -> Pose:
+        """Return the world's pose in a part's frame."""
+        found = self._known.get((body.uid, link))
+        if found is None:
+            found = self._known[body.uid, link] = part_pose(self._client, body, link).inverse()
+        return found
+
+
+def _full_name(frames: _PartFrames, model: str, body: Body, link: int, position_m: Vector3) -> str:
     shapes = body.parts[link + 1].collisions if body.collision is None else (body.collision,)
     shape = shapes[0]
     if len(shapes) > 1:
         # PyBullet reports the part, but not the shape. Take the shape whose surface is nearest to the point.
-        shape = nearest(shapes, part_pose(client, body, link).inverse().place(position_m))
+        shape = nearest(shapes, frames.into(body, link).place(position_m))
     return f"{model}::{shape.link}::{shape.collision.name}"
 
 

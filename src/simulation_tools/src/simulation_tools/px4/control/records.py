@@ -33,6 +33,4 @@ ATTITUDE_SETPOINT_DTYPE = np.dtype(
 
 def fill(record: np.ndarray, setpoint: Setpoint) -> None:
     """Copy a setpoint into a record array of SETPOINT_DTYPE, shape (1,)."""
-    row = record[0]
-    for name in SETPOINT_DTYPE.names or ():
-        row[name] = getattr(setpoint, name)
+    record[0] = (setpoint.position, setpoint.velocity, setpoint.acceleration, setpoint.yaw, setpoint.yaw_rate)
