@@ -24,6 +24,12 @@ WORDS = 1 << (CELL_BITS - WORD_BITS)
 SEVEN_BITS = np.uint64(0x7F7F7F7F7F7F7F7F)
 TOP_BITS = np.uint64(0x8080808080808080)
 GATHER = np.uint64(0x0102040810204080)
+ONE = np.uint8(1)
+# An index without a sign needs no test whether it counts from the end of the array.
+TILE_BITS = np.uint64(ROW_BITS + SIDE_BITS)
+FLAT_SHIFT, STEEP_SHIFT = np.uint64(ROW_BITS - SIDE_BITS), np.uint64(ROW_BITS)
+FLAT_MASK, STEEP_MASK = np.uint64(MASK << SIDE_BITS), np.uint64(MASK)
+FLAT_ONWARD, STEEP_ONWARD = np.uint64(1), np.uint64(SIDE)
 
 
 @njit(cache=True, nogil=True)
@@ -67,6 +73,39 @@ def parts_of(lidar: np.ndarray, ends: np.ndarray) -> int:
     return parts
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _count_run(
+    board: np.ndarray,
+    here: np.uint64,
+    there: np.uint64,
+    at: np.uint64,
+    step: np.uint64,
+    cells: int,
+    shift: np.uint64,
+    mask: np.uint64,
+    onward: np.uint64,
+) -> np.uint64:
+    """Count a beam in one cell of each of some columns of a tile. Return its row in the next column.
+
+    ``at`` is the row in the first column, in fixed point; it grows by ``step``. ``here`` is the place of
+    that column's first cell on the board. ``there`` is the same in the tile of the last column's row. Both
+    grow by ``onward``. ``shift`` and ``mask`` make a row's place in a tile from ``at``.
+    """
+    if here == there:
+        for _ in range(cells):
+            board[here | at >> shift & mask] += ONE
+            here += onward
+            at += step
+        return at
+    row_tile = at >> TILE_BITS
+    for _ in range(cells):
+        board[(here if at >> TILE_BITS == row_tile else there) | at >> shift & mask] += ONE
+        here += onward
+        there += onward
+        at += step
+    return at
+
+
 @njit(cache=True, nogil=True)
 def count_beam(
     lidar: np.ndarray,
@@ -98,27 +137,25 @@ def count_beam(
     if not is_home:
         x, y = (row - first_y, start - first_x) if steep else (start - first_x, row - first_y)
         tile = (y >> SIDE_BITS) * width + (x >> SIDE_BITS)
-        board[tile << CELL_BITS | (y & MASK) << SIDE_BITS | x & MASK] += np.uint8(1)
+        board[tile << CELL_BITS | (y & MASK) << SIDE_BITS | x & MASK] += ONE
         are_crossed[tile] = True
     first, last = (start + 1, stop - 1) if stop > start else (stop + 1, start - 1)
-    fixed, step = np.int64((y0 + (first + 0.5 - x0) * slope) * ROW), np.int64(slope * ROW)
-    fixed -= np.int64(first_y) << ROW_BITS
+    fixed = np.int64((y0 + (first + 0.5 - x0) * slope) * ROW) - (np.int64(first_y) << ROW_BITS)
+    at, step = np.uint64(fixed), np.uint64(np.int64(slope * ROW))
     column, last = first - first_x, last - first_x
-    row_bits, column_bits = (0, SIDE_BITS) if steep else (SIDE_BITS, 0)
-    row_tiles, column_tiles = (1, width) if steep else (width, 1)
+    row_tiles, column_tiles, column_bits = (1, width, SIDE_BITS) if steep else (width, 1, 0)
     while column <= last:  # tile by tile along the major axis, in which the beam meets one or two tiles
-        in_tile = min(last, column | MASK)
-        tile = (column >> SIDE_BITS) * column_tiles
-        for at in (fixed, fixed + (in_tile - column) * step):
-            are_crossed[tile + (at >> ROW_BITS + SIDE_BITS) * row_tiles] = True
-        place = tile << CELL_BITS | (column & MASK) << column_bits
-        for _ in range(column, in_tile + 1):
-            minor = fixed >> ROW_BITS
-            across = (minor >> SIDE_BITS) * row_tiles << CELL_BITS | (minor & MASK) << row_bits
-            board[np.uint64(place + across)] += np.uint8(1)
-            fixed += step
-            place += 1 << column_bits
-        column = in_tile + 1
+        cells = min(last, column | MASK) - column + 1
+        tile, in_tile = (column >> SIDE_BITS) * column_tiles, (column & MASK) << column_bits
+        here = tile + np.int64(at >> TILE_BITS) * row_tiles
+        there = tile + np.int64(at + np.uint64(cells - 1) * step >> TILE_BITS) * row_tiles
+        are_crossed[here], are_crossed[there] = True, True
+        a, b = np.uint64(here << CELL_BITS | in_tile), np.uint64(there << CELL_BITS | in_tile)
+        if steep:
+            at = _count_run(board, a, b, at, step, cells, STEEP_SHIFT, STEEP_MASK, STEEP_ONWARD)
+        else:
+            at = _count_run(board, a, b, at, step, cells, FLAT_SHIFT, FLAT_MASK, FLAT_ONWARD)
+        column += cells
     return is_home
 
 

@@ -122,33 +122,41 @@ def _hit(tile: int, end: np.ndarray, entry: int, tiles: Tiles) -> None:
     means[entry, cell, 1] = _moved(means[entry, cell, 1], end[1] - y, number)
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _add_words(words: np.ndarray, first: int, visits: np.ndarray, tile: int) -> np.uint64:
+    """Add a tile's words, from ``first`` on, to its visits. Return nonzero if a cell has overflown."""
+    carried = np.uint64(0)
+    # Both arrays have one axis, and indices no sign. So the compiler adds many words at once.
+    source, target = np.uint64(first), np.uint64(tile * WORDS)
+    for word in range(WORDS):
+        more, old = words[source + np.uint64(word)], visits[target + np.uint64(word)]
+        total = old + more
+        visits[target + np.uint64(word)] = total
+        carried |= carries(old, more, total)
+    return carried
+
+
 @njit(cache=True, nogil=True)
 def _add_board(table: np.ndarray, box: tuple[int, int, int, int], scan: BeamEnds, tiles: Tiles) -> None:
     """Add the board's counts to the table's own tiles in a box, and clear the board."""
     words, are_crossed = scan.board.view(np.uint64), scan.are_crossed
-    visits, ends = tiles.visits.view(np.uint64), tiles.ends
+    visits, ends = tiles.visits.view(np.uint64).ravel(), tiles.ends
     width = box[2] - box[0] + 1
     for place in range(width * (box[3] - box[1] + 1)):
         if not are_crossed[place]:
             continue
         are_crossed[place] = False
         first, tile = place * WORDS, table[box[1] + place // width, box[0] + place % width]
-        carried = np.uint64(0)
-        for word in range(WORDS):
-            more, old = words[first + word], visits[tile, word]
-            total = old + more
-            visits[tile, word] = total
-            carried |= carries(old, more, total)
-        if carried:
+        if _add_words(words, first, visits, tile):
             for word in range(WORDS):
-                visits[tile, word] -= words[first + word]
+                visits[tile * WORDS + word] -= words[first + word]
             if ends[tile] != EMPTY:  # the next count halves the hits
                 own_ends(tile, tiles)
             _add_one_by_one(tile, words[first : first + WORDS].view(np.uint8), tiles)
         if ends[tile] != EMPTY:
             _clear_bits(tile, words[first : first + WORDS], ends[tile], tiles)
         for word in range(WORDS):
-            words[first + word] = 0
+            words[np.uint64(first + word)] = 0
 
 
 @njit(cache=True, nogil=True)
