@@ -101,16 +101,15 @@ class RigidBody:
 
     def step(self, force, torque, dt=DT_S):
         """force, torque: body frame; semi-implicit Euler, the turn exact for constant rates."""
-        push = rotate(self.attitude, force)
-        acceleration = (push[0] / self.mass_kg, push[1] / self.mass_kg, push[2] / self.mass_kg - GRAVITY)
-        self.velocity = tuple(v + a * dt for v, a in zip(self.velocity, acceleration))
-        momentum = tuple(i * w for i, w in zip(self.inertia, self.rates))
-        gyroscopic = cross(self.rates, momentum)
-        self.rates = tuple(
-            w + (t - g) / i * dt for w, t, g, i in zip(self.rates, torque, gyroscopic, self.inertia)
-        )
-        self.position = tuple(p + v * dt for p, v in zip(self.position, self.velocity))
-        turn = quaternion_from_rotation_vector(tuple(w * dt for w in self.rates))
+        ax, ay, az = (f / self.mass_kg for f in rotate(self.attitude, force))
+        (x, y, z), (vx, vy, vz) = self.position, self.velocity
+        vx, vy, vz = self.velocity = (vx + ax * dt, vy + ay * dt, vz + (az - GRAVITY) * dt)
+        self.position = (x + vx * dt, y + vy * dt, z + vz * dt)
+        (ix, iy, iz), (p, q, r), (tx, ty, tz) = self.inertia, self.rates, torque
+        gx, gy, gz = cross(self.rates, (ix * p, iy * q, iz * r))
+        self.rates = (p + (tx - gx) / ix * dt, q + (ty - gy) / iy * dt, r + (tz - gz) / iz * dt)
+        p, q, r = self.rates
+        turn = quaternion_from_rotation_vector((p * dt, q * dt, r * dt))
         self.attitude = quaternion_normalised(quaternion_multiply(self.attitude, turn))
         self._force_n = force
         if self.position[2] <= 0.0:

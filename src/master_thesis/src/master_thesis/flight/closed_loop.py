@@ -197,7 +197,7 @@ class ClosedLoop:
 
     def run_to(self, phase: Phase) -> Outcome:
         """Fly until a phase has begun (or the run is over)."""
-        return self.run(until=lambda loop: phase in loop.outcome.times_s)
+        return self.run(until=lambda loop: loop.monitor.course.has_begun(phase))
 
     def step(self) -> StepOutput:
         """Simulate one time step and pass it on to all parts. The first call gives the instant t = 0."""

@@ -106,6 +106,10 @@ class Course:
         """The phase of the run."""
         return self._phase
 
+    def has_begun(self, phase: Phase) -> bool:
+        """Return whether a phase has begun."""
+        return phase in self._times
+
     @property
     def outcome(self) -> Outcome:
         """The outcome so far."""
