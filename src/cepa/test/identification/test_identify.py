@@ -29,22 +29,25 @@ def steps(rng, seconds=40.0, speed=2.0, climb=0.0):
 
 
 def flown(commands, p=1.5, i=0.0, lag=0.12, delay=0.0, climb_lag=0.3, noise=0.0, rng=None):
-    """Return what a UAV of a known response measures of its velocity at each command's time."""
+    """Return what a UAV of a known response measures of its velocity at each command's time.
+
+    Here horizontal vectors are complex numbers.
+    """
     rows = []
-    velocity, acceleration, integral, climb = np.zeros(2), np.zeros(2), np.zeros(2), 0.0
+    velocity, acceleration, integral, climb = 0j, 0j, 0j, 0.0
     late = round(delay / STEP_S)
     per_command = round(SCAN_S / STEP_S)
-    held = np.repeat(commands[:, 1:], per_command, axis=0)
+    held = [row for row in commands.tolist() for _ in range(per_command)]
     for k in range(len(held)):
         if k % per_command == 0:
-            rows.append((k // per_command * SCAN_S, *velocity, climb))
-        command = held[max(k - late, 0)]
-        error = command[:2] - velocity
+            rows.append((k // per_command * SCAN_S, velocity.real, velocity.imag, climb))
+        _, x, y, z = held[max(k - late, 0)]
+        error = complex(x, y) - velocity
         wanted = p * error + integral
         integral = integral + i * error * STEP_S
         acceleration = acceleration + (wanted - acceleration) * STEP_S / lag
         velocity = velocity + acceleration * STEP_S
-        climb += (command[2] - climb) * STEP_S / climb_lag
+        climb += (z - climb) * STEP_S / climb_lag
     rows = np.array(rows)
     rows[:, 1:] += (rng or np.random.default_rng(0)).normal(0.0, noise, (len(rows), 3)) if noise else 0.0
     return rows

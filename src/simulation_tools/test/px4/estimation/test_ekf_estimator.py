@@ -67,12 +67,17 @@ class Bench:
         return self.estimator.status
 
 
-@pytest.fixture
-def hovering():
+@pytest.fixture(scope="module")
+def hovers():
     bench = Bench()
     bench.run(20.0)
     assert bench.estimator.horizontal_valid
     return bench
+
+
+@pytest.fixture
+def hovering(hovers):
+    return copy.deepcopy(hovers)
 
 
 def test_no_local_position_before_the_first_vision():
