@@ -124,7 +124,26 @@ def test_what_is_not_there_is_not_found():
 def test_distances_are_those_of_a_plain_transform_as_far_as_they_reach():
     for share in (0.3, 0.01, 0.001):
         occupied = np.random.default_rng(0).random((70, 90)) < share
-        found, plain = squared_distances(occupied, 9), distance_transform_edt(~occupied) ** 2
+        found, plain = squared_distances(occupied, 9, 1), distance_transform_edt(~occupied) ** 2
         near = plain <= 81.0
         np.testing.assert_allclose(found[near], plain[near])
         assert (found[~near] > 81).all()
+
+
+@pytest.mark.parametrize("pooled", [1, 2, 3])
+def test_a_field_is_that_of_the_mean_squared_distance_in_each_block(pooled):
+    # given a map with empty rows and columns beside what is occupied, and parts that nobody has seen
+    rng = np.random.default_rng(1)
+    occupied = np.pad(rng.random((25, 31)) < 0.02, ((30, 4), (1, 40)))
+    unseen = np.kron(rng.random((10, 12)) < 0.5, np.ones((6, 6)))[:59, :72] > 0
+    # when its field is made
+    field = LikelihoodField.from_masks(occupied, unseen, np.zeros(2), 0.05, 0.1, pooled)
+    # then it is that of a plain distance transform, and unseen cells around the map fill its last blocks
+    pad = [(0, -side % pooled) for side in occupied.shape]
+    squared = distance_transform_edt(~np.pad(occupied, pad)) ** 2
+    unseen = np.pad(unseen, pad, constant_values=True)
+    blocks = (squared.shape[0] // pooled, pooled, squared.shape[1] // pooled, pooled)
+    mean_m2 = 0.05**2 * squared.reshape(blocks).mean(axis=(1, 3))
+    fits = FULL * np.exp(-0.5 * mean_m2 / 0.1**2)
+    floor = np.where(unseen.reshape(blocks).all(axis=(1, 3)), UNSEEN, 0)
+    np.testing.assert_array_equal(field.table, np.rint(np.maximum(fits, floor)))

@@ -71,14 +71,21 @@ def mark_free(lidar_xy: np.ndarray, ends_xy: np.ndarray, hits: np.ndarray, free:
     A beam that hit something (``hits``) is free only up to two cells before its end.
     """
     height, width = free.shape
+    cells, from_x, from_y = free.ravel(), lidar_xy[0], lidar_xy[1]
     for beam in range(ends_xy.shape[0]):
-        dx, dy = ends_xy[beam, 0] - lidar_xy[0], ends_xy[beam, 1] - lidar_xy[1]
+        dx, dy = ends_xy[beam, 0] - from_x, ends_xy[beam, 1] - from_y
         length = np.hypot(dx, dy)
         last = int(length - 2.0 if hits[beam] else length)
         along_x, along_y = dx / max(length, 1.0), dy / max(length, 1.0)
+        to_x, to_y = from_x + along_x * last, from_y + along_y * last
+        is_inside = min(from_x, to_x) >= 0.0 and max(from_x, to_x) < width
+        if is_inside and min(from_y, to_y) >= 0.0 and max(from_y, to_y) < height:
+            for step in range(last + 1):
+                x, y = np.int64(from_x + along_x * step), np.int64(from_y + along_y * step)
+                cells[np.uint64(y * width + x)] = True
+            continue
         for step in range(last + 1):
-            x = int(np.floor(lidar_xy[0] + along_x * step))
-            y = int(np.floor(lidar_xy[1] + along_y * step))
+            x, y = np.int64(np.floor(from_x + along_x * step)), np.int64(np.floor(from_y + along_y * step))
             if 0 <= x < width and 0 <= y < height:
                 free[y, x] = True
 

@@ -135,24 +135,55 @@ def mean_squares(table: np.ndarray, unit: float, poses: np.ndarray, points: np.n
 
 
 @njit(cache=True, nogil=True)
-def squared_distances(occupied: np.ndarray, reach: int) -> np.ndarray:
-    """Return each cell's squared distance (h, w) to the nearest occupied one, in cells.
+def _squares_along(occupied: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (spans, which, squares) of the rows: squared distances to the nearest occupied cell of a row.
 
-    It is right up to ``reach`` cells; beyond that it is greater than the square of ``reach``.
+    ``spans`` (h, 2): the columns, from the first on, that are within ``reach`` of such a cell; none: 0, 0.
+    ``which`` (h,): a row's index in ``squares`` (rows with such a cell, w).
     """
     height, width = occupied.shape
-    along, found = np.empty((height, width), np.int32), np.empty((height, width), np.int32)
+    spans, which, count = np.zeros((height, 2), np.int64), np.zeros(height, np.int64), 0
     for row in range(height):
-        for columns in (range(width), range(width - 1, -1, -1)):
+        columns = np.flatnonzero(occupied[row])
+        if columns.size:
+            spans[row] = max(0, columns[0] - reach), min(width, columns[-1] + reach + 1)
+            which[row] = count
+            count += 1
+    squares = np.full((count, width), (reach + 1) ** 2, np.int32)
+    for row in range(height):
+        left, right = spans[row]
+        for columns in (range(left, right), range(right - 1, left - 1, -1)):
             last = reach + 1
             for column in columns:
                 last = 0 if occupied[row, column] else min(last + 1, reach + 1)
-                if columns.step > 0 or last < along[row, column]:
-                    along[row, column] = last
-    found[:] = (reach + 1) ** 2
+                squares[which[row], column] = min(squares[which[row], column], last**2)
+    return spans, which, squares
+
+
+@njit(cache=True, nogil=True)
+def squared_distances(occupied: np.ndarray, reach: int, pooled: int) -> np.ndarray:
+    """Return each cell's squared distance to the nearest occupied one, in cells, summed over blocks.
+
+    A block is ``pooled`` x ``pooled`` cells; ``occupied`` (h, w) is whole blocks. Distances are right up to
+    ``reach``; beyond it they are between reach and reach + 1. Most cells of a large map are so far away. So
+    only the columns near an occupied cell are looked at.
+    """
+    height, width = occupied.shape
+    spans, which, squares = _squares_along(occupied, reach)
+    farthest = (reach + 1) ** 2
+    sums = np.full((height // pooled, width // pooled), pooled**2 * farthest, np.int32)
+    found = np.empty(width, np.int32)
     for row in range(height):
-        for other in range(max(0, row - reach), min(height, row + reach + 1)):
-            square = (other - row) ** 2
-            for column in range(width):
-                found[row, column] = min(found[row, column], square + along[other, column] ** 2)
-    return found
+        others = range(max(0, row - reach), min(height, row + reach + 1))
+        first, end = width, 0
+        for other in others:
+            if spans[other, 1] > 0:
+                first, end = min(first, spans[other, 0]), max(end, spans[other, 1])
+        found[first:end] = farthest
+        for other in others:
+            across, along = (other - row) ** 2, squares[which[other]]
+            for column in range(spans[other, 0], spans[other, 1]):
+                found[column] = min(found[column], across + along[column])
+        for column in range(first, end):
+            sums[row // pooled, column // pooled] += found[column] - farthest
+    return sums

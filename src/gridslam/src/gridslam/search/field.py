@@ -53,14 +53,13 @@ class LikelihoodField:
         """
         pad = tuple((0, -side % pooled) for side in occupied.shape)
         occupied, unseen = np.pad(occupied, pad), np.pad(unseen, pad, constant_values=True)
-        blocks = (occupied.shape[0] // pooled, pooled, occupied.shape[1] // pooled, pooled)
-        fit = np.where(unseen.reshape(blocks).all(axis=(1, 3)), float(UNSEEN), 0.0)
-        if occupied.any():
-            reach = math.ceil(REACH_SIGMAS * blur_m / resolution_m) + pooled
-            squared = squared_distances(occupied, reach).reshape(blocks)
-            mean = resolution_m**2 * squared.mean(axis=(1, 3))
-            fit = np.maximum(fit, FULL * np.exp(-0.5 * mean / blur_m**2))
-        table = np.rint(fit).astype(np.uint8)
+        reach = math.ceil(REACH_SIGMAS * blur_m / resolution_m) + pooled
+        sums = squared_distances(occupied, reach, pooled)
+        mean = resolution_m**2 * (np.arange(pooled**2 * (reach + 1) ** 2 + 1) / pooled**2)
+        fits = np.rint(FULL * np.exp(-0.5 * mean / blur_m**2)).astype(np.uint8)
+        parts = [unseen[row::pooled, column::pooled] for row in range(pooled) for column in range(pooled)]
+        is_unseen = np.logical_and.reduce(parts)
+        table = np.maximum(fits[sums], np.where(is_unseen, np.uint8(UNSEEN), np.uint8(0)))
         return cls(table, np.array(origin_xy_m, float), pooled * resolution_m, blur_m)
 
     @classmethod
