@@ -4,6 +4,7 @@
     python -m benchmarks.shared.slam_run beams360 1        a simulated hold, seen with 360 beams
     python -m benchmarks.shared.slam_run beams10000 1      the same, seen with 10,000
     python -m benchmarks.shared.slam_run hall 1            a hall of 300 x 300 m, seen with 80 m
+    python -m benchmarks.shared.slam_run hall_closed 1     the same, with loop closure; all others without
 
 prints metrics as JSON.
 """
@@ -42,10 +43,12 @@ class Run:
     cost: dict
 
 
-def run(scans: Iterable[PlanarScan], odometry: np.ndarray, parameters: SlamParameters) -> Run:
+def run(
+    scans: Iterable[PlanarScan], odometry: np.ndarray, parameters: SlamParameters, loop_closure: bool = False
+) -> Run:
     """Let the filter take in a log, and draw maps periodically."""
     warm_up()
-    session = SlamSession(parameters)
+    session = SlamSession(parameters, loop_closure)
     stamps, online, renderings, costs_s, cpu_s = [], [], [], [], 0.0
     for scan, base in zip(scans, odometry):
         stamps.append(scan.stamp_s)
@@ -104,7 +107,7 @@ def beams(count: int, laps: float, seed: int) -> dict:
     return _simulated(hold(), route, lidar, SlamParameters(seed=seed, threads=1))
 
 
-def hall(seed: int) -> dict:
+def hall(seed: int, loop_closure: bool = False) -> dict:
     """Once round a hall of 300 x 300 m with pillars, seen with a lidar of 80 m."""
     from planar_world import Lidar, along, rectangle_route
 
@@ -115,20 +118,23 @@ def hall(seed: int) -> dict:
     route = along(rectangle_route(110.0, 110.0), 0.5)
     lidar = Lidar(2.0 * math.pi * 719 / 720, 720, 80.0, 0.02, 10.0)
     walls = Walls.from_polygons([_square(0.0, 0.0, 150.0), *pillars])
-    return _simulated(walls, route, lidar, SlamParameters(maxUrange=80.0, seed=seed, threads=1))
+    parameters = SlamParameters(maxUrange=80.0, seed=seed, threads=1)
+    return _simulated(walls, route, lidar, parameters, loop_closure)
 
 
 def _square(x: float, y: float, half_m: float) -> np.ndarray:
     return half_m * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) + (x, y)
 
 
-def _simulated(walls: Any, route: np.ndarray, lidar: Any, parameters: SlamParameters) -> dict:
+def _simulated(
+    walls: Any, route: np.ndarray, lidar: Any, parameters: SlamParameters, loop_closure: bool = False
+) -> dict:
     from planar_world import Drift, drifting, scan_at
 
     rng = np.random.default_rng(parameters.seed)
     odometry = drifting(route, Drift(), rng)
     scans = (scan_at(walls, pose, lidar, rng, 0.1 * index) for index, pose in enumerate(route))
-    outcome = run(scans, odometry, parameters)
+    outcome = run(scans, odometry, parameters, loop_closure)
     errors = np.hypot(*(outcome.final - route)[:, :2].T)
     return {**outcome.cost, "ate_rmse_m": float(np.sqrt(np.mean(errors**2)))}
 
@@ -138,6 +144,7 @@ RUNS: dict[str, Callable[..., dict]] = {
     "beams360": lambda seed: beams(360, 2.0, seed),
     "beams10000": lambda seed: beams(10_000, 0.5, seed),
     "hall": hall,
+    "hall_closed": lambda seed: hall(seed, loop_closure=True),
 }
 
 if __name__ == "__main__":
