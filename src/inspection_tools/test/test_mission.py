@@ -225,6 +225,12 @@ def test_without_a_waypoint_at_the_start_the_way_home_leads_all_the_way_back():
     assert places(way_home(line, 2, (0.0, 0.0, 0.0))) == [(4.0, 0.0, 2.0), (2.0, 0.0, 1.5), (0.0, 0.0, 1.5)]
 
 
+def test_on_the_way_home_the_uav_does_not_hold_but_keeps_tolerances():
+    line = [Waypoint((x, 0.0, 2.0), tolerance_m=0.5, hold_s=60.0) for x in (2.0, 4.0)]
+    home = way_home(line, 2, (0.0, 0.0))
+    assert [(waypoint.hold_s, waypoint.tolerance_m) for waypoint in home] == [(0, 0.5), (0, 0.5), (0, 0.3)]
+
+
 def test_a_waypoint_is_at_the_start_within_its_tolerance():
     line = [Waypoint((5.0, 0.0, 2.0)), Waypoint((0.4, 0.0, 2.0), tolerance_m=0.5), Waypoint((5.0, 0.0, 2.0))]
     assert places(way_home(line, 3, (0.0, 0.0))) == [(5.0, 0.0, 2.0), (0.0, 0.0, 2.0)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Mapping, Sequence
 
@@ -193,7 +193,7 @@ def way_home(waypoints: Sequence[Waypoint], reached: int, start_m: Sequence[floa
     """Return the waypoints back to the start, along the legs of the mission, which are known to be free.
 
     The way leads on to the next waypoint that is at the start, or back through those that are done. It is the
-    shorter one.
+    shorter one. The UAV holds at none of them.
 
     Args:
         waypoints: The mission.
@@ -215,9 +215,12 @@ def _before_start(waypoints: Sequence[Waypoint], start_m: Sequence[float]) -> tu
     return None
 
 
-def _ending_at(start_m: Sequence[float], way: Sequence[Waypoint], here_m: Sequence[float]) -> tuple:
+def _ending_at(
+    start_m: Sequence[float], way: Sequence[Waypoint], here_m: Sequence[float]
+) -> tuple[Waypoint, ...]:
     height_m = way[-1].position_m[2] if way else here_m[2]
-    return (*way, Waypoint((start_m[0], start_m[1], height_m)))
+    passed = (replace(waypoint, hold_s=0.0) for waypoint in way)
+    return (*passed, Waypoint((start_m[0], start_m[1], height_m)))
 
 
 def read_mission(path: str | Path) -> tuple[Waypoint, ...]:

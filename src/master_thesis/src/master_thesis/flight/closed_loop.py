@@ -55,8 +55,8 @@ class ClosedLoopParameters:
 
     Every default is the nodes'. goal_xyz_m: in the frame of `pose_source`; None: no goal, so v_ref stays
     zero. mission: waypoints instead of the goal. The goal counts as reached after the last one, or after
-    duration_s. With return_to_start the UAV then flies back to its start first. patience_s: if a waypoint
-    takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
+    duration_s. return_to_start: after duration_s the UAV flies back to its start, and the goal counts as
+    reached there. patience_s: if a waypoint takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
     range_finders: CEPA climbs and sinks into what range finders up and down have seen. conditions: those
     that are worse than the simulation's own parameters.
     """

@@ -22,8 +22,8 @@ LONGEST_S = 86_400.0
 class MissionFlight:
     """A flight along a mission.
 
-    limits: of its phases. duration_s: the mission ends after this at the latest. return_to_start: the UAV
-    then flies back first.
+    limits: of its phases. duration_s: the mission ends after this at the latest. return_to_start: after
+    duration_s the UAV flies back, and lands where it started. mission: its waypoints.
     """
 
     description: RunDescription
