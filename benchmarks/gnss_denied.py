@@ -56,6 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--worlds", nargs="+", default=WORLDS, choices=WORLDS)
     parser.add_argument("--lidars", nargs="+", default=LIDARS, choices=LIDARS)
     given = parser.parse_args(arguments)
+    if given.kills is not None and given.kills < 1:
+        parser.error(f"--kills is {given.kills}; give 1 or more")
     with Results("gnss_denied", given.results, vars(given)) as results:
         if "missions" in given.rows:
             _fly_missions(given, results)
