@@ -26,7 +26,7 @@ import numpy as np
 
 from benchmarks.gnss_rows import boxes, corrections, killed
 from benchmarks.shared.results import Results, table
-from benchmarks.shared.trials import run_all, trial_options
+from benchmarks.shared.trials import count, run_all, trial_options
 from master_thesis.experiments_3_4.flight_without_gnss import fly_without_gnss, parameters_without_gnss
 from master_thesis.flight.without_gnss import PARTS
 from master_thesis.trials.trial import Trial
@@ -51,13 +51,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
     parser = trial_options(__doc__ or "")
     parser.add_argument("--rows", nargs="+", default=ROWS, choices=ROWS)
-    parser.add_argument("--kills", type=int, default=None, help="of each part, for a while and for good")
+    parser.add_argument("--kills", type=count, default=None, help="of each part, for a while and for good")
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     parser.add_argument("--worlds", nargs="+", default=WORLDS, choices=WORLDS)
     parser.add_argument("--lidars", nargs="+", default=LIDARS, choices=LIDARS)
     given = parser.parse_args(arguments)
-    if given.kills is not None and given.kills < 1:
-        parser.error(f"--kills is {given.kills}; give 1 or more")
     with Results("gnss_denied", given.results, vars(given)) as results:
         if "missions" in given.rows:
             _fly_missions(given, results)

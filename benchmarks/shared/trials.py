@@ -15,10 +15,17 @@ from master_thesis.trials.workers import end, interrupted, open_workers
 AGAIN = "call again with --resume to go on."
 
 
+def count(text: str) -> int:
+    """Return a number of processes or trials, 1 or more; argparse tells the user if it is none."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not '{text}'")
+    return int(text)
+
+
 def trial_options(description: str) -> argparse.ArgumentParser:
     """Return a parser with the options of every benchmark that runs trials."""
     parser = options(description)
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), metavar="N", help="processes")
+    parser.add_argument("--workers", type=count, default=os.cpu_count(), metavar="N", help="processes")
     parser.add_argument("--resume", action="store_true", help="go on from an interrupted or failed run")
     return parser
 
