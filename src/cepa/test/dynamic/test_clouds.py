@@ -227,7 +227,7 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
     response = response_of(CepaParameters().response, STEP_S)
     horizon, commands = Horizon(4, 60, 32, 12), rng.uniform((-3.0, -3.0, -0.8), (3.0, 3.0, 0.8), (60, 3))
     distance = np.full((LAYERS, 151, 151), 1.3)
-    unseen = rng.random((LAYERS, 75, 75)) < 0.02
+    unseen = (rng.random((LAYERS, 75, 75)) < 0.02).astype(np.uint8)  # as the lookout has it
     for layer, row, column in rng.integers((0, 10, 10), (LAYERS, 141, 141), (80, 3)):
         distance[layer, row - 5 : row + 6, column - 5 : column + 6] = rng.uniform(0.0, 0.7)
     middle = LAYERS // 2

@@ -25,7 +25,7 @@ def test_what_comes_head_on_is_evaded_whatever_progress_that_costs(own_m_s, off_
     mover = np.array([[4.5, off_m, -COMES_M_S, 0.0, RADIUS_M, GROWTH_M_S]])
     no_way = np.empty((0, 0, 0)), 0.25, 0.0, 0.0, math.inf
     field = np.full((1, 151, 151), 1.3), 0.1, 1.0, 1.3, np.full(360, 9.0)
-    around = Surroundings(*field, np.empty((0, 0, 0), np.bool_), 1.0, mover, *no_way)
+    around = Surroundings(*field, np.empty((0, 0, 0), np.uint8), 1.0, mover, *no_way)
     state = np.zeros((3, 4))
     state[0, 1] = own_m_s
     commands, judge = candidates(REFERENCE, REFERENCE, 2.0), Judge(PARAMETERS)
