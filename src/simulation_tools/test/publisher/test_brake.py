@@ -1,4 +1,4 @@
-"""The stop of a UAV that has lost its pose."""
+"""The stop of a UAV that has lost its external pose."""
 
 import math
 
@@ -7,21 +7,34 @@ import pytest
 from simulation_tools.geometry import Pose
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.publisher.brake import Brake
+from simulation_tools.publisher.history import History
 
-P = PublisherParameters(brake_gain=2.0, brake_time_s=0.2, brake_speed_m_s=4.0, hold_speed_m_s=0.15)
-NOW_NS = 10_000_000_000
-BRAKES_S = 0.15
-"""From the newest pose until PX4 leans: 0.1 s to the loss, and 0.05 s more."""
+P = PublisherParameters(
+    brake_gain=2.0,
+    brake_lead_s=0.2,
+    late_gain_per_s=10.0,
+    rest_gain=0.5,
+    brake_time_s=1.0,
+    brake_speed_m_s=4.0,
+    brake_pose_age_s=0.04,
+    hold_speed_m_s=0.15,
+)
+MS = 1_000_000
+NOW_NS = 10_000 * MS
+AGE_S = 0.09
+"""Of the velocity: that of the newest pose, and half the time between two."""
+G_M_S2 = 9.81
+IN_TIME_S = 0.12
 
 
-def pose(x, y, yaw=math.pi / 2):
-    return Pose.from_xyz_rpy(x, y, 2.0, 0.0, 0.0, yaw)
-
-
-def brake(*poses, apart_s=0.1):
-    """Return the brake of a UAV with these poses, the newest 0.1 s old."""
-    ages_s = [0.1 + apart_s * i for i in reversed(range(len(poses)))]
-    return Brake(NOW_NS, [(NOW_NS - round(1e9 * age), p) for age, p in zip(ages_s, poses)], P)
+def poses(east=0.0, north=0.0, pitch=0.0, yaw=math.pi / 2, turn=0.0, until_ns=NOW_NS - 40 * MS):
+    """Return two poses, 0.1 s apart: m/s, the last one's lean forwards (rad), heading, rad/s."""
+    history = History()
+    for ago_s in (0.1, 0.0):
+        stamp_ns = until_ns - round(1e9 * ago_s)
+        orientation = 0.0, pitch, yaw - turn * ago_s
+        history.add(stamp_ns, Pose.from_xyz_rpy(5.0 - east * ago_s, -north * ago_s, 2.0, *orientation))
+    return history
 
 
 @pytest.mark.parametrize(
@@ -29,52 +42,88 @@ def brake(*poses, apart_s=0.1):
     [
         (1.0, 0.0, (0.0, 2.0, 0.0)),  # to the right of a UAV that looks north
         (0.0, 0.5, (-1.0, 0.0, 0.0)),
+        (0.0, 3.0, (-4.0, 0.0, 0.0)),  # at most brake_speed_m_s
         (0.0, 0.1, (0.0, 0.0, 0.0)),  # it hovers
     ],
 )
-@pytest.mark.parametrize("known", [2, 3])
-def test_it_is_commanded_against_its_own_speed_then_to_stand(speed_east, speed_north, expected, known):
-    stop = brake(*(pose(0.1 * i * speed_east, 0.1 * i * speed_north) for i in range(known)))
-    lasts_s = 0.2 * math.sqrt(math.hypot(speed_east, speed_north))  # brake_time_s from 1 m/s
-    assert stop.velocity(NOW_NS + round(1e9 * lasts_s) - 1_000_000) == pytest.approx(expected)
-    assert stop.velocity(NOW_NS + round(1e9 * lasts_s) + 1_000) == (0.0, 0.0, 0.0)
+def test_a_level_uav_is_commanded_against_its_own_speed(speed_east, speed_north, expected):
+    stop = Brake(NOW_NS, IN_TIME_S, poses(speed_east, speed_north), P)
+    assert stop.velocity(NOW_NS) == pytest.approx(expected)
 
 
-def test_a_fast_uav_is_not_commanded_more_but_for_longer():
-    stop = brake(pose(5.0, 0.2), pose(5.0, 0.6), pose(5.0, 1.0))  # 4 m/s ahead: 2 * 4 m/s would be 8
-    assert stop.velocity(NOW_NS + 390_000_000) == pytest.approx((-4.0, 0.0, 0.0))
-    assert stop.velocity(NOW_NS + 410_000_000) == (0.0, 0.0, 0.0)
+def test_a_late_brake_is_harder():
+    late = Brake(NOW_NS, IN_TIME_S + 0.05, poses(north=1.0), P)
+    assert late.velocity(NOW_NS) == pytest.approx((-(2.0 + 10.0 * 0.05), 0.0, 0.0))
+
+
+def test_its_lean_counts_until_a_new_command_shows():
+    # Given 1 m/s to the north, and a lean back of 2 m/s2
+    lean = poses(north=1.0, pitch=-math.atan(2.0 / G_M_S2))
+    # Then it will have lost 2 m/s2 for 0.09 s, which have passed, and brake_lead_s
+    coming = 1.0 - 2.0 * (AGE_S + 0.2)
+    assert Brake(NOW_NS, IN_TIME_S, lean, P).velocity(NOW_NS) == pytest.approx((-2.0 * coming, 0.0, 0.0))
+
+
+def test_as_soon_as_its_lean_suffices_it_is_righted_and_then_braked_less():
+    history = poses(north=1.0)
+    stop = Brake(NOW_NS, IN_TIME_S, history, P)
+    assert stop.velocity(NOW_NS)[0] == pytest.approx(-2.0)
+
+    def at(after_ms, speed, slows_by):
+        """Return what is commanded when it has this speed and loses so much of it, m/s2."""
+        now_ns = NOW_NS + after_ms * MS
+        newer = poses(north=speed, pitch=-math.atan(slows_by / G_M_S2), until_ns=now_ns - 40 * MS)
+        history.clear()
+        for ago_s in (0.1, 0.0):
+            stamp_ns = now_ns - 40 * MS - round(1e9 * ago_s)
+            history.add(stamp_ns, newer.at(stamp_ns))
+        return stop.velocity(now_ns)[0]
+
+    # While 3 m/s2 take less than 1 m/s within the 0.29 s, brake_gain counts
+    assert at(100, 1.0, 3.0) == pytest.approx(-2.0 * (1.0 - 3.0 * (AGE_S + 0.2)))
+    # When 4 m/s2 take more, it is commanded to stand, not to fly on
+    assert at(200, 1.0, 4.0) == pytest.approx(0.0)
+    # Against a motion that is left only rest_gain counts
+    assert at(400, 0.4, 0.0) == pytest.approx(-0.5 * 0.4)
+    # And after brake_time_s it is commanded to stand
+    assert at(1001, 0.4, 0.0) == 0.0
 
 
 def test_a_uav_that_turns_has_turned_on_when_it_brakes():
-    # Given 0.5 m/s to the north, and a turn of 2 rad/s to the left
-    stop = brake(*(pose(5.0, 0.05 * i, math.pi / 2 - 0.2 * (2 - i)) for i in range(3)))
-    # Then north is 2 rad/s * 0.15 s to the right of ahead
-    turned = 2.0 * BRAKES_S
+    stop = Brake(NOW_NS, IN_TIME_S, poses(north=0.5, turn=2.0), P)
+    turned = 2.0 * (0.04 + 0.05)  # since the newest pose, and until it turns no more
     assert stop.velocity(NOW_NS) == pytest.approx((-math.cos(turned), math.sin(turned), 0.0))
 
 
 def test_in_a_curve_it_brakes_against_the_velocity_to_come():
-    # Given 0.6 m/s to the east at the second pose, and 2 m/s2 to the north
-    times_s = (-0.1, 0.0, 0.1)
-    stop = brake(*(pose(0.6 * t, t**2, yaw=0.0) for t in times_s))
-    # Then it moves to the north with 2 m/s2 * 0.25 s when it brakes
-    assert stop.velocity(NOW_NS) == pytest.approx((-1.2, -2.0 * 2.0 * (0.1 + BRAKES_S), 0.0))
+    # Given 0.5 m/s to the north, and a lean to the east of 2 m/s2
+    history = History()
+    for ago_s in (0.1, 0.0):
+        lean = Pose.from_xyz_rpy(0.0, -0.5 * ago_s, 2.0, 0.0, math.atan(2.0 / G_M_S2), 0.0)
+        history.add(NOW_NS - 40 * MS - round(1e9 * ago_s), lean)
+    # Then it brakes also against what it will have to the east (ahead; north is to its left)
+    expected = -2.0 * 2.0 * (AGE_S + 0.2), -2.0 * 0.5, 0.0
+    assert Brake(NOW_NS, IN_TIME_S, history, P).velocity(NOW_NS) == pytest.approx(expected)
 
 
-def test_the_poses_need_not_be_evenly_apart():
-    stamps_s = (-0.3, -0.27, -0.1)
-    poses = [pose(0.5 * (t + 0.3) ** 2, 0.0, yaw=0.0) for t in stamps_s]  # 1 m/s2, from rest 0.3 s before
-    stop = Brake(NOW_NS, [(NOW_NS + round(1e9 * t), p) for t, p in zip(stamps_s, poses)], P)
-    assert stop.velocity(NOW_NS) == pytest.approx((-2.0 * 0.35, 0.0, 0.0))
+def test_what_is_sideways_is_braked_when_nothing_else_is_left():
+    history = poses(north=1.0)
+    stop = Brake(NOW_NS, IN_TIME_S, history, P)
+    history.clear()
+    for ago_s in (0.1, 0.0):
+        drift = Pose.from_xyz_rpy(-0.2 * ago_s, 0.3 * ago_s, 2.0, 0.0, 0.0, math.pi / 2)  # south-east
+        history.add(NOW_NS + 60 * MS - round(1e9 * ago_s), drift)
+    assert stop.velocity(NOW_NS + 100 * MS) == pytest.approx((0.0, 0.5 * 0.2, 0.0))  # to the west, its left
 
 
-def test_a_jump_of_the_estimate_is_not_taken_for_a_curve():
-    stop = brake(pose(0.0, 0.0, 0.0), pose(0.0, 0.0, 0.0), pose(0.1, 0.0, 0.0))  # 10 m/s2, or a jump of 0.1 m
-    speed = 0.1 / 0.2 + 3.0 * (0.1 + BRAKES_S)  # the mean, and 3 m/s2 at most
-    assert stop.velocity(NOW_NS) == pytest.approx((-2.0 * speed, 0.0, 0.0))
+def test_without_two_poses_it_is_commanded_to_stand():
+    history = History()
+    assert Brake(NOW_NS, IN_TIME_S, history, P).velocity(NOW_NS) == (0.0, 0.0, 0.0)
+    history.add(NOW_NS - 50 * MS, Pose.from_xyz_rpy(5.0, 1.0, 2.0, 0.0, 0.0, 0.0))
+    assert Brake(NOW_NS, IN_TIME_S, history, P).velocity(NOW_NS) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("known", [0, 1])
-def test_without_two_poses_it_is_commanded_to_stand(known):
-    assert brake(*known * [pose(5.0, 1.0)]).velocity(NOW_NS) == (0.0, 0.0, 0.0)
+def test_when_the_poses_end_it_is_commanded_to_stand():
+    stop = Brake(NOW_NS, IN_TIME_S, poses(north=1.0), P)
+    assert stop.velocity(NOW_NS + 150 * MS)[0] < 0.0
+    assert stop.velocity(NOW_NS + 170 * MS) == (0.0, 0.0, 0.0)  # the newest is 0.21 s old

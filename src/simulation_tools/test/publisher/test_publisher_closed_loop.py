@@ -136,9 +136,8 @@ def test_in_closed_loop_without_vision_it_stops_and_lands():
     loop.vision = False
     after = loop.run(12.0, velocity=(1.0, 0.0, 0.0))
     since_s, way_m = after[:, 0] - before[0], np.hypot(*(after[:, 1:3] - before[1:3]).T)
-    # Over three seeds it is slower than 0.1 m/s after 0.47 s, and 0.37 to 0.39 m further within 3 s.
-    assert since_s[after[:, 4] < 0.1][0] < 0.5
-    assert np.all(after[(since_s > 0.55) & (since_s < 3.0), 4] < 0.2)
+    # Over three seeds from 0.49 to 0.50 s on. A brake that ends too late swings it back at 0.12 m/s.
+    assert np.all(after[(since_s > 0.5) & (since_s < 3.0), 4] < 0.1)
     assert way_m[since_s < 3.0].max() < 0.5
     assert way_m.max() < 0.6
     assert loop.flight.px4.status.mode is Mode.AUTO_LAND
@@ -155,6 +154,6 @@ def test_in_closed_loop_without_vision_it_stops_as_soon_while_it_turns(speed_m_s
     loop.vision = False
     after = loop.run(2.5, **curve)
     since_s, speeds_m_s = after[:, 0] - lost_s, after[:, 4]
-    # Over three seeds 0.42 and 0.44 s. Later it drifts by the error of PX4's estimate, at 0.15 m/s.
+    # Over three seeds 0.43 and 0.49 s. Later it drifts by the error of PX4's estimate, at 0.15 m/s.
     assert since_s[speeds_m_s < 0.1][0] < 0.5
     assert np.all(speeds_m_s[since_s > 0.5] < 0.15)

@@ -52,9 +52,10 @@ class PublisherParameters:
     to it for the usual gap between the last poses, twice the lateness of the latest one, and vision_spare_s
     more, the UAV stops, because it then knows its own speed for a few seconds only. It waits for
     vision_timeout_least_s at least and for vision_timeout_s at most.
-    For brake_time_s (from 1 m/s) the command is brake_gain times its speed backwards, then zero. A slower UAV
-    brakes for less time: the lean grows with the time, so the change of speed grows with its square. The
-    command is brake_speed_m_s at most, because PX4's tilt limit allows no more; a fast UAV brakes for longer.
+    For brake_time_s the command is against the velocity that the UAV will have brake_lead_s later, see
+    `Brake`: brake_gain times as fast, more by late_gain_per_s if the UAV brakes late, and rest_gain times
+    once that velocity has pointed back. It is brake_speed_m_s at most, because PX4's tilt limit allows no
+    more. A pose that is brake_pose_age_s old has surely come; the stop cannot wait for decision_delay_s.
     After vision_landing_s it lands: before PX4 gives up its position, after 5 s (EKF2_NOAID_TOUT).
     time_is_simulated: commands may wait for their poses, see `SetpointPublisher.patience_s`.
     """
@@ -86,8 +87,12 @@ class PublisherParameters:
     vision_timeout_least_s: float = 0.10
     vision_spare_s: float = 0.035
     vision_landing_s: float = 3.0
-    brake_time_s: float = 0.18
-    brake_gain: float = 3.0
+    brake_time_s: float = 1.0
+    brake_gain: float = 2.3
+    brake_lead_s: float = 0.24
+    late_gain_per_s: float = 15.0
+    rest_gain: float = 1.2
+    brake_pose_age_s: float = 0.04
     brake_speed_m_s: float = 3.5
     time_is_simulated: bool = False
 
