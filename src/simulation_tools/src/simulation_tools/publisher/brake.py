@@ -61,6 +61,9 @@ class Brake:
         motion = self._motion(now_ns)
         x, y = motion.velocity_at(now_ns) if motion else (0.0, 0.0)
         speed_m_s = math.hypot(x, y)
+        faster = max(1.0, speed_m_s)
+        self._hard_until_ns = now_ns + p.hard_time_s * faster / _NS
+        self._lead_ns = p.brake_lead_s / faster / _NS
         if speed_m_s <= p.hold_speed_m_s:
             self._ends_ns = float(now_ns)
         self._ahead = x / max(speed_m_s, 1e-9), y / max(speed_m_s, 1e-9)  # of the motion, a unit vector
@@ -71,12 +74,12 @@ class Brake:
         if motion is None:
             return STANDSTILL
         p = self._p
-        x, y = motion.velocity_at(now_ns + p.brake_lead_s / _NS)
+        x, y = motion.velocity_at(now_ns + self._lead_ns)
         backwards_m_s = -(x * self._ahead[0] + y * self._ahead[1])
         if backwards_m_s >= 0.0:  # nothing to brake but what is sideways
-            self._gain = p.rest_gain
             x, y = x + backwards_m_s * self._ahead[0], y + backwards_m_s * self._ahead[1]
-        factor = -min(self._gain, p.brake_speed_m_s / max(math.hypot(x, y), 1e-9))
+        gain = self._gain if now_ns < self._hard_until_ns else p.rest_gain
+        factor = -min(gain, p.brake_speed_m_s / max(math.hypot(x, y), 1e-9))
         yaw_rad, turn_rad_s, seen_ns = motion.yaw_at
         yaw_rad += turn_rad_s * ((now_ns - seen_ns) * _NS + _TURN_S)
         cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
