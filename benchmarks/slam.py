@@ -69,11 +69,12 @@ def measure(row: str, seeds: Sequence[int], given: argparse.Namespace) -> dict[s
     if row == "hold":
         return hold.measure(seeds, given)
     if row in SIMULATED:
-        alone, *closed = (
-            means([run_alone(name, seed) for seed in tqdm(seeds[: SIMULATED[row]], name)])
-            for name in ((row, "hall_closed") if row == "hall" else (row,))
-        )
-        return {row: {**alone, "with_loop_closure": closed[0]} if closed else alone}
+        seeds = seeds[: SIMULATED[row]]
+        alone = means([run_alone(row, seed) for seed in tqdm(seeds, row)])
+        if row == "hall":
+            runs = [run_alone("hall_closed", seed) for seed in tqdm(seeds, "hall_closed")]
+            alone["with_loop_closure"] = means(runs)
+        return {row: alone}
     log = LOGS[row]
     if missing := log.missing(given.data):
         print(f"slam.{row} is left out: {given.data} has no {' and no '.join(missing)}.")

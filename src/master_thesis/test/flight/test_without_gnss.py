@@ -77,7 +77,7 @@ def test_it_stops_within_half_a_second_of_its_last_pose(lidar):
         times_s, speeds = speeds_from(loop, 1e-6 * loop.own_odometry.told_us)
     assert speeds[0] > 0.9
     assert times_s[speeds < 0.1][0] <= 0.5
-    assert speeds[times_s > 0.5].max() < 0.25  # it may swing back once
+    assert speeds[times_s > 0.5].max() < 0.15  # it may swing back a little
 
 
 def test_a_slow_lidar_that_loses_a_scan_brakes_for_a_moment_and_flies_on():

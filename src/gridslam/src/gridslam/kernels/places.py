@@ -144,9 +144,9 @@ def _squares_along(occupied: np.ndarray, reach: int) -> tuple[np.ndarray, np.nda
     height, width = occupied.shape
     spans, which, count = np.zeros((height, 2), np.int64), np.zeros(height, np.int64), 0
     for row in range(height):
-        columns = np.flatnonzero(occupied[row])
-        if columns.size:
-            spans[row] = max(0, columns[0] - reach), min(width, columns[-1] + reach + 1)
+        hits = np.flatnonzero(occupied[row])
+        if hits.size:
+            spans[row] = max(0, hits[0] - reach), min(width, hits[-1] + reach + 1)
             which[row] = count
             count += 1
     squares = np.full((count, width), (reach + 1) ** 2, np.int32)

@@ -87,9 +87,9 @@ class Hover:
         here = self._poses.at(now_ns - p.decision_delay_s / _NS)
         return math.dist(here.position_m, self._held[0])
 
-    def brake(self, now_ns: int, blind_s: float, p: PublisherParameters) -> Brake:
+    def brake(self, now_ns: int, p: PublisherParameters) -> Brake:
         """Return how to stop without an external pose from now on."""
-        return Brake(now_ns, blind_s, self._poses, p)
+        return Brake(now_ns, self._poses, p)
 
     def speed_m_s(self, now_ns: int, p: PublisherParameters) -> float:
         """Return the UAV's mean speed over the last 0.2 s; infinity if it is unknown."""

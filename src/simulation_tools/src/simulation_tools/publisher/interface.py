@@ -52,11 +52,9 @@ class PublisherParameters:
     to it for the usual gap between the last poses, twice the lateness of the latest one, and vision_spare_s
     more, the UAV stops, because it then knows its own speed for a few seconds only. It waits for
     vision_timeout_least_s at least and for vision_timeout_s at most.
-    For brake_time_s the command is against the velocity that the UAV will have brake_lead_s later, see
-    `Brake`: for hard_time_s brake_gain times as fast, and more by late_gain_per_s if the UAV brakes late,
-    then rest_gain times. A UAV faster than 1 m/s is braked hard for longer, with less lead. The command is
-    brake_speed_m_s at most, because PX4's tilt limit allows no more. A pose that is brake_pose_age_s old has
-    surely come; the stop cannot wait for decision_delay_s.
+    It stops within brake_time_s, see `Brake`. A fast one takes longer, so that the plan needs at most
+    brake_acceleration_m_s2. The command is brake_speed_m_s at most, because PX4's tilt limit allows no more.
+    A pose that is brake_pose_age_s old has come; the stop cannot wait for decision_delay_s.
     After vision_landing_s it lands: before PX4 gives up its position, after 5 s (EKF2_NOAID_TOUT).
     time_is_simulated: commands may wait for their poses, see `SetpointPublisher.patience_s`.
     """
@@ -88,14 +86,10 @@ class PublisherParameters:
     vision_timeout_least_s: float = 0.10
     vision_spare_s: float = 0.035
     vision_landing_s: float = 3.0
-    brake_time_s: float = 1.0
-    brake_gain: float = 2.3
-    brake_lead_s: float = 0.2
-    late_gain_per_s: float = 15.0
-    hard_time_s: float = 0.35
-    rest_gain: float = 1.2
+    brake_time_s: float = 0.385
+    brake_acceleration_m_s2: float = 6.0
     brake_pose_age_s: float = 0.04
-    brake_speed_m_s: float = 3.5
+    brake_speed_m_s: float = 4.0
     time_is_simulated: bool = False
 
     def __post_init__(self) -> None:

@@ -208,7 +208,7 @@ class Phases:
         return [AnnounceReady(True), Log(text, is_warning=False)]
 
     def _enter_blind(self, now_ns: int, blind_s: float, p: PublisherParameters) -> list[Action]:
-        self.brake = self._hover.brake(now_ns, blind_s, p)
+        self.brake = self._hover.brake(now_ns, p)
         self._flew = self.phase is Phase.FLYING
         self.phase = Phase.BLIND
         self._requested_ns = None
