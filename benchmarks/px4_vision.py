@@ -34,6 +34,7 @@ from benchmarks.simulator.real_px4 import RealPx4
 from benchmarks.simulator.reference_quad import standing, stepped
 from benchmarks.simulator.step_response import COLUMNS, MANOEUVRES, Pilot, quantity_of
 from simulation_tools.autopilot import VehicleState
+from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Quaternion, Vector3
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned
 from simulation_tools.px4.estimation.samples import ExternalVision
@@ -80,7 +81,17 @@ class Vision:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Fly, print and write."""
+    """Fly, print and write; 1, with a sentence, when real PX4 does not fly."""
+    given = _options(arguments)
+    try:
+        _measure(given)
+    except SimulationToolsError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = options(__doc__)
     parser.add_argument("--px4", type=Path, default=None, help="PX4's folder build/px4_sitl_default")
     parser.add_argument("--instance", type=int, default=7, help="of real PX4 (its option -i)")
@@ -91,6 +102,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error(f"there is no {given.px4}/bin/px4; give PX4's folder build/px4_sitl_default with --px4")
     if not given.seconds >= 2.0 * WINDOW_S:
         parser.error(f"--seconds is {given.seconds:g}; a hover must last at least {2.0 * WINDOW_S:g} s")
+    return given
+
+
+def _measure(given: argparse.Namespace) -> None:
     seconds, seeds = (2.0 * WINDOW_S, given.seeds[:1]) if given.brief else (given.seconds, given.seeds)
     kinds = ["ours"] if given.px4 is None else ["ours", "px4"]
     with Results("px4_vision", given.results, {**vars(given), "px4": str(given.px4)}) as results:
@@ -103,7 +118,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             found[kind]["each_cm"] = [hover([h])["hover_cm"] for h, _ in flights]
             results.add(f"px4_vision.{kind}", found[kind])
         print(summary(found))
-    return 0
 
 
 def fly_ours(seed: int, seconds: float) -> tuple[np.ndarray, list[np.ndarray]]:

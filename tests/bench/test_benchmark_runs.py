@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import avoidance, cepa, experiment_1, sim
+from benchmarks import avoidance, cepa, experiment_1, px4_vision, sim
 from benchmarks.gnss_rows import boxes
 from benchmarks.shared import places
 from benchmarks.shared.flights import Question
+from benchmarks.simulator import real_px4
 from cepa import CepaParameters, Improved, LaserScan2D
 from master_thesis.experiments_3_4.flight_without_gnss import distances
 
@@ -50,6 +51,19 @@ def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):
     assert ranges.min() > 0.5
     across = (ranges[:, :720] + ranges[:, 720:]).min(axis=1)  # opposite beams; wider where a door is
     assert np.median(across) == pytest.approx(2.4, abs=6 * places.NOISE_M)
+
+
+def test_a_px4_that_does_not_connect_ends_the_benchmark_in_one_sentence(tmp_path, monkeypatch, capsys):
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin/px4").write_text("#!/bin/sh\nexec sleep 60\n")
+    (tmp_path / "bin/px4").chmod(0o755)
+    monkeypatch.setattr(px4_vision, "fly_ours", lambda *given: (np.zeros((2, 1)), []))
+    monkeypatch.setattr(px4_vision, "hover", lambda flights: {"hover_cm": []})
+    monkeypatch.setattr(px4_vision, "step", lambda flights: {})
+    monkeypatch.setattr(real_px4, "_START_S", 0.1)
+    assert px4_vision.main(["--brief", "--px4", str(tmp_path), "--results", str(tmp_path)]) == 1
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last.startswith("No PX4 has connected within 0.1 s. Start PX4 SITL as instance 7")
 
 
 def test_a_replay_counts_what_the_algorithm_says():

@@ -65,6 +65,8 @@ REFUSED = {
     ),
     "missing": ("fly_to_goal", [FOREST], "fly_to_goal.launch needs goal:=..."),
     "world": ("fly_to_goal", ["world:=/no.world", "goal:=9 0 2"], "There is no world file /no.world;"),
+    "home": ("fly_to_goal", ["world:=~/a.world", "goal:=9 0 2"], "for example world:=$HOME/a.world."),
+    "no scenario": ("experiment_1", ["scenario:="], "There is no scenario ''; choose scenario:=empty|"),
     "mission": ("experiment_3", ["mission:=/no.yaml"], "/no.yaml cannot be read"),
     "truth": (
         "experiment_4",
@@ -75,6 +77,30 @@ REFUSED = {
     "filter": ("experiment_2", ["K:=-3"], "k_filter must be greater than 0, not -3"),
     "look": ("experiment_2", ["look:=9"], "'9' is no look; give a number from 0 to 8."),
     "device": ("teleop", ["device:=mouse"], "There is no device 'mouse'; choose device:=keyboard|joy."),
+    "instance": ("experiment_1", ["px4_instance:=abc"], "'abc' is no px4_instance; give a number, for"),
+    "part of an instance": ("teleop", ["px4_instance:=1.5"], "'1.5' is no px4_instance; give a whole number"),
+    "simulator's port": ("experiment_2", ["simulator_port:=-1"], "simulator_port must be a port, 0 to 65535"),
+    "part of a scan": ("experiment_3", ["throttle_scans:=1.5"], "'1.5' is no throttle_scans; give a whole"),
+    "SLAM's file": (
+        "experiment_4",
+        ["slam_config:=/no.yaml"],
+        "SLAM's parameters /no.yaml cannot be read: No such file or directory; give a YAML file",
+    ),
+    "SLAM's form": (
+        "experiment_3",
+        [f"slam_config:={__file__}"],
+        "test_launch_requests.py are no valid YAML",
+    ),
+    "map": (
+        "experiment_3",
+        ["starting_map:=/no.yaml"],
+        "/no.yaml cannot be read: No such file or directory;",
+    ),
+    "map's place": (
+        "experiment_3",
+        ["starting_map:=map.yaml"],
+        "give one, for example starting_map:=$PWD/map",
+    ),
     "results": ("experiment_1", [f"results:={__file__}"], "is a file; choose a folder for the results"),
     "closed": ("experiment_1", ["results:=/proc/results"], "/proc may not be written to; choose another"),
 }
@@ -94,6 +120,23 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case, capsys):
     said = capsys.readouterr().err
     assert sentence in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("particles: many", "particles must be a finite number, not 'many'."),
+        ("closure_x: 1", "The loop closure has no parameter x."),
+        ("- particles", "holds no names with values; give a YAML file"),
+    ],
+)
+def test_parameters_that_gridslam_refuses_are_refused_before_the_flight(tmp_path, capsys, content, sentence):
+    path = tmp_path / "slam.yaml"
+    path.write_text(content)
+    assert request.main([str(LAUNCH / "experiment_3.launch"), f"slam_config:={path}"]) == 1
+    said = capsys.readouterr().err
+    assert str(path) in said
+    assert sentence in said
 
 
 @pytest.mark.parametrize("path", sorted(LAUNCH.glob("*.launch")), ids=lambda path: path.stem)
@@ -143,9 +186,13 @@ def test_roslaunch_alone_refuses_before_it_starts_anything(processes):
     assert "experiment_1.launch has no argument 'lidr'; did you mean lidar:=?" in run.stdout
     assert "process[" not in run.stdout
     assert "Traceback" not in run.stdout
-    run = processes.run("roslaunch", "master_thesis", "experiment_1.launch", "speed:=-1", timeout_s=60.0)
+    # A default below, $(eval 4560 + px4_instance), would fail in roslaunch's own words.
+    run = processes.run(
+        "roslaunch", "master_thesis", "experiment_1.launch", "px4_instance:=abc", timeout_s=60.0
+    )
     assert run.returncode == 1
-    assert "'-1' is no speed; give a number from 0.05 to 15." in run.stdout
+    assert "'abc' is no px4_instance; give a number, for example px4_instance:=0." in run.stdout
+    assert "unsupported operand" not in run.stdout
     listed = processes.run("roslaunch", "--nodes", "master_thesis", "experiment_1.launch", timeout_s=60.0)
     assert "/cepa" in listed.stdout
 

@@ -94,7 +94,8 @@ def read_bag(path: Path, command_topic: str, odometry_topic: str, base_frame: st
             f"The bag {path} has no index (its recording was cut off): rosbag reindex {path}"
         ) from None
     except DAMAGE as error:
-        raise IdentificationError(f"The bag {path} cannot be read: {error}.") from None
+        reason = getattr(error, "strerror", None) or error
+        raise IdentificationError(f"The bag {path} cannot be read: {reason}.") from None
     return recorder.recording()
 
 

@@ -15,6 +15,7 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from gridslam import SlamError
+from gridslam.errors import reason_of
 from gridslam_ros.intake import Intake
 from gridslam_ros.odometry.covariances import OdometryCovariances
 from gridslam_ros.odometry_frames import OdometryFrames
@@ -63,7 +64,7 @@ def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
             f"The bag {path} has no index (its recording was cut off): rosbag reindex {path}"
         ) from None
     except DAMAGE as error:
-        raise BagError(f"The bag {path} cannot be opened: {error}.") from None
+        raise BagError(f"The bag {path} cannot be opened: {reason_of(error)}.") from None
 
 
 def topic_of(bag: rosbag.Bag, topic: str, message_type: str = LASER_SCAN) -> str:

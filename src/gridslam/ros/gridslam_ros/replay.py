@@ -21,6 +21,7 @@ from sensor_msgs.msg import LaserScan
 from tqdm import tqdm
 
 from gridslam import ParameterError, SlamError, se2
+from gridslam.errors import reason_of
 from gridslam.files.map_file import write_map, write_picture
 from gridslam.files.tum import write_tum
 from gridslam.trajectory import Trajectory
@@ -230,7 +231,7 @@ class Replay:
             figures = self._figures(wall_s, render_s)
             (output / "timing.json").write_text(json.dumps(figures, indent=2) + "\n")
         except OSError as error:
-            raise BagError(f"The results cannot be written: {error}.") from None
+            raise BagError(f"The results cannot be written to {output}: {reason_of(error)}.") from None
         write_map(output / "map", grid)
         write_picture(output / "map.png", grid)
         print(

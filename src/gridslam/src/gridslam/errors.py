@@ -31,3 +31,8 @@ class PoseError(SlamError):
 
 class EvaluationError(SlamError):
     """A trajectory, a ground truth or a map that cannot be judged."""
+
+
+def reason_of(error: Exception) -> str:
+    """Return why a file cannot be used, without the path that an OSError repeats."""
+    return str(getattr(error, "strerror", None) or error)

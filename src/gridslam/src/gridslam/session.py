@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Callable, Sequence
 import numpy as np
 
 from gridslam import se2
-from gridslam.errors import ParameterError, PoseError, StateError
+from gridslam.errors import ParameterError, PoseError, StateError, reason_of
 from gridslam.files import state_file
 from gridslam.filter.new_map import check
 from gridslam.filter.particle_filter import START_DEVIATION, GridSlam
@@ -303,7 +303,7 @@ class SlamSession:
                     arrays = np.load(io.BytesIO(state.read(CLOSER)), allow_pickle=False)
                     session._closer.from_arrays(arrays, slam.processed_scans())
         except (OSError, *state_file.DAMAGE) as error:
-            raise StateError(f"{path} cannot be read as a saved state: {error}.") from None
+            raise StateError(f"{path} cannot be read as a saved state: {reason_of(error)}.") from None
         return session
 
     @classmethod

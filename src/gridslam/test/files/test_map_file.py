@@ -154,11 +154,14 @@ def test_a_file_that_is_no_maps_is_said_by_name(tmp_path, text):
 
 
 def test_a_broken_image_and_missing_files(tmp_path):
-    with pytest.raises(MapError, match="nothing"):
+    with pytest.raises(MapError, match=r"nothing\.yaml cannot be read: No such file or directory\.$"):
         read_map(tmp_path / "nothing.yaml")
     path = write_files(tmp_path, [[0, 255]])
     (tmp_path / "map.pgm").write_bytes(b"P5\n3")
     with pytest.raises(MapError, match=r"map\.pgm"):
+        read_map(path)
+    (tmp_path / "map.pgm").write_text("no picture")
+    with pytest.raises(MapError, match=r"map\.pgm cannot be read: it is no image that Pillow knows\.$"):
         read_map(path)
     with pytest.raises(MapError, match="cannot be written"):
         write_map(tmp_path / "no/folder/map", drawn())

@@ -20,6 +20,8 @@ from node_tools.ros_servers import UNREACHABLE, server
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of, check_arguments, nodes_of
 
+_ROSLAUNCH_GOES_ON = "(What follows is roslaunch's own report of this. It says no more.)"
+
 
 @dataclass(frozen=True)
 class Launch:
@@ -144,6 +146,6 @@ def run(
     try:
         checks(launch)
     except expected as error:
-        print(error, file=sys.stderr, flush=True)
+        print(f"{error}\n{_ROSLAUNCH_GOES_ON}", file=sys.stderr, flush=True)
         return 1
     return 0

@@ -11,7 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gridslam.errors import EvaluationError, SlamError
+from gridslam.errors import EvaluationError, SlamError, reason_of
 from gridslam.evaluation.map_error import map_error
 from gridslam.evaluation.relations import read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import ALIGNMENTS, trajectory_error
@@ -32,8 +32,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"gridslam_evaluate: {error}", file=sys.stderr)
         return 1
     except OSError as error:
-        what, why = error.filename or "The result", error.strerror or error
-        print(f"gridslam_evaluate: {what}: cannot be written ({why}).", file=sys.stderr)
+        what = error.filename or "The result"
+        print(f"gridslam_evaluate: {what}: cannot be written ({reason_of(error)}).", file=sys.stderr)
         return 1
     _print(figures)
     return 0

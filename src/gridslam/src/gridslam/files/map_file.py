@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gridslam.errors import MapError
+from gridslam.errors import MapError, reason_of
 from gridslam.occupancy_grid import CELLS_MAX, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def write_picture(path: str | Path, grid: OccupancyGrid) -> None:
     try:
         Image.fromarray(np.ascontiguousarray(greys_of(grid))).save(path)
     except (OSError, ValueError) as error:
-        raise MapError(f"The map's picture cannot be written to {path}: {error}.") from None
+        raise MapError(f"The map's picture cannot be written to {path}: {reason_of(error)}.") from None
 
 
 def read_map(path: str | Path) -> OccupancyGrid:
@@ -117,7 +117,7 @@ def _facts_of(path: Path) -> dict:
     try:
         facts = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError) as error:
-        raise MapError(f"The map's file {path} cannot be read: {error}.") from None
+        raise MapError(f"The map's file {path} cannot be read: {reason_of(error)}.") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
         mark = getattr(error, "problem_mark", None)
         where = f" in line {mark.line + 1}" if mark else ""
@@ -129,7 +129,7 @@ def _facts_of(path: Path) -> dict:
 
 def _greys_in(path: Path) -> np.ndarray:
     """Return the image's brightness, (h, w) in [0, 255], row 0 on top; whole numbers are uint8."""
-    from PIL import Image
+    from PIL import Image, UnidentifiedImageError
 
     try:
         with _opened(path) as image:
@@ -143,8 +143,10 @@ def _greys_in(path: Path) -> np.ndarray:
             if image.mode == "L":
                 return np.asarray(image)
             bands = np.asarray(image.convert("RGB"), dtype=np.float64)
+    except UnidentifiedImageError:
+        raise MapError(f"The map's image {path} cannot be read: it is no image that Pillow knows.") from None
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise MapError(f"The map's image {path} cannot be read: {error}.") from None
+        raise MapError(f"The map's image {path} cannot be read: {reason_of(error)}.") from None
     return bands.mean(axis=2)
 
 

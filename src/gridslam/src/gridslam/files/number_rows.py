@@ -10,7 +10,7 @@ from typing import Sequence
 
 import numpy as np
 
-from gridslam.errors import EvaluationError
+from gridslam.errors import EvaluationError, reason_of
 
 
 def read_rows(path: Path, form: str, columns: Sequence[int]) -> np.ndarray:
@@ -50,8 +50,7 @@ def _text_of(path: Path) -> str:
     except UnicodeDecodeError:
         raise EvaluationError(f"{path}: cannot be read (it is no text).") from None
     except (OSError, EOFError, zlib.error) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise EvaluationError(f"{path}: cannot be read ({reason}).") from None
+        raise EvaluationError(f"{path}: cannot be read ({reason_of(error)}).") from None
 
 
 def _is_number(word: str) -> bool:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gridslam.errors import SlamError, StateError
+from gridslam.errors import SlamError, StateError, reason_of
 from gridslam.filter.motion_model import Motion
 from gridslam.filter.particle_filter import GridSlam
 from gridslam.filter.state import FilterState
@@ -91,7 +91,7 @@ def read(path: str | Path, threads: int | None = None, name: str | Path | None =
             header["parameters"]["threads"] = threads
         return GridSlam.from_state(_state(header, arrays))
     except OSError as error:
-        raise StateError(f"The state cannot be read from {told}: {error.strerror or error}.") from None
+        raise StateError(f"The state cannot be read from {told}: {reason_of(error)}.") from None
     except StateError:
         raise
     except (*DAMAGE, SlamError) as error:

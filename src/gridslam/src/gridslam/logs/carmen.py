@@ -14,7 +14,7 @@ from typing import Callable, Iterator
 
 import numpy as np
 
-from gridslam.errors import SlamError
+from gridslam.errors import SlamError, reason_of
 from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.inputs.scan_projection import project
 from gridslam.scan import PlanarScan
@@ -203,7 +203,7 @@ def _lines(path: str | Path) -> Iterator[str]:
         with (gzip.open if str(path).endswith(".gz") else open)(path, "rt") as lines:
             yield from lines
     except (OSError, EOFError, UnicodeDecodeError) as error:
-        raise CarmenError(f"The log {path} cannot be read: {error}.") from None
+        raise CarmenError(f"The log {path} cannot be read: {reason_of(error)}.") from None
 
 
 def _quaternion(yaw_rad: float) -> tuple[float, float, float, float]:

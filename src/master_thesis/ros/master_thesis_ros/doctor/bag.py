@@ -58,7 +58,8 @@ def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
     except FileNotFoundError:
         raise BagError(f"There is no bag {path}.") from None
     except DAMAGE as error:
-        raise BagError(f"{path} cannot be read: {error}.") from None
+        reason = getattr(error, "strerror", None) or error
+        raise BagError(f"{path} cannot be read: {reason}.") from None
     return recorder.recording(end_s), recorder.parameters()
 
 

@@ -17,8 +17,8 @@ from master_thesis.flight.description import RunDescription
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.wall_metrics import WallMetrics
 from master_thesis.graph.processes import age_s
+from master_thesis.requests.results_folder import results_path
 from master_thesis.results.run_folder import RunFolder
-from master_thesis.worlds import scenario
 from master_thesis_ros.experiments.experiment_node import INTERRUPTED, ExperimentNode, WatchedRun
 from master_thesis_ros.experiments.parameters import all_parameters
 from master_thesis_ros.launch.end import end_launch
@@ -62,7 +62,7 @@ class Run:
         self._ending = ending
         self._started_s = time.perf_counter() - age_s(os.getppid())
         given = read_values({"results": os.path.abspath("results"), "record": False})
-        root = scenario.absolute("results", given["results"])
+        root = results_path(given["results"])
         self.folder = RunFolder(root, description.experiment, datetime.now())
         rospy.loginfo(f"The results will be in {self.folder.path}.")
         self._recorder = BagRecorder(self.folder.path / "flight.bag") if given["record"] else None

@@ -18,6 +18,7 @@ from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.requests import experiment_1, experiments_3_4, simulator, teleop
 from master_thesis.requests.results_folder import check_results
 from master_thesis.worlds import scenario
+from master_thesis_ros.launch import slam_arguments
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
 from simulation_tools_ros import launch_check
@@ -30,7 +31,6 @@ def main(words: Sequence[str]) -> int:
     given = dict(word.split(":=", 1) for word in words[1:])
     launch = launch_check.Launch((Path(words[0]).resolve(),), given)
     try:
-        launch_check.check(launch)
         check(launch)
     except (MasterThesisError, SimulationToolsError) as error:
         print(error, file=sys.stderr)
@@ -39,11 +39,12 @@ def main(words: Sequence[str]) -> int:
 
 
 def check(launch: launch_check.Launch) -> None:
-    """Check the values of a launch's arguments and its ports, if the file belongs to this package.
+    """Check a launch as `launch_check` does, and the values and ports if the file belongs to this package.
 
     Raises:
         MasterThesisError, SimulationToolsError: one sentence.
     """
+    launch_check.check(launch)
     for file in launch.files:
         reader = _READERS.get(file.name)
         if reader and file.parent == FOLDER and launch.starts:
@@ -110,6 +111,8 @@ def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
 
 def _goal_flight(asked: Mapping[str, str]) -> None:
     check_avoidance(asked["avoidance"])
+    if "scenario" in asked:
+        scenario.choose("scenario", asked["scenario"], scenario.SCENARIOS)
     experiment_1.read(asked, cepa_keeps_m({}))
 
 
@@ -118,6 +121,7 @@ def _mission_flight(asked: Mapping[str, str]) -> None:
 
     cepa_of(asked, {"r_ub": "r_ub"})
     experiments_3_4.read(asked, cepa_keeps_m({}))
+    slam_arguments.check(asked)
 
 
 def _trial(asked: Mapping[str, str]) -> None:

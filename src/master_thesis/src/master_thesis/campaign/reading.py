@@ -55,7 +55,8 @@ def _loaded(path: Path) -> Any:
     try:
         return yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise CampaignError(f"the file cannot be read: {error}.") from None
+        reason = getattr(error, "strerror", None) or error
+        raise CampaignError(f"the file cannot be read: {reason}.") from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f"line {mark.line + 1} is" if mark else "it is"

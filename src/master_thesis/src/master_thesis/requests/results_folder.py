@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 from master_thesis.errors import ResultsError
 from master_thesis.worlds.scenario import absolute
 
 
+def results_path(given: str) -> Path:
+    """Return the folder for results, absolute; ~ is the user's home. Raises MasterThesisError."""
+    return absolute("results", os.path.expanduser(given))
+
+
 def check_results(given: str) -> None:
     """Check that a folder can be made, or written to; raises MasterThesisError with one sentence."""
-    path = absolute("results", given)
+    path = results_path(given)
     there = next(folder for folder in (path, *path.parents) if folder.exists())
     if not there.is_dir():
         raise ResultsError(f"{there} is a file; choose a folder for the results with results:=FOLDER.")

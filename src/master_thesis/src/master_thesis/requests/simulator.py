@@ -9,6 +9,8 @@ from simulation_tools import values
 from simulation_tools.launch_check.launch_ports import check_ports_are_free
 from simulation_tools.vehicle.uav import load_uav
 
+PX4_INSTANCES = (0, 254)
+"""The instance's MAVLink system id, which is greater by 1, is a byte."""
 _PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
 
 
@@ -18,6 +20,9 @@ def check(asked: Mapping[str, Any]) -> None:
     Raises:
         ScenarioError, SimulationToolsError: one sentence.
     """
+    if "px4_instance" in asked:
+        scenario.whole_number("px4_instance", asked["px4_instance"], *PX4_INSTANCES)
+        values.port("simulator_port", asked["simulator_port"])
     if "offboard_port" in asked:
         values.mavlink_ports(asked["offboard_port"], asked["gcs_port"])
     if "autopilot" in asked:

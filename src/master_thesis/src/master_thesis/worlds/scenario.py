@@ -102,14 +102,15 @@ def whole_number(what: str, given: Any, least: int, greatest: int) -> int:
 def absolute(what: str, given: str) -> Path:
     """Return an absolute path, because roslaunch starts nodes in another folder.
 
+    The shell leaves a ~ after := as it is, and so do most nodes.
+
     Raises:
-        ScenarioError: the path is relative.
+        ScenarioError: the path is relative, or begins with ~.
     """
-    path = Path(given).expanduser()
+    path = Path(given)
     if not path.is_absolute():
-        raise ScenarioError(
-            f"{what}:={given} is no absolute path; give one, for example {what}:=$PWD/{given}."
-        )
+        example = f"$HOME{given[1:]}" if given.startswith("~/") else f"$PWD/{given}"
+        raise ScenarioError(f"{what}:={given} is no absolute path; give one, for example {what}:={example}.")
     return path
 
 

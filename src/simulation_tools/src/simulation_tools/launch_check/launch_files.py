@@ -120,4 +120,5 @@ def _root(path: Path) -> ElementTree.Element:
     try:
         return ElementTree.parse(path).getroot()
     except (OSError, ElementTree.ParseError) as error:
-        raise LaunchError(f"The launch file {path} cannot be read: {error}.") from None
+        reason = getattr(error, "strerror", None) or error
+        raise LaunchError(f"The launch file {path} cannot be read: {reason}.") from None

@@ -52,8 +52,8 @@ def _model(uri: str, rest: str, model_path: Sequence[Path]) -> Path:
     for root in model_path:
         if (root / name).is_dir():
             return _existing(root / rest, (root, root / name), uri)  # the model may itself be a link
-    searched = ", ".join(str(root) for root in model_path) or f"nothing; set {MODEL_PATH_VARIABLE}"
-    raise UriError(f'there is no model "{name}" in the model path ({searched})')
+    searched = ", ".join(str(root) for root in model_path) or "none"
+    raise UriError(f'there is no model "{name}" in the folders of {MODEL_PATH_VARIABLE} ({searched})')
 
 
 def _relative(uri: str, model_path: Sequence[Path], folder: Path | None) -> Path:
