@@ -37,6 +37,14 @@ def test_a_graph_that_is_well_has_no_finding():
     assert exit_code([]) == FINE
 
 
+@pytest.mark.parametrize(
+    "topic", ["/mavros/vision_pose/pose", "/mavros/rc/override", "/mavros/distance_sensor/sonar_1_sub"]
+)
+def test_an_input_that_mavros_can_do_without_is_no_finding(topic):
+    assert graph.check(with_topic(topic, subscribers=("/mavros",))) == []
+    assert [found.where for found in graph.check(with_topic("/mavros/state", subscribers=("/mine",)))]
+
+
 HOLE = tuple(t for t in times(100) if not 12.0 < t < 12.8)
 LOOP = (edge("a", "b"), edge("b", "c"), edge("c", "a"))
 

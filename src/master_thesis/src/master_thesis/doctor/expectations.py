@@ -39,7 +39,9 @@ LEAST_SETPOINT_RATE_HZ = 2.0
 SETPOINTS = re.compile(r".*/mavros/setpoint_(raw|position|velocity)/.*|/mavros/setpoint_.*")
 
 OPTIONAL_INPUTS = re.compile(
-    r"/mavros/setpoint_|/UAV/pos_setpoint/final$|/UAV/use_pos_setpoint$|/gazebo/set_model_(state|states)$"
+    r"/mavros/(setpoint_|vision_|distance_sensor/|(odometry/out|rc/override|home_position/set)$)"
+    r"|/mavros/global_position/set_gp_origin$|/gazebo/set_model_(state|states)$"
+    r"|/UAV/(pos_setpoint/final|use_pos_setpoint|vision_state)$"
 )
 """Optional inputs for users. A publisher is not necessary."""
 

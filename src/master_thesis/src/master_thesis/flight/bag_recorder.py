@@ -22,7 +22,7 @@ class BagRecorder:
         """Start recording into `bag`; raises OSError when rosbag cannot be started."""
         self.bag = bag
         command = ["rosrun", "rosbag", "record", "--all", "--exclude", "/clock", "--output-name", str(bag)]
-        command += ["--min-space", f"{RESERVE_MB}M"]
+        command += ["--min-space", f"{RESERVE_MB}M", "--quiet"]
         self._process = subprocess.Popen(
             [*command, "__name:=experiment_recorder"], preexec_fn=_end_with_parent
         )
