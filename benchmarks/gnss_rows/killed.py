@@ -7,28 +7,24 @@ for good the flight is watched until the UAV is disarmed, or for 12 s.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Sequence
 
 import numpy as np
 
-from gridslam.odometry.warm_up import warm_up_odometry
-from gridslam.warm_up import warm_up
-from master_thesis.experiments_3_4.flight_without_gnss import SlamPose, parameters_without_gnss
-from master_thesis.flight.closed_loop import ClosedLoop
+from benchmarks.gnss_rows.hold import loop_in_hold
 from master_thesis.flight.contacts import GROUND
 from master_thesis.flight.course import Phase
+from master_thesis.flight.stop_metrics import SLOW_M_S, horizontal_speeds
 from master_thesis.flight.without_gnss import PARTS, SLAM, Outage
 
-WORLD, LIDAR = "hold", "ust"
+LIDAR = "ust"
 SHORT_S, PERIOD_S, WATCHED_S = 0.3, 2.0, 12.0
-STANDS_M_S = 0.1
 
 
 def briefly(seed: int) -> dict:
     """Fly the round of Experiment 4 with a short death every 2 s; return how many of each part."""
     rng = np.random.default_rng(seed)
-    with _loop(seed) as loop:
+    with loop_in_hold(LIDAR, seed) as loop:
         loop.run_to(Phase.FLYING)
         kills = dict.fromkeys(PARTS, 0)
         order: list[str] = []
@@ -48,7 +44,7 @@ def briefly(seed: int) -> dict:
 def for_good(part: str, seed: int) -> dict:
     """Let a part die for good on the first leg of the round; return what came of it."""
     rng = np.random.default_rng(seed)
-    with _loop(seed, backwards=bool(rng.integers(2))) as loop:
+    with loop_in_hold(LIDAR, seed, backwards=bool(rng.integers(2))) as loop:
         loop.run_to(Phase.FLYING)
         begins_s = loop.time_s + rng.uniform(1.0, 12.0)
         loop.outage = Outage(part, begins_s)
@@ -60,7 +56,7 @@ def for_good(part: str, seed: int) -> dict:
         truth = np.array(loop.log.truth.rows)
         landed = bool(truth[-1, 3] < 0.3)
         after = truth[truth[:, 0] >= begins_s]
-        speeds = np.hypot(*np.gradient(after[:, 1:3], after[:, 0], axis=0).T)
+        speeds = horizontal_speeds(after)
         way_m = np.hypot(*(after[:, 1:3] - after[0, 1:3]).T)
         return {
             "contact": any(shape.split("::")[0] != GROUND for shape in loop.outcome.touched),
@@ -74,21 +70,10 @@ def for_good(part: str, seed: int) -> dict:
 
 def _first_stand_s(times_s: np.ndarray, speeds_m_s: np.ndarray) -> float:
     """Return the time from which on the UAV stands for a second; infinity if it never does."""
-    moving_s = times_s[speeds_m_s > STANDS_M_S]
+    moving_s = times_s[speeds_m_s > SLOW_M_S]
     edges_s = np.concatenate(([0.0], moving_s, times_s[-1:]))
     stands = np.flatnonzero(np.diff(edges_s) > 1.0)
     return float(edges_s[stands[0]]) if len(stands) else math.inf
-
-
-def _loop(seed: int, backwards: bool = False) -> ClosedLoop:
-    warm_up()
-    warm_up_odometry()
-    parameters = parameters_without_gnss(WORLD, LIDAR, seed)
-    if backwards:
-        parameters = replace(parameters, mission=tuple(reversed(tuple(parameters.mission)[:-1])))
-    loop = ClosedLoop(parameters)
-    SlamPose(loop, WORLD, seed)
-    return loop
 
 
 def summary_for_good(part: str, trials: Sequence[dict]) -> dict:

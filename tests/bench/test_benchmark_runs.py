@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from benchmarks import avoidance, cepa, experiment_1, px4_vision, sim
-from benchmarks.gnss_rows import boxes
+from benchmarks.gnss_rows import boxes, stops
 from benchmarks.shared import places
 from benchmarks.shared.flights import Question
+from benchmarks.shared.forked import in_a_copy
 from benchmarks.simulator import real_px4
 from cepa import CepaParameters, Improved, LaserScan2D
 from master_thesis.experiments_3_4.flight_without_gnss import distances
@@ -41,6 +42,30 @@ def test_a_place_over_a_box_is_between_its_sides():
     x_m, y_m = box.x_m, box.y_m
     places_xy = np.array([(x_m, y_m), (x_m + 0.19, y_m - 1.49), (x_m + 0.21, y_m), (x_m, y_m + 1.51)])
     assert boxes.over(places_xy, boxes.BOXES).tolist() == [True, True, False, False]
+
+
+def test_work_in_a_copy_changes_nothing_here():
+    flown = [1]
+    assert in_a_copy(lambda: (flown.append(2), flown)[1]) == [1, 2]
+    assert flown == [1]
+
+
+def test_a_copy_that_fails_says_why(capfd):
+    with pytest.raises(RuntimeError, match="did not finish"):
+        in_a_copy(lambda: 1 // 0)
+    assert "ZeroDivisionError" in capfd.readouterr().err
+
+
+def test_the_summary_of_stops_tells_those_in_curves_apart():
+    numbers = {"brakes_s": 0.1, "stays_slow_s": 0.5, "fastest_after_m_s": 0.1, "way_m": 0.4}
+    straight = {**numbers, "slow_s": 0.4, "turn_rad_s": 0.1}
+    turning = {**numbers, "slow_s": 0.6, "turn_rad_s": -0.4}
+    found = stops.summary([straight, turning])
+    assert (found["stops"], found["turning"]) == (2, 1)
+    assert (found["median_s"], found["worst_s"], found["turning_worst_s"]) == (0.5, 0.6, 0.6)
+    assert stops.summary([straight])["turning_worst_s"] is None
+    never = stops.summary([straight, {**turning, "slow_s": None}])
+    assert (never["median_s"], never["worst_s"]) == (None, None)
 
 
 def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):

@@ -10,6 +10,7 @@ from master_thesis.experiments_3_4.flight_without_gnss import parameters_without
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
+from master_thesis.flight.stop_metrics import horizontal_speeds, stop_of
 from master_thesis.flight.without_gnss import BRIDGE, Outage
 
 pytestmark = pytest.mark.flight
@@ -59,14 +60,6 @@ def flying(loop, seconds):
     loop.run(until=lambda loop: loop.time_s >= end_s)
 
 
-def speeds_from(loop, since_s):
-    """Return the times from `since_s` on and the true horizontal speeds."""
-    truth = np.array(loop.log.truth.rows)
-    speeds = np.hypot(*np.gradient(truth[:, 1:3], truth[:, 0], axis=0).T)
-    after = truth[:, 0] >= since_s
-    return truth[after, 0] - since_s, speeds[after]
-
-
 @pytest.mark.parametrize("lidar", ["urg", "m8", "ust"])  # 10, 20 (and heavy) and 40 Hz
 def test_it_stops_within_half_a_second_of_its_last_pose(lidar):
     with ClosedLoop(parameters_without_gnss("hold", lidar, 1)) as loop:
@@ -74,10 +67,10 @@ def test_it_stops_within_half_a_second_of_its_last_pose(lidar):
         loop.outage = Outage(BRIDGE, loop.time_s)
         begins_s = loop.time_s
         loop.run(until=lambda loop: loop.time_s >= begins_s + 1.0)
-        times_s, speeds = speeds_from(loop, 1e-6 * loop.own_odometry.told_us)
-    assert speeds[0] > 0.9
-    assert times_s[speeds < 0.1][0] <= 0.5
-    assert speeds[times_s > 0.5].max() < 0.15  # it may swing back a little
+        stop = stop_of(loop.log.truth.rows, 1e-6 * loop.own_odometry.told_us)
+    assert stop.speed_m_s > 0.9
+    assert stop.slow_s <= 0.49
+    assert stop.fastest_after_m_s < 0.15  # it may swing back a little
 
 
 def test_a_slow_lidar_that_loses_a_scan_brakes_for_a_moment_and_flies_on():
@@ -89,11 +82,12 @@ def test_a_slow_lidar_that_loses_a_scan_brakes_for_a_moment_and_flies_on():
         while loop.time_s < lost_s + 3.0:
             loop.step()
             was_ready.append(loop.publisher.ready)
-        times_s, speeds = speeds_from(loop, lost_s)
+        truth = np.array(loop.log.truth.rows)
     assert not all(was_ready)
     assert all(was_ready[-700:])
-    assert speeds.min() > 0.4
-    assert np.all(speeds[times_s > 2.0] > 0.9)
+    speeds = horizontal_speeds(truth)
+    assert speeds[truth[:, 0] >= lost_s].min() > 0.4
+    assert speeds[truth[:, 0] >= lost_s + 2.0].min() > 0.9
 
 
 def test_without_a_range_finder_it_is_refused():

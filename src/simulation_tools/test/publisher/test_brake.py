@@ -64,9 +64,12 @@ class Uav:
         return np.array(rows).T
 
 
-def poses(east=0.0, north=0.0, yaw=NORTH, turn=0.0, until_s=-NEWEST_S):
-    """Return poses of steady flight until this time: m/s, heading, rad/s. The lean is what the drag needs."""
-    history = History()
+def poses(east=0.0, north=0.0, yaw=NORTH, turn=0.0, until_s=-NEWEST_S, history=None):
+    """Return poses of steady flight until this time: m/s, heading, rad/s. The lean is what the drag needs.
+
+    history: poses before them.
+    """
+    history = history or History()
     for before_s in (0.06, 0.0):
         heading = yaw - turn * before_s
         ahead = 0.3 * (math.cos(heading) * east + math.sin(heading) * north)
@@ -120,8 +123,7 @@ def test_the_command_follows_the_plan():
 def test_the_command_is_bounded():
     history = poses(north=1.0)
     stop = Brake(NOW_NS, history, P)
-    for stamp_ns, pose in list(poses(north=5.0, until_s=0.1)._items):  # it did not brake, but was pushed on
-        history.add(stamp_ns, pose)
+    poses(north=5.0, until_s=0.1, history=history)  # it did not brake, but was pushed on
     x, y, _ = stop.velocity(NOW_NS + 200 * MS)
     assert math.hypot(x, y) == pytest.approx(P.brake_speed_m_s)
 
@@ -141,8 +143,7 @@ def test_a_slow_uav_hovers():
 def test_after_a_second_the_command_is_zero():
     history = poses(north=1.0)
     stop = Brake(NOW_NS, history, P)
-    for stamp_ns, pose in list(poses(north=0.3, until_s=0.96)._items):
-        history.add(stamp_ns, pose)
+    poses(north=0.3, until_s=0.96, history=history)
     assert stop.velocity(NOW_NS + 999 * MS)[0] < -0.1
     assert stop.velocity(NOW_NS + 1001 * MS) == (0.0, 0.0, 0.0)
 

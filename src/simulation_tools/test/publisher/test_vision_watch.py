@@ -25,19 +25,21 @@ def limit_ms(gaps_ms):
 @pytest.mark.parametrize(
     ("gaps_ms", "expected_ms"),
     [
-        (20 * [25], 100),  # never before vision_timeout_least_s
-        (20 * [100], 135),  # evenly: one gap and 35 ms
-        ([*(50 * [25]), 55, *(20 * [25])], 120),  # a busy machine: 30 ms late, so the next may be 60 ms late
-        (20 * [120, 0, 0], 155),  # three poses at once, as of a slow lidar, are one
-        (20 * [0], 100),
-        (20 * [200], 235),
-        (20 * [220], 250),  # never after vision_timeout_s
-        (5 * [25], 250),  # too few to know
-        ([65, *(399 * [25])], 140),
-        ([65, *(400 * [25])], 100),  # a gap is forgotten
+        (20 * [25], 70),  # never before vision_timeout_least_s
+        (20 * [100], 115),  # evenly: one gap and 15 ms
+        ([*(50 * [25]), 55, *(20 * [25])], 70),  # once is no rule
+        ([*(50 * [25]), 55, 70, *(20 * [25])], 100),  # a busy machine: 30 ms late, so it may be 60 ms late
+        ([*(50 * [25]), 90, 90, *(20 * [25])], 130),  # never after vision_timeout_s,
+        (20 * [200], 215),  # unless poses come more rarely
+        ([300, 300, *(20 * [200])], 280),
+        (20 * [120, 0, 0], 135),  # three poses at once, as of a slow lidar, are one
+        (20 * [0], 70),
+        (5 * [25], 130),  # too few to know
+        ([65, 65, *(398 * [25])], 120),
+        ([65, 65, *(399 * [25])], 70),  # a gap is forgotten
     ],
 )
-def test_the_limit_follows_the_longest_gap(gaps_ms, expected_ms):
+def test_the_limit_follows_the_longest_gap_but_one(gaps_ms, expected_ms):
     assert limit_ms(gaps_ms) == pytest.approx(expected_ms, abs=1)
 
 
@@ -50,19 +52,22 @@ def test_without_need_for_poses_or_before_one_can_come_nobody_is_blind():
 
 
 @pytest.mark.parametrize("period_ms", [25, 33, 50, 67, 100])  # of the six lidars
-def test_a_late_pose_raises_no_alarm_if_one_was_half_as_late_before(period_ms):
+def test_a_late_pose_raises_no_alarm_if_two_were_half_as_late_before(period_ms):
     rng = np.random.default_rng(period_ms)
     for worst_ms in (5, 20, 40):
         lateness_ms = rng.uniform(0.0, worst_ms, 300)
         stamps_ms = 5000.0 + period_ms * np.arange(300) + lateness_ms
         gaps_ms = np.diff(stamps_ms)
         for n in range(20, 299):
-            learned_ms = gaps_ms[:n].max()
+            learned_ms = np.sort(gaps_ms[:n])[-2]
             if gaps_ms[n] - period_ms <= 2.0 * (learned_ms - period_ms):
-                assert limit_ms(gaps_ms[:n]) >= min(gaps_ms[n], 250.0) - 1.0
+                assert limit_ms(gaps_ms[:n]) >= min(gaps_ms[n], 130.0) - 1.0
 
 
-def test_of_a_fast_lidar_two_scans_may_be_lost_and_of_a_slow_one_none():
-    assert limit_ms(20 * [25]) > 3 * 25
+def test_of_a_fast_lidar_one_scan_may_be_lost_and_of_a_slow_one_none():
+    assert limit_ms(20 * [25]) > 2 * 25
     assert limit_ms(20 * [100]) < 2 * 100
-    assert limit_ms([*(20 * [100]), 200, *(20 * [100])]) > 2 * 100  # the next one may be
+
+
+def test_a_lost_scan_does_not_delay_the_next_stop():
+    assert limit_ms([*(20 * [100]), 200, *(20 * [100])]) == limit_ms(20 * [100])

@@ -25,7 +25,7 @@ from simulation_tools.px4.setpoint import Setpoint
 POSE_PERIOD_US = 33_333
 LANDED_PERIOD_US = 200_000
 STATE_PERIOD_US = 1_000_000
-CLOCK_PERIOD_US = 20_000
+CLOCK_PERIOD_US = 10_000
 """Of the node's own watch."""
 _MODES = {mode.label: mode for mode in Mode}
 

@@ -49,9 +49,9 @@ class PublisherParameters:
     needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as it
     trusts its position. A vehicle that is armed earlier starts in a failsafe. Without satellites there may
     never be a home position. needs_vision: the flight controller flies by external poses. If none has gone
-    to it for the usual gap between the last poses, twice the lateness of the latest one, and vision_spare_s
-    more, the UAV stops, because it then knows its own speed for a few seconds only. It waits for
-    vision_timeout_least_s at least and for vision_timeout_s at most.
+    to it for the usual gap between the last poses, twice the lateness of the latest but one, and
+    vision_spare_s more, the UAV stops, because it then knows its own speed for a few seconds only. It waits
+    for vision_timeout_least_s at least, and for vision_timeout_s or 1.4 usual gaps at most.
     It stops within brake_time_s, see `Brake`. A fast one takes longer, so that the plan needs at most
     brake_acceleration_m_s2. The command is brake_speed_m_s at most, because PX4's tilt limit allows no more.
     A pose that is brake_pose_age_s old has come; the stop cannot wait for decision_delay_s.
@@ -82,11 +82,11 @@ class PublisherParameters:
     wait_report_s: float = 10.0
     needs_home: bool = True
     needs_vision: bool = False
-    vision_timeout_s: float = 0.25
-    vision_timeout_least_s: float = 0.10
-    vision_spare_s: float = 0.035
+    vision_timeout_s: float = 0.13
+    vision_timeout_least_s: float = 0.07
+    vision_spare_s: float = 0.015
     vision_landing_s: float = 3.0
-    brake_time_s: float = 0.385
+    brake_time_s: float = 0.38
     brake_acceleration_m_s2: float = 6.0
     brake_pose_age_s: float = 0.04
     brake_speed_m_s: float = 4.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections import deque
-from typing import NamedTuple
+from typing import Collection, NamedTuple
 
 from simulation_tools.publisher.interface import PublisherParameters
 
@@ -12,6 +12,8 @@ _NS = 1e-9
 GAPS_KEPT, GAPS_LEAST = 400, 10
 BURST_S = 0.005
 """Poses that are closer together than this came together: vision_pose_publisher fills a slow lidar's gaps."""
+SLOW_GAPS = 1.4
+"""A pose may stay away for so many usual gaps, if that is longer than vision_timeout_s."""
 
 
 class Blindness(NamedTuple):
@@ -25,22 +27,23 @@ class Blindness(NamedTuple):
 class VisionWatch:
     """The times at which external poses went to the flight controller.
 
-    The next pose may be twice as late as the latest one of the last poses, and a little more. So the UAV
-    stops early when poses come evenly, and a busy machine or a slow lidar does not stop it.
+    The next pose may be twice as late as the latest but one of the last poses, and a little more. So the UAV
+    stops early when poses come evenly, and one lost scan changes nothing. On a busy machine it does not wait
+    much longer: a wrong alarm ends with the next pose, but a stop that begins late may end at a wall.
     """
 
     def __init__(self) -> None:
         self._newest_ns: int | None = None
         self._has_come = False
         self._gaps_s: deque[float] = deque(maxlen=GAPS_KEPT)
-        self._expected_s: float | None = None  # the next gap may be as long; None: not computed yet
+        self._limit_s: float | None = None  # None: not computed yet
 
     def on_pose(self, now_ns: int) -> None:
         """Take in that a pose has gone to the flight controller."""
         if self._has_come and self._newest_ns is not None:
             self._gaps_s.append((now_ns - self._newest_ns) * _NS)
         self._newest_ns, self._has_come = now_ns, True
-        self._expected_s = None
+        self._limit_s = None
 
     def expect_pose(self, now_ns: int, p: PublisherParameters) -> None:
         """Count the flight controller as blind if no pose has come yet.
@@ -54,14 +57,17 @@ class VisionWatch:
         """Return how blind the flight controller is."""
         if not p.needs_vision or self._newest_ns is None:
             return Blindness(0.0, False)
+        if self._limit_s is None:
+            self._limit_s = _limit_s(self._gaps_s, p)
         lasts_s = (now_ns - self._newest_ns) * _NS
-        return Blindness(lasts_s, lasts_s > self._limit_s(p))
+        return Blindness(lasts_s, lasts_s > self._limit_s)
 
-    def _limit_s(self, p: PublisherParameters) -> float:
-        if len(self._gaps_s) < GAPS_LEAST:
-            return p.vision_timeout_s
-        if self._expected_s is None:
-            longest_s = max(self._gaps_s)
-            usual_s = statistics.median([gap for gap in self._gaps_s if gap > BURST_S] or [longest_s])
-            self._expected_s = longest_s + (longest_s - usual_s)
-        return min(max(self._expected_s + p.vision_spare_s, p.vision_timeout_least_s), p.vision_timeout_s)
+
+def _limit_s(gaps_s: Collection[float], p: PublisherParameters) -> float:
+    if len(gaps_s) < GAPS_LEAST:
+        return p.vision_timeout_s
+    longest_but_one_s = sorted(gaps_s)[-2]
+    usual_s = statistics.median([gap for gap in gaps_s if gap > BURST_S] or [longest_but_one_s])
+    late_s = max(longest_but_one_s - usual_s, 0.0)
+    most_s = max(p.vision_timeout_s, SLOW_GAPS * usual_s)
+    return min(max(usual_s + 2.0 * late_s + p.vision_spare_s, p.vision_timeout_least_s), most_s)
