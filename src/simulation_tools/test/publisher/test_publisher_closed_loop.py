@@ -87,7 +87,7 @@ class ClosedLoop:
             flight, publisher, now = self.flight, self.publisher, 1000 * self.flight.body.time_us
             status = flight.px4.status
             self._see(flight.body.time_us)
-            if self.vision_needed and self._ticks % 5 == 1:
+            if self.vision_needed and self._ticks % 3 == 1:
                 self._act(publisher.on_clock(now))
             if self._ticks % 50 == 1:
                 self._act(publisher.on_landed_state(now, int(status.landed_state)))

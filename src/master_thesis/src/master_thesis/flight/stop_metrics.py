@@ -35,7 +35,7 @@ def stop_of(truth: Sequence[tuple], lost_s: float) -> Stop:
     speeds_m_s = horizontal_speeds(rows)
     lost = int(np.searchsorted(rows[:, 0], lost_s - 1e-9))
     before = int(np.searchsorted(rows[:, 0], lost_s - _TURN_WINDOW_S))
-    turned_rad = wrap_angle(yaw_from_quaternion(rows[lost, 4:8]) - yaw_from_quaternion(rows[before, 4:8]))
+    turned_rad = wrap_angle(_yaw_rad(rows[lost]) - _yaw_rad(rows[before]))
     after, speeds_m_s = rows[lost:], speeds_m_s[lost:]
     times_s = after[:, 0] - lost_s
     is_slow = speeds_m_s < SLOW_M_S
@@ -52,3 +52,8 @@ def stop_of(truth: Sequence[tuple], lost_s: float) -> Stop:
 def horizontal_speeds(rows: np.ndarray) -> np.ndarray:
     """Return the true horizontal speeds (n,). rows (n, 3 or more): time, x, y."""
     return np.hypot(*np.gradient(rows[:, 1:3], rows[:, 0], axis=0).T)
+
+
+def _yaw_rad(row: np.ndarray) -> float:
+    x, y, z, w = row[4:8].tolist()
+    return yaw_from_quaternion((x, y, z, w))
