@@ -10,7 +10,8 @@ from inspection_tools.errors import (
     VelocityError,
 )
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
-from inspection_tools.mission import Mission, Waypoint, hold_s, parse_mission, read_mission, way_home, way_m
+from inspection_tools.mission import Mission, Waypoint, hold_s, way_home, way_m
+from inspection_tools.mission_file import parse_mission, read_mission
 from inspection_tools.padding import LidarPadding, PaddingParameters
 from inspection_tools.pairing import ReferencePairing
 from inspection_tools.position_controller import PositionController, PositionControllerParameters

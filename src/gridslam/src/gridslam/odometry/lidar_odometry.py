@@ -76,6 +76,7 @@ class LidarOdometry:
     Args:
         parameters: see there.
         start: x, y in m and yaw in rad of the base in `odom` at the first scan.
+        say: is called with a sentence when odometry begins anew.
     """
 
     def __init__(
@@ -272,23 +273,11 @@ class LidarOdometry:
         heading = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
         attitude = heading @ matrix_of_lean(lean.roll_rad, lean.pitch_rad)
         velocity = attitude.T @ np.array((*self._filter.state[SPEED], climb))
-        matched_covariance, speed_covariance = np.zeros((6, 6)), np.zeros((6, 6))
-        planar = self._filter.covariance
-        matched_covariance[PLANE] = planar[POSE, POSE]
-        matched_covariance[2, 2] = (
-            z_variance if self.height.is_known_at(stamp_s) else max(z_variance, UNKNOWN_M2)
-        )
-        if self._map.is_empty:
-            unknown_m2 = np.maximum(np.diag(planar)[PLACE], UNKNOWN_M2)
-            matched_covariance[0, 0], matched_covariance[1, 1] = unknown_m2
-        matched_covariance[3, 3] = matched_covariance[4, 4] = LEAN_SIGMA_RAD**2
+        if not self.height.is_known_at(stamp_s):
+            z_variance = max(z_variance, UNKNOWN_M2)
+        matched_covariance = self._matched_covariance(z_variance)
         pose_covariance = matched_covariance.copy()
         pose_covariance[PLANE] += self._drift.covariance
-        in_odom = np.zeros((3, 3))
-        in_odom[PLACE, PLACE] = planar[SPEED, SPEED]
-        in_odom[2, 2] = self.height.climb_variance
-        speed_covariance[:3, :3] = attitude.T @ in_odom @ attitude
-        speed_covariance[3:, 3:] = LEAN_SIGMA_RAD**2 * np.eye(3)
         return OdometryEstimate(
             stamp_s,
             (x, y, z),
@@ -297,10 +286,31 @@ class LidarOdometry:
             lean.rates_rad_s,
             pose_covariance,
             matched_covariance,
-            speed_covariance,
+            self._velocity_covariance(attitude),
             share,
             remark,
         )
+
+    def _matched_covariance(self, z_variance: float) -> np.ndarray:
+        planar = self._filter.covariance
+        covariance = np.zeros((6, 6))
+        covariance[PLANE] = planar[POSE, POSE]
+        covariance[2, 2] = z_variance
+        if self._map.is_empty:
+            unknown_m2 = np.maximum(np.diag(planar)[PLACE], UNKNOWN_M2)
+            covariance[0, 0], covariance[1, 1] = unknown_m2
+        covariance[3, 3] = covariance[4, 4] = LEAN_SIGMA_RAD**2
+        return covariance
+
+    def _velocity_covariance(self, attitude: np.ndarray) -> np.ndarray:
+        """Return (6, 6) along the base frame's axes. attitude (3, 3): of the base frame in `odom`."""
+        in_odom = np.zeros((3, 3))
+        in_odom[PLACE, PLACE] = self._filter.covariance[SPEED, SPEED]
+        in_odom[2, 2] = self.height.climb_variance
+        covariance = np.zeros((6, 6))
+        covariance[:3, :3] = attitude.T @ in_odom @ attitude
+        covariance[3:, 3:] = LEAN_SIGMA_RAD**2 * np.eye(3)
+        return covariance
 
 
 def _untold_remark(found: ScanMatch, yaw_rad: float) -> str:

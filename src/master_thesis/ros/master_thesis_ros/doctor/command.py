@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import math
 import sys
 from pathlib import Path
 from typing import Sequence, Tuple
@@ -56,9 +57,12 @@ def _arguments() -> argparse.Namespace:
 
 
 def _seconds(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
     if not 0.5 <= value <= 3600.0:
-        raise argparse.ArgumentTypeError("from 0.5 to 3600 seconds")
+        raise argparse.ArgumentTypeError(f"give seconds, from 0.5 to 3600, not {text!r}")
     return value
 
 

@@ -51,8 +51,7 @@ class MavlinkLink:
     """Connects a `Px4` with its clients. Not thread-safe: only the thread that steps the Px4 may call it.
 
     `on_setpoint` is called for each accepted setpoint with its `time_boot_ms`, `on_external_pose` for each
-    external pose. `on_warning` is called once
-    per kind of trouble, with a sentence.
+    external pose. `on_warning` is called once per kind of trouble, with a sentence.
     """
 
     def __init__(
@@ -81,14 +80,9 @@ class MavlinkLink:
         self.on_external_pose: Callable[[int], None] = lambda time_boot_ms: None
         self.on_warning: Callable[[str], None] = lambda sentence: None
         self._warned: set[str] = set()
+        rates_hz = telemetry.OFFBOARD_RATES_HZ
         self.offboard = Channel(
-            px4,
-            host,
-            offboard_local_port,
-            offboard_port,
-            telemetry.OFFBOARD_RATES_HZ,
-            True,
-            "the offboard API",
+            px4, host, offboard_local_port, offboard_port, rates_hz, True, "the offboard API"
         )
         try:
             self.ground = Channel(
@@ -110,7 +104,10 @@ class MavlinkLink:
             "FILE_TRANSFER_PROTOCOL": refuse_file_transfer,
         }
         self._estimates = ExternalEstimates(px4, self._warn)
-        self._handlers = {
+        self._handlers = self._handlers_by_type()
+
+    def _handlers_by_type(self) -> dict[str, Callable[[Channel, common.MAVLink_message, Address], None]]:
+        return {
             "HEARTBEAT": self._heartbeat,
             "SET_POSITION_TARGET_LOCAL_NED": self._local_target,
             "SET_POSITION_TARGET_GLOBAL_INT": self._global_target,

@@ -1,0 +1,74 @@
+"""What the file of a mission may say."""
+
+import pytest
+
+from inspection_tools import MissionError, Waypoint, parse_mission, read_mission
+
+
+def test_a_file_in_every_form(tmp_path):
+    path = tmp_path / "mission.yaml"
+    path.write_text(
+        "tolerance: 0.5\n"
+        "waypoints:\n"
+        "  - 1 2 3\n"
+        "  - [4, 5, 6, 0.5]\n"
+        "  - {x: 7, y: 8.5, z: 9, tolerance: 0.1, hold: 3}\n"
+    )
+    assert read_mission(path) == (
+        Waypoint((1.0, 2.0, 3.0), tolerance_m=0.5),
+        Waypoint((4.0, 5.0, 6.0), 0.5, tolerance_m=0.5),
+        Waypoint((7, 8.5, 9), tolerance_m=0.1, hold_s=3),
+    )
+    assert parse_mission([[1, 2, 3]]) == (Waypoint((1.0, 2.0, 3.0)),)
+    a, b = Waypoint((1.0, 2.0, 3.0)), Waypoint((4.0, 5.0, 6.0))
+    assert parse_mission({"waypoints": ["1 2 3", "4 5 6"], "laps": 2}) == (a, b, a, b)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "no waypoints; give a list"),
+        ([], "no waypoints; give a list"),
+        ("1 2 3", "no waypoints; give a list"),
+        ({"waypoints": {"x": 1}}, "no waypoints; give a list"),
+        ({"waypoints": ["1 2 3"], "speed": 3}, "no 'speed'"),
+        ({"waypoints": ["1 2 3"], "laps": 0}, "laps is 0; it must be a whole number from 1 to 1000"),
+        ({"waypoints": ["1 2 3"], "laps": 1.5}, "laps is 1.5"),
+        (["1 2 3", "1 2"], "Waypoint 2 is '1 2'; give three or four numbers"),
+        (["1 2 up"], "Waypoint 1 is '1 2 up'"),
+        ([[1, 2, [3]]], "Waypoint 1 is"),
+        ([7], "Waypoint 1 is 7"),
+        ([{"x": 1, "y": 2}], "Waypoint 1 has no z; its keys are x, y, z, yaw, tolerance, hold"),
+        ([{"x": 1, "y": 2, "z": 3, "speed": 4}], "has a 'speed', which is unknown"),
+        (["1 nan 3"], "Waypoint 1: y is nan"),
+        ([[1, 2, 1e9]], "Waypoint 1: z is"),
+        ([[1, 2, 10**400]], "Waypoint 1 is"),  # beyond what a float holds
+        ([{"x": 10**400, "y": 2, "z": 3}], "Waypoint 1: x is"),
+        ([{"x": 1, "y": 2, "z": True}], "Waypoint 1: z is True"),
+        ([{"x": 1, "y": 2, "z": 3, "hold": -1}], "hold is -1; it must be a number from 0"),
+        ([{"x": 1, "y": 2, "z": 3, "tolerance": 0}], "tolerance is 0"),
+    ],
+)
+def test_a_mission_that_makes_no_sense_is_one_sentence(content, words):
+    with pytest.raises(MissionError) as error:
+        parse_mission(content)
+    assert words in str(error.value)
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(MissionError, match=r"nowhere\.yaml cannot be read: No such file"):
+        read_mission(tmp_path / "nowhere.yaml")
+    path = tmp_path / "bad.yaml"
+    path.write_text("waypoints:\n  - [1, 2\n")
+    with pytest.raises(MissionError, match=r"bad\.yaml is no YAML, line 3"):
+        read_mission(path)
+    path.write_text("- 1 2\n")
+    with pytest.raises(MissionError, match=r"bad\.yaml: Waypoint 1 is"):
+        read_mission(path)
+    for endless in ("- 1 2 " + "3" * 5000, "- [1, 2, " + "3" * 5000 + "]", "[" * 1000):
+        path.write_text(endless)
+        with pytest.raises(MissionError, match=r"bad\.yaml"):
+            read_mission(path)
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(MissionError, match="is no YAML"):
+        read_mission(path)
