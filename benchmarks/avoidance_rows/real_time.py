@@ -19,7 +19,7 @@ from master_thesis.campaign.reading import read_campaign
 from master_thesis.campaign.trial import thinned_times
 from master_thesis.errors import GraphError
 from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import Graph
+from master_thesis.graph.launched_graph import LaunchedGraph
 from master_thesis.trials.trial import Trial
 
 FLIGHTS, BRIEF_FLIGHTS, SPEED_M_S = 20, 2, 4.0
@@ -64,7 +64,7 @@ def fly(case: Case) -> dict:
     ports = (f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2)))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        graph = Graph(
+        graph = LaunchedGraph(
             folder,
             *("master_thesis", "fly_to_goal.launch", "headless:=true", "lockstep:=false", *ports),
             f"world:={place.world_file(folder)}",

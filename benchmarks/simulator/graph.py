@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Iterator
 
 from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import Graph, GraphError
+from master_thesis.graph.launched_graph import GraphError, LaunchedGraph
 
 HOVER_PATIENCE_S = 90.0
 END_PATIENCE_S = 240.0
@@ -68,7 +68,7 @@ def measure_speed() -> dict:
         }
 
 
-def _result(graph: Graph, results: Path) -> dict:
+def _result(graph: LaunchedGraph, results: Path) -> dict:
     found = sorted(results.glob("experiment_1/*/result.json"))
     if not found:
         raise GraphError(f"The flight left no result; it said:\n{graph.said()}")
@@ -76,11 +76,11 @@ def _result(graph: Graph, results: Path) -> dict:
 
 
 @contextmanager
-def _experiment(*arguments: str) -> Iterator[tuple[Graph, Path]]:
+def _experiment(*arguments: str) -> Iterator[tuple[LaunchedGraph, Path]]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         ports = (f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2)))
-        graph = Graph(
+        graph = LaunchedGraph(
             folder,
             *("master_thesis", "experiment_1.launch", "scenario:=forest", "headless:=true"),
             *(f"results:={folder / 'results'}", *ports, *arguments),

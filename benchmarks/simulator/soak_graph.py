@@ -24,7 +24,7 @@ from tqdm import tqdm
 from benchmarks.simulator.soak import AREA_X_M, AREA_Y_M, GOAL_CLEARANCE_M
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import Graph
+from master_thesis.graph.launched_graph import LaunchedGraph
 from simulation_tools.geometry import Pose
 from simulation_tools.px4_ports import own_ports
 from simulation_tools.simulation import Simulation
@@ -96,7 +96,7 @@ def soak(minutes: float, seed: int) -> dict:
         folder = Path(name)
         launch = folder / "soak.launch"
         launch.write_text(LAUNCH.format(world=parameters.world, seed=seed, **ports))
-        graph = Graph(folder, str(launch))
+        graph = LaunchedGraph(folder, str(launch))
         try:
             graph.wait_for("hovering", START_S)
             os.environ["ROS_MASTER_URI"] = graph.master_uri
@@ -113,7 +113,9 @@ def soak(minutes: float, seed: int) -> dict:
 class _Soak:
     """One soak under way."""
 
-    def __init__(self, graph: Graph, simulation: Simulation, rng: np.random.Generator, ports: list[int]):
+    def __init__(
+        self, graph: LaunchedGraph, simulation: Simulation, rng: np.random.Generator, ports: list[int]
+    ):
         # Imported here, because the other benchmarks need no ROS
         from benchmarks.simulator.soak_talk import Talk
 

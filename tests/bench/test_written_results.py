@@ -136,7 +136,7 @@ def test_the_graphs_latency_is_that_of_a_flight_in_real_time_without_lockstep(mo
         def close(self):
             pass
 
-    monkeypatch.setattr(graph, "Graph", Flight)
+    monkeypatch.setattr(graph, "LaunchedGraph", Flight)
     monkeypatch.setattr(graph, "LOAD_S", 0.01)
     started, fast = graph.measure_start(), graph.measure_speed()
     assert (started["graph.latency_ms"], started["graph.latency_p99_ms"]) == (5.5, 9.5)

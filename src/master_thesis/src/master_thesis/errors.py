@@ -18,7 +18,7 @@ class FlightError(MasterThesisError):
 
 
 class GraphError(MasterThesisError):
-    """A graph of nodes that could not be started or measured."""
+    """A graph of nodes that could not be started or measured, or that does not run."""
 
 
 class TrialsError(MasterThesisError):

@@ -14,7 +14,7 @@ import roslib.message
 import rospy
 
 from master_thesis.doctor.snapshot import Graph, Launched, Node
-from master_thesis.errors import MasterThesisError
+from master_thesis.errors import GraphError
 from master_thesis_ros.doctor.recorder import Recorder
 from node_tools.ros_servers import UNREACHABLE, server
 
@@ -25,10 +25,6 @@ NOT_LISTENED_TO = (
     "nav_msgs/OccupancyGrid",
 )
 """Types that no check needs. A subscriber would make a camera render."""
-
-
-class GraphError(MasterThesisError):
-    """There is no graph to look at."""
 
 
 def look(listen_s: float) -> Graph:

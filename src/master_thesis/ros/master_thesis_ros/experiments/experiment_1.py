@@ -14,6 +14,7 @@ from master_thesis.experiment_1.progress import ProgressWatch
 from master_thesis.flight.course import Phase
 from master_thesis.flight.monitor import Monitor
 from master_thesis.requests import experiment_1
+from master_thesis.requests.cepa_parameters import cepa_keeps_m
 from master_thesis.results.run_files import complete_run, write_numbers
 from master_thesis.results.run_summary import headline
 from master_thesis.worlds import scenario
@@ -22,7 +23,7 @@ from master_thesis_ros.experiments.messages import pose_values, stamp_s
 from master_thesis_ros.experiments.parameters import all_parameters
 from master_thesis_ros.experiments.progress import log_progress
 from master_thesis_ros.experiments.run import Run
-from master_thesis_ros.launch.request import cepa_keeps_m, check_avoidance
+from master_thesis_ros.launch.request import check_avoidance
 from node_tools.ending import Ending
 from node_tools.node import RunNode
 

@@ -19,6 +19,7 @@ from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, Missi
 from master_thesis.flight.course import Phase
 from master_thesis.flight.monitor import Monitor
 from master_thesis.requests import experiments_3_4
+from master_thesis.requests.cepa_parameters import cepa_keeps_m
 from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
 from master_thesis_ros.experiments.flight_node import FlightNode
 from master_thesis_ros.experiments.messages import stamp_s
@@ -26,7 +27,6 @@ from master_thesis_ros.experiments.parameters import all_parameters
 from master_thesis_ros.experiments.progress import log_progress
 from master_thesis_ros.experiments.run import Run
 from master_thesis_ros.experiments.slam_watch import SlamWatch
-from master_thesis_ros.launch.request import cepa_keeps_m
 from node_tools.ending import Ending
 from node_tools.node import RunNode
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any, Callable, Mapping, Sequence
+from typing import Callable, Mapping, Sequence
 from xml.etree import ElementTree
 
 from roslaunch.substitution_args import SubstitutionException, resolve_args
@@ -101,15 +101,9 @@ def check_avoidance(avoidance: str) -> None:
         raise FlightError(f"The package {words[0]} has no node '{words[1]}' for the avoidance; {how}.")
 
 
-def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
-    """Return the distance, m, that CEPA keeps from obstacles, from its parameters."""
-    from cepa import CepaParameters  # takes a quarter of a second to import
-
-    given = parameters.get("r_lb", CepaParameters.r_lb)
-    return float(given) if isinstance(given, (int, float)) else CepaParameters.r_lb
-
-
 def _goal_flight(asked: Mapping[str, str]) -> None:
+    from master_thesis.requests.cepa_parameters import cepa_keeps_m  # cepa takes a quarter of a second
+
     check_avoidance(asked["avoidance"])
     if "scenario" in asked:
         scenario.choose("scenario", asked["scenario"], scenario.SCENARIOS)
@@ -117,7 +111,7 @@ def _goal_flight(asked: Mapping[str, str]) -> None:
 
 
 def _mission_flight(asked: Mapping[str, str]) -> None:
-    from master_thesis.requests.experiment_2 import cepa_of
+    from master_thesis.requests.cepa_parameters import cepa_keeps_m, cepa_of
 
     cepa_of(asked, {"r_ub": "r_ub"})
     experiments_3_4.read(asked, cepa_keeps_m({}))
@@ -126,8 +120,9 @@ def _mission_flight(asked: Mapping[str, str]) -> None:
 
 def _trial(asked: Mapping[str, str]) -> None:
     from master_thesis.requests import experiment_2
+    from master_thesis.requests.cepa_parameters import cepa_of
 
-    cepa = experiment_2.cepa_of(asked, {"k_filter": "K", "r_lb": "r_lb"})
+    cepa = cepa_of(asked, {"k_filter": "K", "r_lb": "r_lb"})
     experiment_2.read({**asked, "look_s": asked["look"]}, cepa)
 
 

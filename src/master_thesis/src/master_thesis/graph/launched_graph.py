@@ -26,7 +26,7 @@ FLIGHT_EVENTS = ("first_scan_through", "hovering", "goal_reached")
 """Events of a flight: CEPA has answered a scan; the UAV hovers and is ready; it is at the goal."""
 
 
-class Graph:
+class LaunchedGraph:
     """One roslaunch with a master of its own, and a probe that listens to it.
 
     Needs ROS's commands and the workspace's environment.
@@ -52,15 +52,7 @@ class Graph:
         self._token = uuid.uuid4().hex
         (port,) = free_ports(1)
         self.master_uri = f"http://localhost:{port}"
-        environment = {
-            **os.environ,
-            "ROS_MASTER_URI": self.master_uri,
-            "ROS_HOME": str(folder / "ros"),
-            "ROS_LOG_DIR": str(folder / "ros/log"),
-        }
-        environment.pop("ROS_HOSTNAME", None)
-        if display is not None:
-            environment.update(DISPLAY=display, LIBGL_ALWAYS_SOFTWARE="1", QT_X11_NO_MITSHM="1")
+        environment = _environment(folder, self.master_uri, display)
         self._probe = subprocess.Popen(
             [sys.executable, "-m", "master_thesis_ros.launch.probe", *events],
             env=environment,
@@ -161,3 +153,16 @@ class Graph:
     def _read_events(self) -> None:
         for line in self._probe.stdout or ():
             self._events.put(json.loads(line))
+
+
+def _environment(folder: Path, master_uri: str, display: str | None) -> dict[str, str]:
+    found = {
+        **os.environ,
+        "ROS_MASTER_URI": master_uri,
+        "ROS_HOME": str(folder / "ros"),
+        "ROS_LOG_DIR": str(folder / "ros/log"),
+    }
+    found.pop("ROS_HOSTNAME", None)
+    if display is not None:
+        found.update(DISPLAY=display, LIBGL_ALWAYS_SOFTWARE="1", QT_X11_NO_MITSHM="1")
+    return found

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Mapping
 
-from cepa import CepaError, CepaParameters
-from master_thesis.errors import FlightError
+from cepa import CepaParameters
 from master_thesis.experiment_2.description import TrialDescription
 from master_thesis.experiment_2.trial import TrialParameters
 from master_thesis.requests.common import choices_of, limits_of
@@ -36,23 +35,3 @@ def read(asked: Mapping[str, Any], cepa: CepaParameters) -> Trial:
     description = TrialDescription(name, world=world, cepa=cepa, **choices_of(asked))
     look_s = scenario.number("look", asked.get("look_s", 0.0), 0.0, LONGEST_LOOK_S)
     return Trial(description, limits_of(asked, TrialParameters), look_s)
-
-
-def cepa_of(asked: Mapping[str, Any], names: Mapping[str, str]) -> CepaParameters:
-    """Return CEPA's parameters with the requested values. names: of the arguments, by parameter.
-
-    Raises:
-        FlightError: one sentence.
-    """
-    given = {parameter: asked[name] for parameter, name in names.items() if name in asked}
-    try:
-        return CepaParameters(**{parameter: _number(value) for parameter, value in given.items()})
-    except CepaError as error:
-        raise FlightError(str(error)) from None
-
-
-def _number(value: Any) -> Any:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return value

@@ -16,7 +16,7 @@ from typing import Iterator, Sequence
 
 from master_thesis.errors import GraphError
 from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import Graph
+from master_thesis.graph.launched_graph import LaunchedGraph
 from master_thesis.report.piece import Piece
 from master_thesis.report.size import Size
 
@@ -175,7 +175,7 @@ def _launch(what: str) -> tuple[float, float]:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="report_launch_")))
         display = stack.enter_context(_display()) if "Rviz" in what else None
-        graph = Graph(folder, *_arguments(what, folder), events=_READY[what], display=display)
+        graph = LaunchedGraph(folder, *_arguments(what, folder), events=_READY[what], display=display)
         stack.callback(graph.close)
         startup_s = max(graph.wait_for(event, PATIENCE_S) for event in _READY[what])
         return startup_s, graph.interrupt()

@@ -1,0 +1,34 @@
+"""CEPA's parameters, from the arguments of a launch file or from a running graph."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping
+
+from cepa import CepaError, CepaParameters
+from master_thesis.errors import FlightError
+
+
+def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
+    """Return the distance, m, that CEPA keeps from obstacles, from its parameters."""
+    given = parameters.get("r_lb", CepaParameters.r_lb)
+    return float(given) if isinstance(given, (int, float)) else CepaParameters.r_lb
+
+
+def cepa_of(asked: Mapping[str, Any], names: Mapping[str, str]) -> CepaParameters:
+    """Return CEPA's parameters with the requested values. names: of the arguments, by parameter.
+
+    Raises:
+        FlightError: one sentence.
+    """
+    given = {parameter: asked[name] for parameter, name in names.items() if name in asked}
+    try:
+        return CepaParameters(**{parameter: _number(value) for parameter, value in given.items()})
+    except CepaError as error:
+        raise FlightError(str(error)) from None
+
+
+def _number(value: Any) -> Any:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return value
