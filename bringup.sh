@@ -64,7 +64,9 @@ launch() {
   shift
   for argument in "$@"; do
     case $argument in # nodes run in another folder
-      world:=?* | results:=?*) argument=${argument%%:=*}:=$(absolute "${argument#*:=}") ;;
+      world:=?* | results:=?* | mission:=?* | starting_map:=?* | slam_config:=?*)
+        argument=${argument%%:=*}:=$(absolute "${argument#*:=}")
+        ;;
     esac
     [[ $argument != results:=* ]] || results=${argument#results:=}
     given+="${argument%%:=*} "

@@ -70,3 +70,5 @@ def test_bringup_takes_a_world_s_path_as_the_caller_means_it_and_refuses_before_
     assert "process[" not in refused.stdout
     assert "Traceback" not in refused.stdout
     assert not (folder / "my results").exists()
+    refused = processes.run(*caller, bringup, "experiment_3", "mission:=none.yaml", *ports, timeout_s=200.0)
+    assert f"The mission {folder}/none.yaml cannot be read: " in refused.stdout

@@ -23,6 +23,7 @@ pytestmark = pytest.mark.ros
 
 REFUSED = {
     "argument": ("experiment_1", ["lidr:=urg"], "has no argument 'lidr'; did you mean lidar:=?"),
+    "no value": ("experiment_1", ["speed=1"], "'speed=1' is no argument; write NAME:=VALUE, for example"),
     "lidar": ("experiment_1", ["lidar:=sonar"], "There is no lidar 'sonar'; choose lidar:=urg|ust|"),
     "scenario": (
         "experiment_1",

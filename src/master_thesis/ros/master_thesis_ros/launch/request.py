@@ -28,14 +28,20 @@ FOLDER = Path(__file__).resolve().parents[3] / "launch"
 
 def main(words: Sequence[str]) -> int:
     """Check a launch file and its arguments, and that it would end no running node; return an exit code."""
-    given = dict(word.split(":=", 1) for word in words[1:])
-    launch = launch_check.Launch((Path(words[0]).resolve(),), given)
     try:
-        check(launch)
+        given = dict(_name_and_value(word) for word in words[1:])
+        check(launch_check.Launch((Path(words[0]).resolve(),), given))
     except (MasterThesisError, SimulationToolsError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0
+
+
+def _name_and_value(word: str) -> tuple[str, str]:
+    name, is_argument, value = word.partition(":=")
+    if not is_argument:
+        raise LaunchError(f"'{word}' is no argument; write NAME:=VALUE, for example scenario:=forest.")
+    return name, value
 
 
 def check(launch: launch_check.Launch) -> None:
