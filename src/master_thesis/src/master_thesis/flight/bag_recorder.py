@@ -22,9 +22,12 @@ class BagRecorder:
         """Start recording into `bag`; raises OSError when rosbag cannot be started."""
         self.bag = bag
         command = ["rosrun", "rosbag", "record", "--all", "--exclude", "/clock", "--output-name", str(bag)]
-        command += ["--min-space", f"{RESERVE_MB}M", "--quiet"]
+        command += ["--min-space", f"{RESERVE_MB}M"]
+        # Its standard output is a line for each topic. Warnings and errors come on the other one.
         self._process = subprocess.Popen(
-            [*command, "__name:=experiment_recorder"], preexec_fn=_end_with_parent
+            [*command, "__name:=experiment_recorder"],
+            stdout=subprocess.DEVNULL,
+            preexec_fn=_end_with_parent,
         )
 
     def shortage(self) -> str | None:
