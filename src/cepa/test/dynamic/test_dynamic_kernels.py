@@ -14,7 +14,15 @@ from cepa.dynamic.ways_out import NO_END
 from cepa.kernels.field import close, stamp, trace, ways_out, widest
 from cepa.kernels.memory import recall, remember
 from cepa.kernels.rollout import _is_near, _is_wide_open, roll
-from cepa.kernels.sight import bins_of, clear_of, directions_of, fill_blind, points_of, reach_in_sight
+from cepa.kernels.sight import (
+    bins_of,
+    clear_of,
+    directions_of,
+    fill_blind,
+    points_of,
+    reach_in_sight,
+    was_seen_around,
+)
 
 SEEDS = st.integers(0, 2**31)
 LEVEL = np.eye(3)
@@ -182,6 +190,15 @@ def test_what_no_beam_sees_was_seen_from_elsewhere():
     fill_blind(bins, 0.0, 0.0, frames_xy, frames, 1, 0.2, 4.0, 0.6)
     assert bins[180] == pytest.approx(2.8, abs=0.21)  # 2 m beyond the earlier place, which is 1 m behind
     assert bins[0] == 5.0
+
+
+@pytest.mark.parametrize(("seen_m", "is_seen"), [(2.0, True), (0.8, False)])
+def test_the_place_of_the_body_was_seen_if_an_earlier_scan_reached_beyond_it(seen_m, is_seen):
+    bins = np.full(360, 5.0)
+    bins[120:241] = -1.0
+    frames_xy, frames = np.array([[-1.0, 0.0]]), np.full((1, 360), seen_m)  # from 1 m behind
+    assert was_seen_around(bins, 0.0, 0.0, frames_xy, frames, 1, 0.35) == is_seen
+    assert not was_seen_around(bins, 0.0, 0.0, frames_xy, frames, 0, 0.35)
 
 
 def test_memory_keeps_what_is_hidden_and_forgets_what_is_seen_free_or_old():

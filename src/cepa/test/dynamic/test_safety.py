@@ -112,6 +112,32 @@ def test_without_further_scans_it_brakes_and_touches_nothing(seed):
     assert clearance_m > BODY_RADIUS_M
 
 
+@pytest.mark.parametrize("push", ["none", "towards the wall", "gusts"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_uav_that_never_turns_does_not_creep_backwards_into_what_it_does_not_see(seed, push):
+    # A wall 1.3 to 2 m behind, which no beam meets: before it sees, the UAV may go 0.5 m and brake
+    rng = np.random.default_rng(seed)
+    uav, algorithm, lidar = (
+        DisturbedUav(),
+        Dynamic(PARAMETERS),
+        Lidar(math.radians(rng.uniform(240.0, 270.0))),
+    )
+    x = -rng.uniform(1.3, 2.0)
+    scene, gusts = Scene(walls=np.array([(x, -50.0, x, 50.0)])), gust(rng)
+    speed, direction = rng.uniform(0.5, 2.0), math.pi + rng.uniform(-0.15, 0.15)
+    v_ref = speed * math.cos(direction), speed * math.sin(direction)
+    for step in range(round(FLIGHT_S / STEP_S)):
+        t_s = step * STEP_S
+        if step % SCAN_STEPS == 0:
+            pose = (*uav.position, 2.0), (0.0, 0.0, 0.0, 1.0), (*uav.velocity, 0.0)
+            scan = lidar.scan(scene, uav.position, 0.0, rng)
+            uav.command(t_s, algorithm.steer(scan, v_ref, uav.velocity, Motion(t_s, *pose)).velocity_xy)
+        pushes = {"none": (0.0, 0.0), "towards the wall": (-1.0, 0.0), "gusts": gusts(t_s, scene, uav)}
+        uav.step(t_s, pushes[push])
+        assert scene.clearance(uav.position) > BODY_RADIUS_M
+    assert uav.position[0] < -0.25  # it may set off backwards
+
+
 @pytest.mark.parametrize(("r_lb", "rear_m"), [(0.8, 0.62), (0.8, 0.53), (0.5, 0.48)])
 def test_when_things_are_within_r_lb_it_leaves_between_them_and_touches_nothing(r_lb, rear_m):
     # Columns of 0.2 m around it, those behind nearer, as in Experiment 2; ahead is a gap of 1 m

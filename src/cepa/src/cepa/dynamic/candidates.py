@@ -49,3 +49,13 @@ def climbing(level: np.ndarray, climb: float, climb_max: float) -> np.ndarray:
     halves[:, 2] = climb_max * np.array([0.5, 0.5, -0.5, -0.5])
     climbs = [share for share in CLIMBS if share != 0.0 or abs(climb) > LEVEL_M_S]
     return np.concatenate((kept, halves, *(some * (1, 1, 0) + (0, 0, climb_max * share) for share in climbs)))
+
+
+STRAIGHT_BACK = 0.5
+"""Cosine of the angle within which a velocity leads back."""
+
+
+def leads_back(commands: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Return which commands (n, 3) lead back along the direction ``way`` (2,), or nowhere; all if it is 0."""
+    speeds = np.hypot(commands[:, 0], commands[:, 1])
+    return commands[:, :2] @ way <= -STRAIGHT_BACK * np.hypot(*way) * speeds

@@ -10,7 +10,7 @@ import numpy as np
 from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason, Vector2
 from cepa.destination import Destination
-from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
+from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing, leads_back
 from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge, cost_horizon_s
@@ -144,7 +144,7 @@ class Dynamic(Algorithm):
         self._lookout.keep(standing, seen, motion)
         self._moment = Moment(motion, standing, seen, state, discs)
         speed = math.hypot(along_x, along_y)
-        if len(discs) or self._leads_away(speed):
+        if len(discs) or self._leads_away(speed) or self._lookout.is_astray:
             return self._steer_in_plane(reference)
         farthest_m = scan.range_max - RANGE_MARGIN_M
         if self._judge.is_clear(
@@ -218,7 +218,8 @@ class Dynamic(Algorithm):
         fan_speed = max(speed, EVASION_M_S) if len(discs) else speed
         commands = candidates(reference, self._command, fan_speed)
         known = sight.remembered, sight.is_hidden
-        return self._best_of_admissible(reference, commands, state, around, has_way, known)
+        is_allowed = leads_back(commands, sight.blind_way)
+        return self._best_of_admissible(reference, commands, state, around, has_way, known, is_allowed)
 
     def _steer_in_space(self, reference: np.ndarray) -> Decision:
         """Choose among velocities with a climb, by clouds or by a plane and range finders."""
@@ -246,7 +247,7 @@ class Dynamic(Algorithm):
         if way.climbs:
             return self._climb_on_the_spot(way, state)
         known = space.points, space.is_hidden
-        choice = commands, state, way.around, way.is_open, known, way.height_m - space.middle_m
+        choice = commands, state, way.around, way.is_open, known, True, way.height_m - space.middle_m
         return self._best_of_admissible(reference, *choice)
 
     def _climb_on_the_spot(self, way: Way, state: np.ndarray) -> Decision:
@@ -271,14 +272,17 @@ class Dynamic(Algorithm):
         around: Surroundings,
         has_way: bool,
         known: tuple[np.ndarray, np.ndarray],
+        is_allowed: np.ndarray | bool,
         height_m: float | None = None,
     ) -> Decision:
         """Return the least costly of the commands (n, 3) that are admissible, or the way out of an emergency.
 
-        known: what is remembered, and which of it is hidden. height_m: to fly at, in the state's axes.
+        known: what is remembered, and which of it is hidden. is_allowed: (n,), of those that are admissible.
+        height_m: to fly at, in the state's axes.
         """
         speed, course = self._course(reference)
         admissible, results = self._judge.judge(commands, state, around, course.direction, self.commit_s)
+        admissible &= is_allowed
         margin_m = self._judge.braking_margin_m(state, self.commit_s)
         self._judgement = Judgement(*known, int(admissible.sum()), margin_m)
         own_speed = math.hypot(state[0, 1], state[1, 1])

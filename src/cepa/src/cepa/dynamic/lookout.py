@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from copy import copy
 from functools import cached_property
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from cepa.kernels.field import stamp
 from cepa.kernels.memory import recall, remember
-from cepa.kernels.sight import bins_of, directions_of, fill_blind, points_of, reach_in_sight
+from cepa.kernels.sight import bins_of, directions_of, fill_blind, points_of, reach_in_sight, was_seen_around
 from cepa.motion import Motion, Quaternion, rotation_matrix
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams
@@ -27,6 +28,10 @@ FRAMES, FRAME_PERIOD_S = 20, 0.1
 BLIND_STEP_M, BLIND_REACH_M = 0.2, 3.0
 OWN_PLACE_M = 0.25
 """The place that the body takes is free, and so much around it where nobody has looked yet."""
+BLIND_WAY_M, BLIND_WAY_M_RAD = 0.5, 1.0
+"""The UAV may go so far there, and so much farther for each rad that it has turned."""
+ELSEWHERE_M = 1.0
+"""A UAV that is so far from where it last looked has flown in the open since."""
 
 
 LEVEL_M, SHOWN_M = 0.7, 1.5
@@ -94,6 +99,40 @@ class Sight(NamedTuple):
     """(k,) bool: which of them are hidden."""
     reach: np.ndarray
     """(SIGHT_BINS,) m: how far the body's centre may go in each direction within what has been seen."""
+    blind_way: np.ndarray
+    """(2,): see `BlindWay`."""
+
+
+class BlindWay:
+    """The way that the UAV has gone since all that its body takes was last seen.
+
+    Its own place counts as free and goes with it, so that it can set off backwards. A UAV that turns to where
+    it flies soon sees. One that does not turn would go on blindly into what stands there. The same would do
+    one whose commands alternate between left and right.
+    """
+
+    def __init__(self) -> None:
+        self._seen_xy = self._last_xy = (math.inf, math.inf)
+        self._yaw_rad = 0.0
+        self.is_too_long = False
+
+    def follow(self, motion: Motion, is_seen: bool, bins: np.ndarray) -> np.ndarray:
+        """Return the direction (2,) of a way that is too long, or 0; see `leads_back`.
+
+        is_seen: whether all that the body takes was seen. bins (n,): how far each direction is seen, below 0
+        where no beam looks. A way that leads where a beam looks is never too long.
+        """
+        here, yaw_rad = motion.position_m[:2], motion.yaw_rad
+        if is_seen or math.dist(here, self._last_xy) > ELSEWHERE_M:
+            self._seen_xy, self._yaw_rad = here, yaw_rad
+        self._last_xy = here
+        way = np.subtract(here, self._seen_xy)
+        way_m = math.hypot(*way)
+        turned_rad = abs(math.remainder(yaw_rad - self._yaw_rad, 2.0 * math.pi))
+        ahead = round(math.atan2(way[1], way[0]) / (2.0 * math.pi) * len(bins)) % len(bins)
+        is_blind = bins[ahead] < 0.0
+        self.is_too_long = bool(is_blind and way_m > BLIND_WAY_M + BLIND_WAY_M_RAD * turned_rad)
+        return way / way_m if self.is_too_long else np.zeros(2)
 
 
 class Lookout:
@@ -124,6 +163,7 @@ class Lookout:
         self._waiting: deque[tuple[np.ndarray, Seen, Motion]] = deque()
         self._frames = 0
         self._frame_s = -math.inf
+        self._blind_way = BlindWay()
 
     def take_over(self, earlier: Lookout) -> None:
         """Take over what one with other parameters remembers."""
@@ -134,6 +174,7 @@ class Lookout:
         self._cells_xy[rows, columns], self._cells_s[rows, columns] = xy, earlier._cells_s[known]
         self._frames_xy, self._frames_bins = earlier._frames_xy.copy(), earlier._frames_bins.copy()
         self._frames, self._frame_s = earlier._frames, earlier._frame_s
+        self._blind_way = earlier._blind_way
 
     def see(self, beams: Beams, motion: Motion, range_max: float) -> tuple[np.ndarray, Seen]:
         """Return the ends of the beams that hit something (n, 3), m, and how far each direction is seen."""
@@ -177,7 +218,7 @@ class Lookout:
     def look(self, points: np.ndarray, seen: Seen, motion: Motion, forgets: bool = True) -> Sight:
         """Return what is known: what stands still (n, 2) in the scan, m, what `see` found, and the memory.
 
-        forgets: what is seen free or too old leaves the memory.
+        forgets: what is seen free or too old leaves the memory. Otherwise the look changes nothing.
         """
         self._take_in()
         p, (x, y, _) = self._p, motion.position_m
@@ -188,12 +229,19 @@ class Lookout:
         cells = self._cells_xy, self._cells_s if forgets else self._cells_s.copy()
         found = recall(*window, bins, SEEN_FREE_M, *cells, self._recalled, self._hidden)
         frames = self._frames_xy, self._frames_bins, min(self._frames, FRAMES)
+        is_seen = p.memory_s == 0.0 or was_seen_around(bins, x, y, *frames, float(p.body_radius))
+        way = (self._blind_way if forgets else copy(self._blind_way)).follow(motion, is_seen, bins)
         own_place_m = p.body_radius + OWN_PLACE_M
         fill_blind(bins, x, y, *frames, BLIND_STEP_M, BLIND_REACH_M, own_place_m)
         reach = np.empty(SIGHT_BINS)
         reach_in_sight(bins, float(p.body_radius), reach)
         remembered, is_hidden = self._recalled[:found], self._hidden[:found]
-        return Sight(points, remembered[is_hidden], remembered, is_hidden, reach)
+        return Sight(points, remembered[is_hidden], remembered, is_hidden, reach, way)
+
+    @property
+    def is_astray(self) -> bool:
+        """Whether the UAV had gone too far where nobody has looked, when `look` was last called."""
+        return self._blind_way.is_too_long
 
     def distances(self, sight: Sight) -> np.ndarray:
         """Return the field (1, n, n) of the distance to what is seen or hidden, m; it is overwritten."""

@@ -119,6 +119,39 @@ def bins_of(
             bins[b] = min(bins[b - 1], bins[(b + 1) % m])
 
 
+@njit(cache=True, inline="always")
+def _was_seen(x: float, y: float, frames_xy: np.ndarray, frames_bins: np.ndarray, count: int) -> bool:
+    """Return whether one of the first ``count`` earlier scans has seen the place."""
+    m = frames_bins.shape[1]
+    per_rad = m / (2.0 * math.pi)
+    for f in range(count):
+        dx, dy = x - frames_xy[f, 0], y - frames_xy[f, 1]
+        k = math.floor(math.atan2(dy, dx) * per_rad + 0.5) % m
+        if dx * dx + dy * dy < frames_bins[f, k] ** 2 and frames_bins[f, k] > 0.0:
+            return True
+    return False
+
+
+@njit(cache=True)
+def was_seen_around(
+    bins: np.ndarray,
+    x: float,
+    y: float,
+    frames_xy: np.ndarray,
+    frames_bins: np.ndarray,
+    count: int,
+    radius: float,
+) -> bool:
+    """Return whether earlier scans have seen the rim of the body where no beam looks; as `fill_blind`."""
+    per_rad = bins.size / (2.0 * math.pi)
+    for b in range(bins.size):
+        if bins[b] < 0.0:
+            px, py = x + radius * math.cos(b / per_rad), y + radius * math.sin(b / per_rad)
+            if not _was_seen(px, py, frames_xy, frames_bins, count):
+                return False
+    return True
+
+
 @njit(cache=True)
 def fill_blind(
     bins: np.ndarray,
@@ -144,15 +177,7 @@ def fill_blind(
         cos, sin = math.cos(b / per_rad), math.sin(b / per_rad)
         r = least
         while r < farthest:
-            px, py = x + (r + step) * cos, y + (r + step) * sin
-            found = False
-            for f in range(count):
-                dx, dy = px - frames_xy[f, 0], py - frames_xy[f, 1]
-                k = math.floor(math.atan2(dy, dx) * per_rad + 0.5) % m
-                if dx * dx + dy * dy < frames_bins[f, k] ** 2 and frames_bins[f, k] > 0.0:
-                    found = True
-                    break
-            if not found:
+            if not _was_seen(x + (r + step) * cos, y + (r + step) * sin, frames_xy, frames_bins, count):
                 break
             r += step
         bins[b] = r

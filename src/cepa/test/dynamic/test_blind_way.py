@@ -1,0 +1,73 @@
+"""How far the UAV may go where nobody has looked."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cepa.dynamic.candidates import leads_back
+from cepa.dynamic.lookout import BlindWay
+from cepa.motion import Motion
+
+NOT_LONG = [0.0, 0.0]
+BLIND = np.full(360, -1.0)
+
+
+def motion(x, yaw_rad=0.0):
+    return Motion(
+        0.0, (x, 3.0, 2.0), (0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)), (0.0, 0.0, 0.0)
+    )
+
+
+def test_a_uav_that_does_not_turn_may_go_half_a_metre():
+    way = BlindWay()
+    for x in (0.0, -0.2, -0.45):
+        assert way.follow(motion(x), False, BLIND).tolist() == NOT_LONG
+        assert not way.is_too_long
+    assert way.follow(motion(-0.55), False, BLIND) == pytest.approx([-1.0, 0.0])
+    assert way.is_too_long
+    assert way.follow(motion(-0.45), False, BLIND).tolist() == NOT_LONG  # it came back
+
+
+@pytest.mark.parametrize("turned_rad", [-0.8, 0.3, 0.8])
+def test_a_uav_that_turns_may_go_a_metre_more_for_each_rad(turned_rad):
+    way, allowed_m = BlindWay(), 0.5 + abs(turned_rad)
+    way.follow(motion(0.0, 3.0), False, BLIND)  # the turn leads over the seam at 180 degrees
+    for share in (0.5, 0.96):
+        place = motion(-share * allowed_m, 3.0 + share * turned_rad)
+        assert way.follow(place, False, BLIND).tolist() == NOT_LONG
+    there = motion(-1.04 * allowed_m, 3.0 + turned_rad)
+    assert way.follow(there, False, BLIND) == pytest.approx([-1.0, 0.0])
+
+
+def test_the_way_begins_again_where_the_uav_sees_or_after_a_flight_in_the_open():
+    way = BlindWay()
+    way.follow(motion(0.0), False, BLIND)
+    assert way.follow(motion(-0.55), True, BLIND).tolist() == NOT_LONG
+    assert way.follow(motion(-1.0), False, BLIND).tolist() == NOT_LONG
+    assert way.follow(motion(-1.1), False, BLIND).tolist() != NOT_LONG
+    assert way.follow(motion(5.0), False, BLIND).tolist() == NOT_LONG
+
+
+def test_a_way_that_leads_where_a_beam_looks_is_never_too_long():
+    way, ahead = BlindWay(), np.where(np.abs(np.arange(360) - 180) <= 60, -1.0, 5.0)  # 240 degrees of view
+    for x, is_long in ((0.0, False), (0.6, False), (1.2, False), (0.4, False), (-0.4, False), (-0.6, True)):
+        assert (way.follow(motion(x), False, ahead).tolist() != NOT_LONG) == is_long
+
+
+def test_what_leads_back_is_within_60_degrees_of_the_way_back_or_stands():
+    angles = np.radians([0.0, 59.0, -59.0, 61.0, 90.0, 180.0])
+    commands = 0.7 * np.column_stack((np.cos(angles), np.sin(angles), np.zeros(6)))
+    commands = np.concatenate((commands, np.zeros((1, 3))))
+    assert leads_back(commands, np.array([-1.0, 0.0])).tolist() == [
+        True,
+        True,
+        True,
+        False,
+        False,
+        False,
+        True,
+    ]
+    assert leads_back(commands, np.zeros(2)).all()
