@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,8 +14,7 @@ class Px4Error(SimulationToolsError):
     """The flight controller cannot do what it was asked for."""
 
 
-@dataclass(frozen=True)
-class VehicleState:
+class VehicleState(NamedTuple):
     """The true state of the vehicle at one instant.
 
     time_us: simulation time. pose: body (FLU, origin at the centre of mass or the model frame) in the world

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Mapping, Sequence
+from typing import Mapping, NamedTuple, Sequence
 
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Plane, Sphere
@@ -15,8 +14,7 @@ from simulation_tools.world.kinematics import part_pose
 from simulation_tools.world.shapes.meshes import mesh_of
 
 
-@dataclass(frozen=True)
-class Contact:
+class Contact(NamedTuple):
     """A point where two shapes touch, world frame.
 
     collision_1, collision_2: ``model::link::collision``, the asked model's first. normal: unit vector from

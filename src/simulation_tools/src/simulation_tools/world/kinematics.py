@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from simulation_tools.geometry import ORIGIN, Pose, Vector3, cross, rotate
 from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import pybullet
 
 
-@dataclass(frozen=True)
-class BodyState:
+class BodyState(NamedTuple):
     """Pose and velocity of a model frame; both velocities in world coordinates."""
 
     pose: Pose

@@ -49,7 +49,7 @@ class Bench:
                 self._due_us += self.period_us
                 self.estimator.offer_external_vision(replace(self.sees, time_us=self.time_us))
             in_air = self.in_air and self.time_us > ON_THE_GROUND_US
-            self.estimator.update(replace(AT_REST, time_us=self.time_us), 1e-6 * STEP_US, in_air)
+            self.estimator.update(AT_REST._replace(time_us=self.time_us), 1e-6 * STEP_US, in_air)
             self.time_us += STEP_US
             if until():
                 return 1e-6 * STEP_US * (k + 1)
@@ -232,10 +232,10 @@ def test_velocities_in_the_body_are_turned(hovering):
 
 def test_an_imu_that_drops_out_stops_the_estimate_until_it_is_back(hovering):
     at = hovering.position.copy()
-    broken = replace(AT_REST, specific_force_body_m_s2=(NAN, NAN, NAN))
+    broken = AT_REST._replace(specific_force_body_m_s2=(NAN, NAN, NAN))
     for _ in range(50):
         hovering.time_us += STEP_US
-        hovering.estimator.update(replace(broken, time_us=hovering.time_us), 1e-6 * STEP_US, True)
+        hovering.estimator.update(broken._replace(time_us=hovering.time_us), 1e-6 * STEP_US, True)
     assert hovering.position.tolist() == at.tolist()
     hovering.run(2.0)
     assert hovering.position == pytest.approx(at, abs=0.1)

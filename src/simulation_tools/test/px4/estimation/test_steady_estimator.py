@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -35,7 +34,7 @@ def test_a_perfect_estimate_is_the_truth_in_ned_from_where_the_vehicle_stood():
     estimator.update(a_state(), 0.004)
     assert estimator.estimate[0]["position"].tolist() == [0.0, 0.0, 0.0]
     assert estimator.origin_m == (1.0, 2.0, 3.0)
-    moved = replace(a_state(), pose=Pose((1.5, 4.0, 3.3), a_state().pose.orientation_xyzw))
+    moved = a_state()._replace(pose=Pose((1.5, 4.0, 3.3), a_state().pose.orientation_xyzw))
     estimator.update(moved, 0.004)
     e = estimator.estimate[0]
     assert e["position"] == pytest.approx([2.0, 0.5, -0.3])
