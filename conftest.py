@@ -72,6 +72,7 @@ def pytest_collection() -> Iterator[None]:
     gc.disable()
     yield
     gc.freeze()
+    gc.set_threshold(50_000)  # flights make many short-lived tuples
     gc.enable()
 
 
