@@ -42,12 +42,13 @@ def speed_at_the_end(loop, over_s=0.2):
 
 @pytest.mark.parametrize("scenario", [name for name in SCENARIOS if name != "empty"])
 def test_the_improved_algorithm_flies_every_scenario_without_contact(parameters, scenario):
-    with ClosedLoop(parameters(scenario, seed=2)) as loop:
+    way_m = 40.0 if scenario == "forest" else 20.0  # the others look the same all along
+    with ClosedLoop(parameters(scenario, seed=2, goal_xyz_m=(way_m, 0.0, 2.0))) as loop:
         outcome = loop.run_to(Phase.HOVERING)
     assert outcome.reached_goal, outcome.failure
     assert outcome.touched == ()
     # 40 m at 2 m/s take 20 s, getting up to speed and braking 1.5 s, detours in the forest a few more
-    assert 20.0 < outcome.times_s[Phase.HOVERING] - outcome.times_s[Phase.FLYING] < 30.0
+    assert 0.5 * way_m < outcome.times_s[Phase.HOVERING] - outcome.times_s[Phase.FLYING] < 0.75 * way_m
 
 
 def test_the_original_algorithm_flies_too(parameters):
@@ -82,8 +83,8 @@ def test_the_uav_hovers_within_5_cm_of_the_goal(parameters):
 
 def test_a_box_that_appears_2_5_m_ahead_is_not_touched(parameters):
     # Given a UAV at full speed in an empty field
-    with ClosedLoop(parameters()) as loop:
-        loop.run(until=lambda flight: flight.log.truth and flight.log.truth.rows[-1][1] > 15.0)
+    with ClosedLoop(parameters(goal_xyz_m=(30.0, 0.0, 2.0))) as loop:
+        loop.run(until=lambda flight: flight.log.truth and flight.log.truth.rows[-1][1] > 5.0)
         assert speed_at_the_end(loop) > 1.8
         # When a box 3 m wide appears across its way
         _, x, y, *_ = loop.log.truth.rows[-1]
@@ -103,7 +104,7 @@ def test_a_box_that_appears_2_5_m_ahead_is_not_touched(parameters):
 def test_a_silent_publisher_leads_to_hover_and_landing(parameters):
     # Given a UAV at full speed
     with ClosedLoop(parameters()) as loop:
-        loop.run(until=lambda flight: flight.log.truth and flight.log.truth.rows[-1][1] > 10.0)
+        loop.run(until=lambda flight: flight.log.truth and flight.log.truth.rows[-1][1] > 5.0)
         # When nobody sends setpoints any more
         loop.publisher.silent = True
         silent_s = loop.time_s
@@ -168,7 +169,7 @@ FLOOR = """<sdf version="1.6"><world name="hall">
 def test_a_floor_of_another_name_is_ground_too(tmp_path, parameters):
     world = tmp_path / "hall.world"
     world.write_text(FLOOR)
-    given = parameters(goal_xyz_m=(3.0, 0.0, 2.0))
+    given = parameters(goal_xyz_m=(1.0, 0.0, 2.0))
     with ClosedLoop(replace(given, simulation=replace(given.simulation, world=str(world)))) as loop:
         outcome = loop.run()
     assert outcome.success, outcome.failure

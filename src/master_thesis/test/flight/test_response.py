@@ -17,7 +17,7 @@ from simulation_tools.geometry import rotate
 from simulation_tools.simulation import SimulationParameters
 
 WORLD = Path(__file__).resolve().parents[2] / "worlds" / "empty.world"
-FLIGHT_S, SPEED_M_S, HEIGHT_M = 50.0, 4.0, 3.0
+FLIGHT_S, SPEED_M_S, HEIGHT_M = 30.0, 4.0, 3.0
 
 
 class Unfiltered(Improved):
