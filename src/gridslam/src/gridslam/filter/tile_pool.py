@@ -48,15 +48,19 @@ class TilePool:
                 self._grow(which, count)
 
     def _grow(self, which: int, count: int) -> None:
-        """Double the tiles or the entries of ends, at least to this many more."""
+        """Double the tiles or the entries of ends, at least to this many more.
+
+        No array is copied. No other variable may hold one of them meanwhile.
+        """
         old = len(getattr(self.tiles, ARRAYS[which][0]))
         new = old + max(old, count)
-        for name in ARRAYS[which]:  # one at a time, so that only one is in memory twice
+        for name in ARRAYS[which]:
             array = getattr(self.tiles, name)
-            grown = _zeros((new, *array.shape[1:]), array.dtype)
-            grown[:old] = array
-            self.tiles = self.tiles._replace(**{name: grown})
-            del array
+            shape, dtype, memory = (new, *array.shape[1:]), array.dtype, array.base
+            self.tiles = self.tiles._replace(**{name: None})
+            del array  # memory that an array uses cannot grow
+            memory.resize(_bytes(shape, dtype))
+            self.tiles = self.tiles._replace(**{name: np.ndarray(shape, dtype, memory)})
         left = self.tiles.free[which]
         stack = np.empty(new - 1, np.int32)
         stack[: new - old] = np.arange(new - 1, old - 1, -1)
@@ -137,20 +141,24 @@ def _zeros(shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
     The C library does so for its first great arrays only. After one is freed, it keeps their
     memory, and clears it for the next ones. A forked process gets a copy (MAP_PRIVATE), as of any array.
     """
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    return np.ndarray(shape, dtype, mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS))
+    memory = mmap.mmap(-1, _bytes(shape, dtype), mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    return np.ndarray(shape, dtype, memory)
+
+
+def _bytes(shape: tuple[int, ...], dtype: DTypeLike) -> int:
+    return int(np.prod(shape)) * np.dtype(dtype).itemsize
 
 
 def _tiles(capacity: int) -> Tiles:
     """Return arrays for this many tiles and entries of ends. All but the first are free."""
     cells, free = SIDE * SIDE, np.arange(capacity - 1, EMPTY, -1, dtype=np.int32)
     return Tiles(
-        references=np.zeros(capacity, np.int32),
-        stamps=np.zeros(capacity, np.int64),
+        references=_zeros((capacity,), np.int32),
+        stamps=_zeros((capacity,), np.int64),
         visits=_zeros((capacity, cells), np.uint8),
         occupied=_zeros((capacity, SIDE), np.uint32),
-        ends=np.zeros(capacity, np.int32),
-        end_references=np.zeros(capacity, np.int32),
+        ends=_zeros((capacity,), np.int32),
+        end_references=_zeros((capacity,), np.int32),
         hits=_zeros((capacity, cells), np.uint8),
         means=_zeros((capacity, cells, 2), np.uint16),
         free_tiles=free,
