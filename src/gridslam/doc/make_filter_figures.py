@@ -103,6 +103,7 @@ def _zoom(ax):
 def draw_tiles(slam: GridSlam):
     """Which tiles particles share, after a few scans in which they were resampled."""
     maps = slam._maps
+    maps.settle()
     place = np.nonzero((maps.tables != EMPTY).any(axis=0))
     sharing = np.zeros(maps.tables.shape[1:])
     for row, column in zip(*place):

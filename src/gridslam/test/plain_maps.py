@@ -16,6 +16,7 @@ SIZE = WINDOW * SIDE
 
 def plain_of(maps: TileMaps, particle: int) -> PlainMap:
     """One particle's map without tiles."""
+    maps.settle(particle)
     table = maps.tables[particle]
     tiles = maps.pool.tiles
     ends, shape = tiles.ends[table], (*table.shape, SIDE, SIDE)

@@ -5,6 +5,7 @@ numba keeps what it compiles beside the sources (or in NUMBA_CACHE_DIR), so that
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 
@@ -19,14 +20,25 @@ from gridslam.search import LikelihoodField, PlaceSearch, SearchSettings
 def warm_up() -> float:
     """Run filter and search through every kernel; return the seconds that it took."""
     start = time.perf_counter()
-    slam = GridSlam(SlamParameters(particles=2, temporalUpdate=0.0))
     angles = np.linspace(-math.pi, math.pi, 60, endpoint=False)
     ranges = 2.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
-    for stamp in (0.0, 1.0):
-        slam.process(PlanarScan(stamp, angles, ranges, (0.0, 0.0, 0.0), 10.0), (0.1 * stamp, 0.0, 0.0))
+    room = PlanarScan(0.0, angles, ranges, (0.0, 0.0, 0.0), 10.0)
+    slam = _two_scans(room)
+    hall = _two_scans(PlanarScan(0.0, angles, 15.0 * ranges, (0.0, 0.0, 0.0), 60.0))
+    hall.agreement(room, (20.0, 0.0, 0.0))
+    hall.grid()
     search = PlaceSearch(LikelihoodField.from_grid(slam.grid()))
     search.find(ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]), SearchSettings())
     return time.perf_counter() - start
+
+
+def _two_scans(scan: PlanarScan) -> GridSlam:
+    """Return a filter with two particles, resampled between two scans."""
+    slam = GridSlam(SlamParameters(particles=2, temporalUpdate=0.0))
+    slam.process(scan, (0.0, 0.0, 0.0))
+    slam.relocate((0.0, 0.0, 0.0), 1e-6 * np.eye(3), scan.stamp_s)
+    slam.process(dataclasses.replace(scan, stamp_s=scan.stamp_s + 1.0), (0.1, 0.0, 0.0))
+    return slam
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from gridslam import (
 )
 from gridslam.evaluation import Walls
 from gridslam.files import state_file
-from gridslam.filter import proposal
+from gridslam.filter import proposal, tile_map
 from gridslam.filter.beams import Beams
 from gridslam.filter.particle_filter import WEIGHT_SMOOTHING
 from gridslam.filter.scan_matcher import NULL_LIKELIHOOD_M2
@@ -110,6 +110,21 @@ def test_threads_change_nothing(log):
     for slam in runs:
         rooms.run(slam, log)
     rooms.assert_same(*runs)
+
+
+def test_whether_free_space_waits_changes_nothing(log, monkeypatch, tmp_path):
+    runs = []
+    for share in (2.0, -1.0):  # never, always
+        monkeypatch.setattr(tile_map, "FREE_SHARE", share)
+        runs.append(rooms.begin(log, resampleThreshold=0.9))
+        updates = rooms.run(runs[-1], log)
+        assert sum(update.resampled for update in updates) > 2
+    rooms.assert_same(*runs)
+    # and a run that is continued from a file in between is the same, too
+    rooms.run(saved := rooms.begin(log, resampleThreshold=0.9), log, 0, 77)
+    state_file.write(saved.state(), tmp_path / "state")
+    rooms.run(loaded := state_file.read(tmp_path / "state"), log, 77)
+    rooms.assert_same(runs[0], loaded)
 
 
 @pytest.mark.parametrize("keep_scans", [False, True])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import os
 import resource
 from pathlib import Path
@@ -14,9 +16,11 @@ from hypothesis import strategies as st
 from plain_maps import beams_from, plain_of
 
 from gridslam.errors import MapError
+from gridslam.filter import free_space
+from gridslam.filter.free_space import FreeSpace
 from gridslam.filter.tile_map import TileMaps
 from gridslam.filter.tile_pool import TilePool
-from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES
+from gridslam.kernels.tiles import COUNT_MAX, EMPTY, ENDS, SIDE, TILES
 
 PARTICLES, DELTA = 4, 0.05
 HALF = 4 * SIDE
@@ -97,6 +101,103 @@ def test_shared_tiles_equal_plain_copies(actions):
     check_maps(maps, copies)
 
 
+draw = st.tuples(st.just("draw"), st.integers(0, PARTICLES - 1))
+look = st.tuples(st.just("look"), st.integers(0, PARTICLES - 1), st.integers(0, 99))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.one_of(write, resampling, draw, look), min_size=1, max_size=16), st.integers(1, 4))
+def test_maps_whose_free_space_waits_equal_plain_copies(actions, scans):
+    maps, copies = TileMaps(PARTICLES, DELTA), PlainCopies()
+    maps.pool = TilePool(3)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(free_space, "SCANS", scans)
+        maps._waiting = FreeSpace(PARTICLES)
+        for kind, *given_values in actions:
+            if kind == "write":
+                poses, beams = (
+                    np.array(given_values[0]),
+                    beams_from(np.random.default_rng(given_values[1]), 6),
+                )
+                maps.insert(poses, beams)
+                copies.insert(poses, beams)
+            elif kind == "resample":
+                maps.resample(np.array(given_values[0]))
+                copies.resample(given_values[0])
+            elif kind == "draw":
+                maps.settle(given_values[0])
+            else:
+                particle, cells = given_values[0], np.random.default_rng(given_values[1])
+                cells = cells.integers(-2 * SIDE, 2 * SIDE, (9, 2))
+                seen = maps.are_seen(particle, cells - maps.corner * SIDE + 0.5)
+                expected = copies.maps[particle].visits[cells[:, 1] + HALF, cells[:, 0] + HALF] > 0
+                np.testing.assert_array_equal(seen, expected)
+            check_pool(maps)
+        check_maps(maps, copies)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(300, 700), st.integers(0, 2**32 - 1))
+def test_free_space_that_waits_is_halved_as_if_it_had_not_waited(count, seed):
+    """Counts that overflow are halved, and beams that are many are counted in lots: the order matters."""
+    rng = np.random.default_rng(seed)
+    beams = beams_from(rng, count)
+    scans = [rng.normal(0.0, (0.1, 0.1, 0.5), (PARTICLES, 3)) for _ in range(12)]
+    at_once, later = TileMaps(PARTICLES, DELTA), TileMaps(PARTICLES, DELTA)
+    for maps in (at_once, later):
+        maps._waiting = FreeSpace(PARTICLES) if maps is later else None
+        for number, poses in enumerate(scans):
+            maps.insert(poses, beams)
+            maps._is_mostly_free = lambda: False
+            if number % 4 == 3:
+                maps.resample(np.array([0, 0, 1, 3]))
+            if number == 6:
+                later.settle(1)
+        assert max(plain_of(maps, particle).visits.max() for particle in range(PARTICLES)) > COUNT_MAX // 2
+    for particle in range(PARTICLES):
+        one, other = plain_of(at_once, particle), plain_of(later, particle)
+        for name in ("visits", "hits", "means"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_free_space_that_waits_is_written_once_for_particles_with_the_same_past(monkeypatch):
+    # given particles that map a place with few surfaces, each from its own pose
+    monkeypatch.setattr(free_space, "SCANS", 3)
+    rng, nothing = np.random.default_rng(4), np.zeros(60, bool)
+    beams = dataclasses.replace(beams_from(rng, 60, reach=100.0), hits=nothing)
+    maps = TileMaps(PARTICLES, DELTA)
+    maps._waiting = FreeSpace(PARTICLES)
+    scans = [rng.normal(0.0, 0.01, (PARTICLES, 3)) for _ in range(4)]
+    for poses in scans[:3]:
+        maps.insert(poses, beams)
+    # then nothing is written, because no beam has ended in a tile
+    assert maps.pool.used == 0
+    # when one of them is the ancestor of all, and its first scan has waited long enough
+    maps.resample(np.full(PARTICLES, 2))
+    maps.insert(scans[3], beams)
+    # then all particles have the same tiles, and they hold that scan alone
+    first = PlainCopies()
+    first.insert(np.tile(scans[0][2], (PARTICLES, 1)), beams)
+    visits = first.maps[0].visits
+    by_tile = visits.reshape(2 * HALF // SIDE, SIDE, 2 * HALF // SIDE, SIDE).any(axis=(1, 3))
+    assert maps.pool.used == by_tile.sum()
+    assert (maps.tables == maps.tables[0]).all()
+    assert maps.pool.tiles.visits[maps.tables[0]].sum() == visits.sum()
+
+
+def test_free_space_waits_where_most_tiles_are_free_and_several_particles_map():
+    few = beams_from(np.random.default_rng(5), 30, reach=900.0)
+    many = beams_from(np.random.default_rng(6), 300)
+    for particles, beams, waits in ((2, few, True), (1, few, False), (2, many, False)):
+        maps = TileMaps(particles, DELTA)
+        for _ in range(2):
+            maps.insert(np.zeros((particles, 3)), beams)
+            before = maps.pool.used
+            maps.resample(np.zeros(particles, int))
+        assert (maps._waiting is not None) == waits
+        assert maps.pool.used <= before
+
+
 def test_resampling_copies_no_tile_and_writing_only_those_it_changes():
     # given two particles that have mapped 20 m apart
     maps, beams = TileMaps(2, DELTA), beams_from(np.random.default_rng(1), 30, reach=10.0)
@@ -133,8 +234,22 @@ def test_tiles_take_memory_once_they_are_written_and_give_it_back():
         assert resident_mb() - before < 5.0
         pool.tiles.means[:] = 1
         assert resident_mb() - before > 0.9 * 5000 * SIDE**2 * 4 / 2**20
+        pool.reserve(20_000)  # whoever grows takes no memory, either, and is not copied
+        assert resident_mb() - before < 1.2 * 5000 * SIDE**2 * 4 / 2**20
+        assert pool.tiles.means[:5000].all()
+        assert not pool.tiles.means[5000:].any()
         del pool
     assert resident_mb() - before < 5.0
+
+
+def test_a_copied_pool_grows_like_its_original():
+    pool = TilePool(3)
+    pool.tiles.visits[2, 5] = 7
+    again = copy.deepcopy(pool)
+    for each in (again, pool):
+        each.reserve(100)
+        assert each.tiles.visits.sum() == each.tiles.visits[2, 5] == 7
+        assert each.capacity >= 103
 
 
 def test_a_forked_process_does_not_write_into_the_tiles_of_its_parent():

@@ -10,7 +10,7 @@ from plain_maps import SIZE, plain_of
 
 from gridslam.filter.beams import Beams
 from gridslam.filter.tile_map import TileMaps
-from gridslam.kernels.agreement import NEAR, agreement
+from gridslam.kernels.agreement import NEAR
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
@@ -67,9 +67,9 @@ def test_it_is_the_plain_count(room, offset, seed):
     rng = np.random.default_rng(seed)
     pose = maps.to_cells(np.array(HOME)) + offset
     lidar, ends = rng.uniform(-3.0, 3.0, 2), rng.uniform(-45.0, 45.0, (40, 2))
-    tiles = maps.pool.tiles
-    found = agreement(pose, lidar, ends, maps.tables[0], tiles.occupied, tiles.visits)
-    assert found == plainly(plain, pose, lidar, ends)
+    beams = Beams(lidar, ends, np.ones(len(ends), bool), np.pad(ends, ((0, 0), (0, 5))))
+    found = maps.agreement(0, maps.to_metres(pose), beams)
+    assert (found.agreeing, found.clashing, found.unseen) == plainly(plain, pose, lidar, ends)
 
 
 def test_a_scan_agrees_where_it_was_taken_and_not_elsewhere(room):

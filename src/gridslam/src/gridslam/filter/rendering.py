@@ -23,6 +23,7 @@ class Renderer:
     def render(self, maps: TileMaps, particle: int) -> OccupancyGrid:
         """Return a particle's map: everything seen, and at least the box xmin to ymax."""
         self._cover_box(maps)
+        maps.settle(particle)
         table = maps.tables[particle]
         if self._corner is None or table.shape != self._shown.shape or (self._corner != maps.corner).any():
             self._begin(maps, table.shape)

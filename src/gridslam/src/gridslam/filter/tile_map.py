@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike
 
 from gridslam.errors import MapError
 from gridslam.filter.beams import Beams
+from gridslam.filter.board import Board
+from gridslam.filter.free_space import FreeSpace, Maps
 from gridslam.filter.tile_pool import TilePool, require_indices
-from gridslam.kernels.agreement import agreement
-from gridslam.kernels.insertion import BeamEnds, insert_path, insert_scan
+from gridslam.kernels.agreement import AGREES, CLASHES, UNSEEN, verdicts
+from gridslam.kernels.insertion import insert_path, insert_scan
 from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
 from gridslam.localisation.evidence import Agreement
 from gridslam.occupancy_grid import CELLS_MAX
@@ -33,6 +35,8 @@ NO_HIT = np.zeros(1, bool)
 TABLE_MAX = CELLS_MAX // SIDE**2
 """Greatest number of tiles in one particle's table, because the drawn map has a byte for each cell."""
 
+FREE_SHARE = 0.8
+"""If more than this share of a map's tiles are free space alone, it pays to let them wait."""
 FAR = 1e12
 """Tiles: farther than any map reaches, but still within whole numbers."""
 
@@ -49,7 +53,9 @@ class TileMaps:
         """Position of the window's lower left tile: x, y, in tiles from the map's origin."""
         self.stamp = 0
         """How many times a particle's map was written."""
-        self._board, self._are_crossed = np.zeros(0, np.uint8), np.zeros(0, bool)
+        self._board = Board()
+        self._waiting: FreeSpace | None = None
+        """Scans that are not entered everywhere yet; None: all are."""
 
     def to_cells(self, poses: np.ndarray) -> np.ndarray:
         """Return poses (..., 3) in m and rad in cells from the window's corner, and rad."""
@@ -69,8 +75,15 @@ class TileMaps:
         x, y = np.floor(points).astype(np.int64).T
         inside = (x >= 0) & (y >= 0) & (x < width * SIDE) & (y < height * SIDE)
         x, y = np.where(inside, x, 0), np.where(inside, y, 0)
-        tiles = self.tables[particle][y // SIDE, x // SIDE]
-        return inside & (self.pool.tiles.visits[tiles, (y % SIDE) * SIDE + x % SIDE] > 0)
+        cells = (y % SIDE) * SIDE + x % SIDE
+        seen = inside & (self.pool.tiles.visits[self.tables[particle][y // SIDE, x // SIDE], cells] > 0)
+        unsure = inside & ~seen
+        if self._waiting is None or not unsure.any():
+            return seen
+        places = np.unique(np.stack((y // SIDE, x // SIDE), axis=1)[unsure], axis=0)
+        self._waiting.settle_places(self._maps, particle, places, self.stamp)
+        self.stamp += 1
+        return inside & (self.pool.tiles.visits[self.tables[particle][y // SIDE, x // SIDE], cells] > 0)
 
     def cover(self, low_xy_m: ArrayLike, high_xy_m: ArrayLike) -> None:
         """Let the window cover a box in the map frame. Raises MapError if the box is absurdly large."""
@@ -103,7 +116,17 @@ class TileMaps:
     def resample(self, parents: np.ndarray) -> None:
         """Give particle i the map of particle parents[i]. No tile is copied."""
         self.tables = self.tables[parents]
+        if self._waiting is not None:
+            self._waiting.resample(parents)
         self.pool.count_references(self.tables)
+        if self._waiting is None and self._is_mostly_free():
+            self._waiting = FreeSpace(len(parents))
+
+    def _is_mostly_free(self) -> bool:
+        """Return whether several particles have maps in most of whose tiles no beam has ended."""
+        used = self.tables[0][self.tables[0] != EMPTY]
+        free = np.count_nonzero(self.pool.tiles.ends[used] == EMPTY)
+        return len(self.tables) > 1 and free > FREE_SHARE * used.size
 
     def prepare(self, poses: np.ndarray, beams: Beams) -> None:
         """Let the window cover all beams (base frame) at poses (particles, 3) in the map."""
@@ -113,11 +136,12 @@ class TileMaps:
     def agreement(self, particle: int, pose: np.ndarray, beams: Beams) -> Agreement:
         """Compare a scan, taken at a pose (3,) of the base in the map, with one particle's map."""
         every = max(1, len(beams.matching) // COMPARED_BEAMS_MAX)
-        ends, tiles = np.ascontiguousarray(beams.matching[::every, :2]), self.pool.tiles
-        table = self.tables[particle]
-        return Agreement(
-            *agreement(self.to_cells(pose), beams.lidar, ends, table, tiles.occupied, tiles.visits)
-        )
+        ends = np.ascontiguousarray(beams.matching[::every, :2])
+        placed, tables, occupied = np.empty_like(ends), self.tables[particle], self.pool.tiles.occupied
+        found = verdicts(self.to_cells(pose), beams.lidar, ends, tables, occupied, placed)
+        unseen = np.flatnonzero(found == UNSEEN)
+        found[unseen[self.are_seen(particle, placed[unseen])]] = CLASHES
+        return Agreement(*(int(np.count_nonzero(found == kind)) for kind in (AGREES, CLASHES, UNSEEN)))
 
     def insert(self, poses: np.ndarray, beams: Beams) -> None:
         """Enter a scan into every particle's map, taken at its pose (particles, 3)."""
@@ -131,14 +155,29 @@ class TileMaps:
         ``points`` (n + 1, 2), in the base frame, are the lidar and its beams' ends; hits (n,) says which of
         these are at something.
         """
-        self._reserve_board(points[1:] - points[0])
-        scan = BeamEnds(points, hits, np.empty_like(points), self._board, self._are_crossed)
-        particle = 0
+        if self._waiting is not None:
+            self.stamp = self._waiting.insert(self._maps, cells, points, hits, self.stamp)
+            return
+        self._board.reserve(float(np.hypot(*(points[1:] - points[0]).T).max(initial=0.0)))
+        scan, particle = self._board.ends(points, hits), 0
         while particle < len(self.tables):
             particle = insert_scan(particle, self.tables, cells, scan, self.stamp + 1, self.pool.tiles)
             if particle < len(self.tables):
                 self.pool.reserve(self.tables[0].size + RESERVE)
         self.stamp += len(self.tables)
+
+    def settle(self, particle: int | None = None) -> None:
+        """Enter into a particle's map, or into all (None), what waits to be entered."""
+        if self._waiting is None:
+            return
+        if particle is None:
+            self.stamp = self._waiting.settle_all(self._maps, self.stamp)
+        else:
+            self.stamp = self._waiting.settle(self._maps, particle, self.stamp)
+
+    @property
+    def _maps(self) -> Maps:
+        return Maps(self.tables, self.corner, self.pool, self._board)
 
     def insert_path(self, poses: np.ndarray, scans: Sequence[Beams]) -> None:
         """Enter scans, taken at poses (k, 3), one after the other into the map of the first particle."""
@@ -151,21 +190,15 @@ class TileMaps:
         starts = np.cumsum([0, *(len(scan.ends) + 1 for scan in scans)])
         reach_m = self.delta_m * (np.maximum.reduceat(np.hypot(*points.T), starts[:-1])[:, None] + 2.0)
         self.cover((poses[:, :2] - reach_m).min(axis=0), (poses[:, :2] + reach_m).max(axis=0))
-        self._reserve_board(points - np.repeat(points[starts[:-1]], np.diff(starts), axis=0))
-        cells, board = self.to_cells(poses), (self._board, self._are_crossed)
-        ends, done = BeamEnds(points, hits, np.empty_like(points), *board), 0
+        self._board.reserve(
+            float(np.hypot(*(points - np.repeat(points[starts[:-1]], np.diff(starts), axis=0)).T).max())
+        )
+        cells, ends, done = self.to_cells(poses), self._board.ends(points, hits), 0
         while done < len(scans):
             done = insert_path(done, self.tables[0], cells, starts, ends, self.stamp + 1, self.pool.tiles)
             if done < len(scans):
                 self.pool.reserve(self.tables[0].size + RESERVE)
         self.stamp += len(scans)
-
-    def _reserve_board(self, beams: np.ndarray) -> None:
-        """Make the board large enough for beams (n, 2) at any heading."""
-        span = 2.0 * float(np.hypot(*beams.T).max(initial=0.0))
-        tiles = int(span / SIDE + 4.0) ** 2
-        if self._are_crossed.size < tiles:
-            self._board, self._are_crossed = np.zeros(tiles * SIDE**2, np.uint8), np.zeros(tiles, bool)
 
     def enter(self, cells_xy: np.ndarray, hits: np.ndarray, visits: int) -> None:
         """Enter these counts into cells (n, 2) of maps that are empty and all alike."""
@@ -188,6 +221,7 @@ class TileMaps:
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the maps' content as arrays, without unused tiles."""
+        self.settle()
         used = np.unique(self.tables)
         used = used[used != EMPTY]
         return {
@@ -213,3 +247,4 @@ class TileMaps:
         self.tables = np.ascontiguousarray(tables, np.int32)
         self.corner, self.stamp = corner.astype(np.int64), int(arrays["map_stamp"])
         self.pool.count_references(self.tables)
+        self._waiting = FreeSpace(len(tables)) if self._is_mostly_free() else None

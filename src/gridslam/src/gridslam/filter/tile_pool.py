@@ -11,8 +11,12 @@ from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES, Tiles
 
 TILES_FIRST = 2048
 """Tiles of the first pool. Only used tiles take memory."""
-ARRAYS = (("references", "stamps", "visits", "occupied", "ends"), ("end_references", "hits", "means"))
+ARRAYS = (
+    ("references", "stamps", "scans", "visits", "occupied", "ends"),
+    ("end_references", "hits", "means"),
+)
 """Of TILES and of ENDS."""
+NOTHING = np.empty(0)
 STACKS = ("free_tiles", "free_ends")
 SAVED = ("stamps", "visits", "occupied", "ends")
 SAVED_ENDS = ("hits", "means")
@@ -50,17 +54,22 @@ class TilePool:
     def _grow(self, which: int, count: int) -> None:
         """Double the tiles or the entries of ends, at least to this many more.
 
-        No array is copied. No other variable may hold one of them meanwhile.
+        No other variable may hold one of the arrays meanwhile.
         """
         old = len(getattr(self.tiles, ARRAYS[which][0]))
         new = old + max(old, count)
         for name in ARRAYS[which]:
             array = getattr(self.tiles, name)
             shape, dtype, memory = (new, *array.shape[1:]), array.dtype, array.base
-            self.tiles = self.tiles._replace(**{name: None})
-            del array  # memory that an array uses cannot grow
-            memory.resize(_bytes(shape, dtype))
-            self.tiles = self.tiles._replace(**{name: np.ndarray(shape, dtype, memory)})
+            self.tiles = self.tiles._replace(**{name: NOTHING})
+            if isinstance(memory, mmap.mmap):
+                del array  # memory that an array uses cannot grow
+                memory.resize(_bytes(shape, dtype))
+                grown: np.ndarray = np.ndarray(shape, dtype, memory)
+            else:  # of a pool that was copied
+                grown = _zeros(shape, dtype)
+                grown[:old] = array
+            self.tiles = self.tiles._replace(**{name: grown})
         left = self.tiles.free[which]
         stack = np.empty(new - 1, np.int32)
         stack[: new - old] = np.arange(new - 1, old - 1, -1)
@@ -155,6 +164,7 @@ def _tiles(capacity: int) -> Tiles:
     return Tiles(
         references=_zeros((capacity,), np.int32),
         stamps=_zeros((capacity,), np.int64),
+        scans=_zeros((capacity,), np.int64),
         visits=_zeros((capacity, cells), np.uint8),
         occupied=_zeros((capacity, SIDE), np.uint32),
         ends=_zeros((capacity,), np.int32),

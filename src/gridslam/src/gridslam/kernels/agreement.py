@@ -1,4 +1,4 @@
-"""How many beams of a scan agree with a map, and how many contradict it.
+"""Which beams of a scan agree with the walls of a map, and which contradict them.
 
 Everything is in cells from the corner of the particle's table and radians.
 """
@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from gridslam.kernels.tiles import EMPTY, MASK, SIDE, SIDE_BITS
+from gridslam.kernels.tiles import MASK, SIDE_BITS
 
 NEAR = 2
 """Cells: a beam agrees if the map has a wall within this much of its end, along x and along y."""
@@ -35,44 +35,37 @@ def _is_near_wall(x: int, y: int, table: np.ndarray, occupied: np.ndarray) -> bo
 
 
 @njit(cache=True, nogil=True)
-def agreement(
+def verdicts(
     pose: np.ndarray,
     lidar_xy: np.ndarray,
     ends_xy: np.ndarray,
     table: np.ndarray,
     occupied: np.ndarray,
-    visits: np.ndarray,
-) -> tuple[int, int, int]:
-    """Return the numbers of beams that agree, that contradict the map, and about which it says nothing.
+    placed: np.ndarray,
+) -> np.ndarray:
+    """Return (n,) what each beam says: it agrees, it clashes with a wall, or no wall is near or before.
 
-    A beam contradicts the map if it ends where the map is free, or beyond a wall. ``pose`` (3,) is that of
-    the base. ``lidar_xy`` (2,) and ``ends_xy`` (n, 2) are in its frame; all beams must have hit something.
-    ``table``, ``occupied`` and ``visits`` are those of `Tiles`.
+    ``pose`` (3,) is that of the base. ``lidar_xy`` (2,) and ``ends_xy`` (n, 2) are in its frame; all beams
+    must have hit something. ``table`` and ``occupied`` are those of `Tiles`. ``placed`` (n, 2) takes where
+    the beams end in the map.
     """
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     from_x = pose[0] + cos * lidar_xy[0] - sin * lidar_xy[1]
     from_y = pose[1] + sin * lidar_xy[0] + cos * lidar_xy[1]
-    counts = np.zeros(3, np.int64)
+    found = np.full(ends_xy.shape[0], UNSEEN)
     for i in range(ends_xy.shape[0]):
         to_x = pose[0] + cos * ends_xy[i, 0] - sin * ends_xy[i, 1]
         to_y = pose[1] + sin * ends_xy[i, 0] + cos * ends_xy[i, 1]
+        placed[i, 0], placed[i, 1] = to_x, to_y
         if _is_near_wall(math.floor(to_x), math.floor(to_y), table, occupied):
-            counts[AGREES] += 1
+            found[i] = AGREES
             continue
         steps = int(max(abs(to_x - from_x), abs(to_y - from_y)))
-        verdict = UNSEEN
         for step in range(steps + 1):
             share = step / max(steps, 1)
             x = math.floor(from_x + share * (to_x - from_x))
             y = math.floor(from_y + share * (to_y - from_y))
             if _is_wall(x, y, table, occupied):
-                verdict = CLASHES
+                found[i] = CLASHES
                 break
-        else:
-            row, column = math.floor(to_y) >> SIDE_BITS, math.floor(to_x) >> SIDE_BITS
-            if 0 <= row < table.shape[0] and 0 <= column < table.shape[1]:
-                tile, cell = table[row, column], (math.floor(to_y) & MASK) * SIDE + (math.floor(to_x) & MASK)
-                if tile != EMPTY and visits[tile, cell] > 0:
-                    verdict = CLASHES
-        counts[verdict] += 1
-    return counts[AGREES], counts[CLASHES], counts[UNSEEN]
+    return found

@@ -111,16 +111,20 @@ def count_beam(
     lidar: np.ndarray,
     end: np.ndarray,
     board: np.ndarray,
+    are_wanted: np.ndarray,
     are_crossed: np.ndarray,
+    are_passed: np.ndarray,
     width: int,
     left: int,
     low: int,
 ) -> bool:
     """Count a beam in the cells from the lidar's on to the one before its end's.
 
-    ``board`` (cells,) uint8 is ``width`` tiles wide; its corner is the cell left, low. ``are_crossed``
-    (tiles,) takes which tiles hold a counted cell. Nearly every beam begins in the lidar's own cell, which is
-    not counted here. The return value says whether the beam counts there.
+    ``board`` (cells,) uint8 is ``width`` tiles wide; its corner is the cell left, low. Tiles that are not
+    wanted (tiles,) are left out, as a rule. ``are_crossed`` (tiles,) takes which tiles hold a counted cell,
+    and ``are_passed`` (tiles,) which others the beam crosses.
+    Nearly every beam begins in the lidar's own cell, which is not counted here. The return value says whether
+    the beam counts there.
     """
     steep = abs(end[1] - lidar[1]) > abs(end[0] - lidar[0])
     if steep:
@@ -149,6 +153,11 @@ def count_beam(
         tile, in_tile = (column >> SIDE_BITS) * column_tiles, (column & MASK) << column_bits
         here = tile + np.int64(at >> TILE_BITS) * row_tiles
         there = tile + np.int64(at + np.uint64(cells - 1) * step >> TILE_BITS) * row_tiles
+        if not (are_wanted[here] or are_wanted[there]):
+            are_passed[here], are_passed[there] = True, True
+            at += np.uint64(cells) * step
+            column += cells
+            continue
         are_crossed[here], are_crossed[there] = True, True
         a, b = np.uint64(here << CELL_BITS | in_tile), np.uint64(there << CELL_BITS | in_tile)
         if steep:
@@ -157,6 +166,41 @@ def count_beam(
             at = _count_run(board, a, b, at, step, cells, FLAT_SHIFT, FLAT_MASK, FLAT_ONWARD)
         column += cells
     return is_home
+
+
+@njit(cache=True, nogil=True)
+def count_in_tile(
+    lidar: np.ndarray, end: np.ndarray, tile_x: int, tile_y: int, part: np.ndarray
+) -> tuple[bool, bool]:
+    """Count a beam as `count_beam` does, but in one tile only, whose ``part`` (cells,) this is.
+
+    Returns whether a cell was counted, and what `count_beam` returns.
+    """
+    steep = abs(end[1] - lidar[1]) > abs(end[0] - lidar[0])
+    if steep:
+        x0, y0, x1, y1, tile_x, tile_y = lidar[1], lidar[0], end[1], end[0], tile_y, tile_x
+    else:
+        x0, y0, x1, y1 = lidar[0], lidar[1], end[0], end[1]
+    start, stop = int(x0), int(x1)
+    if start == stop:
+        return False, False
+    onward, across = (SIDE, 1) if steep else (1, SIDE)
+    slope, is_counted = (y1 - y0) / (x1 - x0), False
+    row = int(min(max(y0 + (start + 0.5 - x0) * slope, min(y0, y1)), max(y0, y1)))
+    is_home = row == int(y0)
+    if not is_home and start >> SIDE_BITS == tile_x and row >> SIDE_BITS == tile_y:
+        part[(start & MASK) * onward + (row & MASK) * across] += ONE
+        is_counted = True
+    first, last = (start + 1, stop - 1) if stop > start else (stop + 1, start - 1)
+    low, high = max(first, tile_x << SIDE_BITS), min(last, tile_x << SIDE_BITS | MASK)
+    at, step = np.int64((y0 + (first + 0.5 - x0) * slope) * ROW), np.int64(slope * ROW)
+    at += (low - first) * step
+    for column in range(low, high + 1):
+        if at >> (ROW_BITS + SIDE_BITS) == tile_y:
+            part[(column & MASK) * onward + ((at >> ROW_BITS) & MASK) * across] += ONE
+            is_counted = True
+        at += step
+    return is_counted, is_home
 
 
 @njit(cache=True, nogil=True, inline="always")

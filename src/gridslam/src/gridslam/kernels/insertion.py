@@ -47,6 +47,10 @@ class BeamEnds(NamedTuple):
     """(cells,) uint8, scratch: 0 before, and 0 again afterwards."""
     are_crossed: np.ndarray
     """(tiles of the board,) bool, scratch, likewise."""
+    are_wanted: np.ndarray
+    """(tiles of the board,) bool, scratch, likewise: which tiles the beams are entered into."""
+    are_passed: np.ndarray
+    """(tiles of the board,) bool, scratch: takes which tiles beams cross that they are not entered into."""
 
 
 @njit(cache=True, nogil=True)
@@ -136,31 +140,48 @@ def _add_words(words: np.ndarray, first: int, visits: np.ndarray, tile: int) -> 
     return carried
 
 
+@njit(cache=True, nogil=True, inline="always")
+def add_part(words: np.ndarray, first: int, visits: np.ndarray, tile: int, tiles: Tiles) -> None:
+    """Add a tile's words of the board, from ``first`` on, to its counts, and clear them."""
+    ends = tiles.ends
+    if _add_words(words, first, visits, tile):
+        for word in range(WORDS):
+            visits[tile * WORDS + word] -= words[first + word]
+        if ends[tile] != EMPTY:  # the next count halves the hits
+            own_ends(tile, tiles)
+        _add_one_by_one(tile, words[first : first + WORDS].view(np.uint8), tiles)
+    if ends[tile] != EMPTY:
+        _clear_bits(tile, words[first : first + WORDS], ends[tile], tiles)
+    for word in range(WORDS):
+        words[np.uint64(first + word)] = 0
+
+
 @njit(cache=True, nogil=True)
 def _add_board(table: np.ndarray, box: tuple[int, int, int, int], scan: BeamEnds, tiles: Tiles) -> None:
     """Add the board's counts to the table's own tiles in a box, and clear the board."""
     words, are_crossed = scan.board.view(np.uint64), scan.are_crossed
-    visits, ends = tiles.visits.view(np.uint64).ravel(), tiles.ends
+    visits = tiles.visits.view(np.uint64).ravel()
     width = box[2] - box[0] + 1
     for place in range(width * (box[3] - box[1] + 1)):
-        if not are_crossed[place]:
-            continue
-        are_crossed[place] = False
-        first, tile = place * WORDS, table[box[1] + place // width, box[0] + place % width]
-        if _add_words(words, first, visits, tile):
-            for word in range(WORDS):
-                visits[tile * WORDS + word] -= words[first + word]
-            if ends[tile] != EMPTY:  # the next count halves the hits
-                own_ends(tile, tiles)
-            _add_one_by_one(tile, words[first : first + WORDS].view(np.uint8), tiles)
-        if ends[tile] != EMPTY:
-            _clear_bits(tile, words[first : first + WORDS], ends[tile], tiles)
-        for word in range(WORDS):
-            words[np.uint64(first + word)] = 0
+        if are_crossed[place]:
+            are_crossed[place] = False
+            tile = table[box[1] + place // width, box[0] + place % width]
+            add_part(words, place * WORDS, visits, tile, tiles)
 
 
 @njit(cache=True, nogil=True)
-def _add_at_home(table: np.ndarray, lidar: np.ndarray, count: int, tiles: Tiles) -> None:
+def _clear_unwanted(box: tuple[int, int, int, int], scan: BeamEnds) -> None:
+    """Clear the board where it is not wanted."""
+    words, are_crossed, are_wanted = scan.board.view(np.uint64), scan.are_crossed, scan.are_wanted
+    for place in range((box[2] - box[0] + 1) * (box[3] - box[1] + 1)):
+        if are_crossed[place] and not are_wanted[place]:
+            are_crossed[place], scan.are_passed[place] = False, True
+            for word in range(place * WORDS, (place + 1) * WORDS):
+                words[np.uint64(word)] = 0
+
+
+@njit(cache=True, nogil=True)
+def add_at_home(table: np.ndarray, lidar: np.ndarray, count: int, tiles: Tiles) -> None:
     """Add this many beams to the lidar's own cell, where they begin."""
     x, y = int(lidar[0]), int(lidar[1])
     tile = table[y >> SIDE_BITS, x >> SIDE_BITS]
@@ -193,28 +214,80 @@ def _mark_points(
 
 
 @njit(cache=True, nogil=True)
-def _insert_beams(
-    table: np.ndarray, stamp: int, box: tuple[int, int, int, int], scan: BeamEnds, tiles: Tiles
+def enter_beams(
+    table: np.ndarray,
+    stamp: int,
+    number: int,
+    box: tuple[int, int, int, int],
+    parts: int,
+    scan: BeamEnds,
+    tiles: Tiles,
 ) -> None:
-    """Enter placed beams into one particle's map."""
+    """Enter placed beams, without their ends, into the wanted tiles of a map.
+
+    ``number`` is the scan's, ``parts`` that of `parts_of`.
+    """
     lidar, points = scan.placed[0], scan.placed[1:]
     left, low, right, _ = box
     width = right - left + 1
-    at_home, parts = 0, parts_of(lidar, points)
-    _mark_points(points, scan.are_hits, box, scan.are_crossed)
+    at_home = 0
     for part in range(parts):
         in_part = 0
         for i in range(part, points.shape[0], parts):
             in_part += count_beam(
-                lidar, points[i], scan.board, scan.are_crossed, width, left * SIDE, low * SIDE
+                lidar,
+                points[i],
+                scan.board,
+                scan.are_wanted,
+                scan.are_crossed,
+                scan.are_passed,
+                width,
+                left * SIDE,
+                low * SIDE,
             )
         at_home += in_part
         _mark_points(scan.placed[:1], np.full(1, in_part > 0), box, scan.are_crossed)
-        own_tiles(table, box, scan.are_crossed, stamp, tiles)
+        _clear_unwanted(box, scan)
+        own_tiles(table, box, scan.are_crossed, stamp, number, tiles)
         _add_board(table, box, scan, tiles)
-    if at_home:
-        _add_at_home(table, lidar, at_home, tiles)
+    row, column = int(lidar[1]) >> SIDE_BITS, int(lidar[0]) >> SIDE_BITS
+    if at_home and scan.are_wanted[(row - low) * width + column - left]:
+        add_at_home(table, lidar, at_home, tiles)
+
+
+@njit(cache=True, nogil=True)
+def insert_beams(
+    table: np.ndarray,
+    stamp: int,
+    number: int,
+    box: tuple[int, int, int, int],
+    parts: int,
+    scan: BeamEnds,
+    tiles: Tiles,
+) -> None:
+    """Enter placed beams into one particle's map: into the wanted tiles, and into those where they end.
+
+    Afterwards no tile is wanted.
+    """
+    points, area = scan.placed[1:], (box[2] - box[0] + 1) * (box[3] - box[1] + 1)
+    _mark_points(points, scan.are_hits, box, scan.are_wanted)
+    _mark_points(points, scan.are_hits, box, scan.are_crossed)
+    enter_beams(table, stamp, number, box, parts, scan, tiles)
+    scan.are_wanted[:area] = False
     _add_hits(table, points, scan.are_hits, tiles)
+
+
+@njit(cache=True, nogil=True)
+def _insert(table: np.ndarray, pose: np.ndarray, scan: BeamEnds, stamp: int, tiles: Tiles) -> bool:
+    """Enter a scan into one map. Return False, and do nothing, if there may be too few free tiles or ends."""
+    place(pose, scan.points, scan.placed)
+    box = tiles_around(scan.placed[0], scan.placed[1:])
+    area = (box[2] - box[0] + 1) * (box[3] - box[1] + 1)
+    if tiles.free.min() < area:
+        return False
+    scan.are_wanted[:area] = True
+    insert_beams(table, stamp, 0, box, parts_of(scan.placed[0], scan.placed[1:]), scan, tiles)
+    return True
 
 
 @njit(cache=True, nogil=True)
@@ -229,11 +302,8 @@ def insert_scan(
     it stops before that particle and returns its index.
     """
     for p in range(particle, tables.shape[0]):
-        place(poses[p], scan.points, scan.placed)
-        box = tiles_around(scan.placed[0], scan.placed[1:])
-        if tiles.free.min() < (box[2] - box[0] + 1) * (box[3] - box[1] + 1):
+        if not _insert(tables[p], poses[p], scan, stamp + p, tiles):
             return p
-        _insert_beams(tables[p], stamp + p, box, scan, tiles)
     return tables.shape[0]
 
 
@@ -261,10 +331,9 @@ def insert_path(
             scans.placed[begin:end],
             scans.board,
             scans.are_crossed,
+            scans.are_wanted,
+            scans.are_passed,
         )
-        place(poses[i], scan.points, scan.placed)
-        box = tiles_around(scan.placed[0], scan.placed[1:])
-        if tiles.free.min() < (box[2] - box[0] + 1) * (box[3] - box[1] + 1):
+        if not _insert(table, poses[i], scan, stamp + i, tiles):
             return i
-        _insert_beams(table, stamp + i, box, scan, tiles)
     return poses.shape[0]

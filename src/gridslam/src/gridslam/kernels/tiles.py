@@ -34,6 +34,8 @@ class Tiles(NamedTuple):
     """(tiles,) number of tables that hold a tile."""
     stamps: np.ndarray
     """(tiles,) when a tile was last written."""
+    scans: np.ndarray
+    """(tiles,) number of the last scan that is entered, in tiles without ends; see `waiting`."""
     visits: np.ndarray
     """(tiles, SIDE * SIDE) uint8, row by row."""
     occupied: np.ndarray
@@ -56,14 +58,21 @@ class Tiles(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def own_tiles(
-    table: np.ndarray, box: tuple[int, int, int, int], are_wanted: np.ndarray, stamp: int, tiles: Tiles
+    table: np.ndarray,
+    box: tuple[int, int, int, int],
+    are_wanted: np.ndarray,
+    stamp: int,
+    number: int,
+    tiles: Tiles,
 ) -> None:
     """Give a table its own tiles at the wanted places of a box, and stamp them. Copy what others share.
 
     ``box`` is the first column and row and the last ones; ``are_wanted`` (places,) bool goes row by row.
+    ``number`` is that of the scan which will be entered.
     """
     # No array is handed on in the loop: each would cost more than the rest.
     references, stamps, visits, occupied = tiles.references, tiles.stamps, tiles.visits, tiles.occupied
+    scans = tiles.scans
     ends, end_references, free_tiles, free = tiles.ends, tiles.end_references, tiles.free_tiles, tiles.free
     width = box[2] - box[0] + 1
     for place in range(width * (box[3] - box[1] + 1)):
@@ -84,7 +93,7 @@ def own_tiles(
                 references[tile] -= 1
             table[row, column] = own
             tile = own
-        stamps[tile] = stamp
+        stamps[tile], scans[tile] = stamp, number
 
 
 @njit(cache=True, nogil=True, inline="always")
