@@ -15,6 +15,7 @@ setup(
             "gridslam.localisation",
             "gridslam.logs",
             "gridslam.loop_closure",
+            "gridslam.maps",
             "gridslam.odometry",
             "gridslam.search",
             "gridslam_ros",

@@ -1,6 +1,6 @@
 """numba's cache looks at a kernel's own file only, so a kernel of one file calls none of another.
 
-`gridslam` is the exception: its `kernels.stale_code` throws the cache away when any of its files changes.
+`gridslam` is the exception: its `stale_code` throws the cache away when any of its files changes.
 """
 
 from __future__ import annotations

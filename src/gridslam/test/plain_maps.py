@@ -6,8 +6,8 @@ import numpy as np
 from plain_filter import PlainMap
 
 from gridslam.filter.beams import Beams
-from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels.tiles import PARTS, SIDE
+from gridslam.maps.tile_map import TileMaps
 
 WINDOW = 3
 """Tiles along the side of the tests' windows."""

@@ -21,12 +21,12 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, PoseError, StateError, reason_of
 from gridslam.files import state_file
-from gridslam.filter.new_map import check
 from gridslam.filter.particle_filter import START_DEVIATION, GridSlam
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.inputs.continuous_odometry import ContinuousOdometry
 from gridslam.localisation.judgement import Judgement
 from gridslam.localisation.supervisor import Supervisor
+from gridslam.maps.new_map import check
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan

@@ -24,10 +24,11 @@ from gridslam import (
 )
 from gridslam.evaluation import Walls
 from gridslam.files import state_file
-from gridslam.filter import proposal, tile_map
+from gridslam.filter import proposal
 from gridslam.filter.beams import Beams
 from gridslam.filter.particle_filter import WEIGHT_SMOOTHING
 from gridslam.filter.scan_matcher import NULL_LIKELIHOOD_M2
+from gridslam.maps import tile_map
 
 
 @pytest.fixture(scope="module")

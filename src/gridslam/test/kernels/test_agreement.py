@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from plain_maps import SIZE, plain_of
 
 from gridslam.filter.beams import Beams
-from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels.agreement import NEAR
+from gridslam.maps.tile_map import TileMaps
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 

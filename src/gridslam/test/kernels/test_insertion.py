@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_maps import SIZE, WINDOW, beams_from, plain_of
 
-from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels.tiles import COUNT_MAX, EMPTY, SIDE
+from gridslam.maps.tile_map import TileMaps
 
 inside = st.floats(1.0, SIZE - 1.001)
 points = st.tuples(inside, inside)

@@ -1,1 +1,1 @@
-"""The particle filter: motion, matching, proposal, weights, and the maps that particles share."""
+"""The particle filter: motion, matching, proposal, weights."""

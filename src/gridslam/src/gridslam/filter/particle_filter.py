@@ -12,9 +12,7 @@ from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
 from gridslam.filter.beams import Beams
 from gridslam.filter.motion_model import Motion, predict
-from gridslam.filter.new_map import MapDraft, begun
 from gridslam.filter.proposal import propose
-from gridslam.filter.rendering import Renderer
 from gridslam.filter.scan_evidence import MatchedScan, evidence_of
 from gridslam.filter.scan_matcher import ScanMatcher
 from gridslam.filter.scan_update import ScanUpdate
@@ -22,6 +20,8 @@ from gridslam.filter.state import FilterState
 from gridslam.filter.workers import Workers
 from gridslam.localisation.evidence import Agreement
 from gridslam.localisation.judgement import Judgement
+from gridslam.maps.new_map import MapDraft, begun
+from gridslam.maps.rendering import Renderer
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan

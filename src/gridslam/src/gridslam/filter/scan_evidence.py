@@ -11,9 +11,9 @@ from gridslam import se2
 from gridslam.filter import resampling
 from gridslam.filter.beams import Beams
 from gridslam.filter.motion_model import Motion, Prediction
-from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels.matching import Matches
 from gridslam.localisation.evidence import Evidence
+from gridslam.maps.tile_map import TileMaps
 from gridslam.parameters import SlamParameters
 
 

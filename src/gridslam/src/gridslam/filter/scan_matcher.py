@@ -16,10 +16,10 @@ import numpy as np
 from gridslam import se2
 from gridslam.filter.beams import Beams
 from gridslam.filter.motion_model import Prediction
-from gridslam.filter.tile_map import TileMaps
 from gridslam.filter.workers import Workers
 from gridslam.kernels.matching import Matches, Motions, Search, find_mode, match
 from gridslam.kernels.nearest import ParticleMap
+from gridslam.maps.tile_map import TileMaps
 from gridslam.parameters import SlamParameters
 
 REFINE_SIGMA_M2 = 0.02

@@ -11,7 +11,7 @@ from uuid import uuid4
 
 from numba.core.caching import IndexDataCacheFile
 
-from gridslam.kernels.stale_code import discard_stale_code
+from gridslam.stale_code import discard_stale_code
 
 
 def _data_name(file: IndexDataCacheFile, number: int) -> str:

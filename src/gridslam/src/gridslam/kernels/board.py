@@ -106,7 +106,7 @@ def _count_run(
     return at
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def count_beam(
     lidar: np.ndarray,
     end: np.ndarray,

@@ -9,8 +9,6 @@ from typing import Mapping, NamedTuple, Protocol
 import numpy as np
 
 from gridslam import se2
-from gridslam.filter.new_map import MapDraft
-from gridslam.filter.tile_pool import require_indices
 from gridslam.localisation.evidence import Evidence
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
@@ -21,6 +19,8 @@ from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import optimise
 from gridslam.loop_closure.recognition import Recognition
 from gridslam.loop_closure.scan_links import ScanLinks
+from gridslam.maps.new_map import MapDraft
+from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
 

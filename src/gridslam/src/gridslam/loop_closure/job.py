@@ -8,7 +8,7 @@ from typing import Callable
 
 import numpy as np
 
-from gridslam.filter.new_map import MapDraft
+from gridslam.maps.new_map import MapDraft
 
 
 @dataclass(frozen=True, eq=False)

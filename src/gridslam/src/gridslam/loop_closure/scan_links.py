@@ -9,12 +9,12 @@ from typing import Mapping, Sequence
 import numpy as np
 
 from gridslam import se2
-from gridslam.filter.tile_pool import require_indices
 from gridslam.kernels.least_squares import inverse
 from gridslam.kernels.links import nearest_earlier
 from gridslam.loop_closure.edge import Edge, Edges
 from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
 from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
 
 SPACING_M = 0.5

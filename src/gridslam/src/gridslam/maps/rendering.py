@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gridslam.filter.tile_map import TileMaps
 from gridslam.kernels.rendering import render_changed
 from gridslam.kernels.tiles import EMPTY, SIDE
+from gridslam.maps.tile_map import TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 from gridslam.parameters import SlamParameters
 

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from plain_maps import beams_from, plain_of
 
 from gridslam.errors import MapError
-from gridslam.filter import free_space
-from gridslam.filter.free_space import FreeSpace
-from gridslam.filter.tile_map import TileMaps
-from gridslam.filter.tile_pool import TilePool
 from gridslam.kernels.tiles import COUNT_MAX, EMPTY, ENDS, SIDE, TILES
+from gridslam.maps import free_space
+from gridslam.maps.free_space import FreeSpace
+from gridslam.maps.tile_map import TileMaps
+from gridslam.maps.tile_pool import TilePool
 
 PARTICLES, DELTA = 4, 0.05
 HALF = 4 * SIDE

@@ -8,7 +8,7 @@ import numpy as np
 
 from gridslam.errors import MapError
 from gridslam.filter.beams import Beams
-from gridslam.filter.tile_map import TileMaps
+from gridslam.maps.tile_map import TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 from gridslam.parameters import SlamParameters
 

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from gridslam.kernels import stale_code
+from gridslam import stale_code
 
 CALLEE = "import numba\n\n@numba.njit(cache=True)\ndef value():\n    return {}\n"
 CALLER = """
@@ -20,7 +20,7 @@ def ask():
 """
 GUARD = """
 from pathlib import Path
-from gridslam.kernels.stale_code import discard_stale_code
+from gridslam.stale_code import discard_stale_code
 discard_stale_code(Path(__file__).parent)
 """
 
@@ -37,7 +37,7 @@ def make_package(folder: Path) -> Path:
 def ask(package: Path) -> int:
     """What a process of its own computes."""
     program = "from loops.caller import ask; print(ask())"
-    library = Path(stale_code.__file__).resolve().parents[2]
+    library = Path(stale_code.__file__).resolve().parents[1]
     paths = os.pathsep.join((str(package.parent), str(library)))
     run = subprocess.run(
         [sys.executable, "-c", program],
@@ -67,6 +67,6 @@ def test_code_is_kept_until_another_file_changes(tmp_path):
 
 
 def test_the_kernels_of_this_package_are_guarded():
-    folder = Path(stale_code.__file__).parent
+    folder = Path(stale_code.__file__).parent / "kernels"
     digest = folder / "__pycache__" / stale_code.DIGEST_FILE
     assert digest.read_text() == stale_code._digest(folder)

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gridslam.filter.board import Board
-from gridslam.filter.tile_pool import TilePool
 from gridslam.kernels.waiting import LEFT_MAX, Waiting, insert_surfaces, settle_places, write_free
+from gridslam.maps.board import Board
+from gridslam.maps.tile_pool import TilePool
 
 SCANS = 64
 """So many scans wait. Of thirty particles, most have the same path up to there."""
@@ -36,7 +36,7 @@ class FreeSpace:
     def resample(self, parents: np.ndarray) -> None:
         """Give particle i the past of particle parents[i]."""
         old = self._waiting
-        poses, parts = old.poses[:, parents], old.parts[:, parents]
+        poses, parts = np.take(old.poses, parents, axis=1), np.take(old.parts, parents, axis=1)
         self._waiting = old._replace(poses=poses, parts=parts, settled=old.settled[parents])
 
     def insert(self, maps: Maps, cells: np.ndarray, points: np.ndarray, hits: np.ndarray, stamp: int) -> int:

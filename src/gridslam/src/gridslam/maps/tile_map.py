@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike
 
 from gridslam.errors import MapError
 from gridslam.filter.beams import Beams
-from gridslam.filter.board import Board
-from gridslam.filter.free_space import FreeSpace, Maps
-from gridslam.filter.tile_pool import TilePool, require_indices
 from gridslam.kernels.agreement import AGREES, CLASHES, UNSEEN, verdicts
 from gridslam.kernels.insertion import insert_path, insert_scan
 from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
 from gridslam.localisation.evidence import Agreement
+from gridslam.maps.board import Board
+from gridslam.maps.free_space import FreeSpace, Maps
+from gridslam.maps.tile_pool import TilePool, require_indices
 from gridslam.occupancy_grid import CELLS_MAX
 
 ROOM = 6

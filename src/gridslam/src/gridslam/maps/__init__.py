@@ -1,0 +1,1 @@
+"""Every particle's map, in tiles that particles share."""
