@@ -112,6 +112,19 @@ time.sleep(60)
     assert end([sys.executable, "-c", BEGIN + body], line="begun", after_s=0.2)[:2] == (1, "left out\n")
 
 
+def test_while_it_ends_a_node_keeps_quiet_about_others_that_end():
+    """rospy warns if a node connects and ends before it has said a word."""
+    body = """
+import logging
+def close():
+    for words in ("Inbound TCP/IP connection failed: %s", "a warning of its own: %s"):
+        logging.getLogger("rosout").warning(words, "x")
+leave(0, close)
+"""
+    ended = subprocess.run([sys.executable, "-c", BEGIN + body], capture_output=True, text=True, check=True)
+    assert ended.stderr == "a warning of its own: x\n"
+
+
 @pytest.mark.parametrize("body", ["time.sleep(60)", "leave(0, lambda: time.sleep(60))"])
 def test_nothing_that_hangs_is_waited_for_long(body):
     code, output, seconds = end(

@@ -22,6 +22,7 @@ sys.modules.setdefault("rosdep2", None)  # type: ignore[arg-type]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 CLOSING_S = 0.8
 """Wall time after which the process ends, even if closing is not finished."""
+_UNSAID = "Inbound TCP/IP connection failed"
 
 
 class Ending:
@@ -72,8 +73,14 @@ def leave(code: int, close: Callable[[], None] = lambda: None) -> None:
 
 
 def silence_threads() -> None:
-    """Suppress tracebacks of threads, because rospy closes sockets that other threads still read."""
+    """Suppress what rospy's threads say about sockets that end: tracebacks, and a warning.
+
+    rospy closes sockets that other threads still read. A node that connects while both end says nothing.
+    """
+    import logging
+
     threading.excepthook = lambda _: None
+    logging.getLogger("rosout").addFilter(lambda record: not str(record.msg).startswith(_UNSAID))
 
 
 def exit_later(code: int, after_s: float = CLOSING_S) -> None:
