@@ -143,6 +143,12 @@ def test_uncertainty_along_the_way_is_that_of_drawn_paths():
     assert predicted == pytest.approx(drawn, abs=0.08 * np.abs(drawn).max())
 
 
+def test_the_ways_need_no_code_that_the_warm_up_does_not_compile():
+    ShortestWays(Steps((1.0, 0.0, 0.1), np.eye(3), 4), [], 0, 0.01)
+    layouts = {kind.layout for kinds in shortest_ways.signatures for kind in kinds if hasattr(kind, "layout")}
+    assert layouts == {"C"}, "numba compiles the kernel in flight"
+
+
 def test_closures_shorten_the_way():
     chain = Steps((1.0, 0.0, 2 * math.pi / 40), np.diag([0.03, 0.03, 0.01]) ** 2, 40)
     open_loop = ShortestWays(chain, [], 40, 0.01)

@@ -56,7 +56,8 @@ class ShortestWays:
         """``steps``: covariances (k - 1, 3, 3) of the steps; None: those of the chain."""
         count = len(chain)
         ends = [(i, i + 1) for i in range(count - 1)] + [(c.older, c.newer) for c in closures]
-        older, newer = np.array(ends, int).reshape(-1, 2).T
+        # Rows side by side in memory: for others numba would compile the kernel again, in flight.
+        older, newer = np.ascontiguousarray(np.array(ends, int).reshape(-1, 2).T)
         lengths = np.concatenate([np.diff(chain.way_m) + 1e-3, np.full(len(closures), CLOSURE_WAY_M)])
         self.length_m, before, edges = shortest_ways(count, older, newer, lengths, node)
         covariances = np.concatenate(
