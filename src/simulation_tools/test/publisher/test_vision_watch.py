@@ -28,14 +28,14 @@ def limit_ms(gaps_ms):
         (20 * [25], 70),  # never before vision_timeout_least_s
         (20 * [100], 115),  # evenly: one gap and 15 ms
         ([*(50 * [25]), 55, *(20 * [25])], 70),  # once is no rule
-        ([*(50 * [25]), 55, 70, *(20 * [25])], 100),  # a busy machine: 30 ms late, so it may be 60 ms late
+        ([*(50 * [25]), 55, 75, *(20 * [25])], 85),  # a busy machine: 30 ms late, so it may be 45 ms late
         ([*(50 * [25]), 90, 90, *(20 * [25])], 130),  # never after vision_timeout_s,
         (20 * [200], 215),  # unless poses come more rarely
         ([300, 300, *(20 * [200])], 280),
         (20 * [120, 0, 0], 135),  # three poses at once, as of a slow lidar, are one
         (20 * [0], 70),
         (5 * [25], 130),  # too few to know
-        ([65, 65, *(398 * [25])], 120),
+        ([65, 65, *(398 * [25])], 100),
         ([65, 65, *(399 * [25])], 70),  # a gap is forgotten
     ],
 )
@@ -52,7 +52,7 @@ def test_without_need_for_poses_or_before_one_can_come_nobody_is_blind():
 
 
 @pytest.mark.parametrize("period_ms", [25, 33, 50, 67, 100])  # of the six lidars
-def test_a_late_pose_raises_no_alarm_if_two_were_half_as_late_before(period_ms):
+def test_a_late_pose_raises_no_alarm_if_two_were_two_thirds_as_late_before(period_ms):
     rng = np.random.default_rng(period_ms)
     for worst_ms in (5, 20, 40):
         lateness_ms = rng.uniform(0.0, worst_ms, 300)
@@ -60,7 +60,7 @@ def test_a_late_pose_raises_no_alarm_if_two_were_half_as_late_before(period_ms):
         gaps_ms = np.diff(stamps_ms)
         for n in range(20, 299):
             learned_ms = np.sort(gaps_ms[:n])[-2]
-            if gaps_ms[n] - period_ms <= 2.0 * (learned_ms - period_ms):
+            if gaps_ms[n] - period_ms <= 1.5 * (learned_ms - period_ms):
                 assert limit_ms(gaps_ms[:n]) >= min(gaps_ms[n], 130.0) - 1.0
 
 

@@ -12,6 +12,8 @@ _NS = 1e-9
 GAPS_KEPT, GAPS_LEAST = 400, 10
 BURST_S = 0.005
 """Poses that are closer together than this came together: vision_pose_publisher fills a slow lidar's gaps."""
+LATER = 1.5
+"""The next pose may be later than the latest but one of the last poses, by this factor."""
 SLOW_GAPS = 1.4
 """A pose may stay away for so many usual gaps, if that is longer than vision_timeout_s."""
 
@@ -27,9 +29,9 @@ class Blindness(NamedTuple):
 class VisionWatch:
     """The times at which external poses went to the flight controller.
 
-    The next pose may be twice as late as the latest but one of the last poses, and a little more. So the UAV
-    stops early when poses come evenly, and one lost scan changes nothing. On a busy machine it does not wait
-    much longer: a wrong alarm ends with the next pose, but a stop that begins late may end at a wall.
+    The next pose may be half as late again as the latest but one of the last poses, and a little more. So the
+    UAV stops early when poses come evenly, and one lost scan changes nothing. On a busy machine it does not
+    wait much longer: a wrong alarm ends with the next pose, but a stop that begins late may end at a wall.
     """
 
     def __init__(self) -> None:
@@ -70,4 +72,4 @@ def _limit_s(gaps_s: Collection[float], p: PublisherParameters) -> float:
     usual_s = statistics.median([gap for gap in gaps_s if gap > BURST_S] or [longest_but_one_s])
     late_s = max(longest_but_one_s - usual_s, 0.0)
     most_s = max(p.vision_timeout_s, SLOW_GAPS * usual_s)
-    return min(max(usual_s + 2.0 * late_s + p.vision_spare_s, p.vision_timeout_least_s), most_s)
+    return min(max(usual_s + LATER * late_s + p.vision_spare_s, p.vision_timeout_least_s), most_s)
