@@ -21,7 +21,7 @@ from master_thesis.worlds import scenario
 from master_thesis_ros.experiments.flight_node import FlightNode
 from master_thesis_ros.experiments.messages import pose_values, stamp_s
 from master_thesis_ros.experiments.parameters import all_parameters
-from master_thesis_ros.experiments.progress import log_progress
+from master_thesis_ros.experiments.progress import ProgressLog
 from master_thesis_ros.experiments.run import Run
 from master_thesis_ros.launch.request import check_avoidance
 from node_tools.ending import Ending
@@ -84,6 +84,6 @@ def _fly(flight: experiment_1.GoalFlight, lockstep: bool, cepa: bool, ending: En
     return run.finish(
         numbers,
         headline,
-        lambda content: complete_run(*flown, content, log_progress),
+        lambda content: complete_run(*flown, content, ProgressLog()),
         "clearance or pictures",
     )

@@ -24,7 +24,7 @@ from master_thesis.results.run_files import FlownRun, complete_run, write_number
 from master_thesis_ros.experiments.flight_node import FlightNode
 from master_thesis_ros.experiments.messages import stamp_s
 from master_thesis_ros.experiments.parameters import all_parameters
-from master_thesis_ros.experiments.progress import log_progress
+from master_thesis_ros.experiments.progress import ProgressLog
 from master_thesis_ros.experiments.run import Run
 from master_thesis_ros.experiments.slam_watch import SlamWatch
 from node_tools.ending import Ending
@@ -161,7 +161,7 @@ def _fly(flight: experiments_3_4.MissionFlight, lockstep: bool, slam_node: str, 
     return run.finish(
         numbers,
         headline,
-        lambda content: complete_run(*flown, _with_survey(flown, content, slam), log_progress),
+        lambda content: complete_run(*flown, _with_survey(flown, content, slam), ProgressLog()),
         "maps, clearance or pictures",
     )
 

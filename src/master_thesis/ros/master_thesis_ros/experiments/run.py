@@ -21,6 +21,7 @@ from master_thesis.requests.results_folder import results_path
 from master_thesis.results.run_folder import RunFolder
 from master_thesis_ros.experiments.experiment_node import INTERRUPTED, ExperimentNode, WatchedRun
 from master_thesis_ros.experiments.parameters import all_parameters
+from master_thesis_ros.experiments.simulator_services import slow_down
 from master_thesis_ros.launch.end import end_launch
 from node_tools.ending import Ending
 from node_tools.node import RunNode, run
@@ -130,6 +131,7 @@ class Run:
             if self._ending.received:
                 leave_it_out()
                 return _exit_code(content)
+            slow_down()
             content = complete(content)
             self._ending.main_thread_closes(within_s=None)
         self._tell(headline(content))

@@ -1,10 +1,14 @@
-"""The simulator's services for Experiment 2: stop time, place obstacles, let time go on."""
+"""The simulator's services for the experiments: stop time, place obstacles, change its pace."""
 
 from __future__ import annotations
 
+import contextlib
+import threading
 from typing import Any, Sequence
 
 import rospy
+from dynamic_reconfigure.msg import Config, DoubleParameter
+from dynamic_reconfigure.srv import Reconfigure
 from gazebo_msgs.srv import GetModelState, GetWorldProperties, SpawnModel
 from geometry_msgs.msg import Point, Quaternion
 from geometry_msgs.msg import Pose as PoseMessage
@@ -16,6 +20,8 @@ from master_thesis_ros.experiments.messages import pose_values
 from simulation_tools.geometry import Pose
 
 SERVICE_PATIENCE_S = 20.0
+SLOW = 0.1
+"""Real-time factor after a flight."""
 
 
 class SimulatorServices:
@@ -42,6 +48,20 @@ class SimulatorServices:
             message = PoseMessage(Point(*at.position_m), Quaternion(*at.orientation_xyzw))
             _succeed(self._spawn(obstacle.name, obstacle.sdf, "", message, "world"))
         return frozen_s, pose
+
+
+def slow_down() -> None:
+    """Let simulated time pass slowly. Else the simulation slows down the work on the results of its flight.
+
+    If time stood still, MAVROS would miss heartbeats. A simulator that hangs or is gone is not waited for.
+    """
+
+    def ask() -> None:
+        pace = Config(doubles=[DoubleParameter("real_time_factor", SLOW)])
+        with contextlib.suppress(rospy.ServiceException, rospy.ROSException):
+            rospy.ServiceProxy("gazebo/set_parameters", Reconfigure)(pace)
+
+    threading.Thread(target=ask, name="slow_down", daemon=True).start()
 
 
 def pose_of(message: PoseMessage) -> Pose:
