@@ -12,7 +12,7 @@ from node_tools.ending import Ending, exit_later, leave, silence_threads
 
 HEARD_AFTER_S = 0.3
 """Wall time until subscribers of /rosout are connected to a new node."""
-RETRY_S, REMINDER_S = 1.0, 10.0  # wall time
+RETRY_S, FIRST_REMINDER_S, REMINDER_S = 1.0, 2.0, 10.0  # wall time
 LAST_ANSWER_S = 0.15  # wall time
 LAST_CALLBACK_S = 0.4  # wall time
 LOOK_S = 0.25
@@ -56,7 +56,8 @@ def run(
     """Make a node, run it until it is told to end, and end the process.
 
     A fault at the start gives one sentence and exit code 1. With the parameter ~keep_trying the node tries
-    again until it can start, and repeats the sentence every `REMINDER_S`.
+    again until it can start. It repeats the sentence after `FIRST_REMINDER_S`, for nodes that start beside it
+    and have not heard the first. Each further time takes twice as long, at most `REMINDER_S`.
 
     Args:
         name: the node's name.
@@ -132,7 +133,7 @@ def _make_at_last(
     make: Callable[[], RunNode], errors: Errors, explain: Callable[[Exception], str]
 ) -> RunNode:
     """Return the result of `make`, as soon as it raises no error."""
-    reminded_s = -math.inf
+    due_s, patience_s = -math.inf, FIRST_REMINDER_S
     while True:
         try:
             return make()
@@ -140,8 +141,8 @@ def _make_at_last(
             rospy.rostime.wallsleep(RETRY_S)
             if rospy.is_shutdown():
                 raise rospy.ROSInterruptException("told to end") from None
-            if time.monotonic() - reminded_s > REMINDER_S:
-                reminded_s = time.monotonic()
+            if time.monotonic() >= due_s:
+                due_s, patience_s = time.monotonic() + patience_s, min(2.0 * patience_s, REMINDER_S)
                 rospy.logfatal("%s", explain(error))
                 rospy.logwarn("It is tried again every second.")
 
