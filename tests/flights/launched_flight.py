@@ -48,6 +48,15 @@ class Flight:
             assert time.monotonic() < end_s, f"it did not say '{words}' within {patience_s} s:\n{self.said}"
             time.sleep(0.05)
 
+    def end_without_pictures(self, patience_s: float) -> None:
+        """Wait for the numbers of the flight; then interrupt it. Clearance and pictures take long."""
+        end_s = time.monotonic() + patience_s
+        while self._process.poll() is None and not list((self.folder / "results").glob("*/*/hits.csv")):
+            assert time.monotonic() < end_s, f"no numbers were written within {patience_s} s:\n{self.said}"
+            time.sleep(0.05)
+        self.interrupt()
+        self.wait(60.0)
+
     def interrupt(self) -> None:
         self._process.send_signal(signal.SIGINT)
 

@@ -53,7 +53,7 @@ def twins(processes_of_module, tmp_path_factory, small_disk):
         fill(filler)
         second.wait_until_said("told to land", 200.0)
         filler.unlink()  # there is room for the results again
-    second.wait(250.0)
+    second.end_without_pictures(250.0)
     return first, second
 
 

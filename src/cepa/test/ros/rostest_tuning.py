@@ -40,7 +40,8 @@ class TuningTest(unittest.TestCase):
         config = {**DEFAULTS, **changes}
         if "speed_fractions" in changes:
             config["speed_fractions"] = " ".join(map(str, changes["speed_fractions"]))
-        self.client.update_configuration(DEFAULTS)  # another algorithm, so that nothing is remembered
+        if "algorithm" in changes:
+            self.client.update_configuration(DEFAULTS)  # another algorithm, so that nothing is remembered
         self.client.update_configuration(config)
 
     def answer(self, case):

@@ -22,7 +22,7 @@ def wait_until(condition: Callable[[], Any], what: str, timeout_s: float = TIMEO
     while not condition():
         if time.monotonic() > deadline:
             raise AssertionError(f"waited {timeout_s:.0f} s in vain for {what}")
-        time.sleep(0.003)
+        time.sleep(0.01)
 
 
 def address_of(node: str) -> str | None:

@@ -24,11 +24,8 @@ TAKEN_PORT = TAKEN.getsockname()[1]
 
 # What is wrong: (words of the sentence that says so, the parameters)
 REFUSED = {
-    "a missing world": ("/nowhere.world", "_world:=/nowhere.world"),
     "a malformed world": ("rostest_gazebo_start.py", "_world:=" + os.path.abspath(__file__)),
     "an unknown lidar, told the six": ("urg, ust, utm, puck, tim, m8", WORLD, "_lidar:=velodyne"),
-    "an unknown model": ("no_such_model", WORLD, "_model:=no_such_model"),
-    "a seed that is no number": ("seed", WORLD, "_seed:=many"),
     "a negative real-time factor": ("real_time_factor", WORLD, "_real_time_factor:=-1"),
     # The flight controller's own port lies 40 above that of its client, as PX4's 14580 above 14540.
     "a port that is taken": (str(TAKEN_PORT), WORLD, f"_offboard_port:={TAKEN_PORT - 40}"),
