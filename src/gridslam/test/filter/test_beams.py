@@ -106,7 +106,7 @@ def test_the_map_gets_each_beam_unless_they_lie_close_together(count, at_most):
 def normals_of(points):
     points = np.array(points, float)
     normals, flat = np.empty_like(points), np.empty(len(points), bool)
-    surface_normals(points, np.empty(len(points), bool), normals, flat)
+    surface_normals(points, np.empty(len(points), bool), normals, flat, False)
     return normals, flat
 
 

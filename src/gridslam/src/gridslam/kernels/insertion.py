@@ -181,9 +181,8 @@ def _clear_unwanted(box: tuple[int, int, int, int], scan: BeamEnds) -> None:
 
 
 @njit(cache=True, nogil=True)
-def add_at_home(table: np.ndarray, lidar: np.ndarray, count: int, tiles: Tiles) -> None:
-    """Add this many beams to the lidar's own cell, where they begin."""
-    x, y = int(lidar[0]), int(lidar[1])
+def add_at_home(table: np.ndarray, x: int, y: int, count: int, tiles: Tiles) -> None:
+    """Add this many beams to the lidar's own cell of a table, where they begin."""
     tile = table[y >> SIDE_BITS, x >> SIDE_BITS]
     if tiles.ends[tile] != EMPTY:  # hits may be halved
         own_ends(tile, tiles)
@@ -219,18 +218,20 @@ def enter_beams(
     stamp: int,
     number: int,
     box: tuple[int, int, int, int],
+    there: tuple[int, int, int, int],
     parts: int,
     scan: BeamEnds,
     tiles: Tiles,
 ) -> None:
     """Enter placed beams, without their ends, into the wanted tiles of a map.
 
-    ``number`` is the scan's, ``parts`` that of `parts_of`.
+    ``box`` are the beams' tiles, ``there`` the same ones in the table, which may begin elsewhere. ``number``
+    is the scan's, ``parts`` that of `parts_of`.
     """
     lidar, points = scan.placed[0], scan.placed[1:]
     left, low, right, _ = box
     width = right - left + 1
-    at_home = 0
+    at_home = np.int64(0)
     for part in range(parts):
         in_part = 0
         for i in range(part, points.shape[0], parts):
@@ -248,11 +249,11 @@ def enter_beams(
         at_home += in_part
         _mark_points(scan.placed[:1], np.full(1, in_part > 0), box, scan.are_crossed)
         _clear_unwanted(box, scan)
-        own_tiles(table, box, scan.are_crossed, stamp, number, tiles)
-        _add_board(table, box, scan, tiles)
-    row, column = int(lidar[1]) >> SIDE_BITS, int(lidar[0]) >> SIDE_BITS
-    if at_home and scan.are_wanted[(row - low) * width + column - left]:
-        add_at_home(table, lidar, at_home, tiles)
+        own_tiles(table, there, scan.are_crossed, stamp, number, tiles)
+        _add_board(table, there, scan, tiles)
+    x, y = int(lidar[0]), int(lidar[1])
+    if at_home and scan.are_wanted[((y >> SIDE_BITS) - low) * width + (x >> SIDE_BITS) - left]:
+        add_at_home(table, x + (there[0] - left) * SIDE, y + (there[1] - low) * SIDE, at_home, tiles)
 
 
 @njit(cache=True, nogil=True)
@@ -272,7 +273,7 @@ def insert_beams(
     points, area = scan.placed[1:], (box[2] - box[0] + 1) * (box[3] - box[1] + 1)
     _mark_points(points, scan.are_hits, box, scan.are_wanted)
     _mark_points(points, scan.are_hits, box, scan.are_crossed)
-    enter_beams(table, stamp, number, box, parts, scan, tiles)
+    enter_beams(table, stamp, number, box, box, parts, scan, tiles)
     scan.are_wanted[:area] = False
     _add_hits(table, points, scan.are_hits, tiles)
 
@@ -286,7 +287,8 @@ def _insert(table: np.ndarray, pose: np.ndarray, scan: BeamEnds, stamp: int, til
     if tiles.free.min() < area:
         return False
     scan.are_wanted[:area] = True
-    insert_beams(table, stamp, 0, box, parts_of(scan.placed[0], scan.placed[1:]), scan, tiles)
+    # np.int64: a literal would have all this compiled once more
+    insert_beams(table, stamp, np.int64(0), box, parts_of(scan.placed[0], scan.placed[1:]), scan, tiles)
     return True
 
 

@@ -70,7 +70,7 @@ def _are_neighbours(points: np.ndarray, i: int, j: int, slant: float) -> bool:
 
 @njit(cache=True, nogil=True)
 def surface_normals(
-    points: np.ndarray, along: np.ndarray, normals: np.ndarray, flat: np.ndarray, grazing: bool = False
+    points: np.ndarray, along: np.ndarray, normals: np.ndarray, flat: np.ndarray, grazing: bool
 ) -> None:
     """Fit a line to every point and its neighbours. Write the normals (n, 2), and which points are flat (n,).
 

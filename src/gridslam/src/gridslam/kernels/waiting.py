@@ -108,7 +108,7 @@ def settle_place(
         middle[0], middle[1] = cos * x + sin * y - points[0, 0], cos * y - sin * x - points[0, 1]
         if middle[0] ** 2 + middle[1] ** 2 > (waiting.reaches[slot] + TILE_RADIUS) ** 2:
             continue
-        at_home, parts = 0, waiting.parts[slot, particle]
+        at_home, parts = np.int64(0), waiting.parts[slot, particle]
         for lot in range(parts):
             are_any, more = _count_near(middle, (tile_x, tile_y), pose, points, lot + 1, parts, part)
             if are_any:
@@ -118,11 +118,11 @@ def settle_place(
         if at_home:
             lidar = waiting.placed[0]
             place(pose, points[:1], waiting.placed[:1])
-            if int(lidar[0]) >> SIDE_BITS == tile_x and int(lidar[1]) >> SIDE_BITS == tile_y:
+            x, y = int(lidar[0]), int(lidar[1])
+            if x >> SIDE_BITS == tile_x and y >> SIDE_BITS == tile_y:
                 own_tiles(table, box, is_own, stamp, number, tiles)
-                # from the tile's own corner, so that no window matters
-                lidar[0], lidar[1] = lidar[0] - tile_x * SIDE, lidar[1] - tile_y * SIDE
-                add_at_home(table[row : row + 1, column : column + 1], lidar, at_home, tiles)
+                x, y = x + (column - tile_x) * SIDE, y + (row - tile_y) * SIDE
+                add_at_home(table, x, y, at_home, tiles)
 
 
 @njit(cache=True, nogil=True)
@@ -242,24 +242,25 @@ def write_free(
     There must be room for the scan's tiles, and LEFT_MAX for each particle.
     """
     slot = number % waiting.counts.size
-    # the window may have grown since
-    right, up = waiting.corners[slot, 0] - corner[0], waiting.corners[slot, 1] - corner[1]
-    table, poses, settled = tables[leader, up:, right:], waiting.poses[slot], waiting.settled
+    table, poses, settled = tables[leader], waiting.poses[slot], waiting.settled
     place(poses[leader], scan.points, scan.placed)
     box = tiles_around(scan.placed[0], scan.placed[1:])
+    # the window may have grown since
+    right, up = waiting.corners[slot, 0] - corner[0], waiting.corners[slot, 1] - corner[1]
+    there = box[0] + right, box[1] + up, box[2] + right, box[3] + up
     width = box[2] - box[0] + 1
     area, at = width * (box[3] - box[1] + 1), 0
-    for row in range(box[1], box[3] + 1):
-        for column in range(box[0], box[2] + 1):
+    for row in range(there[1], there[3] + 1):
+        for column in range(there[0], there[2] + 1):
             tile = table[row, column]
             before[at] = tile
             scan.are_wanted[at] = tiles.ends[tile] == EMPTY and tiles.scans[tile] < number
             at += 1
     scan.are_passed[:area] = False
-    enter_beams(table, stamp, number, box, waiting.parts[slot, leader], scan, tiles)
+    enter_beams(table, stamp, number, box, there, waiting.parts[slot, leader], scan, tiles)
     places, count = np.empty((area, 2), np.int64), 0
     for at in range(area):
-        row, column = box[1] + at // width, box[0] + at % width
+        row, column = there[1] + at // width, there[0] + at % width
         is_written = scan.are_wanted[at] and tiles.scans[table[row, column]] == number
         if is_written or scan.are_passed[at]:
             before[count] = before[at]
@@ -271,9 +272,9 @@ def write_free(
     for p in range(tables.shape[0]):
         if settled[p] != number - 1 or not (poses[p] == poses[leader]).all():
             continue
-        more = _share(table, tables[p, up:, right:], places[:count], before[:count], number, left, tiles)
+        more = _share(table, tables[p], places[:count], before[:count], number, left, tiles)
         if more > LEFT_MAX:
             continue
         for row, column in left[:more]:
-            settle_place(p, tables[p], row + up, column + right, corner, number + 1, stamp, waiting, tiles)
+            settle_place(p, tables[p], row, column, corner, number + 1, stamp, waiting, tiles)
         settled[p] = number

@@ -34,7 +34,7 @@ def surfaces_of(scan: PlanarScan, range_m: float) -> Surfaces:
     bearings, ranges = thin_bearings[:count], thin_ranges[:count]
     points = ranges[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)])
     normals, flat = np.empty_like(points), np.empty(count, np.bool_)
-    surface_normals(points, np.empty(count, np.bool_), normals, flat)
+    surface_normals(points, np.empty(count, np.bool_), normals, flat, False)
     normals *= np.where((normals * points).sum(axis=1) > 0.0, -1.0, 1.0)[:, None]
     lidar = np.array(scan.lidar_in_base)
     in_map = se2.wrap(bearings + lidar[2])

@@ -34,7 +34,7 @@ def beams_of(scan: PlanarScan, parameters: LidarOdometryParameters) -> np.ndarra
     bearings, ranges = thin_bearings[:count], thin_ranges[:count]
     points = np.stack((ranges * np.cos(bearings), ranges * np.sin(bearings)), axis=1)
     normals, flat = np.empty_like(points), np.empty(count, np.bool_)
-    surface_normals(points, np.empty(count, np.bool_), normals, flat)
+    surface_normals(points, np.empty(count, np.bool_), normals, flat, False)
     normals *= np.where(flat, -np.sign((normals * points).sum(axis=1)), 0.0)[:, None]
     beams = np.zeros((count, 7))
     beams[:, 0:2] = se2.transform(scan.lidar_in_base, points * parameters.cell_m)
