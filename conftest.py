@@ -129,6 +129,10 @@ class Processes:
             command, env=self.environment, start_new_session=True, preexec_fn=heed_interrupts, **options
         )
 
+    def start_node(self, package: str, node: str, *words: str, **options) -> subprocess.Popen:
+        """Start a node without rosrun, which takes 0.4 s of CPU time to find the program."""
+        return self.start(str(ROOT / "devel/lib" / package / node), *words, **options)
+
     def run(self, *command: str, timeout_s: float) -> subprocess.CompletedProcess:
         """Run a command to its end; returns its code, and all that it said as `stdout`.
 

@@ -48,7 +48,7 @@ def test_a_node_that_works_takes_leave_of_the_master(ros_master):
     def services() -> list[str]:
         return [name for name, _ in master.getSystemState()[2] if name.startswith("/cepa/")]
 
-    node = ros_master.start("rosrun", "cepa", "cepa", stderr=subprocess.PIPE, text=True)
+    node = ros_master.start_node("cepa", "cepa", stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60.0
     while "/cepa/set_parameters" not in services():
         assert time.monotonic() < deadline, "it never came up"
@@ -67,7 +67,7 @@ def test_map_saver_without_a_master_says_so(processes):
 
 
 def test_map_saver_is_interrupted_without_a_traceback(ros_master):
-    child = ros_master.start("rosrun", "gridslam", "map_saver", stderr=subprocess.PIPE, text=True)
+    child = ros_master.start_node("gridslam", "map_saver", stderr=subprocess.PIPE, text=True)
     time.sleep(4.0)
     child.send_signal(signal.SIGINT)
     _, said = child.communicate(timeout=60.0)

@@ -200,8 +200,8 @@ def test_roslaunch_alone_refuses_before_it_starts_anything(processes):
 
 def test_a_launch_over_a_running_graph_is_refused_and_the_graph_goes_on(ros_master):
     """Of the flight's nodes one is enough, from any launch: ROS would end it and start it anew."""
-    first = ros_master.start(
-        *("rosrun", "inspection_tools", "lidar_padding", "__name:=lidar_padding"), stderr=subprocess.DEVNULL
+    first = ros_master.start_node(
+        "inspection_tools", "lidar_padding", "__name:=lidar_padding", stderr=subprocess.DEVNULL
     )
     master = rosgraph.Master("/test", ros_master.environment["ROS_MASTER_URI"])
     wait_until_registered(master, "/lidar_padding")

@@ -46,8 +46,8 @@ def refusals(master_of_module):
     started = {}
     for number, (case, (arg, _)) in enumerate(REFUSED.items()):
         words = (f"__name:=refused_{number}", f"_world:={WORLDS / 'empty.world'}", arg)
-        started[case] = master_of_module.start(
-            *("rosrun", "master_thesis", "experiment_1", *words), stdout=PIPE, stderr=STDOUT, text=True
+        started[case] = master_of_module.start_node(
+            "master_thesis", "experiment_1", *words, stdout=PIPE, stderr=STDOUT, text=True
         )
     said = {case: process.communicate(timeout=100.0)[0] for case, process in started.items()}
     return {case: (started[case].returncode, said[case]) for case in REFUSED}
@@ -76,7 +76,7 @@ def test_a_node_that_keeps_trying_says_so_and_starts_once_it_is_mended(ros_maste
     for node, (package, parameter, wrong, _) in KEPT_TRYING.items():
         words = (f"_{parameter}:={wrong}", "_keep_trying:=true")
         with logs[node].open("w") as log:
-            started[node] = ros_master.start("rosrun", package, node, *words, stdout=log, stderr=STDOUT)
+            started[node] = ros_master.start_node(package, node, *words, stdout=log, stderr=STDOUT)
     for node, log in logs.items():
         wait_for(lambda log=log: "[FATAL]" in log.read_text(), f"{node} does not say what is wrong")
     (port,) = free_ports(1)

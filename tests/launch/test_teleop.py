@@ -49,7 +49,7 @@ def row(ahead, left):
 def test_keys_fly_and_letting_go_hovers(ros_master, listen, terminal):
     pilot, node = terminal
     before = termios.tcgetattr(node)
-    teleop = ros_master.start("rosrun", "inspection_tools", "teleop", "_speed:=2.0", stdin=node)
+    teleop = ros_master.start_node("inspection_tools", "teleop", "_speed:=2.0", stdin=node)
     listen(row(0.0, 0.0))
     os.write(pilot, b"i")
     listen(row(2.0, 0.0) + r"[^\n]*\n(.*\n)*?.*" + row(0.0, 0.0))  # ahead, and then zero again
@@ -61,8 +61,7 @@ def test_keys_fly_and_letting_go_hovers(ros_master, listen, terminal):
 
 
 def test_without_a_terminal_it_ends_with_a_sentence(ros_master):
-    ended = ros_master.start(
-        "rosrun",
+    ended = ros_master.start_node(
         "inspection_tools",
         "teleop",
         stdin=subprocess.DEVNULL,

@@ -11,6 +11,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Pose, TwistStamped
 from nav_msgs.msg import Odometry
+from roslib.packages import find_node
 from sensor_msgs.msg import LaserScan
 
 from node_tools.testing import Input, Output, Stamps, address_of, wait_until
@@ -114,7 +115,7 @@ class ToolsLaunchTest(unittest.TestCase):
         )
         started = [
             subprocess.Popen(
-                ["rosrun", "inspection_tools", node, f"__name:=misled_{index}", parameter],
+                [find_node("inspection_tools", node)[0], f"__name:=misled_{index}", parameter],
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,

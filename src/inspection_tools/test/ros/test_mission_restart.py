@@ -22,7 +22,7 @@ pytestmark = pytest.mark.ros
 def test_a_mission_that_is_started_again_goes_on_after_the_waypoints_that_were_reached(ros_master):
     def start_node():
         file = f"_file:={FOLDER / 'mission.yaml'}"
-        return ros_master.start("rosrun", "inspection_tools", "mission", "__name:=mission", file)
+        return ros_master.start_node("inspection_tools", "mission", "__name:=mission", file)
 
     node = start_node()
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}

@@ -14,6 +14,7 @@ import rosnode
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
+from roslib.packages import find_node
 from sensor_msgs.msg import LaserScan
 
 TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -35,7 +36,7 @@ REFUSED = {
 
 def start(name, *parameters):
     """Start a node of this name beside the others."""
-    command = ["rosrun", "simulation_tools", "gazebo", f"__name:={name}", "/clock:=/other_clock"]
+    command = [find_node("simulation_tools", "gazebo")[0], f"__name:={name}", "/clock:=/other_clock"]
     given = {parameter.split(":=")[0] for parameter in parameters}
     ports = [f"{port}:=0" for port in ("_offboard_port", "_gcs_port") if port not in given]
     return subprocess.Popen(
