@@ -82,7 +82,7 @@ class PublisherParameters:
     wait_report_s: float = 10.0
     needs_home: bool = True
     needs_vision: bool = False
-    vision_timeout_s: float = 0.13
+    vision_timeout_s: float = 0.11
     vision_timeout_least_s: float = 0.07
     vision_spare_s: float = 0.015
     vision_landing_s: float = 3.0
