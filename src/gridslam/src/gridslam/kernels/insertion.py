@@ -181,7 +181,7 @@ def _clear_unwanted(box: tuple[int, int, int, int], scan: BeamEnds) -> None:
 
 
 @njit(cache=True, nogil=True)
-def add_at_home(table: np.ndarray, x: int, y: int, count: int, tiles: Tiles) -> None:
+def add_at_home(table: np.ndarray, x: int, y: int, count: int | np.int64, tiles: Tiles) -> None:
     """Add this many beams to the lidar's own cell of a table, where they begin."""
     tile = table[y >> SIDE_BITS, x >> SIDE_BITS]
     if tiles.ends[tile] != EMPTY:  # hits may be halved
@@ -216,7 +216,7 @@ def _mark_points(
 def enter_beams(
     table: np.ndarray,
     stamp: int,
-    number: int,
+    number: int | np.int64,
     box: tuple[int, int, int, int],
     there: tuple[int, int, int, int],
     parts: int,
@@ -260,7 +260,7 @@ def enter_beams(
 def insert_beams(
     table: np.ndarray,
     stamp: int,
-    number: int,
+    number: int | np.int64,
     box: tuple[int, int, int, int],
     parts: int,
     scan: BeamEnds,

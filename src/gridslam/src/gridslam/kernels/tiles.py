@@ -62,7 +62,7 @@ def own_tiles(
     box: tuple[int, int, int, int],
     are_wanted: np.ndarray,
     stamp: int,
-    number: int,
+    number: int | np.int64,
     tiles: Tiles,
 ) -> None:
     """Give a table its own tiles at the wanted places of a box, and stamp them. Copy what others share.
