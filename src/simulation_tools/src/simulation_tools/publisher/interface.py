@@ -49,7 +49,7 @@ class PublisherParameters:
     needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as it
     trusts its position. A vehicle that is armed earlier starts in a failsafe. Without satellites there may
     never be a home position. needs_vision: the flight controller flies by external poses. If none has gone
-    to it for the usual gap between the last poses, twice the lateness of the latest but one, and
+    to it for the usual gap between the last poses, 1.5 times the lateness of the latest but one, and
     vision_spare_s more, the UAV stops, because it then knows its own speed for a few seconds only. It waits
     for vision_timeout_least_s at least, and for vision_timeout_s or 1.4 usual gaps at most.
     It stops within brake_time_s, see `Brake`. A fast one takes longer, so that the plan needs at most
