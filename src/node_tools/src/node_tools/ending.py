@@ -13,11 +13,16 @@ import os
 import signal
 import sys
 import threading
+from types import ModuleType
 from typing import Callable
 
-# dynamic_reconfigure asks rospkg for a manifest, and rospkg asks rosdep if it is installed. Then every node
-# would print that rosdep was never initialised. No node needs rosdep.
-sys.modules.setdefault("rosdep2", None)  # type: ignore[arg-type]
+# rospy and dynamic_reconfigure load two modules of roslib that take a quarter of a node's start. `stacks` is
+# out of date, and loads a parser. `launcher` looks through all packages for paths that only rosbuild had.
+# Where rosdep is installed, it also says that rosdep was never initialised.
+sys.modules.setdefault("roslib.stacks", ModuleType("roslib.stacks"))
+_LAUNCHER = ModuleType("roslib.launcher")
+_LAUNCHER.load_manifest = lambda _: None  # type: ignore[attr-defined]
+sys.modules.setdefault("roslib.launcher", _LAUNCHER)
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 CLOSING_S = 0.8

@@ -11,6 +11,7 @@ import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Callable, Mapping, Sequence
 
 import rosgraph
@@ -19,6 +20,9 @@ import rospkg
 from node_tools.ros_servers import UNREACHABLE, server
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of, check_arguments, nodes_of
+
+# roslaunch imports it to measure its logs. It would load setuptools, which takes half of roslaunch's time.
+sys.modules.setdefault("rosclean", ModuleType("rosclean"))
 
 _ROSLAUNCH_GOES_ON = "(What follows is roslaunch's own report of this. It says no more.)"
 
@@ -79,15 +83,25 @@ def check(launch: Launch) -> None:
 
 def defaults_of(file: Path) -> dict[str, str]:
     """Return a launch file's defaults by name, resolved; without those that need a missing argument."""
-    from roslaunch.substitution_args import resolve_args  # takes a third of a second
-
     values: dict[str, str] = {}
     for argument in arguments_of(file):
         with contextlib.suppress(Exception):  # $(eval) may raise anything
             if argument.text is not None:
-                context = {"arg": dict(values)}
-                values[argument.name] = str(resolve_args(argument.text, context, filename=str(file)))
+                values[argument.name] = resolved(argument.text, values, file)
     return values
+
+
+def resolved(text: str, values: Mapping[str, str], file: Path) -> str:
+    """Return a text of a launch file with its $(arg ...), $(find ...) and $(eval ...) filled in.
+
+    values: of the arguments, by name.
+
+    Raises:
+        SubstitutionException: of roslaunch; and $(eval) may raise anything.
+    """
+    from roslaunch.substitution_args import resolve_args  # takes a third of a second
+
+    return str(resolve_args(text, context={"arg": dict(values)}, filename=str(file)))
 
 
 def check_nothing_runs(files: Sequence[Path], master_uri: str) -> None:

@@ -8,7 +8,6 @@ from struct import Struct
 from typing import Sequence
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from cepa.dynamic.response import ResponseModel
 from cepa.kernels.rollout import observe
@@ -119,6 +118,8 @@ class Observer:
 @lru_cache(maxsize=256)
 def _gains(model: ResponseModel, dt_s: float) -> np.ndarray:
     """Return the gains (3,) of the velocity's innovation on velocity, acceleration and integral."""
+    from scipy.linalg import solve_discrete_are  # slow to import, and only the algorithm `dynamic` needs it
+
     states = 3 if model.i > 0.0 else 2  # without i the integral stays 0
     f = model.transition(dt_s)[0][1 : 1 + states, 1 : 1 + states]
     noises = np.array([1e-3, ACCELERATION_NOISE_M_S2, INTEGRAL_NOISE_M_S2])[:states]

@@ -16,7 +16,6 @@ from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import expm
 
 from cepa.errors import ParameterError
 
@@ -94,6 +93,8 @@ class ResponseModel:
 
 @lru_cache(maxsize=64)
 def _transition(model: ResponseModel, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+    from scipy.linalg import expm  # slow to import, and only the algorithm `dynamic` needs it
+
     a, b = model.dynamics()
     whole = expm(np.block([[a, b[:, None]], [np.zeros((1, 5))]]) * step_s)
     return whole[:4, :4].copy(), whole[:4, 4].copy()

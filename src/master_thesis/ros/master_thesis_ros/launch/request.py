@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Callable, Mapping, Sequence
 from xml.etree import ElementTree
 
-from roslaunch.substitution_args import SubstitutionException, resolve_args
-
 from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.requests import experiment_1, experiments_3_4, simulator, teleop
 from master_thesis.requests.results_folder import check_results
@@ -68,6 +66,8 @@ def values_of(file: Path, given: Mapping[str, str]) -> dict[str, str]:
     Raises:
         LaunchError: a default cannot be resolved with the given arguments.
     """
+    from roslaunch.substitution_args import SubstitutionException  # takes a third of a second
+
     values: dict[str, str] = {}
     root = ElementTree.parse(file).getroot()
     try:
@@ -75,26 +75,22 @@ def values_of(file: Path, given: Mapping[str, str]) -> dict[str, str]:
             if argument.name in given and not argument.fixed:
                 values[argument.name] = given[argument.name]
             elif argument.text is not None:
-                values[argument.name] = _resolved(argument.text, values, file)
+                values[argument.name] = launch_check.resolved(argument.text, values, file)
         for include in root.findall("include[@pass_all_args='true']"):
             for handed in include.findall("arg"):
-                values[handed.get("name", "")] = _resolved(handed.get("value", ""), values, file)
+                values[handed.get("name", "")] = launch_check.resolved(handed.get("value", ""), values, file)
     except SubstitutionException as error:
         raise LaunchError(f"{file.name}: {error}") from None
     return values
 
 
-def _resolved(text: str, values: Mapping[str, str], file: Path) -> str:
-    return str(resolve_args(text, context={"arg": dict(values)}, filename=str(file)))
-
-
 def check_avoidance(avoidance: str) -> None:
     """Check that the avoidance exists: cepa, or "PACKAGE NODE"; raises FlightError."""
+    if avoidance == scenario.CEPA:
+        return
     import roslib.packages
     import rospkg
 
-    if avoidance == scenario.CEPA:
-        return
     words = avoidance.split()
     how = 'give avoidance:=cepa or avoidance:="PACKAGE NODE"'
     if len(words) != 2:
