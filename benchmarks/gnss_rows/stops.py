@@ -1,6 +1,7 @@
 """How soon the UAV stops when `vision_pose_publisher` dies for good: at many places of one round of the hold.
 
-Every `PERIOD_S` of the round it dies in a copy of the flight. Times count from the last pose.
+Every `PERIOD_S` of the round it dies in a copy of the flight. Times count from the last pose's scan, one of
+them also from the death.
 """
 
 from __future__ import annotations
@@ -57,7 +58,9 @@ def _die(loop: ClosedLoop, after_lost_scan: bool) -> dict:
     assert loop.own_odometry.told_us is not None
     lost_s = 1e-6 * loop.own_odometry.told_us
     brakes_s = None if noticed_s is None else noticed_s - lost_s
-    return {"brakes_s": brakes_s, **stop_of(loop.log.truth.rows, lost_s)._asdict()}
+    stop = stop_of(loop.log.truth.rows, lost_s)
+    after_death_s = None if stop.slow_s is None else stop.slow_s - (died_s - lost_s)
+    return {"brakes_s": brakes_s, "after_death_s": after_death_s, **stop._asdict()}
 
 
 def _is_on_its_way(loop: ClosedLoop) -> bool:
@@ -72,6 +75,7 @@ def summary(stops: Sequence[dict]) -> dict:
         "turning": len(turning),
         "median_s": _median(stops, "slow_s"),
         "worst_s": _worst(stops, "slow_s"),
+        "worst_after_death_s": _worst(stops, "after_death_s"),
         "turning_median_s": _median(turning, "slow_s"),
         "turning_worst_s": _worst(turning, "slow_s"),
         "brakes_after_s": _median(stops, "brakes_s"),

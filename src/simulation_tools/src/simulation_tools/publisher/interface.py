@@ -86,7 +86,7 @@ class PublisherParameters:
     vision_timeout_least_s: float = 0.07
     vision_spare_s: float = 0.015
     vision_landing_s: float = 3.0
-    brake_time_s: float = 0.38
+    brake_time_s: float = 0.385
     brake_acceleration_m_s2: float = 6.0
     brake_pose_age_s: float = 0.04
     brake_speed_m_s: float = 4.0
