@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from inspection_tools import read_mission
@@ -106,15 +107,15 @@ def _paths(flown: Mapping[str, Mapping[str, Sequence[dict]]]) -> Picture:
         for lidar, results in lidars.items():
             path_xy = np.array(results[0]["path_xy"])
             look = {"color": palette.LIDARS[lidar], "lw": 1.0}
-            above.plot(*path_xy.T, **look, label=short_name(lidar))
+            above.plot(*path_xy.T, **look)
             above.plot(*path_xy[-1], palette.MARKERS[lidar], **look, ms=5, mec="black", mew=0.4)
             flown_m = np.append(0.0, np.hypot(*np.diff(path_xy, axis=0).T).cumsum())
             below.plot(flown_m, distances(path_xy, way_xy), **look)
         below.set_ylim(bottom=0.0)
         below.margins(x=0.01)
         _name_axes(below, "way flown [m]", "off the planned path [m]")
-    named = {name: line for axes in grid[0] for line, name in zip(*axes.get_legend_handles_labels())}
-    figure.legend(named.values(), named, loc="outside lower center", ncols=len(named), fontsize=8)
+    marks = [_mark(lidar) for lidar in ORDER if any(lidar in lidars for lidars in flown.values())]
+    figure.legend(handles=marks, loc="outside lower center", ncols=len(marks), fontsize=8)
     return Picture(
         svg(figure),
         "True paths of one flight with each lidar, with a mark where it ended. Dashed: the planned path. "
@@ -122,6 +123,12 @@ def _paths(flown: Mapping[str, Mapping[str, Sequence[dict]]]) -> Picture:
         "The worlds from above with the path flown with each lidar, and its distance from the planned path",
         wide=True,
     )
+
+
+def _mark(lidar: str) -> Line2D:
+    """Return a thick line with the mark of the end, so that the legend shows the colour."""
+    colour, marker, name = palette.LIDARS[lidar], palette.MARKERS[lidar], short_name(lidar)
+    return Line2D([], [], color=colour, marker=marker, lw=2.5, ms=6, mec="black", mew=0.4, label=name)
 
 
 def _draw_world(axes: Axes, world: str, way_xy: np.ndarray) -> None:
