@@ -16,4 +16,4 @@ def worlds_folder() -> Path:
 def png_only(monkeypatch):
     """Leave the PDF and SVG of each picture empty: `test_pictures` and `test_run_files` look at them."""
     for ending in ("pdf", "svg"):
-        monkeypatch.setattr(picture_files, ending, lambda _: b"")
+        monkeypatch.setattr(picture_files, ending, lambda *_: b"")

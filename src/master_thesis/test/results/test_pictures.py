@@ -147,3 +147,5 @@ def test_a_figure_is_there_to_look_at_to_print_and_to_edit():
     drawing = etree.fromstring(shown["flight.svg"])
     assert len(drawing.findall(".//{*}path")) > 200  # the path flown has 199 segments
     assert picture_files.files("flight", flight_pictures.top_view_figure(view())) == shown
+    # They have one crop, and it is the picture's own
+    assert picture_files.png(flight_pictures.top_view_figure(view())) == shown["flight.png"]

@@ -8,34 +8,52 @@ from typing import Any
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 _DPI = 200
+_PAD_IN = 0.05
 
 
 def files(name: str, figure: Figure) -> dict[str, bytes]:
     """Return a figure as files: NAME.png to look at, NAME.pdf and NAME.svg to print and to edit."""
-    return {f"{name}.{ending}": draw(figure) for ending, draw in (("png", png), ("pdf", pdf), ("svg", svg))}
+    inked = _inked(figure)
+    drawn = {"png": png(figure, inked), "pdf": pdf(figure, inked), "svg": svg(figure, inked)}
+    return {f"{name}.{ending}": content for ending, content in drawn.items()}
 
 
-def png(figure: Figure) -> bytes:
-    """Return a figure as the bytes of a PNG file, fine enough for print."""
+def png(figure: Figure, inked: Bbox | None = None) -> bytes:
+    """Return a figure as the bytes of a PNG file, fine enough for print. inked: see `_inked`."""
     FigureCanvasAgg(figure)
-    return _drawn(figure, "png")
+    return _drawn(figure, "png", inked)
 
 
-def pdf(figure: Figure) -> bytes:
+def pdf(figure: Figure, inked: Bbox | None = None) -> bytes:
     """Return a figure as the bytes of a PDF file, the same for the same figure; its text can be searched."""
     with rc_context({"pdf.fonttype": 42}):
-        return _drawn(figure, "pdf", metadata={"CreationDate": None})
+        return _drawn(figure, "pdf", inked, metadata={"CreationDate": None})
 
 
-def svg(figure: Figure) -> bytes:
+def svg(figure: Figure, inked: Bbox | None = None) -> bytes:
     """Return a figure as the bytes of an SVG file, the same for the same figure."""
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": "master_thesis"}):
-        return _drawn(figure, "svg", metadata={"Date": None})
+        return _drawn(figure, "svg", inked, metadata={"Date": None})
 
 
-def _drawn(figure: Figure, ending: str, **options: Any) -> bytes:
+def _inked(figure: Figure) -> Bbox:
+    """Return the part of a figure to write, in inches: all that is drawn, and a margin.
+
+    matplotlib would find it for each file, which takes as long as to draw it.
+    """
+    canvas, dpi = FigureCanvasAgg(figure), figure.dpi
+    figure.dpi = _DPI
+    figure.draw_without_rendering()
+    inked = figure.get_tightbbox(canvas.get_renderer()).padded(_PAD_IN)
+    figure.dpi = dpi
+    return inked
+
+
+def _drawn(figure: Figure, ending: str, inked: Bbox | None, **options: Any) -> bytes:
     stream = io.BytesIO()
-    figure.savefig(stream, format=ending, dpi=_DPI, bbox_inches="tight", pad_inches=0.05, **options)
+    shown = inked or "tight"
+    figure.savefig(stream, format=ending, dpi=_DPI, bbox_inches=shown, pad_inches=_PAD_IN, **options)
     return stream.getvalue()
