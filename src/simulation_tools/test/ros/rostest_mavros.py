@@ -228,6 +228,7 @@ class TestMavros(MavrosTestCase):
         self.assertTrue(self.eventually(lambda: self.mode() == "AUTO.LAND"))
         self.assertEqual(self.last("state").system_status, 5)
         self.assertTrue(self.eventually(lambda: self.mode() == "OFFBOARD", 20.0, self.stream_pose))
+        self.land_soon()
         self.assertTrue(self.services["cmd/land"](0, 0, 0, 0, 0).success)
         self.assertTrue(self.eventually(lambda: not self.last("state").armed, 40.0))
 
@@ -235,7 +236,8 @@ class TestMavros(MavrosTestCase):
         """As a user starts it; afterwards the UAV stands where it stood."""
         z = lambda: self.last("local_position/pose").pose.position.z  # noqa: E731
         ground, heights = z(), []
-        command = ["rosrun", "simulation_tools", "offboard_example", "_height:=1.0", "_hold:=0.5"]
+        # In a node's folder are all the others. rosrun takes long to find one, and time goes fast here.
+        command = [str(Path(sys.argv[0]).with_name("offboard_example")), "_height:=1.0", "_hold:=0.5"]
         example = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(example.kill)
         self.eventually(lambda: heights.append(z()) or example.poll() is not None, 90.0)

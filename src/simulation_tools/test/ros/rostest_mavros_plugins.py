@@ -292,6 +292,7 @@ class TestMavrosPlugins(MavrosTestCase):
         target = self.last("setpoint_raw/target_global")
         self.assertEqual(target.coordinate_frame, 5)
         self.assertAlmostEqual(target.latitude, LATITUDE, delta=1e-3)
+        self.land_soon()
         self.ask_for_mode(0, "AUTO.LAND")
         landed = self.eventually(lambda: not self.last("state").armed, 60.0)
         self.assertTrue(landed, (self.last("state"), self.where()))
