@@ -12,7 +12,7 @@ import pytest
 pytestmark = pytest.mark.ros
 
 PROBE = Path(__file__).parent / "doctor_probe.py"
-DOCTOR = ("rosrun", "master_thesis", "doctor")
+DOCTOR = (str(Path(__file__).resolve().parents[2] / "devel/lib/master_thesis/doctor"),)
 PATIENCE_S = 90.0
 
 EXPECTED = {

@@ -61,9 +61,12 @@ def test_a_node_that_works_takes_leave_of_the_master(ros_master):
 
 def test_map_saver_without_a_master_says_so(processes):
     processes.environment["ROS_MASTER_URI"] = uri = f"http://localhost:{free_ports(1)[0]}"
-    run = processes.run("rosrun", "gridslam", "map_saver", timeout_s=60.0)
-    assert run.returncode == 1
-    assert run.stdout == f"map_saver: no ROS master answers at {uri}; start one, or set ROS_MASTER_URI.\n"
+    saver = processes.start_node(
+        "gridslam", "map_saver", stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    said, _ = saver.communicate(timeout=60.0)
+    assert saver.returncode == 1
+    assert said == f"map_saver: no ROS master answers at {uri}; start one, or set ROS_MASTER_URI.\n"
 
 
 def test_map_saver_is_interrupted_without_a_traceback(ros_master):

@@ -277,7 +277,8 @@ class CepaTest(DynamicCases, unittest.TestCase):
         self.assert_velocity(self.answer(), (1.0, 0.0, 0.0))
 
     def test_an_unknown_algorithm_at_the_start_is_a_sentence_and_exit_code_1(self):
-        command = ["rosrun", "cepa", "cepa", "__name:=cepa_wrong", "_algorithm:=magic"]
+        cepa = Path(sys.argv[0]).with_name("cepa")  # rosrun takes long to find it
+        command = [str(cepa), "__name:=cepa_wrong", "_algorithm:=magic"]
         ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
         self.assertEqual(ended.returncode, 1)
         said = ended.stdout + ended.stderr
