@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from inspection_tools import read_mission
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.worlds import experiments_3_4, floor_plan, true_walls
 from simulation_tools.sdf.elements import Box
@@ -78,7 +77,7 @@ def test_missions_keep_clear_of_everything(name):
     scenario = SCENARIOS[name]
     start = np.array(scenario.start_xyz_yaw[:2])
     faces = faces_of(load_world(str(scenario.world_path), ()), start)
-    places = np.array([start, *(w.position_m[:2] for w in read_mission(scenario.mission_path))])
+    places = np.array([start, *(w.position_m[:2] for w in scenario.waypoints)])
     for a, b in zip(places, places[1:]):
         for share in np.linspace(0.0, 1.0, 20):
             assert distance_to(faces, a + share * (b - a)) > 0.85, (a, b)  # r_LB is 0.5 m
@@ -86,7 +85,7 @@ def test_missions_keep_clear_of_everything(name):
 
 def test_the_round_trip_is_3_m_from_the_plating_and_ends_where_it_began():
     scenario = SCENARIOS["hold"]
-    places = np.array([w.position_m[:2] for w in read_mission(scenario.mission_path)])
+    places = np.array([w.position_m[:2] for w in scenario.waypoints])
     to_side = np.minimum(15.0 - np.abs(places[:, 0]), 10.0 - np.abs(places[:, 1]))
     assert np.allclose(to_side, 3.0)
     assert np.allclose(places[-1], scenario.start_xyz_yaw[:2])

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
-from inspection_tools import PositionControllerParameters, read_mission
+from inspection_tools import PositionControllerParameters, Waypoint, read_mission
 from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.course import Phase
@@ -37,10 +38,10 @@ class MappingScenario:
         """The SDF file."""
         return PACKAGE / "worlds" / f"{self.world}.world"
 
-    @property
-    def mission_path(self) -> Path:
-        """The YAML file of waypoints."""
-        return PACKAGE / "config" / "missions" / f"{self.mission}.yaml"
+    @cached_property
+    def waypoints(self) -> tuple[Waypoint, ...]:
+        """The mission's waypoints. The file is read once."""
+        return read_mission(PACKAGE / "config" / "missions" / f"{self.mission}.yaml")
 
     @property
     def flight_height_m(self) -> float:
@@ -81,7 +82,7 @@ def parameters_of(
     )
     return ClosedLoopParameters(
         simulation,
-        mission=read_mission(scenario.mission_path),
+        mission=scenario.waypoints,
         cepa=replace(CEPA, r_ub=R_UB_M),
         duration_s=scenario.duration_s,
         position_controller=replace(PositionControllerParameters(), max_speed=scenario.speed_m_s),

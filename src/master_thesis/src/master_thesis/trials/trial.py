@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Callable, Iterable, Mapping
 
@@ -32,7 +33,7 @@ class Trial:
     cost_s: float = 1.0
     alone: bool = False
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """A digest of everything that the trial depends on except the code."""
         return digest({"format": FORMAT, "given": self.given, "inputs": self.inputs})

@@ -12,6 +12,7 @@ from master_thesis.errors import FlightError
 from master_thesis.experiment_2 import pictures
 from master_thesis.experiment_2.let_go import let_go
 from master_thesis.experiment_2.proposals import propose, sweep
+from master_thesis.experiment_2.trial import TrialParameters
 from master_thesis.experiment_2.variations import WORLD, described, fly_variation, variation_parameters
 from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import PLACEMENTS_A_PIECE, Size
@@ -20,6 +21,9 @@ from master_thesis.worlds.scenario import THESIS_ALGORITHMS
 from simulation_tools.vehicle.uav import load_uav
 
 PATH_STEP = 10
+WITH_SWEEP = "columns"
+"""The placement whose scan is drawn with several K."""
+_UNTIL_FIRST_SCAN = TrialParameters(observe_s=0.2)
 
 
 def pieces(size: Size) -> list[Piece]:
@@ -63,7 +67,7 @@ def flights_piece(scenario: str, algorithm: str, first: int, count: int) -> Piec
 
 def make_proposals(scenario: str) -> dict:
     """Let the UAV go once. Return both algorithms' proposals for the first scan afterwards."""
-    parameters = variation_parameters(scenario, "improved", 0)
+    parameters = replace(variation_parameters(scenario, "improved", 0), trial=_UNTIL_FIRST_SCAN)
     trial = let_go(parameters)
     if trial.failure is not None:
         raise FlightError(f"{scenario}: {trial.failure}")
@@ -72,16 +76,16 @@ def make_proposals(scenario: str) -> dict:
     uav = load_uav(description.model, description.lidar).model
     beams = scan.full_turn(parameters.cepa.dropout_beams)
     swept = sweep(scan, parameters.cepa)
+    drawn = {"proposals": svg(pictures.proposals_figure(description, trial, uav))}
+    if scenario == WITH_SWEEP:
+        drawn["sweep"] = svg(pictures.sweep_figure(description, trial))
     return {
         "proposals": propose(scan, parameters.cepa),
         "sweep": [
             {**asdict(each), "intruding_share": _intruding_share(beams, parameters.cepa, each.k_filter)}
             for each in swept
         ],
-        "pictures": {
-            "proposals": svg(pictures.proposals_figure(description, trial, uav)),
-            "sweep": svg(pictures.sweep_figure(description, trial)),
-        },
+        "pictures": drawn,
     }
 
 

@@ -20,7 +20,13 @@ from master_thesis.report.content import (
     number,
     resting_on,
 )
-from master_thesis.report.pieces.experiment_2 import PATH_STEP, flights_piece, pieces, proposals_piece
+from master_thesis.report.pieces.experiment_2 import (
+    PATH_STEP,
+    WITH_SWEEP,
+    flights_piece,
+    pieces,
+    proposals_piece,
+)
 from master_thesis.report.size import Size
 from master_thesis.results.picture_files import svg
 from master_thesis.trials.store import Store
@@ -95,7 +101,7 @@ def _pictures(scenario: str, done: Row) -> list[Picture]:
             wide=True,
         )
     ]
-    if scenario == "columns":
+    if scenario == WITH_SWEEP:
         pictures.append(
             Picture(
                 done.result["pictures"]["sweep"].encode(),

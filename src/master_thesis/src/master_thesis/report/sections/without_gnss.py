@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
-from inspection_tools import read_mission
 from master_thesis.experiments_3_4.flight_without_gnss import distances
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.report import thesis
@@ -101,8 +100,7 @@ def _paths(flown: Mapping[str, Mapping[str, Sequence[dict]]]) -> Picture:
     grid = figure.subplots(2, len(flown), squeeze=False, height_ratios=(2.2, 1.0))
     for (above, below), (world, lidars) in zip(grid.T, flown.items()):
         scenario = SCENARIOS[world]
-        mission = read_mission(scenario.mission_path)
-        way_xy = np.array([scenario.start_xyz_yaw[:2], *(w.position_m[:2] for w in mission)])
+        way_xy = np.array([scenario.start_xyz_yaw[:2], *(w.position_m[:2] for w in scenario.waypoints)])
         _draw_world(above, world, way_xy)
         for lidar, results in lidars.items():
             path_xy = np.array(results[0]["path_xy"])
