@@ -15,7 +15,7 @@ from cepa.emergency import Section, open_sections
 from cepa.kernels.emergency import k_filter, safe_directions
 from cepa.scan import Grid
 
-EXAMPLES = settings(max_examples=150, deadline=None)
+EXAMPLES = settings(max_examples=60, deadline=None)
 TURN = 2.0 * math.pi
 P = CepaParameters()
 close_recipes = recipes(0.1, 0.5)
@@ -124,7 +124,7 @@ class TestImproved:
         assert reference.is_safe(p, beams, angle)
         assert free or beams.seen[nearest_beam(beams, angle)]
 
-    @settings(max_examples=500, deadline=None)
+    @settings(max_examples=150, deadline=None)
     @given(
         st.integers(0, 2**32 - 1),
         st.floats(8.0, 60.0),

@@ -171,7 +171,7 @@ events = st.lists(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(events)
 def test_whatever_comes_in_whatever_order_each_scan_is_answered_once_and_none_waits_for_ever(stream):
     p, offered, answered = pairing(), [], []
@@ -185,7 +185,7 @@ def test_whatever_comes_in_whatever_order_each_scan_is_answered_once_and_none_wa
         assert [pair.scan.value for pair in answered] == offered[: len(answered)]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.randoms(use_true_random=False), st.integers(2, 12))
 def test_sources_that_share_stamps_are_never_missed_however_the_messages_race(random, instants):
     p, answered = pairing(), []
@@ -225,7 +225,7 @@ def test_a_slow_source_that_fails_holds_up_one_scan():
 # -- recordings: nothing is lacking, nothing is urgent ----------------------------------------------------
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_a_patient_pairing_answers_alike_in_whatever_order_the_connections_are_read(data):
     """Each topic in its own order, but one topic may be read seconds ahead of another."""

@@ -18,7 +18,6 @@ from cepa.kernels.improved import valid_directions
 from cepa.scan import Grid
 
 EXAMPLES = settings(max_examples=150, deadline=None)
-MANY_EXAMPLES = settings(max_examples=500, deadline=None)
 TURN = 2.0 * math.pi
 
 
@@ -61,7 +60,7 @@ def test_improved_equals_brute_force_where_the_increment_does_not_divide_the_tur
     assert decision.cost == pytest.approx(costs.min(initial=math.inf), rel=1e-9, abs=1e-9)
 
 
-@MANY_EXAMPLES
+@EXAMPLES
 @given(st.floats(8.0, 400.0), st.floats(0.51, 3.0), st.integers(0, 400), st.sampled_from([0.4, 1.0, 4.0]))
 def test_one_obstacle_forbids_the_same_angle_on_both_sides_across_the_seam_too(
     turn_in_beams, distance_m, bearing, ahead_m
@@ -96,7 +95,7 @@ def test_original_equals_brute_force(recipe, v_ref, parameters):
     assert decision.directions_tested in (len(velocities_xy), len(velocities_xy) + 1)
 
 
-@MANY_EXAMPLES
+@EXAMPLES
 @given(recipes(), velocities, velocities)
 def test_no_answer_has_an_obstacle_in_its_inner_cushion(recipe, v_ref, v_uav):
     parameters = CepaParameters()

@@ -17,7 +17,7 @@ from cepa.cushion import emergency_edge, stopping_distance
 from cepa.emergency import edges
 from cepa.scan import Grid
 
-EXAMPLES = settings(max_examples=150, deadline=None)
+EXAMPLES = settings(max_examples=60, deadline=None)
 TURN = 2.0 * math.pi
 P = CepaParameters(velocity_aware_emergency=True, braking_deceleration=4.0, braking_latency=0.25)
 near_and_far = recipes(0.3, 1.0)

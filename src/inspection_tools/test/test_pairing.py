@@ -49,7 +49,7 @@ def test_a_source_whose_clock_jumps_back_starts_anew():
     assert pairing.offer_command(1, "b") == [("b", None)]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(order=st.lists(st.booleans(), min_size=1, max_size=40), ratio=st.integers(1, 4))
 def test_outcome_does_not_depend_on_which_is_faster(order, ratio):
     """References at every tick, commands at every `ratio`-th; each race of a pair drawn as won or lost."""
@@ -69,7 +69,7 @@ def test_outcome_does_not_depend_on_which_is_faster(order, ratio):
     assert answers == [(t, (t, t)) for t in range(0, (len(order) + 1) * ratio, ratio)]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.booleans(), st.integers(0, 1)), max_size=60))
 def test_every_command_but_the_last_is_answered_once_and_in_order(events):
     """Whatever commands and references come: `(is a command, how far its stamp goes on)`."""

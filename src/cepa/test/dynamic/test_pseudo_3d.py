@@ -12,7 +12,7 @@ from cepa.dynamic.observer import response_of
 from cepa.dynamic.pseudo_3d import Plane
 from cepa.kernels.rollout import BY_SIGHT, fly
 
-BEAMS, PERIOD_S, SPEED_M_S = 360, 0.05, 1.5
+BEAMS, PERIOD_S, SPEED_M_S = 360, 0.1, 1.5
 ANGLES = -math.pi + np.arange(BEAMS) * 2.0 * math.pi / BEAMS
 AROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(BEAMS)], axis=1)
 HALL = [[(-2.0, -3.0, 0.0), (30.0, -2.8, 9.0)], [(-2.0, 2.8, 0.0), (30.0, 3.0, 9.0)]]

@@ -29,7 +29,7 @@ def test_what_fits_is_mixed_exactly():
     assert not mixer.saturation.any()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.tuples(*[st.floats(-1, 1)] * 3), st.floats(0, 1))
 def test_commands_stay_within_bounds_and_thrust_is_never_raised(torques, thrust):
     out = Mixer().mix(np.array(torques), thrust)

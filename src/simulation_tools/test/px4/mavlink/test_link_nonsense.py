@@ -32,7 +32,7 @@ def one_setup():
     setup.close()
 
 
-@settings(max_examples=500, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(nonsense)
 def test_nonsense_is_counted_and_never_harms(one_setup, data):
     setup = one_setup
