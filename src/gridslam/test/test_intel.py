@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +15,22 @@ from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
 
 DATA = Path(__file__).resolve().parents[4] / "shared/data"
-MEAN_MAX_M = 0.036
-"""Of 40 runs that differ in seed and starting pose the means were 0.015 to 0.033 m, two above 0.026 m."""
+HALF = 1727
+"""So many scans are half of the log, with 42 of the 97 relations. `bench slam` maps all of it."""
+MEAN_MAX_M = 0.025
+"""Of ten runs that differ in seed the means were 0.014 to 0.019 m."""
 
 
 @pytest.mark.skipif(not (DATA / "intel_dense.log.gz").exists(), reason=f"needs the Intel log in {DATA}")
 def test_the_filters_path_agrees_with_the_relations():
     session = SlamSession(SlamParameters(maxUrange=40.0, seed=1), loop_closure=False)
     stamps, odometry = [], []
-    for scan, base in planar_scans(DATA / "intel_dense.log.gz"):
+    for scan, base in itertools.islice(planar_scans(DATA / "intel_dense.log.gz"), HALF):
         session.process(scan, base)
         stamps.append(scan.stamp_s)
         odometry.append(base)
     stamps, odometry = np.array(stamps), np.array(odometry)
     relations = read_relations(DATA / "intel.relations.gz").exact(stamps)
     path = Trajectory(stamps, session.trajectory().filled(stamps, odometry))
-    assert len(relations) > 50
+    assert len(relations) > 40
     assert relation_errors(path, relations).translation_mean_m <= MEAN_MAX_M
