@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -16,12 +18,18 @@ from simulation_tools.px4.setpoint import Setpoint
 YAW_RAD = 0.4  # heading of home, from east
 
 
+@lru_cache(maxsize=None)
+def taken_off(height_m):
+    flight = Flight.of_reference_quad(noise=NO_NOISE, yaw=YAW_RAD)
+    flight.take_off(height_m, yaw=YAW_RAD, seconds=6.0 + 1.5 * height_m)
+    return flight
+
+
 def returning_from(distance_m, height_m, **parameters):
     """Return (highest, flight) of a return from there to its end. The local frame is 488 m over the sea."""
-    flight = Flight.of_reference_quad(noise=NO_NOISE, yaw=YAW_RAD)
+    flight = copy.deepcopy(taken_off(height_m))
     for name, value in parameters.items():
         flight.px4.parameters.set(name, value)
-    flight.take_off(height_m, yaw=YAW_RAD, seconds=6.0 + 1.5 * height_m)
     if distance_m:
         flight.stream = Setpoint.hold((distance_m, 0.0, height_m), YAW_RAD)
         flight.run(8.0 + 0.3 * distance_m)

@@ -19,7 +19,7 @@ SEEDS = 400
 DT = 0.01
 
 
-def straight(length, speed=8.0):
+def straight(length, speed=20.0):
     """States along the x axis, from just after the start to the end."""
     steps = round(length / speed / DT)
     return [
@@ -29,7 +29,7 @@ def straight(length, speed=8.0):
 
 
 def turning(angle):
-    steps = 200
+    steps = 100
     return [BodyState(Pose.from_xyz_rpy(0, 0, 0, 0, 0, angle * (k + 1) / steps)) for k in range(steps)]
 
 
