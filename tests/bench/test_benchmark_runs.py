@@ -127,12 +127,10 @@ def test_the_campaign_is_flown(run, tmp_path):
     written, said = run(avoidance, "--smallest", "--workers", "1", "--rows", "mixed", "thick")
     campaign = written["cepa"]["campaign"]
     for name in ("improved", "original", "improved_velocity_aware", "improved_levelling"):
-        assert campaign[name]["all"]["flights"] == 2
-        assert campaign[name]["4_m_s"]["flights"] == 1
+        assert campaign[name]["all"]["flights"] == campaign[name]["2_m_s"]["flights"] == 1
     assert campaign["improved_at_2_m_s"]["collisions"] == 0
     assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (8.0 - 0.2)
-    for picture in ("flights.png", "outcomes.png"):
-        assert (tmp_path / "avoidance" / picture).read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "avoidance/outcomes.png").read_bytes().startswith(b"\x89PNG")
     assert "improved, all" in said
     thick = written["avoidance"]["thick_forest"]["4_m_s"]["improved"]
     assert thick["flights"] == 1

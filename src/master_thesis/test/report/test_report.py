@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import re
 import signal
 import sys
@@ -89,6 +90,18 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
     assert "not computed" not in page
     assert page.count('<span class="basis">one flight of each</span>') == 4  # the smallest flies once
     assert "One flight of each lidar." in page
+
+
+@pytest.mark.flight
+@pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
+def test_without_gnss_it_flies_back_when_its_time_is_over_and_lands_where_it_started(report):
+    found = {line["name"]: line["result"] for line in lines_of(report[0])}
+    home = found["without_gnss_room_ust_1_3s"]
+    assert home["flown"]
+    assert not home["contact"]
+    assert home["landed_off_m"] < 0.3
+    start, *path = home["path_xy"]
+    assert max(math.dist(start, place) for place in path) > 1.0  # 3 s at 0.6 m/s, less the acceleration
 
 
 @pytest.mark.flight
