@@ -57,7 +57,13 @@ def test_a_copy_that_fails_says_why(capfd):
 
 
 def test_the_summary_of_stops_tells_those_in_curves_apart():
-    numbers = {"brakes_s": 0.1, "after_death_s": 0.3, "stays_slow_s": 0.5, "fastest_after_m_s": 0.1, "way_m": 0.4}
+    numbers = {
+        "brakes_s": 0.1,
+        "after_death_s": 0.3,
+        "stays_slow_s": 0.5,
+        "fastest_after_m_s": 0.1,
+        "way_m": 0.4,
+    }
     straight = {**numbers, "slow_s": 0.4, "turn_rad_s": 0.1}
     turning = {**numbers, "slow_s": 0.6, "turn_rad_s": -0.4}
     found = stops.summary([straight, turning])
