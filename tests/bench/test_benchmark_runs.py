@@ -116,7 +116,8 @@ def run(tmp_path, capsys):
 
 
 @pytest.mark.flight
-def test_cepa_is_benchmarked(run):
+def test_cepa_is_benchmarked(run, monkeypatch):
+    monkeypatch.setattr(cepa, "REPLAYS", 1)  # the original takes 8 ms a scan
     written, said = run(cepa, "--scenarios", "forest", "--goal", "1", "--places", "20", "--brief")
     forest = written["cepa"]["forest"]
     assert forest["original"]["directions"] > 4 * 1000  # four speeds in each of the beams that are seen

@@ -14,6 +14,6 @@ def worlds_folder() -> Path:
 
 @pytest.fixture
 def png_only(monkeypatch):
-    """Leave the PDF and SVG of each picture empty: `test_pictures` and `test_run_files` look at them."""
+    """Leave the PDF and SVG of each picture empty: `test_pictures` looks at them."""
     for ending in ("pdf", "svg"):
         monkeypatch.setattr(picture_files, ending, lambda *_: b"")

@@ -134,6 +134,7 @@ def test_a_clock_that_jumps_back_ends_the_run():
     assert monitor.course.phase is Phase.DONE
 
 
+@pytest.mark.usefixtures("png_only")
 def test_all_files_of_a_run(tmp_path, description):
     monitor, _ = fly_straight()
     monitor.log.add_scan(15.0, np.full(11, 3.0), -0.5, 0.1)
