@@ -170,3 +170,18 @@ def test_no_node_says_that_rosdep_was_never_initialised(tmp_path):
 
     assert "rosdep view is empty" in said("import dynamic_reconfigure.server")
     assert said("import node_tools.ending; import dynamic_reconfigure.server") == ""
+
+
+def test_python_looks_for_garbage_seldom_while_it_imports_and_never_in_what_it_imported():
+    code = (
+        "import gc\n"
+        "usual = gc.get_threshold()\n"
+        "from node_tools.ending import Ending\n"
+        "ending = Ending()\n"
+        "assert gc.get_threshold()[0] > usual[0]\n"
+        "ending.imports_are_over()\n"
+        "assert gc.get_threshold() == usual\n"
+        "assert gc.get_freeze_count() > 1000\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(PACKAGE / "src"), *sys.path))}
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)

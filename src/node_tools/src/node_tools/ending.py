@@ -9,6 +9,7 @@ node's executable, so it imports little itself.
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -27,6 +28,8 @@ sys.modules.setdefault("roslib.launcher", _LAUNCHER)
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 CLOSING_S = 0.8
 """Wall time after which the process ends, even if closing is not finished."""
+IMPORTING = 50_000
+"""New objects after which Python looks for garbage while it imports. With the usual 700 that takes long."""
 _UNSAID = "Inbound TCP/IP connection failed"
 
 
@@ -34,11 +37,18 @@ class Ending:
     """Waits for the signals. Make it in the main thread, before the imports that take time."""
 
     def __init__(self) -> None:
+        self._usual = gc.get_threshold()
+        gc.set_threshold(IMPORTING)
         self._received = threading.Event()
         self._act: Callable[[int], None] = lambda number: os._exit(128 + number)  # nothing is open yet
         # Later threads inherit this mask. So only the waiting thread gets the signal.
         signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         threading.Thread(target=self._wait_for_signal, name="ending", daemon=True).start()
+
+    def imports_are_over(self) -> None:
+        """From now on look for garbage as usual, but not in what was imported: that stays."""
+        gc.freeze()
+        gc.set_threshold(*self._usual)
 
     @property
     def received(self) -> bool:

@@ -66,6 +66,7 @@ def run(
         errors: base class or classes of the errors that are sentences for the user.
         explain: turns an error at the start into the sentence for the user; `str` if the error says it all.
     """
+    ending.imports_are_over()
     ending.closes_by(_take_leave)
     try:
         rospy.init_node(name, disable_signals=True)
