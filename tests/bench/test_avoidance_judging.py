@@ -131,6 +131,12 @@ def test_a_goal_is_met_or_missed(flown, missed):
     assert judging.verdicts_table(found).count("missed") == len(missed)
 
 
+def test_a_comparison_with_nothing_is_missed():
+    flown, computation_ms = row_flights()
+    found = judging.verdicts(ROW, flown[flown["algorithm"] == "dynamic"], computation_ms)
+    assert [verdict.goal for verdict in found if not verdict.met] == ["time / improved's at most 1"]
+
+
 def test_each_worse_condition_is_a_place_and_judged_alone():
     row = rows.Row(
         "adverse", "", (rows.Goal((2.0,)),), worse={"urg": ("lidar", "urg"), "wind": ("wind_m_s", 5.0)}
