@@ -7,7 +7,7 @@ import numpy as np
 import planar_world
 import pytest
 
-from gridslam import MapError, OccupancyGrid, ParameterError, SlamParameters, StateError, se2
+from gridslam import ParameterError, SlamParameters, StateError, se2
 from gridslam.files import state_file
 from gridslam.filter.particle_filter import GridSlam
 from gridslam.localisation.relocaliser import Relocaliser
@@ -103,23 +103,7 @@ def test_a_correction_begun_before_the_vehicle_was_put_elsewhere_does_not_take_i
     assert error_m(base_in_map(session, log.odometry[middle]), before) < 1.0
 
 
-def test_a_run_continued_from_its_state_equals_one_that_was_never_interrupted(log, tmp_path):
-    middle = len(log.scans) // 2
-    whole, begun = SlamSession(PARAMETERS), SlamSession(PARAMETERS)
-    run(whole, log)
-    run(begun, log, last=middle)
-    begun.save(tmp_path / "state")
-    continued = SlamSession.load(tmp_path / "state")
-    run(continued, log, first=middle)
-    np.testing.assert_array_equal(continued.trajectory().stamps_s, whole.trajectory().stamps_s)
-    np.testing.assert_array_equal(continued.trajectory().poses_in_map, whole.trajectory().poses_in_map)
-    np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
-    np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
-    assert continued.map_to_odom == whole.map_to_odom
-    assert [path.name for path in tmp_path.iterdir()] == ["state"]
-
-
-def test_a_run_that_closes_loops_is_continued_as_well(tmp_path):
+def test_a_run_continued_from_its_state_equals_one_that_was_never_interrupted(tmp_path):
     # Given a round trip and a bit more, interrupted when loops have been closed
     corners = [(-8.0, -5.0), (-2.0, -5.0), (-2.0, -1.0), (-8.0, -1.0), (-8.0, -5.0), (-2.0, -5.0)]
     log = planar_world.drive(planar_world.hold(), planar_world.along(np.array(corners), 0.4), LIDAR, seed=4)
@@ -131,11 +115,15 @@ def test_a_run_that_closes_loops_is_continued_as_well(tmp_path):
     assert len(begun.closures) > 0
     begun.save(tmp_path / "state")
     continued = SlamSession.load(tmp_path / "state")
+    assert [path.name for path in tmp_path.iterdir()] == ["state"]
     assert continued.closures == begun.closures
     run(continued, log, first=-12)
+    assert continued.map_to_odom == whole.map_to_odom
+    np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
     for session in (whole, continued):
         session.finish()
     assert continued.closures == whole.closures
+    np.testing.assert_array_equal(continued.trajectory().stamps_s, whole.trajectory().stamps_s)
     np.testing.assert_array_equal(continued.trajectory().poses_in_map, whole.trajectory().poses_in_map)
     np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
 
@@ -193,12 +181,6 @@ def test_localisation_begins_where_the_state_ended(log, tmp_path):
     session = SlamSession.load(tmp_path / "state", localisation_only=True)
     session.process(dataclasses.replace(log.scans[-1], stamp_s=0.0), (0.0, 0.0, 0.0))
     assert error_m(base_in_map(session, (0.0, 0.0, 0.0)), log.truth.poses_in_map[-1]) < 0.1
-
-
-def test_a_starting_map_of_other_cells_is_refused_at_once():
-    grid = OccupancyGrid(np.zeros((4, 4), np.int8), 0.2, (0.0, 0.0))
-    with pytest.raises(MapError, match=r"0\.2 m wide; set delta to that, it is 0\.1"):
-        SlamSession(PARAMETERS, starting_map=grid)
 
 
 def test_before_the_first_scan_there_is_nothing(tmp_path):

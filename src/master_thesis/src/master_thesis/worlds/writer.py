@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Union
 
+from simulation_tools.sdf.elements import Cylinder, Sphere
+
 
 @dataclass(frozen=True)
 class Box:
@@ -17,21 +19,6 @@ class Box:
     x_m: float
     y_m: float
     z_m: float
-
-
-@dataclass(frozen=True)
-class Cylinder:
-    """A cylinder along its own z."""
-
-    radius_m: float
-    length_m: float
-
-
-@dataclass(frozen=True)
-class Sphere:
-    """A ball."""
-
-    radius_m: float
 
 
 Shape = Union[Box, Cylinder, Sphere]
