@@ -109,9 +109,12 @@ def test_in_lockstep_a_flight_repeats_bit_for_bit(twins):
 def test_a_disk_that_fills_up_ends_the_recording_only(twins, small_disk):
     if small_disk is None:
         pytest.skip("needs to mount a small disk")
+    # rosbag finds the disk full and names the bag; or a write fails, and the node names it after landing
     flight = twins[1]
     assert flight.result["success"], flight.result["failure"]
-    assert "flight.bag" in flight.said.split("told to land")[1]
+    undisturbed, disturbed = (each.said.split("is sent to the goal")[1] for each in twins)
+    assert "flight.bag" in disturbed
+    assert "flight.bag" not in undisturbed
 
 
 def test_in_lockstep_a_flight_is_that_of_the_closed_loop(twins):

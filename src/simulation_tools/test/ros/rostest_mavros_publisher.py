@@ -296,6 +296,7 @@ class TestMavrosPublisher(MavrosTestCase):
         self.assertNotIn(True, armed)
         self.assertTrue(rospy.ServiceProxy("/mavros_publisher/restart", Trigger)().success)
         self.assertTrue(self.eventually(lambda: self.state.armed and self.place[2] > 0.5, 30.0))
+        self.assertTrue(self.eventually(lambda: self.ready[-1], 60.0))
 
 
 if __name__ == "__main__":
