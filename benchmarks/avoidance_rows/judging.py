@@ -114,7 +114,8 @@ def verdicts(row: Row, trials: pd.DataFrame, computation_ms: Mapping[int, Sequen
         checks = [*_checks(goal, row.p99_ms, metrics(mine, computation_ms))]
         if goal.no_slower:
             ratio = time_over_compared(row, flights)
-            checks.append((f"time / {COMPARED}'s at most 1", ratio, "{:.2f}", ratio is not None and ratio <= 1.0))
+            no_slower = ratio is not None and ratio <= 1.0
+            checks.append((f"time / {COMPARED}'s at most 1", ratio, "{:.2f}", no_slower))
         found += [
             Verdict(name, speed, what, "-" if value is None else form.format(value), met)
             for what, value, form, met in checks
