@@ -205,35 +205,8 @@ def forest(rng, length=40.0, width=16.0, spacing=3.5, clear=2.5) -> Scene:
     return Scene(circles=np.array(trees))
 
 
-def hallway(length=40.0, width=3.0) -> Scene:
-    """A hallway along x with door openings, two protruding corners and a column, open at its ends."""
-    half = width / 2.0
-    walls = []
-    for side in (half, -half):
-        edges = [-3.0, 9.0, 10.2, 24.0, 25.2, length + 3.0] if side > 0 else [-3.0, 16.0, 17.2, length + 3.0]
-        walls += [(start, side, stop, side) for start, stop in zip(edges[::2], edges[1::2])]
-    walls += [
-        (13.0, half, 13.0, half - 0.6),
-        (13.0, half - 0.6, 13.8, half - 0.6),
-        (13.8, half - 0.6, 13.8, half),
-    ]
-    walls += [(30.0, -half, 30.0, -half + 0.7), (30.0, -half + 0.7, 31.0, -half + 0.7)]
-    walls += [(31.0, -half + 0.7, 31.0, -half)]
-    return Scene(circles=np.array([(20.5, 0.75, 0.2)]), walls=np.array(walls))
-
-
 def box(x: float, y: float, size: float):
     """Four walls of a square around (x, y)."""
     h = size / 2.0
     corners = [(x - h, y - h), (x + h, y - h), (x + h, y + h), (x - h, y + h)]
     return [(*corners[k], *corners[(k + 1) % 4]) for k in range(4)]
-
-
-def sparse(rng, length=40.0) -> Scene:
-    """A field with some boxes and columns, one of each right in the way."""
-    places = [(x + rng.uniform(-1, 1), rng.uniform(-5, 5)) for x in np.arange(6.0, length - 3.0, 4.0)]
-    places += [(12.0, rng.uniform(-0.3, 0.3))]
-    boxes = [*places[::2], (27.0, rng.uniform(-0.4, 0.4))]
-    walls = [wall for x, y in boxes for wall in box(x, y, 1.0)]
-    circles = [(x, y, rng.uniform(0.2, 0.5)) for x, y in places[1::2]]
-    return Scene(circles=np.array(circles), walls=np.array(walls))

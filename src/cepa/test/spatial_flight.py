@@ -48,10 +48,8 @@ class Boxes:
         with np.errstate(divide="ignore", invalid="ignore"):
             ranges = np.where(directions[:, 2] < 0.0, -position[2] / directions[:, 2], math.inf)
             for low, high in self.corners:
-                ends = np.sort(
-                    np.stack([(low - position) / directions, (high - position) / directions]), axis=0
-                )
-                enters, leaves = ends[0].max(axis=1), ends[1].min(axis=1)
+                one, other = (low - position) / directions, (high - position) / directions
+                enters, leaves = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
                 ranges = np.minimum(ranges, np.where((enters < leaves) & (enters > 0.0), enters, math.inf))
         return ranges
 

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import json
-import os
 import re
-import shutil
 import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pandas as pd
@@ -18,9 +15,11 @@ import pytest
 import yaml
 
 from cepa import CepaParameters
+from master_thesis.campaign import command
 from master_thesis.campaign.command import main
 from master_thesis.campaign.folder import CampaignFolder
-from master_thesis.campaign.reading import SHIPPED, campaign_of, read_campaign
+from master_thesis.campaign.reading import campaign_of
+from master_thesis.campaign.trial import run_case
 from master_thesis.campaign.tuning import HISTORY, TUNED, tune
 from master_thesis.errors import CampaignError, TrialsError
 from master_thesis.trials import run
@@ -41,6 +40,13 @@ TUNING = {
 }
 
 
+MAPPING = {
+    "kind": "mapping",
+    "seeds": 1,
+    "trials": {"world": ["room", "beamed_hold"], "lidar": "urg", "duration_s": 3, "slam.particles": 3},
+}
+
+
 class Interrupted(ThisProcess):
     """Runs trials until Ctrl-C comes. after: so many trials. backwards: the last one first."""
 
@@ -50,7 +56,7 @@ class Interrupted(ThisProcess):
     def results(self, run, tasks):
         for task in tasks[::-1] if self.backwards else tasks:
             if self.after == 0:
-                raise KeyboardInterrupt
+                signal.raise_signal(signal.SIGINT)
             yield task, run(task)
             self.after -= 1
 
@@ -61,14 +67,6 @@ class Interrupted(ThisProcess):
 def fly(content, path, workers):
     with CampaignFolder(path, campaign_of(content, "short")) as folder:
         return folder.fly(workers, quiet=True)
-
-
-def wait_for(what, seconds=120.0):
-    """Wait until something is so; fail when it never is."""
-    end = time.monotonic() + seconds
-    while not what():
-        assert time.monotonic() < end, "it never came"
-        time.sleep(0.05)
 
 
 def finished_lines(folder) -> int:
@@ -97,15 +95,22 @@ def table(flown):
     return (flown / "trials.csv").read_bytes()
 
 
+@pytest.fixture(scope="module")
+def known():
+    """The flights of `flown_once`."""
+    return {}
+
+
 @pytest.fixture
-def short_yaml(tmp_path):
-    """The short campaign as a file."""
-    path = tmp_path / "short.yaml"
-    path.write_text(yaml.safe_dump(SHORT))
-    return path
+def flown_once(known, monkeypatch):
+    """Fly each case once in this module: these tests ask what is made of flights."""
 
+    def fly_once(case):
+        if repr(case) not in known:
+            known[repr(case)] = run_case(case)
+        return known[repr(case)]
 
-# -- one process --------------------------------------------------------------------------------------------
+    monkeypatch.setattr("master_thesis.campaign.folder.run_case", fly_once)
 
 
 def test_the_table_tells_what_was_flown(flown):
@@ -181,20 +186,11 @@ def test_a_folder_knows_whose_trials_it_holds(flown):
 
 
 @pytest.fixture
-def begun(searched, tmp_path):
-    """A search that was interrupted when it had tried the shipped parameters."""
-    path = tmp_path / "begun"
-    shutil.copytree(searched, path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def searched(tmp_path_factory):
-    """The folder from which `begun` is copied."""
-    path = tmp_path_factory.mktemp("searched")
+def begun(flown_once, tmp_path):
+    """The folder of a search that was interrupted when it had tried the shipped parameters."""
     with pytest.raises(KeyboardInterrupt):
-        tune(campaign_of(TUNING, "tuning"), path, Interrupted(1), quiet=True)
-    return path
+        tune(campaign_of(TUNING, "tuning"), tmp_path / "begun", Interrupted(1), quiet=True)
+    return tmp_path / "begun"
 
 
 def test_an_interrupted_search_repeats_itself_and_its_parameters_are_those_of_cepa(begun, tmp_path):
@@ -223,6 +219,7 @@ def tuning_of(**ranges):
     return campaign_of({**TUNING, "tune": {"trials": 2, "parameters": parameters}}, "tuning")
 
 
+@pytest.mark.usefixtures("flown_once")
 def test_shipped_parameters_that_do_not_go_together_within_the_ranges_are_said_and_not_flown(tmp_path):
     # r_lb 0.5 m becomes 0.34 m, body_radius stays 0.35 m: an emergency would start after the collision
     told = tune(tuning_of(r_lb=(0.3, 0.34), body_radius=(0.15, 0.36)), tmp_path, ThisProcess(), quiet=True)
@@ -259,48 +256,36 @@ def check_loadable(values):
     assert flown.k4 == 0.5  # which the campaign sets
 
 
-@pytest.mark.parametrize("name", ["lidar_choice", "slam_lidars"])
-def test_the_smallest_of_a_shipped_campaign_that_maps(name, tmp_path):
-    """Worlds drawn by a seed, and the experiments' worlds. tests/bench flies shipped campaigns of flights."""
-    assert main([name, "--smallest", "--workers", "1", "--out", str(tmp_path)]) == 0
-    rows = rows_of(tmp_path)
-    assert len(rows) == len(read_campaign(SHIPPED / f"{name}.yaml", smallest=True))
-    assert not [row["error"] for row in rows if row["error"]]
-    combinations = (tmp_path / "summary.csv").read_text().splitlines()[1:]
-    assert len(combinations) >= 2, "there is nothing to compare"
+def test_maps_of_the_experiments_worlds_and_of_drawn_ones_are_compared(tmp_path):
+    file, out = tmp_path / "maps.yaml", tmp_path / "out"
+    file.write_text(yaml.safe_dump(MAPPING))
+    assert main([str(file), "--workers", "1", "--out", str(out)]) == 0
+    rows = rows_of(out)
+    assert [row["world"] for row in rows] == ["room", "beamed_hold"]
     assert all(0.0 < row["ate_rmse_m"] < 0.5 for row in rows)
-    assert (tmp_path / "slam_lidars.png").exists()
+    assert len((out / "summary.csv").read_text().splitlines()) == 3
+    assert (out / "slam_lidars.png").exists()
 
 
-# -- other processes ----------------------------------------------------------------------------------------
+def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(
+    flown_once, table, tmp_path, monkeypatch, capsys
+):
+    file, out = tmp_path / "short.yaml", tmp_path / "out"
+    file.write_text(yaml.safe_dump(SHORT))
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)  # an interrupt replaces it
+    interrupted = contextlib.nullcontext(Interrupted(1))
+    with monkeypatch.context() as patch:
+        patch.setattr(command, "open_workers", lambda *_: interrupted)
+        assert main([str(file), "--out", str(out)]) == INTERRUPTED
+    assert "interrupted; call again" in capsys.readouterr().err
+    assert len(rows_of(out)) == 1
+    assert main([str(file), "--workers", "1", "--out", str(out)]) == 0
+    assert (out / "trials.csv").read_bytes() == table
 
 
-def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(short_yaml, table, tmp_path):
-    """Of a campaign so long that it cannot be over before Ctrl-C comes, only what is asked for is flown."""
-    out = tmp_path / "out"
-    command = [sys.executable, str(ROOT / "src/master_thesis/nodes/campaign"), str(short_yaml)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(p) for p in ROOT.glob("src/*/src"))}
-    process = subprocess.Popen(
-        [*command, "--workers", "1", "--seeds", "500", "--out", str(out)],
-        env=environment,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
-    # At the second line the first trial is stored for sure: Ctrl-C may come between line and table
-    wait_for(lambda: finished_lines(out) > 1 or process.poll() is not None)
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=120)
-    assert process.returncode == INTERRUPTED, said
-    assert "Traceback" not in said
-    assert "interrupted; call again" in said
-    assert len(rows_of(out)) >= 1
-    assert main([str(short_yaml), "--workers", "1", "--out", str(out)]) == 0
-    lines = (out / "trials.csv").read_bytes().splitlines(keepends=True)
-    assert b"".join(lines[:3]) == table  # the header and two trials
-
-
-def test_a_scheduler_that_is_not_there_is_told_in_a_sentence(short_yaml, tmp_path, capsys):
-    assert main([str(short_yaml), "--scheduler", str(tmp_path / "none.json"), "--out", str(tmp_path)]) == 1
+def test_a_scheduler_that_is_not_there_is_told_in_a_sentence(tmp_path, capsys):
+    file = tmp_path / "short.yaml"
+    file.write_text(yaml.safe_dump(SHORT))
+    assert main([str(file), "--scheduler", str(tmp_path / "none.json"), "--out", str(tmp_path)]) == 1
     told = capsys.readouterr().err
     assert re.search(r"There is no scheduler file .*none\.json; give tcp://host:port", told)

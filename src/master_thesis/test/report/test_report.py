@@ -9,13 +9,17 @@ import math
 import re
 import signal
 import sys
+from dataclasses import replace
 
 import pytest
 
+from master_thesis.experiment_2.trial import TrialParameters
+from master_thesis.experiment_2.variations import variation_parameters
 from master_thesis.report import __main__ as command
 from master_thesis.report.page import origin, render, write_page
 from master_thesis.report.pdf import write_pdf
 from master_thesis.report.piece import TRIALS, Piece
+from master_thesis.report.pieces import experiment_2
 from master_thesis.report.plan import chosen, plan
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
 from master_thesis.trials.store import Store
@@ -25,6 +29,11 @@ from master_thesis.trials.workers import ThisProcess
 
 def arguments(folder):
     return ["--smallest", "--no-pdf", "--workers", "1", "--out", str(folder)]
+
+
+def shortly_observed(*given):
+    """Return a variation of Experiment 2 that is over when the UAV has left (after 2.4 s at most)."""
+    return replace(variation_parameters(*given), trial=TrialParameters(observe_s=4.0))
 
 
 class CtrlC(ThisProcess):
@@ -46,6 +55,7 @@ def report(tmp_path_factory):
         with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stderr(io.StringIO()) as errors:
             patch.setattr(sys, "unraisablehook", sys.unraisablehook)  # an interrupt replaces it
             patch.setattr(command, "open_workers", lambda _, given=workers: contextlib.nullcontext(given))
+            patch.setattr(experiment_2, "variation_parameters", shortly_observed)
             ends.append((command.main(arguments(folder)), errors.getvalue()))
     return folder, *ends
 

@@ -90,10 +90,9 @@ class RigidBody:
 
     @property
     def state(self):
-        specific_force = tuple(f / self.mass_kg for f in self._force_n)
-        return VehicleState(
-            self.time_us, Pose(self.position, self.attitude), self.velocity, self.rates, specific_force
-        )
+        (fx, fy, fz), m = self._force_n, self.mass_kg
+        pose = Pose(self.position, self.attitude)
+        return VehicleState(self.time_us, pose, self.velocity, self.rates, (fx / m, fy / m, fz / m))
 
     @property
     def velocity_body(self):
@@ -101,9 +100,9 @@ class RigidBody:
 
     def step(self, force, torque, dt=DT_S):
         """force, torque: body frame; semi-implicit Euler, the turn exact for constant rates."""
-        ax, ay, az = (f / self.mass_kg for f in rotate(self.attitude, force))
+        (fx, fy, fz), m = rotate(self.attitude, force), self.mass_kg
         (x, y, z), (vx, vy, vz) = self.position, self.velocity
-        vx, vy, vz = self.velocity = (vx + ax * dt, vy + ay * dt, vz + (az - GRAVITY) * dt)
+        vx, vy, vz = self.velocity = (vx + fx / m * dt, vy + fy / m * dt, vz + (fz / m - GRAVITY) * dt)
         self.position = (x + vx * dt, y + vy * dt, z + vz * dt)
         (ix, iy, iz), (p, q, r), (tx, ty, tz) = self.inertia, self.rates, torque
         gx, gy, gz = cross(self.rates, (ix * p, iy * q, iz * r))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections import deque
 from functools import lru_cache
 
@@ -49,14 +50,20 @@ class VisionFlight(Flight):
         super().step()
 
 
-def flying(setpoint, seconds):
-    """Return a flight that has taken off to 2 m and followed a setpoint; what has been said is forgotten."""
+@lru_cache(maxsize=1)
+def taken_off():
     flight = VisionFlight()
     flight.stream = Setpoint.hold((0.0, 0.0, 2.0))
     flight.run(6.0)
     assert flight.px4.request_mode(Mode.OFFBOARD) is Result.ACCEPTED
     assert flight.px4.request_arm() is Result.ACCEPTED
     flight.run(10.0)
+    return flight
+
+
+def flying(setpoint, seconds):
+    """Return a flight that has taken off to 2 m and followed a setpoint; what has been said is forgotten."""
+    flight = copy.deepcopy(taken_off())
     flight.stream = setpoint
     flight.run(seconds)
     flight.texts.clear()
