@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Callable, Sequence, Union
+from typing import Callable, Optional, Sequence
 
 from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.checks import NOT_NEGATIVE
 from simulation_tools.sdf.document import Node, unique
-from simulation_tools.sdf.elements import Collision, Geometry, Joint, Light, Link, Model, Visual
+from simulation_tools.sdf.elements import Collision, Geometry, Joint, Link, Model, Visual
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.sensors import is_supported, read_sensor
 from simulation_tools.sdf.shapes import (
@@ -21,7 +21,7 @@ from simulation_tools.sdf.shapes import (
     unit_vector,
 )
 
-Include = Callable[[Node], Union[Model, Light]]
+Include = Callable[[Node], Optional[Model]]
 NAME = re.compile(r"[^\s\x00-\x1f]+( [^\s\x00-\x1f]+)*")
 MODEL_FRAMES = ("", "__model__")
 NO = ("false", "0")
@@ -56,10 +56,10 @@ def read_model(node: Node, model_path: Sequence[Path], include: Include) -> Mode
 
 
 def _nested_include(node: Node, include: Include) -> Model:
-    item = include(node)
-    if not isinstance(item, Model):
+    model = include(node)
+    if model is None:
         raise node.error("A model can include models only")
-    return item
+    return model
 
 
 class _Frames:

@@ -2,9 +2,9 @@
 
 Supported: world, include, static and dynamic models (nested ones are flattened to ``outer::inner`` names),
 actors, links, fixed and revolute joints, poses in other frames, inertia, shapes and meshes, lidars, IMUs,
-cameras, barometers, lights, plugins. The rest is named in one warning per file; hints that only concern
-drawing, sleeping or GUIs (``cast_shadows``, ``visualize``, ``allow_auto_disable``, ``<gui>``, ``<scene>``
-...) have no meaning here and are accepted.
+cameras, barometers, plugins. The rest is named in one warning per file; what only concerns drawing, sleeping,
+GUIs or Gazebo's own loop (``cast_shadows``, ``visualize``, ``allow_auto_disable``, ``<gui>``, ``<scene>``,
+``<light>``, ``<physics>`` ...) has no meaning here and is accepted.
 """
 
 from __future__ import annotations
@@ -15,13 +15,11 @@ from typing import Sequence, Union
 
 from simulation_tools.sdf import uri
 from simulation_tools.sdf.actors import read_actor
-from simulation_tools.sdf.checks import NOT_NEGATIVE, POSITIVE
 from simulation_tools.sdf.document import Document, Node
-from simulation_tools.sdf.elements import Light, Model, Physics, World
+from simulation_tools.sdf.elements import Model, World
 from simulation_tools.sdf.models import read_model
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.safe_xml import SdfError
-from simulation_tools.sdf.shapes import read_colour, unit_vector
 
 SUPPORTED_VERSIONS = ("1.4", "1.5", "1.6", "1.7")
 MAX_INCLUDE_DEPTH = 16
@@ -87,8 +85,7 @@ def model_file(folder: Path) -> Path:
     return path
 
 
-def _only_model(found: list[Model | Light], source: str) -> Model:
-    models = [item for item in found if isinstance(item, Model)]
+def _only_model(models: list[Model], source: str) -> Model:
     if len(models) != 1:
         raise SdfError(f"{source}:1: The file must hold exactly one <model>, not {len(models)}.")
     return models[0]
@@ -108,13 +105,13 @@ class _Reader:
     def world(self, document: Document) -> World:
         root = _root(document)
         node = root.required("world")
-        node.accept("gui", "scene")
+        node.accept("gui", "scene", "light")
+        for physics in node.children("physics"):
+            physics.accept("max_step_size", "real_time_factor", "real_time_update_rate", "max_contacts")
         inner = [self._include(child) for child in node.children("include")]
         models = [read_model(child, self.model_path, self._include) for child in node.children("model")]
         models += [read_actor(child, self.model_path, self._include) for child in node.children("actor")]
-        models += [item for item in inner if isinstance(item, Model)]
-        lights = [read_light(child) for child in node.children("light")]
-        lights += [item for item in inner if isinstance(item, Light)]
+        models += [model for model in inner if model is not None]
         _refuse_equal_names(node, [model.name for model in models])
         wind = node.child("wind")
         world = World(
@@ -122,16 +119,14 @@ class _Reader:
             models=tuple(replace(model, warnings=()) for model in models),
             gravity_m_s2=node.vector("gravity", (0.0, 0.0, -9.8)),
             wind_m_s=(0.0, 0.0, 0.0) if wind is None else wind.vector("linear_velocity", (0.0, 0.0, 0.0)),
-            physics=_read_physics(node.children("physics")),
-            lights=tuple(lights),
             plugins=read_plugins(node),
             source=document.name,
         )
         included = [warning for model in models for warning in model.warnings]
         return replace(world, warnings=_without_repeats([*document.unsupported(), *included]))
 
-    def file(self, path: Path) -> list[Model | Light]:
-        """Read a file of models and lights."""
+    def file(self, path: Path) -> list[Model]:
+        """Read a file of models; a file of lights holds none."""
         real = path.resolve()
         if real in self.trail or len(self.trail) >= MAX_INCLUDE_DEPTH:
             raise SdfError(f"{path}:1: The model includes itself, directly or through another one.")
@@ -147,23 +142,21 @@ class _Reader:
         finally:
             self.trail.pop()
 
-    def models_of(self, document: Document) -> list[Model | Light]:
-        """Read every model and light of a document. The first model gets the document's warning."""
+    def models_of(self, document: Document) -> list[Model]:
+        """Read every model of a document. The first model gets the document's warning."""
         root = _root(document)
-        found: list[Model | Light] = [
-            read_model(child, self.model_path, self._include) for child in root.children("model")
-        ]
+        root.accept("light")
+        found = [read_model(child, self.model_path, self._include) for child in root.children("model")]
         found += [read_actor(child, self.model_path, self._include) for child in root.children("actor")]
-        found += [read_light(child) for child in root.children("light")]
-        if not found:
+        if not found and not root.children("light"):
             raise root.error("The file holds no <model>, <actor> or <light>")
         warnings = document.unsupported()
-        if warnings and isinstance(found[0], Model):
+        if warnings and found:
             found[0] = replace(found[0], warnings=_without_repeats([*warnings, *found[0].warnings]))
         return found
 
-    def _include(self, node: Node) -> Model | Light:
-        """Follow an ``<include>`` and apply what it overrides."""
+    def _include(self, node: Node) -> Model | None:
+        """Follow an ``<include>`` and apply what it overrides; None for a light."""
         location = node.required("uri")
         pose_node = node.child("pose")
         name, static = node.child("name"), node.child("static")
@@ -175,46 +168,21 @@ class _Reader:
             found = self.file(path if path.is_file() else model_file(path))
         except SdfError as error:
             raise SdfError(f"{error} (Included by {node.document.name}:{node.line}.)") from None
-        if len(found) != 1:
+        if len(found) > 1:
             raise location.error(f'"{location.text}" must hold exactly one model or light, not {len(found)}')
-        item = found[0]
+        if not found:
+            return None
+        model = found[0]
         if pose_node is not None:
             pose, frame = node.pose()
             if frame not in ("", "world"):
                 raise pose_node.error(f'An included model cannot be placed in the frame "{frame}"')
-            item = replace(item, pose=pose)
+            model = replace(model, pose=pose)
         if name is not None:
-            item = replace(item, name=name.text)
-        if static is not None and isinstance(item, Model):
-            item = replace(item, static=node.flag("static", item.static))
-        return item
-
-
-def read_light(node: Node) -> Light:
-    """Read a ``<light>``: what a renderer without shadows needs of it."""
-    node.accept("cast_shadows", "specular", "attenuation", "spot")
-    pose, _ = node.pose()
-    diffuse = node.child("diffuse")
-    return Light(
-        name=node.attribute("name"),
-        kind=node.attribute("type"),
-        pose=pose,
-        diffuse=(1.0, 1.0, 1.0, 1.0) if diffuse is None else read_colour(diffuse),
-        direction=unit_vector(node.child("direction"), (0.0, 0.0, -1.0)),
-    )
-
-
-def _read_physics(nodes: list[Node]) -> Physics:
-    if not nodes:
-        return Physics()
-    chosen = next((node for node in nodes if node.attribute("default", "false") in ("true", "1")), nodes[0])
-    # max_contacts and the rate belong to Gazebo's own loop; the real-time factor says the same as the rate.
-    chosen.accept("max_contacts", "real_time_update_rate")
-    step, factor = chosen.child("max_step_size"), chosen.child("real_time_factor")
-    return Physics(
-        None if step is None else step.checked_number(POSITIVE),
-        None if factor is None else factor.checked_number(NOT_NEGATIVE),
-    )
+            model = replace(model, name=name.text)
+        if static is not None:
+            model = replace(model, static=node.flag("static", model.static))
+        return model
 
 
 def _root(document: Document) -> Node:

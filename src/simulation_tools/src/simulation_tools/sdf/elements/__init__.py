@@ -7,10 +7,8 @@ whatever ``frame`` attribute the file used. Defaults are those of the SDF 1.6 sp
 from simulation_tools.sdf.elements.model import (
     Inertial,
     Joint,
-    Light,
     Link,
     Model,
-    Physics,
     World,
 )
 from simulation_tools.sdf.elements.script import Script, Trajectory, Waypoint
@@ -53,12 +51,10 @@ __all__ = [
     "ImuSensor",
     "Inertial",
     "Joint",
-    "Light",
     "Link",
     "Mesh",
     "Model",
     "Noise",
-    "Physics",
     "Plane",
     "Plugin",
     "RaySensor",

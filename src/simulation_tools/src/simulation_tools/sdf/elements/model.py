@@ -8,7 +8,7 @@ from typing import TypeVar
 from simulation_tools.geometry import IDENTITY, Pose, Vector3
 from simulation_tools.sdf.elements.script import Script
 from simulation_tools.sdf.elements.sensors import Plugin, Sensor
-from simulation_tools.sdf.elements.shapes import Collision, Rgba, Visual
+from simulation_tools.sdf.elements.shapes import Collision, Visual
 
 SensorKind = TypeVar("SensorKind", bound=Sensor)
 
@@ -60,17 +60,6 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class Light:
-    """A light, for a renderer. kind: point, directional or spot. pose: in the world (or model) frame."""
-
-    name: str
-    kind: str
-    pose: Pose
-    diffuse: Rgba = (1.0, 1.0, 1.0, 1.0)
-    direction: Vector3 = (0.0, 0.0, -1.0)
-
-
-@dataclass(frozen=True)
 class Model:
     """A model. pose: in the world frame. source: the file (or name) it was read from.
 
@@ -116,17 +105,6 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Physics:
-    """The timing in ``<physics>``: step in seconds, real-time factor (0: as fast as possible)."""
-
-    max_step_size_s: float | None = None
-    real_time_factor: float | None = None
-
-
-UNSET_PHYSICS = Physics()
-
-
-@dataclass(frozen=True)
 class World:
     """A world with its models in their places. gravity_m_s2 and wind_m_s: vectors in the world frame."""
 
@@ -134,8 +112,6 @@ class World:
     models: tuple[Model, ...]
     gravity_m_s2: Vector3 = (0.0, 0.0, -9.8)
     wind_m_s: Vector3 = (0.0, 0.0, 0.0)
-    physics: Physics = UNSET_PHYSICS
-    lights: tuple[Light, ...] = ()
     plugins: tuple[Plugin, ...] = ()
     source: str = ""
     warnings: tuple[str, ...] = ()
