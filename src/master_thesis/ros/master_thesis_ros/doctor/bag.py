@@ -11,15 +11,7 @@ import rosbag
 
 from master_thesis.doctor.snapshot import Parameter, Recording
 from master_thesis.errors import MasterThesisError
-from master_thesis_ros.doctor.recorder import Recorder
-
-DEAR = (
-    "sensor_msgs/Image",
-    "sensor_msgs/CompressedImage",
-    "sensor_msgs/PointCloud2",
-    "nav_msgs/OccupancyGrid",
-)
-"""Types that no check needs. They would take most of the time."""
+from master_thesis_ros.doctor.recorder import NOT_NEEDED, Recorder
 
 DAMAGE = (
     rosbag.ROSBagException,
@@ -45,7 +37,7 @@ def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
             topics = [
                 name
                 for name, about in bag.get_type_and_topic_info().topics.items()
-                if about.msg_type not in DEAR
+                if about.msg_type not in NOT_NEEDED
             ]
             for message in bag.read_messages(topics=topics, return_connection_header=True) if topics else ():
                 header = message.connection_header

@@ -15,16 +15,8 @@ import rospy
 
 from master_thesis.doctor.snapshot import Graph, Launched, Node
 from master_thesis.errors import GraphError
-from master_thesis_ros.doctor.recorder import Recorder
+from master_thesis_ros.doctor.recorder import NOT_NEEDED, Recorder
 from node_tools.ros_servers import UNREACHABLE, server
-
-NOT_LISTENED_TO = (
-    "sensor_msgs/Image",
-    "sensor_msgs/CompressedImage",
-    "sensor_msgs/PointCloud2",
-    "nav_msgs/OccupancyGrid",
-)
-"""Types that no check needs. A subscriber would make a camera render."""
 
 
 def look(listen_s: float) -> Graph:
@@ -51,10 +43,10 @@ def look(listen_s: float) -> Graph:
         for part in master.getSystemState()
     )
     names = sorted(set().union(*publishers.values(), *subscribers.values(), *services.values()))
-    with listener.finished() as (recorder, topics):
+    with listener.finished() as recorder:
         types = dict(master.getTopicTypes())
         return Graph(
-            recorder.recording(listener.now_s, publishers, subscribers, types, topics),
+            recorder.recording(listener.now_s, publishers, subscribers, types),
             tuple(filter(None, (_node(master, name) for name in names))),
             tuple(_launched(master)),
             recorder.parameters(lambda name: _parameter(master, name, None)),
@@ -76,7 +68,7 @@ class _Listener:
         """Subscribe to new topics. use_sim_time: the clock is /clock."""
         for topic, kind in types.items():
             kind_class = roslib.message.get_message_class(kind) if kind != "*" else None
-            if topic in self._subscribers or kind in NOT_LISTENED_TO or kind_class is None:
+            if topic in self._subscribers or kind in NOT_NEEDED or kind_class is None:
                 continue
             self._subscribers[topic] = rospy.Subscriber(
                 topic, kind_class, self._hear, callback_args=(topic, kind, use_sim_time), queue_size=None
@@ -94,12 +86,12 @@ class _Listener:
             self._recorder.hear(topic, kind, publisher, message, self.now_s, latched)
 
     @contextmanager
-    def finished(self) -> Iterator[tuple[Recorder, set[str]]]:
-        """Unsubscribe. Return the recorder and the subscribed topics."""
+    def finished(self) -> Iterator[Recorder]:
+        """Unsubscribe. Return the recorder."""
         for subscriber in self._subscribers.values():
             subscriber.unregister()
         with self._lock:
-            yield self._recorder, set(self._subscribers)
+            yield self._recorder
 
 
 def _node(master: rosgraph.Master, name: str) -> Node | None:

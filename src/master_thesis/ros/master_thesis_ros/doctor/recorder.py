@@ -14,6 +14,13 @@ from master_thesis.doctor.snapshot import Autopilot, Parameter, Recording, Scan,
 
 SCANS_KEPT, EVERY_LATER_SCAN = 50, 20
 """Keep the first scans of each topic, and later one of this many."""
+NOT_NEEDED = (
+    "sensor_msgs/Image",
+    "sensor_msgs/CompressedImage",
+    "sensor_msgs/PointCloud2",
+    "nav_msgs/OccupancyGrid",
+)
+"""Types that no check needs. They take most of the time to read, and a subscriber makes a camera render."""
 
 
 @dataclass
@@ -123,12 +130,11 @@ class Recorder:
         publishers: Mapping[str, Collection[str]] | None = None,
         subscribers: Mapping[str, Collection[str]] | None = None,
         types: Mapping[str, str] | None = None,
-        listened: Collection[str] | None = None,
     ) -> Recording:
         """Return everything received so far.
 
         end_s: the graph's clock now. publishers, subscribers: topic to names of nodes, from the master; in a
-        bag None. types: topic to type. listened: the subscribed topics; None: all.
+        bag None. types: topic to type.
         """
         names = {*self._heard, *(publishers or {}), *(subscribers or {})}
         topics = {}
@@ -143,7 +149,6 @@ class Recorder:
                 tuple(sorted((subscribers or {}).get(name, ()))),
                 tuple(heard.received_s),
                 tuple(heard.stamps_s),
-                listened is None or name in listened,
             )
         transforms = tuple(
             Transform(*key, tuple(edge.received_s), tuple(edge.stamps_s), key in self._broken)

@@ -15,8 +15,8 @@ import numpy as np
 class Topic:
     """A topic and its received messages.
 
-    publishers, subscribers: names of nodes; in a bag only publishers. listened: whether the topic was
-    subscribed. stamps_s: NaN for a message without a header, and for a latched one, which may be old.
+    publishers, subscribers: names of nodes; in a bag only publishers. stamps_s: NaN for a message without a
+    header, and for a latched one, which may be old.
     """
 
     name: str
@@ -25,7 +25,6 @@ class Topic:
     subscribers: tuple[str, ...] = ()
     received_s: tuple[float, ...] = ()
     stamps_s: tuple[float, ...] = ()
-    listened: bool = True
 
 
 @dataclass(frozen=True)
