@@ -10,10 +10,11 @@ results/emergency.png.
 
 from __future__ import annotations
 
+import argparse
 from typing import Sequence
 
 from benchmarks.shared.results import Results, table
-from benchmarks.shared.trials import run_all, trial_options
+from benchmarks.shared.trials import run_crossed, trial_options
 from master_thesis.experiment_2.variations import (
     Flown,
     fly_variation,
@@ -23,7 +24,6 @@ from master_thesis.experiment_2.variations import (
 from master_thesis.experiment_2.variations_pictures import Paths, paths_figure
 from master_thesis.files import replace_file
 from master_thesis.results.picture_files import png
-from master_thesis.trials.trial import Trial
 from master_thesis.worlds.placements import SCENARIOS, placement
 from master_thesis.worlds.scenario import THESIS_ALGORITHMS
 
@@ -37,12 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--K", type=float, default=50.0, help="K of the emergency avoidance's filter, m/rad")
     given = parser.parse_args(arguments)
     with Results("emergency", given.results, vars(given)) as results:
-        flown = [Flown.of(found) for found in run_all("emergency", trials(given.variations, given.K), given)]
-        sets = {
-            (scenario, algorithm): [f for f in flown if (f.scenario, f.algorithm) == (scenario, algorithm)]
-            for scenario in SCENARIOS
-            for algorithm in THESIS_ALGORITHMS
-        }
+        sets = fly_all(given)
         all_metrics = {names: variations_metrics(flights) for names, flights in sets.items()}
         for names, values in all_metrics.items():
             results.add("cepa.emergency." + ".".join(names), values)
@@ -51,18 +46,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"\n{emergency_table(all_metrics)}")
 
 
-def trials(variations: int, k_filter: float) -> list[Trial]:
-    """Return every flight. Both algorithms get the same placements and the same noise."""
-    return [
-        Trial(
-            f"{scenario} {algorithm} {variation}",
-            fly_variation,
-            {"parameters": variation_parameters(scenario, algorithm, variation, k_filter)},
-        )
-        for scenario in SCENARIOS
-        for algorithm in THESIS_ALGORITHMS
-        for variation in range(1, variations + 1)
-    ]
+def fly_all(given: argparse.Namespace) -> dict[tuple[str, str], list[Flown]]:
+    """Return the flights by scenario and algorithm. Both get the same placements and the same noise."""
+    axes = {
+        "scenario": SCENARIOS,
+        "algorithm": THESIS_ALGORITHMS,
+        "variation": range(1, given.variations + 1),
+        "k_filter": (given.K,),
+    }
+    sets: dict = {}
+    for (scenario, algorithm, *_), found in run_crossed("emergency", fly, given, **axes).items():
+        sets.setdefault((scenario, algorithm), []).append(Flown.of(found))
+    return sets
+
+
+def fly(scenario: str, algorithm: str, variation: int, k_filter: float) -> Flown:
+    """Fly one variation of a placement."""
+    return fly_variation(variation_parameters(scenario, algorithm, variation, k_filter))
 
 
 def emergency_table(all_metrics: dict[tuple[str, str], dict]) -> str:

@@ -9,21 +9,19 @@ Keys: experiment_1.SCENARIO.ALGORITHM; and results/experiment_1.{md, json, png}.
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
 from typing import Sequence
 
 import numpy as np
 
 from benchmarks.shared.results import Results, table
-from benchmarks.shared.trials import run_all, trial_options
+from benchmarks.shared.trials import run_crossed, trial_options
 from master_thesis.experiment_1.scenario_flight import fly_scenario, scenario_parameters
 from master_thesis.files import replace_file
 from master_thesis.report.pieces.experiment_1 import ALGORITHMS
 from master_thesis.report.sections.experiment_1_pictures import times_figure
 from master_thesis.report.thesis import TABLE_8_1_MS
 from master_thesis.results.picture_files import png
-from master_thesis.trials.trial import Trial
 from master_thesis.worlds import scenario as scenarios
 
 COLUMNS = {
@@ -62,14 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def fly_all(given: argparse.Namespace) -> dict:
     """Fly every scenario with each algorithm and all seeds; return the flights by (scenario, algorithm)."""
-    flights = list(itertools.product(given.scenarios, ALGORITHMS, given.seeds))
-    keys = ("name", "algorithm", "seed")
-    trials = [
-        Trial(" ".join(map(str, flight)), fly, {**dict(zip(keys, flight)), "goal_x_m": given.goal})
-        for flight in flights
-    ]
+    axes = {"name": given.scenarios, "algorithm": ALGORITHMS, "seed": given.seeds, "goal_x_m": (given.goal,)}
     found: dict = {}
-    for (name, algorithm, _), flown in zip(flights, run_all("experiment_1", trials, given)):
+    for (name, algorithm, *_), flown in run_crossed("experiment_1", fly, given, **axes).items():
         found.setdefault((name, algorithm), []).append(flown)
     return found
 

@@ -27,10 +27,11 @@ import numpy as np
 
 from benchmarks.gnss_rows import boxes, corrections, killed, stops
 from benchmarks.shared.results import Results, table
-from benchmarks.shared.trials import count, run_all, trial_options
+from benchmarks.shared.trials import run_all, run_crossed, trial_options
 from master_thesis.experiments_3_4.flight_without_gnss import fly_without_gnss, parameters_without_gnss
 from master_thesis.flight.without_gnss import PARTS
 from master_thesis.trials.trial import Trial
+from master_thesis.trials.workers import count
 from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
@@ -75,16 +76,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _fly_missions(given: argparse.Namespace, results: Results) -> None:
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
-    cases = list(itertools.product(given.worlds, given.lidars))
-    flights = [(*case, seed) for case in cases for seed in seeds]
-    trials = [
-        Trial(" ".join(map(str, flight)), fly, dict(zip(("world", "lidar", "seed"), flight)))
-        for flight in flights
-    ]
-    found = list(run_all("gnss_denied", trials, given))
+    found = run_crossed("gnss_denied", fly, given, world=given.worlds, lidar=given.lidars, seed=seeds)
     rows = []
-    for i, (world, lidar) in enumerate(cases):
-        numbers = summary(found[i * len(seeds) : (i + 1) * len(seeds)])
+    for world, lidar in itertools.product(given.worlds, given.lidars):
+        numbers = summary([found[world, lidar, seed] for seed in seeds])
         results.add(f"gnss_denied.{world}.{lidar}", numbers)
         rows.append((world, lidar, *_cells(numbers, len(seeds))))
     print(table(("world", "lidar", "flown", "contacts", *METRICS.values()), rows))

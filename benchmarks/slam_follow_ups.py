@@ -11,12 +11,11 @@ slam.follow_ups.CASE; and results/slam_follow_ups.md.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import Sequence
 
 from benchmarks.shared.results import Results, table
-from benchmarks.shared.trials import run_all, trial_options
+from benchmarks.shared.trials import run_crossed, trial_options
 from benchmarks.slam_experiments import SEEDS
 from gridslam.evaluation import Walls
 from gridslam.trajectory import Trajectory
@@ -27,7 +26,6 @@ from master_thesis.experiments_3_4.slam_metrics import judge
 from master_thesis.experiments_3_4.slam_run import SlamRun, replay, true_path, true_walls
 from master_thesis.experiments_3_4.slam_setup import read_setup
 from master_thesis.files import replace_file
-from master_thesis.trials.trial import Trial
 
 BRIEF_SEEDS = (1,)
 METRICS = {
@@ -51,6 +49,9 @@ class Case:
     levelling: bool = True
     mapped_before_by: str = ""
 
+    def __str__(self) -> str:
+        return self.name
+
 
 CASES = (
     Case("tim_15m_round_trip", "tim", range_max_m=15.0),
@@ -71,16 +72,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--cases", nargs="+", default=names, choices=names)
     given = parser.parse_args(arguments)
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
-    runs = list(itertools.product((case for case in CASES if case.name in given.cases), seeds))
+    cases = [case for case in CASES if case.name in given.cases]
     with Results("slam_follow_ups", given.results, vars(given)) as results:
-        trials = [
-            Trial(f"{case.name} {seed}", fly_and_map, {"case": case, "seed": seed}) for case, seed in runs
-        ]
-        found = run_all("slam_follow_ups", trials, given)
-        by_case: dict = {}
-        for (case, _), metrics in zip(runs, found):
-            by_case.setdefault(case.name, []).append(metrics)
-        middle = {name: medians(several) for name, several in by_case.items()}
+        found = run_crossed("slam_follow_ups", fly_and_map, given, case=cases, seed=seeds)
+        middle = {case.name: medians([found[case, seed] for seed in seeds]) for case in cases}
         for name, metrics in middle.items():
             results.add(f"slam.follow_ups.{name}", metrics)
         text = as_markdown(middle, len(seeds))

@@ -10,7 +10,6 @@ false_places, cpu_s_worst}. A place is false if the UAV is more than 0.5 m from 
 
 from __future__ import annotations
 
-import itertools
 import math
 import time
 from dataclasses import replace
@@ -19,7 +18,7 @@ from typing import Sequence
 import numpy as np
 
 from benchmarks.shared.results import Results, table
-from benchmarks.shared.trials import run_all, trial_options
+from benchmarks.shared.trials import run_crossed, trial_options
 from gridslam import OccupancyGrid, se2
 from gridslam.localisation.judgement import LOST, TRACKING
 from gridslam.session import SlamSession
@@ -27,7 +26,6 @@ from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.experiments_3_4.slam_run import SlamParticipant
-from master_thesis.trials.trial import Trial
 
 WORLDS, LIDARS = ("room", "hold"), ("urg", "ust")
 STARTS, BRIEF_STARTS = 30, 5
@@ -41,18 +39,13 @@ FALSE_M = 0.5
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, get lost, print and write."""
     given = trial_options(__doc__ or "").parse_args(arguments)
-    starts = BRIEF_STARTS if given.brief else STARTS
-    cases = list(itertools.product(WORLDS, LIDARS))
-    trials = [
-        Trial(f"{world} {lidar}", measure, {"world": world, "lidar": lidar, "starts": starts})
-        for world, lidar in cases
-    ]
+    axes = {"world": WORLDS, "lidar": LIDARS, "starts": (BRIEF_STARTS if given.brief else STARTS,)}
     with Results("slam_lost", given.results, vars(given)) as results:
-        found = dict(zip(cases, run_all("slam_lost", trials, given)))
-        for (world, lidar), metrics in found.items():
+        found = run_crossed("slam_lost", measure, given, **axes)
+        for (world, lidar, _), metrics in found.items():
             results.add(f"slam.lost.{world}.{lidar}", metrics)
         names = list(next(iter(found.values())))
-        rows = [(*case, *(_words(metrics[name]) for name in names)) for case, metrics in found.items()]
+        rows = [(*case[:2], *(_words(metrics[name]) for name in names)) for case, metrics in found.items()]
         print(table(("world", "lidar", *names), rows))
 
 

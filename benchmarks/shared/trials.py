@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
-from typing import Any, NoReturn, Sequence
+from typing import Any, Callable, Iterable, NoReturn, Sequence
 
 from benchmarks.shared.results import options
 from master_thesis.trials.run import run_trials
 from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Trial, several_versions
-from master_thesis.trials.workers import end, interrupted, open_workers
+from master_thesis.trials.workers import count, end, interrupted, open_workers
 
 AGAIN = "call again with --resume to go on."
-
-
-def count(text: str) -> int:
-    """Return a number of processes or trials, 1 or more; argparse tells the user if it is none."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not '{text}'")
-    return int(text)
 
 
 def trial_options(description: str) -> argparse.ArgumentParser:
@@ -46,6 +40,15 @@ def run_all(name: str, trials: Sequence[Trial], given: argparse.Namespace) -> li
         raise SystemExit(f"{len(failed)} of {len(trials)} trials failed; {AGAIN}")
     print(several_versions(rows) or "")
     return [row.result for row in rows]
+
+
+def run_crossed(
+    name: str, run: Callable[..., Any], given: argparse.Namespace, /, **axes: Iterable[Any]
+) -> dict[tuple, Any]:
+    """Run a function with every combination of its arguments' values; return the results by combination."""
+    combinations = list(itertools.product(*axes.values()))
+    trials = [Trial(" ".join(map(str, values)), run, dict(zip(axes, values))) for values in combinations]
+    return dict(zip(combinations, run_all(name, trials, given)))
 
 
 def end_interrupted() -> NoReturn:

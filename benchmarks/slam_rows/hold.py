@@ -6,20 +6,18 @@ Each flight is flown once in the ROS-free closed loop; SLAM then maps its record
 from __future__ import annotations
 
 import argparse
-import itertools
 import resource
 from dataclasses import asdict
 from typing import Sequence
 
 import numpy as np
 
-from benchmarks.shared.trials import run_all
+from benchmarks.shared.trials import run_crossed
 from benchmarks.slam_rows.logs import summary
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.experiments_3_4.slam_metrics import judge
-from master_thesis.trials.trial import Trial
 from master_thesis.worlds.scenario import LIDARS
 from simulation_tools.sensors.odometry import OdometryParameters
 
@@ -28,16 +26,7 @@ DRIFTS = (1, 3)
 
 def measure(seeds: Sequence[int], given: argparse.Namespace) -> dict[str, dict]:
     """Return the metrics of `hold_x1` and `hold_x3`: over all lidars, and under each lidar's name."""
-    cases = list(itertools.product(DRIFTS, LIDARS, seeds))
-    trials = [
-        Trial(
-            f"drift x {drift}, {lidar}, seed {seed}",
-            fly_and_map,
-            {"drift": drift, "lidar": lidar, "seed": seed},
-        )
-        for drift, lidar, seed in cases
-    ]
-    runs = dict(zip(cases, run_all("slam_hold", trials, given)))
+    runs = run_crossed("slam_hold", fly_and_map, given, drift=DRIFTS, lidar=LIDARS, seed=seeds)
     found = {}
     for drift in DRIFTS:
         of_lidar = {lidar: summary([runs[drift, lidar, seed] for seed in seeds]) for lidar in LIDARS}

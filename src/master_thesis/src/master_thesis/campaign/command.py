@@ -11,7 +11,7 @@ from typing import Sequence
 from master_thesis.campaign.campaign import Campaign
 from master_thesis.errors import MasterThesisError, TrialsError
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE
-from master_thesis.trials.workers import interrupted, open_workers
+from master_thesis.trials.workers import count, interrupted, open_workers
 
 RESULTS = PACKAGE.parents[1] / "results" / "campaigns"
 
@@ -42,25 +42,17 @@ def _parser(tuning: bool) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=command, description=what)
     parser.add_argument("file", type=Path, help="YAML file, or the name of a shipped campaign")
     parser.add_argument(
-        "--workers", type=_positive, metavar="N", help="number of processes (default: one for each core)"
+        "--workers", type=count, metavar="N", help="number of processes (default: one for each core)"
     )
     parser.add_argument("--scheduler", metavar="WHERE", help="Dask scheduler: tcp://host:port, or its file")
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER", help=f"folder for the results (default: {RESULTS}/NAME)"
     )
-    parser.add_argument(
-        "--seeds", type=_positive, metavar="N", help="number of seeds, in place of the file's"
-    )
+    parser.add_argument("--seeds", type=count, metavar="N", help="number of seeds, in place of the file's")
     parser.add_argument(
         "--smallest", action="store_true", help="fly what the file says under `smallest:` (takes seconds)"
     )
     return parser
-
-
-def _positive(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not '{text}'")
-    return int(text)
 
 
 def _read(given: argparse.Namespace, name: str = "") -> tuple[Campaign, Path]:

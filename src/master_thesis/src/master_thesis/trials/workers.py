@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import os
 import sys
@@ -41,6 +42,13 @@ class ThisProcess:
 
     def kill(self) -> None:
         """Do nothing, because the caller itself runs the tasks."""
+
+
+def count(text: str) -> int:
+    """Return a number of processes or trials, 1 or more; argparse tells the user if it is none."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"give a whole number from 1 on, not '{text}'")
+    return int(text)
 
 
 def open_workers(number: int | None = None, scheduler: str | None = None) -> ContextManager[Workers]:
