@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 from types import SimpleNamespace
 
+import pytest
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavros.conversions import Target
+
+for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
+    pytest.importorskip(module, reason="needs ROS's message packages")
 
 HALF_ROOT = math.sqrt(0.5)
 

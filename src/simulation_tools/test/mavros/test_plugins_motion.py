@@ -11,12 +11,10 @@ import pytest
 from fake_uas import HALF_ROOT, attitude, local_position, make_uas, xyz, xyzw
 from pymavlink.dialects.v20 import common
 
-pytestmark = pytest.mark.ros
-for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
-    pytest.importorskip(module, reason="needs ROS's message packages")
+from simulation_tools_ros.mavros.plugins.imu import ImuPlugin
+from simulation_tools_ros.mavros.plugins.local_position import LocalPositionPlugin
 
-from simulation_tools_ros.mavros.plugins.imu import ImuPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.local_position import LocalPositionPlugin  # noqa: E402
+pytestmark = pytest.mark.ros
 
 
 def highres_imu(fields=7167, us=5_000_000):

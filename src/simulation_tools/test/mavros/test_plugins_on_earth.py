@@ -9,16 +9,13 @@ import math
 
 import pytest
 from fake_uas import HALF_ROOT, attitude, global_position, make_uas, xyz, xyzw
+from mavros_msgs.msg import HomePosition
 from pymavlink.dialects.v20 import common
 
+from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin
+from simulation_tools_ros.mavros.plugins.home_position import HomePositionPlugin
+
 pytestmark = pytest.mark.ros
-for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
-    pytest.importorskip(module, reason="needs ROS's message packages")
-
-from mavros_msgs.msg import HomePosition  # noqa: E402
-
-from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.home_position import HomePositionPlugin  # noqa: E402
 
 
 def gps(**changes):

@@ -9,25 +9,18 @@ import math
 
 import pytest
 from fake_uas import HALF_ROOT, global_position, local_position, make_uas, request, xyz, xyzw
+from geographic_msgs.msg import GeoPoseStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped
+from mavros_msgs.msg import AttitudeTarget, GlobalPositionTarget, Thrust
 from pymavlink.dialects.v20 import common
 
+from simulation_tools_ros.mavros.plugins.command import CommandPlugin
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_accel import SetpointAccelPlugin
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_attitude import SetpointAttitudePlugin
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_position import SetpointPositionPlugin
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_raw import SetpointRawPlugin
+
 pytestmark = pytest.mark.ros
-for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
-    pytest.importorskip(module, reason="needs ROS's message packages")
-
-from geographic_msgs.msg import GeoPoseStamped  # noqa: E402
-from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped  # noqa: E402
-from mavros_msgs.msg import (  # noqa: E402
-    AttitudeTarget,
-    GlobalPositionTarget,
-    Thrust,
-)
-
-from simulation_tools_ros.mavros.plugins.command import CommandPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.setpoints.setpoint_accel import SetpointAccelPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.setpoints.setpoint_attitude import SetpointAttitudePlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.setpoints.setpoint_position import SetpointPositionPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.setpoints.setpoint_raw import SetpointRawPlugin  # noqa: E402
 
 
 def thrust(value):

@@ -9,21 +9,18 @@ import math
 
 import pytest
 from fake_uas import request
+from genpy import Time
+from mavros_msgs.msg import OverrideRCIn
 from pymavlink.dialects.v20 import common
 
+from simulation_tools_ros.mavros.plugins.altitude import AltitudePlugin
+from simulation_tools_ros.mavros.plugins.rc_io import RcIoPlugin
+from simulation_tools_ros.mavros.plugins.sys_status import SysStatusPlugin
+from simulation_tools_ros.mavros.plugins.sys_time import SysTimePlugin
+from simulation_tools_ros.mavros.plugins.vehicle_info import VehicleInfoPlugin
+from simulation_tools_ros.mavros.plugins.vfr_hud import VfrHudPlugin
+
 pytestmark = pytest.mark.ros
-for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
-    pytest.importorskip(module, reason="needs ROS's message packages")
-
-from genpy import Time  # noqa: E402
-from mavros_msgs.msg import OverrideRCIn  # noqa: E402
-
-from simulation_tools_ros.mavros.plugins.altitude import AltitudePlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.rc_io import RcIoPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.sys_status import SysStatusPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.sys_time import SysTimePlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.vehicle_info import VehicleInfoPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.vfr_hud import VfrHudPlugin  # noqa: E402
 
 
 def test_altitude_and_hud(uas):

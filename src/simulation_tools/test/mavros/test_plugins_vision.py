@@ -9,26 +9,23 @@ import math
 
 import pytest
 from fake_uas import HALF_ROOT, make_uas, xyz, xyzw
-from pymavlink.dialects.v20 import common
-
-pytestmark = pytest.mark.ros
-for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
-    pytest.importorskip(module, reason="needs ROS's message packages")
-
-from geometry_msgs.msg import (  # noqa: E402
+from geometry_msgs.msg import (
     PoseStamped,
     PoseWithCovarianceStamped,
     TwistStamped,
     TwistWithCovarianceStamped,
     Vector3Stamped,
 )
-from nav_msgs.msg import Odometry  # noqa: E402
-from sensor_msgs.msg import Range  # noqa: E402
+from nav_msgs.msg import Odometry
+from pymavlink.dialects.v20 import common
+from sensor_msgs.msg import Range
 
-from simulation_tools_ros.mavros.plugins.distance_sensor import DistanceSensorPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.vision.odometry import OdometryPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.vision.vision_pose import VisionPosePlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.vision.vision_speed import VisionSpeedPlugin  # noqa: E402
+from simulation_tools_ros.mavros.plugins.distance_sensor import DistanceSensorPlugin
+from simulation_tools_ros.mavros.plugins.vision.odometry import OdometryPlugin
+from simulation_tools_ros.mavros.plugins.vision.vision_pose import VisionPosePlugin
+from simulation_tools_ros.mavros.plugins.vision.vision_speed import VisionSpeedPlugin
+
+pytestmark = pytest.mark.ros
 
 DIAGONAL = [float(1 + i // 7) if i % 7 == 0 else 0.0 for i in range(36)]  # 1 to 6
 DIAGONAL_OF_TRIANGLE = (0, 6, 11, 15, 18, 20)

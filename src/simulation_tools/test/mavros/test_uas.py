@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import pytest
+from fake_uas import attitude
 from pymavlink.dialects.v20 import common
 
+from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin
+from simulation_tools_ros.mavros.plugins.imu import ImuPlugin
+from simulation_tools_ros.mavros.uas import Topic, diagonal
+
 pytestmark = pytest.mark.ros
-for module in ("mavros_msgs.msg", "simulation_tools_ros.mavros.uas"):
-    pytest.importorskip(module, reason="needs ROS's message packages")
-
-from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin  # noqa: E402
-from simulation_tools_ros.mavros.plugins.imu import ImuPlugin  # noqa: E402
-from simulation_tools_ros.mavros.uas import Topic, diagonal  # noqa: E402
-
-
-def attitude(ms):
-    return common.MAVLink_attitude_quaternion_message(ms, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def test_the_time_is_the_flight_controllers_once_it_is_known(uas):
     assert uas.now.to_sec() == 77.0  # ROS's
-    uas.client.hear(attitude(5250))
+    uas.client.hear(attitude(ms=5250))
     assert uas.now.to_sec() == 5.25
-    uas.client.hear(attitude(5200))  # a message that was late
+    uas.client.hear(attitude(ms=5200))  # a message that was late
     assert uas.now.to_sec() == 5.25
 
 
@@ -37,7 +32,7 @@ def test_a_clock_that_jumps_back_makes_everybody_forget(uas):
     position = (473977420, 85455940, 490500, 0, 0, 0, 0, 0)
     uas.client.hear(common.MAVLink_global_position_int_message(90_000, *position))
     assert uas.topics["global_position/global"].last.position_covariance_type == 2
-    uas.client.hear(attitude(3000))
+    uas.client.hear(attitude(ms=3000))
     assert uas.now.to_sec() == 3.0
     assert uas.topics["imu/data"].last.linear_acceleration_covariance[0] == -1.0  # unknown again
     uas.client.hear(common.MAVLink_global_position_int_message(3000, *position))
