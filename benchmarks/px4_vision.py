@@ -35,7 +35,7 @@ from benchmarks.simulator.reference_quad import standing, stepped
 from benchmarks.simulator.step_response import COLUMNS, MANOEUVRES, Pilot, quantity_of
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.errors import SimulationToolsError
-from simulation_tools.geometry import Quaternion, Vector3
+from simulation_tools.geometry import Quaternion, Vector3, rpy_from_quaternion
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.simulation import Simulation, SimulationParameters
@@ -74,9 +74,9 @@ class Vision:
         """Return what arrives now as VISION_POSITION_ESTIMATE, without covariance."""
         return [
             common.MAVLink_vision_position_estimate_message(
-                state.time_us, *position, *_roll_pitch_yaw(attitude), [math.nan] * 21, 0
+                state.time_us, *position, *rpy_from_quaternion((x, y, z, w)), [math.nan] * 21, 0
             )
-            for position, attitude in self.arrived(state)
+            for position, (w, x, y, z) in self.arrived(state)
         ]
 
 
@@ -194,13 +194,6 @@ def summary(found: dict[str, dict]) -> str:
     for key in (*LEVELS, "overshoot_percent"):
         rows.append((f"step of 2 m/s: {key}", *(f"{f['step'][key]:.2f}" for f in found.values())))
     return table(("", *found), rows)
-
-
-def _roll_pitch_yaw(q: Quaternion) -> tuple[float, float, float]:
-    w, x, y, z = q
-    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - x * z))))
-    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 if __name__ == "__main__":

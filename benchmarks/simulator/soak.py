@@ -23,7 +23,7 @@ from master_thesis.flight.course import Action, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import parse_model
-from simulation_tools.simulation import StepOutput
+from simulation_tools.simulation import Simulation, StepOutput
 from simulation_tools.world.world import BodyState
 
 PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
@@ -186,20 +186,21 @@ class _Flight:
             metrics.goals_reached += 1
             self._goal_ends_s = loop.time_s + 4.0
         if loop.time_s >= self._goal_ends_s:
-            self._goal = self._new_goal()
+            self._goal = draw_goal(loop.simulation, self._rng)
             self._goal_ends_s = loop.time_s + self._rng.uniform(*GOAL_PATIENCE_S)
             metrics.goals += 1
             loop.go(self._goal)
         if not metrics.memory_early_mb and loop.time_s - self._start_s >= 0.1 * self._length_s:
             metrics.memory_early_mb = _resident_mb()
 
-    def _new_goal(self) -> tuple[float, float, float]:
-        """Draw a place with nothing near it."""
-        world, uav = self._loop.simulation.world, self._loop.simulation.uav_name
-        while True:
-            x, y = self._rng.uniform(*AREA_X_M), self._rng.uniform(*AREA_Y_M)
-            if world.clearance(uav, Pose((x, y, 2.0)), GOAL_CLEARANCE_M) > GOAL_CLEARANCE_M:
-                return float(x), float(y), 2.0
+
+def draw_goal(simulation: Simulation, rng: np.random.Generator) -> tuple[float, float, float]:
+    """Return a place in the forest with nothing near it."""
+    while True:
+        x, y = rng.uniform(*AREA_X_M), rng.uniform(*AREA_Y_M)
+        place = Pose((x, y, 2.0))
+        if simulation.world.clearance(simulation.uav_name, place, GOAL_CLEARANCE_M) > GOAL_CLEARANCE_M:
+            return float(x), float(y), 2.0
 
 
 def summary(metrics: dict) -> str:

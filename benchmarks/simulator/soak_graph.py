@@ -21,11 +21,10 @@ from typing import Callable
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.simulator.soak import AREA_X_M, AREA_Y_M, GOAL_CLEARANCE_M
+from benchmarks.simulator.soak import GOAL_PATIENCE_S, draw_goal
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.graph.free_ports import free_ports
 from master_thesis.graph.launched_graph import LaunchedGraph
-from simulation_tools.geometry import Pose
 from simulation_tools.px4_ports import own_ports
 from simulation_tools.simulation import Simulation
 
@@ -57,7 +56,6 @@ NODES = (
 
 START_S = 90.0
 FAULT_PAUSE_S = (5.0, 15.0)
-GOAL_PATIENCE_S = (10.0, 40.0)
 RECOVERY_S = 40.0
 SLOW_M = 0.03
 """In a round of 0.1 s."""
@@ -170,17 +168,10 @@ class _Soak:
             self._metrics.goals_reached += 1
             self._goal_ends_s = now_s + 4.0
         if now_s >= self._goal_ends_s:
-            self._goal_m = self._new_goal()
+            self._goal_m = draw_goal(self._simulation, self._rng)
             self._goal_ends_s = now_s + self._rng.uniform(*GOAL_PATIENCE_S)
             self._metrics.goals += 1
             self._talk.go(self._goal_m)
-
-    def _new_goal(self) -> tuple[float, float, float]:
-        world, uav = self._simulation.world, self._simulation.uav_name
-        while True:
-            x, y = self._rng.uniform(*AREA_X_M), self._rng.uniform(*AREA_Y_M)
-            if world.clearance(uav, Pose((x, y, 2.0)), GOAL_CLEARANCE_M) > GOAL_CLEARANCE_M:
-                return float(x), float(y), 2.0
 
     def _fault(self, is_slow: bool) -> None:
         if self._rng.random() < 0.5:

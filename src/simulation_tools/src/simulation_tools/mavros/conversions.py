@@ -9,7 +9,7 @@ from typing import Sequence
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.bounds import fit_float32
-from simulation_tools.geometry import Quaternion, Vector3
+from simulation_tools.geometry import Quaternion, Vector3, yaw_from_quaternion
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned, flu_to_frd, yaw_to_ned
 
 BODY_FRAMES = frozenset((common.MAV_FRAME_BODY_NED, common.MAV_FRAME_BODY_OFFSET_NED))
@@ -82,23 +82,17 @@ def pose_target(
     target: Target,
     time_boot_ms: int,
     position: Sequence[float],
-    orientation_xyzw: Sequence[float],
+    orientation_xyzw: Quaternion,
     frame: int = common.MAV_FRAME_LOCAL_NED,
 ) -> common.MAVLink_message:
-    """Build the setpoint of a pose in ENU (FLU for the body frames): position and heading."""
-    require_finite((*position, *orientation_xyzw))
-    mask = IGNORE_VELOCITY | IGNORE_ACCELERATION | IGNORE_YAW_RATE
-    yaw = heading_enu(orientation_xyzw)
-    return position_target(target, time_boot_ms, frame, mask, position=position, yaw=yaw)
-
-
-def heading_enu(orientation_xyzw: Sequence[float]) -> float:
-    """Return a pose's heading, counter-clockwise from east.
+    """Build the setpoint of a pose in ENU (FLU for the body frames): position and heading.
 
     A quaternion of zeros, the default of a message, means east: MAVROS reads it as no rotation.
     """
-    x, y, z, w = orientation_xyzw
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    require_finite((*position, *orientation_xyzw))
+    mask = IGNORE_VELOCITY | IGNORE_ACCELERATION | IGNORE_YAW_RATE
+    yaw = yaw_from_quaternion(orientation_xyzw)
+    return position_target(target, time_boot_ms, frame, mask, position=position, yaw=yaw)
 
 
 def global_target(

@@ -6,6 +6,7 @@ import math
 
 from pymavlink.dialects.v20 import common
 
+from simulation_tools.geometry import rpy_from_quaternion
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.status import Px4Status
 
@@ -16,16 +17,10 @@ _GPS_ACCURACIES = (299, 399, 250, 2864788)
 _ALL_BUT_AIRSPEED = 7167  # HIGHRES_IMU's fields that are new
 
 
-def _euler(q: list[float]) -> tuple[float, float, float]:
-    w, x, y, z = q
-    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = math.asin(min(1.0, max(-1.0, 2.0 * (w * y - z * x))))
-    return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
-
 def _attitude(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     estimate = px4.estimate[0]
-    roll, pitch, yaw = _euler(estimate["attitude"].tolist())
+    w, x, y, z = estimate["attitude"].tolist()
+    roll, pitch, yaw = rpy_from_quaternion((x, y, z, w))
     return common.MAVLink_attitude_message(
         status.time_us // 1000, roll, pitch, yaw, *estimate["rates"].tolist()
     )
