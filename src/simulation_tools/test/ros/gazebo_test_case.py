@@ -15,6 +15,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, LaserScan
 from std_srvs.srv import Empty
 
+from node_tools.testing import wait_until
+
 TOPICS = {
     "/clock": Clock,
     "/scan": LaserScan,
@@ -79,20 +81,17 @@ class GazeboTestCase(unittest.TestCase):
     def let_pass(self, simulated_s):
         """Wait until so much simulated time is over."""
         end_s = self.sim_time_s() + simulated_s
-        deadline = time.monotonic() + PATIENCE_S
-        while self.sim_time_s() < end_s:
-            assert time.monotonic() < deadline, "simulated time stands still"
-            time.sleep(0.02)
+        wait_until(lambda: self.sim_time_s() >= end_s, "simulated time to pass", PATIENCE_S)
 
     def wait_for_standstill(self):
         """Wait until the last messages before a pause are here and no further ones come."""
-        deadline = time.monotonic() + PATIENCE_S
-        while True:
+
+        def stands_still():
             self.forget()
             time.sleep(STILL_S)
-            if not (self.received["/clock"] or self.received["/scan"]):
-                return
-            assert time.monotonic() < deadline, "the clock goes on"
+            return not (self.received["/clock"] or self.received["/scan"])
+
+        wait_until(stands_still, "the clock to stop", PATIENCE_S)
 
     def scan_ahead(self):
         """Median range of the beams within 2 degrees of straight ahead, of a scan made from now on."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from pathlib import Path
 
 import rospy
@@ -16,6 +15,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from gazebo_test_case import PATIENCE_S, GazeboTestCase
+
+from node_tools.testing import Input
 
 BOX = """<sdf version="1.6"><model name="crate"><static>true</static><link name="link">
 <collision name="c"><geometry><box><size>0.2 2 2</size></box></geometry></collision>
@@ -84,12 +85,10 @@ class TestGazeboModels(GazeboTestCase):
             self.services["reset_world"]()
 
     def test_the_topic_set_model_state_moves_models_too(self):
-        publisher = rospy.Publisher("/gazebo/set_model_state", ModelState, queue_size=1)
-        while not publisher.get_num_connections():
-            time.sleep(0.02)
+        states = Input("/gazebo/set_model_state", ModelState)
         state = ModelState(model_name="wall")
         state.pose.position.x, state.pose.position.z, state.pose.orientation.w = 6.0, 1.0, 1.0
-        publisher.publish(state)
+        states.send(state)
         self.wait_for(
             lambda: any(
                 m.pose[m.name.index("wall")].position.x == 6.0 for m in self.received["/gazebo/model_states"]

@@ -7,7 +7,6 @@ import os
 import signal
 import socket
 import subprocess
-import time
 import unittest
 
 import rosnode
@@ -16,6 +15,8 @@ import rostest
 from nav_msgs.msg import Odometry
 from roslib.packages import find_node
 from sensor_msgs.msg import LaserScan
+
+from node_tools.testing import wait_until
 
 TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 WORLD = "_world:=" + os.path.join(TESTS, "worlds", "one_box.world")
@@ -52,16 +53,23 @@ def start(name, *parameters):
 class TestStart(unittest.TestCase):
     """A node that cannot start says why in one sentence and returns 1; SIGINT ends one quickly."""
 
+    def start(self, name, *parameters):
+        """Start a node; it does not outlive the test."""
+        process = start(name, *parameters)
+        self.addCleanup(lambda: process.poll() is None and os.killpg(process.pid, signal.SIGKILL))
+        return process
+
+    def assert_ends_quietly(self, process):
+        os.killpg(process.pid, signal.SIGINT)
+        output, _ = process.communicate(timeout=30.0)
+        self.assertNotIn("Traceback", output)
+
     def test_what_cannot_be_simulated_is_refused_in_one_sentence(self):
         names = {what: f"refused_{number}" for number, what in enumerate(REFUSED)}
-        started = {what: start(names[what], *REFUSED[what][1:]) for what in REFUSED}
+        started = {what: self.start(names[what], *REFUSED[what][1:]) for what in REFUSED}
         for what, process in started.items():
             with self.subTest(what):
-                try:
-                    output, _ = process.communicate(timeout=60.0)
-                finally:
-                    if process.poll() is None:
-                        os.killpg(process.pid, signal.SIGKILL)
+                output, _ = process.communicate(timeout=60.0)
                 self.assertEqual(process.returncode, 1, output)
                 self.assertNotIn("Traceback", output)
                 fatal = [line for line in output.splitlines() if "[FATAL]" in line]
@@ -73,38 +81,15 @@ class TestStart(unittest.TestCase):
         for topic, message_class in (("/other_scan", LaserScan), ("/other_odometry", Odometry)):
             rospy.Subscriber(topic, message_class, messages.append)
         # As fast as possible: nearly all of its time goes into publishing.
-        process = start(
-            "other_gazebo",
-            WORLD,
-            "_real_time_factor:=0",
-            "scan:=/other_scan",
-            "odometry:=/other_odometry",
-        )
-        try:
-            deadline = time.time() + 60.0
-            while len(messages) < 100:
-                self.assertLess(time.time(), deadline, "the simulator publishes nothing")
-                time.sleep(0.01)
-            os.killpg(process.pid, signal.SIGINT)
-            output, _ = process.communicate(timeout=30.0)
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-        self.assertNotIn("Traceback", output)
+        topics = ("scan:=/other_scan", "odometry:=/other_odometry")
+        process = self.start("other_gazebo", WORLD, "_real_time_factor:=0", *topics)
+        wait_until(lambda: len(messages) >= 100, "messages of the simulator", 60.0)
+        self.assert_ends_quietly(process)
 
     def test_sigint_while_it_starts_leaves_no_traceback(self):
-        process = start("starting_gazebo", WORLD)
-        deadline = time.time() + 60.0
-        while not any("starting_gazebo" in name for name in rosnode.get_node_names()):
-            self.assertLess(time.time(), deadline, "the node does not register")
-            time.sleep(0.01)
-        os.killpg(process.pid, signal.SIGINT)
-        try:
-            output, _ = process.communicate(timeout=30.0)
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-        self.assertNotIn("Traceback", output)
+        process = self.start("starting_gazebo", WORLD)
+        wait_until(lambda: "/starting_gazebo" in rosnode.get_node_names(), "the node", 60.0)
+        self.assert_ends_quietly(process)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 import unittest
 
@@ -13,10 +12,10 @@ import rostest
 from gazebo_msgs.msg import ModelStates
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
+from node_tools.testing import Input, Output, Warned, wait_until
 from simulation_tools.geometry import Pose
 from simulation_tools_ros.conversions import pose_message
 
@@ -34,34 +33,20 @@ def pose_of(transform):
 class TestTfPublisher(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.received = []
-        cls.arrived = threading.Condition()
-        cls.odometry = rospy.Publisher("odometry", Odometry, queue_size=100)
-        cls.ground_truth = rospy.Publisher("ground_truth", Odometry, queue_size=100)
-        rospy.Subscriber("/tf", TFMessage, cls._on_tf)
-        cls.joint_states = rospy.Publisher("joint_states", JointState, queue_size=10)
-        deadline = time.time() + PATIENCE_S
-        publishers = (cls.odometry, cls.ground_truth, cls.joint_states)
-        while min(publisher.get_num_connections() for publisher in publishers) < 1:
-            assert time.time() < deadline, "tf_publisher does not subscribe"
-            time.sleep(0.02)
+        cls.odometry, cls.ground_truth = Input("odometry", Odometry), Input("ground_truth", Odometry)
+        cls.joint_states = Input("joint_states", JointState)
+        cls.tf = Output("/tf", TFMessage)
+        cls.received = cls.tf.messages
         cls.seconds = 10.0
 
-    @classmethod
-    def _on_tf(cls, message):
-        with cls.arrived:
-            cls.received.append(message)
-            cls.arrived.notify_all()
-
     def setUp(self):
-        with self.arrived:
-            self.received.clear()
+        self.received.clear()
 
-    def publish(self, publisher, seconds, pose):
+    def publish(self, source, seconds, pose):
         message = Odometry()
         message.header.stamp = rospy.Time.from_sec(seconds)
         message.pose.pose = pose_message(pose)
-        publisher.publish(message)
+        source.send(message)
 
     def publish_pair(self):
         type(self).seconds += 0.01
@@ -69,23 +54,22 @@ class TestTfPublisher(unittest.TestCase):
         self.publish(self.ground_truth, self.seconds, IN_WORLD)
         return self.seconds
 
-    def wait_for(self, condition, timeout_s=PATIENCE_S):
-        with self.arrived:
-            self.assertTrue(self.arrived.wait_for(condition, timeout_s), f"received: {self.received}")
-
     def both_of(self, seconds):
         stamp = rospy.Time.from_sec(seconds)
         return [m for m in self.received if len(m.transforms) == 2 and m.transforms[0].header.stamp == stamp]
 
     def fly_until_both(self):
         """The first messages may go out alone, while one of the two topics is not connected yet."""
-        deadline = time.time() + PATIENCE_S
-        while time.time() < deadline:
+        found = []
+
+        def comes():
             seconds = self.publish_pair()
             time.sleep(0.05)
-            if self.both_of(seconds):
-                return self.both_of(seconds)[0]
-        return self.fail(f"never both edges in one message: {self.received[-3:]}")
+            found.extend(self.both_of(seconds))
+            return found
+
+        wait_until(comes, "both edges in one message")
+        return found[0]
 
     def test_both_edges_in_one_message_and_the_world_is_the_inverse(self):
         message = self.fly_until_both()
@@ -116,8 +100,8 @@ class TestTfPublisher(unittest.TestCase):
         good = JointState(name=names, position=[0.3, -0.2])
         good.header.stamp = rospy.Time.from_sec(7.0)
         for message in (bad, short, good):
-            self.joint_states.publish(message)
-        self.wait_for(lambda: self.received)
+            self.joint_states.send(message)
+        wait_until(lambda: self.received, "the lidar's frames")
         (message,) = self.received
         edges = {t.child_frame_id: t for t in message.transforms}
         self.assertEqual(set(edges), {"lidar_gimbal", "lidar_mount"})
@@ -127,36 +111,30 @@ class TestTfPublisher(unittest.TestCase):
         up = turned.rotation[:, 2]
         for value, expected in zip(up, (math.sin(-0.2), -math.sin(0.3) * math.cos(-0.2))):
             self.assertAlmostEqual(value, expected, places=12)
-        deadline = time.time() + PATIENCE_S
-        while True:
+
+        def standing():
             static = rospy.wait_for_message("/tf_static", TFMessage, timeout=PATIENCE_S)
-            standing = {t.child_frame_id for t in static.transforms}
-            if "lidar_mount" not in standing:
-                break
-            self.assertLess(time.time(), deadline, "a frame that moves is latched as standing still")
-        self.assertIn("hokuyo", standing)
+            return {t.child_frame_id for t in static.transforms}
+
+        wait_until(lambda: "lidar_mount" not in standing(), "a tree without the frame that moves")
+        self.assertIn("hokuyo", standing())
 
     def test_any_model_of_the_simulator_goes_to_tf_with_its_joints(self):
         """Of another node: it hangs the model `door` into the world and turns its leaf."""
-        states = rospy.Publisher("model_states", ModelStates, queue_size=10)
-        while not states.get_num_connections():
-            time.sleep(0.02)
+        states = Input("model_states", ModelStates)
         pose = Pose.from_xyz_rpy(3.0, 1.0, 0.0, yaw=math.pi / 2)
         joint = JointState(name=["door::hinge", "iris::other"], position=[math.pi / 2, 1.0])
         joint.header.stamp = rospy.Time.from_sec(5.0)
-        said = []
-        rospy.Subscriber("/rosout", Log, lambda log: said.append(log.msg))
+        warned = Warned("/door_tf")
         none = pose_message(Pose())
         none.orientation.w = 0.0
-        deadline = time.time() + PATIENCE_S
-        while not any("tf_publisher ignores a pose of door" in words for words in said):
-            self.assertLess(time.time(), deadline, "tf_publisher says nothing")
-            states.publish(ModelStates(["door"], [none], [Twist()]))
-            time.sleep(0.05)
+        states.send(ModelStates(["door"], [none], [Twist()]))
+        warned.wait_for("tf_publisher ignores a pose of door")
         poses = [pose_message(Pose()), pose_message(pose)]
-        states.publish(ModelStates(["floor", "door"], poses, [Twist(), Twist()]))
-        self.joint_states.publish(joint)
-        self.wait_for(lambda: {"door", "door/leaf"} <= {t.child_frame_id for t in self.transforms()})
+        states.send(ModelStates(["floor", "door"], poses, [Twist(), Twist()]))
+        self.joint_states.send(joint)
+        moved = {"door", "door/leaf"}
+        wait_until(lambda: moved <= {t.child_frame_id for t in self.transforms()}, "the door's frames")
         edges = {t.child_frame_id: t for t in self.transforms()}
         self.assertEqual(edges["door"].header.frame_id, "world")
         self.assertEqual(edges["door/leaf"].header.frame_id, "door/post")
@@ -174,9 +152,9 @@ class TestTfPublisher(unittest.TestCase):
         bad = Odometry()
         bad.header.stamp = rospy.Time.from_sec(self.seconds + 0.005)
         bad.pose.pose.position.x = math.nan
-        self.ground_truth.publish(bad)
+        self.ground_truth.send(bad)
         bad.pose.pose.position.x = 0.0  # and a quaternion of zeros
-        self.odometry.publish(bad)
+        self.odometry.send(bad)
         self.fly_until_both()
         for message in self.received:
             for transform in message.transforms:
@@ -186,12 +164,13 @@ class TestTfPublisher(unittest.TestCase):
     def test_without_odometry_the_world_edge_goes_on(self):
         self.fly_until_both()
         self.received.clear()
-        end_s = time.monotonic() + PATIENCE_S  # a busy machine may lose some on the way
-        while len(self.received) < 99 and time.monotonic() < end_s:
+
+        def comes():  # a busy machine may lose some on the way
             type(self).seconds += 0.01
             self.publish(self.ground_truth, self.seconds, IN_WORLD)
-            time.sleep(0.002)
-        self.assertGreaterEqual(len(self.received), 99)
+            return len(self.received) >= 99
+
+        wait_until(comes, "99 messages")
         self.assertEqual({t.child_frame_id for m in self.received for t in m.transforms}, {"world"})
 
     def test_a_clock_that_jumps_back_is_followed(self):
