@@ -20,6 +20,8 @@ from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
 
 WALL_M, TRAP_M, OPEN_M = 1.0, 0.4, math.inf
+WALK = 3
+"""In so many scans a thing is found to move."""
 
 
 def warm_up() -> float:
@@ -38,7 +40,10 @@ def warm_up() -> float:
         motion = Motion(stamp_s, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
         climbing.steer(scans[0], (1.0, 0.1), (1.0, 0.0), motion, cloud)
     seen = Seen(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1, 1.0), (0.0, 0.0, 0.0, 1.0), 1.0)
-    Movers().update(0.0, np.zeros((1, 2)), (0.0, 0.0), seen)
+    movers, side = Movers(), np.array((0.0, 0.1, 0.2, 0.3))
+    for step in range(WALK):
+        thing = np.column_stack((np.full(4, 2.0), side + 0.2 * step))
+        movers.update(0.1 * step, thing, (0.0, 0.0), seen)
     return time.perf_counter() - start
 
 

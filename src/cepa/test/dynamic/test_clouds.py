@@ -239,11 +239,13 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
     around = Surroundings(distance, 0.1, LAYER_M, 1.3, np.empty(0), unseen, 0.2, np.empty((0, 6)), *no_way)
     start, keep, ahead = np.zeros((3, 4)), np.full(64, 0.55), np.array([1.0, 0.0])
     least, most = np.empty(64), np.empty(64)
-    nearest = braking(start, response, around, horizon, least, most)
+    cushions = Cushions(0.5, 1.2, 0.5, 0.55, np.zeros(64))
+    nearest, margin = braking(start, response, around, horizon, cushions, least, most)
     admissible, results = np.empty(60, np.bool_), np.zeros((60, 5))
-    rules = horizon, Cushions(0.5, 1.2, 0.5, 0.55, np.zeros(64)), least, most, nearest
+    rules = horizon, cushions, least, most, nearest
     judge(start, commands, response, around, *rules, ahead, admissible, results)
     assert least.min() >= 0.6  # so braking at once excuses nothing
+    assert margin == least.min() - 0.55
     assert most.max() <= 0.0
     for command, is_admissible in zip(commands, admissible):
         path, state = [], start.copy()

@@ -13,7 +13,7 @@ from cepa.dynamic.response import ResponseModel
 from cepa.dynamic.ways_out import NO_END
 from cepa.kernels.field import close, stamp, trace, ways_out, widest
 from cepa.kernels.memory import recall, remember
-from cepa.kernels.rollout import _is_near, _is_wide_open, roll
+from cepa.kernels.rollout import ANGLE_ERROR_RAD, _is_near, _is_wide_open, _leaves_sight, roll
 from cepa.kernels.sight import (
     bins_of,
     clear_of,
@@ -34,10 +34,10 @@ def test_a_field_holds_the_distance_to_the_nearest_point(seed):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-3.0, 3.0, (rng.integers(0, 20), 2))
     field = np.empty((41, 41))
-    stamp(points, field, 0.1, 1.3)
+    stamp(points, 0.2, -0.1, field, 0.1, 1.3)
     axis = 0.1 * (np.arange(41) - 20)
     nodes = np.stack(np.meshgrid(axis, axis), axis=-1)
-    distances = np.linalg.norm(nodes[:, :, None] - points, axis=-1).min(axis=2, initial=1.3)
+    distances = np.linalg.norm(nodes[:, :, None] - points - (0.2, -0.1), axis=-1).min(axis=2, initial=1.3)
     np.testing.assert_allclose(field, distances, atol=1e-9)
 
 
@@ -90,8 +90,8 @@ def test_an_opening_stays_as_it_was_within_the_hysteresis():
     limits, states = np.array([0.43, 0.47, 0.51]), np.full((64, 64, 3), -math.inf)
 
     def closed(distance_m, stamp_s):
-        slowness = np.ones((3, 3))
-        close(np.full((3, 3), distance_m), limits, 7, 9, stamp_s, 3.0, states, slowness)
+        slowness = np.empty((3, 3))
+        close(np.full((3, 3), distance_m), limits, 0.5, 1.5, 7, 9, stamp_s, 3.0, states, slowness)
         return bool(np.isinf(slowness[1, 1]))
 
     told = [
@@ -134,6 +134,20 @@ def test_what_is_wide_open_is_in_sight(seed, beams, heading, angle_0):
     assert not _is_wide_open(path, (ranges, seen, angle_0, increment, distance.max() - 0.01), radius)
     clear = np.full(beams, distance.max()), np.ones(beams, np.bool_), angle_0, increment, 29.6
     assert _is_wide_open(path, clear, radius) or distance[distance >= radius].min(initial=9.0) < 0.9
+
+
+@settings(max_examples=50)
+@given(seed=SEEDS, flown=st.integers(0, 40))
+def test_a_path_leaves_sight_where_a_place_is_farther_than_its_direction_is_seen(seed, flown):
+    rng, width = np.random.default_rng(seed), 2.0 * math.pi / 360
+    path = rng.uniform(-3.0, 3.0, (2, 40)) * (rng.random((2, 40)) < 0.9)  # some along an axis, or at rest
+    bins = np.arctan2(path[1], path[0]) / width
+    is_sure = np.abs(np.abs(bins - np.rint(bins)) - 0.5) > ANGLE_ERROR_RAD / width
+    path[:, ~is_sure] = 0.0
+    sight, most = rng.uniform(0.0, 8.0, 360), rng.uniform(-1.0, 2.5, 40)
+    beyond_m = np.hypot(*path) - sight[np.rint(np.arctan2(path[1], path[0]) / width).astype(int) % 360]
+    expected = (beyond_m > np.maximum(0.0, most))[:flown].any()
+    assert _leaves_sight(path, flown, sight, most) == expected
 
 
 @settings(max_examples=20)
@@ -251,3 +265,11 @@ def test_the_observer_finds_the_state_and_foresees_what_is_commanded():
     from_scan = observer.update(stamp_s, measured, stamp_s + 0.06, stamp_s + 0.1)
     assert observer.way_m[0] + from_scan[0, 0] == pytest.approx(later[0, 0])
     assert observer.way_m[0] == pytest.approx(0.06 * now[0, 1], abs=0.03)
+
+
+def test_a_velocity_may_be_whole_numbers():
+    told = [
+        Observer(ResponseModel()).update(0.0, velocity, 0.0, 0.1)
+        for velocity in ((2, 0, 0.0), (2.0, 0.0, 0.0))
+    ]
+    np.testing.assert_array_equal(*told)

@@ -100,7 +100,7 @@ def test_odometry_in_time_changes_nothing(age_s):
         is_level = movers.clear_of_floor(
             points, PARAMETERS.floor_height - 2.0, PARAMETERS.ceiling_height - 2.0
         )
-        expected = movers.update(t, points[:, :2], here, seen, is_level)
+        expected = movers.update(t, points, here, seen, is_level)
         assert np.array_equal(sighting.points, points)
         assert np.array_equal(sighting.is_moving, expected.is_moving)
         if len(expected.positions):

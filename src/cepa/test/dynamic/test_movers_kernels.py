@@ -139,6 +139,38 @@ def test_a_place_is_free_if_all_directions_near_it_are(seed):
         assert free
 
 
+def rotated(points, turn):
+    c, s = math.cos(turn), math.sin(turn)
+    return points @ np.array([[c, s], [-s, c]])
+
+
+def test_what_counts_is_laid_without_the_drift():
+    rng = np.random.default_rng(6)
+    points, counts, corrected = rng.normal(size=(9, 3)), rng.random(9) < 0.6, np.empty((9, 2))
+    count = kernels.laid(points, counts, 3.0, -1.0, 0.2, 0.05, -0.02, corrected)
+    expected = rotated(points[counts, :2] + np.array((3.0, -1.0)), 0.2)
+    np.testing.assert_allclose(corrected[:count] - (0.05, -0.02), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_evidence_grows_and_falls_and_tells_what_moves(seed):
+    rng = np.random.default_rng(seed)
+    tracks, owners = rng.uniform(0.0, 1.0, (60, kernels.TRACK_COLUMNS)), rng.integers(-1, 3, 60)
+    tracks[:, kernels.EVIDENCE] *= rng.integers(0, 2, 60) * 0.3
+    speeds, evidence = np.hypot(*tracks[:, [kernels.VX, kernels.VY]].T), tracks[:, kernels.EVIDENCE].copy()
+    fast = np.empty(60, np.bool_)
+    kernels.are_fast(tracks, owners, 0.35, 1.2, fast)
+    slowest = np.maximum(0.35, 1.2 * np.sqrt(tracks[:, kernels.VV]))
+    np.testing.assert_array_equal(fast, (owners >= 0) & (speeds > slowest))
+    shown, moving = fast & (rng.random(60) < 0.5), rng.random(60) < 0.3
+    change = np.select([owners < 0, shown, fast], [0.0, 1.0, -0.1], -0.5)
+    expected = np.clip(evidence + 0.1 * change, 0.0, 0.25)
+    goes_on = ((expected > 0.07) & (speeds > 0.35)) | (moving & (expected > 0.0))
+    kernels.weigh(tracks, owners, fast, shown, 0.1, (0.1, 0.5), 0.07, 0.25, 0.35, moving)
+    np.testing.assert_allclose(tracks[:, kernels.EVIDENCE], expected, atol=1e-15)
+    np.testing.assert_array_equal(moving, goes_on)
+
+
 def standing(rng, count=12):
     """Return tracks of corners at random places, and points and clusters of a scan that sees them exactly."""
     tracks, clusters = np.zeros((count, kernels.TRACK_COLUMNS)), np.zeros((count, kernels.CLUSTER_COLUMNS))
@@ -157,10 +189,14 @@ def test_the_alignment_finds_the_drift_in_spite_of_one_that_moves():
     points = (places - pose[:2] - shift) @ np.array([[c, -s], [s, c]]) + pose[:2]
     points[0, 0] += 0.5
     clusters[:, [kernels.MIDDLE_X, kernels.MIDDLE_Y]] = points
-    motion = np.empty(3)
+    motion, before, lidar = np.empty(3), points.copy(), pose[:2].copy()
     known = np.arange(12), np.zeros(12, bool), points, pose
     assert kernels.align(clusters, tracks, *known, 0.025, 4, motion)
     assert motion == pytest.approx([*shift, turn], abs=0.005)
+    laid = rotated(before - lidar, motion[2]) + lidar + motion[:2]
+    np.testing.assert_allclose(points, laid, atol=1e-12)
+    np.testing.assert_allclose(clusters[:, [kernels.MIDDLE_X, kernels.MIDDLE_Y]], laid, atol=1e-12)
+    np.testing.assert_allclose(pose, [*(lidar + motion[:2]), motion[2]], atol=1e-12)
 
 
 def test_too_few_standing_things_tell_no_drift():

@@ -11,6 +11,7 @@ REFERENCE, LAST, STANDSTILL = range(3)
 DIRECTIONS = 48
 SPEEDS = (1.0, 0.6, 0.3, 0.12)
 """As fractions of the reference's speed."""
+OFFSETS_RAD, SHARES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS), np.array(SPEEDS)[:, None]
 
 
 def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
@@ -18,12 +19,14 @@ def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
 
     v_ref, last: (3,). The last command is limited to ``speed``, the greatest that the fan has, too.
     """
-    heading = math.atan2(v_ref[1], v_ref[0])
-    angles = heading + np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
-    fan = np.stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)], axis=1)
-    fans = (speed * np.array(SPEEDS))[:, None, None] * fan
-    kept = last * min(1.0, speed / max(math.hypot(last[0], last[1]), 1e-9))
-    return np.concatenate((v_ref[None], kept[None], np.zeros((1, 3)), fans.reshape(-1, 3)))
+    commands = np.zeros((STANDSTILL + 1 + len(SPEEDS) * DIRECTIONS, 3))
+    commands[REFERENCE] = v_ref
+    commands[LAST] = last * min(1.0, speed / max(math.hypot(last[0], last[1]), 1e-9))
+    angles = math.atan2(v_ref[1], v_ref[0]) + OFFSETS_RAD
+    speeds, fans = speed * SHARES, commands[STANDSTILL + 1 :].reshape(len(SPEEDS), DIRECTIONS, 3)
+    np.multiply(speeds, np.cos(angles), out=fans[:, :, 0])
+    np.multiply(speeds, np.sin(angles), out=fans[:, :, 1])
+    return commands
 
 
 CLIMBS = (-1.0, 0.0, 1.0)
@@ -57,5 +60,7 @@ STRAIGHT_BACK = 0.5
 
 def leads_back(commands: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Return which commands (n, 3) lead back along the direction ``way`` (2,), or nowhere; all if it is 0."""
+    if not way.any():
+        return np.ones(len(commands), np.bool_)
     speeds = np.hypot(commands[:, 0], commands[:, 1])
     return commands[:, :2] @ way <= -STRAIGHT_BACK * np.hypot(*way) * speeds

@@ -283,8 +283,7 @@ class Dynamic(Algorithm):
         speed, course = self._course(reference)
         admissible, results = self._judge.judge(commands, state, around, course.direction, self.commit_s)
         admissible &= is_allowed
-        margin_m = self._judge.braking_margin_m(state, self.commit_s)
-        self._judgement = Judgement(*known, int(admissible.sum()), margin_m)
+        self._judgement = Judgement(*known, int(admissible.sum()), self._judge.braking_margin_m)
         own_speed = math.hypot(state[0, 1], state[1, 1])
         cost = self._cost.of(commands, results, self._command, speed, own_speed)
         if height_m is not None:
@@ -324,8 +323,7 @@ class Dynamic(Algorithm):
         distance = self._lookout.distances(sight)
         ways: Ways | None = NO_WAY_SEARCHED
         if self._ways_out is not None and speed >= self.parameters.reference_speed_min:
-            obstacles = np.concatenate((sight.points, sight.hidden))
-            ways = self._ways_out.search(obstacles, course, self._motion)
+            ways = self._ways_out.search(sight.obstacles, course, self._motion)
         length, *offset = ways or NO_WAY_SEARCHED
         field = distance, FIELD_CELL_M, 1.0, self._lookout.far_m
         seen = sight.reach, NOTHING_UNSEEN, 1.0

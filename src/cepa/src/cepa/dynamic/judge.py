@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from cepa.dynamic.observer import response_of
-from cepa.kernels.rollout import braking, error_share, is_clear, judge
+from cepa.kernels.rollout import braking, is_clear, judge
 from cepa.kernels.surroundings import Cushions, Horizon, Surroundings
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams
@@ -41,7 +41,9 @@ class Judge:
         comfort_m = max(float(p.r_lb), self.hull_m + LEAST_COMFORT_M)
         self._emergency = Cushions(self.hull_m, comfort_m, self.hull_m, self.hull_m, tube_m)
         self._least, self._most = np.empty(steps), np.empty(steps)
-        self._nearest_m, self._commit_s = math.inf, 0.0
+        self._commit_s, self.braking_margin_m = 0.0, math.inf
+        """How much more than it must keep the UAV keeps from everything if it brakes at once, m, at the last
+        ``judge``."""
         self._horizon = Horizon(0, _steps(BRAKE_S), _steps(cost_horizon_s(p)), _steps(HOLD_S))
 
     def horizon(self, commit_s: float) -> Horizon:
@@ -67,22 +69,13 @@ class Judge:
         horizon = self.horizon(commit_s)
         if len(around.movers):
             horizon = horizon._replace(cost=_steps(MEETING_S))
-        self._nearest_m = braking(state, self.response, around, horizon, self._least, self._most)
+        brakes = self.response, around, horizon, self._usual, self._least, self._most
+        nearest_m, self.braking_margin_m = braking(state, *brakes)
         admissible, results = np.empty(len(commands), np.bool_), np.zeros((len(commands), 5))
         cushions = self._emergency if is_emergency else self._usual
-        world = self.response, around, horizon, cushions, self._least, self._most, self._nearest_m
+        world = self.response, around, horizon, cushions, self._least, self._most, nearest_m
         judge(state, commands, *world, direction, admissible, results)
         return admissible, results
-
-    def braking_margin_m(self, state: np.ndarray, commit_s: float) -> float:
-        """Return how much more than it must keep the UAV keeps from everything if it brakes at once, m.
-
-        It belongs to the last ``judge``.
-        """
-        tube = error_share(state[0, 1], state[1, 1], 0.0, 0.0) * self._usual.tube
-        keep = np.maximum(self._usual.least, self.hull_m + tube)
-        standing_m = float((self._least - keep)[: sum(self.horizon(commit_s)[:2])].min())
-        return min(standing_m, self._nearest_m - self.hull_m)
 
     def is_clear(
         self,

@@ -155,7 +155,7 @@ class MovingThings:
         x, y, z = motion.position_m
         floor_m, ceiling_m = self._p.floor_height - z, self._p.ceiling_height - z
         is_level = self._movers.clear_of_floor(points, floor_m, ceiling_m) if len(points) else NO_POINTS
-        self._moving = self._movers.update(motion.stamp_s, points[:, :2], (x, y), seen, is_level)
+        self._moving = self._movers.update(motion.stamp_s, points, (x, y), seen, is_level)
         self._moving_s = motion.stamp_s
 
 

@@ -48,11 +48,6 @@ def falls(rotation: np.ndarray) -> np.ndarray:
     return rotation[:2, 2] @ DIRECTIONS / rotation[2, 2]
 
 
-def level_reach(rotation: np.ndarray) -> np.ndarray:
-    """Return how far (SIGHT_BINS,) beams stay within LEVEL_M of the lidar's height, m; as `falls`."""
-    return LEVEL_M / np.maximum(np.abs(falls(rotation)), 1e-6)
-
-
 class Seen:
     """How far a scan sees in SIGHT_BINS equal directions; worked out when it is first asked for."""
 
@@ -73,9 +68,13 @@ class Seen:
         return reach_m
 
     @cached_property
+    def _falls(self) -> np.ndarray:
+        return falls(self._rotation)
+
+    @cached_property
     def level_m(self) -> np.ndarray:
-        """(SIGHT_BINS,) m: as `level_reach`."""
-        return level_reach(self._rotation)
+        """(SIGHT_BINS,) m: how far its beams stay within LEVEL_M of the lidar's height."""
+        return LEVEL_M / np.maximum(np.abs(self._falls), 1e-6)
 
     @cached_property
     def shown_m(self) -> np.ndarray:
@@ -83,7 +82,7 @@ class Seen:
 
         What stands on the floor ends every beam that comes down to it.
         """
-        return np.minimum(self.reach_m, SHOWN_M / np.maximum(-falls(self._rotation), 1e-6))
+        return np.minimum(self.reach_m, SHOWN_M / np.maximum(-self._falls, 1e-6))
 
 
 class Sight(NamedTuple):
@@ -91,8 +90,8 @@ class Sight(NamedTuple):
 
     points: np.ndarray
     """(n, 2) m: ends of the beams."""
-    hidden: np.ndarray
-    """(m, 2) m: remembered points that the scan cannot see."""
+    obstacles: np.ndarray
+    """(n + m, 2) m: with them, remembered points that the scan cannot see."""
     remembered: np.ndarray
     """(k, 2) m: all remembered points."""
     is_hidden: np.ndarray
@@ -236,7 +235,8 @@ class Lookout:
         reach = np.empty(SIGHT_BINS)
         reach_in_sight(bins, float(p.body_radius), reach)
         remembered, is_hidden = self._recalled[:found], self._hidden[:found]
-        return Sight(points, remembered[is_hidden], remembered, is_hidden, reach, way)
+        obstacles = np.concatenate((points, remembered[is_hidden]))
+        return Sight(points, obstacles, remembered, is_hidden, reach, way)
 
     @property
     def is_astray(self) -> bool:
@@ -245,7 +245,7 @@ class Lookout:
 
     def distances(self, sight: Sight) -> np.ndarray:
         """Return the field (1, n, n) of the distance to what is seen or hidden, m; it is overwritten."""
-        stamp(np.concatenate((sight.points, sight.hidden)), self._field[0], FIELD_CELL_M, self._far_m)
+        stamp(sight.obstacles, 0.0, 0.0, self._field[0], FIELD_CELL_M, self._far_m)
         return self._field
 
     @property

@@ -131,7 +131,7 @@ class Movers:
         self._frames_seen: dict[int, Seen] = {}
         self._frame, self._frame_s = 0, -math.inf
         self._waiting: deque[tuple[int, float, Sequence[float], Seen]] = deque(maxlen=FRAMES)
-        self._turn, self._shift = 0.0, np.zeros(2)
+        self._turn, self._shift = 0.0, (0.0, 0.0)
 
     def clear_of_floor(self, points: np.ndarray, floor_m: float, ceiling_m: float) -> np.ndarray:
         """Return which ``points`` (n, 3), m, from the lidar, belong neither to floor nor ceiling (n,).
@@ -145,19 +145,19 @@ class Movers:
     def update(
         self,
         stamp_s: float,
-        points_xy: np.ndarray,
+        points_m: np.ndarray,
         sensor_xy: Sequence[float],
         seen: Seen,
         is_level: np.ndarray | None = None,
     ) -> MoverSet:
         """Return what moves at a scan.
 
-        points_xy: (n, 2) m, from the lidar along the odometry's axes, the ends of the beams that hit
-        something, in the order of the beams. sensor_xy: m, the lidar in the odometry's frame. seen: how
-        far the scan sees, and how far its beams stay near the lidar's height. A beam that passes over a thing
-        shows neither that it is gone, nor that it was not there, nor how wide it is. is_level: (n,) bool,
-        which points belong neither to floor nor ceiling (`clear_of_floor`); None: all. After a clock that
-        went back, or LONGEST_STEP_S without a scan, everything is forgotten.
+        points_m: (n, 2 or 3), from the lidar along the odometry's axes, the ends of the beams that hit
+        something, in the order of the beams; their height does not count. sensor_xy: m, the lidar in the
+        odometry's frame. seen: how far the scan sees, and how far its beams stay near the lidar's height. A
+        beam that passes over a thing shows neither that it is gone, nor that it was not there, nor how wide
+        it is. is_level: (n,) bool, which points belong neither to floor nor ceiling (`clear_of_floor`); None:
+        all. After a clock that went back, or LONGEST_STEP_S without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
         if not 0.0 < dt_s <= LONGEST_STEP_S:
@@ -165,13 +165,15 @@ class Movers:
             dt_s = 0.0
         self._stamp_s = stamp_s
         p = self.parameters
-        level = np.ones(len(points_xy), bool) if is_level is None else is_level
+        level = np.ones(len(points_m), bool) if is_level is None else is_level
         if not len(self._tracks) and not (len(level) and level.any()):
             if self._is_frame_due():
                 self._waiting.append((self._next_frame(), stamp_s, sensor_xy, seen))
             return nothing_moves(len(level))
         self._take_in()
-        points = (points_xy[level] + sensor_xy) @ _rotation(self._turn).T + self._shift
+        points, (x_m, y_m), (shift_x_m, shift_y_m) = np.empty((len(level), 2)), sensor_xy, self._shift
+        count = kernels.laid(points_m, level, x_m, y_m, self._turn, shift_x_m, shift_y_m, points)
+        points = points[:count]
         pose, sight_m, level_m = self._pose(sensor_xy), seen.reach_m, seen.level_m
         labels = np.empty(len(points), np.int64)
         limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
@@ -182,7 +184,7 @@ class Movers:
         owners = np.empty(len(self._tracks), np.int64)
         kernels.associate(clusters, self._tracks, p.gate_m, matches, owners)
         self._align(dt_s, points, pose, clusters, owners)
-        self._learn(dt_s, points, pose, seen.shown_m, clusters, owners)
+        self._learn(dt_s, points, pose, seen, clusters, owners)
         owners = self._forget(pose, np.minimum(sight_m, level_m), owners)
         owners = self._begin(clusters, matches, owners)
         if self._moving.any():
@@ -196,33 +198,28 @@ class Movers:
 
     def _pose(self, sensor_xy: Sequence[float]) -> np.ndarray:
         """Return the lidar's place and the turn of the odometry's axes (3,), without its drift."""
-        return np.array([*(_rotation(self._turn) @ sensor_xy + self._shift), self._turn])
+        return np.array([*_moved(sensor_xy, self._turn, self._shift), self._turn])
 
     def _align(
         self, dt_s: float, points: np.ndarray, pose: np.ndarray, clusters: np.ndarray, owners: np.ndarray
     ) -> None:
         """Lay the scan on what stands, and keep what that says of the odometry's drift."""
         motion = np.empty(3)
+        x, y, _ = pose.tolist()
         standing = clusters, self._tracks, owners, self._moving, points, pose
         if not kernels.align(*standing, dt_s, STANDING_MIN, motion):
             return
-        turn = _rotation(motion[2])
-        lidar = pose[:2].copy()
-        shift = lidar + motion[:2] - turn @ lidar
-        points[:] = points @ turn.T + shift
-        for column in (kernels.MIDDLE_X, kernels.SURFACE_X):
-            clusters[:, column : column + 2] = clusters[:, column : column + 2] @ turn.T + shift
-        pose[:2] += motion[:2]
-        pose[2] += motion[2]
-        self._turn += motion[2]
-        self._shift = turn @ self._shift + shift
+        along_x, along_y, turn = motion.tolist()
+        from_lidar = self._shift[0] - x, self._shift[1] - y
+        self._shift = _moved(from_lidar, turn, (x + along_x, y + along_y))
+        self._turn += turn
 
     def _learn(
         self,
         dt_s: float,
         points: np.ndarray,
         pose: np.ndarray,
-        sight_m: np.ndarray,
+        seen: Seen,
         clusters: np.ndarray,
         owners: np.ndarray,
     ) -> None:
@@ -230,21 +227,18 @@ class Movers:
         shares = math.exp(-dt_s / RADIUS_MEMORY_S), 1.0 - math.exp(-dt_s / SIDES_LEARNING_S)
         scan = clusters, owners, points, pose
         kernels.correct(self._tracks, *scan, p.deviation_m, p.deviation_hidden_m, *shares)
-        tracks = self._tracks
-        speeds = np.hypot(tracks[:, kernels.VX], tracks[:, kernels.VY])
-        least = np.maximum(p.speed_min_m_s, p.significance * np.sqrt(tracks[:, kernels.VV]))
-        is_seen = owners >= 0
-        is_fast = is_seen & (speeds > least)
+        tracks, is_fast = self._tracks, np.empty(len(owners), np.bool_)
+        kernels.are_fast(tracks, owners, p.speed_min_m_s, p.significance, is_fast)
         shown = is_fast.copy()
-        larger = np.maximum(1.0, tracks[:, kernels.RADIUS] / LONG_M)
-        seen = points, clusters[:, : kernels.MIDDLE_X], larger, owners, self._surfaces, pose, sight_m
-        frames = self._frames, self._bins_of_frames(), self._stamp_s - self._frames_s
-        have_moved(*seen, *frames, YOUNGEST_S, p.free_gap_m, p.share, SAMPLES, shown)
-        change = np.where(shown, 1.0, np.where(is_fast, -LOSS_OF_FAST, -LOSS_OF_SLOW)) * is_seen
-        evidence_s = np.clip(tracks[:, kernels.EVIDENCE] + dt_s * change, 0.0, EVIDENCE_MAX_S)
-        tracks[:, kernels.EVIDENCE] = evidence_s
-        starts = (evidence_s > p.evidence_s) & (speeds > p.speed_min_m_s)
-        self._moving = starts | self._moving & (evidence_s > 0.0)
+        if is_fast.any():
+            larger = np.maximum(1.0, tracks[:, kernels.RADIUS] / LONG_M)
+            things = points, clusters[:, : kernels.MIDDLE_X], larger, owners, self._surfaces
+            frames = self._frames, self._bins_of_frames(), self._stamp_s - self._frames_s
+            have_moved(
+                *things, pose, seen.shown_m, *frames, YOUNGEST_S, p.free_gap_m, p.share, SAMPLES, shown
+            )
+        losses, limits = (LOSS_OF_FAST, LOSS_OF_SLOW), (p.evidence_s, EVIDENCE_MAX_S, p.speed_min_m_s)
+        kernels.weigh(tracks, owners, is_fast, shown, dt_s, losses, *limits, self._moving)
 
     def _forget(self, pose: np.ndarray, sight_m: np.ndarray, owners: np.ndarray) -> np.ndarray:
         """Drop what has not been seen for long, or is not where it should be seen.
@@ -335,7 +329,8 @@ class Movers:
         is_moving = np.zeros(len(level), bool)
         is_moving[level] = belongs
         covariances = moving[:, [kernels.PP, kernels.PV, kernels.PV, kernels.VV]].reshape(-1, 2, 2)
-        back = _rotation(self._turn)  # a row times it is turned back
+        c, s = math.cos(self._turn), math.sin(self._turn)
+        back = np.array([[c, -s], [s, c]])  # a row times it is turned back
         positions = (moving[:, kernels.X : kernels.Y + 1] - self._shift) @ back
         velocities = moving[:, kernels.VX : kernels.VY + 1] @ back
         return MoverSet(positions, velocities, moving[:, kernels.RADIUS], covariances, is_moving)
@@ -347,6 +342,7 @@ def nothing_moves(points: int) -> MoverSet:
     return MoverSet(NO_VECTORS, NO_VECTORS, NO_RADII, NO_COVARIANCES, np.zeros(points, bool))
 
 
-def _rotation(angle_rad: float) -> np.ndarray:
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
-    return np.array([[c, -s], [s, c]])
+def _moved(place_xy: Sequence[float], turn_rad: float, shift_m: tuple[float, float]) -> tuple[float, float]:
+    """Return a place that is turned about the origin, and then shifted."""
+    (x, y), c, s = place_xy, math.cos(turn_rad), math.sin(turn_rad)
+    return c * x - s * y + shift_m[0], s * x + c * y + shift_m[1]

@@ -85,7 +85,7 @@ class Observer:
             from_s = told_s
             self._state[:] = 0.0
             self._state[:, 1] = velocity_m_s
-        vx, vy, vz = velocity_m_s
+        vx, vy, vz = map(float, velocity_m_s)  # the kernel takes no whole numbers among floats
         later = np.empty((3, 4))
         self._first = observe(
             self._state,

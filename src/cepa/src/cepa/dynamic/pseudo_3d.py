@@ -182,7 +182,7 @@ def shade(
     shaded = unseen[:, at[:, None], at] != 0
     near = points[np.abs(points[:, 2]) < SHADING_M, :2]
     known = np.empty(distance.shape[1:])
-    stamp(np.ascontiguousarray(near), known, cell_m, far_m)
+    stamp(np.ascontiguousarray(near), 0.0, 0.0, known, cell_m, far_m)
     np.minimum(distance, np.minimum(plane.distance, known), out=distance, where=shaded)
     middle = distance[len(distance) // 2]
     np.minimum(middle, plane.distance[0], out=middle)

@@ -29,7 +29,6 @@ LAYER_PENALTY_1_M = 0.5
 """A metre costs so much more for each metre off the height that is asked for."""
 STALL_S, STALL_M, GIVEN_UP_M, NARROW_M = 3.0, 0.5, 2.0, 0.1
 """A UAV that stays within STALL_M for so long gives up what is narrow in the next GIVEN_UP_M of its way."""
-SLOWER = 1.0
 AHEAD_M, SLOW_AHEAD = 2.0, 6.0
 CELLS_AHEAD = 2
 """A way leads away if it is no shorter from so many cells ahead."""
@@ -133,14 +132,13 @@ class WaysOut:
         is slower there.
         """
         p, (x_m, y_m, _) = self._p, motion.position_m
-        column, row, *offset = self._place(x_m, y_m)
-        stamp(obstacles + offset, self._finer, 0.5 * CELL_M, p.r_ub)
+        column, row, offset_x, offset_y = self._place(x_m, y_m)
+        stamp(obstacles, offset_x, offset_y, self._finer, 0.5 * CELL_M, p.r_ub)
         widest(self._finer, self._distance)
-        nearness = (p.r_ub - self._distance) / (p.r_ub - p.r_lb)
-        slowness = 1.0 + nearness + SLOWER * nearness**2
-        place = column, row, motion.stamp_s, STAY_S
         self._give_up_if_stalled(motion)
-        close(self._distance, self._limits, *place, self._states, slowness)
+        slowness, room = np.empty_like(self._distance), (self._distance, self._limits)
+        cushions, place = (float(p.r_lb), float(p.r_ub)), (column, row)
+        close(*room, *cushions, *place, motion.stamp_s, STAY_S, self._states, slowness)
         ways = self._out(slowness, course, motion)
         if ways is None:
             self._states[:, :, GIVEN_UP_UNTIL] = -math.inf
@@ -152,8 +150,8 @@ class WaysOut:
         here = len(length) // 2
         if math.hypot(*course.end) < CELLS_AHEAD * CELL_M:
             return False
-        columns, rows = np.rint(CELLS_AHEAD * course.direction).astype(int)
-        return bool(length[here + rows, here + columns] >= length[here, here])
+        column, row = (here + round(CELLS_AHEAD * along) for along in course.direction.tolist())
+        return bool(length[row, column] >= length[here, here])
 
     def _give_up_if_stalled(self, motion: Motion) -> None:
         """Close what is narrow in the way ahead for memory_s if the UAV has got nowhere for long."""
@@ -191,16 +189,16 @@ class WaysOut:
         lie before it. When that leads back, too, it counts as closed for memory_s.
         """
         x_m, y_m, _ = motion.position_m
-        side = CELL_M * (np.arange(len(slowness)) - len(slowness) // 2)
-        direction = course.direction
-        straight_m = min(side[-1] * (abs(direction[0]) + abs(direction[1])), math.hypot(*course.end))
-        longest_m = straight_m + LEADS_BACK_M
-        ahead = direction[0] * side[None, :] + direction[1] * side[:, None] > AHEAD_M
-        soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
-        ways = self._ways(slowness, course, x_m, y_m)
+        half_m = CELL_M * (len(slowness) // 2)
+        along_x, along_y = course.direction.tolist()
+        longest_m = min(half_m * (abs(along_x) + abs(along_y)), math.hypot(*course.end)) + LEADS_BACK_M
+        ways = self._ways(slowness.copy(), course, x_m, y_m)
         self.leads_back = self._length_here(ways) > longest_m
         if not self.leads_back or motion.stamp_s < self._back_until_s:
             return ways
+        side = CELL_M * np.arange(len(slowness)) - half_m
+        ahead = along_x * side[None, :] + along_y * side[:, None] > AHEAD_M
+        soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
         through = self._ways(soft, course, x_m, y_m)
         if self._length_here(through) <= longest_m:
             self.leads_back = False

@@ -8,15 +8,17 @@ import numpy as np
 from numba import njit
 
 EXIT_COST = 1.5
+SLOWER = 1.0
+"""Beside an obstacle a metre costs so much more than in proportion to the nearness."""
 END_M = 1.0
 """The UAV goes so near to an end that it cannot reach."""
 
 
 @njit(cache=True)
-def stamp(points: np.ndarray, field: np.ndarray, cell: float, far: float) -> None:
+def stamp(points: np.ndarray, x: float, y: float, field: np.ndarray, cell: float, far: float) -> None:
     """Fill ``field`` (n, n) with the distance in m to the nearest of ``points`` (m, 2), at most ``far``.
 
-    The grid is centred on the origin. Points lie anywhere; rows are y, columns x.
+    The points are relative to (x, y), m from the grid's middle, and lie anywhere; rows are y, columns x.
     """
     n = field.shape[0]
     half = 0.5 * (n - 1)
@@ -24,7 +26,7 @@ def stamp(points: np.ndarray, field: np.ndarray, cell: float, far: float) -> Non
     field[:] = far * far
     dx2 = np.empty(2 * reach + 2)
     for k in range(points.shape[0]):
-        column, row = points[k, 0] / cell + half, points[k, 1] / cell + half
+        column, row = (points[k, 0] + x) / cell + half, (points[k, 1] + y) / cell + half
         first_row, last_row = max(0, int(row) - reach), min(n - 1, int(row) + 1 + reach)
         first_column, last_column = max(0, int(column) - reach), min(n - 1, int(column) + 1 + reach)
         width = last_column - first_column + 1
@@ -177,6 +179,8 @@ def favour(cells: np.ndarray, column: int, row: int, share: float, slowness: np.
 def close(
     distance: np.ndarray,
     limits: np.ndarray,
+    inner: float,
+    outer: float,
     column: int,
     row: int,
     stamp: float,
@@ -184,7 +188,9 @@ def close(
     states: np.ndarray,
     slowness: np.ndarray,
 ) -> None:
-    """Write inf into ``slowness`` (n, n) where ``distance`` (n, n), m, leaves no room, with a hysteresis.
+    """Fill ``slowness`` (n, n) with the cost of a metre: inf where ``distance`` (n, n), m, leaves no room.
+
+    It is 1 at the distance ``outer`` and 2 + SLOWER at ``inner``, m. What has room has a hysteresis.
 
     limits (3,): a cell closes below the first and opens above the last, m. Between them it stays as it was
     within the last ``hold`` s, and else closes below the middle one. states (m, m, 3): whether each cell of
@@ -193,14 +199,15 @@ def close(
     """
     n, m = slowness.shape[0], states.shape[0]
     for i in range(n):
-        k = (row + i - n // 2) % m
+        k, h = (row + i - n // 2) % m, (column - n // 2) % m
         for j in range(n):
-            h = (column + j - n // 2) % m
-            d = distance[i, j]
-            if limits[0] <= d <= limits[2] and stamp - states[k, h, 1] <= hold:
-                is_closed = states[k, h, 0] > 0.0
+            d, state = distance[i, j], states[k, h]
+            if limits[0] <= d <= limits[2] and stamp - state[1] <= hold:
+                is_closed = state[0] > 0.0
             else:
                 is_closed = d < limits[1]
-            states[k, h, 0], states[k, h, 1] = 1.0 if is_closed else 0.0, stamp
-            if is_closed or stamp < states[k, h, 2]:
-                slowness[i, j] = math.inf
+            state[0], state[1] = 1.0 if is_closed else 0.0, stamp
+            nearness = (outer - d) / (outer - inner)
+            cost = 1.0 + nearness + SLOWER * (nearness * nearness)
+            slowness[i, j] = math.inf if is_closed or stamp < state[2] else cost
+            h = h + 1 if h + 1 < m else 0

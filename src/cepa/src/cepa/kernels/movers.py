@@ -32,6 +32,31 @@ RESIDUAL_M, SHIFT_M, TURN_RAD = 0.05, 0.05, 0.02
 
 
 @njit(cache=True)
+def laid(
+    points: np.ndarray,
+    counts: np.ndarray,
+    x: float,
+    y: float,
+    turn: float,
+    shift_x: float,
+    shift_y: float,
+    corrected: np.ndarray,
+) -> int:
+    """Fill ``corrected`` (n, 2) with the places, m, of ``points`` (n, 2 or 3) that count; return how many.
+
+    counts (n,) bool. The points are relative to the lidar at (x, y) in the odometry's frame. ``turn``, rad,
+    about its origin and then the shift, m, correct the odometry's drift.
+    """
+    c, s, found = math.cos(turn), math.sin(turn), 0
+    for k in range(points.shape[0]):
+        if counts[k]:
+            px, py = points[k, 0] + x, points[k, 1] + y
+            corrected[found, 0], corrected[found, 1] = c * px - s * py + shift_x, s * px + c * py + shift_y
+            found += 1
+    return found
+
+
+@njit(cache=True)
 def segment(
     points: np.ndarray,
     pose: np.ndarray,
@@ -247,7 +272,8 @@ def align(
 
     They are the tracks that are not ``moving`` (t,) and were seen in the last scan, with known sides and all
     of their clusters in sight. Outliers count little. Returns whether there are at least ``least`` of them.
-    With fewer, one that moves could not be told from an error of the odometry.
+    With fewer, one that moves could not be told from an error of the odometry. If there are, the points, the
+    clusters and the pose are moved by it.
     """
     motion[:] = 0.0
     shifts, reaches = np.full((tracks.shape[0], 2), math.nan), np.empty(NORMALS.shape[0])
@@ -285,7 +311,25 @@ def align(
             return False
         matrix[2, 0], matrix[2, 1] = matrix[0, 2], matrix[1, 2]
         motion[:] = np.linalg.solve(matrix, right)
+    _lay(clusters, points, pose, motion)
     return True
+
+
+@njit(cache=True)
+def _lay(clusters: np.ndarray, points: np.ndarray, pose: np.ndarray, motion: np.ndarray) -> None:
+    """Move a scan by ``motion`` (3,): turn it about the lidar, and shift it."""
+    c, s = math.cos(motion[2]), math.sin(motion[2])
+    shift_x = pose[0] + motion[0] - c * pose[0] + s * pose[1]
+    shift_y = pose[1] + motion[1] - s * pose[0] - c * pose[1]
+    for k in range(points.shape[0]):
+        x, y = points[k]
+        points[k, 0], points[k, 1] = c * x - s * y + shift_x, s * x + c * y + shift_y
+    for k in range(clusters.shape[0]):
+        for column in (MIDDLE_X, SURFACE_X):
+            x, y = clusters[k, column], clusters[k, column + 1]
+            clusters[k, column] = c * x - s * y + shift_x
+            clusters[k, column + 1] = s * x + c * y + shift_y
+    pose += motion
 
 
 @njit(cache=True)
@@ -353,3 +397,45 @@ def _hold(track: np.ndarray, cluster: np.ndarray, memory: float) -> None:
         track[Y] += share * y
         for k in range(NORMALS.shape[0]):
             track[REACH + k] -= share * (NORMALS[k, 0] * x + NORMALS[k, 1] * y)
+
+
+@njit(cache=True)
+def are_fast(
+    tracks: np.ndarray, owners: np.ndarray, speed_min: float, significance: float, fast: np.ndarray
+) -> None:
+    """Fill ``fast`` (t,) with which tracks are in sight and have a velocity that counts.
+
+    It is above ``speed_min``, m/s, and above so many standard deviations.
+    """
+    for t in range(tracks.shape[0]):
+        least = max(speed_min, significance * math.sqrt(tracks[t, VV]))
+        fast[t] = owners[t] >= 0 and math.hypot(tracks[t, VX], tracks[t, VY]) > least
+
+
+@njit(cache=True)
+def weigh(
+    tracks: np.ndarray,
+    owners: np.ndarray,
+    fast: np.ndarray,
+    shown: np.ndarray,
+    dt: float,
+    losses: tuple[float, float],
+    enough: float,
+    most: float,
+    speed_min: float,
+    moving: np.ndarray,
+) -> None:
+    """Update the evidence of the tracks in sight, and which tracks are ``moving`` (t,).
+
+    The evidence grows by ``dt``, s, for a track that has ``shown`` (t,) that it moves, up to ``most``. It
+    falls by the first of the losses for one that is ``fast`` (t,), and else by the second. From ``enough`` on
+    a track faster than ``speed_min``, m/s, is moving, until there is no evidence any more.
+    """
+    for t in range(tracks.shape[0]):
+        change = 0.0
+        if owners[t] >= 0:
+            change = 1.0 if shown[t] else -losses[0] if fast[t] else -losses[1]
+        evidence = min(max(tracks[t, EVIDENCE] + dt * change, 0.0), most)
+        tracks[t, EVIDENCE] = evidence
+        starts = evidence > enough and math.hypot(tracks[t, VX], tracks[t, VY]) > speed_min
+        moving[t] = starts or (moving[t] and evidence > 0.0)

@@ -23,6 +23,8 @@ AT_REST_M_S, AT_REST_M_S2 = 0.05, 0.2
 FULL_ERROR_M_S, LEAST_ERROR_SHARE = 2.0, 0.33
 """From this speed on the response may have its whole stated error; a slower flight has less of it."""
 ANGLE_ERROR_RAD = 3e-4
+LEAST_M = 1e-300
+"""The least distance whose direction is known."""
 BY_SIGHT = 2
 """Of ``unseen``: ``sight`` tells how far the UAV may go there."""
 DEEPER_M = 0.02
@@ -227,19 +229,22 @@ def _clearance_of_movers(movers: np.ndarray, state: State, t: float) -> float:
 
 @njit(cache=True, inline="always")
 def _angle(x: float, y: float) -> float:
-    """Return atan2(y, x) within ANGLE_ERROR_RAD, in a third of the time."""
+    """Return atan2(y, x) within ANGLE_ERROR_RAD, in a third of the time, and without a branch."""
     across, along = abs(y), abs(x)
-    low, high = (across, along) if across < along else (along, across)
-    if high == 0.0:
-        return 0.0
-    a = low / high
+    a = min(across, along) / max(across, along, LEAST_M)
     a2 = a * a
     angle = a * (1.0 + a2 * (-0.327622764 + a2 * (0.15931422 - 0.0464964749 * a2)))
-    if across > along:
-        angle = 0.5 * math.pi - angle
-    if x < 0.0:
-        angle = math.pi - angle
+    angle = 0.5 * math.pi - angle if across > along else angle
+    angle = math.pi - angle if x < 0.0 else angle
     return -angle if y < 0.0 else angle
+
+
+@njit(cache=True, inline="always")
+def _past_sight(sight: np.ndarray, x: float, y: float) -> float:
+    """Return how far (x, y) is beyond ``sight``, m."""
+    bins = np.int32(sight.size)
+    b = np.int32(math.floor(_angle(x, y) * bins / (2.0 * math.pi) + 0.5))
+    return math.sqrt(x * x + y * y) - sight[np.uint32(b + bins if b < 0 else b)]
 
 
 @njit(cache=True, inline="always")
@@ -256,9 +261,14 @@ def _beyond_sight(
         outside = layer < 0 or min(i, j) < 0 or max(i, j) > 2 * half
         if outside or unseen[layer, i, j] != BY_SIGHT:
             return 1.0 if outside or unseen[layer, i, j] else 0.0
-    bins = sight.size
-    b = math.floor(_angle(x, y) * bins / (2.0 * math.pi) + 0.5)
-    return math.sqrt(x * x + y * y) - sight[b + bins if b < 0 else b]
+    return _past_sight(sight, x, y)
+
+
+@njit(cache=True)
+def error_share(vx: float, vy: float, ux: float, uy: float) -> float:
+    """Return the share of the stated error that the response may have in a flight that begins so."""
+    fastest2 = max(vx**2 + vy**2, ux * ux + uy * uy)
+    return max(LEAST_ERROR_SHARE, min(1.0, math.sqrt(fastest2) / FULL_ERROR_M_S))
 
 
 @njit(cache=True)
@@ -267,29 +277,37 @@ def braking(
     response: np.ndarray,
     around: Surroundings,
     horizon: Horizon,
+    cushions: Cushions,
     clearance: np.ndarray,
     beyond: np.ndarray,
-) -> float:
-    """Brake at once; return how near what moves comes, m.
+) -> tuple[float, float]:
+    """Brake at once; return how near what moves comes, and how much more than it must the UAV keeps, m.
 
     Fill (n,) ``clearance`` of what stands, and ``beyond``, how far out of sight, m; n = commit + brake.
     """
     distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _, _ = around
     law, state = _law(response), _of_array(start)
-    nearest = math.inf
+    nearest, margin = math.inf, math.inf
+    tube, share = cushions.tube, error_share(state[0][1], state[1][1], 0.0, 0.0)
     for k in range(horizon.commit + horizon.brake):
         state = _advance(state, law, 0.0, 0.0, 0.0)
         clearance[k] = _clearance(distance, cell_m, layer_m, far, state)
         nearest = min(nearest, _clearance_of_movers(movers, state, (k + 1) * law[-1]))
         beyond[k] = _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state)
-    return nearest
+        margin = min(margin, clearance[k] - max(cushions.least, cushions.hull + share * tube[k]))
+    return nearest, min(margin, nearest - cushions.hull)
 
 
 @njit(cache=True)
-def error_share(vx: float, vy: float, ux: float, uy: float) -> float:
-    """Return the share of the stated error that the response may have in a flight that begins so."""
-    fastest2 = max(vx**2 + vy**2, ux * ux + uy * uy)
-    return max(LEAST_ERROR_SHARE, min(1.0, math.sqrt(fastest2) / FULL_ERROR_M_S))
+def _leaves_sight(path: np.ndarray, flown: int, sight: np.ndarray, most: np.ndarray) -> bool:
+    """Whether one of the ``flown`` first places of ``path`` (2, n), m, is beyond sight.
+
+    ``most`` (n,): it may be so far beyond, m.
+    """
+    leaves = False
+    for k in range(flown):  # without a branch, so that several places go at once
+        leaves |= _past_sight(sight, path[0, k], path[1, k]) > max(0.0, most[k])
+    return leaves
 
 
 @njit(cache=True)
@@ -305,15 +323,16 @@ def _is_admissible(
     ux: float,
     uy: float,
     uz: float,
+    path: np.ndarray,
 ) -> bool:
     """Whether flying u for the commit time and then braking keeps its distance and stays within sight.
 
     A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too, and what moves
-    may come as near as it comes to a UAV that brakes at once (``nearest``).
+    may come as near as it comes to a UAV that brakes at once (``nearest``). path (2, n) is overwritten.
     """
     distance, cell_m, layer_m, far, sight, unseen, unseen_cell_m, movers, _, _, _, _, _ = around
     tube, share = cushions.tube, error_share(state[0][1], state[1][1], ux, uy)
-    step_s = law[-1]
+    step_s, is_layered, flown = law[-1], unseen.shape[0] > 0, 0
     for k in range(horizon.commit + horizon.brake):
         if k == horizon.commit:
             ux = uy = uz = 0.0
@@ -325,9 +344,10 @@ def _is_admissible(
             return False
         if _clearance_of_movers(movers, state, (k + 1) * step_s) < min(keep, nearest):
             return False
-        if _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state) > max(0.0, most[k]):
+        if is_layered and _beyond_sight(sight, unseen, unseen_cell_m, layer_m, state) > max(0.0, most[k]):
             return False
-    return True
+        path[0, k], path[1, k], flown = state[0][0], state[1][0], k + 1
+    return is_layered or not _leaves_sight(path, flown, sight, most)
 
 
 @njit(cache=True)
@@ -439,10 +459,10 @@ def judge(
     share that is lost to a contact with what moves.
     """
     world = _law(response), around, horizon, cushions
-    state = _of_array(start)
+    state, path = _of_array(start), np.empty((2, horizon.commit + horizon.brake))
     for n in range(commands.shape[0]):
         ux, uy, uz = commands[n]
-        admissible[n] = _is_admissible(state, *world, least, most, nearest, ux, uy, uz)
+        admissible[n] = _is_admissible(state, *world, least, most, nearest, ux, uy, uz, path)
         if admissible[n]:
             _judge(state, *world, ux, uy, uz, direction, results[n])
 
