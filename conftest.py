@@ -91,8 +91,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Say what `-n auto` is: on two cores four, because tests with ROS wait half of their time."""
-    return 3 if config.option.markexpr == "not ros" else 4
+    """Say what `-n auto` is on two cores: tests with ROS wait half of their time, the others hardly ever."""
+    return 2 if config.option.markexpr == "not ros" else 4
 
 
 # The dearest files come first, so that no process still runs one when the others are done.

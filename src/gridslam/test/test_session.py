@@ -219,25 +219,6 @@ def test_a_state_of_an_earlier_version_is_refused_in_one_sentence(log, tmp_path,
         SlamSession.load(tmp_path / "old")
 
 
-def test_two_flights_make_one_map(log, tmp_path):
-    # Given a flight along the first half of the way, and a second one along the rest with its own odometry
-    middle, begun = len(log.scans) // 2, SlamSession(PARAMETERS)
-    run(begun, log, last=middle)
-    begun.save(tmp_path / "state")
-    session = SlamSession.load(tmp_path / "state", say=lambda sentence: None)
-    for scan, base in list(zip(log.scans, log.odometry))[middle - 5 :]:
-        own = se2.between(log.odometry[middle - 5], base)
-        session.process(dataclasses.replace(scan, stamp_s=1000.0 + scan.stamp_s), own)
-    # Then the second one ends where it is on the map of the first, and both are on it
-    assert error_m(base_in_map(session, own), log.truth.poses_in_map[-1]) < 0.2
-    assert session.judgement.state == "tracking"
-    x, y, _ = log.truth.poses_in_map.T
-    for flown in (slice(None, middle), slice(middle, None)):
-        grid = session.grid()
-        columns, rows = np.floor((np.stack([x[flown], y[flown]]).T - grid.origin_xy_m) / grid.resolution_m).T
-        assert (grid.cells[rows.astype(int), columns.astype(int)] == 0).all()
-
-
 def test_the_parameters_of_loop_closure_are_checked_by_name():
     assert closure_parameters({"score_min": 0.8}).score_min == 0.8
     with pytest.raises(ParameterError, match="no parameter radius"):

@@ -131,15 +131,6 @@ def test_a_scan_that_goes_on_beyond_the_turn_is_no_circle():
     assert filtered([9.0, *scan[1:]], turn=WHOLE_TURN)[-1] == 6.0
 
 
-@settings(max_examples=50, deadline=None)
-@given(
-    shift=st.integers(0, WHOLE_TURN - 1), scan=st.lists(readings, min_size=WHOLE_TURN, max_size=WHOLE_TURN)
-)
-def test_turning_the_lidar_turns_the_result(shift, scan):
-    turned = filtered(np.roll(scan, shift), 5, turn=WHOLE_TURN)
-    np.testing.assert_array_equal(turned, np.roll(filtered(scan, 5, turn=WHOLE_TURN), shift))
-
-
 @pytest.mark.parametrize(("window", "variance_share"), [(3, 1.0 - math.sqrt(3.0) / math.pi), (5, 0.28683)])
 def test_takes_off_gaussian_noise_as_order_statistics_say(window, variance_share):
     """Variance of the median of 3 normals is 1 - sqrt(3) / pi; of 5 it is 0.28683, by integration.

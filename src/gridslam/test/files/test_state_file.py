@@ -105,14 +105,6 @@ def test_a_state_with_pickled_objects_is_refused(saved, tmp_path):
         state_file.read(tmp_path / "pickled.npz")
 
 
-def test_a_state_of_another_version_is_refused(saved, tmp_path):
-    header = json.loads(str(saved["header"]))
-    header["format"] = 99
-    np.savez(tmp_path / "newer.npz", **{**saved, "header": np.array(json.dumps(header))})
-    with pytest.raises(StateError, match=r"another version \(99\) of gridslam"):
-        state_file.read(tmp_path / "newer.npz")
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_no_damaged_byte_of_a_state_gets_further_than_a_sentence(saved_file, tmp_path_factory, data):

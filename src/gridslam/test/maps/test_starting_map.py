@@ -14,28 +14,6 @@ def log():
     return rooms.log()
 
 
-def test_localisation_on_a_given_map(log):
-    # given the map of a first run
-    first = rooms.begin(log)
-    rooms.run(first, log)
-    grid = first.grid()
-    # when a second flight begins 0.1 m and 3 degrees from where it is told, and only localises
-    second = rooms.log(seed=9)
-    slam = GridSlam(
-        rooms.PARAMETERS,
-        starting_map=grid,
-        starting_pose=second.truth.poses_in_map[0] + (0.08, -0.06, 0.05),
-        localisation_only=True,
-    )
-    updates = rooms.run(slam, second)
-    # then it finds its way and leaves the map as it was
-    assert all(update.matched for update in updates)
-    assert rooms.errors(slam, second)[5:].max() <= 0.1
-    known = slam.grid()
-    assert (known.cells == 0).sum() == (grid.cells == 0).sum()
-    np.testing.assert_allclose(np.unique(known.occupied_xy(), axis=0), np.unique(grid.occupied_xy(), axis=0))
-
-
 def test_a_starting_map_grows(log):
     # given the lower half of the room, on cells that are shifted against the filter's own
     first = rooms.begin(log)

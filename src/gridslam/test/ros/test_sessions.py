@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gridslam import MapError, PlanarScan, SlamParameters, StateError
+from gridslam import MapError, PlanarScan, SlamParameters
 from gridslam.files.map_file import write_map
 from gridslam.session import SlamSession, closure_parameters
 
@@ -106,8 +106,3 @@ def test_a_starting_map_of_other_cells_is_refused_at_the_start(tmp_path):
     assert first({**given, "delta": 0.1})[0].map_to_odom == (0.0, 0.0, 0.0)
     with pytest.raises(MapError, match=r"0\.1 m wide; set delta to that, it is 0\.05"):
         first({**given, "delta": 0.05})
-
-
-def test_a_state_that_is_none(tmp_path):
-    with pytest.raises(StateError, match="nothing"):
-        first({"continue_from_state": True, "state_file": str(tmp_path / "nothing")})

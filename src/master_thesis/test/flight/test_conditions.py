@@ -113,6 +113,21 @@ def test_the_loop_tells_the_algorithm_a_late_odometrys_age_and_hands_it_a_cloud(
 
 
 @pytest.mark.flight
+def test_the_loop_hands_the_algorithm_its_range_finders(worlds_folder):
+    from master_thesis.baselines import NoAvoidance
+
+    finders = ("range_finder", "range_finder_up")
+    simulation = SimulationParameters(str(worlds_folder / "empty.world"), sensors=finders)
+    listener = Listener(NoAvoidance())
+    listener.take_ranges = listener.told.append
+    with ClosedLoop(ClosedLoopParameters(simulation, range_finders=True), listener) as loop:
+        loop.run(until=lambda loop: loop.time_s >= 0.2)
+    down, up = sorted(listener.told[0], key=lambda ranging: ranging.direction[2])
+    assert down.range_m == pytest.approx(0.12 - 0.06, abs=0.01)  # so far below an Iris's middle
+    assert up.range_m == np.inf
+
+
+@pytest.mark.flight
 def test_the_same_seed_gives_the_same_flight_in_the_worst_conditions(worlds_folder):
     def path(seed):
         simulation = SimulationParameters(str(worlds_folder / "empty.world"), seed=seed)

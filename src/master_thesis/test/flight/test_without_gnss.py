@@ -69,7 +69,7 @@ def stop_after_the_last_pose(loop):
     return stop_of(loop.log.truth.rows, 1e-6 * loop.own_odometry.told_us)
 
 
-@pytest.mark.parametrize("lidar", ["urg", "m8", "ust"])  # 10, 20 (and heavy) and 40 Hz
+@pytest.mark.parametrize("lidar", ["urg", "m8"])  # the slowest, and the heaviest
 def test_it_stops_within_half_a_second_of_its_last_pose(lidar, with_urg):
     with contextlib.nullcontext(with_urg) if lidar == "urg" else flying(lidar) as loop:
         stop = in_a_copy(lambda: stop_after_the_last_pose(loop))

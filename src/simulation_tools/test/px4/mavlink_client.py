@@ -66,8 +66,8 @@ class Client:
 class Setup:
     """A flight with a link, stepped together."""
 
-    def __init__(self, origin=None):
-        self.flight = Flight.of_iris(noise=NO_NOISE, origin=origin)
+    def __init__(self, flight=None, origin=None):
+        self.flight = flight or Flight.of_iris(noise=NO_NOISE, origin=origin)
         self.link = MavlinkLink(self.flight.px4, offboard_port=0, gcs_port=0)
         self.warnings = []
         self.link.on_warning = self.warnings.append

@@ -9,7 +9,13 @@ from simulation_tools.sensors.atmosphere import pressure_pa, temperature_k
 
 @pytest.mark.parametrize(
     ("altitude_m", "pressure", "temperature"),
-    [(0.0, 101325.0, 288.15), (500.0, 95461.0, 284.90), (1000.0, 89875.0, 281.65), (5000.0, 54020.0, 255.65)],
+    [
+        (0.0, 101325.0, 288.15),
+        (500.0, 95461.0, 284.90),
+        (1000.0, 89875.0, 281.65),
+        (5000.0, 54020.0, 255.65),
+        (11000.0, 22632.0, 216.65),
+    ],
 )
 def test_pressure_and_temperature_are_the_tables(altitude_m, pressure, temperature):
     # The tables are by geopotential altitude, to 1 Pa.

@@ -192,13 +192,6 @@ def test_the_same_seed_gives_the_same_picture(make):
     assert (pictures[0] != pictures[2]).any()
 
 
-@pytest.mark.parametrize(
-    ("altitude", "pressure"), [(0.0, 101325.0), (1000.0, 89874.6), (5000.0, 54019.9), (11000.0, 22632.1)]
-)
-def test_pressure_is_that_of_the_table_of_the_standard_atmosphere(altitude, pressure):
-    assert pressure_pa(altitude) == pytest.approx(pressure, rel=1e-5)
-
-
 def test_a_barometer_tells_height(make):
     simulation, sensors = make(sensors=("barometer",))
     put(simulation, Pose((0.0, 0.0, 100.0)))

@@ -12,7 +12,6 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.px4.modes import Mode, Result
 from simulation_tools.px4.setpoint import Setpoint
-from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import Simulation, SimulationError, SimulationParameters
 from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.world.world import BodyState
@@ -70,26 +69,6 @@ def test_hover_holds_its_place_within_5_cm_with_the_lightest_and_the_heaviest_li
     assert np.mean(thrusts_n) == pytest.approx(mass_kg * GRAVITY_M_S2, rel=0.002)
 
 
-def test_free_fall_follows_the_closed_form(make):
-    """Velocity is stepped before position, so after n steps z = z0 - g dt^2 n (n + 1) / 2."""
-    simulation = make(spawn_pose=Pose.from_xyz_rpy(0.0, 0.0, 50.0))
-    n, dt, start = 250, simulation.time_step_s, 50.0 + 0.12  # it was put on its feet at 50 m
-    for _ in range(n):
-        output = simulation.step()
-        if output.imu is not None:
-            assert np.abs(output.imu.linear_acceleration_m_s2).max() < 0.5  # weightless, up to its noise
-    state = simulation.world.get_state("iris")
-    assert state.pose.position_m[2] == pytest.approx(start - GRAVITY_M_S2 * dt**2 * n * (n + 1) / 2, abs=1e-3)
-    assert state.linear_velocity_m_s[2] == pytest.approx(-GRAVITY_M_S2 * n * dt, abs=1e-3)
-
-
-def test_at_rest_the_accelerometer_feels_gravity(make):
-    simulation = make()
-    felt = [output.imu for output in (simulation.step() for _ in range(1000)) if output.imu]
-    mean = np.mean([sample.linear_acceleration_m_s2 for sample in felt[len(felt) // 2 :]], axis=0)
-    np.testing.assert_allclose(mean, (0.0, 0.0, GRAVITY_M_S2), atol=0.05)
-
-
 @pytest.mark.parametrize(("lidar", "rate_hz"), [("ust", 40.0), ("tim", 15.0), ("m8", 30.0)])
 def test_a_scan_fires_at_the_first_step_at_or_after_its_due_time(make, lidar, rate_hz):
     simulation = make(lidar=lidar)
@@ -102,19 +81,6 @@ def test_a_scan_fires_at_the_first_step_at_or_after_its_due_time(make, lidar, ra
     assert all(output.odometry is not None and output.ground_truth is not None for output in scans)
     poses = [output for output in outputs if output.ground_truth is not None]
     assert len(poses) >= 400  # 100 Hz, which TF needs
-
-
-def test_odometry_starts_at_the_true_pose_and_without_drift_stays_there(make):
-    spawn = Pose.from_xyz_rpy(3.0, -2.0, 0.0, yaw=1.0)
-    simulation = make(spawn_pose=spawn, odometry=OdometryParameters.none())
-    first = simulation.sense()
-    np.testing.assert_allclose(first.odometry.pose.position_m, (3.0, -2.0, 0.12), atol=1e-9)  # on its feet
-    assert first.odometry.pose.yaw_rad == pytest.approx(1.0)
-    for output in (simulation.step() for _ in range(250)):
-        if output.odometry is not None:
-            np.testing.assert_allclose(
-                output.odometry.pose.position_m, output.ground_truth.pose.position_m, atol=1e-6
-            )
 
 
 def flight(simulation, seconds):

@@ -8,7 +8,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.world.settings import ContactSolver
 from simulation_tools.world.world import WorldError
 
-from .conftest import box, mass, model, shape, solid_box
+from .conftest import solid_box
 
 DT = 0.004
 
@@ -50,17 +50,6 @@ def test_gravity_is_what_a_body_falls_by(build):
     world.reset()
     world.step()
     assert world.get_state("thing").linear_velocity_m_s == pytest.approx((DT, 2 * DT, -3 * DT), rel=1e-3)
-
-
-def test_what_has_no_weight_hangs_in_the_air_under_another_gravity_too(build):
-    floating = model(
-        f'<link name="l">{mass(1.0, 0.1, 0.1, 0.1)}{shape(box(1, 1, 1))}<gravity>false</gravity></link>'
-    )
-    world = build(floating)
-    world.settings.gravity_m_s2 = (0.0, 0.0, 5.0)
-    for _ in range(50):
-        world.step()
-    assert height(world) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_more_iterations_hold_a_stack_that_few_let_collapse(build):

@@ -200,13 +200,6 @@ def test_timesync_at_time_zero_is_answered_by_no_question(ready):
     assert [m.tc1 for m in client.take("TIMESYNC") if m.ts1 == 777] == [1]
 
 
-def test_there_is_no_mission(ready):
-    setup, client = ready
-    client.send(mavlink.MAVLink_mission_request_list_message(1, 1))
-    setup.run(0.02)
-    assert [m.count for m in client.take("MISSION_COUNT")] == [0]
-
-
 @pytest.mark.parametrize(("system", "component", "answered"), [(1, 190, True), (0, 0, True), (1, 5, False)])
 def test_a_mission_upload_is_unsupported_whoever_plans_missions_here(ready, system, component, answered):
     setup, client = ready
