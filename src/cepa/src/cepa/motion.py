@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Sequence, Tuple
 
 import numpy as np
@@ -94,11 +94,12 @@ class Motion:
 
         These bring it up to date.
         """
-        x, y, z = (float(start + way) for start, way in zip(self.position_m, way_m))
+        (x, y, z), (along_x, along_y, along_z) = self.position_m, way_m.tolist()
+        place_m = x + along_x, y + along_y, z + along_z
         c, s = math.cos(0.5 * turn_rad), math.sin(0.5 * turn_rad)
         qx, qy, qz, qw = self.orientation_xyzw
         turned = (c * qx - s * qy, c * qy + s * qx, c * qz + s * qw, c * qw - s * qz)
-        return replace(self, position_m=(x, y, z), orientation_xyzw=turned, age_s=0.0)
+        return Motion(self.stamp_s, place_m, turned, self.velocity_m_s, self.climb_ref_m_s)
 
     def rotation(self) -> np.ndarray:
         """Return the matrix (3, 3) that turns the lidar's frame into the odometry's."""
