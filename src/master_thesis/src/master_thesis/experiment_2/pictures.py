@@ -29,7 +29,8 @@ from master_thesis.experiment_2.proposals import Proposals, propose, sweep
 from master_thesis.experiment_2.trial import EmergencyTrial
 from master_thesis.results import palette
 from master_thesis.results.picture_files import files
-from master_thesis.results.pictures_from_above import LABEL, SOLID, draw_obstacles, draw_uav, frame, up
+from master_thesis.results.pictures_from_above import LABEL, draw_obstacles, draw_uav, frame, up
+from master_thesis.results.solids import solid_mark
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.vehicle.uav import load_uav
@@ -208,7 +209,7 @@ def _place(description: TrialDescription) -> str:
 def _legend() -> list:
     dashed: dict[str, Any] = {"color": "black", "lw": 0.8, "ls": (0, (4, 2))}
     return [
-        Patch(facecolor=SOLID, edgecolor="black", lw=0.3, label="obstacle"),
+        solid_mark("obstacle"),
         Line2D([], [], label="$r_{LB}$", **dashed),
         Line2D([], [], marker=".", ls="", ms=4, color="black", label="lidar"),
         Patch(facecolor=_INTRUSION, label="intrusions after the K filter"),

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from master_thesis.results.palette import ALGORITHMS
-from master_thesis.results.pictures_from_above import SOLID, draw_obstacles, frame, up
+from master_thesis.results.pictures_from_above import draw_obstacles, frame, up
+from master_thesis.results.solids import solid_mark
 from master_thesis.worlds.placements import Obstacle
 
 
@@ -49,7 +49,7 @@ def paths_figure(panels: dict[tuple[str, str], Paths]) -> Figure:
         axes.set_title(f"{title}\n{len(shown.touches_xy)} of {len(shown.paths_xy)} touched", fontsize=8)
         axes.label_outer()
     handles = [
-        Patch(facecolor=SOLID, edgecolor="black", lw=0.3, label="obstacle, before its variation"),
+        solid_mark("obstacle, before its variation"),
         *(Line2D([], [], color=ALGORITHMS[name], lw=1.2, label=f"{name}: path") for name in algorithms),
         Line2D(
             [], [], marker="X", ls="", mfc="white", mec="black", ms=6, label="first contact, UAV's middle"

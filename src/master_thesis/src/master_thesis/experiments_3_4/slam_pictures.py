@@ -7,18 +7,17 @@ from typing import Any, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PatchCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from gridslam import OccupancyGrid
 from master_thesis.results.flight_pictures import TimeSeries, time_series_figure
 from master_thesis.results.palette import BELIEF, TRUTH
+from master_thesis.results.solids import draw_solids
 from master_thesis.worlds.floor_plan import Outline
 
 _MAP_COLOURS = ListedColormap(("#b3b3b3", "white", "black"))  # unknown, free, occupied, as in the thesis
-_SOLID, _CLOSURE = "#5b6066", "#15803d"
+_CLOSURE = "#15803d"
 _OCCUPIED_FROM = 65
 _WIDTH_IN = 10.0
 _MARGIN_M = 1.0
@@ -92,9 +91,7 @@ def _limits(outlines: Sequence[Outline], views: Sequence[MapView]) -> tuple[np.n
 
 
 def _draw_world(axes: Axes, outlines: Sequence[Outline], height_m: float, true_path_xy: np.ndarray) -> None:
-    shapes = [o.outline_xy for o in outlines if o.blocks(height_m) and len(o.outline_xy) > 2]
-    patches = [Polygon(shape, closed=True) for shape in shapes]
-    axes.add_collection(PatchCollection(patches, facecolor=_SOLID, edgecolor="black", linewidth=0.3))
+    draw_solids(axes, (o.outline_xy for o in outlines if o.blocks(height_m)))
     axes.plot(*true_path_xy.T, color=TRUTH, lw=0.9)
     axes.plot(*true_path_xy[0], "o", ms=4, mfc="white", mec="black")
     axes.set_title("world, true path", fontsize=8)

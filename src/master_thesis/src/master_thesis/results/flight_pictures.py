@@ -10,17 +10,19 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon
+from matplotlib.patches import Patch
 from matplotlib.transforms import ScaledTranslation
 
+from master_thesis.results.palette import SOLID
+from master_thesis.results.solids import draw_solids, solid_mark
 from master_thesis.worlds.floor_plan import Outline
 
 _WIDTH_IN = 7.2  # a paper's two columns
 _PATH_STEP_M = 0.05  # a vector picture draws each piece of the coloured path on its own
-_SOLID, _LOW, _HIT = "#5b6066", "#d9d9d6", "#c2410c"
+_LOW, _HIT = "#d9d9d6", "#c2410c"
 _STYLE: dict[str, Any] = {"fontsize": 8}
 
 
@@ -89,14 +91,9 @@ def _limits(view: TopView) -> np.ndarray:
 
 
 def _draw_outlines(axes: Axes, view: TopView) -> None:
-    for blocks, colour, order in ((False, _LOW, 1), (True, _SOLID, 2)):
-        shapes = [
-            o for o in view.outlines if o.blocks(view.flight_height_m) is blocks and len(o.outline_xy) > 2
-        ]
-        patches = [Polygon(shape.outline_xy, closed=True) for shape in shapes]
-        axes.add_collection(
-            PatchCollection(patches, facecolor=colour, edgecolor="black", linewidth=0.3, zorder=order)
-        )
+    for blocks, colour, order in ((False, _LOW, 1), (True, SOLID, 2)):
+        shapes = (o.outline_xy for o in view.outlines if o.blocks(view.flight_height_m) is blocks)
+        draw_solids(axes, shapes, colour, zorder=order)
 
 
 def _draw_path(axes: Axes, view: TopView) -> LineCollection:
@@ -121,9 +118,9 @@ def _legend(axes: Axes, view: TopView) -> None:
         Line2D([], [], color="#21918c", lw=2.2, label="path"),
     ]
     if view.outlines:
-        handles.append(Patch(facecolor=_SOLID, edgecolor="black", lw=0.3, label="obstacle"))
+        handles.append(solid_mark("obstacle"))
     if any(not outline.blocks(view.flight_height_m) for outline in view.outlines):
-        handles.append(Patch(facecolor=_LOW, edgecolor="black", lw=0.3, label="below or above the flight"))
+        handles.append(solid_mark("below or above the flight", _LOW))
     if len(view.hits_xy):
         handles.append(Line2D([], [], marker=".", ls="", ms=4, color=_HIT, label="lidar"))
     if len(view.emergencies_xy):

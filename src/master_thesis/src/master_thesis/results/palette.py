@@ -20,5 +20,8 @@ LIDARS = {
 
 MARKERS = {"urg": "v", "ust": "s", "tim": "D", "utm": "o", "puck": "^", "m8": "P"}
 
+SOLID = "#5b6066"
+"""Obstacles."""
+
 TRUTH, BELIEF = "#1f3b73", "#c2410c"
 """The true path; SLAM's path."""

@@ -7,15 +7,15 @@ from typing import Any, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PatchCollection
-from matplotlib.patches import Polygon
 
+from master_thesis.results.palette import SOLID
+from master_thesis.results.solids import draw_solids
 from master_thesis.worlds.floor_plan import outlines
 from master_thesis.worlds.placements import Obstacle
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model, World
 
-SOLID, UAV = "#5b6066", "#9db4cf"
+UAV = "#9db4cf"
 LABEL: dict[str, Any] = {"fontsize": 8}
 
 
@@ -46,6 +46,4 @@ def draw_uav(axes: Axes, uav: Model, pose: Pose, alpha: float = 1.0) -> None:
 
 def _draw_models(axes: Axes, models: tuple[Model, ...], colour: str, alpha: float, order: int) -> None:
     shapes = outlines(World("from above", models=models))
-    patches = [Polygon(up(shape.outline_xy), closed=True) for shape in shapes if len(shape.outline_xy) > 2]
-    style: dict[str, Any] = {"facecolor": colour, "edgecolor": "black", "linewidth": 0.3}
-    axes.add_collection(PatchCollection(patches, alpha=alpha, zorder=order, **style))
+    draw_solids(axes, (up(shape.outline_xy) for shape in shapes), colour, alpha=alpha, zorder=order)

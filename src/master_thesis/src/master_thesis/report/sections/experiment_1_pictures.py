@@ -5,17 +5,14 @@ from __future__ import annotations
 from typing import Mapping
 
 import numpy as np
-from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from master_thesis.experiment_1.scenario_flight import WORLDS
 from master_thesis.report import thesis
 from master_thesis.results import palette
-from master_thesis.results.pictures_from_above import SOLID
-from master_thesis.worlds.floor_plan import outlines
+from master_thesis.results.solids import draw_solids
+from master_thesis.worlds.floor_plan import outlines_of_file
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
-from simulation_tools.sdf.parser import load_world
 
 LEAST_MS = 0.005
 """The lower end of the picture's logarithmic scale. The thesis's "~ 0" is drawn there."""
@@ -70,9 +67,8 @@ def view_figure(name: str, flown: Mapping[str, dict]) -> Figure:
     width, height = high - low
     figure = Figure(figsize=(7.2, 6.6 * height / width + 0.75), layout="constrained")
     axes = figure.add_subplot()
-    solid = [o for o in outlines(load_world(str(WORLDS / f"{name}.world"))) if o.blocks(FLIGHT_HEIGHT_M)]
-    patches = [Polygon(o.outline_xy, closed=True) for o in solid if len(o.outline_xy) > 2]
-    axes.add_collection(PatchCollection(patches, facecolor=SOLID, edgecolor="black", linewidth=0.3))
+    shapes = outlines_of_file(WORLDS / f"{name}.world")
+    draw_solids(axes, (o.outline_xy for o in shapes if o.blocks(FLIGHT_HEIGHT_M)))
     for algorithm, (line, dashes) in _LINES.items():
         colour = palette.ALGORITHMS[algorithm]
         axes.plot(*paths[algorithm].T, color=colour, lw=line, ls=dashes, label=algorithm)

@@ -6,10 +6,8 @@ from typing import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon
 
 from master_thesis.experiments_3_4.flight_without_gnss import distances
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
@@ -20,6 +18,7 @@ from master_thesis.report.sections.maps import ORDER, short_name
 from master_thesis.report.size import Size
 from master_thesis.results import palette
 from master_thesis.results.picture_files import svg
+from master_thesis.results.solids import draw_solids
 from master_thesis.trials.store import Store
 from master_thesis.worlds.floor_plan import outlines_of_file
 
@@ -30,7 +29,6 @@ COLUMNS = {
     "landed_off_m": "landed off the start, m",
     "height_p95_m": "error of the height, 95 %, m",
 }
-_SOLID = "#5b6066"
 
 
 def section(size: Size, store: Store) -> Section:
@@ -131,9 +129,8 @@ def _mark(lidar: str) -> Line2D:
 
 def _draw_world(axes: Axes, world: str, way_xy: np.ndarray) -> None:
     scenario = SCENARIOS[world]
-    shapes = [o for o in outlines_of_file(scenario.world_path) if o.blocks(scenario.flight_height_m)]
-    patches = [Polygon(o.outline_xy, closed=True) for o in shapes if len(o.outline_xy) > 2]
-    axes.add_collection(PatchCollection(patches, facecolor=_SOLID, edgecolor="black", linewidth=0.3))
+    shapes = outlines_of_file(scenario.world_path)
+    draw_solids(axes, (o.outline_xy for o in shapes if o.blocks(scenario.flight_height_m)))
     axes.plot(*way_xy.T, "--", color="black", lw=0.6)
     axes.autoscale_view()
     axes.set_aspect("equal")
