@@ -12,7 +12,7 @@ import os
 import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 from tqdm import tqdm
@@ -21,7 +21,7 @@ from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.course import Action, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
-from simulation_tools.geometry import Pose
+from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.parser import parse_model
 from simulation_tools.simulation import Simulation, StepOutput
 from simulation_tools.world.world import BodyState
@@ -55,21 +55,57 @@ CLOCK_HAND = (
 
 
 @dataclass
-class Soak:
-    """Metrics of a soak. contacts: without the ground. Memory: resident, after a tenth and at the end."""
+class SoakMetrics:
+    """Metrics of any soak. contacts: without the ground."""
 
     simulated_s: float = 0.0
-    wall_s: float = 0.0
     way_m: float = 0.0
     goals: int = 0
     goals_reached: int = 0
     contacts: int = 0
     touched: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Soak(SoakMetrics):
+    """Metrics of a soak without ROS. Memory: resident, after a tenth and at the end."""
+
+    wall_s: float = 0.0
     failsafes: int = 0
     faults: dict[str, int] = field(default_factory=dict)
     clock_drift_ms: float = 0.0
     memory_early_mb: float = 0.0
     memory_end_mb: float = 0.0
+
+
+class Goals:
+    """Sends one random goal in the forest after the other. place_m: of the newest one."""
+
+    def __init__(
+        self, simulation: Simulation, rng: np.random.Generator, metrics: SoakMetrics, ends_s: float
+    ) -> None:
+        """simulation: knows which places are free. ends_s: when the first goal is due."""
+        self._simulation, self._rng, self._metrics, self._ends_s = simulation, rng, metrics, ends_s
+        self.place_m: Vector3 = (0.0, 0.0, 2.0)
+
+    def lead(self, now_s: float, here: Sequence[float], send: Callable[[Vector3], None]) -> None:
+        """Send the next goal if the last one is reached or takes too long."""
+        if math.dist(here[:2], self.place_m[:2]) < 0.3 and self._ends_s > now_s + 5.0:
+            self._metrics.goals_reached += 1
+            self._ends_s = now_s + 4.0
+        if now_s >= self._ends_s:
+            self.place_m = self._free_place()
+            self._ends_s = now_s + self._rng.uniform(*GOAL_PATIENCE_S)
+            self._metrics.goals += 1
+            send(self.place_m)
+
+    def _free_place(self) -> Vector3:
+        """Draw a place with nothing near it."""
+        world, uav = self._simulation.world, self._simulation.uav_name
+        while True:
+            x, y = self._rng.uniform(*AREA_X_M), self._rng.uniform(*AREA_Y_M)
+            if world.clearance(uav, Pose((x, y, 2.0)), GOAL_CLEARANCE_M) > GOAL_CLEARANCE_M:
+                return float(x), float(y), 2.0
 
 
 class FaultyLoop(ClosedLoop):
@@ -89,7 +125,7 @@ class FaultyLoop(ClosedLoop):
         strength = GUST_M_S if fault == "gust" else 0.0
         self.simulation.wind_m_s = (strength * math.cos(angle), strength * math.sin(angle), 0.0)
 
-    def go(self, goal_m: tuple[float, float, float]) -> None:
+    def go(self, goal_m: Vector3) -> None:
         """Send another goal."""
         self.position_controller.set_setpoint(goal_m)
 
@@ -123,9 +159,9 @@ class _Flight:
         self._loop, self._rng, self._length_s = loop, loop.rng, length_s
         self._metrics = Soak()
         self._start_s = loop.time_s
-        self._goal = (0.0, 0.0, 2.0)
-        self._goal_ends_s = self._fault_changes_s = loop.time_s
-        self._place = self._goal
+        self._fault_changes_s = loop.time_s
+        self._goals = Goals(loop.simulation, loop.rng, self._metrics, loop.time_s)
+        self._place = self._goals.place_m
         self._was_failsafe = False
         world = loop.simulation.world
         world.spawn(parse_model(CLOCK_HAND, "clock hand"), "clock_hand", Pose((0.0, 0.0, 500.0)))
@@ -170,7 +206,7 @@ class _Flight:
             self._fault_changes_s = loop.time_s + rng.uniform(*FAULT_PAUSE_S)
             return
         fault = str(rng.choice(list(FAULTS)))
-        waits = fault == "setpoints stop" and math.dist(self._place, self._goal) < 0.3
+        waits = fault == "setpoints stop" and math.dist(self._place, self._goals.place_m) < 0.3
         length = LANDING_S if waits else FAULTS[fault]
         loop.begin(fault)
         self._metrics.faults[fault] = self._metrics.faults.get(fault, 0) + 1
@@ -182,25 +218,9 @@ class _Flight:
         metrics.way_m += math.dist(place, self._place)
         self._place = place
         loop.monitor.log = FlightLog()  # an hour takes a gigabyte
-        if math.dist(place[:2], self._goal[:2]) < 0.3 and self._goal_ends_s > loop.time_s + 5.0:
-            metrics.goals_reached += 1
-            self._goal_ends_s = loop.time_s + 4.0
-        if loop.time_s >= self._goal_ends_s:
-            self._goal = draw_goal(loop.simulation, self._rng)
-            self._goal_ends_s = loop.time_s + self._rng.uniform(*GOAL_PATIENCE_S)
-            metrics.goals += 1
-            loop.go(self._goal)
+        self._goals.lead(loop.time_s, place, loop.go)
         if not metrics.memory_early_mb and loop.time_s - self._start_s >= 0.1 * self._length_s:
             metrics.memory_early_mb = _resident_mb()
-
-
-def draw_goal(simulation: Simulation, rng: np.random.Generator) -> tuple[float, float, float]:
-    """Return a place in the forest with nothing near it."""
-    while True:
-        x, y = rng.uniform(*AREA_X_M), rng.uniform(*AREA_Y_M)
-        place = Pose((x, y, 2.0))
-        if simulation.world.clearance(simulation.uav_name, place, GOAL_CLEARANCE_M) > GOAL_CLEARANCE_M:
-            return float(x), float(y), 2.0
 
 
 def summary(metrics: dict) -> str:

@@ -21,7 +21,7 @@ from typing import Callable
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.simulator.soak import GOAL_PATIENCE_S, draw_goal
+from benchmarks.simulator.soak import Goals, SoakMetrics
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
 from master_thesis.graph.free_ports import free_ports
 from master_thesis.graph.launched_graph import LaunchedGraph
@@ -65,15 +65,9 @@ SILENCE_S = 20.0
 
 
 @dataclass
-class GraphSoak:
+class GraphSoak(SoakMetrics):
     """Metrics of a soak. recovery_s: from a kill until setpoints come again and the UAV is ready for them."""
 
-    simulated_s: float = 0.0
-    way_m: float = 0.0
-    goals: int = 0
-    goals_reached: int = 0
-    contacts: int = 0
-    touched: list[str] = field(default_factory=list)
     kills: dict[str, int] = field(default_factory=dict)
     nonsense: dict[str, int] = field(default_factory=dict)
     never_recovered: list[str] = field(default_factory=list)
@@ -117,7 +111,7 @@ class _Soak:
         # Imported here, because the other benchmarks need no ROS
         from benchmarks.simulator.soak_talk import Talk
 
-        self._graph, self._simulation, self._rng = graph, simulation, rng
+        self._graph, self._rng = graph, rng
         self._metrics = GraphSoak()
         self._talk = Talk(rng)
         fcu_ports = (*own_ports(*ports[:2]), ports[0])
@@ -127,8 +121,7 @@ class _Soak:
         }
         self._recoveries_s: list[float] = []
         self._faults: list[tuple[float, str]] = []
-        self._goal_m = (0.0, 0.0, 2.0)
-        self._goal_ends_s = 0.0
+        self._goals = Goals(simulation, rng, self._metrics, 0.0)
 
     def fly(self, length_s: float) -> GraphSoak:
         """Fly to the end; return the metrics."""
@@ -141,7 +134,7 @@ class _Soak:
                 way_m = math.dist(here, place or here)
                 metrics.way_m += way_m
                 place = here
-                self._lead(now_s, here)
+                self._goals.lead(now_s, here, talk.go)
                 if now_s >= fault_due_s:
                     self._fault(is_slow=way_m < SLOW_M)
                     fault_due_s = talk.now_s + rng.uniform(*FAULT_PAUSE_S)
@@ -161,17 +154,6 @@ class _Soak:
         before = [(at_s, fault) for at_s, fault in self._faults if at_s <= when_s]
         at_s, fault = before[-1] if before else (when_s, "nothing")
         return f"{what} {when_s - at_s:.1f} s after {fault}"
-
-    def _lead(self, now_s: float, here: tuple[float, float, float]) -> None:
-        """Send the next goal if the last one is reached or takes too long."""
-        if math.dist(here[:2], self._goal_m[:2]) < 0.3 and self._goal_ends_s > now_s + 5.0:
-            self._metrics.goals_reached += 1
-            self._goal_ends_s = now_s + 4.0
-        if now_s >= self._goal_ends_s:
-            self._goal_m = draw_goal(self._simulation, self._rng)
-            self._goal_ends_s = now_s + self._rng.uniform(*GOAL_PATIENCE_S)
-            self._metrics.goals += 1
-            self._talk.go(self._goal_m)
 
     def _fault(self, is_slow: bool) -> None:
         if self._rng.random() < 0.5:
