@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,18 @@ class Flight:
     def path_length_m(self) -> float:
         """Length of the true path."""
         return path_length_m(self.poses[:, 1:4])
+
+    def columns(self) -> dict[str, Any]:
+        """Return the columns of the table that every kind of flight has."""
+        return {
+            "collision": self.end == "collision",
+            "stuck": self.end == "stuck",
+            "flight_time_s": self.time_s,
+            "path_length_m": self.path_length_m,
+            "min_clearance_m": self.clearance_m,
+            "emergencies": self.emergencies,
+            "mass_kg": self.mass_kg,
+        }
 
 
 def fly_to_goal(

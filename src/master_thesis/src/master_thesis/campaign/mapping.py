@@ -8,7 +8,7 @@ from gridslam.evaluation import Walls, poses_at, trajectory_error
 from gridslam.trajectory import Trajectory
 from master_thesis.campaign.axes import CEPA_PREFIX, SLAM_PREFIX, parameters_in, scenario_name
 from master_thesis.campaign.campaign import Case
-from master_thesis.campaign.flying import Flight, begin, flight_of, is_over
+from master_thesis.campaign.flying import begin, flight_of, is_over
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
 from master_thesis.experiments_3_4.slam_metrics import judge
 from master_thesis.experiments_3_4.slam_run import SlamParticipant, SlamRun, planar, true_walls
@@ -81,7 +81,7 @@ def fly_and_map(case: Case, simulation: SimulationParameters) -> Mapped:
     if flight.end == "goal":
         walls = true_walls(simulation.world, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
         metrics = _judged(slam.run(), truth, odometry, walls)
-    return _mapped(flight, metrics)
+    return Mapped(mapped=flight.end == "goal", metrics=metrics, **flight.columns())
 
 
 def _parameters(case: Case, simulation: SimulationParameters) -> ClosedLoopParameters:
@@ -102,17 +102,3 @@ def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls: Walls)
     drift = trajectory_error(Trajectory(stamps, poses_at(odometry, stamps)), truth)
     judged["odometry_ate_rmse_m"] = drift.ate_rmse_m
     return MapMetrics(**{name: judged[name] for name in MapMetrics.__dataclass_fields__})
-
-
-def _mapped(flight: Flight, metrics: MapMetrics | None) -> Mapped:
-    return Mapped(
-        mapped=flight.end == "goal",
-        collision=flight.end == "collision",
-        stuck=flight.end == "stuck",
-        flight_time_s=flight.time_s,
-        path_length_m=flight.path_length_m,
-        min_clearance_m=flight.clearance_m,
-        emergencies=flight.emergencies,
-        mass_kg=flight.mass_kg,
-        metrics=metrics,
-    )

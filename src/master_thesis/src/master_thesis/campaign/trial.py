@@ -121,15 +121,9 @@ def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
     """Return what came of a flight. straight_s: time of the straight way at full speed."""
     return FlightOutcome(
         reached=flight.end == "goal",
-        collision=flight.end == "collision",
-        stuck=flight.end == "stuck",
-        flight_time_s=flight.time_s,
         time_over_straight=flight.time_s / straight_s,
-        path_length_m=flight.path_length_m,
-        min_clearance_m=flight.clearance_m,
-        emergencies=flight.emergencies,
-        mass_kg=flight.mass_kg,
         computation_ms=thinned_times(flight.computation_ms),
+        **flight.columns(),
     )
 
 
