@@ -12,6 +12,9 @@ Each run of a log, a hall and a lidar is a process of its own, on one thread, wi
 are CPU times, user and system; memory is the process's peak, Python and numba too. Where a log is absent, it
 is left out, saying so.
 
+`ate_online` judges the path as it was published on the way, from the first scan on.
+`online_by_final_since_closure` is its error by that of the final path, both from the first closure on.
+
 Keys: slam.LOG.{ate_worst_m, ate_median_m, ate_online_worst_m, cpu_ms_per_scan, cpu_ms_p95, peak_mb, ...} over
 the seeds, and the same under .without_loop_closure. slam.intel also has {exact_final_m, exact_online_m,
 all_final_m, all_online_m, cost_growth, render_ms, ...}, means over the seeds. slam.{hold_x1, hold_x3}.LIDAR.

@@ -26,12 +26,16 @@ Judge = Callable[[Trajectory, Path], dict]
 
 @dataclass(frozen=True)
 class Log:
-    """A bag, the file that its path is judged by, and parameters that are not gridslam's defaults."""
+    """A bag, the file that its path is judged by, and parameters that are not gridslam's defaults.
+
+    of_part: judges the part of a path since the first closure.
+    """
 
     bag: str
     truth: str
     judge: Judge
     settings: Sequence[str] = ()
+    of_part: Judge | None = None
 
     def missing(self, data: Path) -> list[str]:
         """Return the names of its files that a folder does not hold."""
@@ -51,8 +55,13 @@ class Log:
             timing = json.loads(Path(folder, "timing.json").read_text(encoding="utf-8"))
             final, online = (read_tum(Path(folder, f"trajectory_{when}.tum")) for when in ("final", "online"))
         of_online = self.judge(online, data / self.truth)
+        begun_s, of_part = timing["first_closure_s"] or 0.0, self.of_part or self.judge
+        since = [of_part(_since(path, begun_s), data / self.truth)["ate_m"] for path in (online, final)]
         return {
             **self.judge(final, data / self.truth),
+            "ate_online_since_closure_m": since[0],
+            "ate_since_closure_m": since[1],
+            "online_by_final_since_closure": since[0] / since[1],
             **{f"{name[:-2]}_online_m": of_online[name] for name in ("ate_m", "all_m") if name in of_online},
             "cpu_ms_per_scan": timing["cpu_ms_per_integrated_scan"],
             "cpu_ms_p95": timing["cpu_ms_per_integrated_scan_p95"],
@@ -106,6 +115,11 @@ def by_the_corridor(path: Trajectory, truth: Path) -> dict:
     }
 
 
+def _since(path: Trajectory, begun_s: float) -> Trajectory:
+    kept = path.stamps_s >= begun_s
+    return Trajectory(path.stamps_s[kept], path.poses_in_map[kept])
+
+
 def _poses_of(truth: Path) -> Trajectory:
     rows = np.loadtxt(truth)
     return Trajectory(rows[:, 0], rows[:, 1:])
@@ -117,6 +131,6 @@ LOGS = {
     "csail": Log("csail.bag", "csail.ref.txt.gz", by_poses),
     "aces": Log("aces.bag", "aces.ref.txt.gz", by_poses),
     "intel": Log("intel_dense.bag", "intel.relations.gz", by_relations, ("maxUrange:=40.0",)),
-    "corridor": Log("corridor.bag", "corridor.ref.txt.gz", by_the_corridor),
+    "corridor": Log("corridor.bag", "corridor.ref.txt.gz", by_the_corridor, of_part=by_poses),
 }
 """By the name in the keys."""

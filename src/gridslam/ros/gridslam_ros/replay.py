@@ -147,6 +147,7 @@ class Replay:
         self._odometry: list[np.ndarray] = []
         self._online: list[np.ndarray] = []
         self._cpu_s: list[float] = []
+        self._first_closure_s: float | None = None
 
     def run(self, output: Path) -> None:
         """Map the bag, and write the results into a folder."""
@@ -209,6 +210,8 @@ class Replay:
         map_to_odom = self._session.map_to_odom
         assert map_to_odom is not None  # since the first scan
         self._online.append(se2.compose(map_to_odom, base_in_odom))
+        if self._first_closure_s is None and self._session.closures:
+            self._first_closure_s = planar.stamp_s
 
     def _why_nothing(self) -> str:
         if self._count.without_tf:
@@ -263,6 +266,7 @@ class Replay:
             "cpu_s": time.process_time(),
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
             "loops_closed": len(self._session.closures),
+            "first_closure_s": self._first_closure_s,
             "parameters": dataclasses.asdict(self._session.parameters),
             "node_parameters": {name: getattr(self._settings, name) for name in SIDE},
             "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}",

@@ -11,10 +11,12 @@ from gridslam import se2
 from gridslam.errors import ParameterError
 from gridslam.evaluation import Walls
 from gridslam.filter.particle_filter import GridSlam
-from gridslam.loop_closure import LoopCloser, LoopClosureParameters
+from gridslam.loop_closure import LoopCloser, LoopClosureParameters, recognition
 from gridslam.loop_closure.chain import Chain
+from gridslam.loop_closure.recognition import Recognition
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
+from gridslam.search.field import FULL
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
 
@@ -27,7 +29,7 @@ class Path:
         angles = np.linspace(-math.pi, math.pi, 240, endpoint=False)
         ranges = 3.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
         self.scans = [
-            PlanarScan(float(i), angles, ranges, (0.0, 0.0, 0.0), 10.0) for i in range(len(self.poses))
+            PlanarScan(float(i), angles, ranges.copy(), (0.0, 0.0, 0.0), 10.0) for i in range(len(self.poses))
         ]
 
     def trajectory(self):
@@ -83,6 +85,24 @@ def test_the_path_tells_how_good_odometry_is(share, expected):
     assert ratios[7] == pytest.approx(1.0)
 
 
+def test_where_scans_say_nothing_steps_get_odometrys_scale():
+    # given steps of a metre along the way, by a vehicle that turns by 90 degrees at each, as odometry has it
+    turns = np.pi / 2 * (np.arange(13) % 2)
+    path = Path(np.column_stack([np.arange(13.0), np.zeros(13), turns]))
+    chain = Chain(LoopClosureParameters())
+    chain.follow(np.arange(13.0), path.poses, path.scans, path.poses)
+    steps = chain.steps.copy()
+    # when odometry's metre is 2 % too long. Links measure all steps but two, which are open along the way
+    links = np.tile(1e8 * np.eye(3), (12, 1, 1))
+    links[4], links[5] = np.diag([1e8, 0.0, 1e8]), np.diag([0.0, 1e8, 1e8])
+    chain.loosen(np.ones(12, bool), [], [], 0.98)
+    edges = chain.edges(links, path.poses)
+    # then these two are shorter, and so is all of odometry
+    expected = steps * np.where(np.isin(np.arange(12), [4, 5]), 0.98, 1.0)[:, None] ** (1, 1, 0)
+    np.testing.assert_allclose(edges.newer_in_older[:12], expected, atol=1e-5)
+    np.testing.assert_allclose(edges.newer_in_older[12:], steps * (0.98, 0.98, 1.0), atol=1e-12)
+
+
 def test_a_step_that_no_scan_measured_is_as_uncertain_as_odometry_was_found_to_be_wrong():
     # given five steps of a metre by odometry; by the filter the second one is 9 m long
     x = np.arange(6.0)
@@ -120,6 +140,35 @@ def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monke
             closer.update(part, path.poses[count - 1])
         # then the ways between searches are as the parameters say
         np.testing.assert_allclose(np.diff(searched), expected_m)
+
+
+@pytest.mark.parametrize(("seen_rad", "is_searched"), [(math.pi, True), (0.1, False)])
+def test_far_places_are_looked_for_only_with_what_tells_a_pose(monkeypatch, seen_rad, is_searched):
+    # given a way of 40 m on which odometry has slipped; scans show a room, or 0.6 m of its wall
+    path = Path(np.column_stack([np.arange(41.0), np.zeros((41, 2))]))
+    for scan in path.scans:
+        scan.ranges_m[np.abs(scan.angles_rad) > seen_rad] = math.inf
+    chain, p = Chain(LoopClosureParameters()), LoopClosureParameters()
+    chain.follow(np.arange(41.0), path.poses, path.scans, path.poses)
+    chain.loosen(np.zeros(40, bool), [], [35])
+    # when a place is looked for in all that the slip allows, 3 sigma being 30 m
+    fields = []
+    monkeypatch.setattr(recognition, "PlaceSearch", lambda field: fields.append(field) or NothingFound())
+    Recognition(chain, [], p).far()
+    # then a map is made for it only if the recent one shows where it is in every direction
+    assert len(fields) == is_searched
+    # and it shows the rooms: walls at y = -3 and 3
+    for field in fields:
+        rows = np.flatnonzero((field.table == FULL).mean(axis=1) > 0.3)
+        y = field.origin_xy_m[1] + (rows + 0.5) * field.resolution_m
+        assert [y.min(), y.max()] == pytest.approx([-3.0, 3.0], abs=0.11)
+
+
+class NothingFound:
+    """A search in vain."""
+
+    def find(self, points_xy_m, settings, window):
+        return []
 
 
 @pytest.mark.parametrize(

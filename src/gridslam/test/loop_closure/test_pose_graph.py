@@ -10,8 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 from gridslam import se2
 from gridslam.kernels.pose_graph import shortest_ways
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
-from gridslam.loop_closure.edge import Edge, Edges
-from gridslam.loop_closure.match import Match
+from gridslam.loop_closure.edge import Edge, Edges, Match
 from gridslam.loop_closure.pose_graph import ROBUST_SCALE, ShortestWays, optimise
 
 

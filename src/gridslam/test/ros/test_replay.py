@@ -114,6 +114,7 @@ def test_the_timing_tells_what_was_done(results, way):
     assert timing["scans_read"] == len(way.scans)
     assert abs(timing["scans_integrated"] - way_m / 0.5) < 4  # linearUpdate
     assert (timing["scans_without_tf"], timing["scans_unusable"], timing["loops_closed"]) == (0, 0, 0)
+    assert timing["first_closure_s"] is None
     assert 0.0 < timing["cpu_ms_per_integrated_scan"] <= timing["cpu_s"] * 1e3
     assert timing["parameters"]["particles"] == 5
 

@@ -91,13 +91,16 @@ def mark_free(lidar_xy: np.ndarray, ends_xy: np.ndarray, hits: np.ndarray, free:
 
 
 @njit(cache=True, nogil=True)
-def fill_table(cells: np.ndarray, profile: np.ndarray, free: np.ndarray, table: np.ndarray) -> None:
+def fill_table(
+    cells: np.ndarray, profile: np.ndarray, free: np.ndarray, fits: np.ndarray, table: np.ndarray
+) -> None:
     """Write a table (h, w, 2) of zeros, from points' cells (n, 2: x, y) and the cells that are free (h, w).
 
-    ``profile`` holds the fits around a point's cell, a square whose middle alone is 255.
+    ``profile`` holds the fits around a point's cell, a square whose middle alone is 255. ``fits`` (h, w) of
+    zeros gets the table's fits.
     """
     height, width = free.shape
-    reach, fits = profile.shape[0] // 2, np.zeros((height, width), np.uint8)
+    reach = profile.shape[0] // 2
     for i in range(cells.shape[0]):
         x, y = cells[i, 0], cells[i, 1]
         if fits[y, x] == 255:  # a point was here before

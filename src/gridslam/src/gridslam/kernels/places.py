@@ -12,19 +12,29 @@ import math
 import numpy as np
 from numba import njit
 
+FULL = 255
+"""The greatest fit."""
+
 
 @njit(cache=True, nogil=True)
-def _sum_of_fits(level: np.ndarray, margin: int, outside: int, cells: np.ndarray, x: int, y: int) -> int:
-    """Sum a level's values at points (n, 2) moved by x, y; beyond the level it is ``outside``."""
+def _sum_of_fits(
+    level: np.ndarray, margin: int, outside: int, cells: np.ndarray, x: int, y: int, least: float
+) -> int:
+    """Sum a level's values at points (n, 2) moved by x, y; beyond the level it is ``outside``.
+
+    The sum ends, and is at most ``least``, once the points that are left cannot make it greater.
+    """
     height, width = level.shape
-    total = 0
+    possible = FULL * cells.shape[0]
     for i in range(cells.shape[0]):
         column, row = cells[i, 0] + x + margin, cells[i, 1] + y + margin
+        fit = outside
         if 0 <= column < width and 0 <= row < height:
-            total += level[row, column]
-        else:
-            total += outside
-    return total
+            fit = int(level[row, column])
+        possible += fit - FULL
+        if possible <= least:
+            break
+    return possible
 
 
 @njit(cache=True, nogil=True)
@@ -76,7 +86,7 @@ def best_places(
     for a in range(cells.shape[0]):
         for y in range(box[1], box[3] + 1, margin):
             for x in range(box[0], box[2] + 1, margin):
-                bound = _sum_of_fits(levels[top], margin, outside, cells[a], x, y)
+                bound = _sum_of_fits(levels[top], margin, outside, cells[a], x, y, least)
                 if bound > least:
                     blocks.append((-bound, top, a, x, y))
     heapq.heapify(blocks)
@@ -97,7 +107,7 @@ def best_places(
             px, py = x + (part & 1) * half, y + (part >> 1) * half
             if px > box[2] or py > box[3]:
                 continue
-            below = _sum_of_fits(levels[level - 1], margin, outside, cells[a], px, py)
+            below = _sum_of_fits(levels[level - 1], margin, outside, cells[a], px, py, least)
             if below > least:
                 heapq.heappush(blocks, (-below, level - 1, a, px, py))
     return places[:count], scores[:count]

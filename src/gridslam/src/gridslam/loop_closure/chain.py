@@ -46,7 +46,7 @@ class Chain:
         self._scans: list[PlanarScan] = []
         self._surfaces: list[SurfacePoints] = []
         self._informations: list[np.ndarray] = []
-        self._loose = np.empty((0, 3, 3))
+        self._measured, self._loose, self._scale = np.empty((0, 3)), np.empty((0, 3, 3)), 1.0
         self._is_open = np.zeros(0, dtype=bool)
         self._settled = 0
 
@@ -156,7 +156,13 @@ class Chain:
         covariances[:, 2, 2] = heading + STEP_SIGMA_MIN_RAD**2
         return covariances
 
-    def loosen(self, is_seen: np.ndarray, unmatched: Sequence[int], contradicted: Sequence[int]) -> None:
+    def loosen(
+        self,
+        is_seen: np.ndarray,
+        unmatched: Sequence[int],
+        contradicted: Sequence[int],
+        scale: float = 1.0,
+    ) -> None:
         """Let the steps that no scan has measured be as uncertain as odometry is there.
 
         Its error is at least its difference from the filter's step, for example where the vehicle has been
@@ -167,11 +173,13 @@ class Chain:
             is_seen: (k - 1,) whether a link that measures every direction spans the step.
             unmatched: nodes whose scan could not be compared with the map, or at which the vehicle was found.
             contradicted: nodes before which the vehicle was lost, and was not found on the map.
+            scale: odometry's ways are multiplied by this; see `odometry_scale`.
         """
         p, nodes = self._parameters, np.arange(1, len(self.poses))
-        measured = se2.between(self.odometry[:-1], self.odometry[1:])
+        measured = se2.between(self.odometry[:-1], self.odometry[1:]) * (scale, scale, 1.0)
         is_wrong = ~is_seen & np.isin(nodes, contradicted)
         self._is_open = is_wrong | ~is_seen & np.isin(nodes, unmatched)
+        self._scale, self._measured = scale, measured
         self._loose = self._odometry_covariances(measured)
         self._loose[is_wrong] += np.diag([p.slip_m, p.slip_m, p.slip_rad]) ** 2
         off = se2.between(measured, self.steps)[self._is_open]
@@ -189,7 +197,7 @@ class Chain:
         Odometry may be better than assumed. How good it is, the present path ``poses`` (k, 3) tells. But
         where no link joins a step's scan, it stays as assumed, beside the filter's step.
         """
-        p, measured = self._parameters, se2.between(self.odometry[:-1], self.odometry[1:])
+        p, measured = self._parameters, self._measured
         is_linked = links.any(axis=(1, 2))
         share = np.where(is_linked & ~self._is_open, self._odometry_share(poses), 1.0)
         held = self._loose.copy()
@@ -197,7 +205,20 @@ class Chain:
         held[self._is_open] = self.covariances[self._is_open]
         older = np.tile(np.arange(len(measured)), 2)
         loose = share[:, None, None] * self._loose
-        return Edges(older, older + 1, np.concatenate([self.steps, measured]), np.concatenate([held, loose]))
+        steps = np.concatenate([self._scaled_steps(held), measured])
+        return Edges(older, older + 1, steps, np.concatenate([held, loose]))
+
+    def _scaled_steps(self, held: np.ndarray) -> np.ndarray:
+        """Return the filter's steps (k - 1, 3) as if its odometry had had the right scale.
+
+        Where scans measured nothing, the filter took a step as odometry had it. ``held``: the covariances of
+        its steps, from scans and odometry together.
+        """
+        wrong = self._measured * (1.0 - 1.0 / self._scale) * (1.0, 1.0, 0.0)
+        wrong[:, :2] = se2.transform_each(self.steps * (0.0, 0.0, -1.0), wrong[:, :2])
+        taken = np.einsum("nij,njk,nk->ni", held, inverses(self._loose), wrong)
+        taken[:, :2] = se2.transform_each(self.steps * (0.0, 0.0, 1.0), taken[:, :2])
+        return self.steps + np.where(self._is_open[:, None], 0.0, taken)
 
     def _odometry_share(self, poses: np.ndarray) -> float:
         """Return by how much odometry's covariance is too large, from its differences to a path (k, 3).
@@ -205,8 +226,7 @@ class Chain:
         Three quarters of them must be as expected. So the few great ones do not count, which the robust
         kernel takes care of.
         """
-        measured = se2.between(self.odometry[:-1], self.odometry[1:])
-        error = se2.between(measured, se2.between(poses[:-1], poses[1:]))[~self._is_open]
+        error = se2.between(self._measured, se2.between(poses[:-1], poses[1:]))[~self._is_open]
         if len(error) < STEPS_MIN:
             return 1.0
         spread = np.diagonal(self._loose[~self._is_open], axis1=1, axis2=2)
@@ -216,21 +236,24 @@ class Chain:
 
     def local_map(self, anchor: int, behind_m: float, ahead_m: float) -> LocalMap:
         """Build the local map of the path from `behind_m` before a node to `ahead_m` after it."""
-        way = self.way_m - self.way_m[anchor]
-        return self.map_of(np.flatnonzero((way >= -behind_m) & (way <= ahead_m)), anchor, SCAN_SPACING_M)
+        way, p = self.way_m - self.way_m[anchor], self._parameters
+        nodes = np.flatnonzero((way >= -behind_m) & (way <= ahead_m))
+        return self.map_of(nodes, anchor, SCAN_SPACING_M, p.resolution_m, p.blur_m)
 
-    def map_of(self, nodes: np.ndarray, anchor: int, spacing_m: float) -> LocalMap:
+    def map_of(
+        self, nodes: np.ndarray, anchor: int, spacing_m: float, resolution_m: float, blur_m: float
+    ) -> LocalMap:
         """Build the map that nodes saw, in the anchor's frame, from scans about `spacing_m` apart."""
-        p, kept = self._parameters, self._thinned(nodes, anchor, spacing_m)
+        kept = self._thinned(nodes, anchor, spacing_m)
         return build_local_map(
             anchor,
             [self._surfaces[node] for node in kept],
             [self._scans[node] for node in kept],
             se2.between(self.poses[anchor], self.poses[kept]),
-            p.resolution_m,
-            p.blur_m,
-            2.0 * p.resolution_m,
-            p.range_m,
+            resolution_m,
+            blur_m,
+            2.0 * resolution_m,
+            self._parameters.range_m,
         )
 
     def _thinned(self, nodes: np.ndarray, anchor: int, spacing_m: float) -> list[int]:

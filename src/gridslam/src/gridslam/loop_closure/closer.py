@@ -12,9 +12,8 @@ from gridslam import se2
 from gridslam.localisation.evidence import Evidence
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
-from gridslam.loop_closure.edge import Edges
+from gridslam.loop_closure.edge import Closure, Edges, Match
 from gridslam.loop_closure.job import Correction, Job
-from gridslam.loop_closure.match import Closure, Match
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import optimise
 from gridslam.loop_closure.recognition import Recognition
@@ -253,7 +252,8 @@ class LoopCloser:
         self._links.extend(scans, self._chain.poses, odometry, self._chain.way_m)
 
     def _loosen(self) -> None:
-        self._chain.loosen(self._links.is_seen(), self._unmatched, self._contradicted)
+        scale = self._links.odometry_scale(self._chain.odometry)
+        self._chain.loosen(self._links.is_seen(), self._unmatched, self._contradicted, scale)
 
     def _search(self) -> list[Match]:
         """Compare the newest local map with earlier ones. Return the matches that were found."""

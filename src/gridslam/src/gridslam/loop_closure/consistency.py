@@ -13,7 +13,7 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.loop_closure.chain import Chain
-from gridslam.loop_closure.match import Match
+from gridslam.loop_closure.edge import Match
 from gridslam.loop_closure.pose_graph import carry
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.kernels.correlation import fill_table, mark_free
 from gridslam.kernels.surfaces import line_normals
+from gridslam.maps.own_memory import zeros
 from gridslam.scan import PlanarScan
 
 MARGIN_CELLS = 8
@@ -17,6 +18,8 @@ NEIGHBOUR_GAP_M = 0.3  # if ends are farther apart (or a tenth of the range), th
 NEIGHBOUR_GAP_SHARE = 0.1
 NO_QUARTER, QUARTERS = 9.0, 12
 """The first stands for a missing normal, beside the quadrants -2 to 2. There are fewer than the second."""
+SCANS_AT_ONCE = 64
+"""More would need memory in proportion."""
 PROFILE_SIGMAS = 3.6  # 255 exp(-3.6^2 / 2) rounds to 0
 
 
@@ -91,11 +94,13 @@ def build_local_map(
     )
     origin = np.floor(low / resolution_m) * resolution_m
     width, height = np.ceil((high - origin) / resolution_m).astype(int)
-    free = np.zeros((height, width), dtype=np.bool_)
-    ends, hits = _beam_ends(scans, lidars, range_m)
-    ends, last = (ends - origin) / resolution_m, np.cumsum([len(scan.ranges_m) for scan in scans])
-    for lidar, begin, end in zip(lidars, [0, *last], last):
-        mark_free((lidar[:2] - origin) / resolution_m, ends[begin:end], hits[begin:end], free)
+    free = zeros((height, width), np.bool_)
+    for first in range(0, len(scans), SCANS_AT_ONCE):
+        lot = slice(first, first + SCANS_AT_ONCE)
+        ends, hits = _beam_ends(scans[lot], lidars[lot], range_m)
+        ends, last = (ends - origin) / resolution_m, np.cumsum([len(scan.ranges_m) for scan in scans[lot]])
+        for lidar, begin, end in zip(lidars[lot], [0, *last], last):
+            mark_free((lidar[:2] - origin) / resolution_m, ends[begin:end], hits[begin:end], free)
     table = _table(points, free, origin, resolution_m, blur_m)
     thinned = _thin(points, normals, point_spacing_m)
     return LocalMap(anchor, thinned, table, origin, resolution_m)
@@ -119,9 +124,9 @@ def _beam_ends(scans: list[PlanarScan], lidars: np.ndarray, range_m: float) -> t
 def _table(
     points: np.ndarray, free: np.ndarray, origin: np.ndarray, resolution_m: float, blur_m: float
 ) -> np.ndarray:
-    table = np.zeros((*free.shape, 2), dtype=np.uint8)
+    table, fits = zeros((*free.shape, 2), np.uint8), zeros(free.shape, np.uint8)
     cells = np.floor((points - origin) / resolution_m).astype(np.int64)
-    fill_table(cells, _profile(resolution_m, blur_m), free, table)
+    fill_table(cells, _profile(resolution_m, blur_m), free, fits, table)
     return table
 
 

@@ -14,8 +14,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.kernels.pose_graph import optimise_graph, shortest_ways
 from gridslam.loop_closure.chain import Chain
-from gridslam.loop_closure.edge import Edges
-from gridslam.loop_closure.match import Match
+from gridslam.loop_closure.edge import Edges, Match
 
 ROBUST_SCALE = 2.0  # from this many standard deviations on, an edge loses weight (Cauchy)
 FIRST_SCALE, FIRST_TOLERANCE = 20.0, 1e-3  # of the first of two searches, in which wrong steps still yield

@@ -15,21 +15,21 @@ from gridslam import se2
 from gridslam.kernels.correlation import CLASHES, FITS
 from gridslam.kernels.least_squares import inverse
 from gridslam.loop_closure.chain import Chain, match_information
+from gridslam.loop_closure.edge import Match
 from gridslam.loop_closure.local_map import LocalMap
-from gridslam.loop_closure.match import Match
 from gridslam.loop_closure.matcher import Correlation, Window
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import ShortestWays
-from gridslam.loop_closure.refinement import Refined, refine
+from gridslam.loop_closure.refinement import Refined, normal_matrix, refine
 from gridslam.search import LikelihoodField, PlaceSearch, SearchSettings
 from gridslam.search import Window as SearchWindow
-from gridslam.search.field import FULL
+from gridslam.search.field import UNSEEN
 
 REFINEMENT_GATE_M = 0.2
 WINDOW_MIN_RAD = 0.05
-FAR_SPACING_M, FAR_POOLED, FAR_BLUR_M = 1.0, 2, 0.1
-"""Of a far search: distance of its scans, size of its cells in local maps' cells, and distance from a surface
-at which a point fits by exp(-1/2).
+FAR_SPACING_M, FAR_CELL_M, FAR_BLUR_M = 1.0, 0.1, 0.1
+"""Of a far search: distance of its scans, size of its cells, and distance from a surface at which a point
+fits by exp(-1/2).
 """
 
 
@@ -92,7 +92,7 @@ class Recognition:
         spread_m, turn_rad = self._spread(covariances[nodes])
         allowed = (spread_m > p.window_max_m) & (self._distance_m[nodes] < spread_m + p.place_radius_m)
         nodes, spread_m, turn_rad = nodes[allowed], spread_m[allowed], turn_rad[allowed]
-        if not len(nodes):
+        if not len(nodes) or not self._is_firm():
             return []
         anchor = int(nodes[self._distance_m[nodes].argmin()])
         window = SearchWindow(
@@ -101,7 +101,7 @@ class Recognition:
             float(min(turn_rad.max(), math.pi)),
         )
         settings = SearchSettings(rival_share=p.rival_share_max, places_max=2, apart_m=p.rival_distance_m)
-        search = PlaceSearch(_field(chain.map_of(nodes, anchor, FAR_SPACING_M)))
+        search = PlaceSearch(_field(chain.map_of(nodes, anchor, FAR_SPACING_M, FAR_CELL_M, FAR_BLUR_M)))
         places = search.find(self._query.surface.points_xy_m, settings, window)
         if len(places) != 1:
             return []
@@ -110,6 +110,16 @@ class Recognition:
         found = Window(se2.between(chain.poses[older], here), p.window_min_m, WINDOW_MIN_RAD)
         match = self._match(older, found, covariances[older])
         return [] if match is None else [match]
+
+    def _is_firm(self) -> bool:
+        """Return whether the recent map would tell its pose if all its points met what they met before.
+
+        A single pillar does not tell it. To look for one in a wide hall takes long, and finds all others.
+        """
+        surface = self._query.surface
+        points = int(np.isfinite(surface.normals_xy[:, 0]).sum())
+        own = Refined(np.zeros(3), normal_matrix(surface), points, 0.0)
+        return self._covariance(own) is not None
 
     def _ways(self, steps: np.ndarray) -> np.ndarray:
         """Return the covariances (k, 3, 3) of the newest pose relative to every node, by the steps' ones."""
@@ -172,11 +182,5 @@ class Recognition:
 
 def _field(known: LocalMap) -> LikelihoodField:
     fits, clashes = known.table[:, :, FITS], known.table[:, :, CLASHES]
-    return LikelihoodField.from_masks(
-        fits == FULL,
-        (fits == 0) & (clashes == 0),
-        known.origin_xy_m,
-        known.resolution_m,
-        FAR_BLUR_M,
-        FAR_POOLED,
-    )
+    unseen = np.where(fits | clashes, np.uint8(0), np.uint8(UNSEEN))
+    return LikelihoodField(np.maximum(fits, unseen), known.origin_xy_m, known.resolution_m, FAR_BLUR_M)

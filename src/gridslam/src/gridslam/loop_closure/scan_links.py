@@ -13,6 +13,7 @@ from gridslam.kernels.least_squares import inverse
 from gridslam.kernels.links import nearest_earlier
 from gridslam.loop_closure.edge import Edge, Edges
 from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
+from gridslam.loop_closure.odometry_scale import odometry_scale
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
@@ -40,18 +41,27 @@ class ScanLinks:
         self._is_seen, self._information = bytearray(), [NOTHING]
         """(k - 1,) and (k, 3, 3): see `is_seen` and `information`."""
         self._stacked = Edges.of([])
-        """The first links of ``_back``, as arrays."""
+        """The first links of ``_back``, as arrays; `_stack` adds the others."""
 
     @property
     def edges(self) -> list[Edge]:
         """All links."""
         return [*self._back.values(), *self._passes.values()]
 
-    def stacked(self) -> Edges:
-        """Return all links as arrays."""
+    def _stack(self) -> None:
         new = list(itertools.islice(self._back.values(), len(self._stacked.older), None))
         self._stacked = Edges.joined([self._stacked, Edges.of(new)])
+
+    def stacked(self) -> Edges:
+        """Return all links as arrays."""
+        self._stack()
         return Edges.joined([self._stacked, Edges.of(list(self._passes.values()))])
+
+    def odometry_scale(self, odometry: np.ndarray) -> float:
+        """Return by what the ways of odometry (k, 3) are to be multiplied."""
+        self._stack()
+        p = self._parameters
+        return odometry_scale(self._stacked, odometry, p.odometry_m_per_sqrt_m, p.links_back)
 
     def is_seen(self) -> np.ndarray:
         """Return for each step (k - 1,) whether a link spans it that measures every direction."""

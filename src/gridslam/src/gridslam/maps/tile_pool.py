@@ -5,9 +5,9 @@ from __future__ import annotations
 import mmap
 
 import numpy as np
-from numpy.typing import DTypeLike
 
 from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES, Tiles
+from gridslam.maps.own_memory import size_bytes, zeros
 
 TILES_FIRST = 2048
 """Tiles of the first pool. Only used tiles take memory."""
@@ -64,10 +64,10 @@ class TilePool:
             self.tiles = self.tiles._replace(**{name: NOTHING})
             if isinstance(memory, mmap.mmap):
                 del array  # memory that an array uses cannot grow
-                memory.resize(_bytes(shape, dtype))
+                memory.resize(size_bytes(shape, dtype))
                 grown: np.ndarray = np.ndarray(shape, dtype, memory)
             else:  # of a pool that was copied
-                grown = _zeros(shape, dtype)
+                grown = zeros(shape, dtype)
                 grown[:old] = array
             self.tiles = self.tiles._replace(**{name: grown})
         left = self.tiles.free[which]
@@ -144,33 +144,19 @@ def require_indices(indices: np.ndarray, greatest: int, name: str) -> None:
         raise ValueError(f"{name} point at what is not there")
 
 
-def _zeros(shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
-    """Return an array that takes memory only where it is written, and gives it back when it is dropped.
-
-    The C library does so for its first great arrays only. After one is freed, it keeps their
-    memory, and clears it for the next ones. A forked process gets a copy (MAP_PRIVATE), as of any array.
-    """
-    memory = mmap.mmap(-1, _bytes(shape, dtype), mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-    return np.ndarray(shape, dtype, memory)
-
-
-def _bytes(shape: tuple[int, ...], dtype: DTypeLike) -> int:
-    return int(np.prod(shape)) * np.dtype(dtype).itemsize
-
-
 def _tiles(capacity: int) -> Tiles:
     """Return arrays for this many tiles and entries of ends. All but the first are free."""
     cells, free = SIDE * SIDE, np.arange(capacity - 1, EMPTY, -1, dtype=np.int32)
     return Tiles(
-        references=_zeros((capacity,), np.int32),
-        stamps=_zeros((capacity,), np.int64),
-        scans=_zeros((capacity,), np.int64),
-        visits=_zeros((capacity, cells), np.uint8),
-        occupied=_zeros((capacity, SIDE), np.uint32),
-        ends=_zeros((capacity,), np.int32),
-        end_references=_zeros((capacity,), np.int32),
-        hits=_zeros((capacity, cells), np.uint8),
-        means=_zeros((capacity, cells, 2), np.uint16),
+        references=zeros((capacity,), np.int32),
+        stamps=zeros((capacity,), np.int64),
+        scans=zeros((capacity,), np.int64),
+        visits=zeros((capacity, cells), np.uint8),
+        occupied=zeros((capacity, SIDE), np.uint32),
+        ends=zeros((capacity,), np.int32),
+        end_references=zeros((capacity,), np.int32),
+        hits=zeros((capacity, cells), np.uint8),
+        means=zeros((capacity, cells, 2), np.uint16),
         free_tiles=free,
         free_ends=free.copy(),
         free=np.array((capacity - 1, capacity - 1)),

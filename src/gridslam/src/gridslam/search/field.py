@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gridslam.kernels.places import squared_distances
+from gridslam.kernels.places import FULL, squared_distances
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 
-FULL = 255
 UNSEEN = 64
 """What fits in a cell that nobody has seen, of FULL."""
 OCCUPIED_LEAST = 65

@@ -14,6 +14,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.kernels.least_squares import inverse
 from gridslam.kernels.places import best_places, mean_squares
+from gridslam.maps.own_memory import zeros
 from gridslam.search.field import FULL, UNSEEN, LikelihoodField
 
 HALVINGS = 6
@@ -187,7 +188,7 @@ def _levels(table: np.ndarray, halvings: int) -> np.ndarray:
     first. Around the table the value is UNSEEN.
     """
     margin = 1 << halvings
-    levels = np.empty((halvings + 1, table.shape[0] + margin, table.shape[1] + margin), np.uint8)
+    levels = zeros((halvings + 1, table.shape[0] + margin, table.shape[1] + margin), np.uint8)
     levels[0] = UNSEEN
     levels[0, margin:, margin:] = table
     for level in range(halvings):
