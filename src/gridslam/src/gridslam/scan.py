@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Iterable
 
 import numpy as np
@@ -49,6 +49,12 @@ class PlanarScan:
         object.__setattr__(self, "lidar_in_base", _pose(self.lidar_in_base))
         object.__setattr__(self, "angles_rad", angles)
         object.__setattr__(self, "ranges_m", ranges)
+
+    def sharing(self, other: PlanarScan) -> PlanarScan:
+        """Return the same scan; if the other's angles are the same, they are in memory once."""
+        if not np.array_equal(self.angles_rad, other.angles_rad):
+            return self
+        return replace(self, angles_rad=other.angles_rad)
 
 
 def _pose(values: Iterable[float]) -> tuple[float, float, float]:

@@ -256,3 +256,20 @@ def test_along_a_bare_corridor_the_path_is_odometrys():
     # then it neither shortens nor stretches what odometry measured, and keeps its lane. Particles spread
     # as odometry does: over 8 seeds the deviation was 0.12 m
     np.testing.assert_allclose(np.mean(ends, axis=0), (20.0 * scale, 0.0), atol=0.2)
+
+
+def test_scans_that_are_kept_have_their_angles_in_memory_once():
+    angles, ranges = np.linspace(-3.0, 3.0, 60), np.full(60, 4.0)
+    others = angles + 0.01
+    slam = GridSlam(SlamParameters(particles=2, temporalUpdate=0.0), keep_scans=True)
+    given = [
+        PlanarScan(float(i), each.copy(), ranges, (0.0, 0.0, 0.0), 10.0)
+        for i, each in enumerate((angles, angles, others))
+    ]
+    for scan in given:
+        slam.process(scan, (0.0, 0.0, 0.0))
+    kept = slam.processed_scans()
+    assert kept[1].angles_rad is kept[0].angles_rad
+    for scan, before in zip(kept, given):
+        np.testing.assert_array_equal(scan.angles_rad, before.angles_rad)
+        assert scan.stamp_s == before.stamp_s

@@ -223,7 +223,7 @@ class GridSlam:
     def _remember(self, scan: PlanarScan, beams: Beams) -> None:
         self._tree.extend(scan.stamp_s, self._poses)
         if self._scans is not None:
-            self._scans.append(scan)
+            self._scans.append(scan.sharing(self._scans[-1]) if self._scans else scan)
             self._beams.append(beams.for_map())
 
     def _update(self, scan: PlanarScan, weights: np.ndarray, resampled: bool, matched: bool) -> ScanUpdate:
