@@ -14,6 +14,7 @@ from cepa import LaserScan2D, Motion
 
 STEP_S = 0.004
 SCAN_EVERY = 6  # steps: 24 ms, as near to 40 Hz as the step allows
+DELAY_STEPS = 3
 BODY_RADIUS_M = 0.35
 
 
@@ -148,14 +149,9 @@ def to_goal(goal, speed: float = 2.0, tolerance: float = 0.3):
     return reference
 
 
-def fly(
-    algorithm, scene: Scene, reference, uav: Uav, rng, time_limit_s=60.0, lidar=None, delay_steps: int = 3
-):
-    """Fly until ``reference`` says None or the time is up; commands take effect ``delay_steps`` after their
-    scan.
-    """
-    lidar = lidar or Lidar()
-    flight = Flight()
+def fly(algorithm, scene: Scene, reference, uav: Uav, rng, time_limit_s):
+    """Fly until ``reference`` says None or the time is up; commands take effect 12 ms after their scan."""
+    lidar, flight = Lidar(), Flight()
     command, pending, yaw_rate = (0.0, 0.0), [], 0.0
     step = 0
     while step * STEP_S < time_limit_s:
@@ -173,7 +169,7 @@ def fly(
                 decision.velocity_xy if math.hypot(*decision.velocity_xy) > 0.1 else turn(v_ref, -uav.yaw)
             )
             rate = min(max(1.5 * math.atan2(towards[1], towards[0]), -1.5), 1.5)
-            pending.append((step + delay_steps, turn(decision.velocity_xy, uav.yaw), rate))
+            pending.append((step + DELAY_STEPS, turn(decision.velocity_xy, uav.yaw), rate))
             flight.commands.append(pending[-1][1])
             flight.decisions.append(decision)
             flight.path.append((uav.x, uav.y))

@@ -8,7 +8,6 @@ from planar_world import UST, along, drive, hold, rectangle_route
 from rooms import WALLS
 
 from gridslam import PoseError, SlamParameters, se2
-from gridslam.evaluation import Walls
 from gridslam.session import SlamSession
 
 LIDAR = dataclasses.replace(UST, beams=91)
@@ -89,15 +88,6 @@ def test_repeating_beams_give_no_false_place(bare_hold):
     assert states[-1] == "lost"
     assert "places of the map fit the scans alike" in session.search
     assert not any("found again" in sentence for sentence in said)
-
-
-def test_with_something_in_it_the_hold_is_no_riddle():
-    boxes = Walls.from_polygons([np.array([(-10.0, -1.0), (-7.0, -1.0), (-7.0, 1.5), (-10.0, 1.5)])])
-    walls, route = Walls(np.vstack((hold().ends_m, boxes.ends_m))), rectangle_route(11.0, 6.5, 0.1)
-    states, _, error, _ = localised(walls, mapped(walls, route), route[:2], (5.0, 4.9, 0.0))
-    assert "lost" in states
-    assert states[-1] == "tracking"
-    assert np.hypot(*error[:2]) < 0.2
 
 
 def test_on_its_own_map_a_search_in_vain_ends():

@@ -6,7 +6,6 @@ import ast
 import contextlib
 import json
 import re
-import signal
 import sys
 from pathlib import Path
 
@@ -56,7 +55,7 @@ class Interrupted(ThisProcess):
     def results(self, run, tasks):
         for task in tasks[::-1] if self.backwards else tasks:
             if self.after == 0:
-                signal.raise_signal(signal.SIGINT)
+                raise KeyboardInterrupt
             yield task, run(task)
             self.after -= 1
 
@@ -272,7 +271,7 @@ def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(
 ):
     file, out = tmp_path / "short.yaml", tmp_path / "out"
     file.write_text(yaml.safe_dump(SHORT))
-    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)  # an interrupt replaces it
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)  # `interrupted` replaces it
     interrupted = contextlib.nullcontext(Interrupted(1))
     with monkeypatch.context() as patch:
         patch.setattr(command, "open_workers", lambda *_: interrupted)

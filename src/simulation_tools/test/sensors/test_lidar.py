@@ -197,29 +197,3 @@ def _wall(size):
         "t",
         [],
     )
-
-
-CROSSING = """<sdf version="1.6"><actor name="walker"><link name="l"><collision name="c"><geometry><sphere>
-  <radius>0.4</radius></sphere></geometry></collision></link><script><trajectory id="0" type="walk">
-  <waypoint><time>0</time><pose>3 -4 0 0 0 0</pose></waypoint>
-  <waypoint><time>2</time><pose>3 -2 0 0 0 0</pose></waypoint>
-  <waypoint><time>4</time><pose>3 0 0 0 0 0</pose></waypoint>
-  <waypoint><time>6</time><pose>3 2 0 0 0 0</pose></waypoint>
-</trajectory></script></actor></sdf>"""
-
-
-def test_the_scan_follows_what_crosses():
-    """It goes at 1 m/s along y, 3 m ahead; evenly from its second waypoint on."""
-    world = PhysicsWorld(World("w", (parse_model(CROSSING, "a test", []),)))
-    device = lidar()
-    try:
-        for time_s in (2, 3, 4):
-            for _ in range(500 if time_s == 2 else 250):
-                world.step()
-            centre = np.array((3.0, time_s - 4.0))
-            ranges = device.scan(world.rays, Pose())
-            nearest = int(np.argmin(ranges))
-            assert ranges[nearest] == pytest.approx(np.hypot(*centre) - 0.4, abs=2 * SAGITTA_M)
-            assert angles_of(device)[nearest] == pytest.approx(math.atan2(centre[1], centre[0]), abs=0.02)
-    finally:
-        world.close()

@@ -144,10 +144,6 @@ def test_what_cannot_be_simulated_is_refused_with_a_sentence(make, changes, word
     assert "\n" not in str(caught.value)
 
 
-def test_the_range_of_a_lidar_is_an_argument(make):
-    assert make(lidar="tim", lidar_range_max_m=15.0).lidar.range_max == pytest.approx(15.0)
-
-
 def test_random_streams_are_independent_and_rewind():
     streams = RandomStreams(3, ("a", "b"))
     a, b = streams["a"].random(5), streams["b"].random(5)

@@ -139,17 +139,3 @@ def test_own_model_is_not_seen_whether_it_moves_or_stands():
     assert scene.cast(np.zeros(3), ahead, 9.0, "mover")[0] == pytest.approx(1.0)
     scene.remove("mover")
     assert scene.cast(np.zeros(3), ahead, 9.0, "thing")[0] == pytest.approx(4.5)
-
-
-def test_models_come_and_go():
-    scene = RayScene()
-    ahead = np.array(((1.0, 0.0, 0.0),))
-    near, far = (mesh_of(Box((1.0, 1.0, 1.0))).transformed(Pose.from_xyz_rpy(x, 0, 0)) for x in (2, 4))
-    scene.put("far", far)
-    assert scene.cast(np.zeros(3), ahead, 9.0)[0] == pytest.approx(3.5)
-    scene.put("near", near)
-    assert scene.cast(np.zeros(3), ahead, 9.0)[0] == pytest.approx(1.5)
-    scene.remove("near")
-    assert scene.cast(np.zeros(3), ahead, 9.0)[0] == pytest.approx(3.5)
-    scene.clear()
-    assert np.isinf(scene.cast(np.zeros(3), ahead, 9.0)[0])
