@@ -60,7 +60,7 @@ def recall(
             most = 0.0
             blind = False
             for k in range(b - 1, b + 2):
-                seen = bins[k % bins.size]
+                seen = bins[k + bins.size if k < 0 else k - bins.size if k >= bins.size else k]
                 if seen < 0.0:
                     blind = True
                 least = min(least, seen)

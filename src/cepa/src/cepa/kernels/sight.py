@@ -120,16 +120,20 @@ def bins_of(
 
 
 @njit(cache=True, inline="always")
-def _was_seen(x: float, y: float, frames_xy: np.ndarray, frames_bins: np.ndarray, count: int) -> bool:
-    """Return whether one of the first ``count`` earlier scans has seen the place."""
+def _seen_by(
+    x: float, y: float, frames_xy: np.ndarray, frames_bins: np.ndarray, count: int, first: int
+) -> int:
+    """Return an earlier scan, of ``count``, that has seen the place, or -1; ``first`` is asked first."""
     m = frames_bins.shape[1]
     per_rad = m / (2.0 * math.pi)
-    for f in range(count):
+    for n in range(count):
+        f = first + n if first + n < count else first + n - count
         dx, dy = x - frames_xy[f, 0], y - frames_xy[f, 1]
-        k = math.floor(math.atan2(dy, dx) * per_rad + 0.5) % m
-        if dx * dx + dy * dy < frames_bins[f, k] ** 2 and frames_bins[f, k] > 0.0:
-            return True
-    return False
+        k = _bin(dx, dy, per_rad)
+        seen = frames_bins[f, k + m if k < 0 else k]
+        if dx * dx + dy * dy < seen * seen and seen > 0.0:
+            return f
+    return -1
 
 
 @njit(cache=True)
@@ -143,11 +147,12 @@ def was_seen_around(
     radius: float,
 ) -> bool:
     """Return whether earlier scans have seen the rim of the body where no beam looks; as `fill_blind`."""
-    per_rad = bins.size / (2.0 * math.pi)
+    per_rad, scan = bins.size / (2.0 * math.pi), 0
     for b in range(bins.size):
         if bins[b] < 0.0:
             px, py = x + radius * math.cos(b / per_rad), y + radius * math.sin(b / per_rad)
-            if not _was_seen(px, py, frames_xy, frames_bins, count):
+            scan = _seen_by(px, py, frames_xy, frames_bins, count, scan)
+            if scan < 0:
                 return False
     return True
 
@@ -169,7 +174,7 @@ def fill_blind(
     frames_xy (f, 2), frames_bins (f, m): where earlier scans were taken, and their bins; the first ``count``
     count. x, y: where the UAV is, in the same axes. least: what the own body covers.
     """
-    m = bins.size
+    m, scan = bins.size, 0
     per_rad = m / (2.0 * math.pi)
     for b in range(m):
         if bins[b] >= 0.0:
@@ -177,8 +182,11 @@ def fill_blind(
         cos, sin = math.cos(b / per_rad), math.sin(b / per_rad)
         r = least
         while r < farthest:
-            if not _was_seen(x + (r + step) * cos, y + (r + step) * sin, frames_xy, frames_bins, count):
+            px, py = x + (r + step) * cos, y + (r + step) * sin
+            found = _seen_by(px, py, frames_xy, frames_bins, count, scan)
+            if found < 0:
                 break
+            scan = found
             r += step
         bins[b] = r
 
@@ -191,17 +199,18 @@ def reach_in_sight(bins: np.ndarray, radius: float, sight: np.ndarray) -> None:
     """
     m = bins.size
     width = 2.0 * math.pi / m
+    most = int(0.5 * math.pi / width) + 1
+    cos, sin = np.empty(most), np.empty(most)
+    for k in range(most):
+        cos[k], sin[k] = math.cos(k * width), math.sin(k * width)
     sight[:] = bins
     for j in range(m):
         r = bins[j]
         widest = 0.5 * math.pi if r <= radius else math.asin(radius / r)
         for k in range(int(widest / width) + 1):
-            psi = k * width
-            s = r * math.sin(psi)
+            s = r * sin[k]
             if s >= radius:
                 break
-            first = max(0.0, r * math.cos(psi) - math.sqrt(radius * radius - s * s))
-            if first < sight[(j + k) % m]:
-                sight[(j + k) % m] = first
-            if first < sight[(j - k) % m]:
-                sight[(j - k) % m] = first
+            first = max(0.0, r * cos[k] - math.sqrt(radius * radius - s * s))
+            left, right = j + k if j + k < m else j + k - m, j - k if j >= k else j - k + m
+            sight[left], sight[right] = min(sight[left], first), min(sight[right], first)
