@@ -139,7 +139,7 @@ def test_the_campaign_is_flown(run, tmp_path):
     assert campaign["improved_at_2_m_s"]["distance_km"] > 1e-3 * (8.0 - 0.2)
     assert (tmp_path / "avoidance/outcomes.png").read_bytes().startswith(b"\x89PNG")
     assert "improved, all" in said
-    thick = written["avoidance"]["thick_forest"]["4_m_s"]["improved"]
+    thick = written["avoidance"]["thick_forest"]["4_m_s"]["dynamic"]
     assert thick["flights"] == 1
     assert thick["computation_ms"]["p99"] > 0.0
     assert "thick forests" in said
