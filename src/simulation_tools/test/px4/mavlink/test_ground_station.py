@@ -63,13 +63,6 @@ def request(setup, client, number, name):
     return found[0]
 
 
-def test_it_is_discovered_by_its_heartbeat(station):
-    setup, client = station
-    setup.run(1.1)
-    beat = client.take("HEARTBEAT")[0]
-    assert (beat.get_srcSystem(), beat.get_srcComponent(), beat.type, beat.autopilot) == (1, 1, 2, 12)
-
-
 def test_a_flight_by_commands_alone(station):
     """Take off, hold, go somewhere, return, land: each acknowledged, each done."""
     setup, client = station

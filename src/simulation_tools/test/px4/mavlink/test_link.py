@@ -62,7 +62,7 @@ def test_default_rates_are_the_references(setup):
     client.heartbeat()
     setup.run(2.0)
     client.inbox.clear()
-    seconds = 20.0
+    seconds = 10.0
     heartbeats = iter(range(10**6))
     setup.run(seconds, each=lambda: client.heartbeat() if next(heartbeats) % 500 == 0 else None)
     counts = Counter(message.get_type() for message in client.inbox)
