@@ -82,15 +82,13 @@ class PositionCommand:
     Attributes:
         velocity_m_s: (x, y, z) in the levelled body frame: rotated from the pose's frame by yaw only.
         goal_reached: Whether the setpoint is reached (False without one).
-        clock_jumped_back: Whether this pose was older than the last one. Then the velocity started anew.
     """
 
     velocity_m_s: Vector3
     goal_reached: bool
-    clock_jumped_back: bool
 
 
-STOP = PositionCommand((0.0, 0.0, 0.0), goal_reached=False, clock_jumped_back=False)
+STOP = PositionCommand((0.0, 0.0, 0.0), goal_reached=False)
 
 
 class PositionController:
@@ -138,7 +136,7 @@ class PositionController:
         self._goal_reached = False
 
     def update(self, stamp_s: float, position_m: Sequence[float], yaw_rad: float) -> PositionCommand:
-        """Return the command for a pose.
+        """Return the command for a pose. A pose that is older than the last one starts anew from rest.
 
         Args:
             stamp_s: The pose's time.
@@ -150,8 +148,7 @@ class PositionController:
         """
         if not all(math.isfinite(value) for value in (stamp_s, yaw_rad, *position_m)):
             raise PoseError("The pose has a value that is not finite.")
-        jumped_back = self._stamp_s is not None and stamp_s < self._stamp_s
-        if jumped_back:
+        if self._stamp_s is not None and stamp_s < self._stamp_s:
             self.reset()
         step_s = 0.0 if self._stamp_s is None else min(stamp_s - self._stamp_s, MAX_TIME_STEP_S)
         self._stamp_s = stamp_s
@@ -162,7 +159,7 @@ class PositionController:
             error_m = (x, y, z)
             self._velocity_m_s = self._step_towards(error_m, position_m, step_s)
             self._goal_reached = self._is_reached(error_m)
-        return PositionCommand(_level(self._velocity_m_s, yaw_rad), self._goal_reached, jumped_back)
+        return PositionCommand(_level(self._velocity_m_s, yaw_rad), self._goal_reached)
 
     def _step_towards(self, error_m: Vector3, position_m: Sequence[float], step_s: float) -> Vector3:
         """Velocity after this step: the approach's velocity within the acceleration limits."""

@@ -18,6 +18,7 @@ from simulation_tools.bounds import fit_float32
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.mavros.client import FcuClient
 
+_TRIES = 3
 _KINDS = (
     "MISSION_COUNT",
     "MISSION_ITEM_INT",
@@ -59,11 +60,10 @@ class MissionItem:
 class MissionClient:
     """Makes one transfer at a time. Its methods block. Any thread but the client's own may call them."""
 
-    def __init__(self, client: FcuClient, timeout_s: float = 1.0, tries: int = 3) -> None:
+    def __init__(self, client: FcuClient, timeout_s: float = 1.0) -> None:
         """timeout_s: of each try to get an answer."""
         self._client = client
         self._timeout_s = timeout_s
-        self._tries = tries
         self._lock = threading.Lock()
         self._answers: queue.Queue = queue.Queue()
         self._listening = False
@@ -161,7 +161,7 @@ class MissionClient:
         self._answers = queue.Queue()
         self._listening = True
         try:
-            for _ in range(self._tries):
+            for _ in range(_TRIES):
                 self._client.send(message)
                 answer = self._wait_for(is_answer)
                 if answer is not None:

@@ -19,7 +19,7 @@ from simulation_tools.px4.estimation.interface import (
     EstimatorStatus,
     SolutionFlag,
 )
-from simulation_tools.px4.estimation.kernels import POSITION, ROTATION_ERROR, VELOCITY, publish
+from simulation_tools.px4.estimation.kernels import POSITION, VELOCITY, publish
 from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
 from simulation_tools.px4.estimation.sensors import OwnSensors, SensorErrors
 from simulation_tools.px4.estimation.settings import FilterSettings
@@ -131,7 +131,6 @@ class EkfEstimator:
             vertical_accuracy_m=math.sqrt(position[2]),
             position_variance_m2=tuple(position.tolist()),
             velocity_variance_m2_s2=tuple(velocity.tolist()),
-            attitude_variance_rad2=tuple(variances[ROTATION_ERROR : ROTATION_ERROR + 3].tolist()),
             height_over_ground_m=over_ground,
             resets=self.filter.resets,
         )

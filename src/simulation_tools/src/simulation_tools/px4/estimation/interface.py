@@ -77,7 +77,6 @@ class EstimatorStatus:
     vertical_accuracy_m: float = math.nan
     position_variance_m2: Vector3 = ORIGIN
     velocity_variance_m2_s2: Vector3 = ORIGIN
-    attitude_variance_rad2: Vector3 = ORIGIN
     height_over_ground_m: float = math.nan
     resets: int = 0
 

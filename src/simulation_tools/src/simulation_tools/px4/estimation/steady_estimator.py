@@ -242,7 +242,6 @@ class SteadyEstimator:
             vertical_accuracy_m=0.3,
             position_variance_m2=_squares(noise.estimated_position_m),
             velocity_variance_m2_s2=_squares(noise.estimated_velocity_m_s),
-            attitude_variance_rad2=_squares((noise.attitude_rad,) * 3),
         )
 
     def offer_external_vision(self, sample: ExternalVision) -> None:
