@@ -26,9 +26,11 @@ def test_the_drawing_is_the_best_particles_map_and_only_changes_are_drawn(log):
     # nothing has changed since
     slam.grid()
     assert slam._renderer.drawn == 0
-    # what a later drawing shows is what a renderer that begins then shows
+    # what a later drawing shows is what a renderer that begins then shows, and the earlier map stays
     rooms.run(slam, log, 90)
-    later = slam.grid()
+    earlier, later = grid.cells.copy(), slam.grid()
+    assert slam._renderer.drawn > 0
+    np.testing.assert_array_equal(grid.cells, earlier)
     fresh = type(slam._renderer)(slam.parameters).render(slam._maps, slam.best_particle)
     np.testing.assert_array_equal(later.cells, fresh.cells)
 

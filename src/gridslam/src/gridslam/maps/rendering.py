@@ -15,7 +15,8 @@ from gridslam.parameters import SlamParameters
 class Renderer:
     """Keeps the last drawing, and the tiles that it shows.
 
-    The drawing covers what was seen. The table of tiles has room around it, which would take memory here.
+    The drawing covers what was seen. The table of tiles has room around it, which would take memory here. A
+    map that was returned is the drawing of its time, which nobody changes: the next one begins as a copy.
     """
 
     def __init__(self, parameters: SlamParameters):
@@ -36,7 +37,7 @@ class Renderer:
         ends = self._ends(table, corner)
         if ends is None:
             return OccupancyGrid(np.full((1, 1), UNKNOWN, np.int8), delta, (0.0, 0.0))
-        self._make_room(ends)
+        self._begin(ends)
         low, threshold = self._corner - corner, self._parameters.occ_thresh
         high = low + self._shown.shape
         table = np.ascontiguousarray(table[low[0] : high[0], low[1] : high[1]])
@@ -44,7 +45,8 @@ class Renderer:
             table, maps.pool.tiles, threshold, self._shown, self._stamps, self._canvas
         )
         (low_row, low_column), (high_row, high_column) = ends - self._corner * SIDE
-        cells = self._canvas[low_row:high_row, low_column:high_column].copy()
+        cells = self._canvas[low_row:high_row, low_column:high_column]
+        cells.flags.writeable = False
         return OccupancyGrid(cells, delta, tuple((ends[0, ::-1] * delta).tolist()))
 
     def _ends(self, table: np.ndarray, corner: np.ndarray) -> np.ndarray | None:
@@ -62,16 +64,18 @@ class Renderer:
             return None
         return np.array([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
 
-    def _make_room(self, ends: np.ndarray) -> None:
-        """Let the drawing cover these cells, too."""
+    def _begin(self, ends: np.ndarray) -> None:
+        """Begin a drawing that covers these cells, too, with what the last one shows."""
         low, high = ends[0] // SIDE, -(-ends[1] // SIDE)
         old, corner = self._shown.shape, self._corner
         if self._shown.size:
             low, high = np.minimum(low, corner), np.maximum(high, corner + old)
         size = (int(high[0] - low[0]), int(high[1] - low[1]))
-        if size == old:
-            return
         canvas = zeros((size[0] * SIDE, size[1] * SIDE), np.int8)
+        if size == old:
+            canvas[:] = self._canvas
+            self._canvas = canvas
+            return
         canvas[:] = UNKNOWN
         shown, stamps = np.full(size, EMPTY, np.int32), np.zeros(size, np.int64)
         row, column = (int(value) for value in corner - low)
