@@ -104,11 +104,16 @@ def stats_of(
     algorithm: str,
     decision: Decision,
     computation_ms: float,
+    cpu_ms: float,
     report: Report | None = None,
 ) -> DiagnosticArray:
-    """Return the figures of one decision, and what `Dynamic` reports of it."""
+    """Return the figures of one decision, and what `Dynamic` reports of it.
+
+    computation_ms: how long it took. cpu_ms: processor time.
+    """
     values = {
         "computation_time_ms": f"{computation_ms:.4f}",
+        "cpu_time_ms": f"{cpu_ms:.4f}",
         "directions_tested": str(decision.directions_tested),
         "cost": f"{decision.cost:.9g}",
         "emergency": str(decision.emergency),

@@ -39,7 +39,7 @@ class Reports:
         dynamic = algorithm if isinstance(algorithm, Dynamic) else None
         is_drawn = dynamic and not answer.is_mirrored
         if self._stats.get_num_connections():
-            figures = self._name, answer.decision, answer.computation_ms
+            figures = self._name, answer.decision, answer.computation_ms, answer.cpu_ms
             report = dynamic.report() if dynamic else None
             self._stats.publish(stats_of(header.stamp, rospy.get_name(), *figures, report))
         shows_memory = dynamic and self._remembered.get_num_connections() and self._is_time(header.stamp)

@@ -36,6 +36,9 @@ class Answer(NamedTuple):
     velocities_xy: tuple[Vector2, Vector2]
     """v_ref and v_uav, m/s in the scan's frame."""
     computation_ms: float
+    """How long it took; on a busy machine the thread waited for a core in this time."""
+    cpu_ms: float
+    """Processor time of the thread."""
     is_mirrored: bool
     """Whether the scan's frame above is that of the lidar after half a turn around its x axis."""
 
@@ -72,7 +75,7 @@ class Steering:
         if is_mirrored:  # the plane of the odometry is not seen from below
             mount, scan = mount.upright(), _mirrored(scan)
         reference_xy = mount.turn.undo(*v_ref[:2])
-        start = time.perf_counter()
+        started_s, cpu_started_s = time.perf_counter(), time.thread_time()
         motion = None
         if self.algorithm.wants_motion:
             motion, goes_on = self._motion.at(paired, mount, v_ref[2])
@@ -84,11 +87,13 @@ class Steering:
             scan = self._levelled(scan, paired, mount, math.hypot(*own_xy))
         self.algorithm.take_ranges(self._ranges(paired, mount))
         decision = self.algorithm.steer(scan, reference_xy, own_xy, motion, self._cloud(paired, mount))
-        computation_ms = 1e3 * (time.perf_counter() - start)
+        cpu_ms = 1e3 * (time.thread_time() - cpu_started_s)
+        computation_ms = 1e3 * (time.perf_counter() - started_s)
         self._last_xy = mount.turn.apply(*decision.velocity_xy)
         climb = v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
         velocity = (*self._last_xy, climb)
-        return Answer(velocity, decision, scan, (reference_xy, own_xy), computation_ms, is_mirrored)
+        asked = scan, (reference_xy, own_xy)
+        return Answer(velocity, decision, *asked, computation_ms, cpu_ms, is_mirrored)
 
     def _cloud(self, paired: PairedScan, mount: Mount) -> Cloud | None:
         """Return the cloud of the scan's instant, if there is one and the algorithm uses it."""

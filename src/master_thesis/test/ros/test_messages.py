@@ -26,3 +26,15 @@ def test_a_pose_is_its_position_and_quaternion():
 def test_a_pose_beyond_every_world_is_refused(bad):
     with pytest.raises(ValueError, match="it lies at"):
         messages.pose_values(pose(**bad))
+
+
+@pytest.mark.parametrize(("told", "counts"), [({"cpu_time_ms": "3.1"}, 3.1), ({}, 7.5)])
+def test_a_decision_has_its_processor_time_or_else_how_long_it_took(told, counts):
+    values = {
+        **{"computation_time_ms": "7.5", "directions_tested": "195", "cost": "-0.3"},
+        **{"emergency": "False", "reason": "steered", **told},
+    }
+    status = SimpleNamespace(values=[SimpleNamespace(key=key, value=value) for key, value in values.items()])
+    stamp = SimpleNamespace(to_sec=lambda: 1.5)
+    message = SimpleNamespace(header=SimpleNamespace(stamp=stamp), status=[status])
+    assert messages.decision_rows(message) == [(1.5, counts, 195, -0.3, False, "steered")]

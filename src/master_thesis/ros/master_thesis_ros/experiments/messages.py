@@ -40,6 +40,8 @@ def twist_row(message: Any) -> tuple[float, ...]:
 def decision_rows(message: Any) -> list[tuple]:
     """Return CEPA's decisions in a diagnostic_msgs/DiagnosticArray, as `flight_log.DECISION_COLUMNS`.
 
+    If a node does not tell its processor time, how long it took counts.
+
     Raises:
         KeyError: a value is missing.
         ValueError: a value is no number.
@@ -48,7 +50,7 @@ def decision_rows(message: Any) -> list[tuple]:
     for status in message.status:
         values = {item.key: item.value for item in status.values}
         decision = (
-            float(values["computation_time_ms"]),
+            float(values.get("cpu_time_ms", values["computation_time_ms"])),
             int(values["directions_tested"]),
             float(values["cost"]),
             values["emergency"].lower() == "true",

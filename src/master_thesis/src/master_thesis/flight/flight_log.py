@@ -1,7 +1,8 @@
 """The time series of one flight. The node records them from topics, the closed loop directly.
 
 Frames and units: `truth` is the UAV's pose and velocity in `world`, `odometry` the same in `odom`; commands
-are body velocities (x forward, y left, z up); seconds of simulation time, metres, radians.
+are body velocities (x forward, y left, z up); seconds of simulation time, metres, radians. `computation_ms`
+is processor time.
 """
 
 from __future__ import annotations
