@@ -123,7 +123,10 @@ def test_parameters_come_over_a_network_that_loses_a_fifth(pair):
     server.start()
     client.send_heartbeat()
     assert len(client.pull_parameters()) == len(fcu.flight.px4.parameters)
-    assert [client.get_parameter("MPC_XY_P") for _ in range(5)] == [pytest.approx(0.95)] * 5
+    # The client gives up after 3 s of wall time, in which a loaded machine may have lost every answer.
+    for _ in range(5):
+        told = (client.get_parameter("MPC_XY_P") for _ in range(3))
+        assert next(value for value in told if value is not None) == pytest.approx(0.95)
     # A late answer to an earlier question may be taken for this one's.
     assert any(client.set_parameter("MPC_XY_P", 1.25) == 1.25 for _ in range(3))
     stop.set()
