@@ -6,7 +6,7 @@ W. Hess, D. Kohler, H. Rapp and D. Andor, "Real-time loop closure in 2D LIDAR SL
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -94,8 +94,9 @@ class PlaceSearch:
     """
 
     def __init__(self, field: LikelihoodField) -> None:
-        self._field = field
         self._levels = _levels(field.table, HALVINGS)
+        margin = 1 << HALVINGS
+        self._field = replace(field, table=self._levels[0, margin:, margin:])  # once in memory
 
     def find(
         self, points_xy_m: np.ndarray, settings: SearchSettings, window: Window | None = None
@@ -193,12 +194,10 @@ def _levels(table: np.ndarray, halvings: int) -> np.ndarray:
     levels[0, margin:, margin:] = table
     for level in range(halvings):
         reach, below, here = 1 << level, levels[level], levels[level + 1]
-        here[:] = below
-        here[:-reach] = np.maximum(below[:-reach], below[reach:])
-        here[-reach:] = np.maximum(below[-reach:], UNSEEN)
-        along = here.copy()
-        here[:, :-reach] = np.maximum(along[:, :-reach], along[:, reach:])
-        here[:, -reach:] = np.maximum(along[:, -reach:], UNSEEN)
+        np.maximum(below[:-reach], below[reach:], out=here[:-reach])
+        np.maximum(below[-reach:], UNSEEN, out=here[-reach:])
+        np.maximum(here[:, :-reach], here[:, reach:], out=here[:, :-reach])
+        np.maximum(here[:, -reach:], UNSEEN, out=here[:, -reach:])
     return levels
 
 
