@@ -231,7 +231,7 @@ class SlamSession:
         return self._slam.trajectory()
 
     def grid(self) -> OccupancyGrid:
-        """Return the best particle's map.
+        """Return the best particle's map; its cells are read-only.
 
         Raises:
             StateError: there is none before the first scan.

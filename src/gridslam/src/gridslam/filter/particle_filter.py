@@ -286,7 +286,7 @@ class GridSlam:
         return Trajectory(np.array(self._tree.stamps_s), self._tree.path(self.best_particle))
 
     def grid(self) -> OccupancyGrid:
-        """Return the best particle's map."""
+        """Return the best particle's map; its cells are read-only."""
         return self._renderer.render(self._maps, self.best_particle)
 
     def processed_scans(self) -> list[PlanarScan]:
