@@ -15,13 +15,16 @@ REACHED, GIVEN_UP, CONTACT = "#1f3b73", "#c9cfd8", "#dc2626"
 Flown = Mapping[Tuple[str, float, str], Mapping]
 """Metrics (`judging.metrics`) by place, speed in m/s and algorithm."""
 _SMALL = 8
+_LEGEND_IN = 4.6
+"""So wide is the legend."""
 
 
 def png(found: Flown) -> bytes:
     """Draw a panel for each algorithm, with a bar for each place and speed; return the PNG file's bytes."""
     places = list(dict.fromkeys((place, speed) for place, speed, _ in found))
     algorithms = sorted({name for *_, name in found}, key=lambda name: (name != JUDGED, name))
-    figure = Figure(figsize=(1.2 + 1.9 * len(algorithms), 1.3 + 0.21 * len(places)), layout="constrained")
+    width_in, height_in = max(1.2 + 1.9 * len(algorithms), _LEGEND_IN), 1.3 + 0.21 * len(places)
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
     panels = figure.subplots(1, len(algorithms), sharey=True, squeeze=False)[0]
     for axes, algorithm in zip(panels, algorithms):
         for row, (place, speed) in enumerate(places):
