@@ -6,21 +6,16 @@ The node, the replay of bags and simulations without ROS all drive this.
 from __future__ import annotations
 
 import dataclasses
-import io
-import json
 import math
-import os
-import tempfile
 import warnings
-import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Sequence
 
 import numpy as np
 
 from gridslam import se2
-from gridslam.errors import ParameterError, PoseError, StateError, reason_of
-from gridslam.files import state_file
+from gridslam.errors import ParameterError, PoseError, StateError
+from gridslam.files import session_file
 from gridslam.filter.particle_filter import START_DEVIATION, GridSlam
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.inputs.continuous_odometry import ContinuousOdometry
@@ -34,10 +29,6 @@ from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from gridslam.loop_closure import Closure, LoopCloser, LoopClosureParameters
-
-FILTER, ODOMETRY, CLOSER, CLOSER_PARAMETERS = "filter", "odometry.json", "closer.npz", "closer.json"
-JUDGEMENT = "judgement.json"
-"""The parts of a saved session."""
 
 
 class SlamSession:
@@ -250,20 +241,7 @@ class SlamSession:
         """
         if self._slam is None:
             raise StateError("There is nothing to save before the first scan.")
-        path = Path(path)
-        try:
-            with tempfile.TemporaryDirectory(dir=path.parent, prefix=".part-") as folder:
-                state_file.write(self._slam.state(), Path(folder, FILTER))
-                part = Path(folder, "state")
-                with zipfile.ZipFile(part, "w") as state:
-                    state.write(Path(folder, FILTER), FILTER)
-                    state.writestr(ODOMETRY, json.dumps(self._odometry.state()))
-                    state.writestr(JUDGEMENT, json.dumps(self._slam.judgement.to_dict()))
-                    if self._closer is not None:
-                        _save_closer(state, self._closer)
-                os.replace(part, path)
-        except OSError as error:
-            raise StateError(f"The state cannot be written to {path}: {error.strerror}.") from None
+        session_file.write(path, self._slam, self._odometry.state(), self._closer)
 
     @classmethod
     def load(
@@ -288,22 +266,18 @@ class SlamSession:
         Raises:
             StateError: the file cannot be read, or holds no state.
         """
-        try:
-            with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as state:
-                state_file.require_memory(state)
-                slam = state_file.read(Path(state.extract(FILTER, folder)), threads, name=path)
-                if localisation_only and not slam.localisation_only:
-                    return cls._localising_on(slam, starting_pose, say)
-                session = cls(slam.parameters, _closer_parameters_in(state), say=say)
-                session._slam, session._is_resumed = slam, True
-                session._localisation_only = slam.localisation_only
-                session._odometry.restore(json.loads(state.read(ODOMETRY)))
-                slam.judgement.restore(json.loads(state.read(JUDGEMENT)))
-                if session._closer is not None:
-                    arrays = np.load(io.BytesIO(state.read(CLOSER)), allow_pickle=False)
-                    session._closer.from_arrays(arrays, slam.processed_scans())
-        except (OSError, *state_file.DAMAGE) as error:
-            raise StateError(f"{path} cannot be read as a saved state: {reason_of(error)}.") from None
+        with session_file.opened(path) as saved:
+            slam = saved.slam(threads)
+            if localisation_only and not slam.localisation_only:
+                return cls._localising_on(slam, starting_pose, say)
+            closer = saved.closer_parameters()
+            session = cls(slam.parameters, None if closer is None else closure_parameters(closer), say=say)
+            session._slam, session._is_resumed = slam, True
+            session._localisation_only = slam.localisation_only
+            session._odometry.restore(saved.odometry())
+            slam.judgement.restore(saved.judgement())
+            if session._closer is not None:
+                session._closer.from_arrays(saved.closer(), slam.processed_scans())
         return session
 
     @classmethod
@@ -345,18 +319,6 @@ def closure_parameters(given: dict) -> LoopClosureParameters:
     if unknown:
         raise ParameterError(f"The loop closure has no parameter {', '.join(sorted(unknown))}.")
     return LoopClosureParameters(**given)
-
-
-def _save_closer(state: zipfile.ZipFile, closer: LoopCloser) -> None:
-    state.writestr(CLOSER_PARAMETERS, json.dumps(dataclasses.asdict(closer.parameters)))
-    with state.open(CLOSER, "w") as file:
-        np.savez(file, **closer.to_arrays())
-
-
-def _closer_parameters_in(state: zipfile.ZipFile) -> LoopClosureParameters | None:
-    if CLOSER_PARAMETERS not in state.namelist():
-        return None
-    return closure_parameters(json.loads(state.read(CLOSER_PARAMETERS)))
 
 
 def _closer(parameters: LoopClosureParameters | bool) -> LoopCloser:
