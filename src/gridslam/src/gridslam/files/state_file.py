@@ -39,9 +39,8 @@ def write(state: FilterState, path: str | Path) -> None:
     """Write a filter's state.
 
     Raises:
-        StateError: the file cannot be written.
+        OSError: the file cannot be written.
     """
-    path = Path(path)
     arrays = {
         "poses": state.poses,
         "log_weights": state.log_weights,
@@ -53,15 +52,8 @@ def write(state: FilterState, path: str | Path) -> None:
         **_grid_arrays(state.starting_map),
         "header": np.array(json.dumps(_header(state))),
     }
-    part = path.with_name(f".{path.name}.part")
-    try:
-        with open(part, "wb") as stream:
-            np.savez_compressed(stream, **arrays)
-        os.replace(part, path)
-    except OSError as error:
-        raise StateError(f"The state cannot be written to {path}: {error.strerror}.") from None
-    finally:
-        part.unlink(missing_ok=True)
+    with open(path, "wb") as stream:
+        np.savez_compressed(stream, **arrays)
 
 
 def read(path: str | Path, threads: int | None = None, name: str | Path | None = None) -> GridSlam:
