@@ -12,7 +12,7 @@ from random_scans import full_turn, recipes, velocities
 
 from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason
 from cepa.emergency import Section, open_sections
-from cepa.kernels.emergency import k_filter, safe_directions
+from cepa.kernels.emergency import direction_is_safe, k_filter, safe_directions
 from cepa.scan import Grid
 
 EXAMPLES = settings(max_examples=60, deadline=None)
@@ -58,9 +58,10 @@ class TestKFilter:
         filtered = k_filter(beams.ranges, slope, beams.increment)
         assert filtered == pytest.approx(reference.k_filter(beams, slope), rel=1e-12, abs=1e-12)
 
-    def test_an_increment_that_does_not_divide_the_turn(self):
-        scan = LaserScan2D([1.0, 9.0, 9.0, 9.0, 9.0, 9.0], 0.3, 1.0, 0.05, 12.0)
-        beams = scan.full_turn(4)
+    @pytest.mark.parametrize("nearest", range(6))
+    def test_an_increment_that_does_not_divide_the_turn(self, nearest):
+        ranges = np.roll([1.0, 9.0, 9.0, 9.0, 9.0, 9.0], nearest)
+        beams = LaserScan2D(ranges, 0.3, 1.0, 0.05, 12.0).full_turn(4)
         assert k_filter(beams.ranges, 1.0, 1.0) == pytest.approx(reference.k_filter(beams, 1.0))
 
 
@@ -158,6 +159,13 @@ class TestImproved:
         safe = safe_directions(beams.ranges, beams.seen, grid.cos, grid.sin, p.body_radius, lookahead)
         expected = [reference.is_safe(p, beams, angle) for angle in beams.angles]
         assert (safe == (np.array(expected) & beams.seen)).all()
+
+    def test_what_touches_the_body_forbids_what_leads_towards_it_however_little(self):
+        # 1e-8 rad less than 90 degrees aside, rounding may put it farther aside than it is away
+        beside = np.linspace(-math.pi, math.pi, 100)
+        for bearing_rad, angle in zip(beside, beside + math.pi / 2 - 1e-8):
+            beam = np.array([P.body_radius]), np.cos([bearing_rad]), np.sin([bearing_rad])
+            assert not direction_is_safe(*beam, math.cos(angle), math.sin(angle), P.body_radius, 1.2)
 
     @EXAMPLES
     @given(close_recipes, velocities, velocities, st.integers(1, 59))

@@ -60,20 +60,26 @@ def test_improved_equals_brute_force_where_the_increment_does_not_divide_the_tur
     assert decision.cost == pytest.approx(costs.min(initial=math.inf), rel=1e-9, abs=1e-9)
 
 
-@EXAMPLES
-@given(st.floats(8.0, 400.0), st.floats(0.51, 3.0), st.integers(0, 400), st.sampled_from([0.4, 1.0, 4.0]))
-def test_one_obstacle_forbids_the_same_angle_on_both_sides_across_the_seam_too(
-    turn_in_beams, distance_m, bearing, ahead_m
-):
+@pytest.mark.parametrize("turn_in_beams", [2.0, 3.4, 8.0, 8.4, 8.6, 9.0, 9.4, 20.3, 20.7])
+def test_one_obstacle_forbids_its_angle_on_both_sides_across_the_seam_too(turn_in_beams):
+    """For every beam: before, on and behind the edge of the cushion (`Grid`), min(length, r_lb reach).
+
+    On the edge only if the increment does not divide the turn. Else rounding differs on its two sides.
+    """
     grid = Grid(round(turn_in_beams), TURN / turn_in_beams)
-    ranges = np.full(grid.count, math.inf)
-    obstacle = bearing % grid.count
-    ranges[obstacle] = distance_m
-    everywhere, length_m = np.ones(grid.count, bool), np.array([0.5 + ahead_m])
-    valid = valid_directions(ranges, everywhere, grid.reach, grid.is_even, 0.5, length_m)
-    away = np.abs(reference.wrap((np.arange(grid.count) - obstacle) * grid.increment))
-    open_to_it = (away > math.asin(0.5 / distance_m)) | (distance_m > length_m[0])
-    np.testing.assert_array_equal(valid[0], open_to_it)
+    beams, everywhere, length_m = np.arange(grid.count), np.ones(grid.count, bool), np.array([2.0])
+    edges_m = 0.5 * np.unique(grid.reach[np.isfinite(grid.reach)])
+    for obstacle in beams:
+        edge = np.minimum(length_m[0], 0.5 * grid.reach[obstacle - beams + grid.count - 1])
+        for distance_m in (
+            0.4,
+            *(0.999 * edges_m),
+            *(edges_m if not grid.is_even else ()),
+            *(1.001 * edges_m),
+        ):
+            ranges = np.where(beams == obstacle, distance_m, math.inf)
+            valid = valid_directions(ranges, everywhere, grid.reach, grid.is_even, 0.5, length_m)
+            np.testing.assert_array_equal(valid[0], distance_m > edge)
 
 
 @settings(max_examples=60, deadline=None)

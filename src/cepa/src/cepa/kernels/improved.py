@@ -72,7 +72,7 @@ def valid_directions(
             continue
         while width > 0 and reading > r_lb * reach[count - 1 + width]:
             width -= 1
-        while 2 * (width + 1) < count and reading <= r_lb * reach[count + width]:
+        while 2 * (width + 1) <= count and reading <= r_lb * reach[count + width]:
             width += 1
         slowest = speeds - 1  # what forbids a speed forbids all higher ones
         while reading > d_lb[slowest]:
