@@ -106,6 +106,12 @@ def test_arming_sets_home_unless_somebody_has_chosen_a_place(ground):
     assert px4.home.tolist() == pytest.approx([0.0, 0.0, 0.0], abs=0.01)
 
 
+def test_on_the_ground_it_may_be_armed_twice(ground):
+    for _ in range(2):
+        assert ground.px4.command(400, ARM) is Result.ACCEPTED
+        assert ground.px4.status.system_status == 4  # active
+
+
 def test_arming_in_the_air_is_denied():
     flight = hovering()
     assert flight.px4.command(400, ARM) is Result.DENIED

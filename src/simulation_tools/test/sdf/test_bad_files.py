@@ -121,6 +121,25 @@ def test_a_file_that_holds_no_model_is_refused(text, line, saying):
     assert str(caught.value).startswith(f"some.sdf:{line}: ")
 
 
+@pytest.mark.parametrize(
+    ("inside", "saying"),
+    [
+        ("<light name='l'/>", '<light> has no attribute "type"'),
+        ("<light type='point'/>", '<light> has no attribute "name"'),
+        ("<light name='l' type='spot'><pose>0 0 up</pose></light>", "<pose> must hold 6 finite numbers"),
+        ("<light name='l' type='spot'><direction>down</direction></light>", "<direction> must hold 3"),
+        ("<light name='l' type='point'><diffuse>red</diffuse></light>", "<diffuse> must hold 3"),
+        ("<physics type='ode'><max_step_size>small</max_step_size></physics>", "must hold a finite number"),
+    ],
+)
+def test_what_has_no_effect_in_a_world_is_refused_too_if_it_is_malformed(tmp_path, inside, saying):
+    world = tmp_path / "a.world"
+    world.write_text(f"<sdf version='1.6'><world name='w'>\n{inside}</world></sdf>")
+    with pytest.raises(SdfError, match=re.escape(saying)) as caught:
+        load_world(world, [])
+    assert str(caught.value).startswith(f"{world}:2: ")
+
+
 BOMB = """<?xml version="1.0"?>
 <!DOCTYPE lolz [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>
 <sdf version="1.6"><model name="&b;"><link name="a"/></model></sdf>"""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
 from simulation_tools.px4.modes import Mode, Result
 from simulation_tools.px4.setpoint import Setpoint
+from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import Simulation, SimulationError, SimulationParameters
 from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.world.world import BodyState
@@ -81,6 +83,24 @@ def test_a_scan_fires_at_the_first_step_at_or_after_its_due_time(make, lidar, ra
     assert all(output.odometry is not None and output.ground_truth is not None for output in scans)
     poses = [output for output in outputs if output.ground_truth is not None]
     assert len(poses) >= 400  # 100 Hz, which TF needs
+
+
+def test_in_free_fall_the_imu_feels_nothing_and_odometry_measures_the_way_from_the_start(make):
+    only_scale = replace(OdometryParameters.none(), scale_error=0.1)
+    simulation = make(spawn_pose=Pose.from_xyz_rpy(3.0, -2.0, 50.0, yaw=1.0), odometry=only_scale)
+    start = simulation.world.get_state("iris").pose
+    simulation.world.set_state("iris", BodyState(start, (5.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    simulation.models_moved()
+    outputs = [simulation.step() for _ in range(50)]
+    felt = np.array([output.imu.linear_acceleration_m_s2 for output in outputs if output.imu])
+    assert np.abs(felt).max() < 1.0  # its noise, and the drag at 5 m/s
+    last = [output for output in outputs if output.odometry][-1]
+    true_m, (x, y, z) = last.ground_truth.pose.position_m, last.odometry.pose.position_m
+    assert true_m[0] - 3.0 > 0.9
+    assert (x, y, z) == pytest.approx(
+        (3.0 + 1.1 * (true_m[0] - 3.0), -2.0 + 1.1 * (true_m[1] + 2.0), true_m[2])
+    )
+    assert last.odometry.pose.yaw_rad == pytest.approx(last.ground_truth.pose.yaw_rad)
 
 
 def flight(simulation, seconds):

@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Sequence, Union
 
+from simulation_tools.geometry import ORIGIN
 from simulation_tools.sdf import uri
 from simulation_tools.sdf.actors import read_actor
 from simulation_tools.sdf.document import Document, Node
@@ -20,8 +21,11 @@ from simulation_tools.sdf.elements import Model, World
 from simulation_tools.sdf.models import read_model
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.safe_xml import SdfError
+from simulation_tools.sdf.shapes import read_colour
 
 SUPPORTED_VERSIONS = ("1.4", "1.5", "1.6", "1.7")
+PHYSICS_NUMBERS = ("max_step_size", "real_time_factor", "real_time_update_rate", "max_contacts")
+"""Of Gazebo's own loop: read, but without effect."""
 MAX_INCLUDE_DEPTH = 16
 MAX_INCLUDED_FILES = 5000
 """The limit of a whole request. If each file includes ten others, every level has ten times as many files."""
@@ -105,9 +109,11 @@ class _Reader:
     def world(self, document: Document) -> World:
         root = _root(document)
         node = root.required("world")
-        node.accept("gui", "scene", "light")
+        node.accept("gui", "scene")
+        _lights(node)
         for physics in node.children("physics"):
-            physics.accept("max_step_size", "real_time_factor", "real_time_update_rate", "max_contacts")
+            for number in physics.children(*PHYSICS_NUMBERS):
+                number.numbers(1)
         inner = [self._include(child) for child in node.children("include")]
         models = [read_model(child, self.model_path, self._include) for child in node.children("model")]
         models += [read_actor(child, self.model_path, self._include) for child in node.children("actor")]
@@ -145,10 +151,10 @@ class _Reader:
     def models_of(self, document: Document) -> list[Model]:
         """Read every model of a document. The first model gets the document's warning."""
         root = _root(document)
-        root.accept("light")
+        lights = _lights(root)
         found = [read_model(child, self.model_path, self._include) for child in root.children("model")]
         found += [read_actor(child, self.model_path, self._include) for child in root.children("actor")]
-        if not found and not root.children("light"):
+        if not (found or lights):
             raise root.error("The file holds no <model>, <actor> or <light>")
         warnings = document.unsupported()
         if warnings and found:
@@ -183,6 +189,20 @@ class _Reader:
         if static is not None:
             model = replace(model, static=node.flag("static", model.static))
         return model
+
+
+def _lights(node: Node) -> list[Node]:
+    """Return the lights of a world or a file. They light nothing here, but a malformed one is refused."""
+    node.accept("light")
+    lights = node.children("light")
+    for light in lights:
+        for name in ("name", "type"):
+            light.attribute(name)
+        light.pose()
+        light.vector("direction", ORIGIN)
+        for colour in light.children("diffuse", "specular"):
+            read_colour(colour)
+    return lights
 
 
 def _root(document: Document) -> Node:

@@ -65,12 +65,6 @@ class RayScene:
         if self._static.pop(model, None) is not None:
             self._static_scenes.clear()
 
-    def clear(self) -> None:
-        """Take every model away."""
-        self._static.clear()
-        self._moving.clear()
-        self._static_scenes.clear()
-
     def commit(self) -> None:
         """Build the static scene now rather than at the next ray."""
         self.static_scene(None)

@@ -258,7 +258,6 @@ class PhysicsWorld:
         self._states.clear()
         self._time_us = 0
         self._clearances.forget()
-        self.rays.clear()
         for name, old in spawned:
             self.spawn(old.model, name, old.initial_pose, old.rigid_joints)
         self.rays.commit()
