@@ -1,0 +1,44 @@
+"""What the chain tells the algorithm, and what it makes of its answer."""
+
+import pytest
+
+from cepa import CepaParameters, Reason
+from cepa.decision import Decision
+from inspection_tools import MedianFilterParameters, PaddingParameters, YawRegulatorParameters
+from master_thesis.flight.steering_chain import SteeringChain
+from simulation_tools.simulation import Simulation, SimulationParameters
+
+
+class Climbs:
+    """Flies ahead at 1 m/s and climbs as it was told; None: it leaves the climb to the reference."""
+
+    wants_cloud, parameters, commit_s = False, CepaParameters(), 0.1
+
+    def __init__(self, climb_m_s):
+        self.climb_m_s = climb_m_s
+
+    def take_ranges(self, rangings):
+        self.rangings = rangings
+
+    def steer(self, scan, v_ref_xy, v_uav_xy, motion, cloud):
+        self.motion = motion
+        return Decision((1.0, 0.0), False, 0.0, 1, Reason.STEERED, climb_m_s=self.climb_m_s)
+
+
+@pytest.mark.parametrize(("answered", "flown"), [(0.7, 0.7), (None, 0.3)])
+def test_climbs_are_told_and_flown_and_ranges_are_in_the_lidars_frame(worlds_folder, answered, flown):
+    finders = ("range_finder", "range_finder_up")
+    simulation = Simulation(SimulationParameters(str(worlds_folder / "empty.world"), sensors=finders))
+    lidar, algorithm = simulation.lidar, Climbs(answered)
+    parts = MedianFilterParameters(), PaddingParameters(), YawRegulatorParameters()
+    output = simulation.sense()
+    chain = SteeringChain(lidar, algorithm, *parts, uses_range_finders=True)
+    answer = chain.answer(output, (2.0, 0.0, 0.3), output.odometry, 0.0)
+    simulation.close()
+    assert answer.velocity_m_s == (1.0, 0.0, flown)
+    assert algorithm.motion.climb_ref_m_s == 0.3
+    down, up = sorted(algorithm.rangings, key=lambda ranging: ranging.direction[2])
+    assert (down.direction, up.direction) == (pytest.approx((0, 0, -1)), pytest.approx((0, 0, 1)))
+    # By models/range_finder it hangs 0.055 m below the body's middle
+    assert down.origin_m[2] == pytest.approx(-0.055 - lidar.pose_in_body.position_m[2])
+    assert 0.0 < down.range_min_m < 1.0 < down.range_max_m
