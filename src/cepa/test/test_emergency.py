@@ -161,9 +161,9 @@ class TestImproved:
         assert (safe == (np.array(expected) & beams.seen)).all()
 
     def test_what_touches_the_body_forbids_what_leads_towards_it_however_little(self):
-        # 1e-8 rad less than 90 degrees aside, rounding may put it farther aside than it is away
-        beside = np.linspace(-math.pi, math.pi, 100)
-        for bearing_rad, angle in zip(beside, beside + math.pi / 2 - 1e-8):
+        # at 4e-9 rad less than 90 degrees aside, rounding may put it farther aside than it is away
+        beside = np.linspace(-math.pi, math.pi, 1000)
+        for bearing_rad, angle in zip(beside, beside + math.pi / 2 - 4e-9):
             beam = np.array([P.body_radius]), np.cos([bearing_rad]), np.sin([bearing_rad])
             assert not direction_is_safe(*beam, math.cos(angle), math.sin(angle), P.body_radius, 1.2)
 
