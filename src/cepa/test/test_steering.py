@@ -14,7 +14,7 @@ from random_scans import full_turn, parameter_sets, recipes, velocities
 from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
 from cepa.cushion import improved_cushion, original_cushion
-from cepa.kernels.improved import valid_directions
+from cepa.kernels.improved import _across_the_seam, valid_directions
 from cepa.scan import Grid
 
 EXAMPLES = settings(max_examples=150, deadline=None)
@@ -80,6 +80,12 @@ def test_one_obstacle_forbids_its_angle_on_both_sides_across_the_seam_too(turn_i
             ranges = np.where(beams == obstacle, distance_m, math.inf)
             valid = valid_directions(ranges, everywhere, grid.reach, grid.is_even, 0.5, length_m)
             np.testing.assert_array_equal(valid[0], distance_m > edge)
+
+
+def test_across_the_seam_no_beam_is_forbidden_twice():
+    reach = Grid(8, TURN / 8.4).reach
+    assert _across_the_seam.py_func(0, 0, 0, 0.4, reach, 0.5) == (-7, 0)
+    assert _across_the_seam.py_func(7, 7, 7, 0.4, reach, 0.5) == (7, 14)
 
 
 @settings(max_examples=60, deadline=None)
