@@ -219,6 +219,22 @@ def test_a_state_of_an_earlier_version_is_refused_in_one_sentence(log, tmp_path,
         SlamSession.load(tmp_path / "old")
 
 
+@pytest.mark.parametrize(
+    ("later_s", "moved_m", "state"),
+    [(0.0, 0.0, "tracking"), (-1000.0, 0.0, "uncertain"), (0.0, 30.0, "uncertain")],
+)
+def test_another_clock_or_odometry_after_a_saved_state_is_a_new_flight(
+    log, tmp_path, later_s, moved_m, state
+):
+    session = SlamSession(PARAMETERS)
+    run(session, log, last=8)
+    session.save(tmp_path / "state")
+    session = SlamSession.load(tmp_path / "state", say=lambda sentence: None)
+    scan = dataclasses.replace(log.scans[8], stamp_s=log.scans[8].stamp_s + later_s)
+    session.process(scan, log.odometry[8] + (moved_m, 0.0, 0.0))
+    assert session.judgement.state == state
+
+
 def test_the_parameters_of_loop_closure_are_checked_by_name():
     assert closure_parameters({"score_min": 0.8}).score_min == 0.8
     with pytest.raises(ParameterError, match="no parameter radius"):

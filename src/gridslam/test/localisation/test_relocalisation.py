@@ -8,6 +8,7 @@ from planar_world import UST, along, drive, hold, rectangle_route
 from rooms import WALLS
 
 from gridslam import PoseError, SlamParameters, se2
+from gridslam.localisation import relocaliser
 from gridslam.session import SlamSession
 
 LIDAR = dataclasses.replace(UST, beams=91)
@@ -88,6 +89,12 @@ def test_repeating_beams_give_no_false_place(bare_hold):
     assert states[-1] == "lost"
     assert "places of the map fit the scans alike" in session.search
     assert not any("found again" in sentence for sentence in said)
+
+
+@pytest.mark.parametrize(("share", "is_rival"), [(0.95, True), (0.86, True), (0.84, False), (0.5, False)])
+def test_a_place_that_fits_clearly_worse_is_no_rival(share, is_rival):
+    """5 % of the beams contradict the best place, so at most 5 % + 2 x 5 % contradict a rival."""
+    assert bool(relocaliser._rivals(np.array(share), 0.95)) == is_rival
 
 
 def test_on_its_own_map_a_search_in_vain_ends():

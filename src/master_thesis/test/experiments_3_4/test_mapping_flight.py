@@ -9,6 +9,7 @@ from inspection_tools import Waypoint
 from master_thesis.errors import FlightError, ScenarioError
 from master_thesis.experiments_3_4.mapping_flight import fly_and_record, parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.course import Phase
 from master_thesis.flight.flight_recording import FlightRecorder
 from simulation_tools.geometry import Pose
 
@@ -33,6 +34,13 @@ def test_every_waypoint_is_flown_to_and_the_last_one_held(recording):
         assert np.linalg.norm(places_m - waypoint.position_m, axis=1).min() <= waypoint.tolerance_m
     held = places_m[recording.times_s > recording.times_s[-1] - 0.89]  # 1 s, less a scan's period
     assert np.all(np.linalg.norm(held - SHORT[-1].position_m, axis=1) <= 0.3)
+
+
+def test_the_time_ends_a_mission_too(parameters):
+    with ClosedLoop(replace(parameters, duration_s=1.0)) as loop:
+        outcome = loop.run_to(Phase.HOVERING)
+    assert outcome.reached_goal
+    assert outcome.times_s[Phase.HOVERING] - outcome.times_s[Phase.FLYING] == pytest.approx(1.0, abs=0.011)
 
 
 def test_a_recording_holds_every_scan_with_the_poses_of_its_instant(recording):
