@@ -17,7 +17,7 @@ import sys
 import time
 import uuid
 from pathlib import Path
-from typing import Callable, Iterator
+from typing import Callable, Iterator, NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -46,7 +46,15 @@ def pytest_configure(config: pytest.Config) -> None:
     """Mark all that this run starts, and let SIGTERM end it as Ctrl-C does."""
     if RUN_TOKEN not in os.environ:  # else this is a worker of the run
         os.environ[RUN_TOKEN] = config.stash[RUN] = uuid.uuid4().hex
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, interrupt)
+
+
+def interrupt(*_: object) -> NoReturn:
+    """Do what Ctrl-C in a terminal does: it tells the workers, too, which otherwise go on for 5 s."""
+    for pid in marked(RUN_TOKEN, os.environ[RUN_TOKEN]):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGINT)
+    raise KeyboardInterrupt
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
