@@ -14,16 +14,8 @@ import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
+from mavros_msgs import srv
 from mavros_msgs.msg import AttitudeTarget, ExtendedState, HomePosition, ParamValue, PositionTarget, State
-from mavros_msgs.srv import (
-    CommandBool,
-    CommandLong,
-    CommandTOL,
-    ParamGet,
-    ParamPull,
-    ParamSet,
-    SetMode,
-)
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Imu, NavSatFix
 from std_msgs.msg import Float64
@@ -55,14 +47,14 @@ class TestMavros(MavrosTestCase):
         cls.listen(TOPICS)
         cls.services = {}
         for name, service_class in (
-            ("cmd/arming", CommandBool),
-            ("cmd/command", CommandLong),
-            ("cmd/takeoff", CommandTOL),
-            ("cmd/land", CommandTOL),
-            ("set_mode", SetMode),
-            ("param/get", ParamGet),
-            ("param/set", ParamSet),
-            ("param/pull", ParamPull),
+            ("cmd/arming", srv.CommandBool),
+            ("cmd/command", srv.CommandLong),
+            ("cmd/takeoff", srv.CommandTOL),
+            ("cmd/land", srv.CommandTOL),
+            ("set_mode", srv.SetMode),
+            ("param/get", srv.ParamGet),
+            ("param/set", srv.ParamSet),
+            ("param/pull", srv.ParamPull),
         ):
             cls.services[name] = cls.service(name, service_class)
         cls.pose_setpoint = rospy.Publisher("/mavros/setpoint_position/local", PoseStamped, queue_size=1)

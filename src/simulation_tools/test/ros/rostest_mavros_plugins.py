@@ -13,6 +13,7 @@ import rosservice
 import rostest
 from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from mavros_msgs import srv
 from mavros_msgs.msg import (
     VFR_HUD,
     Altitude,
@@ -25,19 +26,6 @@ from mavros_msgs.msg import (
     Thrust,
     Waypoint,
     WaypointList,
-)
-from mavros_msgs.srv import (
-    CommandBool,
-    CommandHome,
-    CommandInt,
-    ParamGet,
-    ParamPull,
-    ParamPush,
-    SetMavFrame,
-    SetMode,
-    WaypointClear,
-    WaypointPull,
-    WaypointPush,
 )
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
@@ -77,8 +65,8 @@ class TestMavrosPlugins(MavrosTestCase):
         cls.listen(HEARD)
         cls.truth = None
         rospy.Subscriber("/UAV/ground_truth", Odometry, cls.on_truth)
-        cls.ask_for_mode = cls.service("set_mode", SetMode)
-        cls.arm = cls.service("cmd/arming", CommandBool)
+        cls.ask_for_mode = cls.service("set_mode", srv.SetMode)
+        cls.arm = cls.service("cmd/arming", srv.CommandBool)
         for name in ("home_position/home", "local_position/pose", "global_position/local"):
             assert cls.eventually(lambda name=name: cls.last(name) is not None), name
         assert cls.eventually(lambda: cls.truth is not None)
@@ -171,33 +159,33 @@ class TestMavrosPlugins(MavrosTestCase):
     def test_d_missions_are_refused_in_words(self):
         self.assertTrue(self.eventually(lambda: self.last("mission/waypoints") is not None))
         self.assertEqual(self.last("mission/waypoints").waypoints, [])
-        pulled = self.service("mission/pull", WaypointPull)()
+        pulled = self.service("mission/pull", srv.WaypointPull)()
         self.assertEqual((pulled.success, pulled.wp_received), (True, 0))
-        push = self.service("mission/push", WaypointPush)
+        push = self.service("mission/push", srv.WaypointPush)
         items = [Waypoint(frame=3, command=16, x_lat=LATITUDE, y_long=LONGITUDE, z_alt=3.0)] * 2
         for start in (0, 1):
             answer = push(start, items)
             self.assertEqual((answer.success, answer.wp_transfered), (False, 0))
-        self.assertTrue(self.service("mission/clear", WaypointClear)().success)
+        self.assertTrue(self.service("mission/clear", srv.WaypointClear)().success)
 
     def test_d_parameters_are_copied_and_pushed(self):
-        self.assertTrue(self.service("param/pull", ParamPull)(True).success)
+        self.assertTrue(self.service("param/pull", srv.ParamPull)(True).success)
         self.assertAlmostEqual(rospy.get_param("/mavros/param/MPC_XY_P"), 0.95, places=5)
         rospy.set_param("/mavros/param/MPC_XY_P", 0.9)
         rospy.set_param("/mavros/param/COM_RC_IN_MODE", "nonsense")
         rospy.set_param("/mavros/param/NO_SUCH", 1)
-        pushed = self.service("param/push", ParamPush)()
+        pushed = self.service("param/push", srv.ParamPush)()
         self.assertTrue(pushed.success)
-        get = self.service("param/get", ParamGet)
+        get = self.service("param/get", srv.ParamGet)
         self.assertAlmostEqual(get("MPC_XY_P").value.real, 0.9, places=5)
         self.assertEqual(get("COM_RC_IN_MODE").value.integer, 1)
         count = len(rospy.get_param("/mavros/param"))
         self.assertEqual(pushed.param_transfered, count - 2)
         rospy.set_param("/mavros/param/MPC_XY_P", 0.95)
-        self.service("param/push", ParamPush)()
+        self.service("param/push", srv.ParamPush)()
 
     def test_d_home_is_set_here_and_elsewhere(self):
-        set_home = self.service("cmd/set_home", CommandHome)
+        set_home = self.service("cmd/set_home", srv.CommandHome)
         self.assertTrue(set_home(False, 0.0, LATITUDE + 1e-4, LONGITUDE, 490.0).success)
         home = lambda: self.last("home_position/home")  # noqa: E731
         moved = self.eventually(lambda: abs(home().geo.latitude - LATITUDE - 1e-4) < 1e-5)
@@ -207,7 +195,7 @@ class TestMavrosPlugins(MavrosTestCase):
         self.assertTrue(self.service("home_position/req_update", Trigger)().success)
         refused = set_home(False, 0.0, 99.0, LONGITUDE, 490.0)
         self.assertEqual((refused.success, refused.result), (False, 2))
-        sent = self.service("cmd/command_int", CommandInt)(False, 0, 179, 0, 0, 1.0, 0, 0, 0, 0, 0, 0.0)
+        sent = self.service("cmd/command_int", srv.CommandInt)(False, 0, 179, 0, 0, 1.0, 0, 0, 0, 0, 0, 0.0)
         self.assertTrue(sent.success)  # here, that is
         place = lambda: home().position  # noqa: E731
         here = self.where()
@@ -215,7 +203,7 @@ class TestMavrosPlugins(MavrosTestCase):
 
     def test_e_frames_that_do_not_exist_are_refused(self):
         for plugin in ("setpoint_position", "setpoint_velocity"):
-            set_frame = self.service(f"{plugin}/mav_frame", SetMavFrame)
+            set_frame = self.service(f"{plugin}/mav_frame", srv.SetMavFrame)
             self.assertFalse(set_frame(77).success)
             self.assertTrue(set_frame(8).success)
             self.assertEqual(rospy.get_param(f"/mavros/{plugin}/mav_frame"), "BODY_NED")

@@ -5,24 +5,8 @@ from __future__ import annotations
 from typing import Any, Callable
 
 import rospy
+from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
-from gazebo_msgs.srv import (
-    DeleteModel,
-    DeleteModelRequest,
-    DeleteModelResponse,
-    GetModelState,
-    GetModelStateRequest,
-    GetModelStateResponse,
-    GetWorldProperties,
-    GetWorldPropertiesRequest,
-    GetWorldPropertiesResponse,
-    SetModelState,
-    SetModelStateRequest,
-    SetModelStateResponse,
-    SpawnModel,
-    SpawnModelRequest,
-    SpawnModelResponse,
-)
 from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolRequest, SetBoolResponse
 
 from simulation_tools.errors import SimulationToolsError
@@ -77,11 +61,11 @@ class Services:
             ("~unpause_physics", Empty, lambda _: self._set_paused(False)),
             ("~reset_simulation", Empty, lambda _: self._between_steps(self._reset)),
             ("~reset_world", Empty, lambda _: self._between_steps(self._reset_world)),
-            ("~spawn_sdf_model", SpawnModel, self._on_spawn),
-            ("~delete_model", DeleteModel, self._on_delete),
-            ("~get_model_state", GetModelState, self._on_get_state),
-            ("~set_model_state", SetModelState, self._on_set_state),
-            ("~get_world_properties", GetWorldProperties, self._on_get_world),
+            ("~spawn_sdf_model", srv.SpawnModel, self._on_spawn),
+            ("~delete_model", srv.DeleteModel, self._on_delete),
+            ("~get_model_state", srv.GetModelState, self._on_get_state),
+            ("~set_model_state", srv.SetModelState, self._on_set_state),
+            ("~get_world_properties", srv.GetWorldProperties, self._on_get_world),
             ("~level_lidar", SetBool, self._on_level_lidar),
         ):
             rospy.Service(name, service_class, handler)
@@ -107,9 +91,9 @@ class Services:
 
     # -- services on models ----------------------------------------------------------------------------------
 
-    def _on_spawn(self, request: SpawnModelRequest) -> SpawnModelResponse:
+    def _on_spawn(self, request: srv.SpawnModelRequest) -> srv.SpawnModelResponse:
         return _respond(
-            SpawnModelResponse,
+            srv.SpawnModelResponse,
             lambda: self._services.spawn(
                 request.model_name,
                 request.model_xml,
@@ -118,12 +102,12 @@ class Services:
             ),
         )
 
-    def _on_delete(self, request: DeleteModelRequest) -> DeleteModelResponse:
-        return _respond(DeleteModelResponse, lambda: self._services.delete(request.model_name))
+    def _on_delete(self, request: srv.DeleteModelRequest) -> srv.DeleteModelResponse:
+        return _respond(srv.DeleteModelResponse, lambda: self._services.delete(request.model_name))
 
-    def _on_get_state(self, request: GetModelStateRequest) -> GetModelStateResponse:
+    def _on_get_state(self, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
         answer = self._services.get_state(request.model_name, request.relative_entity_name)
-        response = GetModelStateResponse(success=answer.success, status_message=answer.status_message)
+        response = srv.GetModelStateResponse(success=answer.success, status_message=answer.status_message)
         response.header.stamp = conversions.stamp(self._simulation.time_us)
         response.header.frame_id = request.relative_entity_name
         if answer.state is not None:
@@ -133,11 +117,11 @@ class Services:
             )
         return response
 
-    def _on_set_state(self, request: SetModelStateRequest) -> SetModelStateResponse:
-        return _respond(SetModelStateResponse, lambda: self._set_state(request.model_state))
+    def _on_set_state(self, request: srv.SetModelStateRequest) -> srv.SetModelStateResponse:
+        return _respond(srv.SetModelStateResponse, lambda: self._set_state(request.model_state))
 
     def _on_set_model_state(self, message: ModelState) -> None:
-        response = _respond(SetModelStateResponse, lambda: self._set_state(message))
+        response = _respond(srv.SetModelStateResponse, lambda: self._set_state(message))
         if not response.success:
             rospy.logwarn_throttle(5.0, f"/gazebo/set_model_state: {response.status_message}")
 
@@ -146,9 +130,9 @@ class Services:
         state = BodyState(pose, *conversions.twist_from_message(message.twist))
         return self._services.set_state(message.model_name, state, message.reference_frame)
 
-    def _on_get_world(self, _request: GetWorldPropertiesRequest) -> GetWorldPropertiesResponse:
+    def _on_get_world(self, _request: srv.GetWorldPropertiesRequest) -> srv.GetWorldPropertiesResponse:
         answer = self._services.world_properties()
-        return GetWorldPropertiesResponse(
+        return srv.GetWorldPropertiesResponse(
             sim_time=1e-6 * self._simulation.time_us,
             model_names=answer.names,
             rendering_enabled=False,

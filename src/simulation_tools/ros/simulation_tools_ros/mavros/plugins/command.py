@@ -5,23 +5,7 @@ from __future__ import annotations
 from typing import Any, Sequence
 
 import rospy
-from mavros_msgs.srv import (
-    CommandBool,
-    CommandBoolRequest,
-    CommandBoolResponse,
-    CommandHome,
-    CommandHomeRequest,
-    CommandHomeResponse,
-    CommandInt,
-    CommandIntRequest,
-    CommandIntResponse,
-    CommandLong,
-    CommandLongRequest,
-    CommandLongResponse,
-    CommandTOL,
-    CommandTOLRequest,
-    CommandTOLResponse,
-)
+from mavros_msgs import srv
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.bounds import fit_float32
@@ -42,31 +26,31 @@ class CommandPlugin:
     def __init__(self, uas: Uas) -> None:
         self._client = uas.client
         for name, service_class, handler in (
-            ("cmd/arming", CommandBool, self._on_arming),
-            ("cmd/command", CommandLong, self._on_command),
-            ("cmd/command_int", CommandInt, self._on_command_int),
-            ("cmd/set_home", CommandHome, self._on_set_home),
-            ("cmd/takeoff", CommandTOL, self._on_takeoff),
-            ("cmd/land", CommandTOL, self._on_land),
+            ("cmd/arming", srv.CommandBool, self._on_arming),
+            ("cmd/command", srv.CommandLong, self._on_command),
+            ("cmd/command_int", srv.CommandInt, self._on_command_int),
+            ("cmd/set_home", srv.CommandHome, self._on_set_home),
+            ("cmd/takeoff", srv.CommandTOL, self._on_takeoff),
+            ("cmd/land", srv.CommandTOL, self._on_land),
         ):
             uas.serve(name, service_class, handler)
 
-    def _on_arming(self, request: CommandBoolRequest) -> CommandBoolResponse:
-        return self._send(CommandBoolResponse, _COMPONENT_ARM_DISARM, 1.0 if request.value else 0.0)
+    def _on_arming(self, request: srv.CommandBoolRequest) -> srv.CommandBoolResponse:
+        return self._send(srv.CommandBoolResponse, _COMPONENT_ARM_DISARM, 1.0 if request.value else 0.0)
 
-    def _on_command(self, request: CommandLongRequest) -> CommandLongResponse:
+    def _on_command(self, request: srv.CommandLongRequest) -> srv.CommandLongResponse:
         params = [getattr(request, f"param{i}") for i in range(1, 8)]
         if not request.broadcast:
-            return self._send(CommandLongResponse, request.command, *params)
+            return self._send(srv.CommandLongResponse, request.command, *params)
         if not _are_numbers(params):
-            return CommandLongResponse(success=False, result=RESULT_FAILED)
+            return srv.CommandLongResponse(success=False, result=RESULT_FAILED)
         message = common.MAVLink_command_long_message(*_BROADCAST, request.command, 0, *params)
-        return CommandLongResponse(success=self._client.send(message), result=RESULT_ACCEPTED)
+        return srv.CommandLongResponse(success=self._client.send(message), result=RESULT_ACCEPTED)
 
-    def _on_command_int(self, request: CommandIntRequest) -> CommandIntResponse:
+    def _on_command_int(self, request: srv.CommandIntRequest) -> srv.CommandIntResponse:
         params = [request.param1, request.param2, request.param3, request.param4]
         if not _are_numbers([*params, request.z]):
-            return CommandIntResponse(success=False)
+            return srv.CommandIntResponse(success=False)
         target = self._client.target
         message = common.MAVLink_command_int_message(
             *(_BROADCAST if request.broadcast else (target.system_id, target.component_id)),
@@ -79,22 +63,24 @@ class CommandPlugin:
             request.y,
             request.z,
         )
-        return CommandIntResponse(success=self._client.send(message))
+        return srv.CommandIntResponse(success=self._client.send(message))
 
-    def _on_set_home(self, request: CommandHomeRequest) -> CommandHomeResponse:
+    def _on_set_home(self, request: srv.CommandHomeRequest) -> srv.CommandHomeResponse:
         here = 1.0 if request.current_gps else 0.0
         place = (request.latitude, request.longitude, request.altitude)
-        return self._send(CommandHomeResponse, _DO_SET_HOME, here, 0.0, 0.0, request.yaw, *place)
+        return self._send(srv.CommandHomeResponse, _DO_SET_HOME, here, 0.0, 0.0, request.yaw, *place)
 
-    def _on_takeoff(self, request: CommandTOLRequest) -> CommandTOLResponse:
+    def _on_takeoff(self, request: srv.CommandTOLRequest) -> srv.CommandTOLResponse:
         return self._send_at_place(_NAV_TAKEOFF, request.min_pitch, request)
 
-    def _on_land(self, request: CommandTOLRequest) -> CommandTOLResponse:
+    def _on_land(self, request: srv.CommandTOLRequest) -> srv.CommandTOLResponse:
         return self._send_at_place(_NAV_LAND, 0.0, request)
 
-    def _send_at_place(self, command: int, param1: float, request: CommandTOLRequest) -> CommandTOLResponse:
+    def _send_at_place(
+        self, command: int, param1: float, request: srv.CommandTOLRequest
+    ) -> srv.CommandTOLResponse:
         place = (request.latitude, request.longitude, request.altitude)
-        return self._send(CommandTOLResponse, command, param1, 0.0, 0.0, request.yaw, *place)
+        return self._send(srv.CommandTOLResponse, command, param1, 0.0, 0.0, request.yaw, *place)
 
     def _send(self, response_class: Any, command: int, *params: float) -> Any:
         """Send COMMAND_LONG, and wait for its answer."""

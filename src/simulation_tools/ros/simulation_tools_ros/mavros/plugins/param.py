@@ -5,21 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import rospy
+from mavros_msgs import srv
 from mavros_msgs.msg import Param, ParamValue
-from mavros_msgs.srv import (
-    ParamGet,
-    ParamGetRequest,
-    ParamGetResponse,
-    ParamPull,
-    ParamPullRequest,
-    ParamPullResponse,
-    ParamPush,
-    ParamPushRequest,
-    ParamPushResponse,
-    ParamSet,
-    ParamSetRequest,
-    ParamSetResponse,
-)
 from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
@@ -39,10 +26,10 @@ class ParamPlugin:
         self._client = uas.client
         self._value = uas.advertise("param/param_value", Param)
         for name, service_class, handler in (
-            ("param/get", ParamGet, self._on_get),
-            ("param/set", ParamSet, self._on_set),
-            ("param/pull", ParamPull, self._on_pull),
-            ("param/push", ParamPush, self._on_push),
+            ("param/get", srv.ParamGet, self._on_get),
+            ("param/set", srv.ParamSet, self._on_set),
+            ("param/pull", srv.ParamPull, self._on_pull),
+            ("param/push", srv.ParamPush, self._on_push),
         ):
             uas.serve(name, service_class, handler)
         uas.client.on("PARAM_VALUE", self._on_value)
@@ -64,29 +51,29 @@ class ParamPlugin:
             )
         )
 
-    def _on_get(self, request: ParamGetRequest) -> ParamGetResponse:
+    def _on_get(self, request: srv.ParamGetRequest) -> srv.ParamGetResponse:
         value = self._client.get_parameter(request.param_id)
         if value is None:
-            return ParamGetResponse(success=False)
-        return ParamGetResponse(success=True, value=value_message(value))
+            return srv.ParamGetResponse(success=False)
+        return srv.ParamGetResponse(success=True, value=value_message(value))
 
-    def _on_set(self, request: ParamSetRequest) -> ParamSetResponse:
+    def _on_set(self, request: srv.ParamSetRequest) -> srv.ParamSetResponse:
         success, value = self._set(request.param_id, value_of(request.value))
-        return ParamSetResponse(
+        return srv.ParamSetResponse(
             success=success, value=ParamValue() if value is None else value_message(value)
         )
 
-    def _on_pull(self, _request: ParamPullRequest) -> ParamPullResponse:
+    def _on_pull(self, _request: srv.ParamPullRequest) -> srv.ParamPullResponse:
         parameters = self._client.pull_parameters()
         if parameters:
             rospy.set_param("~param", parameters)
-        return ParamPullResponse(success=bool(parameters), param_received=len(parameters))
+        return srv.ParamPullResponse(success=bool(parameters), param_received=len(parameters))
 
-    def _on_push(self, _request: ParamPushRequest) -> ParamPushResponse:
+    def _on_push(self, _request: srv.ParamPushRequest) -> srv.ParamPushResponse:
         wanted = rospy.get_param("~param", {})
         if not isinstance(wanted, dict):
             rospy.logwarn("param/push: ~param holds no parameters.")
-            return ParamPushResponse(success=False)
+            return srv.ParamPushResponse(success=False)
         known = self._client.pull_parameters()
         unknown = sorted(set(wanted) - set(known))
         if unknown:
@@ -97,7 +84,7 @@ class ParamPlugin:
             for name, value in wanted.items()
             if name in known and self._is_number(name, value)
         )
-        return ParamPushResponse(success=bool(known), param_transfered=transferred)
+        return srv.ParamPushResponse(success=bool(known), param_transfered=transferred)
 
     @staticmethod
     def _is_number(name: str, value: Any) -> bool:

@@ -7,18 +7,8 @@ from collections import deque
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
+from mavros_msgs import srv
 from mavros_msgs.msg import EstimatorStatus, ExtendedState, State, StatusText, SysStatus
-from mavros_msgs.srv import (
-    MessageInterval,
-    MessageIntervalRequest,
-    MessageIntervalResponse,
-    SetMode,
-    SetModeRequest,
-    SetModeResponse,
-    StreamRate,
-    StreamRateRequest,
-    StreamRateResponse,
-)
 from pymavlink.dialects.v20 import common
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Header
@@ -61,9 +51,9 @@ class SysStatusPlugin:
             ("STATUSTEXT", self._on_status_text),
         ):
             uas.client.on(name, handler)
-        uas.serve("set_mode", SetMode, self._on_set_mode)
-        uas.serve("set_stream_rate", StreamRate, self._on_stream_rate)
-        uas.serve("set_message_interval", MessageInterval, self._on_message_interval)
+        uas.serve("set_mode", srv.SetMode, self._on_set_mode)
+        uas.serve("set_stream_rate", srv.StreamRate, self._on_stream_rate)
+        uas.serve("set_message_interval", srv.MessageInterval, self._on_message_interval)
         self._publish_state()
         uas.every(1.0 / max(float(rospy.get_param("~conn/heartbeat_rate", 1.0)), 0.1), self._send_heartbeat)
         uas.every(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
@@ -160,17 +150,17 @@ class SysStatusPlugin:
 
     # Requests
 
-    def _on_set_mode(self, request: SetModeRequest) -> SetModeResponse:
+    def _on_set_mode(self, request: srv.SetModeRequest) -> srv.SetModeResponse:
         custom: int | None = 0
         if request.custom_mode:
             custom = custom_mode(request.custom_mode)
         if custom is None:
             rospy.logerr(f"PX4 has no mode {request.custom_mode!r}.")
-            return SetModeResponse(mode_sent=False)
+            return srv.SetModeResponse(mode_sent=False)
         self._client.set_mode(request.base_mode, custom)
-        return SetModeResponse(mode_sent=True)
+        return srv.SetModeResponse(mode_sent=True)
 
-    def _on_stream_rate(self, request: StreamRateRequest) -> StreamRateResponse:
+    def _on_stream_rate(self, request: srv.StreamRateRequest) -> srv.StreamRateResponse:
         rospy.logwarn_once(
             "PX4 does not act on set_stream_rate (REQUEST_DATA_STREAM): use set_message_interval."
         )
@@ -184,20 +174,20 @@ class SysStatusPlugin:
                 int(request.on_off),
             )
         )
-        return StreamRateResponse()
+        return srv.StreamRateResponse()
 
-    def _on_message_interval(self, request: MessageIntervalRequest) -> MessageIntervalResponse:
+    def _on_message_interval(self, request: srv.MessageIntervalRequest) -> srv.MessageIntervalResponse:
         """Unlike MAVROS, return PX4's own answer: false for a message that it does not stream."""
         rate_hz = request.message_rate
         if not math.isfinite(rate_hz):
             rospy.logwarn(f"set_message_interval is refused: {rate_hz} is no rate.")
-            return MessageIntervalResponse(success=False)
+            return srv.MessageIntervalResponse(success=False)
         interval_us = 1e6 / rate_hz if rate_hz > 0.0 else -1.0 if rate_hz < 0.0 else 0.0
         result = self._client.command(_SET_MESSAGE_INTERVAL, float(request.message_id), min(interval_us, 1e9))
         if result != _ACCEPTED:
             why = "does not answer" if result is None else f"refuses (MAV_RESULT {result})"
             rospy.logwarn(f"set_message_interval: the flight controller {why} message {request.message_id}.")
-        return MessageIntervalResponse(success=result == _ACCEPTED)
+        return srv.MessageIntervalResponse(success=result == _ACCEPTED)
 
     def _forget_if_reset(self) -> None:
         if self._heard is not self._uas.heard:

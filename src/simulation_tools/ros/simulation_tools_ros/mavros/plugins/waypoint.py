@@ -5,21 +5,8 @@ from __future__ import annotations
 from typing import Callable, Sequence
 
 import rospy
+from mavros_msgs import srv
 from mavros_msgs.msg import Waypoint, WaypointList, WaypointReached
-from mavros_msgs.srv import (
-    WaypointClear,
-    WaypointClearRequest,
-    WaypointClearResponse,
-    WaypointPull,
-    WaypointPullRequest,
-    WaypointPullResponse,
-    WaypointPush,
-    WaypointPushRequest,
-    WaypointPushResponse,
-    WaypointSetCurrent,
-    WaypointSetCurrentRequest,
-    WaypointSetCurrentResponse,
-)
 from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
@@ -43,10 +30,10 @@ class WaypointPlugin:
         self._waypoints = uas.advertise("mission/waypoints", WaypointList, latch=True)
         self._reached = uas.advertise("mission/reached", WaypointReached, latch=True)
         for name, service_class, handler in (
-            ("mission/pull", WaypointPull, self._on_pull),
-            ("mission/push", WaypointPush, self._on_push),
-            ("mission/clear", WaypointClear, self._on_clear),
-            ("mission/set_current", WaypointSetCurrent, self._on_set_current),
+            ("mission/pull", srv.WaypointPull, self._on_pull),
+            ("mission/push", srv.WaypointPush, self._on_push),
+            ("mission/clear", srv.WaypointClear, self._on_clear),
+            ("mission/set_current", srv.WaypointSetCurrent, self._on_set_current),
         ):
             uas.serve(name, service_class, handler)
         uas.client.on("MISSION_CURRENT", self._on_current)
@@ -61,22 +48,22 @@ class WaypointPlugin:
     def _on_reached(self, message: common.MAVLink_message) -> None:
         self._reached.publish(lambda: WaypointReached(Header(stamp=self._uas.now), message.seq))
 
-    def _on_pull(self, _request: WaypointPullRequest) -> WaypointPullResponse:
-        return WaypointPullResponse(self._try("pull", self._pull), len(self._items))
+    def _on_pull(self, _request: srv.WaypointPullRequest) -> srv.WaypointPullResponse:
+        return srv.WaypointPullResponse(self._try("pull", self._pull), len(self._items))
 
-    def _on_push(self, request: WaypointPushRequest) -> WaypointPushResponse:
+    def _on_push(self, request: srv.WaypointPushRequest) -> srv.WaypointPushResponse:
         if request.start_index:
             rospy.logwarn("mission/push: PX4 takes whole missions only; start_index must be 0.")
-            return WaypointPushResponse(success=False, wp_transfered=0)
+            return srv.WaypointPushResponse(success=False, wp_transfered=0)
         success = self._try("push", lambda: self._push(request.waypoints))
-        return WaypointPushResponse(success, len(request.waypoints) if success else 0)
+        return srv.WaypointPushResponse(success, len(request.waypoints) if success else 0)
 
-    def _on_clear(self, _request: WaypointClearRequest) -> WaypointClearResponse:
-        return WaypointClearResponse(self._try("clear", lambda: self._push(())))
+    def _on_clear(self, _request: srv.WaypointClearRequest) -> srv.WaypointClearResponse:
+        return srv.WaypointClearResponse(self._try("clear", lambda: self._push(())))
 
-    def _on_set_current(self, request: WaypointSetCurrentRequest) -> WaypointSetCurrentResponse:
+    def _on_set_current(self, request: srv.WaypointSetCurrentRequest) -> srv.WaypointSetCurrentResponse:
         success = self._try("set_current", lambda: self._mission.set_current(request.wp_seq))
-        return WaypointSetCurrentResponse(success)
+        return srv.WaypointSetCurrentResponse(success)
 
     def _pull(self) -> None:
         self._take(self._mission.read())
