@@ -6,6 +6,7 @@ import ast
 import contextlib
 import json
 import re
+import signal
 import sys
 from pathlib import Path
 
@@ -273,9 +274,13 @@ def test_ctrl_c_keeps_what_is_finished_and_a_second_call_ends_the_same(
     file.write_text(yaml.safe_dump(SHORT))
     monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)  # `interrupted` replaces it
     interrupted = contextlib.nullcontext(Interrupted(1))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)  # as the executable begins
     with monkeypatch.context() as patch:
         patch.setattr(command, "open_workers", lambda *_: interrupted)
         assert main([str(file), "--out", str(out)]) == INTERRUPTED
+    for number in (signal.SIGINT, signal.SIGTERM):
+        assert signal.getsignal(number) is signal.default_int_handler
     assert "interrupted; call again" in capsys.readouterr().err
     assert len(rows_of(out)) == 1
     assert main([str(file), "--workers", "1", "--out", str(out)]) == 0
