@@ -31,8 +31,8 @@ _BEFORE_S = 0.2  # recorded before the step
 class Manoeuvre:
     """A step of a quantity (a column, or `yaw_rate`, rad/s) from `first` to `last`, flown by one setpoint.
 
-    before: a setpoint held for `before_s` until the step. nearer_than_m: then wait until the flight home
-    is so near in north. Three steps of the reference began like this; the integrator's
+    before: a setpoint held for `before_s` until the step. nearer_than_m: then wait until the UAV, on its way
+    home, is nearer than this in north. Three steps of the reference began like this; the integrator's
     content makes two points of overshoot. compared_s: how long the reference can be compared.
     """
 

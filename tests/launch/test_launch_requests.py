@@ -23,7 +23,7 @@ pytestmark = pytest.mark.ros
 
 REFUSED = {
     "argument": ("experiment_1", ["lidr:=urg"], "has no argument 'lidr'; did you mean lidar:=?"),
-    "no value": ("experiment_1", ["speed=1"], "'speed=1' is no argument; write NAME:=VALUE, for example"),
+    "no value": ("experiment_1", ["speed=1"], "'speed=1' is not an argument; write NAME:=VALUE, for example"),
     "lidar": ("experiment_1", ["lidar:=sonar"], "There is no lidar 'sonar'; choose lidar:=urg|ust|"),
     "scenario": (
         "experiment_1",
@@ -57,7 +57,11 @@ REFUSED = {
         "There is no package 'nopkg' for the avoidance;",
     ),
     "node": ("experiment_1", ["avoidance:=cepa nonode"], "The package cepa has no node 'nonode'"),
-    "one word": ("experiment_1", ["avoidance:=nopkg"], "'nopkg' is no avoidance; give avoidance:=cepa or"),
+    "one word": (
+        "experiment_1",
+        ["avoidance:=nopkg"],
+        "'nopkg' is not an avoidance; give avoidance:=cepa or",
+    ),
     "goal": ("fly_to_goal", [FOREST, f"goal:={TREE} 2"], "lies inside of tree_000; choose another place."),
     "start": (
         "fly_to_goal",

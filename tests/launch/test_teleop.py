@@ -71,5 +71,5 @@ def test_without_a_terminal_it_ends_with_a_sentence(ros_master):
     )
     said, _ = ended.communicate(timeout=PATIENCE_S)
     assert ended.returncode == 1
-    assert "standard input is no terminal" in said
+    assert "standard input is not a terminal" in said
     assert "Traceback" not in said

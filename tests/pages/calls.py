@@ -65,7 +65,7 @@ def launches(call: Call) -> None:
     names = arguments_of(found[0])
     for word in given:
         name, given_as, value = word.partition(":=")
-        assert given_as, f"{word} is no argument"
+        assert given_as, f"{word} is not an argument"
         assert name in names, f"{file} knows no argument {name}"
         if name in FILE_ARGUMENTS:
             assert Path(call.folder, value).is_file(), f"{value} is not there"

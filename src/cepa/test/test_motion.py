@@ -30,5 +30,5 @@ def test_the_mountings_orientation_is_turned_by_the_bodys():
 
 
 def test_a_body_whose_orientation_is_none_is_refused():
-    with pytest.raises(MotionError, match="no unit quaternion"):
+    with pytest.raises(MotionError, match="not a unit quaternion"):
         Motion.of_mounted(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

@@ -60,7 +60,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
         read_mission(tmp_path / "nowhere.yaml")
     path = tmp_path / "bad.yaml"
     path.write_text("waypoints:\n  - [1, 2\n")
-    with pytest.raises(MissionError, match=r"bad\.yaml is no YAML, line 3"):
+    with pytest.raises(MissionError, match=r"bad\.yaml is not YAML, line 3"):
         read_mission(path)
     path.write_text("- 1 2\n")
     with pytest.raises(MissionError, match=r"bad\.yaml: Waypoint 1 is"):
@@ -70,5 +70,5 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
         with pytest.raises(MissionError, match=r"bad\.yaml"):
             read_mission(path)
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(MissionError, match="is no YAML"):
+    with pytest.raises(MissionError, match="is not YAML"):
         read_mission(path)

@@ -34,7 +34,7 @@ class OwnState(NamedTuple):
 
 
 def own_state_of(odometry: OdometryMessage) -> tuple[OwnState, str]:
-    """Return what a nav_msgs/Odometry tells, and what is wrong with its velocity, or nothing."""
+    """Return a nav_msgs/Odometry's state, and what is wrong with its velocity (empty: nothing)."""
     pose, complaint = odometry.pose.pose, ""
     velocity = None
     try:

@@ -21,7 +21,7 @@ from node_tools.throttled_warnings import ThrottledWarnings
 MAX_AGE_NS = 500_000_000
 MAX_AGE_OF_ATTITUDE_NS = 50_000_000
 MAX_AGE_OF_CLOUD_NS = 20_000_000
-"""Between the stamps of a scan and of a cloud that counts as taken from the same place."""
+"""A cloud whose stamp is this near to the scan's counts as taken from the same place."""
 MAX_AGE_OF_RANGE_NS = 100_000_000
 STANDSTILL = (0.0, 0.0, 0.0)
 
@@ -36,7 +36,7 @@ class Answer(NamedTuple):
     velocities_xy: tuple[Vector2, Vector2]
     """v_ref and v_uav, m/s in the scan's frame."""
     computation_ms: float
-    """How long it took; on a busy machine the thread waited for a core in this time."""
+    """Wall time; on a busy machine it includes the time in which the thread waited for a core."""
     cpu_ms: float
     """Processor time of the thread."""
     is_mirrored: bool

@@ -39,7 +39,7 @@ class Motion:
         if not all(map(math.isfinite, numbers)):
             raise MotionError(f"The UAV's motion must be finite, not {numbers}; check the odometry.")
         if not abs(math.hypot(*self.orientation_xyzw) - 1.0) < 0.01:
-            raise MotionError(f"The lidar's orientation is no unit quaternion: {self.orientation_xyzw}.")
+            raise MotionError(f"The lidar's orientation is not a unit quaternion: {self.orientation_xyzw}.")
         if not self.age_s >= 0.0:
             raise MotionError(f"The odometry is {-self.age_s:.3g} s newer than the scan; check its stamps.")
 

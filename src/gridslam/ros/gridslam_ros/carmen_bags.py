@@ -116,7 +116,7 @@ def _write_bag(arguments: argparse.Namespace, target: str) -> str:
 
 
 def _lidar_pose(log: str) -> np.ndarray:
-    """Return the pose of the lidar on the robot. It cannot be told from logs with corrected poses."""
+    """Return the pose of the lidar on the robot. A log with corrected poses does not tell it."""
     poses = [
         se2.between(record.robot_in_odom, record.lidar_in_odom)
         for record in read_log(log)

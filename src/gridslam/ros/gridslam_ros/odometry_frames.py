@@ -119,8 +119,8 @@ class OdometryFrames:
         if is_sound and math.isfinite(sum(xyz(edge.transform.translation))):
             return True
         self._say(
-            f"{_arrow(edge)} is no transform: it must have finite numbers, a unit quaternion and two frames; "
-            "it is left out."
+            f"{_arrow(edge)} is not a transform: it must have finite numbers, a unit quaternion and two "
+            "frames; it is left out."
         )
         return False
 

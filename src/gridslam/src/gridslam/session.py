@@ -75,7 +75,7 @@ class SlamSession:
         """Take in one scan. Return None if it is not integrated, for lack of motion or of agreement.
 
         covariance: (3, 3) of the base in odom, m2, m rad and rad2, which grows with the way; None: odometry
-        tells none, and the parameters srr, srt, str and stt say how uncertain it is.
+        does not tell it. Then the parameters srr, srt, str and stt say how uncertain odometry is.
 
         Raises:
             ScanError: the scan or the odometry makes no sense.
@@ -303,7 +303,7 @@ def check_pose(pose: Sequence[float], covariance: np.ndarray) -> np.ndarray:
         raise PoseError("The pose's covariance must be finite numbers for x, y and yaw.")
     tolerance = 1e-9 * max(1.0, float(np.abs(spread).max()))
     if not np.allclose(spread, spread.T, atol=tolerance) or np.linalg.eigvalsh(spread)[0] < -tolerance:
-        raise PoseError("The pose's covariance is none: it must be symmetric, without a negative variance.")
+        raise PoseError("The pose's covariance must be symmetric, without a negative variance.")
     return checked
 
 

@@ -186,9 +186,9 @@ def test_walls_of_a_results_folder_are_read_with_their_heading(tmp_path):
     ("text", "sentence"),
     [
         ("", "is empty"),
-        ('<?xml version="1.0"?>\n<sdf version="1.6"/>\n', "'<\\?xml' is no finite number"),
+        ('<?xml version="1.0"?>\n<sdf version="1.6"/>\n', "'<\\?xml' is not a finite number"),
         ("0 0 8 0\n1 1\n", "line 2: has 2 numbers"),
-        ("0 0 8 inf\n", "'inf' is no finite number"),
+        ("0 0 8 inf\n", "'inf' is not a finite number"),
         ("3 4 3 4\n", "walls.txt: Every wall segment has length 0"),
     ],
 )

@@ -124,10 +124,10 @@ def test_tum_file_keeps_the_trajectory(tmp_path):
     [
         ("1 2 3\n", "8 finite numbers"),
         ("", "8 finite numbers"),
-        ("a b c d e f g h\n", "line 1: 'a' is no finite number"),
+        ("a b c d e f g h\n", "line 1: 'a' is not a finite number"),
         ("# text\n1 0 0 0 0 0 0 1\n2 0 0 0\n", "line 3: has 4 numbers"),
         ("1 0 0 0 0 0 0 nan\n", "8 finite numbers"),
-        ("1 0 0 0 0 0 0 0\n", "no orientation"),
+        ("1 0 0 0 0 0 0 0\n", "not an orientation"),
         ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "back in time"),
     ],
 )
@@ -149,8 +149,8 @@ def test_quaternions_of_any_length_turn_alike(tmp_path):
     [
         (b"", "is empty"),
         (b"1 2 nan 0 0 0 0 0\n", "line 1: 'nan'"),
-        (b"these are no relations\n", "'these' is no finite number"),
-        (b"\xff\xfe\x00", "no text"),
+        (b"these are no relations\n", "'these' is not a finite number"),
+        (b"\xff\xfe\x00", "not text"),
         (gzip.compress(b"1 2 0 0 0 0 0 0\n" * 999, mtime=0)[:40], "cannot be read"),
         (gzip.compress(bytes(range(256)), mtime=0)[:20] + b"\xff" * 99, "cannot be read"),
     ],

@@ -161,7 +161,7 @@ def test_a_broken_image_and_missing_files(tmp_path):
     with pytest.raises(MapError, match=r"map\.pgm"):
         read_map(path)
     (tmp_path / "map.pgm").write_text("no picture")
-    with pytest.raises(MapError, match=r"map\.pgm cannot be read: it is no image that Pillow knows\.$"):
+    with pytest.raises(MapError, match=r"map\.pgm cannot be read: it is not an image that Pillow knows\.$"):
         read_map(path)
     with pytest.raises(MapError, match="cannot be written"):
         write_map(tmp_path / "no/folder/map", drawn())

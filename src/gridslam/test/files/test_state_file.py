@@ -88,7 +88,7 @@ def test_a_state_of_more_particles_than_it_holds_takes_no_memory_for_them(saved,
     header = json.loads(str(saved["header"]))
     header["parameters"]["particles"] = 9999
     np.savez(tmp_path / "many.npz", **{**saved, "header": np.array(json.dumps(header))})
-    with pytest.raises(StateError, match="poses are none of 9999 particles"):
+    with pytest.raises(StateError, match="poses do not fit 9999 particles"):
         state_file.read(tmp_path / "many.npz")
 
 

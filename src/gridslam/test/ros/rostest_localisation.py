@@ -137,7 +137,7 @@ class LocalisationTest(unittest.TestCase):
             'must be in the frame "map", not in "odom". It is ignored.': (0.0, 0.0, 0.0, "odom"),
             "must have finite numbers. It is ignored.": (math.nan, 0.0, 0.0),
             "is outside the map": (700.0, 0.0, 0.0),
-            "covariance is none": (0.0, 0.0, 0.0, "map", (0.1, -1.0, 0.1)),
+            "covariance must be symmetric": (0.0, 0.0, 0.0, "map", (0.1, -1.0, 0.1)),
             "covariance must be finite": (0.0, 0.0, 0.0, "map", (0.1, math.inf, 0.1)),
         }.items():
             self.give(*pose)

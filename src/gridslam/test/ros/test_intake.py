@@ -165,8 +165,8 @@ def test_what_tf2_would_complain_of_is_one_sentence_of_ours(capfd):
     cases = {
         "came again": lambda: feed.odometry(100.0),
         "came again, or late": lambda: feed.odometry(99.9),
-        "no transform": lambda: feed.odometry(100.1, pose=(math.nan, 0.0, 0.0)),
-        "no transform: ": lambda: feed.odometry(100.1, pose=(0.0, 0.0, math.nan)),
+        "not a transform": lambda: feed.odometry(100.1, pose=(math.nan, 0.0, 0.0)),
+        "not a transform: ": lambda: feed.odometry(100.1, pose=(0.0, 0.0, math.nan)),
     }
     feed.odometry(100.0)
     for words, send in cases.items():
@@ -188,7 +188,7 @@ def test_what_tf2_would_complain_of_is_one_sentence_of_ours(capfd):
         edge.child_frame_id = changes.pop("child_frame_id", "arm")
         feed.intake.add_transforms([edge])
         assert len(feed.said) == 1
-        assert "no transform" in feed.said[0]
+        assert "not a transform" in feed.said[0]
     feed.odometry(100.2)
     assert feed.knows(100.2)
     assert capfd.readouterr().err == ""

@@ -99,7 +99,7 @@ def test_the_next_scan_ends_the_wait_of_the_one_before():
 
 
 def test_a_scan_that_comes_again_gets_the_same_answer_with_its_exact_stamp():
-    # A simulator in lockstep sends a scan until it is answered. 2.252 s is no whole number of nanoseconds
+    # A simulator in lockstep sends a scan until it is answered. 2.252 s is not a whole number of nanoseconds
     # as a float.
     bench = Bench()
     for _ in range(2):

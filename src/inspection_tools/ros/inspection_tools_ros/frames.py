@@ -30,7 +30,7 @@ class Frames:
 
         Raises:
             FrameError: TF does not know it (yet).
-            PoseError: it is no rotation.
+            PoseError: it is not a rotation.
         """
         found = self.listen().look_up(target, source)
         return found.translation_m, normalised(found.rotation_xyzw)

@@ -53,7 +53,7 @@ class PoseSource:
         """Return position (x, y, z) and yaw of a nav_msgs/Odometry in `goal_frame`, without waiting for TF.
 
         Raises:
-            PoseError: another frame is expected, it is no pose, or TF does not know SLAM's correction (yet).
+            PoseError: another frame is expected, this is not a pose, or TF does not know SLAM's correction.
         """
         conversions.require_frames(odometry, self._pose_frame, self.base_frame)
         position_m, orientation = conversions.pose_of(odometry.pose.pose)

@@ -24,8 +24,8 @@ class Terminal:
             self._before = termios.tcgetattr(self._file)
         except (OSError, ValueError, AttributeError, termios.error):
             raise TerminalError(
-                "There is no keyboard here, since standard input is no terminal; start it in a terminal of "
-                "its own, or with device:=joy."
+                "There is no keyboard here, because standard input is not a terminal; start it in a separate "
+                "terminal, or with device:=joy."
             ) from None
         tty.setcbreak(self._file)
 

@@ -27,7 +27,7 @@ def read_mission(path: str | Path) -> tuple[Waypoint, ...]:
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # no text, endless digits, endless depth
         where = getattr(error, "problem_mark", None)
         line = f", line {where.line + 1}" if where else ""
-        raise MissionError(f"The mission {path} is no YAML{line}.") from None
+        raise MissionError(f"The mission {path} is not YAML{line}.") from None
     try:
         return parse_mission(content)
     except MissionError as error:

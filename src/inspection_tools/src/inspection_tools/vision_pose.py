@@ -1,7 +1,7 @@
 """The pose that the flight controller flies by without GNSS: odometry, checked and never jumping.
 
-Odometry in the continuous frame comes in; what goes out is either good or nothing. Nothing is the honest
-answer to a bad pose: the flight controller then knows that it has lost its pose.
+Odometry in the continuous frame comes in. Only good poses go out. So the flight controller knows when it has
+lost its pose.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class VisionPoseParameters:
     """When a pose is good enough to fly by.
 
     Attributes:
-        max_age: A pose older than this is stale, and so is the last one, s.
-        max_speed: The greatest speed, m/s, of a pose that moves; a faster one has jumped.
-        jump: A pose may be off by this much more, m.
+        max_age: A pose older than this is stale, s. If none comes for this time, the last one is stale.
+        max_speed: The greatest speed of the UAV, m/s.
+        jump: A pose has jumped if it moved by this much more than max_speed allows, m.
         jump_turn: A heading that changes by more than this between two poses has jumped, rad.
-        settle_time: After a jump the poses must be steady for this time, s. They then count from where the
-            pose was before the jump.
+        settle_time: After a jump the poses must be steady for this time, s. They then go on from
+            the pose before the jump.
         max_deviation: The greatest standard deviation of the position, along any axis, m.
         max_yaw_deviation: The greatest standard deviation of the heading, rad.
         min_rate: Poses at this rate or more, Hz; 0: one for each pose that comes in. The poses between two

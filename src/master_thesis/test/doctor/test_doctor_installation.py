@@ -75,7 +75,7 @@ CASES = {
     "no master": ({"ros": {}}, ERROR, "ROS_MASTER_URI", '"" is not of the form'),
     "bad master": (with_ros(ROS_MASTER_URI="localhost:11311"), ERROR, "ROS_MASTER_URI", "not of the form"),
     "bad port": (with_ros(ROS_MASTER_URI="http://localhost:x/"), ERROR, "ROS_MASTER_URI", "not of the form"),
-    "ROS_IP is a name": (with_ros(ROS_IP="box"), ERROR, "ROS_IP", '"box" is no address'),
+    "ROS_IP is a name": (with_ros(ROS_IP="box"), ERROR, "ROS_IP", '"box" is not an address'),
     "ROS_IP and ROS_HOSTNAME": (
         with_ros(ROS_IP="10.0.0.2", ROS_HOSTNAME="box"),
         NOTE,

@@ -33,7 +33,7 @@ def test_a_speed_is_taken():
 
 def test_a_path_must_not_depend_on_where_a_node_runs():
     assert scenario.absolute("world", "/a/my.world") == Path("/a/my.world")
-    sentence = r"world:=my\.world is no absolute path; give one, for example world:=\$PWD/my\.world\."
+    sentence = r"world:=my\.world is not an absolute path; give one, for example world:=\$PWD/my\.world\."
     with pytest.raises(ScenarioError, match=sentence):
         scenario.absolute("world", "my.world")
     with pytest.raises(ScenarioError, match=r"for example world:=\$HOME/my\.world\."):

@@ -29,7 +29,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 CLOSING_S = 0.8
 """Wall time after which the process ends, even if closing is not finished."""
 IMPORTING = 50_000
-"""New objects after which Python looks for garbage while it imports. With the usual 700 that takes long."""
+"""Number of new objects after which Python collects garbage while it imports. The usual 700 takes long."""
 _UNSAID = "Inbound TCP/IP connection failed"
 
 
@@ -46,7 +46,7 @@ class Ending:
         threading.Thread(target=self._wait_for_signal, name="ending", daemon=True).start()
 
     def imports_are_over(self) -> None:
-        """From now on look for garbage as usual, but not in what was imported: that stays."""
+        """Collect garbage as usual from now on, but not in what was imported, because that stays."""
         gc.freeze()
         gc.set_threshold(*self._usual)
 

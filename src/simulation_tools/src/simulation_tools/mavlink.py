@@ -166,7 +166,7 @@ def decode_text(value: bytes | str) -> str:
 def parameter_to_wire(value: float, is_integer: bool) -> float:
     """Return the float whose bits carry a parameter's value; raises ValueError for one out of range."""
     if not (-(2**31) <= value < 2**31 if is_integer else fit_float32([value])):
-        raise ValueError(f"{value} is no 32-bit {'integer' if is_integer else 'number'}")
+        raise ValueError(f"{value} is not a 32-bit {'integer' if is_integer else 'number'}")
     return struct.unpack("<f", struct.pack("<i", int(value)))[0] if is_integer else float(value)
 
 

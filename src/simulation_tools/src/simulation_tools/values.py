@@ -44,7 +44,7 @@ def mavlink_ports(offboard: Any, ground_station: Any) -> tuple[int, int]:
     """Return the UDP ports to which the flight controller sends: to MAVROS, and to a ground station.
 
     Raises:
-        ParameterError: one is no port, or both are the same: MAVROS would hear everything twice.
+        ParameterError: one is not a port, or both are the same: MAVROS would hear everything twice.
     """
     ports = port("offboard_port", offboard), port("gcs_port", ground_station)
     if ports[0] == ports[1] != 0:

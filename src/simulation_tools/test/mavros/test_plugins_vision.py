@@ -202,4 +202,4 @@ def test_a_sensor_without_its_parameters_is_left_out_with_a_sentence(monkeypatch
     uas = make_uas(monkeypatch, {"~distance_sensor": sensors})
     DistanceSensorPlugin(uas)
     assert list(uas.topics) == ["distance_sensor/down"]
-    assert ["no_id has no id" in errors[0], "'DOWN' is no orientation" in errors[1]] == [True, True]
+    assert ["no_id has no id" in errors[0], "'DOWN' is not an orientation" in errors[1]] == [True, True]

@@ -76,7 +76,7 @@ class Peer:
         """Check one message; returns it when it wants an answer."""
         kind = message.get_type()
         if kind not in self.counts:
-            self.violated(f"{kind} is no message of the protocol")
+            self.violated(f"{kind} is not a message of the protocol")
             return None
         self.counts[kind] += 1
         if kind == "HIL_SENSOR":

@@ -9,7 +9,7 @@ from cepa.parameters import CepaParameters
 COMFORT, LOST, CHANGE = 1.2, 1.0, 0.2
 """Of k3, of the whole horizon, and of k1 = |v_uav| k4 + k5 relative to its value with k4 = 1 and k5 = 6."""
 CAUGHT = 6.0
-"""For the whole horizon lost to what moves. It is worth more than any way in MEETING_S, back or forth."""
+"""For the whole horizon lost to what moves. It counts more than any progress in MEETING_S."""
 USUAL_K4, USUAL_K5 = 1.0, 6.0
 HEIGHT, CLIMB_CHANGE = 0.3, 0.05
 """For a metre off the height, and for a change of the climb by 1 m/s."""
@@ -19,7 +19,7 @@ SLOWEST_SCALE_M_S = 1.0
 
 
 class Cost:
-    """Progress counts against discomfort, against what would be lost by a contact, and against change."""
+    """Weighs progress against discomfort, against the loss by a contact, and against change."""
 
     def __init__(self, parameters: CepaParameters):
         self._p = parameters
@@ -44,7 +44,7 @@ class Cost:
     def of_height(
         self, commands: np.ndarray, results: np.ndarray, last: np.ndarray, height_m: float
     ) -> np.ndarray:
-        """Return what each command costs (n,) besides, for the height that it misses: ``height_m``."""
+        """Return the further cost (n,) of each command, for the height ``height_m`` that it misses."""
         change = np.abs(commands[:, 2] - last[2])
         return self.height * np.abs(results[:, 3] - height_m) + self.climb_change * change
 
@@ -53,7 +53,8 @@ class Cost:
     ) -> np.ndarray:
         """Return the cost (n,) of each command in an emergency.
 
-        Cheap is what progresses in the direction to leave in; without one, what keeps farthest away.
+        Commands that progress in the direction to leave in are cheap. Without a direction, those are cheap
+        that keep farthest away.
         """
         progress, discomfort, lost, _, caught = results.T
         change = np.linalg.norm(commands - last, axis=1)

@@ -71,7 +71,7 @@ def _place(
 
 @njit(cache=True)
 def _read(value: float, range_min: float, range_max: float, too_close: float) -> float:
-    """Return a range as it counts; DROPOUT for what is no number, or 0 or less, which failed readings are."""
+    """Return a range as it counts; DROPOUT for a failed reading: not a number, or 0 or less."""
     valid = value > 0.0  # NaN fails, too
     near = (value == -np.inf) | valid & (value < range_min)
     return too_close if near else np.inf if value > range_max else value if valid else DROPOUT

@@ -96,7 +96,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _number(text: str) -> float:
-    """Return NaN for what is no number, so that the bounds refuse it with their own words."""
+    """Return NaN for what is not a number, so that the bounds refuse it with their own words."""
     try:
         return float(text)
     except ValueError:

@@ -121,9 +121,9 @@ def _facts_of(path: Path) -> dict:
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
         mark = getattr(error, "problem_mark", None)
         where = f" in line {mark.line + 1}" if mark else ""
-        raise MapError(f"{path} is no valid YAML{where}.") from None
+        raise MapError(f"{path} is not valid YAML{where}.") from None
     if not isinstance(facts, dict) or not {"image", "resolution", "origin"} <= facts.keys():
-        raise MapError(f"{path} is no map's YAML file: it lacks image, resolution or origin.")
+        raise MapError(f"{path} is not a map's YAML file: it lacks image, resolution or origin.")
     return facts
 
 
@@ -144,7 +144,9 @@ def _greys_in(path: Path) -> np.ndarray:
                 return np.asarray(image)
             bands = np.asarray(image.convert("RGB"), dtype=np.float64)
     except UnidentifiedImageError:
-        raise MapError(f"The map's image {path} cannot be read: it is no image that Pillow knows.") from None
+        raise MapError(
+            f"The map's image {path} cannot be read: it is not an image that Pillow knows."
+        ) from None
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise MapError(f"The map's image {path} cannot be read: {reason_of(error)}.") from None
     return bands.mean(axis=2)

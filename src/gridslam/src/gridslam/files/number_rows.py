@@ -35,7 +35,7 @@ def read_rows(path: Path, form: str, columns: Sequence[int]) -> np.ndarray:
         allowed = (len(rows[0]),) if rows else columns
         wrong = next((word for word in words if not _is_number(word)), None)
         if wrong is not None or len(words) not in allowed:
-            fault = f"has {len(words)} numbers" if wrong is None else f"{wrong[:20]!r} is no finite number"
+            fault = f"has {len(words)} numbers" if wrong is None else f"{wrong[:20]!r} is not a finite number"
             raise EvaluationError(f"{path}, line {number}: {fault}; each line must hold {form}.")
         rows.append([float(word) for word in words])
     if not rows:
@@ -48,7 +48,7 @@ def _text_of(path: Path) -> str:
         with (gzip.open if str(path).endswith(".gz") else open)(path, "rt", encoding="utf-8-sig") as file:
             return file.read()
     except UnicodeDecodeError:
-        raise EvaluationError(f"{path}: cannot be read (it is no text).") from None
+        raise EvaluationError(f"{path}: cannot be read (it is not text).") from None
     except (OSError, EOFError, zlib.error) as error:
         raise EvaluationError(f"{path}: cannot be read ({reason_of(error)}).") from None
 

@@ -138,7 +138,7 @@ def _require_particles(count: int, arrays: dict) -> None:
     shapes = {"poses": (count, 3), "log_weights": (count,), "log_likelihoods": (count,), "leaves": (count,)}
     for name, shape in shapes.items():
         if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
-            raise ValueError(f"{name} are none of {count} particles")
+            raise ValueError(f"{name} do not fit {count} particles")
 
 
 def _motion_arrays(motion: Motion | None) -> dict:
@@ -157,7 +157,7 @@ def _motion(arrays: dict) -> Motion | None:
         return None
     values = arrays["motion"]
     if values.shape != (16,) or not np.isfinite(values).all():
-        raise ValueError("the motion is none")
+        raise ValueError("the motion is not 16 finite numbers")
     motion = Motion(values[0:3], float(values[9]))
     motion.now, motion.deviations = values[3:6].copy(), values[6:9].copy()
     motion.distance_m, motion.turned_rad = float(values[10]), float(values[11])

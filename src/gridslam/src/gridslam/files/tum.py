@@ -33,7 +33,7 @@ def read_tum(path: Path) -> Trajectory:
     x, y, z, w = rows[:, 4:].T
     if not (rows[:, 4:] != 0.0).any(axis=1).all():
         raise EvaluationError(
-            f"{path}: a quaternion is 0 0 0 0, which is no orientation; unturned is 0 0 0 1."
+            f"{path}: a quaternion is 0 0 0 0, which is not an orientation; unturned is 0 0 0 1."
         )
     yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)  # of any length
     return Trajectory(rows[:, 0], np.column_stack([rows[:, 1:3], yaw]))

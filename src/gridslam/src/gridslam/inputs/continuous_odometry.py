@@ -85,5 +85,5 @@ class ContinuousOdometry:
 def _pose(values: ArrayLike) -> np.ndarray:
     pose = np.array(values, dtype=float)
     if pose.shape != (3,) or not np.isfinite(pose).all():
-        raise ValueError("the odometry's state is no pose")
+        raise ValueError("the odometry's state is not a pose")
     return pose

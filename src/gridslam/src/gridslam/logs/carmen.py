@@ -91,7 +91,7 @@ def read_log(path: str | Path, range_max_m: float | None = None) -> Iterator[Car
             yield readers[words[0]](words[1:], range_max_m)
         except (ValueError, IndexError):
             raise CarmenError(
-                f"{path}:{number}: this {words[0]} message is incomplete or holds what is no number; "
+                f"{path}:{number}: this {words[0]} message is incomplete or holds what is not a number; "
                 "remove the line."
             ) from None
 

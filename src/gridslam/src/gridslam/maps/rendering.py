@@ -15,8 +15,8 @@ from gridslam.parameters import SlamParameters
 class Renderer:
     """Keeps the last drawing, and the tiles that it shows.
 
-    The drawing covers what was seen. The table of tiles has room around it, which would take memory here. A
-    map that was returned is the drawing of its time, which nobody changes: the next one begins as a copy.
+    The drawing covers what was seen. The table of tiles is larger, and a drawing of all of it would take
+    memory. A returned map is the drawing of that time. Nobody changes it: the next one begins as a copy.
     """
 
     def __init__(self, parameters: SlamParameters):

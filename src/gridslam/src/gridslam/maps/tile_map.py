@@ -241,7 +241,7 @@ class TileMaps:
         if tables.ndim != 3 or len(tables) != len(self.tables) or not 0 < tables[0].size <= TABLE_MAX:
             raise ValueError(f"tables of shape {tables.shape} are none of {len(self.tables)} particles")
         if corner.shape != (2,) or corner.dtype.kind != "i" or not (np.abs(corner) <= FAR).all():
-            raise ValueError("the maps' corner is no place")
+            raise ValueError("the maps' corner is not a place")
         self.pool = TilePool.from_arrays(arrays)
         require_indices(tables, len(arrays["tile_stamps"]), "the maps' tables")
         self.tables = np.ascontiguousarray(tables, np.int32)

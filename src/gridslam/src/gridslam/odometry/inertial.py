@@ -51,7 +51,7 @@ class InertialReading:
         acceleration_m_s2: (3,) specific force: (0, 0, 9.81) at rest; None: not measured.
 
     Raises:
-        ScanError: a number is not finite, or the orientation is no rotation.
+        ScanError: a number is not finite, or the orientation is not a rotation.
     """
 
     def __init__(

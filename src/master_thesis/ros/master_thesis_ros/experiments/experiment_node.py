@@ -147,7 +147,7 @@ class ExperimentNode(ABC):
                     return
                 try:
                     self._take(handler(message) or ())
-                except (KeyError, ValueError) as error:  # a value is missing or is no number
+                except (KeyError, ValueError) as error:  # a value is missing or is not a number
                     rospy.logwarn_throttle(5.0, f"A {type(message).__name__} is ignored: {error}.")
                 self._heard.notify_all()
 

@@ -17,7 +17,7 @@ def pose_values(message: Any) -> tuple[float, ...]:
     """Return (x, y, z, qx, qy, qz, qw) of a geometry_msgs/Pose.
 
     Raises:
-        ValueError: a value is no number, or the place is absurdly far away.
+        ValueError: a value is not a number, or the place is absurdly far away.
     """
     position = xyz(message.position)
     values = (*position, *xyzw(message.orientation))
@@ -44,7 +44,7 @@ def decision_rows(message: Any) -> list[tuple]:
 
     Raises:
         KeyError: a value is missing.
-        ValueError: a value is no number.
+        ValueError: a value is not a number.
     """
     rows: list[tuple] = []
     for status in message.status:

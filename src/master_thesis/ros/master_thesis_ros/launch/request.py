@@ -38,7 +38,7 @@ def main(words: Sequence[str]) -> int:
 def _name_and_value(word: str) -> tuple[str, str]:
     name, is_argument, value = word.partition(":=")
     if not is_argument:
-        raise LaunchError(f"'{word}' is no argument; write NAME:=VALUE, for example scenario:=forest.")
+        raise LaunchError(f"'{word}' is not an argument; write NAME:=VALUE, for example scenario:=forest.")
     return name, value
 
 
@@ -94,7 +94,7 @@ def check_avoidance(avoidance: str) -> None:
     words = avoidance.split()
     how = 'give avoidance:=cepa or avoidance:="PACKAGE NODE"'
     if len(words) != 2:
-        raise FlightError(f"'{avoidance}' is no avoidance; {how}.")
+        raise FlightError(f"'{avoidance}' is not an avoidance; {how}.")
     try:
         found = roslib.packages.find_node(*words)
     except (roslib.packages.ROSPkgException, rospkg.ResourceNotFound):

@@ -102,7 +102,7 @@ def _is_number(trials: pd.DataFrame, name: str) -> bool:
 
 
 def curve_names(campaign: Campaign) -> list[str]:
-    """Return the axes whose values are told apart by curves: the algorithm, and what is no number."""
+    """Return the axes of which each value has its own curve: the algorithm, and whatever is not a number."""
     found = [name for name in campaign.varied if isinstance(campaign.values(name)[0], (str, bool))]
     two = [
         name
@@ -165,7 +165,7 @@ def _errorbar(axes: Axes, points: Sequence[tuple], style: dict) -> None:
 
 
 def _trade_off(campaign: Campaign, trials: pd.DataFrame, names: Sequence[str]) -> bytes:
-    """Draw safety against speed, a panel for each parameter, over all that varies besides."""
+    """Draw safety against speed, a panel for each parameter, over everything else that varies."""
     columns = 2 if len(names) == 4 else min(3, len(names))
     figure, panels = _panels(math.ceil(len(names) / columns), columns)
     others = ["speed_m_s"] if "speed_m_s" in campaign.varied else []

@@ -28,7 +28,7 @@ from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.uav import load_uav
 
 PATIENCE = 10.0
-"""A flight is given up after this many times what its straight way takes at full speed."""
+"""A flight is ended after this many times the duration of its straight way at full speed."""
 LIDAR_POWER_W = {"urg": 2.5, "ust": 3.6, "utm": 8.0, "puck": 8.0, "tim": 4.0, "m8": 15.0}
 """Thesis, table D.1; range, rate and weight stand in the lidars' SDF files."""
 
@@ -47,7 +47,7 @@ class LidarData:
 class FlightOutcome:
     """What came of a flight to a goal, as columns of the table.
 
-    computation_ms: every tenth of the algorithm's computation times in ascending order. It is no column,
+    computation_ms: every tenth of the algorithm's computation times in ascending order. It is not a column,
     because it differs from run to run.
     """
 

@@ -111,7 +111,10 @@ def names(machine: Machine) -> Iterator[Finding]:
     ip = machine.ros.get("ROS_IP", "")
     if ip and not re.fullmatch(r"[0-9a-fA-F:.]+", ip):
         yield Finding(
-            ERROR, "ROS_IP", f'"{ip}" is no address', "export ROS_IP=127.0.0.1, or set ROS_HOSTNAME instead"
+            ERROR,
+            "ROS_IP",
+            f'"{ip}" is not an address',
+            "export ROS_IP=127.0.0.1, or set ROS_HOSTNAME instead",
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Recording, Scan
 
-REP_117 = "REP-117: -inf is too near, +inf is nothing there, NaN is no measurement"
+REP_117 = "REP-117: -inf is too near, +inf is nothing there, NaN is not a measurement"
 MOSTLY = 0.5
 """A share of the beams that is not by chance."""
 

@@ -103,8 +103,8 @@ class Parameter:
     """A parameter that dynamic_reconfigure describes.
 
     on_server: its value on the parameter server, None if it is missing or no number. in_use: the node's own
-    value. text_on_server: the server's text, if that is no number and no choice. choices: the allowed
-    values, if it is no number.
+    value. text_on_server: the server's text, if that is neither a number nor a choice. choices: the allowed
+    values, if it is not a number.
     """
 
     node: str

@@ -82,7 +82,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _workers(text: str) -> int:
     if not text.isdigit() or not 1 <= int(text) <= 64:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number of processes; give one from 1 to 64")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of processes; give one from 1 to 64")
     return int(text)
 
 

@@ -27,7 +27,7 @@ def check_course(
     """Check that the UAV does not start inside an obstacle, and that no place is too close to one.
 
     places_xyz_m: in `world`. keep_m: the avoidance's distance from obstacles (CEPA's r_LB), 0 if unknown.
-    The UAV would never reach a nearer place. The ground plane is no obstacle.
+    The UAV would never reach a nearer place. The ground plane is not an obstacle.
 
     Raises:
         ScenarioError: one sentence that names the obstacle.

@@ -110,7 +110,9 @@ def absolute(what: str, given: str) -> Path:
     path = Path(given)
     if not path.is_absolute():
         example = f"$HOME{given[1:]}" if given.startswith("~/") else f"$PWD/{given}"
-        raise ScenarioError(f"{what}:={given} is no absolute path; give one, for example {what}:={example}.")
+        raise ScenarioError(
+            f"{what}:={given} is not an absolute path; give one, for example {what}:={example}."
+        )
     return path
 
 

@@ -67,13 +67,13 @@ class Timer:
 def number(name: str, default: float) -> float:
     """Return a parameter of the node.
 
-    If it is no number, warn and return the default, as MAVROS does. MAVROS's own px4_config.yaml contains
+    If it is not a number, warn and return the default, as MAVROS does. MAVROS's own px4_config.yaml contains
     such a value: angular_velocity_stdev is "0.0003490659 // 0.02 degrees".
     """
     value = rospy.get_param(name, default)
     if isinstance(value, (int, float)):
         return float(value)
-    rospy.logwarn(f"The parameter {name} of mavros is {value!r}, which is no number; {default:g} is used.")
+    rospy.logwarn(f"The parameter {name} of mavros is {value!r}, which is not a number; {default:g} is used.")
     return default
 
 

@@ -21,7 +21,7 @@ def check_ports_are_free(
     launch files; 0: any that is free.
 
     Raises:
-        ParameterError: one is no port.
+        ParameterError: one is not a port.
         LinkError: one is taken.
     """
     offboard, ground = values.mavlink_ports(offboard_port, gcs_port)

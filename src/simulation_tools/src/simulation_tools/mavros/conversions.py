@@ -118,7 +118,7 @@ def global_target(
     yaw_rate = 0.0 if type_mask & IGNORE_YAW_RATE else yaw_rate
     require_finite((altitude, *velocity, *acceleration, yaw, yaw_rate))
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):  # false for NaN, too
-        raise ValueError(f"latitude {latitude}, longitude {longitude} is no place on earth")
+        raise ValueError(f"latitude {latitude}, longitude {longitude} is not a place on earth")
     return common.MAVLink_set_position_target_global_int_message(
         time_boot_ms % 2**32,
         target.system_id,

@@ -65,7 +65,9 @@ class DistanceSensor:
             raise ValueError(f"distance_sensor/{name} has no {missing[0]}")
         orientation = values.get("orientation")
         if orientation is not None and orientation not in ORIENTATIONS:
-            raise ValueError(f"distance_sensor/{name}: {orientation!r} is no orientation, as PITCH_270 is")
+            raise ValueError(
+                f"distance_sensor/{name}: {orientation!r} is not an orientation, as PITCH_270 is"
+            )
         return cls(
             name,
             int(values["id"]),

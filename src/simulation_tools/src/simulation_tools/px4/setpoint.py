@@ -66,7 +66,7 @@ class Setpoint:
 
     @property
     def asks_something(self) -> bool:
-        """Whether any of position, velocity and acceleration is set. Yaw alone is no setpoint."""
+        """Whether any of position, velocity and acceleration is set. Yaw alone is not a setpoint."""
         values = (*self.position, *self.velocity, *self.acceleration)
         return any(math.isfinite(value) for value in values) and not any(math.isinf(v) for v in values)
 

@@ -73,7 +73,7 @@ def model_file(folder: Path) -> Path:
     """Return the SDF file that a model folder's model.config names (its newest supported version)."""
     config = folder / "model.config"
     if not config.is_file():
-        raise SdfError(f"{folder}:1: The folder is no model: it holds no model.config.")
+        raise SdfError(f"{folder}:1: The folder is not a model: it holds no model.config.")
     document = Document.from_file(config)
     candidates = []
     for node in document.root("model").children("sdf"):

@@ -8,7 +8,7 @@ import math
 class Schedule:
     """When a sensor fires: at the first instant at or after each due time k / rate (rate 0: at each).
 
-    The due times are exact. So a 15 Hz lidar does not drift, although its period is no whole number of us.
+    The due times are exact. So a 15 Hz lidar does not drift, although its period is not a whole number of us.
     """
 
     def __init__(self, rate_hz: float):

@@ -97,7 +97,7 @@ def unsimulated(uav: Uav) -> tuple[str, ...]:
 
 
 def kind_of(sensor: Sensor) -> str:
-    """Return range, cloud, camera or pressure; empty for what is no further sensor."""
+    """Return range, cloud, camera or pressure; empty for what is not a further sensor."""
     if isinstance(sensor, RaySensor):
         if any(plugin.filename == RANGE_PLUGIN for plugin in sensor.plugins):
             return "range"

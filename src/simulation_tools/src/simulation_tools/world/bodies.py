@@ -42,7 +42,7 @@ class Body:
 
     @property
     def stands(self) -> bool:
-        """Whether nothing but a service moves the body."""
+        """Whether only a service call moves the body."""
         return self.collision is not None and not self.parts[0].scripted
 
 

@@ -64,7 +64,7 @@ def contacts_of(
 
 
 class _PartFrames:
-    """Leads from the world into the frames of parts. It asks PyBullet once a part, not once a point."""
+    """Transforms from the world to the frames of parts. It asks PyBullet once for each part."""
 
     def __init__(self, client: int) -> None:
         self._client = client
@@ -88,9 +88,9 @@ def _full_name(frames: _PartFrames, model: str, body: Body, link: int, position_
 
 
 def nearest(shapes: Sequence[PlacedCollision], point_m: Vector3) -> PlacedCollision:
-    """Return the shape whose surface is nearest to a point (part frame); of equals the first.
+    """Return the shape whose surface is nearest to a point (part frame); of several, the first.
 
-    It looks no closer at shapes of which even the bounding sphere is farther than another shape's surface.
+    It skips a shape if its bounding sphere is farther away than another shape's surface.
     """
     best, least_m = shapes[0], math.inf
     for shape in shapes:

@@ -180,7 +180,9 @@ class GlobalPositionPlugin:
         altitude_mm = 1e3 * (place.altitude - self._uas.geoid_height_m)
         is_place = abs(place.latitude) <= 90.0 and abs(place.longitude) <= 180.0
         if not (is_place and abs(altitude_mm) <= _INT32_MAX):
-            rospy.logwarn_throttle(1.0, "global_position/set_gp_origin is refused: it is no place on earth.")
+            rospy.logwarn_throttle(
+                1.0, "global_position/set_gp_origin is refused: it is not a place on earth."
+            )
             return
         self._uas.client.send(
             common.MAVLink_set_gps_global_origin_message(

@@ -52,7 +52,7 @@ class HomePositionPlugin:
             require_finite((*position, *approach, q.x, q.y, q.z, q.w))
             is_place = abs(place.latitude) <= 90.0 and abs(place.longitude) <= 180.0
             if not (is_place and abs(altitude_m) <= 1e6):
-                raise ValueError("it is no place on earth")
+                raise ValueError("it is not a place on earth")
         except ValueError as error:
             rospy.logwarn_throttle(1.0, f"home_position/set is refused: {error}.")
             return

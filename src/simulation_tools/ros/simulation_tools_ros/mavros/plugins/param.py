@@ -90,7 +90,7 @@ class ParamPlugin:
     def _is_number(name: str, value: Any) -> bool:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return True
-        rospy.logwarn(f"The parameter {name} is not set: {value!r} is no number.")
+        rospy.logwarn(f"The parameter {name} is not set: {value!r} is not a number.")
         return False
 
     def _set(self, name: str, wanted: float) -> tuple[bool, float | None]:
@@ -105,7 +105,7 @@ class ParamPlugin:
         if isinstance(known, float):
             wanted = float(wanted)
         elif isinstance(wanted, float):
-            rospy.logwarn(f"The parameter {name} is not set: it is a whole number, {wanted} is none.")
+            rospy.logwarn(f"The parameter {name} is not set: it needs a whole number, not {wanted}.")
             return False, known
         try:
             value = self._client.set_parameter(name, wanted)

@@ -180,7 +180,7 @@ class SysStatusPlugin:
         """Unlike MAVROS, return PX4's own answer: false for a message that it does not stream."""
         rate_hz = request.message_rate
         if not math.isfinite(rate_hz):
-            rospy.logwarn(f"set_message_interval is refused: {rate_hz} is no rate.")
+            rospy.logwarn(f"set_message_interval is refused: {rate_hz} is not a rate.")
             return srv.MessageIntervalResponse(success=False)
         interval_us = 1e6 / rate_hz if rate_hz > 0.0 else -1.0 if rate_hz < 0.0 else 0.0
         result = self._client.command(_SET_MESSAGE_INTERVAL, float(request.message_id), min(interval_us, 1e9))

@@ -1,6 +1,7 @@
 """Which measurements the filter uses, and what it does without them: the decisions of PX4's EKF2.
 
-GNSS, or vision, or neither: then a position that is said not to change keeps the tilt from drifting.
+The filter uses GNSS or vision. Without both it fuses a position that does not change, so that the tilt does
+not drift.
 """
 
 from __future__ import annotations

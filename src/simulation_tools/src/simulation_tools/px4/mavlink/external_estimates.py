@@ -1,7 +1,7 @@
 """Estimates and ranges that other computers send, read as PX4 of July 2021 reads them.
 
-PX4 passes on what the messages hold, nonsense included; its estimator decides. The reset counters count for
-nothing. PX4 takes the frames LOCAL_NED and LOCAL_FRD for the same. It does not know VISION_SPEED_ESTIMATE.
+PX4 passes on what the messages hold, nonsense included; its estimator decides. The reset counters have no
+effect. PX4 takes the frames LOCAL_NED and LOCAL_FRD for the same. It does not know VISION_SPEED_ESTIMATE.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _VISIONS = (
 )
 _DOWN = common.MAV_SENSOR_ROTATION_PITCH_270
 AHEAD_S, BEHIND_S = 0.1, 0.5
-"""Of the present: a stamp beyond is a sender's mistake."""
+"""A stamp that is farther ahead of the present, or behind it, is a mistake of the sender."""
 
 
 class ExternalEstimates:
@@ -125,6 +125,6 @@ def _all_finite(values: Iterable[float]) -> bool:
 
 
 def _variances(triangle: Sequence[float]) -> Vector3:
-    """The variances along three axes. If one is no number, PX4 uses its parameter for all of them."""
+    """The variances along three axes. If one is not a number, PX4 uses its parameter for all of them."""
     variances = (triangle[_X], triangle[_Y], triangle[_Z])
     return variances if _all_finite(variances) else UNKNOWN

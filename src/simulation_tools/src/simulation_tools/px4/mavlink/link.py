@@ -141,7 +141,7 @@ class MavlinkLink:
         bad = sum(channel.codec.bad for channel in self._channels)
         if bad > self.statistics.bad_packets:
             self.statistics.bad_packets = bad
-            self._warn("bad", "MAVLink: received data that is no valid MAVLink 2 message; it is ignored")
+            self._warn("bad", "MAVLink: received data that is not a valid MAVLink 2 message; it is ignored")
 
     def send_due(self, time_us: int) -> None:
         """Send the streamed messages that are due at this simulation time."""

@@ -18,7 +18,7 @@ _ATTITUDE_IGNORE, _THROTTLE_IGNORE = 128, 64
 
 
 class SetpointError(Px4Error):
-    """A message is no setpoint. The text is PX4's status text for ground stations; empty: no text."""
+    """A message is not a setpoint. The text is PX4's status text for ground stations; empty: no text."""
 
 
 def from_local_target(m: common.MAVLink_set_position_target_local_ned_message) -> Setpoint:
@@ -57,7 +57,7 @@ def from_global_target(
 
 
 def from_attitude_target(m: common.MAVLink_set_attitude_target_message) -> AttitudeSetpoint:
-    """Read SET_ATTITUDE_TARGET; raises SetpointError for a quaternion that is no rotation."""
+    """Read SET_ATTITUDE_TARGET; raises SetpointError for a quaternion that is not a rotation."""
     norm = math.sqrt(sum(component * component for component in m.q))
     use_attitude = not m.type_mask & _ATTITUDE_IGNORE
     if use_attitude and not 1e-3 < norm < 1e3:  # true for NaN, too

@@ -172,4 +172,4 @@ def _primitive(geometry: Geometry) -> dict:
         return {"shapeType": pybullet.GEOM_SPHERE, "radius": geometry.radius_m}
     if isinstance(geometry, Plane):
         return {"shapeType": pybullet.GEOM_PLANE, "planeNormal": geometry.normal}
-    raise WorldError(f"A {type(geometry).__name__.lower()} is no simple shape of PyBullet.")
+    raise WorldError(f"A {type(geometry).__name__.lower()} is not a simple shape of PyBullet.")

@@ -75,7 +75,7 @@ class SetpointPositionPlugin:
         if here is None or local is None:
             raise ValueError("the UAV's own position is not known yet")
         if not (abs(goal.latitude) <= 90.0 and abs(goal.longitude) <= 180.0):
-            raise ValueError(f"latitude {goal.latitude}, longitude {goal.longitude} is no place on earth")
+            raise ValueError(f"latitude {goal.latitude}, longitude {goal.longitude} is not a place on earth")
         height_m = 1e-3 * here.alt + self._uas.geoid_height_m
         way = GeodeticPoint(1e-7 * here.lat, 1e-7 * here.lon, height_m).enu_to(
             GeodeticPoint(goal.latitude, goal.longitude, goal.altitude)
