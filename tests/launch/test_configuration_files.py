@@ -28,6 +28,7 @@ def name(path: Path) -> str:
 
 
 LAUNCH = files("*/launch/**/*.launch")
+STARTED = files("*/launch/*.launch")  # those in launch/include get their arguments from these
 ROSTESTS = files("*/test/**/*.test")
 # A test's data may be broken on purpose.
 SDF = [path for path in files("**/*.sdf", "**/*.world") if "test" not in path.parts] + [ROOT / "my.world"]
@@ -40,12 +41,9 @@ LONGEST_LIST = 7  # parameters in one frame of rqt_reconfigure
 
 # For launch files that cannot be without: a value for each argument that has no default.
 EXAMPLES = {
-    "experiment": "smoke",
     "world": str(ROOT / "src/master_thesis/worlds/empty.world"),
-    "start": "0 0 0 0",
     "goal": "10 0 2",
     "bag": "some.bag",
-    "mission": str(ROOT / "src/master_thesis/config/missions/room.yaml"),
 }
 OPTIONAL = {"mavros"}  # asked for by an argument only, and not in every distribution
 
@@ -53,9 +51,9 @@ OPTIONAL = {"mavros"}  # asked for by an argument only, and not in every distrib
 def variants() -> list[tuple[Path, str]]:
     """Return each launch file as it is (""), and with each of its yes-or-no arguments turned over."""
     flipped = {"true": "false", "false": "true"}
-    return [(path, "") for path in LAUNCH + ROSTESTS] + [
+    return [(path, "") for path in STARTED + ROSTESTS] + [
         (path, f"{arg.get('name')}:={flipped[arg.get('default')]}")
-        for path in LAUNCH
+        for path in STARTED
         for arg in arguments(path)
         if arg.get("default") in flipped
     ]
