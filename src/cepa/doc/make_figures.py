@@ -18,16 +18,7 @@ sys.path[:0] = [str(HERE.parent / "src"), str(HERE.parent / "test")]
 import plain_cepa as reference  # noqa: E402
 from planar_flight import BODY_RADIUS_M, SCAN_EVERY, STEP_S, Scene, Uav, fly, to_goal  # noqa: E402
 
-from cepa import (  # noqa: E402
-    SLOW_DETOURS,
-    CepaParameters,
-    Dynamic,
-    Improved,
-    LaserScan2D,
-    LidarAttitude,
-    levelled,
-    view,
-)
+from cepa import SLOW_DETOURS, CepaParameters, Dynamic, Improved, LaserScan2D, LidarAttitude, levelled, view  # noqa: E402
 from cepa.emergency import open_sections  # noqa: E402
 from cepa.kernels.emergency import safe_directions  # noqa: E402
 from cepa.levelling import needed_sight  # noqa: E402

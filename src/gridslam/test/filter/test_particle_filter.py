@@ -13,15 +13,7 @@ import rooms
 from plain_maps import plain_of
 from planar_world import Drift, Lidar, along, drive
 
-from gridslam import (
-    GridSlam,
-    MapError,
-    PlanarScan,
-    ScanError,
-    SlamParameters,
-    StateError,
-    se2,
-)
+from gridslam import GridSlam, MapError, PlanarScan, ScanError, SlamParameters, StateError, se2
 from gridslam.evaluation import Walls
 from gridslam.files import state_file
 from gridslam.filter import proposal

@@ -20,12 +20,7 @@ from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from ros_probe import odometry_of, scan_of, velocity_of
 
-from inspection_tools.msg import (
-    MissionActionFeedback,
-    MissionActionGoal,
-    MissionActionResult,
-    MissionGoal,
-)
+from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, MissionActionResult, MissionGoal
 
 
 class Client:

@@ -5,14 +5,7 @@ import pytest
 
 from master_thesis.errors import ScenarioError
 from master_thesis.worlds.floor_plan import outlines
-from master_thesis.worlds.placements import (
-    R_LB_M,
-    SCENARIOS,
-    VARIATION_M,
-    freeze_frame,
-    placement,
-    varied,
-)
+from master_thesis.worlds.placements import R_LB_M, SCENARIOS, VARIATION_M, freeze_frame, placement, varied
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import World
 

@@ -5,12 +5,7 @@ from __future__ import annotations
 import pytest
 
 from simulation_tools.geometry import Pose
-from simulation_tools.publisher import (
-    FcuState,
-    Phase,
-    PublisherParameters,
-    SetpointPublisher,
-)
+from simulation_tools.publisher import FcuState, Phase, PublisherParameters, SetpointPublisher
 
 MS = 1_000_000
 GROUND, AIR, LANDING = 1, 2, 4

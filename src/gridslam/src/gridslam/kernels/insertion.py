@@ -12,14 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from gridslam.kernels.board import (
-    WORDS,
-    carries,
-    count_beam,
-    counted,
-    parts_of,
-    tiles_around,
-)
+from gridslam.kernels.board import WORDS, carries, count_beam, counted, parts_of, tiles_around
 from gridslam.kernels.tiles import (
     COUNT_MAX,
     EMPTY,

@@ -8,13 +8,7 @@ from simulation_tools.bounds import are_sane
 from simulation_tools.geometry import Vector3, wrap_angle
 from simulation_tools.publisher.history import History
 from simulation_tools.publisher.hover import Hover
-from simulation_tools.publisher.interface import (
-    Action,
-    Log,
-    PublisherParameters,
-    SendPosition,
-    SendVelocity,
-)
+from simulation_tools.publisher.interface import Action, Log, PublisherParameters, SendPosition, SendVelocity
 
 _NS = 1e-9
 

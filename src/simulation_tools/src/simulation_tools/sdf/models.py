@@ -13,13 +13,7 @@ from simulation_tools.sdf.document import Node, unique
 from simulation_tools.sdf.elements import Collision, Geometry, Joint, Link, Model, Visual
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.sensors import is_supported, read_sensor
-from simulation_tools.sdf.shapes import (
-    read_geometry,
-    read_inertial,
-    read_material,
-    read_surface,
-    unit_vector,
-)
+from simulation_tools.sdf.shapes import read_geometry, read_inertial, read_material, read_surface, unit_vector
 
 Include = Callable[[Node], Optional[Model]]
 NAME = re.compile(r"[^\s\x00-\x1f]+( [^\s\x00-\x1f]+)*")

@@ -13,12 +13,7 @@ from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3
 from simulation_tools.px4.estimation.aiding import Aiding
 from simulation_tools.px4.estimation.error_state_filter import ErrorStateFilter
-from simulation_tools.px4.estimation.interface import (
-    AIDED,
-    ESTIMATE_DTYPE,
-    EstimatorStatus,
-    SolutionFlag,
-)
+from simulation_tools.px4.estimation.interface import AIDED, ESTIMATE_DTYPE, EstimatorStatus, SolutionFlag
 from simulation_tools.px4.estimation.kernels import POSITION, VELOCITY, publish
 from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
 from simulation_tools.px4.estimation.sensors import OwnSensors, SensorErrors

@@ -4,13 +4,7 @@ Lengths in metres, angles in radians, masses in kilograms. Each class's docstrin
 whatever ``frame`` attribute the file used. Defaults are those of the SDF 1.6 specification.
 """
 
-from simulation_tools.sdf.elements.model import (
-    Inertial,
-    Joint,
-    Link,
-    Model,
-    World,
-)
+from simulation_tools.sdf.elements.model import Inertial, Joint, Link, Model, World
 from simulation_tools.sdf.elements.script import Script, Trajectory, Waypoint
 from simulation_tools.sdf.elements.sensors import (
     NO_NOISE,
