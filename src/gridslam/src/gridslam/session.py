@@ -57,8 +57,8 @@ class SlamSession:
     ):
         if starting_map is not None:
             check(starting_map, parameters.delta)
-        self._parameters = parameters
-        self._starting_map, self._localisation_only = starting_map, localisation_only
+        self.parameters = parameters
+        self._starting_map, self.localisation_only = starting_map, localisation_only
         self._starting_pose = starting_pose
         self._odometry = ContinuousOdometry(say)
         self._supervisor = Supervisor(say)
@@ -66,7 +66,8 @@ class SlamSession:
         """Whether there was no scan yet since a state was loaded."""
         self._starting_covariance: np.ndarray | None = None
         self._closer = _closer(loop_closure) if loop_closure and not localisation_only else None
-        self._slam: GridSlam | None = None
+        self.slam: GridSlam | None = None
+        """The filter; None before the first scan."""
         self._mapped: GridSlam | None = None  # its map is taken over at the first scan
 
     def process(
@@ -82,35 +83,35 @@ class SlamSession:
         """
         last_s, before = self._odometry.last_s, self._odometry.odom_in_continuous
         base = self._odometry.follow(scan.stamp_s, base_in_odom)
-        if self._slam is None:
-            self._slam = self._begin(base)
+        if self.slam is None:
+            self.slam = self._begin(base)
         elif self._is_resumed and (scan.stamp_s < last_s or self._odometry.odom_in_continuous is not before):
-            self._supervisor.doubt(self._slam, "a new flight begins on the saved map")
-            self._slam.widen(START_DEVIATION)
+            self._supervisor.doubt(self.slam, "a new flight begins on the saved map")
+            self.slam.widen(START_DEVIATION)
         self._is_resumed = False
         if self._closer is not None:
-            self._closer.take(self._slam, scan.stamp_s)
-        was_lost = self._slam.judgement.is_lost
+            self._closer.take(self.slam, scan.stamp_s)
+        was_lost = self.slam.judgement.is_lost
         if covariance is not None:
             covariance = self._odometry.turned(covariance)
-        update = self._supervisor.process(self._slam, scan, base, covariance)
-        if self._closer is not None and was_lost and not self._slam.judgement.is_lost:
-            self._closer.forget(is_contradicted=not self._slam.judgement.is_confirming)
+        update = self._supervisor.process(self.slam, scan, base, covariance)
+        if self._closer is not None and was_lost and not self.slam.judgement.is_lost:
+            self._closer.forget(is_contradicted=not self.slam.judgement.is_confirming)
         if update is not None and self._closer is not None:
-            self._closer.update(self._slam, base, self._slam.judgement.last)
+            self._closer.update(self.slam, base, self.slam.judgement.last)
         return update
 
     def finish(self) -> None:
         """Correct the path by all closures. Call this after the last scan."""
-        if self._closer is not None and self._slam is not None:
-            self._closer.finish(self._slam)
+        if self._closer is not None and self.slam is not None:
+            self._closer.finish(self.slam)
 
     def _begin(self, base: np.ndarray) -> GridSlam:
         slam = GridSlam(
-            self._parameters,
+            self.parameters,
             self._starting_map,
             base.tolist() if self._starting_pose is None else self._starting_pose,
-            self._localisation_only,
+            self.localisation_only,
             keep_scans=self._closer is not None,
         )
         if self._mapped is not None:
@@ -133,17 +134,17 @@ class SlamSession:
             PoseError: pose or covariance make no sense, or the pose is outside the map, or there is no map.
         """
         self._require_on_the_map(check_pose(pose, covariance))
-        if self._slam is None:
+        if self.slam is None:
             self._starting_pose = (float(pose[0]), float(pose[1]), float(pose[2]))
             self._starting_covariance = np.array(covariance, float)
             return
-        self._slam.relocate(pose, np.array(covariance, float), self._odometry.last_s)
+        self.slam.relocate(pose, np.array(covariance, float), self._odometry.last_s)
         if self._closer is not None:
             self._closer.forget()
-        self._supervisor.doubt(self._slam, "the pose was given")
+        self._supervisor.doubt(self.slam, "the pose was given")
 
     def _require_on_the_map(self, pose: np.ndarray) -> None:
-        source = self._slam or self._mapped
+        source = self.slam or self._mapped
         grid = self._starting_map if source is None else source.grid()
         if grid is None:
             raise PoseError("There is no map yet on which a pose could be.")
@@ -158,19 +159,9 @@ class SlamSession:
     # Results
 
     @property
-    def parameters(self) -> SlamParameters:
-        """Of the filter."""
-        return self._parameters
-
-    @property
     def loop_closure(self) -> LoopClosureParameters | None:
         """Parameters of the loop closer; None: there is none."""
         return None if self._closer is None else self._closer.parameters
-
-    @property
-    def localisation_only(self) -> bool:
-        """Whether the map stays as it is."""
-        return self._localisation_only
 
     @property
     def odom_in_continuous(self) -> np.ndarray:
@@ -178,22 +169,17 @@ class SlamSession:
         return self._odometry.odom_in_continuous
 
     @property
-    def slam(self) -> GridSlam | None:
-        """The filter; None before the first scan."""
-        return self._slam
-
-    @property
     def map_to_odom(self) -> tuple[float, float, float] | None:
         """Pose of the odometry's frame in the map (x, y, yaw); None if the first scan must decide it."""
-        if self._slam is None:
+        if self.slam is None:
             return (0.0, 0.0, 0.0) if self._starting_pose is None else None
-        odom = se2.compose(self._slam.map_to_odom, self._odometry.odom_in_continuous)
+        odom = se2.compose(self.slam.map_to_odom, self._odometry.odom_in_continuous)
         return tuple(odom.tolist())
 
     @property
     def judgement(self) -> Judgement | None:
         """Whether the vehicle is tracked, and the numbers that say so; None before the first scan."""
-        return None if self._slam is None else self._slam.judgement
+        return None if self.slam is None else self.slam.judgement
 
     @property
     def search(self) -> str:
@@ -208,18 +194,18 @@ class SlamSession:
     @property
     def entropy(self) -> float:
         """Of the particles' weights; 0 before the first scan."""
-        return 0.0 if self._slam is None else self._slam.entropy
+        return 0.0 if self.slam is None else self.slam.entropy
 
     @property
     def particle_poses(self) -> np.ndarray:
         """(particles, 3) poses in the map; none before the first scan."""
-        return np.zeros((0, 3)) if self._slam is None else self._slam.particle_poses
+        return np.zeros((0, 3)) if self.slam is None else self.slam.particle_poses
 
     def trajectory(self) -> Trajectory:
         """Return the best particle's present path, at the integrated scans."""
-        if self._slam is None:
+        if self.slam is None:
             return Trajectory(np.zeros(0), np.zeros((0, 3)))
-        return self._slam.trajectory()
+        return self.slam.trajectory()
 
     def grid(self) -> OccupancyGrid:
         """Return the best particle's map; its cells are read-only.
@@ -227,9 +213,9 @@ class SlamSession:
         Raises:
             StateError: there is none before the first scan.
         """
-        if self._slam is None:
+        if self.slam is None:
             raise StateError("There is no map before the first scan.")
-        return self._slam.grid()
+        return self.slam.grid()
 
     # Saved states
 
@@ -239,9 +225,9 @@ class SlamSession:
         Raises:
             StateError: there is nothing to save yet, or the file cannot be written.
         """
-        if self._slam is None:
+        if self.slam is None:
             raise StateError("There is nothing to save before the first scan.")
-        session_file.write(path, self._slam, self._odometry.state(), self._closer)
+        session_file.write(path, self.slam, self._odometry.state(), self._closer)
 
     @classmethod
     def load(
@@ -272,8 +258,8 @@ class SlamSession:
                 return cls._localising_on(slam, starting_pose, say)
             closer = saved.closer_parameters()
             session = cls(slam.parameters, None if closer is None else closure_parameters(closer), say=say)
-            session._slam, session._is_resumed = slam, True
-            session._localisation_only = slam.localisation_only
+            session.slam, session._is_resumed = slam, True
+            session.localisation_only = slam.localisation_only
             session._odometry.restore(saved.odometry())
             slam.judgement.restore(saved.judgement())
             if session._closer is not None:

@@ -100,15 +100,11 @@ class PositionController:
 
     def __init__(self, parameters: PositionControllerParameters | None = None):
         self.parameters = parameters or PositionControllerParameters()
-        self._setpoint_m: Vector3 | None = None
+        self.setpoint_m: Vector3 | None = None
+        """The (x, y, z) to go to, in the poses' frame, or None."""
         self._last_setpoint_m: Vector3 | None = None
         self._leg: Leg | None = None
         self.reset()
-
-    @property
-    def setpoint_m(self) -> Vector3 | None:
-        """The (x, y, z) to go to, in the poses' frame, or None."""
-        return self._setpoint_m
 
     def set_setpoint(self, position_m: Sequence[float]) -> None:
         """Go to `position_m` (x, y, z) in the poses' frame.
@@ -124,8 +120,8 @@ class PositionController:
             raise PoseError(
                 f"The position setpoint has a coordinate beyond {FARTHEST_M:.0e} m; it is ignored."
             )
-        if setpoint_m != self._setpoint_m:
-            self._last_setpoint_m, self._setpoint_m = self._setpoint_m, setpoint_m
+        if setpoint_m != self.setpoint_m:
+            self._last_setpoint_m, self.setpoint_m = self.setpoint_m, setpoint_m
             self._leg = None
             self._goal_reached = False
 
@@ -152,10 +148,10 @@ class PositionController:
             self.reset()
         step_s = 0.0 if self._stamp_s is None else min(stamp_s - self._stamp_s, MAX_TIME_STEP_S)
         self._stamp_s = stamp_s
-        if self._setpoint_m is None:
+        if self.setpoint_m is None:
             self._velocity_m_s = (0.0, 0.0, 0.0)
         else:
-            x, y, z = (goal - here for goal, here in zip(self._setpoint_m, position_m))
+            x, y, z = (goal - here for goal, here in zip(self.setpoint_m, position_m))
             error_m = (x, y, z)
             self._velocity_m_s = self._step_towards(error_m, position_m, step_s)
             self._goal_reached = self._is_reached(error_m)
@@ -190,9 +186,9 @@ class PositionController:
 
     def _along_leg(self, position_m: Sequence[float], speed_m_s: float) -> tuple[float, float]:
         """Velocity (x, y) towards the place to aim at on the leg; slower while it still has to turn there."""
-        assert self._setpoint_m is not None  # without one it hovers
+        assert self.setpoint_m is not None  # without one it hovers
         if self._leg is None:
-            self._leg = Leg.of(self._last_setpoint_m, position_m, self._setpoint_m)
+            self._leg = Leg.of(self._last_setpoint_m, position_m, self.setpoint_m)
         way_x, way_y = self._leg.way(position_m, self.parameters.lookahead * self.parameters.max_speed)
         way_m = math.hypot(way_x, way_y)
         if way_m == 0.0:

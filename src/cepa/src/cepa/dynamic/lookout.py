@@ -140,7 +140,8 @@ class Lookout:
     def __init__(self, parameters: CepaParameters):
         p = parameters
         self._p = p
-        self._far_m = p.r_ub + FIELD_CELL_M
+        self.far_m = p.r_ub + FIELD_CELL_M
+        """The greatest distance in the field."""
         side = 2 * round(0.5 * FIELD_WINDOW_M / FIELD_CELL_M) + 1
         self._field = np.empty((1, side, side))
         self._memory_m = max(FIELD_WINDOW_M, float(p.window_m))
@@ -245,10 +246,5 @@ class Lookout:
 
     def distances(self, sight: Sight) -> np.ndarray:
         """Return the field (1, n, n) of the distance to what is seen or hidden, m; it is overwritten."""
-        stamp(sight.obstacles, 0.0, 0.0, self._field[0], FIELD_CELL_M, self._far_m)
+        stamp(sight.obstacles, 0.0, 0.0, self._field[0], FIELD_CELL_M, self.far_m)
         return self._field
-
-    @property
-    def far_m(self) -> float:
-        """The greatest distance in the field."""
-        return self._far_m

@@ -56,7 +56,7 @@ class GridSlam:
         if localisation_only and starting_map is None:
             raise ParameterError("Localisation needs a starting map.")
         self.parameters = parameters
-        self._starting_map, self._localisation_only = starting_map, localisation_only
+        self._starting_map, self.localisation_only = starting_map, localisation_only
         count = parameters.particles
         self._poses = np.tile(_finite_pose(starting_pose, "starting_pose"), (count, 1))
         self._log_weights = np.zeros(count)
@@ -170,12 +170,12 @@ class GridSlam:
         )
         best_matched = bool(matched[self.best_particle])
         self._motion = Motion(motion.now, scan.stamp_s, motion.covariance)
-        if self.judgement.is_confirming and not self._localisation_only:
+        if self.judgement.is_confirming and not self.localisation_only:
             return None
         self._remember(scan, beams)
         if resample:
             self._resample(resampling.systematic(weights, uniform))
-        if not self._localisation_only:
+        if not self.localisation_only:
             self._maps.insert(self._poses, beams)
         return self._update(scan, weights, resample, best_matched)
 
@@ -249,11 +249,6 @@ class GridSlam:
         return self._starting_map is None
 
     @property
-    def localisation_only(self) -> bool:
-        """Whether the map stays as it is."""
-        return self._localisation_only
-
-    @property
     def base_in_map(self) -> tuple[float, float, float]:
         """Pose of the best particle now: x, y in m and yaw in rad."""
         return tuple(self._now(self._poses[self.best_particle]).tolist())
@@ -319,7 +314,7 @@ class GridSlam:
         if poses.shape != (len(scans), 3) or not np.isfinite(poses).all():
             raise StateError(f"The corrected trajectory must be {len(scans)} finite poses x, y, yaw.")
         draft = draft or self.draft()
-        if not self._localisation_only:
+        if not self.localisation_only:
             draft.add(poses[draft.scans :])
         draft.maps.resample(np.zeros(self.parameters.particles, int))
         self._maps, self._renderer = draft.maps, Renderer(self.parameters)
@@ -333,7 +328,7 @@ class GridSlam:
         return FilterState(
             self.parameters,
             self._starting_map,
-            self._localisation_only,
+            self.localisation_only,
             self._poses,
             self._log_weights,
             self._log_likelihoods,

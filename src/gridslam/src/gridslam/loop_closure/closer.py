@@ -66,8 +66,8 @@ class LoopCloser:
     """
 
     def __init__(self, parameters: LoopClosureParameters | None = None) -> None:
-        self._parameters = parameters or LoopClosureParameters()
-        self._chain, self._links = Chain(self._parameters), ScanLinks(self._parameters)
+        self.parameters = parameters or LoopClosureParameters()
+        self._chain, self._links = Chain(self.parameters), ScanLinks(self.parameters)
         self._odometry: list[list[float]] = []
         self._way_m = 0.0
         """Length of odometry's way so far."""
@@ -82,17 +82,8 @@ class LoopCloser:
         """Nodes at which no scan says how odometry has erred, and at which scans have contradicted it."""
         self._agreed = False
         """Whether the last search found a place again, and the path and another match agreed with it."""
-        self._closures: list[Closure] = []
-
-    @property
-    def parameters(self) -> LoopClosureParameters:
-        """Its parameters."""
-        return self._parameters
-
-    @property
-    def closures(self) -> list[Closure]:
+        self.closures: list[Closure] = []
         """The closures that count at present. A closure stops counting when later ones contradict it."""
-        return self._closures
 
     def update(self, slam: Slam, base_in_odom: np.ndarray, evidence: Evidence | None = None) -> None:
         """Begin to search for a revisited place, unless the last search is still to be taken.
@@ -102,7 +93,7 @@ class LoopCloser:
         """
         if evidence is not None and not evidence.agreement.is_meaningful():
             self._unmatched.append(len(self._odometry))
-        p, base = self._parameters, np.array(base_in_odom, float)
+        p, base = self.parameters, np.array(base_in_odom, float)
         self._way_m += math.dist(base[:2], self._odometry[-1][:2]) if self._odometry else 0.0
         self._odometry.append(base.tolist())
         every_m = p.search_agreed_m if self._agreed else p.search_every_m
@@ -121,8 +112,8 @@ class LoopCloser:
         if self._job is None or not self._job.is_due(stamp_s):
             return False
         corrected, self._job = self._job.result(), None
-        if len(self._counted) != len(self._closures) or corrected is not None:
-            self._closures = [self._closure(match) for match in self._counted]
+        if len(self._counted) != len(self.closures) or corrected is not None:
+            self.closures = [self._closure(match) for match in self._counted]
         if corrected is None:
             return False
         path, poses = slam.trajectory().poses_in_map, corrected.poses
@@ -148,7 +139,7 @@ class LoopCloser:
             self._counted = self._choose()
         if self._counted:
             slam.adopt(self._corrected(AT_THE_END))
-            self._closures = [self._closure(match) for match in self._counted]
+            self.closures = [self._closure(match) for match in self._counted]
 
     def _work(
         self, slam: Slam, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray
@@ -158,7 +149,7 @@ class LoopCloser:
         The filter goes on meanwhile. Only its `draft` is used.
         """
         self._follow(path, scans, odometry)
-        within_m = self._parameters.correction_min_m
+        within_m = self.parameters.correction_min_m
         if self._counted and self._links.agrees(self._chain.poses, self._chain.way_m, within_m):
             self._agreed = True
             return None
@@ -189,7 +180,7 @@ class LoopCloser:
             "odometry": np.reshape(self._odometry, (-1, 3)),
             "due_s": np.array([] if job is None else [job.begun_s, job.due_s]),
             "closures": np.array(
-                [(c.stamp_from_s, c.stamp_to_s, *c.pose_difference, c.score) for c in self._closures]
+                [(c.stamp_from_s, c.stamp_to_s, *c.pose_difference, c.score) for c in self.closures]
             ).reshape(-1, 6),
             "pending": np.empty((0, 3)) if pending is None else pending.poses,
             "match_nodes": np.array([(match.older, match.newer) for match in matches], int).reshape(-1, 2),
@@ -232,7 +223,7 @@ class LoopCloser:
         ]
         self._consistent = arrays["consistent"]
         self._counted = [self._matches[i] for i in arrays["counted"]]
-        self._closures = [
+        self.closures = [
             Closure(since_s, to_s, (x, y, yaw), score)
             for since_s, to_s, x, y, yaw, score in arrays["closures"].reshape(-1, 6).tolist()
         ]
@@ -257,10 +248,10 @@ class LoopCloser:
 
     def _search(self) -> list[Match]:
         """Compare the newest local map with earlier ones. Return the matches that were found."""
-        search, way_m = Recognition(self._chain, self._counted, self._parameters), self._chain.way_m[-1]
+        search, way_m = Recognition(self._chain, self._counted, self.parameters), self._chain.way_m[-1]
         found = search.near()
         self._agreed = False
-        is_far_due = way_m - self._searched_far_m >= self._parameters.search_far_m
+        is_far_due = way_m - self._searched_far_m >= self.parameters.search_far_m
         if found or is_far_due:
             self._loosen()
         if not found and is_far_due:
@@ -272,7 +263,7 @@ class LoopCloser:
 
     def _remember(self, match: Match) -> None:
         contradicted = contradictions(MeasuredPath(self._chain), match, self._matches)
-        agrees = contradicted <= self._parameters.chi_square_max
+        agrees = contradicted <= self.parameters.chi_square_max
         count = len(self._matches)
         grown = np.ones((count + 1, count + 1), dtype=bool)
         grown[:count, :count] = self._consistent
@@ -282,13 +273,13 @@ class LoopCloser:
 
     def _choose(self) -> list[Match]:
         chosen = largest_consistent(self._consistent)
-        kept = supported(self._matches, chosen, self._chain.way_m, self._parameters.support_m)
+        kept = supported(self._matches, chosen, self._chain.way_m, self.parameters.support_m)
         return [self._matches[i] for i in kept]
 
     def _is_off(self, match: Match) -> bool:
         """Return whether the present path differs from a match's measurement."""
         here = se2.between(self._chain.poses[match.older], self._chain.poses[match.newer])
-        return math.dist(here[:2], match.newer_in_older[:2]) > self._parameters.correction_min_m
+        return math.dist(here[:2], match.newer_in_older[:2]) > self.parameters.correction_min_m
 
     def _corrected(self, effort: Effort) -> np.ndarray:
         """Return the path (k, 3) that fits all measurements, and settle on it.

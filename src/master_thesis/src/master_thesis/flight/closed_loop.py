@@ -161,7 +161,8 @@ class ClosedLoop:
         self._answered_us = 0
         self._odometry_age_s = 0.0
         self._odometry = OdometrySample(Pose.identity(), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        self._finished = False
+        self.is_over = False
+        """Whether the run has ended."""
         self._begun = False
 
     @property
@@ -184,14 +185,9 @@ class ClosedLoop:
         """The outcome so far."""
         return self.monitor.course.outcome
 
-    @property
-    def is_over(self) -> bool:
-        """Whether the run has ended."""
-        return self._finished
-
     def run(self, until: Callable[[ClosedLoop], bool] = lambda loop: False) -> Outcome:
         """Fly until the run is over or `until(loop)` is true. The run's limits guarantee an end."""
-        while not (self._finished or until(self)):
+        while not (self.is_over or until(self)):
             self.step()
         return self.outcome
 
@@ -313,7 +309,7 @@ class ClosedLoop:
             elif action is Action.LAND:
                 self._px4.request_mode(Mode.AUTO_LAND)
             else:
-                self._finished = True
+                self.is_over = True
 
     def close(self) -> None:
         """Release the physics engine."""

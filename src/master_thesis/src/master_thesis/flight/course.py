@@ -91,7 +91,8 @@ class Course:
         """Start a run of the model named `uav`."""
         self._parameters = parameters
         self._contacts = Contacts(uav)
-        self._phase = Phase.WAITING
+        self.phase = Phase.WAITING
+        """The phase of the run."""
         self._times: dict[Phase, float] = {}
         self._reached = False
         self._landed = False
@@ -100,11 +101,6 @@ class Course:
         self._awaited = "the hover"
         self._distance_m: float | None = None
         self._no_hover = ""
-
-    @property
-    def phase(self) -> Phase:
-        """The phase of the run."""
-        return self._phase
 
     def has_begun(self, phase: Phase) -> bool:
         """Return whether a phase has begun."""
@@ -138,37 +134,37 @@ class Course:
     def on_time(self, t_s: float) -> list[Action]:
         """Take the present time. Call this at every true pose."""
         self._times.setdefault(Phase.WAITING, t_s)
-        in_phase = t_s - self._times[self._phase]
-        if self._phase is Phase.WAITING and self._ready:
+        in_phase = t_s - self._times[self.phase]
+        if self.phase is Phase.WAITING and self._ready:
             return self._enter(Phase.FLYING, t_s, Action.SEND_GOAL)
-        if self._phase is Phase.HOVERING and in_phase >= self._parameters.hover_s:
+        if self.phase is Phase.HOVERING and in_phase >= self._parameters.hover_s:
             return self._enter(Phase.LANDING, t_s, Action.LAND)
         return self._on_too_late(t_s, in_phase)
 
     def on_goal_reached(self, t_s: float, reached: bool) -> None:
         """Note that the position controller has reached the goal."""
-        if reached and self._phase is Phase.FLYING:
+        if reached and self.phase is Phase.FLYING:
             self._reached = True
             self._enter(Phase.HOVERING, t_s)
 
     def on_contact(self, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Note a contact between two collision shapes; see `Contacts.judge`."""
-        in_flight = self._phase in (Phase.FLYING, Phase.HOVERING)
+        in_flight = self.phase in (Phase.FLYING, Phase.HOVERING)
         self._contacts.judge(collision_1, collision_2, upwards, in_flight)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
         """Note whether the motors may turn. Disarming after the landing is the end."""
-        if armed or self._phase in (Phase.WAITING, Phase.DONE):
+        if armed or self.phase in (Phase.WAITING, Phase.DONE):
             return []
-        if self._phase is Phase.LANDING:
+        if self.phase is Phase.LANDING:
             self._landed = True
         else:
-            self._fail(f"The flight controller disarmed while {self._phase.value}, at {t_s:.1f} s.")
+            self._fail(f"The flight controller disarmed while {self.phase.value}, at {t_s:.1f} s.")
         return self._enter(Phase.DONE, t_s, Action.FINISH)
 
     def abort(self, t_s: float, why: str) -> list[Action]:
         """End the run at once, for a reason given as a sentence."""
-        if self._phase is Phase.DONE:
+        if self.phase is Phase.DONE:
             return []
         self._fail(why)
         return self._enter(Phase.DONE, t_s, Action.FINISH)
@@ -179,26 +175,26 @@ class Course:
             Phase.FLYING: self._parameters.flight_timeout_s,
             Phase.LANDING: self._parameters.landing_timeout_s,
         }
-        limit_s = limits.get(self._phase)
+        limit_s = limits.get(self.phase)
         if limit_s is None or in_phase_s < limit_s:
             return []
         self._fail(f"Still {self._doing()} after {limit_s:g} s{self._why_late()}.")
-        if self._phase is Phase.FLYING:
+        if self.phase is Phase.FLYING:
             return self._enter(Phase.LANDING, t_s, Action.LAND)
         return self._enter(Phase.DONE, t_s, Action.FINISH)
 
     def _doing(self) -> str:
-        return f"waiting for {self._awaited}" if self._phase is Phase.WAITING else self._phase.value
+        return f"waiting for {self._awaited}" if self.phase is Phase.WAITING else self.phase.value
 
     def _why_late(self) -> str:
-        if self._phase is Phase.WAITING and not self._ready and self._no_hover:
+        if self.phase is Phase.WAITING and not self._ready and self._no_hover:
             return f": {self._no_hover}"
-        if self._phase is Phase.FLYING and self._distance_m is not None:
+        if self.phase is Phase.FLYING and self._distance_m is not None:
             return f", {self._distance_m:.1f} m from it"
         return ""
 
     def _enter(self, phase: Phase, t_s: float, *actions: Action) -> list[Action]:
-        self._phase = phase
+        self.phase = phase
         self._times.setdefault(phase, t_s)
         return list(actions)
 
