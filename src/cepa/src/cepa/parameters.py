@@ -6,8 +6,8 @@ import numbers
 import sys
 from dataclasses import dataclass, fields
 
-from cepa.dynamic.response import ResponseModel
 from cepa.errors import ParameterError
+from cepa.identification.response import ResponseModel
 
 SLOW_DETOURS = (0.8, 0.6, 0.4, 0.2)
 """Speed fractions for a UAV that follows slowly (PX4: 0.9 s); config/cepa.yaml uses them."""

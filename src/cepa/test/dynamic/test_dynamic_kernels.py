@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from cepa import CepaParameters
 from cepa.dynamic.observer import Observer, response_of
-from cepa.dynamic.response import ResponseModel
 from cepa.dynamic.ways_out import NO_END
+from cepa.identification.response import ResponseModel
 from cepa.kernels.field import close, stamp, trace, ways_out, widest
 from cepa.kernels.memory import recall, remember
 from cepa.kernels.rollout import ANGLE_ERROR_RAD, _is_near, _is_wide_open, _leaves_sight, roll

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from cepa import Decision, Improved, Reason
-from cepa.dynamic.response import ResponseModel
 from cepa.identification.identify import identify
 from cepa.identification.recording import Recording
+from cepa.identification.response import ResponseModel
 from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from simulation_tools.geometry import rotate
 from simulation_tools.simulation import SimulationParameters

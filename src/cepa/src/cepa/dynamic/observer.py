@@ -9,7 +9,7 @@ from typing import Sequence
 
 import numpy as np
 
-from cepa.dynamic.response import ResponseModel
+from cepa.identification.response import ResponseModel
 from cepa.kernels.rollout import observe
 from cepa.motion import Vector3
 

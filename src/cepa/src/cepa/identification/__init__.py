@@ -1,1 +1,1 @@
-"""Finds how a UAV follows velocity commands, from a recording or from a flight of steps."""
+"""How a UAV follows velocity commands: a model, and how to find it from a recording or a flight of steps."""

@@ -9,8 +9,8 @@ import numpy as np
 import scipy  # loads signal and others at their first use; that takes half a second
 from numpy.lib.stride_tricks import sliding_window_view
 
-from cepa.dynamic.response import ResponseModel
 from cepa.identification.recording import STEP_S, IdentificationError, Piece, Recording, pieces_of
+from cepa.identification.response import ResponseModel
 
 SETTLING_S = 1.0
 """At the start of a piece the acceleration is not known; after this time it follows from the commands."""
