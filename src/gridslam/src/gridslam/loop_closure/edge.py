@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, Sequence
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
@@ -19,13 +19,9 @@ class Edge:
 
 
 @dataclass(frozen=True, eq=False)
-class Match:
-    """A place found again: nodes, relative pose (3,), and its covariance (3, 3) in the newer's frame."""
+class Match(Edge):
+    """A place found again. Its covariance is in the newer node's frame."""
 
-    older: int
-    newer: int
-    newer_in_older: np.ndarray
-    covariance: np.ndarray
     score: float
 
 
@@ -39,26 +35,6 @@ class Closure:
     score: float
 
 
-class Measurement(Protocol):
-    """An edge, or a match."""
-
-    @property
-    def older(self) -> int:
-        """See `Edge`."""
-
-    @property
-    def newer(self) -> int:
-        """See `Edge`."""
-
-    @property
-    def newer_in_older(self) -> np.ndarray:
-        """See `Edge`."""
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """See `Edge`."""
-
-
 class Edges(NamedTuple):
     """Edges as arrays: nodes (m,), poses (m, 3), covariances (m, 3, 3)."""
 
@@ -68,7 +44,7 @@ class Edges(NamedTuple):
     covariance: np.ndarray
 
     @classmethod
-    def of(cls, edges: Sequence[Measurement]) -> Edges:
+    def of(cls, edges: Sequence[Edge]) -> Edges:
         """Return them as arrays."""
         return cls(
             np.array([edge.older for edge in edges], int),

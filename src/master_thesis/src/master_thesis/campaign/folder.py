@@ -12,8 +12,7 @@ import pandas as pd
 
 from master_thesis.campaign.axes import axes_of
 from master_thesis.campaign.campaign import Campaign
-from master_thesis.campaign.mapping import MapMetrics, Mapped
-from master_thesis.campaign.trial import FlightOutcome, LidarData, run_case
+from master_thesis.campaign.trial import COLUMNS, LidarData, run_case
 from master_thesis.errors import CampaignError
 from master_thesis.files import plain, replace_file
 from master_thesis.results.run_folder import machine, versions
@@ -23,8 +22,6 @@ from master_thesis.trials.trial import Failed, Row, Trial, several_versions
 from master_thesis.trials.workers import Workers
 
 FINISHED, TABLE, COSTS, DESCRIPTION = "trials.jsonl", "trials.csv", "costs.csv", "campaign.json"
-NO_COLUMNS = ("metrics", "computation_ms")
-"""What an outcome has besides the table's columns."""
 
 
 @dataclass(frozen=True)
@@ -150,9 +147,7 @@ def _described(campaign: Campaign) -> Any:
 
 def columns_of(campaign: Campaign) -> list[str]:
     """Return the columns of a campaign's table: settings, lidar, outcome, error, commit."""
-    outcomes: tuple[Any, ...] = (FlightOutcome,) if campaign.kind == "flight" else (Mapped, MapMetrics)
     names = ["index", "replicate"]
     names += [name for name in axes_of(campaign.kind) if any(name in s for s in campaign.combinations)]
-    for outcome in (LidarData, *outcomes):
-        names += [f.name for f in dataclasses.fields(outcome) if f.name not in (*NO_COLUMNS, *names)]
-    return [*names, "error", "commit"]
+    found = (*(field.name for field in dataclasses.fields(LidarData)), *COLUMNS[campaign.kind])
+    return [*names, *(name for name in found if name not in names), "error", "commit"]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 from gridslam.evaluation import Walls, poses_at, trajectory_error
 from gridslam.trajectory import Trajectory
@@ -17,47 +18,24 @@ from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
 from master_thesis.flight.flight_recording import LidarGeometry
 from simulation_tools.simulation import SimulationParameters
 
-
-@dataclass(frozen=True)
-class MapMetrics:
-    """How true a map is; see `gridslam.evaluation`."""
-
-    ate_rmse_m: float
-    ate_max_m: float
-    ate_rotation_rmse_deg: float
-    ate_online_rmse_m: float
-    odometry_ate_rmse_m: float
-    end_error_m: float
-    map_error_mean_m: float
-    map_error_p95_m: float
-    wall_seen_share: float
-    wall_turned_max_rad: float
-    closures: int
+MAP_METRICS = (
+    "ate_rmse_m",
+    "ate_max_m",
+    "ate_rotation_rmse_deg",
+    "ate_online_rmse_m",
+    "odometry_ate_rmse_m",
+    "end_error_m",
+    "map_error_mean_m",
+    "map_error_p95_m",
+    "wall_seen_share",
+    "wall_turned_max_rad",
+    "closures",
+)
+"""How true a map is; see `gridslam.evaluation`."""
 
 
-@dataclass(frozen=True)
-class Mapped:
-    """The outcome of a mapping flight as columns of the table; no map metrics when it was not flown out."""
-
-    mapped: bool
-    collision: bool
-    stuck: bool
-    flight_time_s: float
-    path_length_m: float
-    min_clearance_m: float
-    emergencies: int
-    mass_kg: float
-    metrics: MapMetrics | None
-
-    def columns(self) -> dict:
-        """Return all values by column."""
-        row = asdict(self)
-        metrics = row.pop("metrics")
-        return {**row, **(metrics or {})}
-
-
-def fly_and_map(case: Case, simulation: SimulationParameters) -> Mapped:
-    """Fly a trial's mission with SLAM beside it.
+def fly_and_map(case: Case, simulation: SimulationParameters) -> dict[str, Any]:
+    """Fly a trial's mission with SLAM beside it; return its columns, without `MAP_METRICS` if it failed.
 
     Raises:
         FlightError: the UAV never hovered over the start.
@@ -77,11 +55,11 @@ def fly_and_map(case: Case, simulation: SimulationParameters) -> Mapped:
         loop.run(until=is_over)
         flight = flight_of(loop)
         truth, odometry = planar(loop.log.truth), planar(loop.log.odometry)
-    metrics = None
-    if flight.end == "goal":
-        walls = true_walls(simulation.world, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
-        metrics = _judged(slam.run(), truth, odometry, walls)
-    return Mapped(mapped=flight.end == "goal", metrics=metrics, **flight.columns())
+    columns = {"mapped": flight.end == "goal", **flight.columns()}
+    if not columns["mapped"]:
+        return columns
+    walls = true_walls(simulation.world, scenario.flight_height_m, scenario.start_xyz_yaw[:2])
+    return {**columns, **_judged(slam.run(), truth, odometry, walls)}
 
 
 def _parameters(case: Case, simulation: SimulationParameters) -> ClosedLoopParameters:
@@ -96,9 +74,9 @@ def _parameters(case: Case, simulation: SimulationParameters) -> ClosedLoopParam
     )
 
 
-def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls: Walls) -> MapMetrics:
+def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls: Walls) -> dict[str, Any]:
     judged, _, _ = judge(run, truth, walls)
     stamps = run.final.stamps_s
     drift = trajectory_error(Trajectory(stamps, poses_at(odometry, stamps)), truth)
     judged["odometry_ate_rmse_m"] = drift.ate_rmse_m
-    return MapMetrics(**{name: judged[name] for name in MapMetrics.__dataclass_fields__})
+    return {name: judged[name] for name in MAP_METRICS}

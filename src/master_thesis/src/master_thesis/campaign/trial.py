@@ -18,7 +18,7 @@ from master_thesis.baselines import BASELINES
 from master_thesis.campaign.axes import CEPA_PREFIX, parameters_in
 from master_thesis.campaign.campaign import Case
 from master_thesis.campaign.flying import Flight, fly_to_goal
-from master_thesis.campaign.mapping import Mapped, fly_and_map
+from master_thesis.campaign.mapping import MAP_METRICS, fly_and_map
 from master_thesis.campaign.places import place_of
 from master_thesis.flight.closed_loop import CEPA, ClosedLoopParameters
 from master_thesis.flight.conditions import BOUNDS, Conditions
@@ -31,6 +31,12 @@ PATIENCE = 10.0
 """A flight is ended after this many times the duration of its straight way at full speed."""
 LIDAR_POWER_W = {"urg": 2.5, "ust": 3.6, "utm": 8.0, "puck": 8.0, "tim": 4.0, "m8": 15.0}
 """Thesis, table D.1; range, rate and weight stand in the lidars' SDF files."""
+_OF_WAY = ("path_length_m", "min_clearance_m", "emergencies", "mass_kg")
+COLUMNS = {
+    "flight": ("reached", "collision", "stuck", "flight_time_s", "time_over_straight", *_OF_WAY),
+    "mapping": ("mapped", "collision", "stuck", "flight_time_s", *_OF_WAY, *MAP_METRICS),
+}
+"""What came of a trial, by the campaign's kind."""
 
 
 @dataclass(frozen=True)
@@ -43,30 +49,6 @@ class LidarData:
     lidar_power_w: float
 
 
-@dataclass(frozen=True)
-class FlightOutcome:
-    """What came of a flight to a goal, as columns of the table.
-
-    computation_ms: every tenth of the algorithm's computation times in ascending order. It is not a column,
-    because it differs from run to run.
-    """
-
-    reached: bool
-    collision: bool
-    stuck: bool
-    flight_time_s: float
-    time_over_straight: float
-    path_length_m: float
-    min_clearance_m: float
-    emergencies: int
-    mass_kg: float
-    computation_ms: Sequence[float]
-
-    def columns(self) -> dict:
-        """Return all values by column."""
-        return asdict(self)
-
-
 def run_case(case: Case) -> dict[str, Any]:
     """Fly a case; return the columns of its row that the settings do not hold.
 
@@ -74,10 +56,10 @@ def run_case(case: Case) -> dict[str, Any]:
         MasterThesisError, CepaError, SlamError, SimulationToolsError: it cannot be flown or judged.
     """
     data = lidar_data(case.settings["lidar"], case.settings["lidar_range_m"])
-    return {**asdict(data), **(_flown(case) if case.kind == "flight" else _mapped(case)).columns()}
+    return {**asdict(data), **(_flown(case) if case.kind == "flight" else _mapped(case))}
 
 
-def _flown(case: Case) -> FlightOutcome:
+def _flown(case: Case) -> dict[str, Any]:
     settings = case.settings
     place = place_of(settings, case.place_seed)
     cepa = replace(CEPA, **parameters_in(settings, CEPA_PREFIX))
@@ -95,7 +77,7 @@ def _flown(case: Case) -> FlightOutcome:
     return outcome_of(flight, straight_s)
 
 
-def _mapped(case: Case) -> Mapped:
+def _mapped(case: Case) -> dict[str, Any]:
     place = place_of(case.settings, case.place_seed)
     with tempfile.TemporaryDirectory() as folder:
         return fly_and_map(case, _simulation(case, place.world_file(Path(folder))))
@@ -117,14 +99,18 @@ def steering(name: str, cepa: CepaParameters) -> Algorithm:
     return known[name](cepa)
 
 
-def outcome_of(flight: Flight, straight_s: float) -> FlightOutcome:
-    """Return what came of a flight. straight_s: time of the straight way at full speed."""
-    return FlightOutcome(
-        reached=flight.end == "goal",
-        time_over_straight=flight.time_s / straight_s,
-        computation_ms=thinned_times(flight.computation_ms),
+def outcome_of(flight: Flight, straight_s: float) -> dict[str, Any]:
+    """Return what came of a flight. straight_s: time of the straight way at full speed.
+
+    computation_ms is every tenth of the algorithm's computation times in ascending order. It is not a column,
+    because it differs from run to run.
+    """
+    return {
+        "reached": flight.end == "goal",
         **flight.columns(),
-    )
+        "time_over_straight": flight.time_s / straight_s,
+        "computation_ms": thinned_times(flight.computation_ms),
+    }
 
 
 def thinned_times(times_ms: np.ndarray | Sequence[float]) -> list[float]:
