@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from typing import Mapping, NamedTuple, Protocol
+from typing import Mapping, NamedTuple
 
 import numpy as np
 
 from gridslam import se2
+from gridslam.filter.particle_filter import GridSlam
 from gridslam.localisation.evidence import Evidence
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
@@ -18,7 +19,6 @@ from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import optimise
 from gridslam.loop_closure.recognition import Recognition
 from gridslam.loop_closure.scan_links import ScanLinks
-from gridslam.maps.new_map import MapDraft
 from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
 from gridslam.trajectory import Trajectory
@@ -40,22 +40,6 @@ class Effort(NamedTuple):
 
 ON_THE_WAY, AT_THE_END = Effort(2, 1e-3), Effort(5, 1e-5)
 """The next correction mends what one on the way leaves."""
-
-
-class Slam(Protocol):
-    """The interface of a filter: its path, the scans along it, and a way to correct the path."""
-
-    def trajectory(self) -> Trajectory:
-        """Return the best path."""
-
-    def processed_scans(self) -> list[PlanarScan]:
-        """Return the scans at the path's nodes."""
-
-    def draft(self) -> MapDraft:
-        """Return a new map, to be filled in any thread."""
-
-    def adopt(self, poses_in_map: np.ndarray, draft: MapDraft | None = None) -> None:
-        """Carry on from corrected poses (k, 3) of the nodes. The draft holds the first of their scans."""
 
 
 class LoopCloser:
@@ -85,7 +69,7 @@ class LoopCloser:
         self.closures: list[Closure] = []
         """The closures that count at present. A closure stops counting when later ones contradict it."""
 
-    def update(self, slam: Slam, base_in_odom: np.ndarray, evidence: Evidence | None = None) -> None:
+    def update(self, slam: GridSlam, base_in_odom: np.ndarray, evidence: Evidence | None = None) -> None:
         """Begin to search for a revisited place, unless the last search is still to be taken.
 
         Call this after each scan that the filter has processed, with the odometry (3,) at the scan, and
@@ -104,7 +88,7 @@ class LoopCloser:
             due_s = begun_s + p.answer_s
             self._job = Job(self._thread, begun_s, due_s, lambda: self._work(slam, path, scans, odometry))
 
-    def take(self, slam: Slam, stamp_s: float) -> bool:
+    def take(self, slam: GridSlam, stamp_s: float) -> bool:
         """Take over the result that is due at a scan's stamp. Return whether the path was corrected.
 
         Call this before each scan that the filter gets. It waits for the result if need be.
@@ -131,7 +115,7 @@ class LoopCloser:
             self._job.result()
             self._job = None
 
-    def finish(self, slam: Slam) -> None:
+    def finish(self, slam: GridSlam) -> None:
         """Give the filter the path corrected by all links and closures. Call this at the end of the log."""
         self.take(slam, math.inf)
         self._follow(slam.trajectory(), slam.processed_scans(), np.array(self._odometry))
@@ -142,7 +126,7 @@ class LoopCloser:
             self.closures = [self._closure(match) for match in self._counted]
 
     def _work(
-        self, slam: Slam, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray
+        self, slam: GridSlam, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray
     ) -> Correction | None:
         """Follow the path, search for a place seen before. Return the corrected path, or None.
 

@@ -74,7 +74,7 @@ def make() -> RunNode:
 
 def _fly(flight: experiment_1.GoalFlight, lockstep: bool, cepa: bool, ending: Ending) -> int:
     """Return the exit code."""
-    run = Run(flight.description, ending)
+    run = Run(flight.description.experiment, ending)
     monitor = Monitor(flight.limits, uav=flight.description.model)
     goal_xyz_m = flight.description.scenario.goal_xyz_m
     run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, cepa))

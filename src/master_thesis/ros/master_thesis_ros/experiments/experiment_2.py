@@ -134,7 +134,7 @@ def _fly(asked: experiment_2.Trial, lockstep: bool, ending: Ending) -> int:
     """Return the exit code."""
     description = asked.description
     obstacles = placement(description.scenario)
-    run = Run(description, ending)
+    run = Run(description.experiment, ending)
     trial = EmergencyTrial(asked.limits, description.model)
     run.lead(trial, lambda: Experiment2Node(trial, obstacles, description.model, asked.look_s, lockstep))
     run.complete_bag()

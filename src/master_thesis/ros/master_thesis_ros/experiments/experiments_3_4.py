@@ -146,7 +146,7 @@ def make() -> RunNode:
 
 def _fly(flight: experiments_3_4.MissionFlight, lockstep: bool, slam_node: str, ending: Ending) -> int:
     """Return the exit code."""
-    run = Run(flight.description, ending)
+    run = Run(flight.description.experiment, ending)
     monitor = Monitor(flight.limits, uav=flight.description.model)
     monitor.log.scan_period_s = SCAN_PERIOD_S
     slam = SlamWatch(slam_node)

@@ -7,7 +7,7 @@ import threading
 import time
 from dataclasses import replace
 from datetime import datetime
-from typing import Any, Callable, Protocol
+from typing import Any, Callable
 
 import rospy
 
@@ -42,19 +42,11 @@ def drive(make: Callable[[], RunNode], ending: Ending) -> None:
     run("experiment", make, ending, (MasterThesisError, SimulationToolsError), explain=str)
 
 
-class Described(Protocol):
-    """A description of a run."""
-
-    @property
-    def experiment(self) -> str:
-        """Name of the results' folder."""
-
-
 class Run:
     """One run's folder, its recorder, and the wall time since roslaunch was called."""
 
-    def __init__(self, description: Described, ending: Ending) -> None:
-        """Make the folder and start recording. From now on this object handles Ctrl-C.
+    def __init__(self, experiment: str, ending: Ending) -> None:
+        """Make the experiment's folder and start recording. From now on this object handles Ctrl-C.
 
         Raises:
             MasterThesisError: the folder cannot be made.
@@ -64,7 +56,7 @@ class Run:
         self._started_s = time.perf_counter() - age_s(os.getppid())
         given = read_values({"results": os.path.abspath("results"), "record": False})
         root = results_path(given["results"])
-        self.folder = RunFolder(root, description.experiment, datetime.now())
+        self.folder = RunFolder(root, experiment, datetime.now())
         rospy.loginfo(f"The results will be in {self.folder.path}.")
         self._recorder = BagRecorder(self.folder.path / "flight.bag") if given["record"] else None
         shortage = self._recorder.shortage() if self._recorder else None
