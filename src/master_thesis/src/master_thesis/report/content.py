@@ -45,16 +45,22 @@ class Picture:
 class Finding:
     """A statement of the thesis beside our numbers.
 
-    agrees: computed from the numbers. why: the reason if they do not agree. basis: for example "one flight",
-    if the verdict has no more data; else empty.
+    agrees: computed from the numbers. otherwise: the reason, shown if they do not agree. remark: shown in any
+    case. basis: for example "one flight", if the verdict has no more data; else empty.
     """
 
     claim: str
     source: str
     ours: str
     agrees: bool
-    why: str = ""
+    otherwise: str = ""
+    remark: str = ""
     basis: str = ""
+
+    @property
+    def why(self) -> str:
+        """What is said about the verdict."""
+        return self.remark if self.agrees else self.remark + self.otherwise
 
 
 Block = Union[Table, Picture]

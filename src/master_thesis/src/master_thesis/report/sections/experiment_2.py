@@ -191,7 +191,6 @@ def _shape(sweep: Sequence[dict]) -> Finding:
         ),
         None,
     )
-    agrees = growth > SHAPE_GROWTH
     begins = f" Effects begin near K = {first:g} m/rad." if first is not None else ""
     return Finding(
         "“With low enough Ks the figure starts to loose its shape.”",
@@ -199,33 +198,31 @@ def _shape(sweep: Sequence[dict]) -> Finding:
         f"At K = {low['k_filter']:g} m/rad {100 * low['intruding_share']:.0f} % of all directions seem "
         f"blocked within r_LB, at K = {high['k_filter']:g} m/rad {100 * high['intruding_share']:.0f} "
         f"%.{begins}",
-        agrees,
-        "" if agrees else "The K tried here are not low enough.",
+        growth > SHAPE_GROWTH,
+        "The K tried here are not low enough.",
     )
 
 
 def _identical(proposed: dict) -> Finding:
     apart = angle_deg(proposed["original_xy"], proposed["improved_xy"])
-    agrees = apart < SAME_DEG
     return Finding(
         "Wall and one column: “the original does not cause a collision in this scenario the arrows are "
         "identical”.",
         "figure 8.6",
         f"The arrows point {apart:.1f}° apart.",
-        agrees,
-        "" if agrees else "The improved algorithm judged the original's way as too narrow for its body.",
+        apart < SAME_DEG,
+        "The improved algorithm judged the original's way as too narrow for its body.",
     )
 
 
 def _different(proposed: dict) -> Finding:
     apart = angle_deg(proposed["original_xy"], proposed["improved_xy"])
-    agrees = apart >= SAME_DEG
     return Finding(
         "Wall and three columns: the improved algorithm proposes another way than the original.",
         "figure 8.7",
         f"The arrows point {apart:.0f}° apart.",
-        agrees,
-        "" if agrees else "The original's way was free for the body of the UAV here.",
+        apart >= SAME_DEG,
+        "The original's way was free for the body of the UAV here.",
     )
 
 
@@ -236,40 +233,33 @@ def _harmless(flights: Sequence[Flown]) -> Finding:
         "figure 8.6",
         f"It touched in {touched} of {len(flights)} variations.",
         touched == 0,
-        ""
-        if not touched
-        else "An arrow is not a flight: the UAV needs time to follow it, and drifts meanwhile.",
+        "An arrow is not a flight: the UAV needs time to follow it, and drifts meanwhile.",
     )
 
 
 def _crashes(flights: Sequence[Flown]) -> Finding:
     touched, refused = _touched(flights), sum(flight.proposal_refused for flight in flights)
-    agrees = 2 * touched > len(flights)
     return Finding(
         "Wall and three columns: the original “would have caused the UAV to crash into the columns”.",
         "figure 8.7",
         f"It touched in {touched} of {len(flights)} variations; in {refused} the way that it proposes is "
         "too narrow for the UAV.",
-        agrees,
-        ""
-        if agrees
-        else "An arrow is not a flight: once the UAV is near the columns, they push it back before it "
-        "touches.",
+        2 * touched > len(flights),
+        "An arrow is not a flight: once the UAV is near the columns, they push it back before it touches.",
     )
 
 
 def _saved(flights: Sequence[Flown]) -> Finding:
     touched, values = _touched(flights), summary(flights)
     stuck = values["flights"] - values["left"]
-    agrees = touched == 0 and stuck == 0
     scenarios = sorted({f.scenario for f in flights if f.metrics["collision"] or not f.metrics["left"]})
     return Finding(
         "The improved emergency avoidance “finds a safe escape”, and causes no collision anywhere.",
         "figure 8.7, 9.1.1",
         f"It touched in {touched} of {len(flights)} flights and got out in {values['left']}; least "
         f"clearance {max(values['min_clearance_m'], 0.0):.2f} m.",
-        agrees,
-        "" if agrees else f"Not so in {listed([_words(name) for name in scenarios])}.",
+        touched == 0 and stuck == 0,
+        f"Not so in {listed([_words(name) for name in scenarios])}.",
     )
 
 

@@ -74,16 +74,13 @@ def _less_complete(maps: Maps) -> Finding:
     seen = {lidar: maps.middle(lidar)["wall_seen_share"] for lidar in maps.lidars}
     others = max(value for lidar, value in seen.items() if lidar != "urg")
     least = min(seen, key=seen.__getitem__)
-    agrees = least == "urg"
     return Finding(
         "“The URG-04LX-UG01 has a slightly less complete map”, due to its short range.",
         "9.1.2, figure 8.10a",
         f"The URG's map shows {100 * seen['urg']:.0f} % of the true walls, the most complete one "
         f"{100 * others:.0f} %.",
-        agrees,
-        ""
-        if agrees
-        else "Our flight comes near to every wall in its time, so that range does not decide; the "
+        least == "urg",
+        "Our flight comes near to every wall in its time, so that range does not decide; the "
         f"least, of the {short_name(least)}, is {100 * seen[least]:.0f} %.",
     )
 
@@ -91,20 +88,15 @@ def _less_complete(maps: Maps) -> Finding:
 def _corrected(maps: Maps) -> Finding:
     middle = maps.middle("tim")
     half, end = middle["half_way_error_max_m"], middle["map_error_max_m"]
-    agrees = half > DRIFTED_M and end < half / 2
-    why = ""
-    if not agrees:
-        why = (
-            "No wall was ever that far off: the filter corrects the drift scan by scan before it shows."
-            if half <= DRIFTED_M
-            else "What was off at half time is so at the end."
-        )
+    why = "What was off at half time is so at the end."
+    if half <= DRIFTED_M:
+        why = "No wall was ever that far off: the filter corrects the drift scan by scan before it shows."
     return Finding(
         "TiM: at half time a wall is drawn where odometry has drifted to; it is corrected when seen again.",
         f"figure {thesis.MAPS['room']['tim'].figure}",
         f"Farthest that an occupied cell is from a true wall: {half:.2f} m at half time, {end:.2f} m at "
         f"the end; trajectory error as believed in flight {middle['ate_online_rmse_m']:.3f} m, at the "
         f"end {middle['ate_rmse_m']:.3f} m.",
-        agrees,
+        half > DRIFTED_M and end < half / 2,
         why,
     )

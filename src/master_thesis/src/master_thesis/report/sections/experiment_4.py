@@ -154,14 +154,13 @@ def _is_short(range_m: float) -> bool:
 def _range_decides(maps: Maps, long: list[str], short: list[str]) -> Finding:
     best_short = min(maps.middle(lidar)["ate_rmse_m"] for lidar in short)
     worst_long = max(maps.middle(lidar)["ate_rmse_m"] for lidar in long)
-    agrees = best_short > 2.0 * worst_long
     return Finding(
         "“The range of the lidars on the other hand has a huge impact”, seen most clearly here.",
         "9.1.2",
         f"Trajectory error: {best_short:.3f} m or more with {_named(short)}, {worst_long:.3f} m or less "
         f"with {_named(long)}.",
-        agrees,
-        "" if agrees else "In these flights the short-sighted lidars did about as well.",
+        best_short > 2.0 * worst_long,
+        "In these flights the short-sighted lidars did about as well.",
     )
 
 
@@ -174,7 +173,7 @@ def _equal_to_the_world(maps: Maps, long: list[str]) -> Finding:
         "9.1.2, figures 8.16a, 8.17",
         f"{_named(long)}: 95 % of every map within {worst:.3f} m of a true wall.",
         not bad,
-        "" if not bad else f"Not so of {_named(bad)}.",
+        f"Not so of {_named(bad)}.",
     )
 
 
@@ -182,13 +181,12 @@ def _indistinguishable(maps: Maps) -> Finding:
     puck, m8 = maps.middle("puck"), maps.middle("m8")
     keys = ("ate_rmse_m", "map_error_mean_m", "map_error_p95_m")
     apart = max(abs(puck[key] - m8[key]) for key in keys)
-    agrees = apart < ALIKE_M
     return Finding(
         "Puck and M8: “The maps are virtually indistinguishable.”",
         "figure 8.17",
         f"Their trajectory and map errors differ by {apart:.3f} m at most.",
-        agrees,
-        "" if agrees else "That is more than the eye overlooks.",
+        apart < ALIKE_M,
+        "That is more than the eye overlooks.",
     )
 
 
@@ -200,36 +198,30 @@ def _bulge(maps: Maps, text: Sequence[dict]) -> Finding:
     ours = f"Its walls' cells deviate from straight lines by {tim:.3f} m, the UTM's by {utm:.3f} m."
     if of_text is not None:
         ours += f" With the {text_m:g} m that the thesis's text gives the TiM: {of_text:.3f} m."
-    why = ""
-    if agrees and tim <= BULGE_M:
-        why = f"With the {lidar.range_m:g} m of table 8.2, as above, nothing bulges: it sees the far wall."
-    elif not agrees:
-        why = f"A wall is bent to the eye from about {BULGE_M:g} m on; gridslam keeps below that."
+    nothing = f"With the {lidar.range_m:g} m of table 8.2, as above, nothing bulges: it sees the far wall."
     return Finding(
         "TiM: “even though the map is good, the wall on the long-side bulges inwards a bit”.",
         "9.1.2, figure 8.16b",
         ours,
         agrees,
-        why,
+        f"A wall is bent to the eye from about {BULGE_M:g} m on; gridslam keeps below that.",
+        remark=nothing if agrees and tim <= BULGE_M else "",
     )
 
 
 def _mended(maps: Maps) -> Finding:
     bent, closed = not maps.is_true("ust"), maps.is_true("ust", closure=True)
     without, with_it = maps.middle("ust"), maps.middle("ust", closure=True)
-    agrees = bent and closed
-    why = ""
+    why = f"Our loop closure leaves it: {maps.verdict('ust', closure=True)}."
     if not bent:
         why = "In these flights the filter alone kept the walls straight."
-    elif not closed:
-        why = f"Our loop closure leaves it: {maps.verdict('ust', closure=True)}."
     return Finding(
         "UST: the walls bend, and “the misalignment was fixed by the loop closure”.",
         "figure 8.15",
         f"Trajectory error {without['ate_rmse_m']:.3f} m without loop closure, "
         f"{with_it['ate_rmse_m']:.3f} m with it; 95 % of the map within {without['map_error_p95_m']:.3f} "
         f"and {with_it['map_error_p95_m']:.3f} m of a wall.",
-        agrees,
+        bent and closed,
         why,
     )
 
@@ -238,7 +230,6 @@ def _beyond_mending(maps: Maps) -> Finding:
     bent, closed = not maps.is_true("urg"), maps.is_true("urg", closure=True)
     without, with_it = maps.middle("urg"), maps.middle("urg", closure=True)
     worst = with_it["ate_rmse_worst_m"]
-    agrees = bent and not closed
     why = ""
     if not bent:
         why = "In these flights the filter alone kept the walls straight."
@@ -255,7 +246,7 @@ def _beyond_mending(maps: Maps) -> Finding:
         f"Trajectory error {without['ate_rmse_m']:.3f} m without loop closure: {maps.verdict('urg')}. "
         f"With it {with_it['ate_rmse_m']:.3f} m, {with_it['closures']:.0f} loops: "
         f"{maps.verdict('urg', closure=True)}.",
-        agrees,
+        bent and not closed,
         why,
     )
 

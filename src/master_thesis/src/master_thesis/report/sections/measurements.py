@@ -157,9 +157,7 @@ def launch_findings(ours: Mapping[str, dict]) -> list[Finding]:
                 "8.3",
                 f"Start {times['startup_s']:.1f} s, end {times['shutdown_s']:.1f} s.",
                 agrees,
-                ""
-                if agrees
-                else "Neither Gazebo nor PX4 runs here: our simulator and the flight controller's "
+                "Neither Gazebo nor PX4 runs here: our simulator and the flight controller's "
                 "stand-in are one process, which ends at the first signal.",
             )
         )
@@ -171,9 +169,7 @@ def launch_findings(ours: Mapping[str, dict]) -> list[Finding]:
                 "table 8.4",
                 f"{alone:.1f} s without, {with_rviz:.1f} s with RViz.",
                 with_rviz > alone,
-                ""
-                if with_rviz > alone
-                else "RViz starts beside the simulator, and the slower of both "
+                "RViz starts beside the simulator, and the slower of both "
                 "counts; the rest is the machine's load.",
             )
         )
