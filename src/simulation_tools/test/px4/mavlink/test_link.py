@@ -42,14 +42,20 @@ def test_ports_follow_px4s_convention():
     link.close()
 
 
-def test_the_default_remote_is_served_without_asking():
+@pytest.mark.parametrize("streams_unasked", [True, False], ids=["offboard", "ground station"])
+def test_the_default_remote_is_served_without_asking(streams_unasked):
+    """A ground station gets heartbeats only, until it sends one itself."""
     listener = Client(1)
     flight = Flight.of_iris(noise=NO_NOISE)
     own_port = listener.socket.getsockname()[1]
-    link = MavlinkLink(flight.px4, own_port, 0, offboard_local_port=0)
+    ports = (own_port, 0) if streams_unasked else (0, own_port)
+    link = MavlinkLink(flight.px4, *ports, offboard_local_port=0, gcs_local_port=0)
     flight.step()
     link.send_due(0)
-    assert listener.take("HEARTBEAT")
+    listener.receive()
+    kinds = {message.get_type() for message in listener.inbox}
+    assert "HEARTBEAT" in kinds
+    assert (len(kinds) > 1) is streams_unasked
     link.close()
     listener.close()
 
