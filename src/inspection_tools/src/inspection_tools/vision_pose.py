@@ -145,7 +145,7 @@ class VisionPose:
         return []
 
     def refuse(self, reason: str) -> None:
-        """Take in that something came that is no odometry. reason: one sentence."""
+        """Take in that a message came that is not odometry. reason: one sentence."""
         self._enter(VisionState.INVALID, reason)
 
     def watch(self, now_s: float) -> None:
@@ -221,7 +221,7 @@ class VisionPose:
     def _between(self, before: Motion | None, motion: Motion) -> list[Motion]:
         """Return the poses that fill the time since the last one, and this one.
 
-        All together say no more than this one alone: each has a covariance greater by their number.
+        All together say no more than this one alone, so the covariance of each is multiplied by their number.
         """
         gap_s = 0.0 if before is None else motion.stamp_s - before.stamp_s
         count = max(1, math.ceil(gap_s * self.parameters.min_rate - 1e-6))

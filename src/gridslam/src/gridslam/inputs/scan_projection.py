@@ -1,4 +1,4 @@
-"""From the scan of any planar lidar, mounted anyhow on a leaning UAV, to a levelled `PlanarScan`.
+"""From the scan of a planar lidar, in any mounting on a leaning UAV, to a levelled `PlanarScan`.
 
 Each beam is rotated by the lidar's mounting and by the attitude of the base frame, and projected from above.
 So walls keep their places. Beams that hit the floor are dropped, because they would show as walls.
