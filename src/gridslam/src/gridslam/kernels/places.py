@@ -1,6 +1,6 @@
 """Branch and bound over the positions and headings of a set of points on a map (Hess et al. 2016).
 
-Everything is in cells from the map's corner and radians. A block is a square of positions, 2^level cells
+Everything is in cells from the map's corner and radians. A block is a square of positions, 4^level cells
 wide, at one heading. Its upper bound is the sum over the points of the greatest fit in a square of cells.
 """
 
@@ -68,7 +68,7 @@ def best_places(
     """Return the places (k, 3: heading's index, x, y) and their scores (k,), best first.
 
     Args:
-        levels: (levels, h + m, w + m) uint8, see `PlaceSearch`; m is 2 to the power of the last level.
+        levels: (levels, h + m, w + m) uint8, see `PlaceSearch`; m is 4 to the power of the last level.
         outside: value of cells beyond the map.
         cells: (angles, n, 2) the points at each heading, in cells from the position.
         angles: (angles,) rad.
@@ -79,7 +79,7 @@ def best_places(
         most: the search ends after this many places.
     """
     top = levels.shape[0] - 1
-    margin = 1 << top
+    margin = 4**top
     places, scores = np.zeros((most, 3), np.int64), np.zeros(most)
     blocks = [(-1, 0, 0, 0, 0)]
     blocks.pop()
@@ -95,16 +95,16 @@ def best_places(
         bound, level, a, x, y = heapq.heappop(blocks)
         if -bound <= least:
             break
-        if _is_covered(angles, a, x, y, 1 << level, places, count, apart):
+        if _is_covered(angles, a, x, y, 4**level, places, count, apart):
             continue
         if level == 0:
             places[count, 0], places[count, 1], places[count, 2], scores[count] = a, x, y, -bound
             count += 1
             least = max(least, share * scores[0])
             continue
-        half = 1 << (level - 1)
-        for part in range(4):
-            px, py = x + (part & 1) * half, y + (part >> 1) * half
+        width = 4 ** (level - 1)
+        for part in range(16):
+            px, py = x + part % 4 * width, y + part // 4 * width
             if px > box[2] or py > box[3]:
                 continue
             below = _sum_of_fits(levels[level - 1], margin, outside, cells[a], px, py, least)

@@ -17,8 +17,8 @@ from gridslam.kernels.places import best_places, mean_squares
 from gridslam.maps.own_memory import zeros
 from gridslam.search.field import FULL, UNSEEN, LikelihoodField
 
-HALVINGS = 6
-"""The largest blocks of positions are 2 to the power of this many cells wide."""
+SPLITS = 3
+"""The largest blocks of positions are 4 to the power of this many cells wide."""
 POINTS_MAX = 250
 """More points than this cost time and tell nothing new."""
 INDEPENDENT_POINTS = 20.0
@@ -94,8 +94,8 @@ class PlaceSearch:
     """
 
     def __init__(self, field: LikelihoodField) -> None:
-        self._levels = _levels(field.table, HALVINGS)
-        margin = 1 << HALVINGS
+        self._levels = _levels(field.table, SPLITS)
+        margin = 4**SPLITS
         self._field = replace(field, table=self._levels[0, margin:, margin:])  # once in memory
 
     def find(
@@ -182,23 +182,28 @@ def thinned(points_xy_m: np.ndarray, spacing_m: float, most: int) -> np.ndarray:
     return means[np.linspace(0, len(means) - 1, most).astype(int)]
 
 
-def _levels(table: np.ndarray, halvings: int) -> np.ndarray:
-    """Return (halvings + 1, h + m, w + m) uint8, m = 2^halvings.
+def _levels(table: np.ndarray, splits: int) -> np.ndarray:
+    """Return (splits + 1, h + m, w + m) uint8, m = 4^splits.
 
-    Level k holds the greatest value of the 2^k x 2^k cells from each cell on. Its cell [m, m] is the table's
-    first. Around the table the value is UNSEEN.
+    Level k holds the greatest value of the 4^k x 4^k cells from each cell on. Its cell [m, m] is the table's
+    first. Around the table the value is UNSEEN. Levels of 2^k cells would save no time, and cost memory.
     """
-    margin = 1 << halvings
-    levels = zeros((halvings + 1, table.shape[0] + margin, table.shape[1] + margin), np.uint8)
+    margin = 4**splits
+    levels = zeros((splits + 1, table.shape[0] + margin, table.shape[1] + margin), np.uint8)
     levels[0] = UNSEEN
     levels[0, margin:, margin:] = table
-    for level in range(halvings):
-        reach, below, here = 1 << level, levels[level], levels[level + 1]
-        np.maximum(below[:-reach], below[reach:], out=here[:-reach])
-        np.maximum(below[-reach:], UNSEEN, out=here[-reach:])
-        np.maximum(here[:, :-reach], here[:, reach:], out=here[:, :-reach])
-        np.maximum(here[:, -reach:], UNSEEN, out=here[:, -reach:])
+    for level in range(splits):
+        _spread(levels[level], 4**level, levels[level + 1])
+        _spread(levels[level + 1], 2 * 4**level, levels[level + 1])
     return levels
+
+
+def _spread(values: np.ndarray, by: int, out: np.ndarray) -> None:
+    """Write the greatest of each value and of those this many rows, columns, or both, after it."""
+    np.maximum(values[:-by], values[by:], out=out[:-by])
+    np.maximum(values[-by:], UNSEEN, out=out[-by:])
+    np.maximum(out[:, :-by], out[:, by:], out=out[:, :-by])
+    np.maximum(out[:, -by:], UNSEEN, out=out[:, -by:])
 
 
 def _angles(points: np.ndarray, step_m: float, window: Window | None) -> np.ndarray:
