@@ -13,7 +13,9 @@ are CPU times, user and system; memory is the process's peak, Python and numba t
 is left out, saying so.
 
 `ate_online` judges the path as it was published on the way, from the first scan on.
-`online_by_final_since_closure` is its error by that of the final path, both from the first closure on.
+`published_by_best_after_closures` is the error of the path as it was published just after each closure, by
+that of the final path if the log had ended there. `online_by_final_since_closure` is the error of the online
+path by that of the final one, both from the first closure on; the drift until the next closure counts, too.
 
 Keys: slam.LOG.{ate_worst_m, ate_median_m, ate_online_worst_m, cpu_ms_per_scan, cpu_ms_p95, peak_mb, ...} over
 the seeds, and the same under .without_loop_closure. slam.intel also has {exact_final_m, exact_online_m,
@@ -47,6 +49,7 @@ SIMULATED = {"beams360": 3, "beams10000": 1, "hall": 1}
 """Logs that `shared.slam_run` makes, and the most seeds that are run, because they take long."""
 COSTS = 3
 """Seeds of Intel's costs."""
+WITH_TRUE_POSES = ("csail", "aces", "corridor")
 ROWS = (*LOGS, "hold", *SIMULATED)
 
 
@@ -86,12 +89,15 @@ def measure(row: str, seeds: Sequence[int], given: argparse.Namespace) -> dict[s
     if row == "intel" and (given.data / "intel_dense.log.gz").exists():
         costs = means([run_alone(row, seed, given.data) for seed in tqdm(seeds[:COSTS], "Intel's costs")])
     closed, alone = (log.measure(given.data, seeds, closure) for closure in (True, False))
+    if row in WITH_TRUE_POSES:
+        module, bar = "benchmarks.slam_rows.after_closures", tqdm(seeds, f"{log.bag}, after closures")
+        closed.update(means([run_alone(row, seed, given.data, module=module) for seed in bar]))
     return {row: {**costs, **closed, "without_loop_closure": alone}}
 
 
-def run_alone(name: str, seed: int, *data: Path) -> dict:
+def run_alone(name: str, seed: int, *data: Path, module: str = "benchmarks.shared.slam_run") -> dict:
     """Return the metrics of one run in a separate process."""
-    command = [sys.executable, "-m", "benchmarks.shared.slam_run", name, str(seed), *map(str, data)]
+    command = [sys.executable, "-m", module, name, str(seed), *map(str, data)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
     return json.loads(done.stdout)
 

@@ -6,7 +6,7 @@ import json
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable, Mapping, Sequence
 
@@ -34,7 +34,7 @@ class Log:
     bag: str
     truth: str
     judge: Judge
-    settings: Sequence[str] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
     of_part: Judge | None = None
 
     def missing(self, data: Path) -> list[str]:
@@ -46,10 +46,15 @@ class Log:
         words = f"{self.bag}, loop closure {'on' if loop_closure else 'off'}"
         return summary([self._run(data, seed, loop_closure) for seed in tqdm(seeds, words)])
 
+    def given(self, seed: int, loop_closure: bool) -> dict[str, Any]:
+        """Return the parameters of a run by name."""
+        ours = {"base_frame": "base_link", "seed": seed, "threads": 1, "loop_closure": loop_closure}
+        return {**self.settings, **ours}
+
     def _run(self, data: Path, seed: int, loop_closure: bool) -> dict:
         with tempfile.TemporaryDirectory() as folder:
-            command = [sys.executable, REPLAY, data / self.bag, "--output", folder, *self.settings]
-            given = {"base_frame": "base_link", "seed": seed, "threads": 1, "loop_closure": loop_closure}
+            command = [sys.executable, REPLAY, data / self.bag, "--output", folder]
+            given = self.given(seed, loop_closure)
             command += [f"{name}:={json.dumps(value)}" for name, value in given.items()]
             subprocess.run(list(map(str, command)), check=True, capture_output=True)
             timing = json.loads(Path(folder, "timing.json").read_text(encoding="utf-8"))
@@ -130,7 +135,7 @@ CORRIDOR_ODOMETRY_ERROR_M = 0.69
 LOGS = {
     "csail": Log("csail.bag", "csail.ref.txt.gz", by_poses),
     "aces": Log("aces.bag", "aces.ref.txt.gz", by_poses),
-    "intel": Log("intel_dense.bag", "intel.relations.gz", by_relations, ("maxUrange:=40.0",)),
+    "intel": Log("intel_dense.bag", "intel.relations.gz", by_relations, {"maxUrange": 40.0}),
     "corridor": Log("corridor.bag", "corridor.ref.txt.gz", by_the_corridor, of_part=by_poses),
 }
 """By the name in the keys."""

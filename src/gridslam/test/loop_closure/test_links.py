@@ -11,7 +11,7 @@ from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.links import Surfaces, align, nearest_by_bearing, nearest_earlier
 from gridslam.loop_closure import LoopClosureParameters
-from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
+from gridslam.loop_closure.links import LINK_SIGMA_M, ScanSurfaces, link_pairs, surfaces_of
 from gridslam.loop_closure.scan_links import ScanLinks
 
 LIDAR = Lidar(2.0 * math.pi * 359 / 360, 360, 10.0, 0.01, 10.0)
@@ -104,7 +104,9 @@ def test_along_a_bare_corridor_a_link_measures_nothing():
     scans = [seen_from(corridor, (0.0, 0.1, 0.0), 1), seen_from(corridor, (1.0, 0.1, 0.0), 2)]
     found = link(scans, np.array([0.8, 0.0, 0.0]))
     assert found.covariance[0, 0] > 50.0  # m2
-    assert found.covariance[1, 1] < 0.01**2
+    # across it, as much as so many independent points of a wall
+    across = PARAMETERS.match_sigma_m**2 / PARAMETERS.match_points + LINK_SIGMA_M**2
+    assert found.covariance[1, 1] == pytest.approx(across, rel=0.05)
     assert found.covariance[2, 2] < 0.01**2
     assert abs(found.newer_in_older[1]) < 0.02
 

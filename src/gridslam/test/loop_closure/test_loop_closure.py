@@ -11,6 +11,7 @@ from gridslam import se2
 from gridslam.errors import ParameterError
 from gridslam.evaluation import Walls
 from gridslam.filter.particle_filter import GridSlam
+from gridslam.localisation.evidence import Agreement, Evidence
 from gridslam.loop_closure import LoopCloser, LoopClosureParameters, recognition
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.recognition import Recognition
@@ -140,6 +141,18 @@ def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monke
             closer.update(part, path.poses[count - 1])
         # then the ways between searches are as the parameters say
         np.testing.assert_allclose(np.diff(searched), expected_m)
+
+
+def test_steps_beside_a_scan_that_contradicts_the_map_are_unmeasured():
+    # given a way of six scans. The second could not be compared, the fourth contradicts the map in most beams
+    poses, closer = np.column_stack([np.arange(6.0), np.zeros((6, 2))]), LoopCloser()
+    agreements = [Agreement(90, 10, 0)] * 6
+    agreements[1], agreements[3] = Agreement(5, 0, 95), Agreement(49, 51, 0)
+    # when the closer gets them
+    for node, agreement in enumerate(agreements):
+        closer.update(Path(poses[: node + 1]), poses[node], Evidence(float(node), agreement))
+    # then the step to the second is not measured, and neither are the steps to and from the fourth
+    assert closer.to_arrays()["unmatched"].tolist() == [1, 3, 4]
 
 
 @pytest.mark.parametrize(("seen_rad", "is_searched"), [(math.pi, True), (0.1, False)])
@@ -278,6 +291,7 @@ def test_a_bare_corridor_is_as_long_as_odometry_says_and_ends_where_it_began(see
     # when mapped
     for scan, base in zip(log.scans, log.odometry):
         session.process(scan, base)
+    published = session.trajectory()
     session.finish()
     # then the loop is closed, and the corridor is no worse than by odometry
     path = session.trajectory()
@@ -288,6 +302,8 @@ def test_a_bare_corridor_is_as_long_as_odometry_says_and_ends_where_it_began(see
     assert session.closures
     assert abs(length - math.dist(true[1, :2], true[0, :2])) < abs(drifted - 41.0) + 0.05
     assert abs(gap - math.dist(true[2, :2], true[0, :2])) < 0.05
+    # and the whole path was corrected as soon as the loop was closed, although its ends had met already
+    assert np.abs(published.poses_in_map - path.poses_in_map)[:, :2].max() < 0.1
 
 
 def scattered_boxes(seed, route):

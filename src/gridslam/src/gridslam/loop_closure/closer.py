@@ -10,7 +10,7 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.filter.particle_filter import GridSlam
-from gridslam.localisation.evidence import Evidence
+from gridslam.localisation.evidence import Agreement, Evidence
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
 from gridslam.loop_closure.edge import Closure, Edges, Match
@@ -63,7 +63,7 @@ class LoopCloser:
         self._searched_m = self._searched_far_m = 0.0
         self._unmatched: list[int] = []
         self._contradicted: list[int] = []
-        """Nodes at which no scan says how odometry has erred, and at which scans have contradicted it."""
+        """Nodes to which no scan has measured the step, and at which scans have contradicted odometry."""
         self._agreed = False
         """Whether the last search found a place again, and the path and another match agreed with it."""
         self.closures: list[Closure] = []
@@ -75,8 +75,8 @@ class LoopCloser:
         Call this after each scan that the filter has processed, with the odometry (3,) at the scan, and
         what the scan said about the map.
         """
-        if evidence is not None and not evidence.agreement.is_meaningful():
-            self._unmatched.append(len(self._odometry))
+        if evidence is not None:
+            self._note_unmatched(evidence.agreement)
         p, base = self.parameters, np.array(base_in_odom, float)
         self._way_m += math.dist(base[:2], self._odometry[-1][:2]) if self._odometry else 0.0
         self._odometry.append(base.tolist())
@@ -87,6 +87,18 @@ class LoopCloser:
             begun_s = float(path.stamps_s[-1])
             due_s = begun_s + p.answer_s
             self._job = Job(self._thread, begun_s, due_s, lambda: self._work(slam, path, scans, odometry))
+
+    def _note_unmatched(self, agreement: Agreement) -> None:
+        """Note which steps the scan at the newest node leaves unmeasured.
+
+        Where scans are far apart, the filter may use one of which most beams contradict the map. Its pose is
+        a guess then. So the step to it and the step from it are guesses, too.
+        """
+        node = len(self._odometry)
+        if not agreement.is_meaningful():
+            self._unmatched.append(node)
+        elif agreement.agreeing < agreement.clashing:
+            self._unmatched += [node, node + 1]
 
     def take(self, slam: GridSlam, stamp_s: float) -> bool:
         """Take over the result that is due at a scan's stamp. Return whether the path was corrected.
@@ -122,7 +134,9 @@ class LoopCloser:
         if self._way_m > self._searched_m and self._search():
             self._counted = self._choose()
         if self._counted:
-            slam.adopt(self._corrected(AT_THE_END))
+            poses = self._corrected(AT_THE_END)
+            self._chain.settle(poses)
+            slam.adopt(poses)
             self.closures = [self._closure(match) for match in self._counted]
 
     def _work(
@@ -143,10 +157,19 @@ class LoopCloser:
         before, self._counted = set(self._counted), self._choose()
         is_counted = any(match in self._counted for match in found)
         self._agreed = is_counted and not any(self._is_off(match) for match in found)
-        new = [match for match in self._counted if match not in before]
-        if before.issubset(self._counted) and not any(self._is_off(match) for match in new):
+        return None if before == set(self._counted) else self._correction(slam)
+
+    def _correction(self, slam: GridSlam) -> Correction | None:
+        """Return the path that fits all measurements, with its map; None if it is the present one.
+
+        A closure may fit the path at both its nodes, and tell that the path is bent between them.
+        """
+        poses = self._corrected(ON_THE_WAY)
+        moved_m = np.hypot(*(poses - self._chain.poses)[:, :2].T)
+        if moved_m.max() <= self.parameters.correction_min_m:
             return None
-        poses, draft = self._corrected(ON_THE_WAY), slam.draft()
+        self._chain.settle(poses)
+        draft = slam.draft()
         draft.add(poses)
         return Correction(poses, draft)
 
@@ -266,7 +289,7 @@ class LoopCloser:
         return math.dist(here[:2], match.newer_in_older[:2]) > self.parameters.correction_min_m
 
     def _corrected(self, effort: Effort) -> np.ndarray:
-        """Return the path (k, 3) that fits all measurements, and settle on it.
+        """Return the path (k, 3) that fits all measurements.
 
         The better the path, the more scans of different passes can be linked, and the other way round.
         """
@@ -281,7 +304,6 @@ class LoopCloser:
             poses = optimise(before, edges, effort.tolerance, is_far=round_ == 0)
             if round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M:
                 break
-        self._chain.settle(poses)
         return poses
 
     def _closure(self, match: Match) -> Closure:

@@ -96,7 +96,7 @@ class LoopClosureParameters:
     """Stiffness of steps against closures: their deviations as a share of a single match's."""
     match_sigma_m: float = 0.03
     """m: standard deviation of a matched point from its surface."""
-    match_points: float = 20.0
+    match_points: float = 12.0
     """A match's points count as at most this many independent ones, because their errors are similar."""
     closure_sigma_m: float = 0.02
     """m: least standard deviation of a closure ..."""
@@ -106,7 +106,7 @@ class LoopClosureParameters:
     """m: beams are used up to here to link scans."""
     link_reach_m: float = 10.0
     """m: a scan is linked with scans at most this much travel before it ..."""
-    links_back: int = 5
+    links_back: int = 3
     """... and with at most this many of them."""
     link_radius_m: float = 3.0
     """m: a scan is linked with scans of other passes at most this far away ..."""
@@ -123,7 +123,7 @@ class LoopClosureParameters:
     link_rms_max_m: float = 0.1
     """m: greatest root mean square of the pairs' distances in a link."""
     correction_min_m: float = 0.03
-    """m: correct the path if it differs from a new closure by more than this, or at the end of the log."""
+    """m: correct the path if a new closure moves any pose by more than this, or at the end of the log."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
