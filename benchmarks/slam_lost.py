@@ -20,8 +20,8 @@ import numpy as np
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_crossed, trial_options
 from gridslam import OccupancyGrid, se2
-from gridslam.localisation.judgement import LOST, TRACKING
 from gridslam.session import SlamSession
+from gridslam.tracking.judgement import LOST, TRACKING
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
 from master_thesis.experiments_3_4.mapping_flight import parameters_of

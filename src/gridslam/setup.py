@@ -18,6 +18,7 @@ setup(
             "gridslam.maps",
             "gridslam.odometry",
             "gridslam.search",
+            "gridslam.tracking",
             "gridslam_ros",
             "gridslam_ros.odometry",
             "gridslam_ros.publishing",

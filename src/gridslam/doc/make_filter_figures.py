@@ -19,11 +19,11 @@ import rooms  # noqa: E402
 from planar_world import URG, along, drive, hold, rectangle_route  # noqa: E402
 
 from gridslam import GridSlam, SlamParameters, se2  # noqa: E402
-from gridslam.filter.beams import Beams  # noqa: E402
 from gridslam.filter.motion_model import Motion, predict  # noqa: E402
 from gridslam.filter.scan_matcher import ScanMatcher  # noqa: E402
 from gridslam.filter.workers import Workers  # noqa: E402
 from gridslam.kernels.insertion import EMPTY, SIDE  # noqa: E402
+from gridslam.maps.beams import Beams  # noqa: E402
 
 GREY, BLUE, ORANGE, RED = "#b0b0b0", "#2b6cb0", "#e8711a", "#cc1f1a"
 PARAMETERS = SlamParameters(particles=30)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from plain_filter import PlainMap
 
-from gridslam.filter.beams import Beams
 from gridslam.kernels.tiles import PARTS, SIDE
+from gridslam.maps.beams import Beams
 from gridslam.maps.tile_map import TileMaps
 
 WINDOW = 3

@@ -19,12 +19,12 @@ from gridslam.files import session_file
 from gridslam.filter.particle_filter import START_DEVIATION, GridSlam
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.inputs.continuous_odometry import ContinuousOdometry
-from gridslam.localisation.judgement import Judgement
 from gridslam.localisation.supervisor import Supervisor
 from gridslam.maps.new_map import check
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
+from gridslam.tracking.judgement import Judgement
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:

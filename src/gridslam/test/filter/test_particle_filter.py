@@ -17,10 +17,10 @@ from gridslam import GridSlam, MapError, PlanarScan, ScanError, SlamParameters, 
 from gridslam.evaluation import Walls
 from gridslam.files import state_file
 from gridslam.filter import proposal
-from gridslam.filter.beams import Beams
 from gridslam.filter.particle_filter import WEIGHT_SMOOTHING
 from gridslam.filter.scan_matcher import NULL_LIKELIHOOD_M2
 from gridslam.maps import tile_map
+from gridslam.maps.beams import Beams
 
 
 @pytest.fixture(scope="module")

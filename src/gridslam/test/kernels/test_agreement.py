@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_maps import SIZE, plain_of
 
-from gridslam.filter.beams import Beams
 from gridslam.kernels.agreement import NEAR
+from gridslam.maps.beams import Beams
 from gridslam.maps.tile_map import TileMaps
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan

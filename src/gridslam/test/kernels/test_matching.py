@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_maps import SIZE, WINDOW, plain_of
 
-from gridslam.filter.beams import Beams
 from gridslam.kernels import least_squares, matching, nearest
 from gridslam.kernels.nearest import NearestPoints, ParticleMap
+from gridslam.maps.beams import Beams
 from gridslam.maps.tile_map import TileMaps
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan

@@ -11,7 +11,6 @@ from gridslam import se2
 from gridslam.errors import ParameterError
 from gridslam.evaluation import Walls
 from gridslam.filter.particle_filter import GridSlam
-from gridslam.localisation.evidence import Agreement, Evidence
 from gridslam.loop_closure import LoopCloser, LoopClosureParameters, recognition
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.recognition import Recognition
@@ -19,6 +18,7 @@ from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.search.field import FULL
 from gridslam.session import SlamSession
+from gridslam.tracking.evidence import Agreement, Evidence
 from gridslam.trajectory import Trajectory
 
 

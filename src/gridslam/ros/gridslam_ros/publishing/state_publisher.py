@@ -7,8 +7,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import ColorRGBA, Header, String
 from visualization_msgs.msg import Marker
 
-from gridslam.localisation.judgement import LOST, TRACKING, UNCERTAIN, Judgement
 from gridslam.session import SlamSession
+from gridslam.tracking.judgement import LOST, TRACKING, UNCERTAIN, Judgement
 
 PERIOD_S = 1.0
 """Time by the scans' stamps between two diagnostics of one state."""

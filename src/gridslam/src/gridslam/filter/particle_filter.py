@@ -10,7 +10,6 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
-from gridslam.filter.beams import Beams
 from gridslam.filter.motion_model import Motion, predict
 from gridslam.filter.proposal import propose
 from gridslam.filter.scan_evidence import MatchedScan, evidence_of
@@ -18,13 +17,14 @@ from gridslam.filter.scan_matcher import ScanMatcher
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.filter.state import FilterState
 from gridslam.filter.workers import Workers
-from gridslam.localisation.evidence import Agreement
-from gridslam.localisation.judgement import Judgement
+from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import MapDraft, begun
 from gridslam.maps.rendering import Renderer
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
+from gridslam.tracking.evidence import Agreement
+from gridslam.tracking.judgement import Judgement
 from gridslam.trajectory import Trajectory, TrajectoryTree
 
 START_DEVIATION = (0.1, 0.1, 0.05)

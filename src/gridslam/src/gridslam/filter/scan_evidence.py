@@ -9,12 +9,12 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.filter import resampling
-from gridslam.filter.beams import Beams
 from gridslam.filter.motion_model import Motion, Prediction
 from gridslam.kernels.matching import Matches
-from gridslam.localisation.evidence import Evidence
+from gridslam.maps.beams import Beams
 from gridslam.maps.tile_map import TileMaps
 from gridslam.parameters import SlamParameters
+from gridslam.tracking.evidence import Evidence
 
 
 class MatchedScan(NamedTuple):

@@ -14,11 +14,11 @@ import math
 import numpy as np
 
 from gridslam import se2
-from gridslam.filter.beams import Beams
 from gridslam.filter.motion_model import Prediction
 from gridslam.filter.workers import Workers
 from gridslam.kernels.matching import Matches, Motions, Search, find_mode, match
 from gridslam.kernels.nearest import ParticleMap
+from gridslam.maps.beams import Beams
 from gridslam.maps.tile_map import TileMaps
 from gridslam.parameters import SlamParameters
 

@@ -1,1 +1,1 @@
-"""Judges whether the vehicle is where SLAM thinks it is, and finds it when it is lost."""
+"""Finds the vehicle on the map when it is lost."""

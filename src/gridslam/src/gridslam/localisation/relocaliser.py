@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from gridslam import se2
-from gridslam.localisation.evidence import Agreement
-from gridslam.localisation.judgement import UNSEEN_WEIGHT
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.scan import PlanarScan
+from gridslam.tracking.evidence import Agreement
+from gridslam.tracking.judgement import UNSEEN_WEIGHT
 
 if TYPE_CHECKING:
     from gridslam.search import Place, PlaceSearch  # scipy slows the start

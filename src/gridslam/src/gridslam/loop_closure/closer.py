@@ -10,7 +10,6 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.filter.particle_filter import GridSlam
-from gridslam.localisation.evidence import Agreement, Evidence
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
 from gridslam.loop_closure.edge import Closure, Edges, Match
@@ -21,6 +20,7 @@ from gridslam.loop_closure.recognition import Recognition
 from gridslam.loop_closure.scan_links import ScanLinks
 from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
+from gridslam.tracking.evidence import Agreement, Evidence
 from gridslam.trajectory import Trajectory
 
 CHAIN, LINKS = "chain_", "links_"

@@ -7,7 +7,6 @@ import time
 
 import numpy as np
 
-from gridslam.filter.beams import Beams
 from gridslam.kernels.least_squares import inverses
 from gridslam.kernels.links import nearest_earlier
 from gridslam.kernels.pose_graph import shortest_ways
@@ -18,6 +17,7 @@ from gridslam.loop_closure.matcher import Correlation, Window
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.pose_graph import optimise
 from gridslam.loop_closure.refinement import refine
+from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import MapDraft
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan

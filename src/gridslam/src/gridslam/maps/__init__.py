@@ -1,1 +1,1 @@
-"""Every particle's map, in tiles that particles share."""
+"""The beams of a scan, and every particle's map of them, in tiles that particles share."""

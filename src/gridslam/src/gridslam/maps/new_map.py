@@ -7,7 +7,7 @@ from typing import Sequence
 import numpy as np
 
 from gridslam.errors import MapError
-from gridslam.filter.beams import Beams
+from gridslam.maps.beams import Beams
 from gridslam.maps.tile_map import TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 from gridslam.parameters import SlamParameters

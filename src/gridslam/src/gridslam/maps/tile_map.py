@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gridslam.errors import MapError
-from gridslam.filter.beams import Beams
 from gridslam.kernels.agreement import AGREES, CLASHES, UNSEEN, verdicts
 from gridslam.kernels.insertion import insert_path, insert_scan
 from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
-from gridslam.localisation.evidence import Agreement
+from gridslam.maps.beams import Beams
 from gridslam.maps.board import Board
 from gridslam.maps.free_space import FreeSpace, Maps
 from gridslam.maps.tile_pool import TilePool, require_indices
 from gridslam.occupancy_grid import CELLS_MAX
+from gridslam.tracking.evidence import Agreement
 
 ROOM = 6
 """Extra tiles on each side when the tables grow."""

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from gridslam.localisation.evidence import Agreement, Evidence
-from gridslam.localisation.judgement import LOST, TRACKING, UNCERTAIN, Judgement
+from gridslam.tracking.evidence import Agreement, Evidence
+from gridslam.tracking.judgement import LOST, TRACKING, UNCERTAIN, Judgement
 
 
 def scan(share=1.0, unseen=0, beams=100, spread_m=0.0):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any, Mapping
 
-from gridslam.localisation.evidence import Evidence
+from gridslam.tracking.evidence import Evidence
 
 TRACKING, UNCERTAIN, LOST = "tracking", "uncertain", "lost"
 STATES = (TRACKING, UNCERTAIN, LOST)

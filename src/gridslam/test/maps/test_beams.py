@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gridslam.filter.beams import BEAMS_MAX, THIN_DEPTH, THIN_SPACING, Beams
 from gridslam.kernels.surfaces import line_normals, surface_normals, thin_out
+from gridslam.maps.beams import BEAMS_MAX, THIN_DEPTH, THIN_SPACING, Beams
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 

@@ -1,0 +1,1 @@
+"""What each scan says about the pose: whether the vehicle is tracked, or lost."""
