@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -36,6 +37,14 @@ def test_every_node_and_rostest_is_listed(package):
     there = [*python_nodes(package), *package.glob("test/**/rostest_*.py"), *package.glob("test/**/*.test")]
     missing = {str(path.relative_to(package)) for path in [*there, *package.glob("cfg/*.cfg")]} - listed
     assert not missing
+
+
+def test_catkin_lint_finds_no_error_and_no_warning():
+    lint = Path(sys.executable).with_name("catkin_lint")
+    done = subprocess.run([lint, "--offline", "-W1", "--strict", ROOT / "src"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    packages = list(ROOT.glob("src/**/package.xml"))
+    assert f"checked {len(packages)} packages" in done.stderr
 
 
 # -- dependencies ------------------------------------------------------------------------------------------
