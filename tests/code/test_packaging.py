@@ -41,7 +41,9 @@ def test_every_node_and_rostest_is_listed(package):
 
 def test_catkin_lint_finds_no_error_and_no_warning():
     lint = Path(sys.executable).with_name("catkin_lint")
-    done = subprocess.run([lint, "--offline", "-W1", "--strict", ROOT / "src"], capture_output=True, text=True)
+    done = subprocess.run(
+        [lint, "--offline", "-W1", "--strict", ROOT / "src"], capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     packages = list(ROOT.glob("src/**/package.xml"))
     assert f"checked {len(packages)} packages" in done.stderr

@@ -112,11 +112,17 @@ def test_a_step_that_no_scan_measured_is_as_uncertain_as_odometry_was_found_to_b
     chain = Chain(p)
     chain.follow(x, path.poses, path.scans, np.column_stack([x, np.zeros((6, 2))]))
     firm = chain.covariances.copy()
-    # when a link spans the last step only; the scans of nodes 2, 3 and 5 did not agree with the map
+    # when a guess is a step among the edges only
+    links = np.zeros((5, 3, 3))
+    chain.loosen(np.zeros(5, bool), [], [], guessed=[2])
+    own = np.diag([0.1**2 + 0.002**2, 0.1**2 + 0.002**2, 0.1**2 + 0.0005**2])
+    wide = own + np.diag([8.0**2, 0.0, 0.0])
+    np.testing.assert_allclose(chain.edges(links, path.poses).covariance[:2], [own, wide])
+    np.testing.assert_array_equal(chain.covariances, firm)
+    # and when a link spans the last step only; the scans of nodes 2, 3 and 5 did not agree with the map
     chain.loosen(np.array([False, False, False, False, True]), [2], [3, 5])
     # then the second step may err by 8 m, and the third by the deviations of a slip
-    own = np.diag([0.1**2 + 0.002**2, 0.1**2 + 0.002**2, 0.1**2 + 0.0005**2])
-    np.testing.assert_allclose(chain.covariances[1], own + np.diag([8.0**2, 0.0, 0.0]))
+    np.testing.assert_allclose(chain.covariances[1], wide)
     np.testing.assert_allclose(chain.covariances[2], own + np.diag([p.slip_m, p.slip_m, p.slip_rad]) ** 2)
     # and the others are as certain as matching makes them
     np.testing.assert_array_equal(chain.covariances[[0, 3, 4]], firm[[0, 3, 4]])
@@ -143,7 +149,7 @@ def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monke
         np.testing.assert_allclose(np.diff(searched), expected_m)
 
 
-def test_steps_beside_a_scan_that_contradicts_the_map_are_unmeasured():
+def test_steps_beside_a_scan_that_contradicts_the_map_are_guesses():
     # given a way of six scans. The second could not be compared, the fourth contradicts the map in most beams
     poses, closer = np.column_stack([np.arange(6.0), np.zeros((6, 2))]), LoopCloser()
     agreements = [Agreement(90, 10, 0)] * 6
@@ -151,8 +157,9 @@ def test_steps_beside_a_scan_that_contradicts_the_map_are_unmeasured():
     # when the closer gets them
     for node, agreement in enumerate(agreements):
         closer.update(Path(poses[: node + 1]), poses[node], Evidence(float(node), agreement))
-    # then the step to the second is not measured, and neither are the steps to and from the fourth
-    assert closer.to_arrays()["unmatched"].tolist() == [1, 3, 4]
+    # then the step to the second is not measured, and the steps to and from the fourth are guesses
+    noted = closer.to_arrays()
+    assert (noted["unmatched"].tolist(), noted["guessed"].tolist()) == ([1], [3, 4])
 
 
 @pytest.mark.parametrize(("seen_rad", "is_searched"), [(math.pi, True), (0.1, False)])

@@ -47,7 +47,7 @@ class Chain:
         self._surfaces: list[SurfacePoints] = []
         self._informations: list[np.ndarray] = []
         self._measured, self._loose, self._scale = np.empty((0, 3)), np.empty((0, 3, 3)), 1.0
-        self._is_open = np.zeros(0, dtype=bool)
+        self._opened, self._is_open = np.empty((0, 3, 3)), np.zeros(0, dtype=bool)
         self._settled = 0
 
     def __len__(self) -> int:
@@ -162,6 +162,7 @@ class Chain:
         unmatched: Sequence[int],
         contradicted: Sequence[int],
         scale: float = 1.0,
+        guessed: Sequence[int] = (),
     ) -> None:
         """Let the steps that no scan has measured be as uncertain as odometry is there.
 
@@ -169,22 +170,27 @@ class Chain:
         found elsewhere on the map. It is of unknown size where scans contradicted odometry, as when wheels
         slip. A step that a link spans is measured, whatever is known of its node.
 
+        The steps to and from a guessed pose are known together, because the scan after it was matched again.
+        So they are uncertain among the `edges` only.
+
         Args:
             is_seen: (k - 1,) whether a link that measures every direction spans the step.
             unmatched: nodes whose scan could not be compared with the map, or at which the vehicle was found.
             contradicted: nodes before which the vehicle was lost, and was not found on the map.
             scale: odometry's ways are multiplied by this; see `odometry_scale`.
+            guessed: nodes to which the step begins or ends at a guessed pose.
         """
         p, nodes = self._parameters, np.arange(1, len(self.poses))
         measured = se2.between(self.odometry[:-1], self.odometry[1:]) * (scale, scale, 1.0)
         is_wrong = ~is_seen & np.isin(nodes, contradicted)
-        self._is_open = is_wrong | ~is_seen & np.isin(nodes, unmatched)
+        is_unknown = is_wrong | ~is_seen & np.isin(nodes, unmatched)
+        self._is_open = is_unknown | ~is_seen & np.isin(nodes, guessed)
         self._scale, self._measured = scale, measured
         self._loose = self._odometry_covariances(measured)
         self._loose[is_wrong] += np.diag([p.slip_m, p.slip_m, p.slip_rad]) ** 2
-        off = se2.between(measured, self.steps)[self._is_open]
-        self.covariances = self.matched_covariances.copy()
-        self.covariances[self._is_open] = self._loose[self._is_open] + off[:, :, None] * off[:, None, :]
+        off = se2.between(measured, self.steps)
+        self._opened = self._loose + off[:, :, None] * off[:, None, :]
+        self.covariances = np.where(is_unknown[:, None, None], self._opened, self.matched_covariances)
 
     def edges(self, links: np.ndarray, poses: np.ndarray) -> Edges:
         """Return each step twice: as the filter has it, and as odometry measured it. Call `loosen` before.
@@ -202,7 +208,7 @@ class Chain:
         share = np.where(is_linked & ~self._is_open, self._odometry_share(poses), 1.0)
         held = self._loose.copy()
         held[is_linked] = p.step_share**2 * inverses(links[is_linked] + inverses(self._loose[is_linked]))
-        held[self._is_open] = self.covariances[self._is_open]
+        held[self._is_open] = self._opened[self._is_open]
         older = np.tile(np.arange(len(measured)), 2)
         loose = share[:, None, None] * self._loose
         steps = np.concatenate([self._scaled_steps(held), measured])

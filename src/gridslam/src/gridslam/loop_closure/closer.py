@@ -25,6 +25,8 @@ from gridslam.trajectory import Trajectory
 
 CHAIN, LINKS = "chain_", "links_"
 """Prefixes of the chain's and the links' arrays in a saved state."""
+BENT_M = 0.1
+"""m: a closure may fit the path at both its nodes, and tell that it is bent by more than this in between."""
 SETTLED_M = 0.01
 """m: a correction ends when no pose has moved by more in a round of linking passes and optimising."""
 
@@ -62,8 +64,9 @@ class LoopCloser:
         self._counted: list[Match] = []
         self._searched_m = self._searched_far_m = 0.0
         self._unmatched: list[int] = []
+        self._guessed: list[int] = []
         self._contradicted: list[int] = []
-        """Nodes to which no scan has measured the step, and at which scans have contradicted odometry."""
+        """Nodes as `Chain.loosen` takes them."""
         self._agreed = False
         """Whether the last search found a place again, and the path and another match agreed with it."""
         self.closures: list[Closure] = []
@@ -92,13 +95,13 @@ class LoopCloser:
         """Note which steps the scan at the newest node leaves unmeasured.
 
         Where scans are far apart, the filter may use one of which most beams contradict the map. Its pose is
-        a guess then. So the step to it and the step from it are guesses, too.
+        a guess then.
         """
         node = len(self._odometry)
         if not agreement.is_meaningful():
             self._unmatched.append(node)
         elif agreement.agreeing < agreement.clashing:
-            self._unmatched += [node, node + 1]
+            self._guessed += [node, node + 1]
 
     def take(self, slam: GridSlam, stamp_s: float) -> bool:
         """Take over the result that is due at a scan's stamp. Return whether the path was corrected.
@@ -157,16 +160,12 @@ class LoopCloser:
         before, self._counted = set(self._counted), self._choose()
         is_counted = any(match in self._counted for match in found)
         self._agreed = is_counted and not any(self._is_off(match) for match in found)
-        return None if before == set(self._counted) else self._correction(slam)
-
-    def _correction(self, slam: GridSlam) -> Correction | None:
-        """Return the path that fits all measurements, with its map; None if it is the present one.
-
-        A closure may fit the path at both its nodes, and tell that the path is bent between them.
-        """
+        if before == set(self._counted):
+            return None
+        is_off = any(self._is_off(match) for match in before.symmetric_difference(self._counted))
         poses = self._corrected(ON_THE_WAY)
         moved_m = np.hypot(*(poses - self._chain.poses)[:, :2].T)
-        if moved_m.max() <= self.parameters.correction_min_m:
+        if not is_off and moved_m.max() <= BENT_M:
             return None
         self._chain.settle(poses)
         draft = slam.draft()
@@ -198,6 +197,7 @@ class LoopCloser:
             "counted": np.array([index[id(match)] for match in self._counted], int),
             "searched_m": np.array([self._way_m, self._searched_m, self._searched_far_m]),
             "unmatched": np.array(self._unmatched, int),
+            "guessed": np.array(self._guessed, int),
             "contradicted": np.array(self._contradicted, int),
             "agreed": np.array(self._agreed),
         }
@@ -236,7 +236,9 @@ class LoopCloser:
         ]
         self._way_m, self._searched_m, self._searched_far_m = arrays["searched_m"].tolist()
         self._agreed = bool(arrays["agreed"])
-        self._unmatched, self._contradicted = (arrays[n].tolist() for n in ("unmatched", "contradicted"))
+        self._unmatched, self._guessed, self._contradicted = (
+            arrays[name].tolist() for name in ("unmatched", "guessed", "contradicted")
+        )
         pending = arrays["pending"] if len(arrays["pending"]) else None
         if pending is not None and pending.shape != (nodes, 3):
             raise ValueError(f"the correction at hand has the shape {pending.shape}")
@@ -251,7 +253,8 @@ class LoopCloser:
 
     def _loosen(self) -> None:
         scale = self._links.odometry_scale(self._chain.odometry)
-        self._chain.loosen(self._links.is_seen(), self._unmatched, self._contradicted, scale)
+        is_seen = self._links.is_seen()
+        self._chain.loosen(is_seen, self._unmatched, self._contradicted, scale, self._guessed)
 
     def _search(self) -> list[Match]:
         """Compare the newest local map with earlier ones. Return the matches that were found."""
