@@ -160,6 +160,9 @@ def test_steps_beside_a_scan_that_contradicts_the_map_are_guesses():
     # then the step to the second is not measured, and the steps to and from the fourth are guesses
     noted = closer.to_arrays()
     assert (noted["unmatched"].tolist(), noted["guessed"].tolist()) == ([1], [3, 4])
+    # and a saved state that points at other scans is refused
+    with pytest.raises(ValueError, match="guessed"):
+        LoopCloser().from_arrays({**noted, "guessed": np.array([99])}, Path(poses).scans)
 
 
 @pytest.mark.parametrize(("seen_rad", "is_searched"), [(math.pi, True), (0.1, False)])

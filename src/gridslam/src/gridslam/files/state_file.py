@@ -19,7 +19,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
-FORMAT = 6
+FORMAT = 7
 TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
 
 DAMAGE = (

@@ -111,8 +111,7 @@ class LoopCloser:
         if self._job is None or not self._job.is_due(stamp_s):
             return False
         corrected, self._job = self._job.result(), None
-        if len(self._counted) != len(self.closures) or corrected is not None:
-            self.closures = [self._closure(match) for match in self._counted]
+        self.closures = [self._closure(match) for match in self._counted]
         if corrected is None:
             return False
         path, poses = slam.trajectory().poses_in_map, corrected.poses
@@ -236,9 +235,10 @@ class LoopCloser:
         ]
         self._way_m, self._searched_m, self._searched_far_m = arrays["searched_m"].tolist()
         self._agreed = bool(arrays["agreed"])
-        self._unmatched, self._guessed, self._contradicted = (
-            arrays[name].tolist() for name in ("unmatched", "guessed", "contradicted")
-        )
+        noted = ("unmatched", "guessed", "contradicted")
+        for name in noted:
+            require_indices(arrays[name], len(scans), f"the {name} nodes")
+        self._unmatched, self._guessed, self._contradicted = (arrays[n].ravel().tolist() for n in noted)
         pending = arrays["pending"] if len(arrays["pending"]) else None
         if pending is not None and pending.shape != (nodes, 3):
             raise ValueError(f"the correction at hand has the shape {pending.shape}")

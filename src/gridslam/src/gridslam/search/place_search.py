@@ -186,7 +186,7 @@ def _levels(table: np.ndarray, splits: int) -> np.ndarray:
     """Return (splits + 1, h + m, w + m) uint8, m = 4^splits.
 
     Level k holds the greatest value of the 4^k x 4^k cells from each cell on. Its cell [m, m] is the table's
-    first. Around the table the value is UNSEEN. Levels of 2^k cells would save no time, and cost memory.
+    first. Around the table the value is UNSEEN. Levels of 2^k cells would need nearly twice the memory.
     """
     margin = 4**splits
     levels = zeros((splits + 1, table.shape[0] + margin, table.shape[1] + margin), np.uint8)
