@@ -1,8 +1,9 @@
-"""A dead end that the UAV has seen stays one when its wall is far away again."""
+"""What the search for ways out keeps from scan to scan: dead ends, and narrow ways that led nowhere."""
 
 import math
 
 import numpy as np
+import pytest
 from planar_flight import Scene
 
 from cepa import Dynamic, LaserScan2D, Motion, Reason
@@ -15,12 +16,27 @@ DEAD_END = Scene(
 )
 
 
-def answer_at(steering, stamp_s, x_m):
-    """Return the decision of a UAV that hovers in the middle of the dead end."""
-    place = np.array([x_m, 0.0])
-    scan = LaserScan2D(DEAD_END.ranges(place, AROUND), -math.pi, 2.0 * math.pi / BEAMS, 0.06, 30.0)
-    motion = Motion(stamp_s, (x_m, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
-    return steering.steer(scan, (SPEED_M_S, 0.0), (0.0, 0.0), motion)
+DOOR_M, GATE_M = 1.15, (3.5, 6.0)
+DOOR_AND_GATE = Scene(
+    walls=np.array(
+        [
+            (2.0, -6.0, 2.0, -0.5 * DOOR_M),
+            (2.0, 0.5 * DOOR_M, 2.0, GATE_M[0]),
+            (-4.0, -6.0, 2.0, -6.0),
+            (-4.0, GATE_M[1], 2.0, GATE_M[1]),
+            (-4.0, -6.0, -4.0, GATE_M[1]),
+        ]
+    )
+)
+"""A narrow door ahead, and a wide gate to the left."""
+
+
+def answer_at(steering, stamp_s, x_m, y_m=0.0, scene=DEAD_END, speed_m_s=SPEED_M_S):
+    """Return the decision of a UAV that stands in the middle of the scene."""
+    place = np.array([x_m, y_m])
+    scan = LaserScan2D(scene.ranges(place, AROUND), -math.pi, 2.0 * math.pi / BEAMS, 0.06, 30.0)
+    motion = Motion(stamp_s, (x_m, y_m, 2.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    return steering.steer(scan, (speed_m_s, 0.0), (0.0, 0.0), motion)
 
 
 def test_it_does_not_turn_back_to_a_dead_end_where_only_the_wall_is_far_away():
@@ -33,3 +49,23 @@ def test_it_does_not_turn_back_to_a_dead_end_where_only_the_wall_is_far_away():
         far = answer_at(steering, 0.025 * scan, far_m)
         assert far.reason is Reason.STEERED
         assert far.velocity_xy[0] < 0.0
+
+
+def answers_before_the_door(steering, since_s, until_s, speed_m_s):
+    stamps_s = np.arange(since_s, until_s, 0.1)
+    return [answer_at(steering, at_s, 0.8, 0.6, DOOR_AND_GATE, speed_m_s).velocity_xy for at_s in stamps_s]
+
+
+@pytest.mark.parametrize("pause_s", [4.0, 10.0])
+def test_a_uav_that_has_hovered_before_a_door_goes_on_through_it(pause_s):
+    steering = Dynamic()
+    before = answers_before_the_door(steering, 0.0, 0.5, 1.0)
+    answers_before_the_door(steering, 0.5, 0.5 + pause_s, 0.0)
+    after = answers_before_the_door(steering, 0.5 + pause_s, 1.0 + pause_s, 1.0)
+    assert all(x > 0.5 and y < 0.0 for x, y in before + after)
+
+
+def test_a_uav_that_gets_nowhere_before_a_door_tries_the_gate():
+    answers = answers_before_the_door(Dynamic(), 0.0, 4.0, 1.0)
+    assert answers[0][0] > 0.5
+    assert answers[-1][1] > 0.5

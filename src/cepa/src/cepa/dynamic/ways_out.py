@@ -29,6 +29,8 @@ LAYER_PENALTY_1_M = 0.5
 """A metre costs so much more for each metre off the height that is asked for."""
 STALL_S, STALL_M, GIVEN_UP_M, NARROW_M = 3.0, 0.5, 2.0, 0.1
 """A UAV that stays within STALL_M for so long gives up what is narrow in the next GIVEN_UP_M of its way."""
+PAUSE_S = 0.5
+"""A UAV that wants no way for so long hovers: it was not kept from going on."""
 AHEAD_M, SLOW_AHEAD = 2.0, 6.0
 CELLS_AHEAD = 2
 """A way leads away if it is no shorter from so many cells ahead."""
@@ -115,6 +117,7 @@ class WaysOut:
         self._states[:] = -math.inf
         self._back_until_s = -math.inf
         self._stayed_xy, self._stayed_since_s = (math.inf, math.inf), math.inf
+        self._searched_s = -math.inf
         self.leads_back = self.leads_away = False
 
     def take_over(self, earlier: WaysOut) -> None:
@@ -123,6 +126,7 @@ class WaysOut:
             self._last, self._last_count = earlier._last, earlier._last_count
             self._states, self._back_until_s = earlier._states, earlier._back_until_s
             self._stayed_xy, self._stayed_since_s = earlier._stayed_xy, earlier._stayed_since_s
+            self._searched_s = earlier._searched_s
             self.leads_away = earlier.leads_away
 
     def search(self, obstacles: np.ndarray, course: Course, motion: Motion) -> Ways | None:
@@ -156,7 +160,9 @@ class WaysOut:
     def _give_up_if_stalled(self, motion: Motion) -> None:
         """Close what is narrow in the way ahead for memory_s if the UAV has got nowhere for long."""
         x_m, y_m, _ = motion.position_m
-        if math.dist((x_m, y_m), self._stayed_xy) > STALL_M or motion.stamp_s < self._stayed_since_s:
+        paused_s, self._searched_s = motion.stamp_s - self._searched_s, motion.stamp_s
+        went_on = math.dist((x_m, y_m), self._stayed_xy) > STALL_M
+        if went_on or not 0.0 <= paused_s <= PAUSE_S:
             self._stayed_xy, self._stayed_since_s = (x_m, y_m), motion.stamp_s
         if motion.stamp_s - self._stayed_since_s < STALL_S:
             return
