@@ -93,6 +93,30 @@ ROWS = (
             "wind": ("wind_m_s", 5.0),
         },
     ),
+    Row(
+        "flicker",
+        "what a lidar hardly sees",
+        (Goal((2.0,), reached=0.90),),
+        worse={"glass_30_deg": ("glass_deg", 30.0), "lost_view": ("lost_view", 0.2)},
+    ),
+    Row(
+        "rain",
+        "forests, trunks 2 m apart, in rain",
+        (Goal((2.0,), reached=0.95),),
+        worse={"rain_2": ("rain", 0.02), "rain_5": ("rain", 0.05)},
+    ),
+    Row(
+        "deep_dead_ends",
+        "dead ends deeper than the lidar sees",
+        (Goal((2.0,), reached=0.95),),
+        worse={f"deep_{depth}_m": ("depth_m", float(depth)) for depth in (12, 15, 20)},
+    ),
+    Row(
+        "doors",
+        "rooms one after the other, with narrow doors",
+        (Goal((2.0,), reached=0.95),),
+        worse={f"doors_{door:g}_m": ("door_m", door) for door in (0.9, 1.0, 1.2)},
+    ),
     REAL_TIME,
     Row("clear", "nothing is near", (Goal((2.0, 4.0), reached=1.0),), p99_ms=0.05),
     Row(

@@ -7,6 +7,7 @@ import pytest
 
 from master_thesis.campaign.places import place_of
 from master_thesis.campaign.reading import campaign_of
+from master_thesis.worlds.drawn.barriers import WIRES_M
 from master_thesis.worlds.drawn.dead_ends import DEPTHS_M, dead_ends_sdf
 from master_thesis.worlds.drawn.forests import (
     MIXED_SPACINGS_M,
@@ -33,6 +34,9 @@ HALF_WIDTHS_M = {
     "thick_forest": THICK_HALF_WIDTH_M,
     "dead_ends": 8.0,
     "office": 7.5,
+    "deep_dead_end": 8.0,
+    "fence": 10.0,
+    "glass": 10.0,
     **dict.fromkeys(OBSTACLES, 4.0),
 }
 """How far to the side the UAV stays between its way and the world's end."""
@@ -50,7 +54,8 @@ def shapes_in(place, folder):
 
 
 @pytest.mark.parametrize(
-    "world", ["random_forest", "mixed_forest", "random_hallway", "crossing", "head_on", *HALF_WIDTHS_M]
+    "world",
+    ["random_forest", "mixed_forest", "random_hallway", "crossing", "head_on", "doors", *HALF_WIDTHS_M],
 )
 def test_the_same_seed_gives_the_same_place(world):
     settings = settings_of(world)
@@ -63,7 +68,7 @@ def test_a_place_is_clear_at_start_and_goal_and_has_a_way(world, seed, tmp_path)
     place = place_of(settings_of(world), seed)
     shapes = shapes_in(place, tmp_path)
     ends = np.array([(0.0, 0.0), (place.distance_m, 0.0)])
-    clear_m = 1.5 if world == "office" else 2.0
+    clear_m = 1.5 if world in ("office", "deep_dead_end") else 2.0
     assert min(distance_m(ends, shape.outline_xy).min() for shape in shapes) >= clear_m
     heights = HEIGHTS if world in OBSTACLES else FLAT
     beyond_m = 2.5 if world == "office" else 0.0
@@ -99,6 +104,38 @@ def test_an_office_has_doors_that_a_uav_passes_and_walls_that_it_does_not(tmp_pa
     shapes = outlines_of_file(path)
     assert way_exists(shapes, 26.0, 7.5, FLAT, DOOR_M / 2 - 0.06, 2.5)
     assert not way_exists(shapes, 26.0, 7.5, FLAT, DOOR_M / 2 + 0.01, 2.5)
+
+
+def test_a_deep_dead_end_holds_the_straight_way_and_is_as_deep_as_asked_for(tmp_path):
+    settings = campaign_of({"trials": {"world": "deep_dead_end", "depth_m": 20}}, "x").combinations[0]
+    for seed in range(4):
+        shapes = {s.name.split("::")[-1]: s.outline_xy for s in shapes_in(place_of(settings, seed), tmp_path)}
+        for name, outside in (("left", 1.0), ("right", -1.0)):
+            longest = np.linalg.norm(shapes[name] - np.roll(shapes[name], 1, axis=0), axis=1).max()
+            assert longest == pytest.approx(20.0, abs=0.01)
+            assert (outside * shapes[name][:, 1] > 0.0).all()
+        assert shapes["back"][:, 1].min() < -0.3 < 0.3 < shapes["back"][:, 1].max()
+
+
+@pytest.mark.parametrize("door_m", [0.9, 1.0, 1.2])
+def test_doors_are_as_wide_as_asked_for_and_the_only_way(door_m, tmp_path):
+    settings = campaign_of({"trials": {"world": "doors", "door_m": door_m}}, "x").combinations[0]
+    shapes = shapes_in(place_of(settings, 5), tmp_path)
+    assert sum("left_of_door" in shape.name for shape in shapes) >= 3
+    assert way_exists(shapes, 26.0, 2.94, FLAT, door_m / 2 - 0.06)
+    assert not way_exists(shapes, 26.0, 2.94, FLAT, door_m / 2 + 0.01)
+
+
+def test_no_uav_passes_between_the_wires_of_a_fence(tmp_path):
+    shapes = shapes_in(place_of(settings_of("fence"), 5), tmp_path)
+    middles = {}
+    for shape in shapes:
+        middles.setdefault(shape.name.split("::")[0], []).append(shape.outline_xy.mean(axis=0))
+        assert np.ptp(shape.outline_xy, axis=0).max() < 0.0125
+    assert len(middles) >= 2
+    for wires in middles.values():
+        gaps_m = np.linalg.norm(np.diff(wires, axis=0), axis=1)
+        assert gaps_m == pytest.approx(WIRES_M, abs=1e-3)
 
 
 def test_a_thick_forest_is_as_dense_as_the_issue_says():

@@ -12,6 +12,7 @@ from master_thesis.baselines import BASELINES
 from master_thesis.errors import CampaignError
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.flight.conditions import BOUNDS, Conditions
+from master_thesis.worlds.drawn.barriers import FENCE, GLASS
 from master_thesis.worlds.drawn.movers import CROSSING, HEAD_ON
 from master_thesis.worlds.drawn.overhead import OBSTACLES
 from master_thesis.worlds.experiment_1 import GOAL_X_M
@@ -25,11 +26,15 @@ Settings = Mapping[str, Any]
 KINDS = ("flight", "mapping")
 FOREST, MIXED_FOREST, HALLWAY, HOLD = "random_forest", "mixed_forest", "random_hallway", "beamed_hold"
 SPACED_FOREST, THICK_FOREST, DEAD_ENDS, OFFICE = "spaced_forest", "thick_forest", "dead_ends", "office"
+DEEP_DEAD_END, DOORS = "deep_dead_end", "doors"
+BARRIERS = (FENCE, GLASS)
 MAPPING_WORLDS = (HOLD, "room", "hold", "hold_middle")
 MEETINGS = (CROSSING, HEAD_ON)
+_26_M_WORLDS = (FOREST, MIXED_FOREST, HALLWAY, SPACED_FOREST, OFFICE, DOORS, *BARRIERS, *MEETINGS, *OBSTACLES)
 DRAWN_DISTANCES_M = {
-    **dict.fromkeys((FOREST, MIXED_FOREST, HALLWAY, SPACED_FOREST, OFFICE, *MEETINGS, *OBSTACLES), 26.0),
+    **dict.fromkeys(_26_M_WORLDS, 26.0),
     DEAD_ENDS: 34.0,
+    DEEP_DEAD_END: 30.0,
     THICK_FOREST: 54.0,
 }
 """From start to goal in a world drawn at random; in the experiments' own as there."""
@@ -80,6 +85,8 @@ _FLIGHT = (
     Axis("density_per_m2", float, 0.10, bounds=(0.0, 0.16), worlds=(FOREST,)),
     Axis("width_m", float, 3.0, bounds=(1.2, 20.0), worlds=(HALLWAY,)),
     Axis("mover_speed_m_s", float, 1.0, bounds=(0.0, 5.0), worlds=MEETINGS),
+    Axis("depth_m", float, 12.0, bounds=(3.0, 20.0), worlds=(DEEP_DEAD_END,)),
+    Axis("door_m", float, 1.0, bounds=(0.8, 3.0), worlds=(DOORS,)),
     Axis("distance_m", float, bounds=(6.5, 60.0)),
     Axis("algorithm", str, "improved", choices=STEERING),
     Axis("speed_m_s", float, 2.0, bounds=(0.2, 8.0)),

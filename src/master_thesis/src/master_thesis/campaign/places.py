@@ -8,7 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from master_thesis.campaign.axes import (
+    BARRIERS,
     DEAD_ENDS,
+    DEEP_DEAD_END,
+    DOORS,
     FOREST,
     HALLWAY,
     HOLD,
@@ -20,7 +23,9 @@ from master_thesis.campaign.axes import (
 )
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS as MAPPING_SCENARIOS
-from master_thesis.worlds.drawn.dead_ends import dead_ends_sdf
+from master_thesis.worlds.drawn.barriers import barriers_sdf
+from master_thesis.worlds.drawn.dead_ends import dead_ends_sdf, deep_dead_end_sdf
+from master_thesis.worlds.drawn.doors import doors_sdf
 from master_thesis.worlds.drawn.forests import (
     HALF_WIDTH_M,
     MIXED_SPACINGS_M,
@@ -37,8 +42,10 @@ from master_thesis.worlds.drawn.office import office_sdf
 from master_thesis.worlds.drawn.overhead import OBSTACLES, overhead_sdf
 from master_thesis.worlds.experiments_3_4 import hold_with_beams
 
-STUCK_S, ASTRAY_S = 12.0, 40.0
-"""A flight that comes no nearer to the goal for so long is stuck; in a place where the way leads back."""
+STUCK_S, ASTRAY_S, DEEP_ASTRAY_S = 12.0, 40.0, 90.0
+"""A flight that comes no nearer to the goal for so long is stuck; in a place where the way leads back; where
+it leads back for 20 m.
+"""
 
 
 @dataclass(frozen=True)
@@ -80,6 +87,12 @@ def place_of(settings: Settings, seed: int) -> Place:
         return Place(hallway_sdf(rng, settings["width_m"], distance_m), distance_m)
     if world == DEAD_ENDS:
         return Place(dead_ends_sdf(rng, distance_m), distance_m, ASTRAY_S)
+    if world == DEEP_DEAD_END:
+        return Place(deep_dead_end_sdf(rng, settings["depth_m"]), distance_m, DEEP_ASTRAY_S)
+    if world == DOORS:
+        return Place(doors_sdf(rng, settings["door_m"], distance_m), distance_m, ASTRAY_S)
+    if world in BARRIERS:
+        return Place(barriers_sdf(rng, world, distance_m), distance_m, ASTRAY_S)
     if world == OFFICE:
         return Place(office_sdf(rng, distance_m), distance_m, ASTRAY_S)
     if world in (CROSSING, HEAD_ON):

@@ -137,6 +137,7 @@ class ClosedLoop:
             self.simulation.close()
             raise FlightError("The UAV has no lidar, without which CEPA cannot fly; choose one.")
         assert px4 is not None  # no other mode was requested
+        self._faults = parameters.conditions.faults_of(self.simulation.parameters, lidar)
         self.lidar, self._px4 = lidar, px4
         self._steering = SteeringChain(
             lidar,
@@ -201,6 +202,10 @@ class ClosedLoop:
         self._begun = True
         if self.outage is not None and self.outage.holds(LIDAR, 1e-6 * output.time_us):
             output = output._replace(scan=None)
+        if self._faults.are_any and output.scan is not None and output.ground_truth is not None:
+            body, rays = output.ground_truth.pose, self.simulation.world.rays
+            at_s, own = 1e-6 * output.time_us, self.simulation.uav_name
+            output = output._replace(scan=self._faults.spoiled(output.scan, at_s, rays, body, own))
         if self.own_odometry is not None:
             output = output._replace(odometry=self.own_odometry.on_step(output, self.outage))
             if self.own_odometry.told_us == output.time_us:

@@ -1,4 +1,4 @@
-"""Conditions that are worse than the data sheets say: noise, lost scans, late odometry, wind."""
+"""Conditions that are worse than the data sheets say: noise, lost scans, late odometry, wind, rain, glass."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from master_thesis.errors import FlightError
+from master_thesis.flight.lidar_faults import ALL_ANGLES_DEG, LidarFaults, Pane, panes_of
 from simulation_tools.publisher import PublisherParameters
+from simulation_tools.sdf.parser import load_world
+from simulation_tools.sensors.lidar import Lidar
 from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.wind import AirStream
@@ -19,11 +22,14 @@ BOUNDS = {
     "scan_loss": (0.0, 0.95),
     "odometry_delay_s": (0.0, 2.0),
     "wind_m_s": (0.0, 20.0),
+    "rain": (0.0, 0.5),
+    "lost_view": (0.0, 0.5),
+    "glass_deg": (0.0, ALL_ANGLES_DEG),
 }
 """Least and greatest value of each condition."""
 _RESTLESS_M, _RESTLESS_M_S = 0.1, 0.06
 """Three standard deviations of PX4's place and speed in hover, for each m/s of such a wind (measured)."""
-_WIND, _LOSS = 1, 2  # random streams beside those of the simulation
+_WIND, _LOSS, _FAULTS = 1, 2, 3  # random streams beside those of the simulation
 
 
 @dataclass(frozen=True)
@@ -32,13 +38,16 @@ class Conditions:
 
     lidar_noise_factor: times the standard deviation in the lidar's SDF. scan_loss: share of the scans that
     never arrive. odometry_delay_s: how late odometry arrives. wind_m_s: mean of a wind with gusts; the seed
-    of the simulation draws its direction.
+    of the simulation draws its direction. rain, lost_view, glass_deg: see `LidarFaults`.
     """
 
     lidar_noise_factor: float = 1.0
     scan_loss: float = 0.0
     odometry_delay_s: float = 0.0
     wind_m_s: float = 0.0
+    rain: float = 0.0
+    lost_view: float = 0.0
+    glass_deg: float = ALL_ANGLES_DEG
 
     def __post_init__(self) -> None:
         for name, (low, high) in BOUNDS.items():
@@ -53,6 +62,17 @@ class Conditions:
             return changed
         direction_rad = _rng(simulation.seed, _WIND).uniform(-math.pi, math.pi)
         return replace(changed, wind=(*simulation.wind, AirStream.gusty(self.wind_m_s, direction_rad)))
+
+    def faults_of(self, simulation: SimulationParameters, lidar: Lidar) -> LidarFaults:
+        """Return what spoils the scans of a flight; raises SimulationToolsError if its world cannot be read.
+
+        The seed of the simulation draws rain and lost view.
+        """
+        panes: list[Pane] = []
+        if self.glass_deg < ALL_ANGLES_DEG:
+            panes = panes_of(load_world(simulation.world, simulation.model_path))
+        faults = self.rain, self.lost_view, self.glass_deg
+        return LidarFaults(*faults, panes, lidar, _rng(simulation.seed, _FAULTS))
 
     def hover_of(self, publisher: PublisherParameters) -> PublisherParameters:
         """Return the publisher's parameters, by which the UAV may hover as restlessly as gusts let it."""

@@ -10,7 +10,8 @@ from master_thesis.worlds.writer import Box, Part, Prop, write_world
 DEPTHS_M, GAPS_M = (3.0, 8.0), (3.0, 5.0)
 WIDTHS_M = {"u_shape": (4.0, 7.0), "cul_de_sac": (2.0, 3.0)}
 """Between the side walls' faces. A UAV can turn in the one; the other is hardly wider than the UAV's ways."""
-TURN_MAX_RAD = 0.25
+TURN_MAX_RAD, DEEP_TURN_MAX_RAD = 0.25, 0.05
+"""A deep one that is turned farther does not have the straight way in it."""
 _WALL_M, _HEIGHT_M = 0.2, 4.0
 
 
@@ -29,6 +30,15 @@ def dead_ends_sdf(rng: np.random.Generator, distance_m: float) -> str:
         props.append(Prop(f"{kind}_{len(props)}", middle_x, y, _walls(depth_m, width_m), yaw_rad))
         mouth_x += depth_m + rng.uniform(*GAPS_M)
     return write_world("dead_ends", "Dead ends drawn at random.", GRASS, tuple(props))
+
+
+def deep_dead_end_sdf(rng: np.random.Generator, depth_m: float) -> str:
+    """Return a field in which the straight way leads into one dead end of this depth."""
+    kind = "u_shape" if rng.random() < 0.5 else "cul_de_sac"
+    width_m, yaw_rad = rng.uniform(*WIDTHS_M[kind]), rng.uniform(-DEEP_TURN_MAX_RAD, DEEP_TURN_MAX_RAD)
+    middle_x, y = CLEAR_M + rng.uniform(0.0, 2.0) + depth_m / 2, rng.uniform(-0.25, 0.25) * width_m
+    prop = Prop(kind, middle_x, y, _walls(depth_m, width_m), yaw_rad)
+    return write_world("deep_dead_end", "A deep dead end drawn at random.", GRASS, (prop,))
 
 
 def _walls(depth_m: float, width_m: float) -> tuple[Part, ...]:
