@@ -60,7 +60,7 @@ absolute() {
 
 # launch FILE [arg:=value ...]: flies, then prints the results; the exit code tells whether the run succeeded
 launch() {
-  local file=$1 results=$root/results argument arguments=() given=" " marker child code=0
+  local file=$1 argument arguments=() given=" " child code=0
   shift
   for argument in "$@"; do
     case $argument in # nodes run in another folder
@@ -68,23 +68,21 @@ launch() {
         argument=${argument%%:=*}:=$(absolute "${argument#*:=}")
         ;;
     esac
-    [[ $argument != results:=* ]] || results=${argument#results:=}
     given+="${argument%%:=*} "
     arguments+=("$argument")
   done
   set_up
   load_workspace
   if takes_argument "$file" results && [[ $given != *" results "* ]]; then
-    arguments+=("results:=$results")
+    arguments+=("results:=$root/results")
   fi
   if takes_argument "$file" headless && [[ -z ${DISPLAY:-} && $given != *" headless "* ]]; then
     say "no display is there, so this runs headless"
     arguments+=(headless:=true)
   fi
   .venv/bin/python -m master_thesis_ros.launch.request "src/master_thesis/launch/$file" "${arguments[@]}" || exit 1
-  export LAUNCH_CHECKED=1 SUMMARY_FOLLOWS=1
-  mkdir -p "$results"
-  marker=$(mktemp)
+  RESULTS_NAMED_IN=$(mktemp) # the experiment's node writes its folder there
+  export LAUNCH_CHECKED=1 RESULTS_NAMED_IN
   say "roslaunch master_thesis $file ${arguments[*]}"
   set -m # a separate process group, so that Ctrl-C works as roslaunch expects
   roslaunch --no-summary master_thesis "$file" "${arguments[@]}" &
@@ -94,18 +92,18 @@ launch() {
   wait "$child" || code=$?
   while kill -0 "$child" 2>/dev/null; do wait "$child" || code=$?; done
   trap - INT TERM
-  report_results "$file" "$results" "$marker" "$code"
+  report_results "$file" "$code"
 }
 
-# report_results LAUNCH_FILE FOLDER MARKER CODE: prints the results of the run that is newer than the marker
+# report_results LAUNCH_FILE CODE: prints the results of the run that has named its folder in RESULTS_NAMED_IN
 report_results() {
-  local newest
-  newest=$(find "$2" -name result.json -newer "$3" -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
-  rm -f "$3"
-  if [[ -n $newest ]]; then
-    .venv/bin/python scripts/summarise.py "$newest"
-  elif (($4 != 0)); then
-    fail "roslaunch gave up with code $4; the reason stands above."
+  local folder
+  folder=$(<"$RESULTS_NAMED_IN")
+  rm -f "$RESULTS_NAMED_IN"
+  if [[ -n $folder && -f $folder/result.json ]]; then
+    .venv/bin/python scripts/summarise.py "$folder/result.json"
+  elif (($2 != 0)); then
+    fail "roslaunch gave up with code $2; the reason stands above."
   elif takes_argument "$1" results; then
     fail "The run ended without a result; ROS's own logs are in ${ROS_LOG_DIR:-${ROS_HOME:-$HOME/.ros}/log}/latest."
   fi

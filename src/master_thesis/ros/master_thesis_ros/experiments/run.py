@@ -7,6 +7,7 @@ import threading
 import time
 from dataclasses import replace
 from datetime import datetime
+from pathlib import Path
 from typing import Any, Callable
 
 import rospy
@@ -32,6 +33,10 @@ LOOK_S = 0.05
 """Wall time between two checks whether the run is over."""
 WRITING_S = 0.3
 """Wall time to finish writing a file after Ctrl-C."""
+NAMED_IN = "RESULTS_NAMED_IN"
+"""Environment variable: the file into which a caller of roslaunch wants the folder's path. It prints the
+summary itself.
+"""
 
 
 def drive(make: Callable[[], RunNode], ending: Ending) -> None:
@@ -58,6 +63,8 @@ class Run:
         root = results_path(given["results"])
         self.folder = RunFolder(root, experiment, datetime.now())
         rospy.loginfo(f"The results will be in {self.folder.path}.")
+        if NAMED_IN in os.environ:
+            Path(os.environ[NAMED_IN]).write_text(f"{self.folder.path}\n", encoding="utf-8")
         self._recorder = BagRecorder(self.folder.path / "flight.bag") if given["record"] else None
         shortage = self._recorder.shortage() if self._recorder else None
         if shortage:
@@ -133,7 +140,7 @@ class Run:
 
     def _tell(self, headline: str) -> None:
         """Print the results' folder and the headline, unless the caller of roslaunch prints them."""
-        if not os.environ.get("SUMMARY_FOLLOWS"):
+        if NAMED_IN not in os.environ:
             print(f"\n{self.folder.path / 'result.json'}\n{headline}\n", flush=True)
 
 
