@@ -88,7 +88,8 @@ def test_bringup_tells_of_its_own_flight_although_another_ended_later(processes,
         flight = processes.start(str(ROOT / "bringup.sh"), *words, stdout=said, stderr=subprocess.STDOUT)
     patience_s = time.monotonic() + SETUP_PATIENCE_S
     while "is sent to the goal" not in (tmp_path / "said").read_text():
-        assert flight.poll() is None and time.monotonic() < patience_s, (tmp_path / "said").read_text()
+        assert flight.poll() is None, (tmp_path / "said").read_text()
+        assert time.monotonic() < patience_s, (tmp_path / "said").read_text()
         time.sleep(0.1)
     # Given the flight of somebody else in the same workspace, whose result is the newest
     (own,) = (results / "experiment_1").iterdir()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -77,3 +78,38 @@ def test_a_start_inside_of_an_obstacle_is_refused(world):
 def test_a_uav_may_start_on_terrain():
     hills = ROOT / "src/simulation_tools/worlds/hills.world"
     check_course(Scenario("hills", hills, goal_xyz_m=(20.0, 0.0, 9.0)), "iris", "ust", [], R_LB_M)
+
+
+@pytest.mark.parametrize(
+    ("goal", "sentence"),
+    [
+        ((3.0, 20.0, -2.0), "(3, 20, -2), where the UAV is to fly, lies below the ground; choose a height"),
+        (
+            (3.0, 20.0, 0.05),
+            "(3, 20, 0.05), where the UAV is to fly, is 0.05 m above the ground. The UAV stands",
+        ),
+    ],
+)
+@pytest.mark.parametrize("keep_m", [R_LB_M, 0.0])
+def test_a_goal_below_or_on_the_ground_is_refused(world, goal, sentence, keep_m):
+    with pytest.raises(ScenarioError, match=re.escape(sentence)):
+        checked(world, goal=goal, keep_m=keep_m)
+
+
+def test_a_goal_inside_of_a_hill_is_refused():
+    """The ground is at 0 m at the start, and at 2.2 m at the goal."""
+    hills = ROOT / "src/simulation_tools/worlds/hills.world"
+    goal = (20.0, 0.0, 1.0)
+    with pytest.raises(ScenarioError, match=r"\(20, 0, 1\), where the UAV is to fly, lies below the ground"):
+        check_course(Scenario("hills", hills, goal_xyz_m=goal), "iris", "ust", [goal], R_LB_M)
+
+
+def test_a_start_below_the_ground_is_refused(world):
+    with pytest.raises(ScenarioError, match=r"At \(0, 0, -3\) the UAV would start below the ground"):
+        checked(world, start=(0.0, 0.0, -3.0, 0.0))
+
+
+def test_a_world_without_ground_has_no_below(tmp_path):
+    path = tmp_path / "space.world"
+    path.write_text(re.sub(r'<model name="ground_plane">.*?</model>', "", WORLD, flags=re.DOTALL))
+    checked(path, goal=(20.0, 0.0, -2.0))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
+import shutil
+from pathlib import Path
 
 import pytest
 
@@ -22,7 +25,11 @@ KEEP_M = 0.5
         ({"world": "my.world"}, "for example world:=$PWD/my.world."),
         ({"goal": "far away"}, "'far away' is no goal; give 3 numbers in metres and radians: x y z."),
         ({"goal": "0 0 2"}, "The goal lies 0.00 m from the start; it must be 1 m to 10 km away."),
-        ({"lidar": "sonar"}, "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8."),
+        (
+            {"lidar": "sonar"},
+            "There is no lidar 'sonar'; choose lidar:=urg|ust|utm|puck|tim|m8, or NAME of a model lidar_NAME "
+            "in a folder of GAZEBO_MODEL_PATH.",
+        ),
         ({"speed": "abc"}, "'abc' is no speed; give a number from 0.05 to 15."),
         (
             {"pose_source": "slam"},
@@ -55,8 +62,38 @@ def test_a_trial_among_obstacles(worlds_folder, asked, sentence):
 
 def test_a_mission_may_hold_for_longer_than_the_flights_limit(worlds_folder, tmp_path):
     mission = tmp_path / "inspection.yaml"
-    mission.write_text("waypoints: ['10 0 0', '10 20 0']\nhold: 100\nlaps: 2\n")
+    mission.write_text("waypoints: ['10 0 2', '10 20 2']\nhold: 100\nlaps: 2\n")
     asked = {"world": str(worlds_folder / "empty.world"), "mission": str(mission), "speed": 2.0}
     flight = experiments_3_4.read(asked, KEEP_M)
-    legs_m = 10.0 + 20.0 + 20.0 + 20.0
+    legs_m = math.hypot(10.0, 2.0) + 20.0 + 20.0 + 20.0
     assert flight.limits.flight_timeout_s == 3.0 * legs_m / 2.0 + 4 * 100.0
+
+
+MODELS = Path(__file__).resolve().parents[4] / "src/simulation_tools/models"
+
+
+@pytest.mark.parametrize(
+    ("beams", "half_deg", "sentence"),
+    [
+        (3, 135.0, "angle_increment of 135 degrees does not divide 360 degrees (2.67 beams a turn)"),
+        (100_000, 135.0, "angle_increment must be between 0.01 degrees and half a turn"),
+        (1, 0.0, "angle_increment is 0.0; it must be finite, not zero"),
+        (721, 180.0, None),  # half a degree, with the first beam repeated at the end
+    ],
+)
+def test_a_lidar_whose_scans_every_node_would_drop(
+    worlds_folder, tmp_path, monkeypatch, beams, half_deg, sentence
+):
+    text = (MODELS / "lidar_ust/model.sdf").read_text()
+    text = re.sub(r"<samples>\d+", f"<samples>{beams}", text)
+    text = re.sub(r"(-?)2\.35619\d+", rf"\g<1>{math.radians(half_deg)}", text)
+    shutil.copytree(MODELS / "lidar_ust", tmp_path / "lidar_own")
+    (tmp_path / "lidar_own/model.sdf").write_text(text)
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", f"{tmp_path}:{MODELS}")
+    asked = {"world": str(worlds_folder / "empty.world"), "lidar": "own"}
+    if sentence is None:
+        assert experiment_1.read(asked, KEEP_M).description.lidar == "own"
+        return
+    with pytest.raises(MasterThesisError, match=re.escape(sentence)) as error:
+        experiment_1.read(asked, KEEP_M)
+    assert str(error.value).startswith("The lidar own cannot steer a flight: ")

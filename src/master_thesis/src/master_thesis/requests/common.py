@@ -12,19 +12,30 @@ Limits = TypeVar("Limits", bound=Any)
 
 
 def choices_of(asked: Mapping[str, Any]) -> dict[str, Any]:
-    """Return algorithm, lidar, seed and model by these names; raises ScenarioError.
+    """Return algorithm, lidar, seed and model by these names; raises ScenarioError, SimulationToolsError.
 
     `mavros` is checked, too.
     """
     scenario.choose("mavros", str(asked.get("mavros", "sim")), scenario.MAVROS)
+    model = str(asked.get("model", "iris"))
     return {
         "algorithm": scenario.choose(
             "algorithm", str(asked.get("algorithm", "improved")), scenario.ALGORITHMS
         ),
-        "lidar": scenario.lidar(str(asked.get("lidar", "ust"))),
+        "lidar": lidar_of(asked, model),
         "seed": scenario.whole_number("seed", asked.get("seed", 1), *scenario.SEEDS),
-        "model": str(asked.get("model", "iris")),
+        "model": model,
     }
+
+
+def lidar_of(asked: Mapping[str, Any], model: str) -> str:
+    """Return the lidar on a model, checked; raises ScenarioError, SimulationToolsError."""
+    lidar = scenario.lidar(str(asked.get("lidar", "ust")))
+    if lidar not in scenario.LIDARS:  # these are known to fly
+        from master_thesis.requests.lidar_beams import check_beams  # cepa takes a quarter of a second
+
+        check_beams(model, lidar)
+    return lidar
 
 
 def check_pose_source(asked: Mapping[str, Any], sources: tuple[str, ...]) -> None:

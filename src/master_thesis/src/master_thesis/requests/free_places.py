@@ -1,9 +1,12 @@
-"""Checks that the start and the goals of a flight are free."""
+"""Checks that the start and the goals of a flight are free, and above the ground."""
 
 from __future__ import annotations
 
+import math
 from functools import partial
-from typing import Callable, Sequence
+from typing import Callable, NamedTuple, Sequence
+
+import numpy as np
 
 from master_thesis.errors import ScenarioError
 from master_thesis.worlds.scenario import Scenario
@@ -13,6 +16,8 @@ PENETRATION_M, LIFT_M = 0.02, 0.06
 """Greatest overlap that still counts as a touch; height over the ground for checking the UAV, because
 physics puts a margin of 4 cm around terrain.
 """
+
+FARTHEST_GROUND_M = 10_000.0
 
 _PROBE_RADIUS_M = 0.001
 _PROBE = (
@@ -26,8 +31,9 @@ def check_course(
 ) -> None:
     """Check that the UAV does not start inside an obstacle, and that no place is too close to one.
 
-    places_xyz_m: in `world`. keep_m: the avoidance's distance from obstacles (CEPA's r_LB), 0 if unknown.
-    The UAV would never reach a nearer place. The ground plane is not an obstacle.
+    No place may lie below the ground, or so near above it that the UAV would stand on it. places_xyz_m: in
+    `world`. keep_m: the avoidance's distance from obstacles (CEPA's r_LB), 0 if unknown. The UAV would never
+    reach a nearer place. The ground plane is not an obstacle.
 
     Raises:
         ScenarioError: one sentence that names the obstacle.
@@ -44,6 +50,11 @@ def check_course(
         obstacles = world.model_names()
         x, y, z, yaw = scenario.start_xyz_yaw
         uav = load_uav(model, lidar).model
+        stands_m = standing_height_m(uav)
+        lifted_m = z + stands_m + LIFT_M
+        under_start, *under = (
+            vertical_m(world.rays.cast, place) for place in ((x, y, lifted_m), *places_xyz_m)
+        )  # before the UAV is among the shapes
         world.spawn(uav, "the UAV", Pose.identity())
         world.spawn(parse_model(_PROBE, "the place"), "place", Pose.identity())
         others = {"the UAV", "place", "ground_plane"}
@@ -51,21 +62,48 @@ def check_course(
         def distance_m(who: str, pose: Pose, within_m: float, but: frozenset[str] = frozenset()) -> float:
             return world.clearance(who, pose, within_m, ignore=others | but)
 
-        lifted_m = z + standing_height_m(uav) + LIFT_M
         start = Pose.from_xyz_rpy(x, y, lifted_m, yaw=yaw) @ uav.pose
         if distance_m("the UAV", start, 0.1) < -PENETRATION_M:
             name = _nearest(obstacles, partial(distance_m, "the UAV", start, 0.1))
             raise ScenarioError(
                 f"At ({x:g}, {y:g}, {z:g}) the UAV would start inside of {name}; move start:=."
             )
-        for place in places_xyz_m:
+        if under_start.is_below_ground:
+            raise ScenarioError(
+                f"At ({x:g}, {y:g}, {z:g}) the UAV would start below the ground; move start:=."
+            )
+        for place, room in zip(places_xyz_m, under):
             pose = Pose(tuple(place))
             found_m = distance_m("place", pose, keep_m + 1.0)
             if found_m < max(keep_m, _PROBE_RADIUS_M):
                 name = _nearest(obstacles, partial(distance_m, "place", pose, keep_m + 1.0))
                 raise ScenarioError(_too_close(place, found_m + _PROBE_RADIUS_M, name, keep_m))
+            if room.is_below_ground or room.down_m < stands_m:
+                raise ScenarioError(_too_low(place, room, stands_m))
     finally:
         world.close()
+
+
+Cast = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+"""Returns the distance to the nearest surface along rays, see `simulation_tools.world.rays.RayScene.cast`."""
+
+
+class Vertical(NamedTuple):
+    """Distances from a place to the nearest surfaces below and above it, m; inf: there is none."""
+
+    down_m: float
+    up_m: float
+
+    @property
+    def is_below_ground(self) -> bool:
+        """Whether the world has something above the place, but nothing below it."""
+        return self.down_m == math.inf and self.up_m < math.inf
+
+
+def vertical_m(cast: Cast, place_xyz_m: Sequence[float]) -> Vertical:
+    """Look down and up from a place."""
+    down_and_up = np.array(((0.0, 0.0, -1.0), (0.0, 0.0, 1.0)))
+    return Vertical(*cast(np.array(place_xyz_m), down_and_up, FARTHEST_GROUND_M).tolist())
 
 
 def _nearest(models: Sequence[str], distance_m: Callable[[frozenset], float]) -> str:
@@ -74,10 +112,24 @@ def _nearest(models: Sequence[str], distance_m: Callable[[frozenset], float]) ->
 
 
 def _too_close(place: Sequence[float], distance_m: float, name: str, keep_m: float) -> str:
-    at = ", ".join(f"{value:g}" for value in place)
+    at = _told(place)
     if distance_m <= 2.0 * _PROBE_RADIUS_M:
         return f"({at}), where the UAV is to fly, lies inside of {name}; choose another place."
     return (
         f"({at}), where the UAV is to fly, is {distance_m:.2f} m from {name}, and CEPA keeps {keep_m:g} m "
         "(r_lb) away; choose a place farther from it."
     )
+
+
+def _too_low(place: Sequence[float], room: Vertical, stands_m: float) -> str:
+    if room.is_below_ground:
+        return f"({_told(place)}), where the UAV is to fly, lies below the ground; choose a height above it."
+    height_m = abs(room.down_m)
+    return (
+        f"({_told(place)}), where the UAV is to fly, is {height_m:.2f} m above the ground. The UAV stands "
+        f"{stands_m:.2f} m high, so it would touch the ground; choose a greater height."
+    )
+
+
+def _told(place: Sequence[float]) -> str:
+    return ", ".join(f"{value:g}" for value in place)

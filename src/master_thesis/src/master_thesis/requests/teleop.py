@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Mapping
 
+from master_thesis.requests.common import lidar_of
 from master_thesis.requests.free_places import check_course
 from master_thesis.worlds import scenario
 
@@ -12,7 +13,7 @@ DEVICES = ("keyboard", "joy")
 
 def check(asked: Mapping[str, Any]) -> None:
     """Check the arguments of teleop.launch; raises MasterThesisError or SimulationToolsError."""
-    lidar = scenario.lidar(str(asked["lidar"]))
+    lidar = lidar_of(asked, "iris")
     scenario.choose("algorithm", str(asked["algorithm"]), scenario.ALGORITHMS)
     scenario.choose("device", str(asked["device"]), DEVICES)
     scenario.number("speed", asked["speed"], *scenario.SPEEDS_M_S)

@@ -61,7 +61,12 @@ def scenario(name: str, worlds_folder: Path) -> Scenario:
 
 def lidar(given: str) -> str:
     """Return a lidar's name: one of `LIDARS`, or a model in GAZEBO_MODEL_PATH; raises ScenarioError."""
-    return given if is_lidar(given) else choose("lidar", given, LIDARS)
+    if not is_lidar(given):
+        raise ScenarioError(
+            f"There is no lidar '{given}'; choose lidar:={'|'.join(LIDARS)}, or NAME of a model lidar_NAME "
+            "in a folder of GAZEBO_MODEL_PATH."
+        )
+    return given
 
 
 def choose(what: str, given: str, choices: Sequence[str]) -> str:
