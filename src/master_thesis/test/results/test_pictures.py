@@ -92,6 +92,17 @@ def test_the_flight_over_time_has_a_panel_for_each_quantity():
     assert three.shape[0] > 1.8 * one.shape[0]
 
 
+def test_every_panel_shows_when_the_goal_was_reached():
+    """What follows is the hover, in which the UAV flies back to the goal, over which it shot."""
+    t = np.linspace(0, 10, 100)
+    curve = (("flown", np.column_stack((t, 0.0 * t))),)
+    panels = tuple(flight_pictures.TimeSeries(label, curve) for label in ("speed", "clearance"))
+    figure = flight_pictures.time_series_figure("a flight", panels, ("goal reached", 8.0))
+    for axes in figure.axes:
+        assert [8.0, 8.0] in [list(line.get_xdata()) for line in axes.lines]
+    assert "goal reached" in [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+
+
 def test_the_hull_of_a_square_with_points_inside():
     points = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0.5), (0.2, 0.9), (0.5, 0.0)])
     assert floor_plan.convex_hull(points).tolist() == [[0, 0], [1, 0], [1, 1], [0, 1]]

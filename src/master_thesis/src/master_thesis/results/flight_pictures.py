@@ -149,8 +149,10 @@ class TimeSeries:
     legend_at: str = "lower center"
 
 
-def time_series_figure(title: str, panels: tuple[TimeSeries, ...]) -> Figure:
-    """Draw panels over a common time axis."""
+def time_series_figure(
+    title: str, panels: tuple[TimeSeries, ...], event: tuple[str, float] | None = None
+) -> Figure:
+    """Draw panels over a common time axis. event: name and time of a vertical line through all of them."""
     figure = Figure(figsize=(_WIDTH_IN, 1.35 * len(panels) + 0.6))
     all_axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     styles = (("#1f3b73", "-"), ("#c2410c", "--"), ("black", ":"))
@@ -159,10 +161,13 @@ def time_series_figure(title: str, panels: tuple[TimeSeries, ...]) -> Figure:
             axes.plot(*curve.T, dashes, color=colour, lw=1.0, label=label)
         if panel.limit:
             axes.axhline(panel.limit[1], color="black", lw=0.7, ls=(0, (5, 3)), label=panel.limit[0])
+        if event:
+            name = event[0] if axes is all_axes[0] else None
+            axes.axvline(event[1], color="black", lw=0.9, ls=":", label=name)
         axes.set_ylabel(panel.label, **_STYLE)
         axes.tick_params(labelsize=7)
         axes.grid(alpha=0.3, lw=0.4)
-        if len(panel.curves) > 1 or panel.limit:
+        if len(axes.get_legend_handles_labels()[0]) > 1:
             axes.legend(fontsize=7, frameon=False, ncol=4, loc=panel.legend_at)
     all_axes[0].set_title(title, fontsize=9)
     all_axes[-1].set_xlabel("time [s]", **_STYLE)

@@ -58,7 +58,9 @@ def write_pictures(folder: RunFolder, run: Run) -> None:
         usual_ms = float(np.percentile(computation[:, 1], 98))
         view = replace(top_view(run, computation, "computation time [ms]"), value_range=(0.0, usual_ms))
         drawn["path_computation"] = flight_pictures.top_view_figure(view)
-    drawn["flight"] = flight_pictures.time_series_figure(title(run), _panels(run, speeds, computation))
+    reached_s = run.outcome.times_s.get(Phase.HOVERING)
+    event = None if reached_s is None else ("goal reached", reached_s)
+    drawn["flight"] = flight_pictures.time_series_figure(title(run), _panels(run, speeds, computation), event)
     for name, figure in drawn.items():
         folder.write_files(files(name, figure))
 
