@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cepa import Cloud, Dynamic, LaserScan2D, Motion
+from cepa import Cloud, Decision, Dynamic, LaserScan2D, Motion
 from cepa.dynamic.observer import response_of
 from cepa.kernels.rollout import fly
 
@@ -43,6 +43,14 @@ class Boxes:
         points = DIRECTIONS[met] * ranges[met, None]
         return Cloud(points, (CHANNELS_RAD[0], CHANNELS_RAD[-1]), RANGE_MIN_M, RANGE_MAX_M)
 
+    def at(self, t_s: float, position: np.ndarray) -> Boxes:
+        """Return the boxes that are there when a UAV is at ``position``."""
+        return self
+
+    def senses(self, position: np.ndarray) -> tuple[LaserScan2D, Cloud | None]:
+        """Return the planar scan and the cloud that come at one instant."""
+        return NO_SCAN, self.cloud(position)
+
     def ranges(self, position: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Return how far beams along unit vectors (n, 3) go, m; inf where they meet nothing."""
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -69,6 +77,7 @@ class Flight:
 
     positions: list[np.ndarray] = field(default_factory=list)
     clearances_m: list[float] = field(default_factory=list)
+    decisions: list[Decision] = field(default_factory=list)
 
 
 def motion_at(
@@ -99,7 +108,10 @@ def fly_along_x(
         rises = number * PERIOD_S < 3.0
         reference = (0.0, 0.0) if rises else (speed, 0.0)
         motion = motion_at(number * PERIOD_S, position, state[:, 1], climb_ref)
-        decision = steering.steer(NO_SCAN, reference, tuple(state[:2, 1]), motion, boxes.cloud(position))
+        boxes = boxes.at(number * PERIOD_S, position)
+        scan, cloud = boxes.senses(position)
+        decision = steering.steer(scan, reference, tuple(state[:2, 1]), motion, cloud)
+        flight.decisions.append(decision)
         late, command = command, np.array([*decision.velocity_xy, climb_ref if rises else decision.climb_m_s])
         state[:, 0] = 0.0
         commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])

@@ -89,6 +89,8 @@ class Steering:
         decision = self.algorithm.steer(scan, reference_xy, own_xy, motion, self._cloud(paired, mount))
         cpu_ms = 1e3 * (time.thread_time() - cpu_started_s)
         computation_ms = 1e3 * (time.perf_counter() - started_s)
+        for sentence in decision.warnings:
+            self._warnings.say(sentence)
         self._last_xy = mount.turn.apply(*decision.velocity_xy)
         climb = v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
         velocity = (*self._last_xy, climb)
@@ -103,10 +105,6 @@ class Steering:
         age_ns = math.inf if cloud is None else abs(paired.scan.stamp_ns - cloud.stamp_ns)
         if cloud is None:
             self._warnings.say("No cloud has come yet; the scan alone counts. Check the topic cloud.")
-        elif age_ns > MAX_AGE_NS:
-            self._warnings.say(
-                f"No cloud is within {1e-9 * age_ns:.1f} s of the scan; what clouds showed before counts."
-            )
         if cloud is None or cloud.value is None or age_ns > MAX_AGE_OF_CLOUD_NS:
             return None
         return self._limits.cloud(out_of_body(cloud.value, mount))

@@ -50,3 +50,5 @@ class Decision(NamedTuple):
     """In an emergency met by ``Improved``: what it answers (the green arrow)."""
     climb_m_s: float | None = None
     """Vertical velocity to fly, m/s upwards; None: the reference's."""
+    warnings: tuple[str, ...] = ()
+    """Sentences about the sensors that the user should read; each comes once, with the first answer."""

@@ -34,9 +34,9 @@ def warm_up() -> float:
             for algorithm in (Improved(parameters), Original(parameters), dynamic := Dynamic(parameters)):
                 algorithm.steer(scan, (1.0, 0.1), (1.0, 0.0))
             dynamic.view()
-    cloud = Cloud(np.full((20, 3), WALL_M), (-0.3, 0.3), 0.5, 10.0)
     climbing = Dynamic()
-    for stamp_s in (0.0, 0.1):
+    for stamp_s, points in ((0.0, np.full((20, 3), WALL_M)), (0.1, _crowd())):
+        cloud = Cloud(points, (-0.3, 0.3), 0.5, 10.0)
         motion = Motion(stamp_s, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
         climbing.steer(scans[0], (1.0, 0.1), (1.0, 0.0), motion, cloud)
     seen = Seen(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1, 1.0), (0.0, 0.0, 0.0, 1.0), 1.0)
@@ -45,6 +45,13 @@ def warm_up() -> float:
         thing = np.column_stack((np.full(4, 2.0), side + 0.2 * step))
         movers.update(0.1 * step, thing, (0.0, 0.0), seen)
     return time.perf_counter() - start
+
+
+def _crowd() -> np.ndarray:
+    """Return more points (n, 3), m, than the memory of clouds holds."""
+    level, heights = np.arange(-7.0, 7.0, 0.15), np.arange(-0.2, 0.2, 0.05)
+    points: np.ndarray = np.stack(np.meshgrid(level, level, heights), axis=-1).reshape(-1, 3)
+    return points
 
 
 def _wall_ahead(distance: float) -> LaserScan2D:

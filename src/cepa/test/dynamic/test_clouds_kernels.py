@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cepa.kernels.layers import best_layers, distance_layers, unseen_layers
 from cepa.kernels.panorama import free_distances, level, see
-from cepa.kernels.voxels import NOBODY, Voxels, recall, remember
+from cepa.kernels.voxels import NOBODY, Voxels, forget_far, recall, remember
 
 seeds = st.integers(0, 2**32 - 1)
 CELL_M, FAR_M, SIDE, LAYERS, LAYER_M, BELOW_M, ABOVE_M = 0.1, 0.8, 31, 5, 0.15, 0.4, 0.25
@@ -206,7 +206,8 @@ def test_remembered_points_are_those_of_a_plain_dictionary(seed):
         points = rng.uniform((-2.2, -2.2, -1.0), (2.2, 2.2, 1.0), (30, 3))
         nearest = rng.choice([1.0, 2.0, 5.0, math.inf], (40, 24), p=[0.1, 0.1, 0.6, 0.2]).astype(np.float32)
         rules = 0.05, 0.3, 1.0, 2
-        known = remember(points, origin, stamp, reach, voxels, known)
+        known, rest = remember(points, origin, stamp, reach, voxels, known)
+        assert not rest.size
         known = recall(origin, stamp, stamp - 0.45, reach, nearest, *rules, voxels, known, recalled)
         plain.remember(points, origin, stamp, reach)
         expected = plain.recall(origin, stamp, stamp - 0.45, reach, nearest, *rules)
@@ -215,9 +216,17 @@ def test_remembered_points_are_those_of_a_plain_dictionary(seed):
     assert known > 50
 
 
-def test_a_full_memory_leaves_out_new_cells():
+def test_a_full_list_tells_which_points_found_no_room_and_forgets_what_is_far():
     stores = np.empty((2, 3)), np.empty(2), np.empty(2, np.uint8)
     voxels = Voxels(*stores, np.full((40, 40, 48), NOBODY, np.int32), 0.15, 0.05)
-    points = np.array([[0.1, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.12, 0.0, 0.0]])
-    assert remember(points, np.zeros(3), 1.0, np.array([2.0, 0.8]), voxels, 0) == 2
-    assert voxels.points[0, 0] == pytest.approx(0.12)
+    points = np.array([[1.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.5, 0.0, 0.0], [0.12, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    here, reach = np.zeros(3), np.array([2.0, 0.8])
+    known, rest = remember(points, here, 1.0, reach, voxels, 0)
+    assert (known, rest.tolist()) == (2, [2])
+    relative = voxels.points.copy()
+    np.testing.assert_allclose(relative[:, 0], [1.0, 0.12])
+    known = forget_far(0.5, voxels, known, relative)
+    assert known == 1
+    assert relative[0, 0] == voxels.points[0, 0] == pytest.approx(0.12)
+    known, rest = remember(points[:3], here, 2.0, reach, voxels, known)
+    assert (known, rest.tolist()) == (2, [2])  # the cell of the first point is free again

@@ -92,7 +92,7 @@ def test_its_own_place_stays_unseen_when_it_may_remember_for_longer():
     brief, long = (CloudLookout(CepaParameters(memory_s=memory_s)) for memory_s in (5.0, 20.0))
     place = (0.0, 0.0, 2.0), LEVEL, (0.0, 0.0, 0.0), 0.0
     side = CloudLookout(CepaParameters()).look(None, Motion(0.0, *place)).distance.shape[1]
-    blind = Plane(np.empty((0, 3)), np.full(360, -1.0), np.full((1, side, side), 9.0))
+    blind = Plane(np.full(360, -1.0), np.full((1, side, side), 9.0))
     for lookout, stamp_s in ((brief, 0.1), (brief, 0.2), (long, 0.3)):
         if lookout is long:
             long.take_over(brief)

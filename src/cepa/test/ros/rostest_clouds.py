@@ -168,11 +168,17 @@ class CloudsTest(unittest.TestCase):
         self.assertGreater(self.fly(partly)[2], 0.2)
         self.assertEqual(self.warned.count("no valid point among"), 1)
 
-    def test_4_without_clouds_it_brakes_at_the_edge_of_what_was_seen(self):
+    def test_4_without_clouds_it_flies_by_the_planar_scan_and_says_so_once(self):
         self.fly(low_wall())
         for _ in range(8):
             self.fly()
-        self.warned.wait_for("what clouds showed before counts")
+        sentence = "the UAV flies by the planar scan and by what clouds showed before"
+        self.warned.wait_for(sentence)
+        for _ in range(60):
+            self.fly()
+        self.assertEqual(self.warned.count(sentence), 1)
+        self.fly(low_wall())
+        self.warned.wait_for("Clouds come with the scans again.")
 
     def test_5_a_clock_that_jumps_back_is_survived(self):
         self.fly(low_wall())

@@ -19,10 +19,10 @@ from cepa.dynamic.pseudo_3d import (
     see_ranges,
     shade,
 )
+from cepa.dynamic.voxel_memory import VoxelMemory
 from cepa.kernels.layers import distance_layers, unseen_layers
 from cepa.kernels.panorama import free_distances, level, see
 from cepa.kernels.rollout import BY_SIGHT
-from cepa.kernels.voxels import NOBODY, Voxels, recall, remember
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 
@@ -42,9 +42,6 @@ SEEN_CELLS, SEEN_LEVELS = 96, 24
 SEEN_REACH_M = np.array([0.5 * SEEN_WINDOW_M + SEEN_CELL_M, 1.5])
 BODY_SHARE_SEEN = 0.67
 """So much of the body's height must be in what was seen: cells are seen when their middles are."""
-VOXEL_M, VOXEL_HEIGHT_M, VOXEL_CELLS, VOXEL_LEVELS = 0.15, 0.05, 128, 96
-MOST_VOXELS = 40000
-REACH_M = np.array([0.5 * FIELD_WINDOW_M, 1.7])
 NEAR_M = 1.5
 """Nearer, little is in the field of view. So what was seen there stays as it was."""
 MISSES = 3
@@ -54,7 +51,7 @@ BESIDE_M = 0.15
 """A point so near to the rim of what moves belongs to it."""
 OWN_REACH_M = 1.0
 """Around the body, for all that the UAV could reach by leaving its own place."""
-NO_DISCS, NO_PLACE = np.empty((0, 6)), np.empty(0)
+NO_DISCS, NO_POINTS, NO_PLACE = np.empty((0, 6)), np.empty((0, 3)), np.empty(0)
 FEWEST_RETURNS = 10
 """A cloud with fewer points shows nothing: the lidar may be covered."""
 
@@ -120,31 +117,25 @@ class CloudLookout:
         self._nearest = np.empty((ROWS, BINS), np.float32)
         self._free = np.empty((COARSE_ROWS, COARSE_BINS), np.float32)
         self._levelled = np.empty((0, 3))
-        self._voxels = Voxels(
-            np.empty((MOST_VOXELS, 3)),
-            np.empty(MOST_VOXELS),
-            np.empty(MOST_VOXELS, np.uint8),
-            np.empty((VOXEL_CELLS, VOXEL_CELLS, VOXEL_LEVELS), np.int32),
-            VOXEL_M,
-            VOXEL_HEIGHT_M,
-        )
-        self._recalled = np.empty((MOST_VOXELS, 3))
+        self._memory = VoxelMemory()
         self.reset()
 
     def reset(self) -> None:
         """Forget what was seen."""
-        self.sees_all_around = False
         self._seen_s[:] = -math.inf
-        self._voxels.slots[:] = NOBODY
-        self._known = 0
+        self._memory.reset()
         self._own_place = OwnPlace(OWN_PLACE_M)
         self._position_m = (math.nan, math.nan, math.nan)
 
     def take_over(self, earlier: CloudLookout) -> None:
         """Take over what one with other parameters remembers; it must not be used any longer."""
-        self._seen_s, self._voxels, self._known = earlier._seen_s, earlier._voxels, earlier._known
-        self._position_m, self.sees_all_around = earlier._position_m, earlier.sees_all_around
-        self._own_place = earlier._own_place
+        self._seen_s, self._memory = earlier._seen_s, earlier._memory
+        self._position_m, self._own_place = earlier._position_m, earlier._own_place
+
+    @property
+    def kept_m(self) -> float | None:
+        """What was farther than this was forgotten at the newest look for want of room, m; None: nothing."""
+        return self._memory.kept_m
 
     def look(
         self,
@@ -153,11 +144,13 @@ class CloudLookout:
         discs: np.ndarray = NO_DISCS,
         plane: Plane | None = None,
         rangings: Sequence[Ranging] = (),
+        beam_ends: np.ndarray = NO_POINTS,
     ) -> Space:
-        """Return what is known with this cloud; None: no cloud came, only the memory counts.
+        """Return what is known with this cloud; None: no cloud came.
 
         discs: what moves (k, 6), m; what the cloud shows of it is not remembered. plane: what a planar scan
-        shows, for a cloud that does not look all around, or for none. rangings: of range finders.
+        shows, for a cloud that does not look all around, or for none. rangings: of range finders. beam_ends:
+        of a planar scan (n, 3), m; obstacles that count whatever the cloud shows.
         """
         if math.dist(motion.position_m, self._position_m) > GREATEST_MOVE_M:
             self.reset()
@@ -165,21 +158,15 @@ class CloudLookout:
         origin, stamp_s = np.array(motion.position_m), motion.stamp_s
         oldest_s = stamp_s - self._p.memory_s
         p = self._p
-        if cloud is not None:
-            self.sees_all_around |= cloud.looks_all_around
         returns = self._picture(cloud, motion)
-        if plane is not None:
-            returns = np.concatenate((returns, plane.points))
+        if len(beam_ends):
+            returns = np.concatenate((returns, beam_ends))
         if rangings:
             returns = np.concatenate((returns, ends_of(rangings, motion, p.body_below, p.body_above)))
         for x, y, _, _, radius, _ in discs:
             returns = returns[np.hypot(returns[:, 0] - x, returns[:, 1] - y) > radius + BESIDE_M]
-        self._known = remember(returns, origin, stamp_s, REACH_M, self._voxels, self._known)
         picture = self._nearest, ROW_TAN, SEEN_FREE_M, NEAR_M, MISSES
-        self._known = recall(
-            origin, stamp_s, oldest_s, REACH_M, *picture, self._voxels, self._known, self._recalled
-        )
-        points = self._recalled[: self._known]
+        points, is_hidden = self._memory.update(returns, origin, stamp_s, oldest_s, picture)
         middle_m = LAYER_M * round(origin[2] / LAYER_M)
         heights_m = middle_m - origin[2] + LAYER_M * (np.arange(LAYERS) - LAYERS // 2)
         self._see(origin, stamp_s, oldest_s, knows_own_place=plane is None)
@@ -200,7 +187,6 @@ class CloudLookout:
         if plane is not None:
             own_reach = self._open_own_place(motion, body, oldest_s, origin)
             shade(distance, plane, points, unseen, FIELD_CELL_M, SEEN_CELL_M / FIELD_CELL_M, self.far_m)
-        is_hidden = self._voxels.stamps[: self._known] < stamp_s
         return Space(points, is_hidden, distance, unseen, own_reach, heights_m, detours_m, asked_m)
 
     def _picture(self, cloud: Cloud | None, motion: Motion) -> np.ndarray:

@@ -11,7 +11,7 @@ from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason, Vector2
 from cepa.destination import Destination
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing, leads_back
-from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S
+from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S, NO_POINTS
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge, cost_horizon_s
 from cepa.dynamic.late_scans import MovingThings
@@ -116,7 +116,7 @@ class Dynamic(Algorithm):
         """Return the velocity to fly.
 
         Without ``motion`` nothing is remembered. Once a cloud or a range finder's range came, the answer has
-        a climb. Once a cloud came that looks all around, the scan shows what moves, and nothing else.
+        a climb. While clouds come that look all around, the scan shows what moves, and nothing else.
         """
         beams = self.beams(scan)
         told = motion or self._guessed_motion(v_uav)
@@ -133,10 +133,10 @@ class Dynamic(Algorithm):
         self._judgement = None
         if self.wants_cloud and (cloud or self._rangings or self._spatial):
             self._spatial = self._spatial or Spatial(self.parameters)
-            plane = None
-            if self._spatial.wants_plane(cloud):
-                plane = self._plane(points[~is_moving], standing, seen, motion)
-            space = self._spatial.look(cloud, motion, discs, plane, self._rangings)
+            self._spatial.watch(cloud, motion.stamp_s)
+            plane = self._plane(standing, seen, motion) if self._spatial.wants_plane else None
+            beam_ends = points[~is_moving] if plane is not None or cloud is None else NO_POINTS
+            space = self._spatial.look(cloud, motion, discs, plane, self._rangings, beam_ends)
             self._rangings = ()
             near = space.points[self._is_at_the_body(space.points[:, 2]), :2]
             self._moment = Moment(motion, near, seen, state, discs, space)
@@ -159,11 +159,11 @@ class Dynamic(Algorithm):
             return False
         return speed >= self.parameters.reference_speed_min
 
-    def _plane(self, points: np.ndarray, standing: np.ndarray, seen: Seen, motion: Motion) -> Plane:
-        """Return what a planar lidar knows, from the ends of its beams (n, 3), m, that stand still."""
+    def _plane(self, standing: np.ndarray, seen: Seen, motion: Motion) -> Plane:
+        """Return what a planar lidar knows, from the ends of its beams (n, 2), m, that stand still."""
         self._lookout.keep(standing, seen, motion)
         sight = self._lookout.look(standing, seen, motion)
-        return Plane(points, seen.reach_m, self._lookout.distances(sight))
+        return Plane(seen.reach_m, self._lookout.distances(sight))
 
     def _is_at_the_body(self, heights_m: np.ndarray) -> np.ndarray:
         p = self.parameters
@@ -356,4 +356,5 @@ class Dynamic(Algorithm):
             tested,
             reason,
             climb_m_s=climb,
+            warnings=self._spatial.warnings if climb is not None and self._spatial is not None else (),
         )

@@ -30,8 +30,6 @@ OWN_PLACE_DIRECTIONS = np.stack((np.cos(_angles), np.sin(_angles)))
 class Plane(NamedTuple):
     """What a planar lidar knows."""
 
-    points: np.ndarray
-    """(n, 3) m: ends of the beams."""
     seen: np.ndarray
     """(bins,) m: how far each direction is seen; -1 where no beam looks."""
     distance: np.ndarray

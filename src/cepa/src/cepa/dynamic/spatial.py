@@ -10,6 +10,7 @@ import numpy as np
 from cepa.dynamic.cloud_lookout import LAYER_M, LAYERS, SEEN_CELL_M, CloudLookout, Space
 from cepa.dynamic.lookout import FIELD_CELL_M
 from cepa.dynamic.pseudo_3d import HeightSearch, Plane
+from cepa.dynamic.voxel_memory import MOST_POINTS, REACH_M
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
 from cepa.dynamic.ways_out import NO_WAY_SEARCHED, Course, Layers, Ways, WaysOut
 from cepa.kernels.rollout import BY_SIGHT
@@ -19,6 +20,8 @@ from cepa.parameters import CepaParameters
 
 AHEAD_M, AHEAD_S = 2.0, 1.6
 """It climbs to a height at which at least so much straight ahead is open, or what it flies in this time."""
+SILENCE_PERIODS, SILENCE_S, PERIOD_SHARE = 3.0, (0.3, 1.0), 0.1
+"""The planar scan counts after so many periods without a cloud, within these limits."""
 
 
 class Way(NamedTuple):
@@ -33,6 +36,36 @@ class Way(NamedTuple):
     """1.0 or -1.0: it climbs or sinks on the spot, to look for a way at other heights; 0.0: it flies on."""
 
 
+class CloudWatch:
+    """Knows whether clouds come with the scans: a cloud's topic may die in flight while the scan goes on."""
+
+    def __init__(self) -> None:
+        self._newest_s = self._now_s = -math.inf
+        self._period_s: float | None = None
+        self.looks_all_around = False
+
+    def watch(self, cloud: Cloud | None, stamp_s: float) -> None:
+        """Take in the cloud of a scan with this stamp; None: none came."""
+        self._now_s = stamp_s
+        if cloud is None:
+            return
+        if math.isfinite(self._newest_s):
+            period_s = self._period_s or self.silence_s
+            self._period_s = period_s + PERIOD_SHARE * (self.silence_s - period_s)
+        self._newest_s, self.looks_all_around = stamp_s, cloud.looks_all_around
+
+    @property
+    def silence_s(self) -> float:
+        """How old the newest cloud is, s; inf: none has come."""
+        return self._now_s - self._newest_s if math.isfinite(self._newest_s) else math.inf
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether more clouds are missing than may get lost now and then."""
+        shortest_s, longest_s = SILENCE_S
+        return self.silence_s > min(max(SILENCE_PERIODS * (self._period_s or 0.0), shortest_s), longest_s)
+
+
 class Spatial:
     """Begins with the first cloud, or with the first ranges of range finders."""
 
@@ -41,21 +74,29 @@ class Spatial:
         self._lookout = CloudLookout(parameters)
         self._search = HeightSearch()
         self._by_plane = False
-        self._had_cloud = False
+        self._watch = CloudWatch()
+        self._was_silent, self._full_s = False, -math.inf
+        self.warnings: tuple[str, ...] = ()  # that begin with the newest look
 
     def take_over(self, earlier: Spatial) -> None:
         """Take over what one with other parameters remembers; it must not be used any longer."""
         self._lookout.take_over(earlier._lookout)
-        self._had_cloud = earlier._had_cloud
+        self._watch = earlier._watch
+        self._was_silent, self._full_s = earlier._was_silent, earlier._full_s
 
     @property
     def knows_one_height(self) -> bool:
-        """Whether ways are known at the height of flight only: no cloud has come yet."""
-        return self._by_plane and not self._had_cloud
+        """Whether ways are known at the height of flight only: all that clouds have shown is forgotten."""
+        return self._by_plane and self._watch.silence_s > self._p.memory_s
 
-    def wants_plane(self, cloud: Cloud | None) -> bool:
-        """Whether the planar scan counts: no cloud has looked all around yet, nor does this one."""
-        return not (self._lookout.sees_all_around or (cloud is not None and cloud.looks_all_around))
+    def watch(self, cloud: Cloud | None, stamp_s: float) -> None:
+        """Take in the cloud that came with the scan of this stamp; None: none did."""
+        self._watch.watch(cloud, stamp_s)
+
+    @property
+    def wants_plane(self) -> bool:
+        """Whether the planar scan shows where it is free: no clouds come that look all around."""
+        return self._watch.is_silent or not self._watch.looks_all_around
 
     def look(
         self,
@@ -64,11 +105,37 @@ class Spatial:
         discs: np.ndarray,
         plane: Plane | None,
         rangings: Sequence[Ranging],
+        beam_ends: np.ndarray,
     ) -> Space:
         """Return what is known; arguments as for `CloudLookout.look`."""
         self._by_plane = plane is not None
-        self._had_cloud |= cloud is not None
-        return self._lookout.look(cloud, motion, discs, plane, rangings)
+        space = self._lookout.look(cloud, motion, discs, plane, rangings, beam_ends)
+        self.warnings = (*self._about_clouds(), *self._about_the_memory(motion.stamp_s))
+        return space
+
+    def _about_clouds(self) -> list[str]:
+        is_silent = self._watch.is_silent and math.isfinite(self._watch.silence_s)
+        changed, self._was_silent = is_silent != self._was_silent, is_silent
+        if not changed:
+            return []
+        if not is_silent:
+            return ["Clouds come with the scans again."]
+        return [
+            f"No cloud has come with the scans for {self._watch.silence_s:.2f} s: the UAV flies by the "
+            "planar scan and by what clouds showed before. Check the cloud's topic and its stamps."
+        ]
+
+    def _about_the_memory(self, now_s: float) -> list[str]:
+        kept_m = self._lookout.kept_m
+        if kept_m is None:
+            return []
+        was_full, self._full_s = now_s - self._full_s <= self._p.memory_s, now_s
+        if was_full:
+            return []
+        return [
+            f"Clouds show more than {MOST_POINTS} cells within {REACH_M[0]:g} m: what is farther than "
+            f"{kept_m:.1f} m and out of sight is forgotten. Use fewer channels or a smaller memory_s."
+        ]
 
     def around(self, space: Space, discs: np.ndarray, ways: Ways = NO_WAY_SEARCHED) -> Surroundings:
         """Return what is around the UAV; what moves (k, 6) counts at all heights."""

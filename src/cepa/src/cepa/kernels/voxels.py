@@ -36,12 +36,13 @@ def _cell(voxels: Voxels, x: float, y: float, z: float) -> tuple[int, int, int]:
 @njit(cache=True)
 def remember(
     points: np.ndarray, origin: np.ndarray, stamp: float, reach: np.ndarray, voxels: Voxels, known: int
-) -> int:
+) -> tuple[int, np.ndarray]:
     """Write ``points`` (m, 3), relative to ``origin``, into their cells; return the new number of points.
 
     reach: half edge and half height of the window; what is beyond it is left out. ``known``: the number so
-    far. When the list is full, new cells are left out.
+    far. The second value (r,) are the indices of points for whose cells the list had no room.
     """
+    rest, left = np.empty(points.shape[0], np.int64), 0
     for k in range(points.shape[0]):
         x, y, z = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
         if abs(x) > reach[0] or abs(y) > reach[0] or abs(z) > reach[1]:
@@ -51,6 +52,8 @@ def remember(
         slot = voxels.slots[i, j, m]
         if slot == NOBODY:
             if known == voxels.points.shape[0]:
+                rest[left] = k
+                left += 1
                 continue
             slot = known
             known += 1
@@ -58,7 +61,7 @@ def remember(
         voxels.points[slot, 0], voxels.points[slot, 1], voxels.points[slot, 2] = x, y, z
         voxels.stamps[slot] = stamp
         voxels.misses[slot] = 0
-    return known
+    return known, rest[:left]
 
 
 @njit(cache=True)
@@ -80,6 +83,20 @@ def _is_seen_through(
             if k == row and not math.isinf(least):
                 looked = True
     return looked
+
+
+@njit(cache=True)
+def _forget(voxels: Voxels, k: int, known: int) -> int:
+    """Take point ``k`` off the list, and put the last one into its place; return the new number of points."""
+    i, j, m = _cell(voxels, voxels.points[k, 0], voxels.points[k, 1], voxels.points[k, 2])
+    voxels.slots[i, j, m] = NOBODY
+    known -= 1
+    if k < known:
+        voxels.points[k] = voxels.points[known]
+        voxels.stamps[k], voxels.misses[k] = voxels.stamps[known], voxels.misses[known]
+        i, j, m = _cell(voxels, voxels.points[k, 0], voxels.points[k, 1], voxels.points[k, 2])
+        voxels.slots[i, j, m] = k
+    return known
 
 
 @njit(cache=True)
@@ -122,12 +139,21 @@ def recall(
             points[k, 0], points[k, 1], points[k, 2] = x, y, z
             k += 1
             continue
-        i, j, m = _cell(voxels, voxels.points[k, 0], voxels.points[k, 1], voxels.points[k, 2])
-        voxels.slots[i, j, m] = NOBODY
-        known -= 1
-        if k < known:
-            voxels.points[k] = voxels.points[known]
-            voxels.stamps[k], voxels.misses[k] = voxels.stamps[known], voxels.misses[known]
-            i, j, m = _cell(voxels, voxels.points[k, 0], voxels.points[k, 1], voxels.points[k, 2])
-            voxels.slots[i, j, m] = k
+        known = _forget(voxels, k, known)
+    return known
+
+
+@njit(cache=True)
+def forget_far(farthest: float, voxels: Voxels, known: int, points: np.ndarray) -> int:
+    """Forget what is farther than ``farthest`` m from the axis of height; return the number of the others.
+
+    points (capacity, 3): what ``recall`` has filled; kept in the list's order.
+    """
+    k = 0
+    while k < known:
+        if math.sqrt(points[k, 0] * points[k, 0] + points[k, 1] * points[k, 1]) <= farthest:
+            k += 1
+            continue
+        points[k] = points[known - 1]
+        known = _forget(voxels, k, known)
     return known
