@@ -115,21 +115,74 @@ def test_silence_is_noticed_and_a_short_gap_is_flown_over():
     assert feed(vision, [late]) == [late]  # a gap so long is not filled
 
 
-def test_after_a_jump_the_pose_goes_on_from_where_it_was():
-    """The odometry starts again at its origin, facing elsewhere: what goes out never jumps."""
+def turned(yaw_rad, given, origin=(0.0, 0.0, 0.0)):
+    """The same flight, told by odometry whose frame is another one."""
+    cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+    x, y, z = given.position_m
+    place = (origin[0] + cos * x - sin * y, origin[1] + sin * x + cos * y, origin[2] + z)
+    heading = 2.0 * math.atan2(given.orientation_xyzw[2], given.orientation_xyzw[3]) + yaw_rad
+    orientation = (0.0, 0.0, math.sin(0.5 * heading), math.cos(0.5 * heading))
+    return replace(given, position_m=place, orientation_xyzw=orientation)
+
+
+@pytest.mark.parametrize("speed_m_s", [0.0, 0.5, 2.0])
+@pytest.mark.parametrize("yaw_rad", [0.0, 2.0, math.pi])
+def test_after_jumps_the_pose_goes_on_where_the_uav_is(yaw_rad, speed_m_s):
+    """The odometry starts elsewhere, twice: what goes out is the flight, as if it had not."""
     vision = VisionPose(VisionPoseParameters(settle_time=0.5))
-    sent = feed(vision, flight(5.0, 4.0))
-    again = [
-        replace(each, orientation_xyzw=(0.0, 0.0, 1.0, 0.0)) for each in flight(9.0, 2.0, (40.0, 0.0, 2.0))
+    velocity = (speed_m_s, 0.0, 0.0)
+    whole = [
+        motion(5.0 + t, (speed_m_s * t, 0.0, 2.0), velocity=velocity) for t in np.arange(0.0, 6.0, PERIOD_S)
     ]
-    later = feed(vision, again)
-    assert later[0].stamp_s == pytest.approx(9.5, abs=PERIOD_S)  # it has settled
-    assert later[0].position_m == pytest.approx(sent[-1].position_m)
-    assert abs(later[0].orientation_xyzw[3]) == pytest.approx(1.0)
-    # Turned by pi, the odometry's motion along x is one along -x
-    moved_m = later[-1].position_m[0] - later[0].position_m[0]
-    assert moved_m == pytest.approx(-0.5 * (later[-1].stamp_s - later[0].stamp_s))
-    assert later[-1].pose_covariance == pytest.approx(COVARIANCE, abs=1e-12)
+    told = [
+        each
+        if each.stamp_s < 8.0
+        else turned(yaw_rad, each, (40.0, 3.0, 1.0) if each.stamp_s < 8.2 else (-20.0, 8.0, 0.0))
+        for each in whole
+    ]
+    sent = feed(vision, told)
+    gap = next(i for i, each in enumerate(sent) if each.stamp_s >= 8.0)
+    assert sent[gap].stamp_s == pytest.approx(8.7, abs=PERIOD_S)  # it has settled after the second jump
+    truth = {each.stamp_ns: each for each in whole}
+    for each in sent[gap - 1 :]:
+        assert each.position_m == pytest.approx(truth[each.stamp_ns].position_m, abs=1e-6)
+        assert abs(each.orientation_xyzw[3]) == pytest.approx(1.0)
+        assert each.pose_covariance == pytest.approx(COVARIANCE, abs=1e-12)
+
+
+def test_a_turn_goes_on_through_a_jump():
+    """At 1 rad/s on a circle of 1 m: way and heading between the last pose before and the first after it."""
+    vision, truth = VisionPose(VisionPoseParameters(settle_time=0.5)), {}
+    for t in np.arange(5.0, 9.0, PERIOD_S):
+        turn = t - 5.0
+        each = replace(
+            motion(t, (math.sin(turn), 1.0 - math.cos(turn), 2.0), turn, velocity=(1.0, 0.0, 0.0)),
+            rates_rad_s=(0.0, 0.0, 1.0),
+        )
+        truth[each.stamp_ns] = each
+        sent = feed(vision, [each if t < 7.0 else turned(1.0, each, (9.0, 9.0, 0.0))])
+    assert sent[0].position_m == pytest.approx(truth[sent[0].stamp_ns].position_m, abs=0.002)
+    assert sent[0].orientation_xyzw == pytest.approx(truth[sent[0].stamp_ns].orientation_xyzw, abs=1e-6)
+
+
+@pytest.mark.parametrize("velocity", [(math.nan, 0.0, 0.0), (50.0, 0.0, 0.0)])
+def test_a_velocity_that_cannot_be_is_not_flown_on_with(velocity):
+    vision = VisionPose(VisionPoseParameters(settle_time=0.0))
+    vision.update(motion(5.0, velocity=velocity), 5.0)
+    (sent,) = (
+        vision.update(motion(5.025, (9.0, 0.0, 2.0), velocity=velocity), 5.025)[-1:]
+        or feed(vision, [motion(5.05, (9.0, 0.0, 2.0))])[-1:]
+    )
+    assert sent.position_m == pytest.approx((0.0, 0.0, 2.0))
+
+
+def test_one_pose_that_is_wrong_leaves_nothing_behind():
+    vision = VisionPose()
+    given = flight(5.0, 4.0)
+    given[80] = replace(given[80], position_m=(9.0, 9.0, 9.0), velocity_m_s=(0.0, 0.0, 0.0))
+    last = feed(vision, given)[-1]
+    # It told no velocity, so the way of one period is not known
+    assert last.position_m == pytest.approx(given[-1].position_m, abs=0.5 * PERIOD_S + 1e-6)
 
 
 def test_a_second_of_the_same_stamp_and_an_older_one_are_left_out():

@@ -39,8 +39,8 @@ class VisionPoseParameters:
         max_speed: The greatest speed of the UAV, m/s.
         jump: A pose has jumped if it moved by this much more than max_speed allows, m.
         jump_turn: A heading that changes by more than this between two poses has jumped, rad.
-        settle_time: After a jump the poses must be steady for this time, s. They then go on from
-            the pose before the jump.
+        settle_time: After a jump the poses must be steady for this time, s. They then go on as if the
+            UAV had flown on steadily between the last pose before the jump and the first one after it.
         max_deviation: The greatest standard deviation of the position, along any axis, m.
         max_yaw_deviation: The greatest standard deviation of the heading, rad.
         min_rate: Poses at this rate or more, Hz; 0: one for each pose that comes in. The poses between two
@@ -114,7 +114,6 @@ class VisionPose:
         self._last: Motion | None = None  # of the odometry
         self._sent: Motion | None = None
         self._steady_since_s = -math.inf
-        self._anchored = True
         self._shift_m: Vector3 = (0.0, 0.0, 0.0)  # with the turn: from the odometry's frame to what goes out
         self._turn_rad = 0.0
 
@@ -131,8 +130,9 @@ class VisionPose:
             self._last = before
             return []
         jump = self._jump(before, motion)
-        if jump:
-            self._steady_since_s, self._anchored = motion.stamp_s, False
+        if before is not None and jump:
+            self._steady_since_s = motion.stamp_s
+            self._anchor(before, motion)
         if now_s - motion.stamp_s > self.parameters.max_age:
             self._enter(VisionState.STALE, f"The odometry is {now_s - motion.stamp_s:.2f} s old.")
         elif jump or motion.stamp_s - self._steady_since_s < self.parameters.settle_time:
@@ -186,21 +186,22 @@ class VisionPose:
         return ""
 
     def _send(self, motion: Motion) -> list[Motion]:
-        if not self._anchored:
-            self._anchored = True
-            self._anchor(motion)
         self._enter(VisionState.GOOD, "The flight controller gets every pose.")
         motion = self._moved(motion)
         between, self._sent = self._between(self._sent, motion), motion
         return between
 
-    def _anchor(self, motion: Motion) -> None:
-        """Let the poses go on from the last one that was sent."""
+    def _anchor(self, before: Motion, motion: Motion) -> None:
+        """Let the poses go on over a jump, from the last one before it to the first one after it.
+
+        The UAV flies and turns on as before for the time between both.
+        """
         if self._sent is None:
-            return
-        self._turn_rad = _turn(motion.orientation_xyzw, self._sent.orientation_xyzw)
+            return  # nobody knows where it was
+        there = self._moved(_flown_on(before, motion.stamp_s, self.parameters))
+        self._turn_rad = _turn(motion.orientation_xyzw, there.orientation_xyzw)
         turned_m = rotate(_about_z(self._turn_rad), motion.position_m)
-        x, y, z = (a - b for a, b in zip(self._sent.position_m, turned_m))
+        x, y, z = (a - b for a, b in zip(there.position_m, turned_m))
         self._shift_m = (x, y, z)
 
     def _moved(self, motion: Motion) -> Motion:
@@ -228,6 +229,19 @@ class VisionPose:
         if before is None or count == 1 or gap_s > self.parameters.max_age:
             return [motion]
         return [_blend(before, motion, (i + 1) / count, count) for i in range(count)]
+
+
+def _flown_on(motion: Motion, until_s: float, p: VisionPoseParameters) -> Motion:
+    """Return where a steady flight leads, for max_age at most. A velocity that cannot be counts as zero."""
+    lasts_s = min(until_s - motion.stamp_s, p.max_age)
+    if not (math.hypot(*motion.velocity_m_s) <= p.max_speed and math.isfinite(motion.rates_rad_s[2])):
+        return motion
+    turn_rad = lasts_s * motion.rates_rad_s[2]
+    velocity_m_s = rotate(multiply(_about_z(0.5 * turn_rad), motion.orientation_xyzw), motion.velocity_m_s)
+    x, y, z = (a + lasts_s * b for a, b in zip(motion.position_m, velocity_m_s))
+    return replace(
+        motion, position_m=(x, y, z), orientation_xyzw=multiply(_about_z(turn_rad), motion.orientation_xyzw)
+    )
 
 
 def _blend(a: Motion, b: Motion, share: float, weight: int) -> Motion:
