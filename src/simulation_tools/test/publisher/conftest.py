@@ -27,6 +27,9 @@ class Bench:
         self.vision = False  # whether external poses go to the flight controller, at 40 Hz
         self.commands = False  # whether velocity commands come, at 40 Hz
         self.velocity, self.yaw_rate = (1.0, 0.0, 0.0), 0.1
+        self.command_age = 0  # ns
+        self.pose_period = 33 * MS
+        self.pose_stamp = lambda now: now  # what MAVROS stamps a pose of this time
 
     def tell_clock(self):
         """As the node does before every message."""
@@ -41,7 +44,7 @@ class Bench:
 
     def tell_pose(self):
         self.tell_clock()
-        self.actions += self.publisher.on_local_pose(self.now, self.pose)
+        self.actions += self.publisher.on_local_pose(self.pose_stamp(self.now), self.pose)
 
     def run(self, seconds):
         """Let time pass; returns the actions of this time."""
@@ -52,7 +55,7 @@ class Bench:
             tick = self.now // MS
             if tick % 100 == 0:
                 self.tell_state()
-            if tick % 33 == 0 and self.poses:
+            if self.now % self.pose_period < MS and self.poses:
                 self.tell_pose()
             if self.vision and tick % 25 == 0:
                 self.tell_clock()
@@ -60,7 +63,7 @@ class Bench:
             if self.commands and tick % 25 == 0:
                 velocity, yaw_rate = self.velocity, self.yaw_rate
                 self.tell_clock()
-                stamp = self.now + self.clock_ahead
+                stamp = self.now + self.clock_ahead - self.command_age
                 self.actions += self.publisher.on_velocity(stamp, "base_frame", velocity, yaw_rate)
         return self.actions
 

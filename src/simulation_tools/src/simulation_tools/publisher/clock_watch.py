@@ -7,6 +7,7 @@ from simulation_tools.publisher.interface import Action, Log, PublisherParameter
 _NS = 1e-9
 _DRIFT = 0.01  # greatest difference between the clocks
 _DISAGREEMENT_S = 2.0  # a smaller difference may be a late message
+_WANDER_S = 10.0  # a flight controller that starts anew takes longer
 
 
 class ClockWatch:
@@ -16,10 +17,15 @@ class ClockWatch:
     loop without ROS. Then only the poses tell the time. The stamps may always lag behind ROS's clock, if the
     flight controller's clock began later. So a pose's delay is its lag less the least lag so far. After
     MAVROS has hung, its poses arrive together and are old.
+
+    Stamps that jump twice within a few seconds, while ROS's clock goes on, tell nothing. From then on a pose
+    counts by its arrival, until ROS's clock jumps back.
     """
 
     def __init__(self) -> None:
         self._clock_ns = 0
+        self._jumped_ns: int | None = None
+        self._by_arrival = False
         self.restart()
 
     def restart(self) -> None:
@@ -35,15 +41,35 @@ class ClockWatch:
         """Take in ROS's time. Return True if it has jumped back."""
         jumped = (self._clock_ns - now_ns) * _NS > p.jump_back_s
         self._clock_ns = now_ns
+        if jumped:
+            self._jumped_ns, self._by_arrival = None, False
         return jumped
 
-    def on_pose(self, stamp_ns: int, p: PublisherParameters) -> bool:
-        """Take in a pose's stamp.
+    def jump(self, stamp_ns: int, p: PublisherParameters) -> str:
+        """Return why the next pose needs a `restart` before it; empty: it needs none. Call it first."""
+        back = (self.newest_ns - stamp_ns) * _NS > p.jump_back_s
+        if self._by_arrival or not (back or self._jumped_ahead(stamp_ns, p)):
+            return ""
+        before_ns, self._jumped_ns = self._jumped_ns, self._clock_ns
+        if not self._clock_ns or before_ns is None or (self._clock_ns - before_ns) * _NS > _WANDER_S:
+            return "the clock jumped back: starting again." if back else ""
+        self._by_arrival = True
+        remedy = (
+            "In simulated time MAVROS needs the parameter time/timesync_mode PASSTHROUGH."
+            if p.time_is_simulated
+            else "mavros/timesync_status shows how MAVROS and the flight controller compare their clocks."
+        )
+        return (
+            "the stamps of MAVROS's poses wander: they jumped twice, and ROS's clock went on. From here on a "
+            f"pose counts by its arrival. {remedy}"
+        )
 
-        Return True if it has jumped back; then call `restart` before the next one.
-        """
-        if (self.newest_ns - stamp_ns) * _NS > p.jump_back_s:
-            return True
+    def time_of(self, stamp_ns: int) -> int:
+        """Return the time of a pose: its stamp, unless the stamps wander."""
+        return self._clock_ns if self._by_arrival else stamp_ns
+
+    def on_pose(self, stamp_ns: int, p: PublisherParameters) -> None:
+        """Take in the time of a pose."""
         now_ns = self._clock_ns or stamp_ns
         lag_ns = now_ns - max(self.newest_ns, stamp_ns)
         may_be_ns = self._lag_ns + _DRIFT * (now_ns - self._arrived_ns)
@@ -52,7 +78,6 @@ class ClockWatch:
         self._arrived_ns = now_ns
         if not self._agreed_ns or abs(self._lag_ns) * _NS <= p.command_timeout_s:
             self._agreed_ns = now_ns
-        return False
 
     def latest_ns(self, now_ns: int) -> int:
         """Return ROS's time, or that of a message if that is later or ROS's is unknown."""
@@ -95,6 +120,11 @@ class ClockWatch:
             "Start simulator, flight controller and MAVROS again, or synchronise their clocks."
         )
         return [Log(text)]
+
+    def _jumped_ahead(self, stamp_ns: int, p: PublisherParameters) -> bool:
+        """Whether a stamp lags behind ROS's clock by much less than any before. No delay does that."""
+        lag_ns = self._clock_ns - stamp_ns
+        return bool(self.newest_ns and self._clock_ns) and (self._lag_ns - lag_ns) * _NS > p.jump_back_s
 
     @property
     def _silence_s(self) -> float:

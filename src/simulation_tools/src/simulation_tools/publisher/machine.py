@@ -76,7 +76,7 @@ class SetpointPublisher:
         every call gives a setpoint, because a UAV that does not know its place must stop at once.
         """
         if self._clock.on_clock(now_ns, self.parameters):
-            return self._start_again()
+            return self._start_again("the clock jumped back: starting again.")
         return [*self._watch_poses(), *self._watch_vision(now_ns), *self._report_waiting(now_ns)]
 
     def on_state(self, stamp_ns: int, state: FcuState) -> list[Action]:
@@ -101,10 +101,10 @@ class SetpointPublisher:
 
     def on_local_pose(self, stamp_ns: int, pose: Pose) -> list[Action]:
         """Take in the pose in the local frame. It gives the time and keeps the stream of setpoints alive."""
-        actions = []
-        if self._clock.on_pose(stamp_ns, self.parameters):
-            actions = self._start_again()
-            self._clock.on_pose(stamp_ns, self.parameters)
+        jump = self._clock.jump(stamp_ns, self.parameters)
+        actions = self._start_again(jump) if jump else []
+        stamp_ns = self._clock.time_of(stamp_ns)
+        self._clock.on_pose(stamp_ns, self.parameters)
         self._heard.poses.add(stamp_ns, pose)
         self._vision.expect_pose(stamp_ns, self.parameters)
         gap_s = math.inf if self._sent_ns is None else (stamp_ns - self._sent_ns) * _NS
@@ -182,9 +182,9 @@ class SetpointPublisher:
             return "the flight controller gets no external pose"
         return self._heard.lacking(self.parameters) or "the UAV is not at its hover point yet"
 
-    def _start_again(self) -> list[Action]:
+    def _start_again(self, why: str) -> list[Action]:
         self.restart()
-        return [Log("the clock jumped back: starting again."), AnnounceReady(False)]
+        return [Log(why), AnnounceReady(False)]
 
     def _answer(self, now_ns: int, stamp_ns: int, by_pose: bool) -> list[Action]:
         """Return the present actions. The last one is a setpoint with the given stamp."""
