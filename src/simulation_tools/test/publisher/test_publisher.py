@@ -21,7 +21,7 @@ from simulation_tools.publisher import (
     SendVelocity,
 )
 
-from .conftest import GROUND, MS, Bench
+from .conftest import AIR, GROUND, MS, Bench
 
 
 def test_it_streams_before_it_asks_and_asks_for_offboard_before_arming(bench):
@@ -228,3 +228,18 @@ def test_positions_are_flown_when_asked_for_and_expire_too():
 def test_parameters_are_checked(value):
     with pytest.raises(PublisherError, match="command_timeout_s"):
         PublisherParameters(command_timeout_s=value)
+
+
+@pytest.mark.parametrize("rate_hz", [30, 130, 250, 1000])
+def test_commands_as_old_as_they_may_be_are_answered_at_every_rate_of_poses(rate_hz):
+    """MAVROS sends 30 poses a second. PX4 sends more if it is asked to (SET_MESSAGE_INTERVAL)."""
+    bench = Bench(PublisherParameters(command_timeout_s=5.0))
+    bench.pose_period = 1_000_000_000 // rate_hz
+    bench.commands, bench.command_age = True, 4900 * MS
+    bench.run(0.5)
+    bench.state, bench.landed = FcuState(True, True, "OFFBOARD", 4), AIR
+    bench.run(1.0)
+    bench.pose = Pose((1.0, 2.0, 2.0))
+    bench.run(7.0)
+    assert bench.publisher.phase is Phase.FLYING
+    assert bench.of(SendVelocity)[-1].linear == (1.0, 0.0, 0.0)

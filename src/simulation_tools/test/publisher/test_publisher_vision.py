@@ -125,3 +125,31 @@ def test_a_publisher_that_begins_in_the_air_without_vision_stops(flying):
     bench.set("OFFBOARD").run(1.0)
     assert bench.publisher.phase is Phase.BLIND
     assert bench.of(SendVelocity)[-1].linear == ZERO
+
+
+def test_late_commands_make_no_ready_of_a_blind_landing(flying):
+    """A command tells an older time than the pose before it. What was known then decides nothing any more."""
+    flying.command_age = 80 * MS
+    flying.vision = False
+    flying.run(3.2)
+    assert flying.of(RequestMode) == [RequestMode("AUTO.LAND")]
+    actions = flying.set("AUTO.LAND", landed=LANDING).run(2.0)
+    assert flying.publisher.phase is Phase.YIELDED
+    assert {action.ready for action in actions if isinstance(action, AnnounceReady)} == {False}
+    assert not flying.of(RequestMode)
+
+
+@pytest.mark.parametrize("began", [True, False])
+def test_offboard_without_vision_is_not_ready(began):
+    """Whether the node starts in the air, or somebody gives OFFBOARD back."""
+    bench = Bench(PublisherParameters(needs_vision=True))
+    bench.commands = True
+    if not began:
+        bench.set("POSCTL").run(1.0)
+        assert bench.publisher.phase is Phase.YIELDED
+    bench.set("OFFBOARD").run(1.0)
+    assert bench.publisher.phase is Phase.BLIND
+    assert {action.ready for action in bench.of(AnnounceReady)} == {False}
+    bench.vision = True
+    bench.run(1.0)
+    assert bench.of(AnnounceReady) == [AnnounceReady(True)]

@@ -85,7 +85,7 @@ class Commands:
         if not command.is_zero:
             hover.release()
         elif hover.point is None and hover.speed_m_s(now_ns, p) <= p.hold_speed_m_s:
-            hover.hold(self._poses.at(now_ns - p.decision_delay_s / _NS))
+            hover.hold(self._poses.at_or_oldest(now_ns - p.decision_delay_s / _NS))
         if hover.point is not None:
             return None
         return SendVelocity(stamp_ns, command.vector, command.yaw)

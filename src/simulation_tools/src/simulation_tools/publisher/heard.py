@@ -14,13 +14,14 @@ _NS = 1e-9
 class Known(NamedTuple):
     """The messages known at one time; None: not received.
 
-    landed: MAV_LANDED_STATE. home: True if there is one.
+    landed: MAV_LANDED_STATE. home: True if there is one. told_ns: stamp of the state; 0: there is none.
     """
 
     pose: Pose | None
     state: FcuState | None
     landed: int | None
     home: bool | None
+    told_ns: int
 
 
 class Heard:
@@ -37,7 +38,13 @@ class Heard:
     def known(self, now_ns: int, p: PublisherParameters) -> Known:
         """Return the newest messages that have surely arrived by now."""
         then_ns = now_ns - p.decision_delay_s / _NS
-        return Known(*(h.at(then_ns) for h in (self.poses, self.states, self.landed, self.homes)))
+        return Known(
+            self.poses.at(then_ns),
+            self.states.at(then_ns),
+            self.landed.at(then_ns),
+            self.homes.at(then_ns),
+            self.states.stamp_at(then_ns) or 0,
+        )
 
     def state_newer_than(self, stamp_ns: int, now_ns: int, p: PublisherParameters) -> bool:
         """Whether the newest state that has surely arrived by now was sent after a time."""

@@ -70,7 +70,7 @@ class Hover:
         """
         (x, y, z), yaw = self._held
         if self._aims_above:
-            missing_m = z - self._poses.at(now_ns - p.decision_delay_s / _NS).position_m[2]
+            missing_m = z - self._here(now_ns, p).position_m[2]
             z += min(max(p.climb_gain * missing_m, 0.0), p.hover_height_m)
         return SendPosition(stamp_ns, (x, y, z), yaw)
 
@@ -84,8 +84,7 @@ class Hover:
 
     def distance_m(self, now_ns: int, p: PublisherParameters) -> float:
         """Return the UAV's distance from the point."""
-        here = self._poses.at(now_ns - p.decision_delay_s / _NS)
-        return math.dist(here.position_m, self._held[0])
+        return math.dist(self._here(now_ns, p).position_m, self._held[0])
 
     def brake(self, now_ns: int, p: PublisherParameters) -> Brake:
         """Return how to stop without an external pose from now on."""
@@ -93,11 +92,11 @@ class Hover:
 
     def speed_m_s(self, now_ns: int, p: PublisherParameters) -> float:
         """Return the UAV's mean speed over the last 0.2 s; infinity if it is unknown."""
-        before, here = self._last_two(now_ns, p)
+        before = self._poses.at(now_ns - (p.decision_delay_s + _SPEED_WINDOW_S) / _NS)
         if before is None:
             return math.inf
-        return math.dist(here.position_m, before.position_m) / _SPEED_WINDOW_S
+        return math.dist(self._here(now_ns, p).position_m, before.position_m) / _SPEED_WINDOW_S
 
-    def _last_two(self, now_ns: int, p: PublisherParameters) -> tuple[Pose | None, Pose]:
-        then_ns = now_ns - p.decision_delay_s / _NS
-        return self._poses.at(then_ns - _SPEED_WINDOW_S / _NS), self._poses.at(then_ns)
+    def _here(self, now_ns: int, p: PublisherParameters) -> Pose:
+        """Return the pose by which is decided. A late command may tell a time before the first pose."""
+        return self._poses.at_or_oldest(now_ns - p.decision_delay_s / _NS)

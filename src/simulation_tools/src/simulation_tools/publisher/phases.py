@@ -56,7 +56,8 @@ class Phases:
             p.hover_height_m - p.ground_clearance_m
         )  # the local frame begins where the UAV stood
         self._seen_offboard = self._has_flown = self._may_arm = self._was_failsafe = False
-        self._flew = False  # before it became blind
+        self._flew = False  # before it became blind, by commands or by itself
+        self._told_ns = 0  # stamp of the newest state that made a decision
         self.brake: Brake | None = None  # of the last time it became blind
 
     def advance(
@@ -70,15 +71,19 @@ class Phases:
     ) -> list[Action]:
         """Make the transitions by the messages known `decision_delay_s` ago.
 
+        A late command looks back to a state that is older than the last one. It makes no transition.
+
         stream_began_ns: time of the first setpoint. poses_missing: poses came earlier and have stopped.
         """
-        pose, state, landed, home = known
-        if pose is None or state is None or landed is None or not state.connected:
+        pose, state, landed, home, told_ns = known
+        if pose is None or state is None or landed is None or not state.connected or told_ns < self._told_ns:
             return []
+        self._told_ns = told_ns
         self._may_arm = (home or not p.needs_home) and not blindness.is_too_long
         is_flying = state.armed and landed != _ON_GROUND
         actions: list[Action] = []
-        if blindness.is_too_long and state.in_offboard and self.phase in _LED:
+        takes_over = self.phase is Phase.YIELDED or (self.phase is Phase.WAITING and is_flying)
+        if blindness.is_too_long and state.in_offboard and (self.phase in _LED or takes_over):
             actions = self._enter_blind(now_ns, blindness.lasts_s, p)
         elif self.phase is Phase.BLIND:
             actions = self._stand(now_ns, pose, state, blindness, p)
@@ -209,7 +214,7 @@ class Phases:
 
     def _enter_blind(self, now_ns: int, blind_s: float, p: PublisherParameters) -> list[Action]:
         self.brake = self._hover.brake(now_ns, p)
-        self._flew = self.phase is Phase.FLYING
+        self._flew = self.phase not in (Phase.TAKING_OFF, Phase.RETURNING)
         self.phase = Phase.BLIND
         self._requested_ns = None
         self._hover.release()
