@@ -77,6 +77,22 @@ def test_a_reset_of_odometry_does_not_move_the_vehicle(log):
     assert error_m(base_in_map(session, reset), truth) < 0.1
 
 
+@pytest.mark.parametrize("covariance", [np.nan, np.inf, -1.0, 1e12])
+def test_a_covariance_that_tells_nothing_counts_as_none(log, covariance):
+    # Given odometry that tells its covariance, but for some scans in the middle
+    told = np.arange(len(log.scans))[:, None, None] * 1e-4 * np.eye(3)
+    said, paths = [], []
+    for untold in (np.full((3, 3), covariance), None):
+        session = SlamSession(PARAMETERS, False, say=said.append)
+        for k, (scan, odometry) in enumerate(zip(log.scans, log.odometry)):
+            session.process(scan, odometry, untold if 20 <= k < 23 else told[k])
+        paths.append(session.trajectory().poses_in_map)
+    # Then the run is that in which these scans tell none, and it says so
+    np.testing.assert_array_equal(*paths)
+    assert len(said) == 3
+    assert "srr, srt, str and stt count instead" in said[0]
+
+
 @pytest.mark.parametrize("by", ["initialpose", "search"])
 def test_a_correction_begun_before_the_vehicle_was_put_elsewhere_does_not_take_it_back(log, by, monkeypatch):
     # Given a correction of the path that is due at the next scan

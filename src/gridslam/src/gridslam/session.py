@@ -16,6 +16,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, PoseError, StateError
 from gridslam.files import session_file
+from gridslam.filter.motion_model import is_told
 from gridslam.filter.particle_filter import START_DEVIATION, GridSlam
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.inputs.continuous_odometry import ContinuousOdometry
@@ -60,6 +61,7 @@ class SlamSession:
         self.parameters = parameters
         self._starting_map, self.localisation_only = starting_map, localisation_only
         self._starting_pose = starting_pose
+        self._say = say
         self._odometry = ContinuousOdometry(say)
         self._supervisor = Supervisor(say)
         self._is_resumed = False
@@ -92,6 +94,9 @@ class SlamSession:
         if self._closer is not None:
             self._closer.take(self.slam, scan.stamp_s)
         was_lost = self.slam.judgement.is_lost
+        if covariance is not None and not is_told(covariance):
+            self._say("The odometry's covariance makes no sense; srr, srt, str and stt count instead.")
+            covariance = None
         if covariance is not None:
             covariance = self._odometry.turned(covariance)
         update = self._supervisor.process(self.slam, scan, base, covariance)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from gridslam.kernels.nearest import NearestPoints
-from gridslam.kernels.surfels import FACING_MIN, FLAT_MIN, SurfelTable, add_points, find_surfels
+from gridslam.kernels.surfels import FACING_MIN, FLAT_MIN, SurfelTable, add_points, find_surfels, move_cells
 
-CELL, SIDE = 0.1, 16
+CELL, SLOTS = 0.1, 64
 TIE = 1e-9
 """Where two numbers are nearer than this, rounding decides which is greater."""
 
@@ -27,7 +28,12 @@ def rows(points) -> np.ndarray:
 
 
 def empty() -> SurfelTable:
-    return SurfelTable(np.zeros((SIDE, SIDE, 2), np.int64), np.zeros((SIDE, SIDE, 5)))
+    return SurfelTable.empty(SLOTS)
+
+
+def held(table: SurfelTable) -> dict:
+    """{cell: sums} of the cells that hold points."""
+    return {tuple(cell): sums for cell, sums in zip(table.cells.tolist(), table.sums) if sums[4] > 0.5}
 
 
 def plain(points: np.ndarray) -> dict:
@@ -61,7 +67,7 @@ def test_the_nearest_surface_is_that_of_a_plain_search(mapped, seen, yaw, x):
     beams = np.zeros((len(scan), 7))  # as seen from the pose (x, 0, yaw)
     beams[:, 0:2], beams[:, 2:4] = (scan[:, 0:2] - (x, 0.0)) @ turn, scan[:, 2:4] @ turn
     nearby = NearestPoints(np.empty((len(scan), 2)), np.empty(len(scan), np.int64))
-    found = find_surfels(x, 0.0, yaw, beams, 0.2, CELL, table, nearby)
+    found, _newness = find_surfels(x, 0.0, yaw, beams, 0.2, CELL, table, nearby)
     expected = {}
     for i, row in enumerate(scan):
         mean = nearest(plain(points), row[:2], row[2:4], 0.2)
@@ -86,17 +92,36 @@ def test_what_is_taken_out_leaves_no_trace(kept, gone):
     add_points(rows(gone), 1.0, CELL, table)
     add_points(rows(gone), -1.0, CELL, table)
     add_points(rows(kept), 1.0, CELL, only)
-    np.testing.assert_allclose(table.sums, only.sums, atol=1e-9)
+    assert held(table).keys() == held(only).keys()
+    for cell, sums in held(table).items():
+        np.testing.assert_allclose(sums, held(only)[cell], atol=1e-9)
 
 
-def test_cells_that_share_a_place_are_told_apart():
-    table = empty()
-    far = rows([(0.05 + SIDE * CELL, 0.05, 0.0)])
-    add_points(rows([(0.05, 0.05, 0.0)]), 1.0, CELL, table)
-    add_points(far, 1.0, CELL, table)
-    beams, nearby = np.zeros((1, 7)), NearestPoints(np.empty((1, 2)), np.empty(1, np.int64))
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(st.tuples(st.integers(-(10**6), 10**6), st.integers(-(10**6), 10**6)), min_size=1, max_size=40)
+)
+def test_cells_far_apart_are_told_apart_and_stay_so_in_a_larger_table(cells):
+    # Given points in cells anywhere on the plane, so that some belong to the same slot
+    points = np.array([((i + 0.5) * CELL, (j + 0.5) * CELL, 1.0, 0.0, 1.0) for i, j in cells])
+    table, larger = empty(), SurfelTable.empty(4 * SLOTS)
+    taken = add_points(points, 1.0, CELL, table)
+    # When they move into another table
+    moved = move_cells(table, larger)
+    # Then both hold every cell with all its points
+    assert taken == moved == len(set(cells))
+    for one in (table, larger):
+        assert {cell: sums[4] for cell, sums in held(one).items()} == Counter(cells)
+
+
+def test_a_cell_that_shares_a_slot_is_found_after_the_other_one_left():
+    # Given cells in one row whose columns differ by the number of slots
+    one, other = rows([(0.05, 0.05, 0.0)]), rows([(0.05 + SLOTS * CELL, 0.05, 0.0)])
+    table, nearby = empty(), NearestPoints(np.empty((1, 2)), np.empty(1, np.int64))
+    add_points(np.concatenate([one, other, other]), 1.0, CELL, table)
+    beams = np.zeros((1, 7))
     beams[0, :3] = 0.05, 0.05, 1.0
-    assert find_surfels(0.0, 0.0, 0.0, beams, 0.2, CELL, table, nearby) == 0
-    assert find_surfels(SIDE * CELL, 0.0, 0.0, beams, 0.2, CELL, table, nearby) == 1
-    add_points(rows([(0.05, 0.05, 0.0)]), -1.0, CELL, table)  # the place is not its own any more
-    assert find_surfels(SIDE * CELL, 0.0, 0.0, beams, 0.2, CELL, table, nearby) == 1
+    assert find_surfels(0.0, 0.0, 0.0, beams, 0.2, CELL, table, nearby) == (1, 1.0)
+    add_points(one, -1.0, CELL, table)
+    assert find_surfels(0.0, 0.0, 0.0, beams, 0.2, CELL, table, nearby) == (0, 0.0)
+    assert find_surfels(SLOTS * CELL, 0.0, 0.0, beams, 0.2, CELL, table, nearby) == (1, 0.5)

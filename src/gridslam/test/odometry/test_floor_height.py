@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 
 import numpy as np
@@ -95,3 +96,28 @@ def test_without_readings_the_height_is_not_known():
     floor.on_range(6.0, 1.7)
     assert floor.is_known_at(6.0)
     assert floor.at(6.0)[0] == pytest.approx(1.7)
+
+
+@given(st.floats(0.01, 0.3), st.floats(0.0, 0.9), st.floats(-3.0, 3.0))
+@settings(max_examples=40, deadline=None)
+def test_the_variance_after_a_pause_of_the_imu_is_that_of_the_filters_own_steps(late_s, pause_s, up):
+    # Given a flight in which the range finder comes some time after the IMU
+    floor = FloorHeight(LidarOdometryParameters())
+    for k in range(8):
+        floor.on_acceleration(0.1 * k, up)
+        floor.on_range(0.1 * k + min(late_s, 0.09), 2.0)
+    # When the IMU is silent, and when it then says something: the filter steps to that time
+    stamp_s = 0.8 + pause_s
+    predicted, floor_then = floor.at(stamp_s), copy.deepcopy(floor)
+    floor_then.on_acceleration(stamp_s, 0.0)
+    # Then height and climb are the same both ways, and so is the variance
+    assert predicted == pytest.approx(floor_then.at(stamp_s), rel=1e-9, abs=1e-12)
+    assert predicted[2] > 0.0
+
+
+def test_the_height_before_the_imus_last_reading_has_a_variance_too():
+    floor = FloorHeight(LidarOdometryParameters())
+    for k in range(50):
+        floor.on_acceleration(0.02 * k, 0.3)
+        floor.on_range(0.02 * k, 2.0)
+    assert all(floor.at(0.98 - past_s)[2] > 0.0 for past_s in (0.0, 0.02, 0.2, 2.0))

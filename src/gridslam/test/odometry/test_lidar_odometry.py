@@ -31,6 +31,7 @@ ROOM = Walls.from_polygons(
         np.array([(-1.5, 1.0), (-0.5, 1.2), (-0.8, 2.0)]),
     ]
 )
+CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 ONE_WALL = Walls(np.array([(-100.0, 3.0, 100.0, 3.0)]))
 NOTHING = Walls(np.array([(90.0, 90.0, 91.0, 90.0)]))
 
@@ -40,7 +41,9 @@ def quaternion(roll: float, pitch: float) -> tuple[float, float, float, float]:
     return cp * sr, sp * cr, -sp * sr, cp * cr
 
 
-def ranges_at(walls: Walls, pose, roll: float, pitch: float, rng: np.random.Generator) -> np.ndarray:
+def ranges_at(
+    walls: Walls, pose, roll: float, pitch: float, rng: np.random.Generator, range_m: float = LIMITS[1]
+) -> np.ndarray:
     """What a leaning lidar sees of upright walls."""
     angles = ANGLES[0] + ANGLES[1] * np.arange(BEAMS)
     lean = matrix_of_lean(roll, pitch)
@@ -49,7 +52,7 @@ def ranges_at(walls: Walls, pose, roll: float, pitch: float, rng: np.random.Gene
     eye = se2.transform(pose, mount[None, :2])[0]
     ranges = cast(walls.ends_m, eye, pose[2] + np.arctan2(y, x)) / np.hypot(x, y)
     ranges += 0.01 * rng.standard_normal(BEAMS)
-    return np.where(ranges <= LIMITS[1], ranges, np.inf)
+    return np.where(ranges <= range_m, ranges, np.inf)
 
 
 def fly(
@@ -61,6 +64,7 @@ def fly(
     bias: float = 0.0,
     start_s: float = 0.0,
     seed: int = 1,
+    limits: tuple[float, float] = LIMITS,
 ) -> list[OdometryEstimate]:
     """Fly along pose_at(t) = (x, y, yaw). bias: error of the acceleration ahead, m/s2."""
     rng, estimates, d = np.random.default_rng(seed), [], 1e-3
@@ -73,8 +77,8 @@ def fly(
             odometry.on_imu(InertialReading(s, quaternion(*lean), rates, force))
         slant = math.cos(lean[0]) * math.cos(lean[1])
         odometry.on_range(t, HEIGHT / slant - 0.05, (0.05, 40.0), DOWN)
-        ranges = ranges_at(walls, pose_at(t), *lean, rng)
-        estimates.append(odometry.on_scan(t, ranges, ANGLES, LIMITS, LEVEL))
+        ranges = ranges_at(walls, pose_at(t), *lean, rng, limits[1])
+        estimates.append(odometry.on_scan(t, ranges, ANGLES, limits, LEVEL))
     return estimates
 
 
@@ -114,6 +118,19 @@ def test_it_follows_a_flight_through_a_room(lean):
     levelled = matrix_of_lean(*lean) @ np.array(last.velocity_xyz)
     assert levelled == pytest.approx((0.9, 0.0, 0.0), abs=0.04)
     assert last.remark == ""
+
+
+def test_in_a_large_hall_with_small_cells_no_surface_displaces_another():
+    # Given a hall whose walls are 512 cells apart, along both axes
+    hall = Walls.from_polygons([12.8 * CORNERS + 0.02])
+    odometry = LidarOdometry(LidarOdometryParameters(cell_m=0.05, keyframes=5), circle(0.0))
+    # When keyframes come and leave
+    estimates = fly(odometry, hall, circle, 6.0, limits=(0.1, 40.0))
+    # Then every scan finds the surfaces of all walls, and the UAV is followed
+    off = errors(estimates, circle)
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.03
+    assert all(np.isfinite(estimate.pose_covariance).all() for estimate in estimates)
+    assert min(estimate.share for estimate in estimates) > 0.9
 
 
 def test_the_errors_are_as_great_as_the_covariance_says():

@@ -38,6 +38,7 @@ def test_odometry_without_a_covariance_gets_one_sentence():
     covariances = OdometryCovariances(said.append)
     covariances.add(odometry(1, 6 * [0.0]))
     covariances.add(odometry(2, 6 * [np.nan]))
-    assert covariances.at(rospy.Time(1)) is covariances.at(rospy.Time(2)) is None
-    assert len(said) == 2
+    covariances.add(odometry(3, 6 * [1e9]))  # as drivers write it that do not know
+    assert [covariances.at(rospy.Time(stamp_s)) for stamp_s in (1, 2, 3)] == 3 * [None]
+    assert len(said) == 3
     assert "tells no covariance" in said[0]

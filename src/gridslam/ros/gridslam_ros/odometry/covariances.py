@@ -8,6 +8,8 @@ import numpy as np
 from genpy import Time
 from nav_msgs.msg import Odometry
 
+from gridslam.filter.motion_model import is_told
+
 KEPT = 400
 LATE_NS = 1_000_000_000
 """A scan waits for its covariance until TF is newer by this much."""
@@ -34,10 +36,10 @@ class OdometryCovariances:
             self._known.clear()
         self._newest_ns = stamp_ns
         covariance = np.reshape(message.pose.covariance, (6, 6))[PLANE]
-        is_told = np.isfinite(covariance).all() and (np.diag(covariance) > 0.0).all()
-        if not is_told:
+        is_meant = is_told(covariance) and (np.diag(covariance) > 0.0).all()
+        if not is_meant:
             self._say("The odometry tells no covariance; the parameters srr, srt, str and stt count instead.")
-        self._known[stamp_ns] = covariance if is_told else None
+        self._known[stamp_ns] = covariance if is_meant else None
         while len(self._known) > KEPT:
             del self._known[next(iter(self._known))]
 

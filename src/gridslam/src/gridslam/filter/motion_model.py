@@ -3,7 +3,8 @@
 gmapping draws new noise at every scan. So a lidar with four times the rate halves the uncertainty of the same
 path. Here the deviations of all steps add up, so a path is as uncertain as one step.
 
-Odometry may tell its own covariance, which grows with the way (REP-105). Then its growth counts instead.
+Odometry may tell its own covariance, which grows with the way (REP-105). Then its growth counts instead. A
+covariance that tells nothing (`is_told`) counts as none.
 """
 
 from __future__ import annotations
@@ -22,6 +23,16 @@ DEVIATION_MIN = (1e-4, 1e-4, 1e-5)
 """m, m, rad: no motion is known better than this."""
 TOLD_MIN = np.array((5e-3, 5e-3, 1e-3))
 """m, m, rad: odometry's noise at both ends of a motion, which the growth of its covariance leaves out."""
+UNKNOWN_VARIANCE = 1e6
+"""m2, rad2: with this variance and above, odometry says that it does not know its pose."""
+
+
+def is_told(covariance: np.ndarray | None) -> bool:
+    """Return whether a pose's covariance says anything: it is (3, 3), finite, not negative, and not huge."""
+    if covariance is None or np.shape(covariance) != (3, 3):
+        return False
+    is_sane = (np.diag(covariance) >= 0.0).all() and (np.abs(covariance) < UNKNOWN_VARIANCE).all()
+    return bool(is_sane)  # NaN fails both
 
 
 class Motion:
@@ -34,8 +45,9 @@ class Motion:
         self.start = np.array(base_in_odom, float)
         self.now = self.start
         self.stamp_s = stamp_s
-        self.covariance, self._start_covariance = covariance, covariance
-        self._told = np.zeros(3)
+        self.covariance = self.start_covariance = covariance if is_told(covariance) else None
+        self.told = np.zeros(3)
+        """Standard deviations that the covariances have told since the start."""
         self.distance_m = 0.0
         self.turned_rad = 0.0
         self.deviations = np.zeros(3)
@@ -52,14 +64,14 @@ class Motion:
         step = np.abs(se2.between(self.now, base_in_odom))
         self.distance_m += math.hypot(step[0], step[1])
         self.turned_rad += step[2]
-        self.now, self.covariance = np.array(base_in_odom, float), covariance
-        if covariance is None or self._start_covariance is None:
+        self.now, self.covariance = np.array(base_in_odom, float), covariance if is_told(covariance) else None
+        if self.covariance is None or self.start_covariance is None:
             self.deviations += _deviations(step[0], step[1], step[2], parameters)
             return
-        grown = growth(self.start, self._start_covariance, self.now, covariance)
+        grown = growth(self.start, self.start_covariance, self.now, self.covariance)
         told = np.sqrt(np.maximum(np.diag(grown), 0.0)) + TOLD_MIN
-        self.deviations += told - self._told
-        self._told = told
+        self.deviations += told - self.told
+        self.told = told
 
     @property
     def step(self) -> np.ndarray:

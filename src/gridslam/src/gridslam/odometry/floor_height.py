@@ -66,9 +66,17 @@ class FloorHeight:
         past_s = stamp_s - now_s
         held_s = max(min(stamp_s, self._held_until_s) - now_s, 0.0)
         z, climb, bias = self._state
-        variance = float(self._covariance[0, 0] + 2.0 * past_s * self._covariance[0, 1])
         gain = held_s * (self._acceleration - bias)
-        return z + past_s * climb + (past_s - 0.5 * held_s) * gain, climb + gain, variance
+        z_at = z + past_s * climb + (past_s - 0.5 * held_s) * gain
+        return z_at, climb + gain, self._variance(past_s, held_s)
+
+    def _variance(self, past_s: float, held_s: float) -> float:
+        """Return the height's variance after ``past_s``, during ``held_s`` of which an acceleration holds."""
+        model = np.array((1.0, past_s, -(past_s - 0.5 * held_s) * held_s))
+        silent_s = max(past_s - held_s, 0.0)
+        measured, unknown = self._p.climb_noise**2, self._p.acceleration_unknown**2
+        noise = measured * (max(past_s, 0.0) ** 3 - silent_s**3) + unknown * silent_s**3
+        return float(model @ self._covariance @ model) + noise / 3.0
 
     def on_range(self, stamp_s: float, height_m: float) -> None:
         """Take the height over whatever is below, as measured at an instant."""

@@ -9,11 +9,12 @@ import numpy as np
 from gridslam import se2
 from gridslam.kernels.nearest import NearestPoints
 from gridslam.kernels.surfaces import surface_normals, thin_out
-from gridslam.kernels.surfels import SurfelTable, add_points, find_surfels
+from gridslam.kernels.surfels import SurfelTable, add_points, find_surfels, move_cells
 from gridslam.odometry.parameters import LidarOdometryParameters
 from gridslam.scan import PlanarScan
 
-SIDE = 512
+SLOTS = 1 << 14
+"""Of the table of surface elements at first. It grows before it is half full."""
 SPACING, DEPTH = 0.8, 1.0
 """Cells: beams that end within this, along and across the bearing, are averaged."""
 
@@ -47,7 +48,7 @@ class LocalMap:
 
     def __init__(self, parameters: LidarOdometryParameters) -> None:
         self._p = parameters
-        self._table = SurfelTable(np.zeros((SIDE, SIDE, 2), np.int64), np.zeros((SIDE, SIDE, 5)))
+        self._table, self._taken = SurfelTable.empty(SLOTS), 0
         self._keyframes: deque[np.ndarray] = deque()
         self._poses: deque[np.ndarray] = deque()
 
@@ -69,19 +70,30 @@ class LocalMap:
         points = np.ones((len(beams), 5))
         points[:, 0:2] = se2.transform(pose, beams[:, 0:2])
         points[:, 2:4] = se2.transform((0.0, 0.0, pose[2]), beams[:, 2:4])
-        add_points(points, 1.0, self._p.cell_m, self._table)
+        self._make_room(len(points))
+        self._taken += add_points(points, 1.0, self._p.cell_m, self._table)
         self._keyframes.append(points)
         self._poses.append(pose.copy())
         if len(self._keyframes) > self._p.keyframes:
             add_points(self._keyframes.popleft(), -1.0, self._p.cell_m, self._table)
             self._poses.popleft()
 
-    def find(self, pose: np.ndarray, beams: np.ndarray, reach_m: float, nearby: NearestPoints) -> int:
-        """Find the surface nearest to each beam's end; see `find_surfels`."""
-        x, y, yaw = pose
-        return find_surfels(x, y, yaw, beams, reach_m, self._p.cell_m, self._table, nearby)
+    def _make_room(self, count: int) -> None:
+        """Let at most half of the slots be taken when so many points have come."""
+        if 2 * (self._taken + count) <= len(self._table.cells):
+            return
+        live = int(np.count_nonzero(self._table.sums[:, 4]))
+        slots = max(SLOTS, 1 << (4 * (live + count) - 1).bit_length())
+        table, self._table = self._table, SurfelTable.empty(slots)
+        self._taken = move_cells(table, self._table)
 
-    def newness(self, points: np.ndarray) -> float:
-        """Return the mean of 1 / (number of keyframes) in the cells of points (n, 2) that `find` wrote."""
-        columns, rows = np.floor(points.T / self._p.cell_m).astype(np.int64) % SIDE
-        return float(np.mean(1.0 / self._table.sums[rows, columns, 4])) if len(points) else 1.0
+    def find(
+        self, pose: np.ndarray, beams: np.ndarray, reach_m: float, nearby: NearestPoints
+    ) -> tuple[int, float]:
+        """Find the surface nearest to each beam's end; see `find_surfels`.
+
+        Return their number, and the mean of 1 / (number of keyframes' points) in their cells.
+        """
+        x, y, yaw = pose
+        found, newness = find_surfels(x, y, yaw, beams, reach_m, self._p.cell_m, self._table, nearby)
+        return found, newness / found if found else 1.0

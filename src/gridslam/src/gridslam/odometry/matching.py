@@ -46,12 +46,12 @@ def match(
     prior = np.linalg.inv(covariance) * parameters.reading_variance_m2
     nearby = NearestPoints(np.empty((len(beams), 2)), np.empty(len(beams), np.int64))
     lower, gradient = np.zeros((3, 3)), np.empty(3)
-    pose, found = predicted.copy(), 0
+    pose, found, newness = predicted.copy(), 0, 1.0
     robust_m2 = parameters.reach_m**2
     scan_only, kept = np.zeros((3, 3)), np.eye(3)
     for _ in range(LOOKS):
         start = pose.copy()
-        found = local_map.find(pose, beams, parameters.reach_m, nearby)
+        found, newness = local_map.find(pose, beams, parameters.reach_m, nearby)
         for _ in range(STEPS):
             scan_only[:], gradient[:] = 0.0, 0.0
             linearise(pose[0], pose[1], pose[2], beams, nearby, found, robust_m2, scan_only, gradient)
@@ -68,7 +68,6 @@ def match(
             break
     share = found / len(beams) if len(beams) else 0.0
     told = kept.T @ scan_only @ kept / parameters.reading_variance_m2
-    newness = local_map.newness(nearby.points[:found])
     return ScanMatch(pose, told, _untold(kept), share, newness)
 
 
