@@ -43,7 +43,9 @@ def carmen_to_bag(argv: list[str] | None = None) -> int:
     """Run the command; returns the exit code."""
     parser = _parser("carmen_to_bag", "Turns a CARMEN log into a bag of scans, odometry and TF.")
     parser.add_argument("log", help="CARMEN log, plain or .gz")
-    parser.add_argument("bag", nargs="?", help="bag to write (default: the log's name with .bag)")
+    parser.add_argument(
+        "bag", nargs="?", help="bag to write (default: beside the log, with .bag; it is new then)"
+    )
     parser.add_argument("--range-max", type=float, metavar="M", help="longer readings count as no return, m")
     parser.add_argument("--lidar-frame", default="laser", help="(default: %(default)s)")
     parser.add_argument(
@@ -55,8 +57,7 @@ def carmen_to_bag(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("--odometry", default="/odom", help="topic of ODOM lines (default: %(default)s)")
     arguments = parser.parse_args(argv)
-    bag = arguments.bag or arguments.log.replace(".gz", "").replace(".log", "") + ".bag"
-    return _run("carmen_to_bag", lambda: _write_bag(arguments, bag), bag)
+    return _run("carmen_to_bag", _write_bag, arguments, arguments.log, arguments.bag, ".bag")
 
 
 def bag_to_carmen(argv: list[str] | None = None) -> int:
@@ -64,12 +65,13 @@ def bag_to_carmen(argv: list[str] | None = None) -> int:
     parser = _parser("bag_to_carmen", "Turns a bag's scans and TF into a CARMEN log.")
     parser.add_argument("bag", help="bag to read")
     parser.add_argument(
-        "log", nargs="?", help="log to write, .gz packs it (default: the bag's name with .log)"
+        "log",
+        nargs="?",
+        help="log to write, .gz packs it (default: beside the bag, with .log; it is new then)",
     )
     parser.add_argument("--odometry", metavar="TOPIC", help="nav_msgs/Odometry to write as ODOM lines too")
     arguments = parser.parse_args(argv)
-    log = arguments.log or str(Path(arguments.bag).with_suffix(".log"))
-    return _run("bag_to_carmen", lambda: _write_log(arguments, log), log)
+    return _run("bag_to_carmen", _write_log, arguments, arguments.bag, arguments.log, ".log")
 
 
 def _parser(name: str, description: str) -> argparse.ArgumentParser:
@@ -82,15 +84,43 @@ def _parser(name: str, description: str) -> argparse.ArgumentParser:
     return parser
 
 
-def _run(name: str, convert: Callable[[], str], target: str) -> int:
-    """Convert into a file beside the target, and rename it at the end. So a fault leaves no partial file."""
+def _run(
+    name: str,
+    convert: Callable[[argparse.Namespace, str], str],
+    arguments: argparse.Namespace,
+    source: str,
+    target: str | None,
+    ending: str,
+) -> int:
+    """Convert into a file beside the target, and rename it at the end. So a fault leaves no partial file.
+
+    target: None: beside the source, with another ending.
+    """
     try:
-        print(f"{name}: {convert()} in {target}")
+        target = _target(source, target, ending)
+        try:
+            print(f"{name}: {convert(arguments, target)} in {target}")
+        finally:
+            Path(_part(target)).unlink(missing_ok=True)
     except SlamError as error:
-        Path(_part(target)).unlink(missing_ok=True)
         print(f"{name}: {error}", file=sys.stderr)
         return 1
     return 0
+
+
+def _target(source: str, target: str | None, ending: str) -> str:
+    """Return the file to write. Without a name it is a new one, so that no log is lost."""
+    is_named = target is not None
+    if target is None:
+        path = Path(source)
+        for suffix in (".gz", ".log", ".bag"):
+            path = path.with_suffix("") if path.suffix == suffix else path
+        target = str(path.with_name(path.name + ending))
+    if os.path.exists(target) and os.path.exists(source) and os.path.samefile(source, target):
+        raise CarmenError(f"{target} is the file to read; name another one to write.")
+    if os.path.exists(target) and not is_named:
+        raise CarmenError(f"{target} exists already; name it as the second argument to replace it.")
+    return target
 
 
 def _part(target: str) -> str:

@@ -23,6 +23,7 @@ from tqdm import tqdm
 from gridslam import ParameterError, SlamError, se2
 from gridslam.errors import reason_of
 from gridslam.files.map_file import write_map, write_picture
+from gridslam.files.replacing import replace_file
 from gridslam.files.tum import write_tum
 from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
@@ -232,7 +233,7 @@ class Replay:
             write_tum(output / "trajectory_online.tum", online)
             write_tum(output / "trajectory_final.tum", self._final(stamps_s))
             figures = self._figures(wall_s, render_s)
-            (output / "timing.json").write_text(json.dumps(figures, indent=2) + "\n")
+            replace_file(output / "timing.json", json.dumps(figures, indent=2) + "\n")
         except OSError as error:
             raise BagError(f"The results cannot be written to {output}: {reason_of(error)}.") from None
         write_map(output / "map", grid)

@@ -1,5 +1,7 @@
 """Maps are written as map_saver writes them, and read as map_server reads them."""
 
+import contextlib
+import resource
 import struct
 import zlib
 
@@ -26,6 +28,17 @@ def write_files(folder, greys, **facts):
     Image.fromarray(np.asarray(greys, dtype=np.uint8)).save(folder / "map.pgm")
     (folder / "map.yaml").write_text(yaml.safe_dump({**FACTS, **facts}))
     return folder / "map.yaml"
+
+
+@contextlib.contextmanager
+def files_up_to(size):
+    """No file can grow beyond this many bytes, as on a disk that is full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_the_image_is_map_savers(tmp_path):
@@ -56,6 +69,33 @@ def test_a_map_comes_back_as_it_was(tmp_path_factory, cells):
     read = read_map(write_map(tmp_path_factory.mktemp("map") / "m", grid)[1])
     np.testing.assert_array_equal(read.cells, cells)
     assert (read.resolution_m, read.origin_xy_m) == (grid.resolution_m, grid.origin_xy_m)
+
+
+@pytest.mark.parametrize(
+    "name", ["hall #2", "run: 3", "- a", "{x", "'q\"", "höhle 3", "%", "a\nb", "tab\t", "x" * 200, "..."]
+)
+def test_a_map_of_any_name_comes_back(tmp_path, name):
+    read = read_map(write_map(tmp_path / name, drawn())[1])
+    np.testing.assert_array_equal(read.cells, drawn().cells)
+
+
+@pytest.mark.parametrize("bytes_max", [20, 60])
+def test_where_a_map_cannot_be_written_whole_the_old_one_stays(tmp_path, bytes_max):
+    # Given a map, and no room for more than so many bytes in a file: less than the image, or than the YAML
+    paths = write_map(tmp_path / "map", drawn())
+    write_picture(tmp_path / "map.png", drawn())
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    image, yaml_file = (len(path.read_bytes()) for path in paths)
+    assert 20 < image < 60 < yaml_file
+    other = OccupancyGrid(np.array([[0, 100]]), 0.1, (0.0, 0.0))
+    with files_up_to(bytes_max):
+        # When another one is written there
+        with pytest.raises(MapError, match=r"cannot be written to .*map.*: File too large"):
+            write_map(tmp_path / "map", other)
+        with pytest.raises(MapError, match=r"cannot be written to .*map\.png: File too large"):
+            write_picture(tmp_path / "map.png", other)
+    # Then all files are as they were, and there are no others
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_probabilities_are_divided_as_map_saver_does(tmp_path):

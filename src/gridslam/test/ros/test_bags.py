@@ -110,14 +110,37 @@ def test_logs_that_make_no_bag(tmp_path, monkeypatch, capsys, argv, words):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.log", "empty.log"]
 
 
+def test_without_a_name_the_file_is_a_new_one_beside_the_old_one(tmp_path, capsys):
+    # Given a log in a folder whose name has the endings, too
+    folder = tmp_path / "runs.log" / "day.gz.d"
+    folder.mkdir(parents=True)
+    log = Path(written(folder / "flight.2.log"))
+    before = log.read_bytes()
+    # When it becomes a bag, twice, and the bag a log
+    assert carmen_bags.carmen_to_bag([str(log)]) == 0
+    bag = folder / "flight.2.bag"
+    assert carmen_bags.carmen_to_bag([str(log)]) == 1
+    assert f"{bag} exists already; name it as the second argument" in capsys.readouterr().err
+    assert carmen_bags.bag_to_carmen([str(bag)]) == 1
+    assert f"{log} exists already" in capsys.readouterr().err
+    assert carmen_bags.bag_to_carmen([str(bag), str(bag)]) == 1
+    assert "is the file to read" in capsys.readouterr().err
+    # Then all is beside the log, which is as it was, until the user names it
+    assert {path for path in tmp_path.rglob("*") if path.is_file()} == {log, bag}
+    assert log.read_bytes() == before
+    assert carmen_bags.bag_to_carmen([str(bag), str(log)]) == 0
+    assert log.read_bytes() != before
+
+
 def test_bags_that_make_no_log(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    bag = bag_of(written(tmp_path / "a.log"))
+    bag = str(Path(bag_of(written(tmp_path / "a.log"))).rename("c.bag"))
     for argv, words in (
         (["nothing.bag"], "cannot be opened"),
         ([bag, "--scan", "/front"], "It has scans on /scan."),
         ([bag, "--base-frame", "robot"], "--base-frame"),
-        ([str(tmp_path / "a.log")], "cannot be opened"),
+        ([str(tmp_path / "a.log")], "is the file to read"),
+        ([str(tmp_path / "a.log"), "b.log"], "cannot be opened"),
         ([bag, "/no/folder/a.log"], "cannot be written"),
     ):
         assert carmen_bags.bag_to_carmen(argv) == 1

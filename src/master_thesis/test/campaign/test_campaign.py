@@ -72,6 +72,10 @@ def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
         ({"trials": [FOREST, {**FOREST, "cepa.k4": 0}]}, "Only some blocks of trials name cepa.k4"),
         ({"trials": {**FOREST, "times": 0}}, "times must be from 1 to"),
         ({"trials": FOREST, "smallest": {"seed": 3}}, "smallest knows no 'seed'; did you mean seeds?"),
+        (
+            {"trials": FOREST, "tune": {"stuck_cost": 5, "parameters": {"r_ub": {"from": 1, "to": 2}}}},
+            "stuck_cost must be from 10 to",
+        ),
         ({"trials": FOREST, "tune": {}}, "parameters of tune must be a mapping"),
         ({"trials": FOREST, "tune": {"parameters": {"r_ub": 1}}}, "range of r_ub must be a mapping"),
         ({"trials": FOREST, "tune": {"parameters": {"r_ub": {"from": 2, "to": 1}}}}, "r_ub must rise"),
@@ -144,7 +148,7 @@ TUNING = {
     "trials": {**FOREST, "distance_m": 6.5, "density_per_m2": 0.16, "cepa.k4": 0.5},
     "tune": {
         "trials": 3,
-        "collision_cost": 9,
+        "collision_cost": 19,
         "parameters": {"r_ub": {"from": 0.8, "to": 2}, "k3": {"from": 0.1, "to": 3, "log": True}},
     },
 }
@@ -161,7 +165,17 @@ def test_the_objective_weighs_time_collisions_and_stuck_flights():
         }
     )
     tuning = campaign_of(TUNING, "x").tuning
-    assert objective(trials, tuning) == pytest.approx((1.0 + 2.0 + 9.0 + 5.0) / 4)
+    assert objective(trials, tuning) == pytest.approx((1.0 + 2.0 + 19.0 + 10.0) / 4)
+
+
+def test_a_late_arrival_is_better_than_none():
+    import pandas as pd
+
+    ways = {"late": (False, False, 9.9), "stuck": (False, True, 2.0), "touched": (True, False, 0.3)}
+    flown = {name: dict(zip(("collision", "stuck", "time_over_straight"), way)) for name, way in ways.items()}
+    tuning = campaign_of({**TUNING, "tune": {"parameters": TUNING["tune"]["parameters"]}}, "x").tuning
+    costs = {name: objective(pd.DataFrame([row]), tuning) for name, row in flown.items()}
+    assert costs["late"] < costs["stuck"] < costs["touched"]
 
 
 @pytest.mark.parametrize(

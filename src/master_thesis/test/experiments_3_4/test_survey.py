@@ -112,8 +112,17 @@ def test_the_truth_as_a_planar_path_turns_the_uav_s_quaternions():
     [(0.05, 0.1, "true to the world"), (0.2, 0.3, "bent or turned"), (0.6, 0.9, "doubled"), (2, 3, "broken")],
 )
 def test_the_verdict_gets_worse_with_the_error(ate, p95, words):
-    figures = {"ate_rmse_m": ate, "map_error_p95_m": p95, "wall_turned_max_rad": 0.01}
+    figures = {
+        "ate_rmse_m": ate,
+        "map_error_p95_m": p95,
+        "wall_turned_max_rad": 0.01,
+        "wall_seen_share": 0.9,
+    }
     assert words in verdict(figures)
+    # and a map of a few walls says so, however exact they are
+    part = verdict({**figures, "wall_seen_share": 0.02})
+    assert part.startswith("only a part, 2 % of the walls")
+    assert words in part
 
 
 def test_a_run_without_a_map_has_a_headline_too():

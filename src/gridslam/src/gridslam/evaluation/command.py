@@ -16,6 +16,7 @@ from gridslam.evaluation.map_error import map_error
 from gridslam.evaluation.relations import read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import ALIGNMENTS, trajectory_error
 from gridslam.evaluation.walls import read_walls
+from gridslam.files.replacing import replace_file
 from gridslam.files.tum import read_tum
 
 
@@ -167,7 +168,7 @@ def _map(options: argparse.Namespace) -> dict:
 
 
 def _write_json(path: Path, figures: dict) -> None:
-    path.write_text(json.dumps(_no_nan(figures), indent=2) + "\n")
+    replace_file(path, json.dumps(_no_nan(figures), indent=2) + "\n")
 
 
 def _no_nan(value: Any) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import math
 import sys
 import threading
 from dataclasses import dataclass
@@ -11,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gridslam.errors import MapError, reason_of
+from gridslam.files.replacing import replace_file, replace_files
 from gridslam.occupancy_grid import CELLS_MAX, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 if TYPE_CHECKING:
@@ -55,13 +58,15 @@ def greys_of(grid: OccupancyGrid, thresholds: Thresholds = Thresholds()) -> np.n
 def write_map(
     name: str | Path, grid: OccupancyGrid, thresholds: Thresholds = Thresholds()
 ) -> tuple[Path, Path]:
-    """Write ``name``.pgm and ``name``.yaml and return their paths.
+    """Write ``name``.pgm and ``name``.yaml at once, and return their paths.
 
     Raises:
         MapError: the map is empty, or there is no name, or the files cannot be written.
     """
     if not grid.cells.size:
         raise MapError("The map has no cells yet; nothing is saved.")
+    import yaml
+
     name = Path(name)
     if not name.name:
         raise MapError(f"{name} is a folder; name the map's files in it.")
@@ -69,14 +74,14 @@ def write_map(
     height, width = grid.cells.shape
     x, y = grid.origin_xy_m
     header = f"P5\n# {grid.resolution_m:.3f} m/pix\n{width} {height}\n255\n"
+    image = yaml.safe_dump({"image": image_path.name}, width=math.inf, allow_unicode=True)
     facts = (
-        f"image: {image_path.name}\nresolution: {grid.resolution_m:.6f}\n"
+        f"{image}resolution: {grid.resolution_m:.6f}\n"
         f"origin: [{x:.6f}, {y:.6f}, 0.000000]\nnegate: 0\n"
         f"occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
     )
     try:
-        image_path.write_bytes(header.encode() + greys_of(grid, thresholds).tobytes())
-        yaml_path.write_text(facts)
+        replace_files({image_path: header.encode() + greys_of(grid, thresholds).tobytes(), yaml_path: facts})
     except OSError as error:
         raise MapError(f"The map cannot be written to {error.filename}: {error.strerror}.") from None
     return image_path, yaml_path
@@ -87,7 +92,10 @@ def write_picture(path: str | Path, grid: OccupancyGrid) -> None:
     from PIL import Image
 
     try:
-        Image.fromarray(np.ascontiguousarray(greys_of(grid))).save(path)
+        picture = io.BytesIO()
+        picture.name = str(path)  # its ending tells Pillow the format
+        Image.fromarray(np.ascontiguousarray(greys_of(grid))).save(picture)
+        replace_file(path, picture.getvalue())
     except (OSError, ValueError) as error:
         raise MapError(f"The map's picture cannot be written to {path}: {reason_of(error)}.") from None
 
@@ -115,7 +123,7 @@ def _facts_of(path: Path) -> dict:
     import yaml
 
     try:
-        facts = yaml.safe_load(path.read_text())
+        facts = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise MapError(f"The map's file {path} cannot be read: {reason_of(error)}.") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth

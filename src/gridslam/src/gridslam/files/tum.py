@@ -8,15 +8,21 @@ import numpy as np
 
 from gridslam.errors import EvaluationError
 from gridslam.files.number_rows import read_rows
+from gridslam.files.replacing import replace_file
 from gridslam.trajectory import Trajectory
 
 
 def write_tum(path: Path, trajectory: Trajectory) -> None:
-    """Write a planar trajectory: z = 0, turned about z only; stamps to the microsecond."""
-    with open(path, "w") as file:
-        for stamp_s, (x, y, yaw) in zip(trajectory.stamps_s, trajectory.poses_in_map):
-            z, w = np.sin(yaw / 2.0), np.cos(yaw / 2.0)
-            file.write(f"{stamp_s:.6f} {x:.9g} {y:.9g} 0 0 0 {z:.9g} {w:.9g}\n")
+    """Write a planar trajectory at once: z = 0, turned about z only; stamps to the microsecond.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    lines = []
+    for stamp_s, (x, y, yaw) in zip(trajectory.stamps_s, trajectory.poses_in_map):
+        z, w = np.sin(yaw / 2.0), np.cos(yaw / 2.0)
+        lines.append(f"{stamp_s:.6f} {x:.9g} {y:.9g} 0 0 0 {z:.9g} {w:.9g}\n")
+    replace_file(path, "".join(lines))
 
 
 def read_tum(path: Path) -> Trajectory:

@@ -16,6 +16,8 @@ SEEDS_MAX = 100_000
 COMBINATIONS_MAX = 100_000
 FORMAT = 2
 """Of a campaign's folder. A folder of another format is refused."""
+PATIENCE = 10.0
+"""A flight is ended after this many times the duration of its straight way at full speed."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +51,15 @@ class Block:
 class Tuning:
     """What `campaign tune` searches. parameters: (name, low, high, whether on a logarithmic scale) of CEPA's.
 
-    trials: sets of parameters that are tried. collision_cost, stuck_cost: what such a flight counts. A flight
-    that arrives counts its time divided by that of the straight way at full speed.
+    trials: sets of parameters that are tried. A flight that arrives counts its time divided by that of the
+    straight way at full speed. collision_cost, stuck_cost: what another one counts, PATIENCE at least, so
+    that a late arrival is better than none.
     """
 
     parameters: tuple[tuple[str, float, float, bool], ...]
     trials: int = 40
     collision_cost: float = 20.0
-    stuck_cost: float = 5.0
+    stuck_cost: float = PATIENCE
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from cepa import CepaParameters
 from master_thesis.campaign.axes import CEPA_PREFIX, KINDS, SLAM_PREFIX, Axis, Value, axes_of
-from master_thesis.campaign.campaign import SEEDS_MAX, Block, Campaign, Tuning
+from master_thesis.campaign.campaign import PATIENCE, SEEDS_MAX, Block, Campaign, Tuning
 from master_thesis.errors import CampaignError
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config" / "campaigns"
@@ -161,7 +161,7 @@ def _tuning(given: Any) -> Tuning:
             raise CampaignError(f"The range of {name} must rise, and with log begin above 0.")
         spans.append((name, low, high, log))
     costs = {
-        key: Axis(key, float, bounds=(0.0, 1e6)).checked(given[key])
+        key: Axis(key, float, bounds=(PATIENCE, 1e6)).checked(given[key])
         for key in ("collision_cost", "stuck_cost")
         if key in given
     }

@@ -16,7 +16,7 @@ from cepa.algorithm import Algorithm
 from inspection_tools import PositionControllerParameters
 from master_thesis.baselines import BASELINES
 from master_thesis.campaign.axes import CEPA_PREFIX, parameters_in
-from master_thesis.campaign.campaign import Case
+from master_thesis.campaign.campaign import PATIENCE, Case
 from master_thesis.campaign.flying import Flight, fly_to_goal
 from master_thesis.campaign.mapping import MAP_METRICS, fly_and_map
 from master_thesis.campaign.places import place_of
@@ -27,8 +27,6 @@ from simulation_tools.sdf.elements import Model, RaySensor
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.uav import load_uav
 
-PATIENCE = 10.0
-"""A flight is ended after this many times the duration of its straight way at full speed."""
 LIDAR_POWER_W = {"urg": 2.5, "ust": 3.6, "utm": 8.0, "puck": 8.0, "tim": 4.0, "m8": 15.0}
 """Thesis, table D.1; range, rate and weight stand in the lidars' SDF files."""
 _OF_WAY = ("path_length_m", "min_clearance_m", "emergencies", "mass_kg")

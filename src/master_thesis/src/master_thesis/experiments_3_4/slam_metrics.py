@@ -10,6 +10,9 @@ from gridslam.trajectory import Trajectory
 from master_thesis.experiments_3_4.slam_run import SlamRun
 from master_thesis.results.metrics import statistics_of
 
+SEEN_MIN = 0.5
+"""A map that shows a smaller share of the true walls is only a part of one, however exact."""
+
 
 def judge(run: SlamRun, truth: Trajectory, walls: Walls) -> tuple[dict, TrajectoryError, MapAccuracy]:
     """Return the metrics, and the errors of the final path and of the map.
@@ -47,6 +50,13 @@ def _aligned_ate(path: Trajectory, truth: Trajectory) -> float | None:
 
 def verdict(metrics: dict) -> str:
     """Return our description of a map, to compare with the thesis's."""
+    words, seen = _of_what_is_mapped(metrics), metrics["wall_seen_share"]
+    if seen < SEEN_MIN:
+        return f"only a part, {100 * seen:.0f} % of the walls; this part is {words}"
+    return words
+
+
+def _of_what_is_mapped(metrics: dict) -> str:
     ate, p95 = metrics["ate_rmse_m"], metrics["map_error_p95_m"]
     turned = math.degrees(metrics["wall_turned_max_rad"])
     if ate < 0.1 and p95 < 0.15:
