@@ -218,11 +218,26 @@ upstream_interfaces() {
 # build_inputs: prints a digest of catkin's inputs; Python code is used in place, so it does not count
 build_inputs() {
   {
-    echo "$root" "$*"
+    echo "$root" "$*" "$(declare -f write_interpreter)"
     find src -type f \( -name package.xml -o -name 'CMakeLists.txt' -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
       -o -name '*.action' -o -name '*.cfg' -o -path '*/env-hooks/*' \) -print0 | sort -z | xargs -0 sha256sum
     find src -path '*/nodes/*' -type f -not -name '*.pyc' | sort
   } | sha256sum
+}
+
+# write_interpreter: makes the interpreter of all nodes. It is .venv's, or says what to do when .venv was deleted.
+# Its name and folder are a python3's, because an environment hook may put them on the PATH.
+write_interpreter() {
+  mkdir -p devel/interpreter
+  cat >devel/interpreter/python3 <<TEXT
+#!/bin/sh
+if [ ! -x "$root/.venv/bin/python" ]; then
+  echo "There is no interpreter $root/.venv/bin/python. Call $root/bringup.sh setup, which makes it again." >&2
+  exit 127
+fi
+exec "$root/.venv/bin/python" "\$@"
+TEXT
+  chmod +x devel/interpreter/python3
 }
 
 build_workspace() {
@@ -234,9 +249,10 @@ build_workspace() {
   if [[ -f build/CMakeCache.txt ]] && ! grep -qx "CMAKE_HOME_DIRECTORY:INTERNAL=$root/src" build/CMakeCache.txt; then
     rm -rf build devel # from the workspace's earlier place
   fi
+  write_interpreter
   # Messages for Python and C++ only, because other languages take time and have no nodes here
   run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR ROS_LANG_DISABLE=genlisp:geneus:gennodejs catkin_make --directory "$root" \
-    -DPYTHON_EXECUTABLE="$root/.venv/bin/python" -DCATKIN_BLACKLIST_PACKAGES="$present" ||
+    -DPYTHON_EXECUTABLE="$root/devel/interpreter/python3" -DCATKIN_BLACKLIST_PACKAGES="$present" ||
     explain_failure "The build failed."
   echo "$inputs" >build/.bringup
 }

@@ -53,6 +53,35 @@ def test_a_python_that_knows_ros_stays_first(tmp_path):
     assert sourced("command -v python3", own).stdout.strip() == str(own / "python3")
 
 
+def test_nodes_of_a_workspace_whose_venv_was_deleted_say_what_to_do(tmp_path):
+    """The interpreter that all nodes name in their first line, in a workspace without .venv."""
+    script = (
+        f'root="{tmp_path}" log_file=/dev/null && cd "$root" && source {ROOT}/scripts/console.sh && '
+        f"source {ROOT}/scripts/setup.sh && write_interpreter"
+    )
+    subprocess.run(["bash", "-ec", script], check=True)
+    interpreter = tmp_path / "devel/interpreter/python3"
+    node = tmp_path / "node"
+    node.write_text(f"#!{interpreter}\nimport sys\nprint(sys.argv[1], sys.executable)\n")
+    node.chmod(0o755)
+    run = subprocess.run([node, "a b"], capture_output=True, text=True, check=False)
+    assert run.returncode == 127
+    assert run.stderr == (
+        f"There is no interpreter {tmp_path}/.venv/bin/python. Call {tmp_path}/bringup.sh setup, which makes it "
+        "again.\n"
+    )
+    # When it is there again
+    (tmp_path / ".venv/bin").mkdir(parents=True)
+    (tmp_path / ".venv/bin/python").symlink_to("/usr/bin/python3")
+    run = subprocess.run([node, "a b"], capture_output=True, text=True, check=False)
+    assert run.stdout == f"a b {tmp_path}/.venv/bin/python\n"
+
+
+def test_nodes_run_on_the_interpreter_that_says_so():
+    for node in (ROOT / "devel/lib/cepa/cepa", ROOT / "devel/lib/master_thesis/check_flight"):
+        assert node.read_text().splitlines()[0] == f"#!{ROOT}/devel/interpreter/python3"
+
+
 @pytest.mark.timeout(SETUP_PATIENCE_S + 240.0)
 def test_bringup_takes_a_world_s_path_as_the_caller_means_it_and_refuses_before_it_flies(processes, tmp_path):
     folder = tmp_path / "a folder"

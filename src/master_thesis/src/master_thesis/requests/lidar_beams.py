@@ -22,7 +22,8 @@ def check_beams(model: str, lidar: str) -> None:
         raise ScenarioError(f"The model lidar_{lidar} has no ray sensor, so there are no scans to fly by.")
     sensor, axis = mounted.sensor, mounted.sensor.horizontal
     # Rounded as in a sensor_msgs/LaserScan
-    angle_min_rad, increment_rad = map(float, np.float32((axis.min_angle_rad, axis.increment_rad)))
+    rounded = np.array((axis.min_angle_rad, axis.increment_rad), np.float32)
+    angle_min_rad, increment_rad = rounded.tolist()
     limits_m = sensor.range_min_m, sensor.range_max_m
     try:
         geometry = ScanGeometry(axis.samples, angle_min_rad, increment_rad)
