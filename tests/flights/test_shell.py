@@ -66,10 +66,8 @@ def test_nodes_of_a_workspace_whose_venv_was_deleted_say_what_to_do(tmp_path):
     node.chmod(0o755)
     run = subprocess.run([node, "a b"], capture_output=True, text=True, check=False)
     assert run.returncode == 127
-    assert run.stderr == (
-        f"There is no interpreter {tmp_path}/.venv/bin/python. Call {tmp_path}/bringup.sh setup, which makes it "
-        "again.\n"
-    )
+    what = f"There is no interpreter {tmp_path}/.venv/bin/python."
+    assert run.stderr == f"{what} Call {tmp_path}/bringup.sh setup, which makes it again.\n"
     # When it is there again
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / ".venv/bin/python").symlink_to("/usr/bin/python3")
