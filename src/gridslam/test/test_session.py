@@ -119,6 +119,26 @@ def test_a_correction_begun_before_the_vehicle_was_put_elsewhere_does_not_take_i
     assert error_m(base_in_map(session, log.odometry[middle]), before) < 1.0
 
 
+def test_a_place_found_before_a_correction_of_the_map_is_looked_for_anew(log, monkeypatch):
+    # Given a lost vehicle, a place that was found, and a correction that moves the whole map
+    session, middle = SlamSession(PARAMETERS, say=lambda sentence: None), len(log.scans) // 2
+    run(session, log, last=middle)
+    session._closer.forget()
+    session.judgement.lose("it was carried")
+    search = session._supervisor._relocaliser
+    search._odom_in_map = np.array((1.0, 2.0, 0.0))
+    before, moved = session.grid().origin_xy_m[0], se2.compose((7.0, 0, 0), session.trajectory().poses_in_map)
+    session._closer._job = Job(session._closer._thread, 0.0, 0.0, lambda: Correction(moved))
+    # When the map is corrected
+    sought = []
+    monkeypatch.setattr(Relocaliser, "_unique", lambda self, known, heading: sought.append(known.grid()))
+    for scan, odometry in list(zip(log.scans, log.odometry))[middle : middle + 8]:
+        session.process(scan, odometry)
+    # Then the place on the old map counts no more, and the search is on the corrected one
+    assert search._odom_in_map is None
+    assert sought[0].origin_xy_m[0] - before == pytest.approx(7.0, abs=2.0)
+
+
 def test_a_run_continued_from_its_state_equals_one_that_was_never_interrupted(tmp_path):
     # Given a round trip and a bit more, interrupted when loops have been closed
     corners = [(-8.0, -5.0), (-2.0, -5.0), (-2.0, -1.0), (-8.0, -1.0), (-8.0, -5.0), (-2.0, -5.0)]
@@ -140,6 +160,28 @@ def test_a_run_continued_from_its_state_equals_one_that_was_never_interrupted(tm
         session.finish()
     assert continued.closures == whole.closures
     np.testing.assert_array_equal(continued.trajectory().stamps_s, whole.trajectory().stamps_s)
+    np.testing.assert_array_equal(continued.trajectory().poses_in_map, whole.trajectory().poses_in_map)
+    np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
+
+
+@pytest.mark.parametrize("scans", [21, 22])
+def test_a_run_with_told_covariances_goes_on_as_if_never_interrupted(log, tmp_path, scans):
+    def go(session, first, last):
+        for k in range(first, last):
+            # with a scan in between that is told none
+            told = None if k == 20 else np.diag((1e-3, 2e-3, 5e-4)) * (1.0 + 0.3 * k)
+            session.process(log.scans[k], log.odometry[k], told)
+
+    # Given a run that is saved between two scans that were processed
+    whole, begun = SlamSession(PARAMETERS), SlamSession(PARAMETERS)
+    go(whole, 0, len(log.scans))
+    go(begun, 0, scans)
+    begun.save(tmp_path / "state")
+    # When it goes on from the state
+    continued = SlamSession.load(tmp_path / "state")
+    go(continued, scans, len(log.scans))
+    # Then it is the run that was never interrupted, bit for bit
+    np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
     np.testing.assert_array_equal(continued.trajectory().poses_in_map, whole.trajectory().poses_in_map)
     np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
 
@@ -267,6 +309,7 @@ def test_a_saved_session_with_damaged_parts_is_refused_by_its_own_name(log, tmp_
         "filter": b"no arrays",
         "judgement.json": b'{"state": "happy"}',
         "odometry.json": b'{"last_s": "now", "last": [0, 0, 0], "odom": [0, 0, 0]}',
+        "supervisor.npz": b"no arrays",
     }
     assert nonsense.keys() <= parts.keys()
     short = ("odometry.json", b'{"last_s": 1.0, "last": [0, 0], "odom": [0, 0, 0]}')

@@ -91,8 +91,8 @@ class SlamSession:
             self._supervisor.doubt(self.slam, "a new flight begins on the saved map")
             self.slam.widen(START_DEVIATION)
         self._is_resumed = False
-        if self._closer is not None:
-            self._closer.take(self.slam, scan.stamp_s)
+        if self._closer is not None and self._closer.take(self.slam, scan.stamp_s):
+            self._supervisor.forget_map()
         was_lost = self.slam.judgement.is_lost
         if covariance is not None and not is_told(covariance):
             self._say("The odometry's covariance makes no sense; srr, srt, str and stt count instead.")
@@ -232,7 +232,8 @@ class SlamSession:
         """
         if self.slam is None:
             raise StateError("There is nothing to save before the first scan.")
-        session_file.write(path, self.slam, self._odometry.state(), self._closer)
+        supervisor = self._supervisor.to_arrays()
+        session_file.write(path, self.slam, self._odometry.state(), supervisor, self._closer)
 
     @classmethod
     def load(
@@ -267,6 +268,7 @@ class SlamSession:
             session.localisation_only = slam.localisation_only
             session._odometry.restore(saved.odometry())
             slam.judgement.restore(saved.judgement())
+            session._supervisor.from_arrays(saved.supervisor())
             if session._closer is not None:
                 session._closer.from_arrays(saved.closer(), slam.processed_scans())
         return session

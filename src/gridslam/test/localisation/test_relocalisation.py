@@ -135,6 +135,30 @@ def test_a_given_pose_draws_the_particles_and_is_confirmed(room):
     assert np.hypot(*error[:2]) < 0.1
 
 
+def test_a_search_goes_on_from_a_saved_state(room, tmp_path):
+    # Given a vehicle that starts at a wrong pose of the map
+    log = drive(WALLS, along(ROOM_WAY, 0.25), LIDAR, 1)
+    start = {"starting_map": room, "starting_pose": tuple(log.truth.poses_in_map[0] + (2.5, 2.5, 0.7))}
+    pairs, said = list(zip(log.scans, log.odometry)), []
+    whole = SlamSession(PARAMETERS, localisation_only=True, say=said.append, **start)
+    states, saved = [], []
+    for pair in pairs:
+        whole.process(*pair)
+        states.append(whole.judgement.state)
+        if states[-1] == "lost":  # while scans are gathered, and while a found place is being confirmed
+            saved.append((len(states), tmp_path / str(len(states))))
+            whole.save(saved[-1][1])
+    assert len(saved) > 2
+    # When it goes on from any state in which it is lost
+    for count, path in saved:
+        continued = SlamSession.load(path, say=lambda sentence: None)
+        for pair, state in zip(pairs[count:], states[count:]):
+            continued.process(*pair)
+            # Then it is found at the same scan, and at the same place, as if it was never interrupted
+            assert continued.judgement.state == state
+        np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
+
+
 def test_a_new_flight_goes_on_with_a_saved_map_from_elsewhere(tmp_path):
     # Given the state of a flight round three sides of the room
     flight = drive(WALLS, along(ROOM_WAY[:4], 0.25), LIDAR, 0)

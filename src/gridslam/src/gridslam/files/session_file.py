@@ -1,4 +1,4 @@
-"""The complete state of one run in one file: filter, odometry, judgement and loop closer."""
+"""The complete state of one run in one file: filter, odometry, judgement, search and loop closer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Iterator, Mapping
 
 import numpy as np
 
-from gridslam.errors import StateError, reason_of
+from gridslam.errors import SlamError, StateError, reason_of
 from gridslam.files import state_file
 from gridslam.filter.particle_filter import GridSlam
 
@@ -23,15 +23,23 @@ if TYPE_CHECKING:
 
 FILTER, ODOMETRY, JUDGEMENT = "filter", "odometry.json", "judgement.json"
 CLOSER, CLOSER_PARAMETERS = "closer.npz", "closer.json"
+SUPERVISOR = "supervisor.npz"
 
 
-def write(path: str | Path, slam: GridSlam, odometry: dict, closer: LoopCloser | None) -> None:
+def write(
+    path: str | Path,
+    slam: GridSlam,
+    odometry: dict,
+    supervisor: Mapping[str, np.ndarray],
+    closer: LoopCloser | None,
+) -> None:
     """Write the state of a run.
 
     Args:
         path: of the file.
         slam: the filter, with its judgement.
         odometry: the state of `ContinuousOdometry`.
+        supervisor: the arrays of `Supervisor`.
         closer: closes loops; None: nobody does.
 
     Raises:
@@ -46,17 +54,18 @@ def write(path: str | Path, slam: GridSlam, odometry: dict, closer: LoopCloser |
                 packed.write(Path(folder, FILTER), FILTER)
                 packed.writestr(ODOMETRY, json.dumps(odometry))
                 packed.writestr(JUDGEMENT, json.dumps(slam.judgement.to_dict()))
+                _write_arrays(packed, SUPERVISOR, supervisor)
                 if closer is not None:
-                    _write_closer(packed, closer)
+                    packed.writestr(CLOSER_PARAMETERS, json.dumps(dataclasses.asdict(closer.parameters)))
+                    _write_arrays(packed, CLOSER, closer.to_arrays())
             os.replace(part, path)
     except OSError as error:
         raise StateError(f"The state cannot be written to {path}: {error.strerror}.") from None
 
 
-def _write_closer(packed: zipfile.ZipFile, closer: LoopCloser) -> None:
-    packed.writestr(CLOSER_PARAMETERS, json.dumps(dataclasses.asdict(closer.parameters)))
-    with packed.open(CLOSER, "w") as file:
-        np.savez(file, **closer.to_arrays())
+def _write_arrays(packed: zipfile.ZipFile, name: str, arrays: Mapping[str, np.ndarray]) -> None:
+    with packed.open(name, "w") as file:
+        np.savez(file, **arrays)
 
 
 class SavedSession:
@@ -78,6 +87,10 @@ class SavedSession:
         """Return the state of the filter's judgement."""
         return json.loads(self._packed.read(JUDGEMENT))
 
+    def supervisor(self) -> Mapping[str, np.ndarray]:
+        """Return the supervisor's arrays, for `Supervisor.from_arrays`."""
+        return self._arrays(SUPERVISOR)
+
     def closer_parameters(self) -> dict | None:
         """Return the loop closer's parameters by name; None: the run had no loop closer."""
         if CLOSER_PARAMETERS not in self._packed.namelist():
@@ -86,7 +99,10 @@ class SavedSession:
 
     def closer(self) -> Mapping[str, np.ndarray]:
         """Return the loop closer's arrays, for `LoopCloser.from_arrays`."""
-        return np.load(io.BytesIO(self._packed.read(CLOSER)), allow_pickle=False)
+        return self._arrays(CLOSER)
+
+    def _arrays(self, name: str) -> Mapping[str, np.ndarray]:
+        return np.load(io.BytesIO(self._packed.read(name)), allow_pickle=False)
 
 
 @contextlib.contextmanager
@@ -100,5 +116,7 @@ def opened(path: str | Path) -> Iterator[SavedSession]:
         with zipfile.ZipFile(path) as packed:
             state_file.require_memory(packed)
             yield SavedSession(packed, path)
-    except (OSError, *state_file.DAMAGE) as error:
+    except StateError:
+        raise
+    except (OSError, SlamError, *state_file.DAMAGE) as error:
         raise StateError(f"{path} cannot be read as a saved state: {reason_of(error)}.") from None

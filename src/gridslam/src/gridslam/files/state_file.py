@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from gridslam.errors import SlamError, StateError, reason_of
-from gridslam.filter.motion_model import Motion
+from gridslam.filter.motion_model import Motion, is_told
 from gridslam.filter.particle_filter import GridSlam
 from gridslam.filter.state import FilterState
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
-from gridslam.scan import PlanarScan
+from gridslam.scan import scans_from_arrays, scans_to_arrays
 
-FORMAT = 7
+FORMAT = 8
 TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
 
 DAMAGE = (
@@ -48,7 +48,7 @@ def write(state: FilterState, path: str | Path) -> None:
         **state.tree,
         **state.maps,
         **_motion_arrays(state.motion),
-        **_scan_arrays(state.scans),
+        **scans_to_arrays(state.scans or ()),
         **_grid_arrays(state.starting_map),
         "header": np.array(json.dumps(_header(state))),
     }
@@ -129,7 +129,7 @@ def _state(header: dict, arrays: dict) -> FilterState:
         {name: arrays[name] for name in TREE_ARRAYS},
         arrays,
         _motion(arrays),
-        _scans(arrays) if header["keep_scans"] else None,
+        scans_from_arrays(arrays) if header["keep_scans"] else None,
         header["random"],
     )
 
@@ -147,48 +147,35 @@ def _motion_arrays(motion: Motion | None) -> dict:
     numbers = [motion.stamp_s, motion.distance_m, motion.turned_rad]
     return {
         "motion": np.concatenate(
-            (motion.start, motion.now, motion.deviations, numbers, motion.tried, [motion.due])
-        )
+            (motion.start, motion.now, motion.deviations, numbers, motion.tried, [motion.due], motion.told)
+        ),
+        "motion_start_covariance": _optional(motion.start_covariance),
+        "motion_covariance": _optional(motion.covariance),
     }
+
+
+def _optional(covariance: np.ndarray | None) -> np.ndarray:
+    return np.empty((0, 3, 3)) if covariance is None else np.array([covariance])
 
 
 def _motion(arrays: dict) -> Motion | None:
     if "motion" not in arrays:
         return None
     values = arrays["motion"]
-    if values.shape != (16,) or not np.isfinite(values).all():
-        raise ValueError("the motion is not 16 finite numbers")
-    motion = Motion(values[0:3], float(values[9]))
+    if values.shape != (19,) or not np.isfinite(values).all():
+        raise ValueError("the motion is not 19 finite numbers")
+    start_covariance, covariance = (
+        arrays[name][0] if len(arrays[name]) else None
+        for name in ("motion_start_covariance", "motion_covariance")
+    )
+    if not all(each is None or is_told(each) for each in (start_covariance, covariance)):
+        raise ValueError("the motion's covariances are none")
+    motion = Motion(values[0:3], float(values[9]), start_covariance)
+    motion.covariance = covariance
     motion.now, motion.deviations = values[3:6].copy(), values[6:9].copy()
     motion.distance_m, motion.turned_rad = float(values[10]), float(values[11])
-    motion.tried, motion.due = values[12:15].copy(), bool(values[15])
+    motion.tried, motion.due, motion.told = values[12:15].copy(), bool(values[15]), values[16:19].copy()
     return motion
-
-
-def _scan_arrays(scans: list[PlanarScan] | None) -> dict:
-    if not scans:
-        return {}
-    return {
-        "scan_beams": np.array([scan.ranges_m.size for scan in scans]),
-        "scan_angles": np.concatenate([scan.angles_rad for scan in scans]),
-        "scan_ranges": np.concatenate([scan.ranges_m for scan in scans]),
-        "scan_rest": np.array([(scan.stamp_s, *scan.lidar_in_base, scan.range_max_m) for scan in scans]),
-    }
-
-
-def _scans(arrays: dict) -> list[PlanarScan]:
-    if "scan_beams" not in arrays:
-        return []
-    beams = arrays["scan_beams"]
-    lengths = arrays["scan_ranges"].size, len(arrays["scan_rest"])
-    if (beams < 0).any() or (beams.sum(), len(beams)) != lengths:
-        raise ValueError("the scans' beams do not add up")
-    ends = np.cumsum(beams)[:-1]
-    angles, ranges = np.split(arrays["scan_angles"], ends), np.split(arrays["scan_ranges"], ends)
-    return [
-        PlanarScan(float(rest[0]), angle, distance, tuple(rest[1:4].tolist()), float(rest[4]))
-        for angle, distance, rest in zip(angles, ranges, arrays["scan_rest"])
-    ]
 
 
 def _grid_arrays(grid: OccupancyGrid | None) -> dict:

@@ -9,13 +9,13 @@ that looks the same from both ends, the heading chooses, because it is seldom lo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Mapping, Protocol
 
 import numpy as np
 
 from gridslam import se2
 from gridslam.occupancy_grid import OccupancyGrid
-from gridslam.scan import PlanarScan
+from gridslam.scan import PlanarScan, scans_from_arrays, scans_to_arrays
 from gridslam.tracking.evidence import Agreement
 from gridslam.tracking.judgement import UNSEEN_WEIGHT
 
@@ -90,6 +90,10 @@ class Relocaliser:
         """Take in a scan since the vehicle may be lost, with continuous odometry."""
         self._seen = [*self._seen[-SCANS_MAX + 1 :], _Seen(scan, np.asarray(base_in_odom, float))]
 
+    def forget_map(self) -> None:
+        """Forget the map and the places on it, because it has been corrected; the scans still count."""
+        self._odom_in_map, self._search = None, None
+
     def look(self, known: KnownMap, heading_rad: float) -> np.ndarray | None:
         """Return the pose (3,) of the base at the newest scan if it is certain, else None.
 
@@ -124,6 +128,27 @@ class Relocaliser:
         here = se2.compose(base_in_map, se2.inverse(newest))
         best = self._mean_share(known, elsewhere)
         return best >= SHARE_MIN and not _rivals(self._mean_share(known, here), best)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return the complete state but the map, for `from_arrays`."""
+        return {
+            **scans_to_arrays([seen.scan for seen in self._seen]),
+            "bases": np.reshape([seen.base_in_odom for seen in self._seen], (-1, 3)),
+            "place": np.reshape([] if self._odom_in_map is None else self._odom_in_map, (-1, 3)),
+            "counts": np.array([self._confirmed, self._pause, self._failures]),
+            "reason": np.array(self.reason),
+        }
+
+    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from the output of `to_arrays`; raises ScanError, ValueError or LookupError if it is none."""
+        scans, bases, place = scans_from_arrays(arrays), arrays["bases"], arrays["place"]
+        if bases.shape != (len(scans), 3) or not (np.isfinite(bases).all() and np.isfinite(place).all()):
+            raise ValueError("the search's state makes no sense")
+        self.clear()
+        self._seen = [_Seen(scan, base) for scan, base in zip(scans, bases)]
+        self._odom_in_map = place.reshape(-1, 3)[0] if place.size else None
+        self._confirmed, self._pause, self._failures = map(int, arrays["counts"])
+        self.reason = str(arrays["reason"])
 
     def _confirm(self, known: KnownMap, heading_rad: float) -> np.ndarray | None:
         assert self._odom_in_map is not None

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Mapping
+
 import numpy as np
 
 from gridslam import se2
-from gridslam.scan import PlanarScan
+from gridslam.scan import PlanarScan, scans_from_arrays, scans_to_arrays
 
 STILL_M, STILL_RAD = 0.02, 0.01
 """Odometry that moves by less than this stands still."""
@@ -38,6 +40,23 @@ class Standstill:
             return False
         self._first = scan, base_in_odom
         return True
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return the complete state, for `from_arrays`."""
+        scan, base = ([], []) if self._first is None else ([self._first[0]], [self._first[1]])
+        return {
+            **scans_to_arrays(scan),
+            "base": np.reshape(base, (-1, 3)),
+            "looked_s": np.array(self._looked_s),
+        }
+
+    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from the output of `to_arrays`; raises ScanError, ValueError or LookupError if it is none."""
+        scans = scans_from_arrays(arrays)
+        if arrays["base"].shape != (len(scans), 3) or not np.isfinite(arrays["looked_s"]):
+            raise ValueError("the standstill's state makes no sense")
+        self._first = (scans[0], arrays["base"][0]) if scans else None
+        self._looked_s = float(arrays["looked_s"])
 
     def _stands(self, scan: PlanarScan, base_in_odom: np.ndarray) -> bool:
         assert self._first is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Callable
+from typing import TYPE_CHECKING, Callable, Mapping
 
 import numpy as np
 
@@ -20,6 +20,8 @@ SCANS_IN_VAIN = 20
 """After this many scans the search ends, if the map is SLAM's own."""
 FOUND_DEVIATION = (0.05, 0.05, 0.02)
 """m, m, rad: uncertainty of a place that was found."""
+SEARCH, STANDSTILL = "search_", "standstill_"
+"""Prefixes of their arrays in a saved state."""
 STANDSTILL_DEVIATION = (0.3, 0.3, 0.2)
 """m, m, rad: uncertainty of odometry that stands still while the scan changes."""
 
@@ -109,3 +111,25 @@ class Supervisor:
         """Begin at a pose on the map that was given or found: the next scans must fit nowhere else better."""
         slam.judgement.doubt(f"{reason}; the next scans must agree")
         self._relocaliser.clear()
+
+    def forget_map(self) -> None:
+        """Note that the map and the pose on it have been corrected."""
+        self._relocaliser.forget_map()
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return the complete state, for `from_arrays`."""
+        return {
+            **{SEARCH + name: values for name, values in self._relocaliser.to_arrays().items()},
+            **{STANDSTILL + name: values for name, values in self._standstill.to_arrays().items()},
+            "in_vain": np.array(self._in_vain),
+        }
+
+    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from the output of `to_arrays`; raises ScanError, ValueError or LookupError if it is none."""
+        search, standstill = (
+            {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
+            for prefix in (SEARCH, STANDSTILL)
+        )
+        self._relocaliser.from_arrays(search)
+        self._standstill.from_arrays(standstill)
+        self._in_vain = int(arrays["in_vain"])
