@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import threading
 import time
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Iterator
 
+import numpy as np
 import rosgraph
 import roslib.message
 import rospy
@@ -32,12 +33,13 @@ def look(listen_s: float) -> Graph:
     rospy.init_node("doctor", anonymous=True, disable_signals=True, disable_rosout=True)
     listener = _Listener()
     use_sim_time = bool(_parameter(master, "/use_sim_time", False))
-    began_s = time.monotonic()
+    began_s, before = time.monotonic(), _ran_and_waited_s()
     end_s = began_s + listen_s
     while time.monotonic() < end_s:
         listener.follow(dict(master.getTopicTypes()), use_sim_time)
         time.sleep(min(0.5, max(0.0, end_s - time.monotonic())))
     wall_s = time.monotonic() - began_s
+    ran_s, waited_s = _ran_and_waited_s() - before
     publishers, subscribers, services = (
         {name: {node for node in nodes if node != rospy.get_name()} for name, nodes in part}
         for part in master.getSystemState()
@@ -52,7 +54,17 @@ def look(listen_s: float) -> Graph:
             recorder.parameters(lambda name: _parameter(master, name, None)),
             use_sim_time,
             wall_s,
+            waited_s / max(ran_s + waited_s, 1e-9),
         )
+
+
+def _ran_and_waited_s() -> np.ndarray:
+    """Return this process's time on a processor, and its time of waiting for one, of all living threads."""
+    times_ns = np.zeros(2)
+    for path in Path("/proc/self/task").glob("*/schedstat"):
+        with contextlib.suppress(OSError):  # the thread has ended, or the kernel does not tell
+            times_ns += [float(word) for word in path.read_text(encoding="ascii").split()[:2]]
+    return 1e-9 * times_ns
 
 
 class _Listener:
@@ -83,9 +95,9 @@ class _Listener:
                 self.now_s = time.time()
             publisher = message._connection_header.get("callerid", "")
             latched = message._connection_header.get("latching", "") == "1"
-            self._recorder.hear(topic, kind, publisher, message, self.now_s, latched)
+            self._recorder.hear(topic, kind, publisher, message, self.now_s, latched, time.monotonic())
 
-    @contextmanager
+    @contextlib.contextmanager
     def finished(self) -> Iterator[Recorder]:
         """Unsubscribe. Return the recorder."""
         for subscriber in self._subscribers.values():

@@ -10,10 +10,22 @@ from typing import Any, Callable, Collection, Mapping
 
 import numpy as np
 
-from master_thesis.doctor.snapshot import Autopilot, Parameter, Recording, Scan, Topic, Transform
+from master_thesis.doctor.snapshot import (
+    FIRST_WALL_S,
+    Autopilot,
+    Parameter,
+    Recording,
+    Scan,
+    Topic,
+    Transform,
+)
 
 SCANS_KEPT, EVERY_LATER_SCAN = 50, 20
 """Keep the first scans of each topic, and later one of this many."""
+CLOCK_LATE_S = 0.5
+"""Wall time by which /clock may be taken in later than another message of the same instant."""
+ALIKE = 3
+"""If so many nodes' stamps are early, it is the recorder's clock that is late."""
 NOT_NEEDED = (
     "sensor_msgs/Image",
     "sensor_msgs/CompressedImage",
@@ -29,6 +41,13 @@ class _Heard:
     publishers: set[str] = field(default_factory=set)
     received_s: list[float] = field(default_factory=list)
     stamps_s: list[float] = field(default_factory=list)
+    wall_s: list[float] = field(default_factory=list)
+
+    def add(self, received_s: float, stamp_s: float, wall_s: float) -> None:
+        """Take in a message."""
+        self.received_s.append(received_s)
+        self.stamps_s.append(stamp_s)
+        self.wall_s.append(wall_s)
 
 
 class Recorder:
@@ -45,20 +64,31 @@ class Recorder:
         self._choices: dict[tuple[str, str], tuple[str, ...]] = {}
         self._in_use: dict[tuple[str, str], float] = {}
         self._clock_s: list[float] = []
+        self._clock_wall_s: list[float] = []
 
     def hear(
-        self, topic: str, kind: str, publisher: str, message: Any, received_s: float, latched: bool = False
+        self,
+        topic: str,
+        kind: str,
+        publisher: str,
+        message: Any,
+        received_s: float,
+        latched: bool = False,
+        wall_s: float = math.nan,
     ) -> None:
-        """Take in a message. kind: its type, e.g. sensor_msgs/LaserScan. received_s: the graph's clock."""
+        """Take in a message.
+
+        kind: its type, e.g. sensor_msgs/LaserScan. received_s: the graph's clock. wall_s: wall time, if live.
+        """
         heard = self._heard.setdefault(topic, _Heard(kind))
         heard.publishers.add(publisher)
-        heard.received_s.append(received_s)
         stamped = hasattr(message, "header") and not latched
-        heard.stamps_s.append(message.header.stamp.to_sec() if stamped else math.nan)
+        heard.add(received_s, message.header.stamp.to_sec() if stamped else math.nan, wall_s)
         if topic == "/clock":
             self._clock_s.append(message.clock.to_sec())
+            self._clock_wall_s.append(wall_s)
         elif kind == "tf2_msgs/TFMessage" or kind == "tf/tfMessage":
-            self._hear_transforms(message, publisher, topic.endswith("_static"), received_s)
+            self._hear_transforms(message, publisher, topic.endswith("_static"), received_s, wall_s)
         elif kind == "sensor_msgs/LaserScan":
             self._hear_scan(topic, message)
         elif kind == "mavros_msgs/State":
@@ -68,13 +98,15 @@ class Recorder:
         elif kind == "dynamic_reconfigure/Config":
             self._hear_configuration(topic.rpartition("/")[0], message)
 
-    def _hear_transforms(self, message: Any, publisher: str, static: bool, received_s: float) -> None:
+    def _hear_transforms(
+        self, message: Any, publisher: str, static: bool, received_s: float, wall_s: float
+    ) -> None:
         for transform in message.transforms:
             parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
             key = (parent, child, publisher, static)
             edge = self._edges.setdefault(key, _Heard("tf"))
-            edge.received_s.append(received_s)
-            edge.stamps_s.append(transform.header.stamp.to_sec())
+            edge.publishers.add(publisher)
+            edge.add(received_s, transform.header.stamp.to_sec(), wall_s)
             shift, turn = transform.transform.translation, transform.transform.rotation
             length = math.hypot(turn.x, turn.y, turn.z, turn.w)
             if not math.isfinite(shift.x + shift.y + shift.z) or not abs(length - 1.0) < 1e-2:
@@ -136,6 +168,7 @@ class Recorder:
         end_s: the graph's clock now. publishers, subscribers: topic to names of nodes, from the master; in a
         bag None. types: topic to type.
         """
+        latest = self._latest_clock if publishers is not None else self._clock_of_a_bag(end_s)
         names = {*self._heard, *(publishers or {}), *(subscribers or {})}
         topics = {}
         for name in sorted(names):
@@ -149,15 +182,35 @@ class Recorder:
                 tuple(sorted((subscribers or {}).get(name, ()))),
                 tuple(heard.received_s),
                 tuple(heard.stamps_s),
+                latest(heard),
             )
         transforms = tuple(
-            Transform(*key, tuple(edge.received_s), tuple(edge.stamps_s), key in self._broken)
+            Transform(*key, tuple(edge.received_s), tuple(edge.stamps_s), key in self._broken, latest(edge))
             for key, edge in sorted(self._edges.items())
         )
         scans = tuple(scan for kept in self._scans.values() for scan in kept)
         return Recording(
             topics, transforms, scans, tuple(self._autopilots.values()), tuple(self._clock_s), end_s
         )
+
+    def _latest_clock(self, heard: _Heard) -> tuple[float, ...]:
+        """Return the simulated time that each message may have come at; empty on wall time."""
+        if not self._clock_wall_s:
+            return ()
+        ticks = np.searchsorted(self._clock_wall_s, np.array(heard.wall_s) + CLOCK_LATE_S, side="right") - 1
+        return tuple(np.array(self._clock_s)[np.maximum(ticks, 0)].tolist())
+
+    def _clock_of_a_bag(self, end_s: float) -> Callable[[_Heard], tuple[float, ...]]:
+        """Return a function like `_latest_clock`. When rosbag hears /clock late, all stamps seem early."""
+        leads_s: dict[str, list[float]] = defaultdict(list)
+        for heard in (*self._heard.values(), *self._edges.values()):
+            for publisher in heard.publishers:
+                leads_s[publisher] += (stamp - come for come, stamp in zip(heard.received_s, heard.stamps_s))
+        medians_s = sorted(
+            float(np.nanmedian(leads)) for leads in leads_s.values() if np.isfinite(leads).any()
+        )
+        common_s = max(medians_s[-ALIKE], 0.0) if end_s < FIRST_WALL_S and len(medians_s) >= ALIKE else 0.0
+        return lambda heard: tuple(received_s + common_s for received_s in heard.received_s)
 
 
 def _choices(edit_method: str) -> tuple[str, ...]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Iterator
+from typing import Iterable, Iterator
 
-from master_thesis.doctor.expectations import QUIET_TOPICS
+from master_thesis.doctor.expectations import QUIET_TOPICS, SETPOINTS
 from master_thesis.doctor.finding import ERROR, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording
 
@@ -55,18 +55,28 @@ def stamps(recording: Recording) -> Iterator[Finding]:
     for topic in recording.topics.values():
         if topic.name in ("/tf", "/tf_static") or QUIET_TOPICS.match(topic.name):
             continue  # transforms.py checks it
-        pairs = [
-            (received_s, stamp_s)
-            for received_s, stamp_s in zip(topic.received_s, topic.stamps_s)
+        times = [
+            (received_s, latest_s, stamp_s)
+            for received_s, latest_s, stamp_s in zip(
+                topic.received_s, topic.latest_s or topic.received_s, topic.stamps_s
+            )
             if stamp_s > 0.0 and not math.isnan(received_s)
         ]
-        if pairs:
-            yield from _ages(topic.name, [received_s - stamp_s for received_s, stamp_s in pairs])
-            yield from _order(topic.name, len(set(topic.publishers)), [stamp_s for _, stamp_s in pairs])
+        if times:
+            age_s = median(received_s - stamp_s for received_s, _, stamp_s in times)
+            early_s = median(stamp_s - latest_s for _, latest_s, stamp_s in times)
+            yield from _ages(topic.name, age_s, early_s, recording.is_simulated)
+        if times and not SETPOINTS.match(topic.name):  # these have a scan's stamp, or at a hover the present
+            yield from _order(topic.name, len(set(topic.publishers)), [stamp_s for _, _, stamp_s in times])
 
 
-def _ages(name: str, ages_s: list[float]) -> Iterator[Finding]:
-    age_s = sorted(ages_s)[len(ages_s) // 2]
+def median(values: Iterable[float]) -> float:
+    """Return the value in the middle, of two the greater one."""
+    ordered = sorted(values)
+    return ordered[len(ordered) // 2]
+
+
+def _ages(name: str, age_s: float, early_s: float, is_simulated: bool) -> Iterator[Finding]:
     if abs(age_s) > ANOTHER_CLOCK_S:
         remedy = "Its node was started before use_sim_time was set, or stamps by itself: start it again"
         yield Finding(
@@ -79,13 +89,15 @@ def _ages(name: str, ages_s: list[float]) -> Iterator[Finding]:
             f"its stamps are {age_s:.1f} s old when they arrive",
             "Look at the load, and at queue sizes",
         )
-    elif age_s < -EARLY_S:
-        yield Finding(
-            WARNING,
-            name,
-            f"its stamps are {-age_s:.2f} s in the future",
-            "Compare the clocks of the machines (chrony)",
-        )
+    elif early_s > EARLY_S:
+        yield Finding(WARNING, name, f"its stamps are {early_s:.2f} s in the future", ahead(is_simulated))
+
+
+def ahead(is_simulated: bool) -> str:
+    """Return what to do about stamps in the future."""
+    if is_simulated:
+        return "Its node adds to the stamp, or its clock is not /clock: look where it takes the stamp from"
+    return "Compare the clocks of the machines (chrony)"
 
 
 def _order(name: str, publishers: int, stamps_s: list[float]) -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Iterable, Iterator
 
 from master_thesis.doctor import clock, parameters, scans, transforms
@@ -21,21 +22,38 @@ from master_thesis.doctor.snapshot import Graph, Recording, Topic
 OBEYING, LANDING = ("OFFBOARD", "GUIDED"), "AUTO.LAND"
 """Modes that follow setpoints; the mode at the end of every flight, while the publisher still streams."""
 
+BUSY_SHARE = 0.3
 LEAST_SPAN_S = 2.0
 """A shorter time is not enough for a rate."""
 
 
 def check(graph: Graph) -> list[Finding]:
-    """Return all findings about a running graph."""
+    """Return all findings about a running graph.
+
+    What a busy machine may have made late is only a warning there.
+    """
     recording = graph.recording
-    found = [finding for one in (nodes, unheard, clock.running, rates) for finding in one(graph)]
-    for one in (commands, chain, autopilot, transforms.structure, scans.check):
-        found += one(recording)
+    timely = [*rates(graph), *chain(recording)]
     if (
         graph.use_sim_time or not recording.clock_s
     ):  # else all stamps are from another clock, which is a finding already
-        found += [*clock.stamps(recording), *transforms.times(recording)]
-    return [*found, *parameters.check(graph.parameters)]
+        timely += [*clock.stamps(recording), *transforms.times(recording)]
+    if graph.waited_share > BUSY_SHARE:
+        timely = [
+            replace(finding, severity=WARNING) if finding.severity == ERROR else finding for finding in timely
+        ]
+    found = [finding for one in (load, nodes, unheard, clock.running) for finding in one(graph)]
+    for one in (commands, autopilot, transforms.structure, scans.check):
+        found += one(recording)
+    return [*found, *timely, *parameters.check(graph.parameters)]
+
+
+def load(graph: Graph) -> Iterator[Finding]:
+    """Note that the machine is busy: then delays and missing messages are not the nodes' fault."""
+    if graph.waited_share > BUSY_SHARE:
+        what = f"is busy: the doctor waited {100.0 * graph.waited_share:.0f} % of its time for a processor"
+        remedy = "End other programs, and examine again; until then delays and rates tell little"
+        yield Finding(NOTE, "machine", what, remedy)
 
 
 def nodes(graph: Graph) -> Iterator[Finding]:

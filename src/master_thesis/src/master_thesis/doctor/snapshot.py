@@ -2,6 +2,10 @@
 
 Times are seconds. `received_s` is the graph's own clock at the message's arrival: simulated time if there is
 one (NaN before its first message), in a bag the recorder's. Stamps are those of the messages' headers.
+
+Who listens on a busy machine takes messages in late, and `/clock` as well. So simulated time may have been
+later at a message's arrival than `received_s`: up to `latest_s`. It is as long as `received_s`, or empty: the
+same.
 """
 
 from __future__ import annotations
@@ -9,6 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+
+FIRST_WALL_S = 1e9
+"""Wall time in 2001. Simulated times are below it."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +32,7 @@ class Topic:
     subscribers: tuple[str, ...] = ()
     received_s: tuple[float, ...] = ()
     stamps_s: tuple[float, ...] = ()
+    latest_s: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,7 @@ class Transform:
     received_s: tuple[float, ...] = ()
     stamps_s: tuple[float, ...] = ()
     broken: bool = False
+    latest_s: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,6 +83,11 @@ class Recording:
     autopilots: tuple[Autopilot, ...] = ()
     clock_s: tuple[float, ...] = ()
     end_s: float = 0.0
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether its time began at 0, and not in 1970."""
+        return self.end_s < FIRST_WALL_S
 
     def of_type(self, *types: str) -> list[Topic]:
         """Return the topics with messages of one of these types."""
@@ -119,7 +133,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Graph:
-    """A running graph and its received messages. wall_s: wall time of the observation."""
+    """A running graph and its received messages.
+
+    wall_s: wall time of the observation. waited_share: of the time in which the doctor had work, the part in
+    which it waited for a processor.
+    """
 
     recording: Recording
     nodes: tuple[Node, ...] = ()
@@ -127,3 +145,4 @@ class Graph:
     parameters: tuple[Parameter, ...] = ()
     use_sim_time: bool = False
     wall_s: float = 0.0
+    waited_share: float = 0.0

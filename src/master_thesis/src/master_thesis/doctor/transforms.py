@@ -6,6 +6,7 @@ import math
 from collections import defaultdict
 from typing import Iterator, Sequence
 
+from master_thesis.doctor import clock
 from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Recording, Transform
 
@@ -24,7 +25,7 @@ def times(recording: Recording) -> Iterator[Finding]:
     """Check the stamps of all edges that are not static."""
     for edge in recording.transforms:
         if not edge.static:
-            yield from edge_times(edge, recording.end_s)
+            yield from edge_times(edge, recording.end_s, recording.is_simulated)
 
 
 def parents(edges: Sequence[Transform]) -> Iterator[Finding]:
@@ -100,7 +101,7 @@ def values(edges: Sequence[Transform]) -> Iterator[Finding]:
             )
 
 
-def edge_times(edge: Transform, end_s: float) -> Iterator[Finding]:
+def edge_times(edge: Transform, end_s: float, is_simulated: bool) -> Iterator[Finding]:
     """Check an edge's stamps: no gaps, neither old nor in the future, never going back."""
     where = f"tf {edge.parent} -> {edge.child}"
     if not edge.stamps_s:
@@ -113,16 +114,18 @@ def edge_times(edge: Transform, end_s: float) -> Iterator[Finding]:
     if longest_s > GAP_S and len(steps_s) > 1:
         remedy = f"Look at the load of {edge.publisher} and at what it waits for"
         yield Finding(WARNING, where, f"has a hole of {longest_s:.2f} s", remedy)
-    pairs = [pair for pair in zip(edge.received_s, edge.stamps_s) if not math.isnan(pair[0])]
-    if not pairs:
+    times_s = [
+        times
+        for times in zip(edge.received_s, edge.latest_s or edge.received_s, edge.stamps_s)
+        if not math.isnan(times[0])
+    ]
+    if not times_s:
         return
-    ages_s = sorted(received_s - stamp_s for received_s, stamp_s in pairs)
-    age_s = ages_s[len(ages_s) // 2]
-    if age_s < -FUTURE_S:
-        remedy = (
-            "Compare the clocks; a publisher on wall time amid simulated time reads use_sim_time at its start"
-        )
-        yield Finding(ERROR, where, f"{edge.publisher} stamps it {-age_s:.2f} s into the future", remedy)
+    age_s = clock.median(received_s - stamp_s for received_s, _, stamp_s in times_s)
+    early_s = clock.median(stamp_s - latest_s for _, latest_s, stamp_s in times_s)
+    if early_s > FUTURE_S:
+        what = f"{edge.publisher} stamps it {early_s:.2f} s into the future"
+        yield Finding(ERROR, where, what, clock.ahead(is_simulated))
     elif age_s > OLD_S:
         yield Finding(
             ERROR,
