@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from master_thesis.doctor.finding import (
     as_text,
     exit_code,
 )
-from master_thesis.doctor.machine import Machine, geoid_path, look_at, requirements
+from master_thesis.doctor.machine import Machine, geoid_path, look_at, masters, requirements
 
 ROOT = Path(__file__).resolve().parents[4]
 ROS = {"ROS_MASTER_URI": "http://localhost:11311"}
@@ -87,6 +88,31 @@ CASES = {
         ERROR,
         "ROS_IP",
         "nobody there finds",
+    ),
+    "underlay gone": ({"underlays_gone": ("/old/devel",)}, WARNING, "underlay /old/devel", "does not exist"),
+    "underlay new": (
+        {"underlays_new": ("/mavros/devel",)},
+        WARNING,
+        "underlay /mavros/devel",
+        "was not when",
+    ),
+    "messages twice": (
+        {"messages_twice": ("mavros_msgs",)},
+        WARNING,
+        "package mavros_msgs",
+        "in an underlay",
+    ),
+    "second master": (
+        {"masters": (11311, 11411)},
+        NOTE,
+        "ROS_MASTER_URI",
+        "another ROS master runs at http://localhost:11411",
+    ),
+    "master on another port": (
+        {"masters": (11411,)},
+        WARNING,
+        "ROS_MASTER_URI",
+        "no ROS master runs at http://localhost:11311, but one at http://localhost:11411",
     ),
 }
 
@@ -177,3 +203,31 @@ def test_programs_of_an_underlay_are_found(monkeypatch, tmp_path):
     assert not seen.geoid_found
     (tmp_path / "egm96-5.pgm").touch()
     assert look_at(ROOT, {}, {}).geoid_found
+
+
+def test_underlays_are_compared_with_those_of_the_build(monkeypatch, tmp_path):
+    root, old, new = (tmp_path / name for name in ("ws", "old/devel", "new/devel"))
+    (root / "devel/share/mavros_msgs").mkdir(parents=True)
+    (new / "share/mavros_msgs").mkdir(parents=True)
+    (root / "requirements.txt").touch()
+    # As catkin writes it
+    (root / "devel/_setup_util.py").write_text(f"            CMAKE_PREFIX_PATH = r'{old};/usr'.split(';')\n")
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", f"{root}/devel:{new}")
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:11311")
+    machine = look_at(root, {}, {})
+    assert machine.underlays_gone == (str(old),)
+    assert machine.underlays_new == (str(new),)
+    assert machine.messages_twice == ("mavros_msgs",)
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", f"{new}:{root}/devel:/usr")  # a workspace over this one is fine
+    assert look_at(root, {}, {}).underlays_new == ()
+
+
+def test_masters_of_this_machine_are_found(processes, tmp_path):
+    """A process whose command line is that of a master, as roscore starts it."""
+    program = tmp_path / "rosmaster"
+    program.write_text("import time; print('up', flush=True); time.sleep(60)")
+    started = processes.start(
+        "/usr/bin/python3", str(program), "--core", "-p", "54321", stdout=subprocess.PIPE
+    )
+    started.stdout.readline()
+    assert 54321 in masters()

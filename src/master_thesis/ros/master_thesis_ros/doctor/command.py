@@ -93,13 +93,16 @@ def _md5sum(name: str) -> list[str]:
 
 
 def _live(listen_s: float) -> Examined:
-    from master_thesis.doctor import graph
+    import rosgraph
+
+    from master_thesis.doctor import graph, installation, machine
     from master_thesis_ros.doctor import live
 
     seen = live.look(listen_s)
     topics, frames = len(seen.recording.topics), len({edge.child for edge in seen.recording.transforms})
     examined = f"{len(seen.nodes)} nodes, {topics} topics, {frames} transforms for {seen.wall_s:.0f} s"
-    return graph.check(seen), examined
+    here = machine.Machine("", ros={"ROS_MASTER_URI": rosgraph.get_master_uri()}, masters=machine.masters())
+    return [*graph.check(seen), *installation.other_masters(here)], examined
 
 
 def _bag(path: Path) -> Examined:

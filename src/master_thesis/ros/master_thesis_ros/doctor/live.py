@@ -14,6 +14,7 @@ import rosgraph
 import roslib.message
 import rospy
 
+from master_thesis.doctor import machine
 from master_thesis.doctor.snapshot import Graph, Launched, Node
 from master_thesis.errors import GraphError
 from master_thesis_ros.doctor.recorder import NOT_NEEDED, Recorder
@@ -27,8 +28,10 @@ def look(listen_s: float) -> Graph:
         master.getPid()
     except UNREACHABLE:
         uri = rosgraph.get_master_uri()
+        others = " and ".join(f"http://localhost:{port}" for port in machine.masters())
+        there = f" On this machine one runs at {others}." if others else ""
         raise GraphError(
-            f"No ROS master answers at {uri}: start a launch file, or set ROS_MASTER_URI."
+            f"No ROS master answers at {uri}: start a launch file, or set ROS_MASTER_URI.{there}"
         ) from None
     rospy.init_node("doctor", anonymous=True, disable_signals=True, disable_rosout=True)
     listener = _Listener()

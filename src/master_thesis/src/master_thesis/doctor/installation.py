@@ -17,7 +17,10 @@ DISK_FOR_A_RUN_MB, MEMORY_FOR_A_RUN_MB = 500, 800
 
 def check(machine: Machine) -> list[Finding]:
     """Return all findings about an installation."""
-    checks = (python_packages, debian_packages, build, messages, kernels, room, names, master, upstream)
+    checks = (
+        *(python_packages, debian_packages, build, underlays, messages, kernels),
+        *(room, names, master, other_masters, upstream),
+    )
     return [finding for one in checks for finding in one(machine)]
 
 
@@ -61,6 +64,21 @@ def build(machine: Machine) -> Iterator[Finding]:
     elif not machine.sourced:
         remedy = f"source {machine.root}/devel/setup.bash"
         yield Finding(ERROR, "CMAKE_PREFIX_PATH", "this shell does not know the workspace", remedy)
+
+
+def underlays(machine: Machine) -> Iterator[Finding]:
+    """Check the workspaces below this one: is it built over those that are there?"""
+    for path in machine.underlays_gone:
+        what = "does not exist, and this workspace was built over it, or this shell names it"
+        remedy = f"Open a new shell without it, delete {machine.root}/build and devel. {SETUP}"
+        yield Finding(WARNING, f"underlay {path}", what, remedy)
+    for path in machine.underlays_new:
+        what = "is below this workspace in this shell, but was not when it was built"
+        yield Finding(WARNING, f"underlay {path}", what, f"{SETUP} in this shell")
+    for name in machine.messages_twice:
+        what = "is built here and is in an underlay, too: nodes of both may have different messages"
+        remedy = f"Delete {machine.root}/build and devel. {SETUP}"
+        yield Finding(WARNING, f"package {name}", what, remedy)
 
 
 def messages(machine: Machine) -> Iterator[Finding]:
@@ -137,6 +155,23 @@ def master(machine: Machine) -> Iterator[Finding]:
             f"the master is on {host}, and nodes here give {told} as their address: nobody there finds them"
         )
         yield Finding(ERROR, "ROS_IP", what, f"Set it to this machine's address as seen from {host}")
+
+
+def other_masters(machine: Machine) -> Iterator[Finding]:
+    """Check for masters on other ports of this machine: their nodes do not hear those of this shell."""
+    address = machine.ros.get("ROS_MASTER_URI", "")
+    here = re.fullmatch(r"http://(?:localhost|127\.0\.0\.1|\[::1\]):(\d+)/?", address)
+    others = [port for port in machine.masters if here and port != int(here.group(1))]
+    if not here or not others:
+        return
+    told = " and ".join(f"http://localhost:{port}" for port in others)
+    if int(here.group(1)) in machine.masters:
+        what = f"another ROS master runs at {told}: its nodes do not hear those of this one"
+        yield Finding(NOTE, "ROS_MASTER_URI", what, "Right for two flights at a time; else end one of both")
+    else:
+        what = f"no ROS master runs at {address}, but one at {told}"
+        remedy = f"export ROS_MASTER_URI=http://localhost:{others[0]}"
+        yield Finding(WARNING, "ROS_MASTER_URI", what, remedy)
 
 
 def upstream(machine: Machine) -> Iterator[Finding]:

@@ -11,10 +11,15 @@ import sys
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
-from typing import Mapping
+from typing import Mapping, Sequence
 
 UPSTREAM = {"rqt_reconfigure": "rqt_reconfigure", "mavros": "mavros_node"}
 """Packages that the distribution may lack, with a program of each."""
+
+INTERFACES = ("gazebo_msgs", "geographic_msgs", "mavros_msgs")
+"""Packages of upstream's messages that this workspace builds where nobody else has them."""
+DEFAULT_PORT = 11311
+_BUILT_OVER = re.compile(r"CMAKE_PREFIX_PATH = r'([^']*)'\.split")
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,10 @@ class Machine:
     md5_wanted, md5_found: of the message types. kernels_missing: libraries without compiled kernels.
     hosts: name to whether it resolves. ros: the ROS_* environment variables. upstream: installed programs of
     `UPSTREAM`, by the package's name. geoid: MAVROS's path of the table of the geoid.
+    underlays_gone: workspaces that this one was built over, or that the shell names, and that do not exist.
+    underlays_new: those that the shell has below this one, and that it was not built over. messages_twice:
+    packages of `INTERFACES` that are built here although an underlay has them. masters: ports of the ROS
+    masters on this machine.
     """
 
     root: str
@@ -46,6 +55,10 @@ class Machine:
     upstream: tuple[str, ...] = ("rqt_reconfigure", "mavros")
     geoid: str = ""
     geoid_found: bool = True
+    underlays_gone: tuple[str, ...] = ()
+    underlays_new: tuple[str, ...] = ()
+    messages_twice: tuple[str, ...] = ()
+    masters: tuple[int, ...] = ()
 
 
 def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -> Machine:
@@ -75,7 +88,43 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
         upstream=tuple(name for name in UPSTREAM if _has_program(name)),
         geoid=str(geoid),
         geoid_found=geoid.exists(),
+        masters=masters(),
+        **_underlays(root, [path for path in os.environ.get("CMAKE_PREFIX_PATH", "").split(":") if path]),
     )
+
+
+def _underlays(root: Path, prefixes: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Return the fields about underlays. prefixes: the shell's CMAKE_PREFIX_PATH, the topmost first."""
+    devel = root / "devel"
+    script = devel / "_setup_util.py"
+    match = _BUILT_OVER.search(script.read_text(encoding="utf-8")) if script.exists() else None
+    built_over = [path for path in match.group(1).split(";") if path] if match else []
+    below = prefixes[prefixes.index(str(devel)) + 1 :] if str(devel) in prefixes else []
+    named = dict.fromkeys((*built_over, *prefixes))
+    there = [path for path in (*named, "/usr") if path != str(devel) and Path(path).is_dir()]
+    return {
+        "underlays_gone": tuple(path for path in named if path != str(devel) and path not in there),
+        "underlays_new": tuple(path for path in below if path in there and path not in built_over),
+        "messages_twice": tuple(
+            name
+            for name in INTERFACES
+            if (devel / "share" / name).is_dir() and any(Path(path, "share", name).is_dir() for path in there)
+        ),
+    }
+
+
+def masters() -> tuple[int, ...]:
+    """Return the ports of the ROS masters that run on this machine."""
+    found = set()
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = path.read_bytes().decode(errors="replace").split("\0")[:-1]
+        except OSError:  # it has ended
+            continue
+        if any(Path(word).name == "rosmaster" for word in words[:2]):
+            port = words[words.index("-p") + 1] if "-p" in words[:-1] else ""
+            found.add(int(port) if port.isdigit() else DEFAULT_PORT)
+    return tuple(sorted(found))
 
 
 def geoid_path(environment: Mapping[str, str]) -> Path:
