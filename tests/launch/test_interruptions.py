@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -57,6 +58,8 @@ def test_a_node_that_works_takes_leave_of_the_master(ros_master):
     assert node.returncode == 0, said
     assert "Traceback" not in said
     assert not services()
+    log = Path(ros_master.environment["ROS_LOG_DIR"], "cepa.log").read_text()
+    assert f"signal_shutdown [SIGINT from process {os.getpid()} (" in log
 
 
 def test_map_saver_without_a_master_says_so(processes):

@@ -112,6 +112,30 @@ time.sleep(60)
     assert end([sys.executable, "-c", BEGIN + body], line="begun", after_s=0.2)[:2] == (1, "left out\n")
 
 
+def test_it_tells_which_signal_came_from_whom():
+    body = """
+ending.main_thread_closes()
+while not ending.wait(0.1):
+    pass
+leave(0, lambda: print(ending.cause))
+"""
+    _, output, _ = end([sys.executable, "-c", BEGIN + body], signal.SIGTERM, line="begun")
+    words = Path("/proc/self/cmdline").read_text().split("\0")
+    assert output == f"SIGTERM from process {os.getpid()} ({' '.join(words).strip()})\n"
+
+
+def test_the_log_names_the_signal_even_if_the_main_thread_hangs():
+    body = """
+import logging
+logging.basicConfig(stream=sys.stdout, level=logging.INFO, format="%(message)s")
+ending.main_thread_closes()
+time.sleep(60)
+"""
+    code, output, _ = end([sys.executable, "-c", BEGIN + body], line="begun", after_s=0.2)
+    assert code == 0
+    assert output.startswith(f"This process ends: SIGINT from process {os.getpid()} (")
+
+
 def test_while_it_ends_a_node_keeps_quiet_about_others_that_end():
     """rospy warns if a node connects and ends before it has said a word."""
     body = """

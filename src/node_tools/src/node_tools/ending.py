@@ -40,6 +40,8 @@ class Ending:
         self._usual = gc.get_threshold()
         gc.set_threshold(IMPORTING)
         self._received = threading.Event()
+        self.cause = ""
+        """Which signal ends the process, and who sent it, in words; empty: none came yet."""
         self._act: Callable[[int], None] = lambda number: os._exit(128 + number)  # nothing is open yet
         # Later threads inherit this mask. So only the waiting thread gets the signal.
         signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
@@ -71,9 +73,30 @@ class Ending:
         self._act = lambda number: None if within_s is None else exit_later(0, within_s)
 
     def _wait_for_signal(self) -> None:
-        number = signal.sigwait(SIGNALS)
+        told = signal.sigwaitinfo(SIGNALS)
+        self.cause = f"{signal.Signals(told.si_signo).name} {_sender(told.si_pid)}"
         self._received.set()
-        self._act(number)
+        _note(f"This process ends: {self.cause}.")
+        self._act(told.si_signo)
+
+
+def _sender(pid: int) -> str:
+    """Return in words who sent a signal."""
+    if pid == 0:
+        return "of the terminal, or of another machine or container"
+    try:
+        with open(f"/proc/{pid}/cmdline", encoding="utf-8", errors="replace") as file:
+            words = " ".join(file.read().split("\0")).strip()
+    except OSError:
+        words = "which has ended"
+    return f"from process {pid} ({words})"
+
+
+def _note(sentence: str) -> None:
+    """Write into the node's log file, if ROS has opened it. The main thread may hang, and say no more."""
+    import logging
+
+    logging.getLogger("rospy.core").info(sentence)
 
 
 def leave(code: int, close: Callable[[], None] = lambda: None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from typing import Callable, Optional, Protocol, Tuple, Type, Union
 
 import rospy
@@ -67,7 +68,8 @@ def run(
         explain: turns an error at the start into the sentence for the user; `str` if the error says it all.
     """
     ending.imports_are_over()
-    ending.closes_by(_take_leave)
+    take_leave = partial(_take_leave, ending)
+    ending.closes_by(take_leave)
     try:
         rospy.init_node(name, disable_signals=True)
         keep_trying = rospy.get_param("~keep_trying", False)
@@ -78,11 +80,12 @@ def run(
     except Exception:
         if not rospy.core.is_shutdown_requested():
             raise
-        leave(0, _take_leave)
+        leave(0, take_leave)
     ending.main_thread_closes()
     if ending.received:  # before the line above was reached
-        leave(0, _take_leave)
-    leave(_run(run_node, ending, errors), _take_leave)
+        leave(0, take_leave)
+    code = _run(run_node, ending, errors)
+    leave(code, partial(_take_leave, ending, f"its work is over, with exit code {code}"))
 
 
 def _run(run_node: RunNode, ending: Ending, errors: Errors) -> int:
@@ -127,7 +130,7 @@ def spinning(
 def give_up(sentence: str) -> None:
     """End the process with exit code 1 and a sentence. Does not return."""
     rospy.logfatal("%s", sentence)
-    leave(1, _take_leave)
+    leave(1, partial(_take_leave, None, "it cannot start"))
 
 
 def _make_at_last(
@@ -148,10 +151,13 @@ def _make_at_last(
                 rospy.logwarn("It is tried again every second.")
 
 
-def _take_leave() -> None:
-    """Tell the master, and answer the caller that told the node to end (rosnode kill waits for it)."""
+def _take_leave(ending: Ending | None = None, why: str = "the node ends") -> None:
+    """Tell the master, and answer the caller that told the node to end (rosnode kill waits for it).
+
+    The node's log says which signal ended it, else `why`. If ROS told it to, rospy has logged who asked.
+    """
     told_by_ros = rospy.core.is_shutdown_requested()
-    rospy.signal_shutdown("the node ends")
+    rospy.signal_shutdown((ending.cause if ending else "") or why)
     if told_by_ros:  # another thread is shutting down
         end_s = time.monotonic() + LAST_CALLBACK_S
         while not rospy.is_shutdown() and time.monotonic() < end_s:
