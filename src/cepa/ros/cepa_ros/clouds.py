@@ -1,52 +1,11 @@
-"""Clouds of lidars with several channels and of depth cameras, in the scan's frame."""
+"""Points of sensor_msgs/PointCloud2."""
 
 from __future__ import annotations
-
-import math
-from dataclasses import dataclass
-from typing import Any, Mapping
 
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 
-from cepa import Cloud, MotionError, ParameterError
-from cepa.motion import rotation_matrix
-from cepa_ros.frames import Mount
-
-LIMITS = ("elevation_min", "elevation_max", "azimuth_min", "azimuth_max", "range_min", "range_max")
-
-
-@dataclass(frozen=True)
-class CloudLimits:
-    """Where the sensor looks, rad and m in the scan's frame: a cloud does not tell it."""
-
-    elevation_rad: tuple[float, float]
-    azimuth_rad: tuple[float, float]
-    range_m: tuple[float, float]
-
-    @classmethod
-    def of(cls, given: Any) -> CloudLimits:
-        """Return the limits in the ROS parameter ~cloud. Raises ParameterError."""
-        values = given if isinstance(given, Mapping) else {}
-        values = {"azimuth_min": -math.pi, "azimuth_max": math.pi, **values}
-        if set(values) != set(LIMITS) or not all(isinstance(v, (int, float)) for v in values.values()):
-            raise ParameterError(f"cloud must hold numbers for {', '.join(LIMITS)}, not {given}.")
-        numbers = [float(values[name]) for name in LIMITS]
-        limits = cls((numbers[0], numbers[1]), (numbers[2], numbers[3]), (numbers[4], numbers[5]))
-        try:
-            limits.cloud(np.empty((0, 3)))
-        except MotionError as error:
-            raise ParameterError(str(error)) from None
-        return limits
-
-    @property
-    def looks_all_around(self) -> bool:
-        """As of a cloud."""
-        return self.cloud(np.empty((0, 3))).looks_all_around
-
-    def cloud(self, points_m: np.ndarray) -> Cloud:
-        """Return a cloud of ``points_m`` (n, 3) in the scan's frame. Raises MotionError."""
-        return Cloud(points_m, self.elevation_rad, *self.range_m, self.azimuth_rad)
+from cepa import MotionError
 
 
 def points_of(message: PointCloud2) -> np.ndarray:
@@ -83,13 +42,3 @@ def points_of(message: PointCloud2) -> np.ndarray:
     if not np.isfinite(points_m).all(axis=1).any():
         raise MotionError(f"The cloud has no valid point among {len(points_m)}; is its sensor covered?")
     return points_m
-
-
-def into_body(points_m: np.ndarray, mount: Mount) -> np.ndarray:
-    """Return points (n, 3) of a sensor's frame in the body's."""
-    return points_m @ rotation_matrix(mount.orientation_xyzw).T + mount.position_m
-
-
-def out_of_body(points_m: np.ndarray, mount: Mount) -> np.ndarray:
-    """Return points (n, 3) of the body's frame in a sensor's."""
-    return (points_m - mount.position_m) @ rotation_matrix(mount.orientation_xyzw)

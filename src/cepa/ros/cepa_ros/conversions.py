@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import NamedTuple
 
 import numpy as np
 import rospy
@@ -18,19 +17,11 @@ from std_msgs.msg import Header
 from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
 from cepa.dynamic.view import Report, View
+from cepa.steering.own_motion import OwnState
 from node_tools.conversions import xyz, xyzw
 
 UNSEEN_INTENSITY = -1.0
 """An intensity that marks a beam as unseen, as lidar_padding does."""
-
-
-class OwnState(NamedTuple):
-    """What CEPA takes of an odometry message, in the odometry's frame."""
-
-    velocity: tuple[float, float, float] | None
-    """m/s, along the body's axes; None: it makes no sense."""
-    position_m: tuple[float, float, float]
-    orientation_xyzw: tuple[float, float, float, float]
 
 
 def own_state_of(odometry: OdometryMessage) -> tuple[OwnState, str]:

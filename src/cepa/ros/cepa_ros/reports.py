@@ -11,10 +11,10 @@ from visualization_msgs.msg import MarkerArray
 from cepa import Dynamic, Improved
 from cepa.algorithm import Algorithm
 from cepa.decision import Vector2
+from cepa.steering.answering import Answer
 from cepa_ros import decision_message
 from cepa_ros.conversions import remembered_of, stats_of
 from cepa_ros.parameters import Choice
-from cepa_ros.steering import Answer
 
 MEMORY_PERIOD_NS = 100_000_000
 

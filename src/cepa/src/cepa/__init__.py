@@ -5,13 +5,22 @@ from __future__ import annotations
 from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason
 from cepa.dynamic.dynamic import Dynamic
-from cepa.errors import AttitudeError, CepaError, MotionError, ParameterError, ScanError, VelocityError
+from cepa.errors import (
+    AttitudeError,
+    CepaError,
+    MotionError,
+    MountError,
+    ParameterError,
+    ScanError,
+    VelocityError,
+)
 from cepa.improved import Improved
 from cepa.levelling import LidarAttitude, levelled
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.original import Original
 from cepa.parameters import SLOW_DETOURS, CepaParameters
 from cepa.scan import LaserScan2D
+from cepa.steering.loop import SteeringLoop
 
 ALGORITHMS: dict[str, type[Algorithm]] = {"improved": Improved, "original": Original, "dynamic": Dynamic}
 """The algorithms by the names that launch files use."""
@@ -30,11 +39,13 @@ __all__ = [
     "LidarAttitude",
     "Motion",
     "MotionError",
+    "MountError",
     "Original",
     "ParameterError",
     "Ranging",
     "Reason",
     "ScanError",
+    "SteeringLoop",
     "VelocityError",
     "levelled",
 ]

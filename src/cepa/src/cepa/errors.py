@@ -23,3 +23,7 @@ class AttitudeError(CepaError):
 
 class MotionError(CepaError):
     """A pose, a velocity or a cloud that makes no sense."""
+
+
+class MountError(CepaError):
+    """It is not known how a sensor sits on the body."""

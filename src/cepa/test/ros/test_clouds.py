@@ -11,12 +11,13 @@ import yaml
 pytest.importorskip("cepa_ros.clouds", reason="the workspace is not built, or not sourced")
 
 import rospy
-from cepa_ros.clouds import CloudLimits, into_body, out_of_body, points_of
-from cepa_ros.frames import Mount, PlaneTurn
+from cepa_ros.clouds import points_of
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
 from cepa import MotionError, ParameterError
+from cepa.steering.clouds import CloudLimits
+from cepa.steering.mount import Mount, PlaneTurn, into_body, out_of_body
 
 CAMERA_LIMITS = Path(__file__).resolve().parents[2] / "config/clouds/depth_camera.yaml"
 POINTS = np.array([[1.0, 2.0, 3.0], [math.nan, 0.0, 0.0], [-4.0, 5.5, -6.0]], np.float32)

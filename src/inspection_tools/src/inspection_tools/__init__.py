@@ -18,6 +18,7 @@ from inspection_tools.position_controller import PositionController, PositionCon
 from inspection_tools.scan import ScanGeometry
 from inspection_tools.vision_pose import VisionPose, VisionPoseParameters, VisionState
 from inspection_tools.yaw_regulator import YawRegulator, YawRegulatorParameters
+from inspection_tools.yaw_steering import YawSteering
 
 __all__ = [
     "CorrectionParameters",
@@ -43,6 +44,7 @@ __all__ = [
     "Waypoint",
     "YawRegulator",
     "YawRegulatorParameters",
+    "YawSteering",
     "hold_s",
     "parse_mission",
     "read_mission",

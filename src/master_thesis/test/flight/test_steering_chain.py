@@ -12,7 +12,7 @@ from simulation_tools.simulation import Simulation, SimulationParameters
 class Climbs:
     """Flies ahead at 1 m/s and climbs as it was told; None: it leaves the climb to the reference."""
 
-    wants_cloud, parameters, commit_s = False, CepaParameters(), 0.1
+    wants_motion, wants_cloud, parameters, commit_s = True, False, CepaParameters(), 0.1
 
     def __init__(self, climb_m_s):
         self.climb_m_s = climb_m_s
@@ -32,10 +32,13 @@ def test_climbs_are_told_and_flown_and_ranges_are_in_the_lidars_frame(worlds_fol
     lidar, algorithm = simulation.lidar, Climbs(answered)
     parts = MedianFilterParameters(), PaddingParameters(), YawRegulatorParameters()
     output = simulation.sense()
-    chain = SteeringChain(lidar, algorithm, *parts, uses_range_finders=True)
-    answer = chain.answer(output, (2.0, 0.0, 0.3), output.odometry, 0.0)
+    chain = SteeringChain(lidar, simulation.payload, algorithm, *parts, uses_range_finders=True)
+    chain.on_odometry(0, output.odometry)
+    chain.on_reference(0, (2.0, 0.0, 0.3))
+    assert not chain.on_payload(0, output.payload)
+    (command,) = chain.on_scan(0, output.scan)
     simulation.close()
-    assert answer.velocity_m_s == (1.0, 0.0, flown)
+    assert command.velocity_m_s == (1.0, 0.0, flown)
     assert algorithm.motion.climb_ref_m_s == 0.3
     down, up = sorted(algorithm.rangings, key=lambda ranging: ranging.direction[2])
     assert (down.direction, up.direction) == (pytest.approx((0, 0, -1)), pytest.approx((0, 0, 1)))

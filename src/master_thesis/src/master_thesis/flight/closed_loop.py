@@ -35,8 +35,8 @@ from master_thesis.flight.course import Action, Outcome, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.publisher_link import PublisherLink
-from master_thesis.flight.steering_chain import SteeringChain
-from master_thesis.flight.without_gnss import LIDAR, Outage, OwnOdometry
+from master_thesis.flight.steering_chain import Flown, SteeringChain
+from master_thesis.flight.without_gnss import Outage, OwnOdometry
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
@@ -141,6 +141,7 @@ class ClosedLoop:
         self.lidar, self._px4 = lidar, px4
         self._steering = SteeringChain(
             lidar,
+            self.simulation.payload,
             steering or ALGORITHMS[parameters.algorithm](parameters.cepa),
             parameters.median_filter,
             parameters.padding,
@@ -158,10 +159,8 @@ class ClosedLoop:
             publisher = replace(publisher, needs_home=False, needs_vision=True)
         self.publisher = PublisherLink(px4, publisher)
         self.outage: Outage | None = None
-        self._v_ref = (0.0, 0.0, 0.0)
-        self._answered_us = 0
-        self._odometry_age_s = 0.0
-        self._odometry = OdometrySample(Pose.identity(), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        self._odometry_us: int | None = None
+        """Of the newest odometry that has arrived."""
         self.is_over = False
         """Whether the run has ended."""
         self._begun = False
@@ -200,39 +199,49 @@ class ClosedLoop:
         """Simulate one time step and pass it on to all parts. The first call gives the instant t = 0."""
         output = self.simulation.step() if self._begun else self.simulation.sense()
         self._begun = True
-        if self.outage is not None and self.outage.holds(LIDAR, 1e-6 * output.time_us):
-            output = output._replace(scan=None)
-        if self._faults.are_any and output.scan is not None and output.ground_truth is not None:
-            body, rays = output.ground_truth.pose, self.simulation.world.rays
-            at_s, own = 1e-6 * output.time_us, self.simulation.uav_name
-            output = output._replace(scan=self._faults.spoiled(output.scan, at_s, rays, body, own))
+        if self.outage is not None:
+            output = self.outage.applied_to(output)
+        output = self._spoiled(output)
         if self.own_odometry is not None:
             output = output._replace(odometry=self.own_odometry.on_step(output, self.outage))
             if self.own_odometry.told_us == output.time_us:
                 self.publisher.on_vision(output.time_us)
         if output.ground_truth is not None and output.odometry is not None:
-            self._on_pose(1e-6 * output.time_us, output.ground_truth.pose, output.odometry)
-            if output.scan is not None and self._delivery.scan_arrives():
-                self._on_scan(output, output.scan, output.odometry.pose, output.ground_truth.pose)
+            self._on_pose(output.time_us, output.ground_truth.pose, output.odometry)
         elif output.ground_truth is not None:  # without GNSS odometry comes with the scans only
             self._on_truth(1e-6 * output.time_us, output.ground_truth.pose)
-        if self.own_odometry is None or output.odometry is not None:  # CEPA's clock is the odometry
-            self._brake_if_blind(output.time_us)
+        self._fly(self._steering.on_payload(output.time_us, output.payload))
+        if output.scan is not None and self._delivery.scan_arrives():
+            self._on_scan(output, output.scan)
         self.publisher.on_time(output.time_us)
         self._watch(output)
         return output
 
-    def _on_pose(self, t_s: float, truth: Pose, odometry: OdometrySample) -> None:
-        self._odometry_age_s, self._odometry = self._delivery.odometry(t_s, odometry)
+    def _spoiled(self, output: StepOutput) -> StepOutput:
+        """Return what the lidar gives in such conditions."""
+        if not self._faults.are_any or output.scan is None or output.ground_truth is None:
+            return output
+        body, rays = output.ground_truth.pose, self.simulation.world.rays
+        at_s, own = 1e-6 * output.time_us, self.simulation.uav_name
+        return output._replace(scan=self._faults.spoiled(output.scan, at_s, rays, body, own))
+
+    def _on_pose(self, time_us: int, truth: Pose, odometry: OdometrySample) -> None:
+        t_s = 1e-6 * time_us
+        age_s, arrived = self._delivery.odometry(t_s, odometry)
         self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
-        pose = truth if self.parameters.pose_source == "ground_truth" else self._odometry.pose
-        position_m, yaw_rad = self.correct(t_s, pose)
+        arrived_us = time_us - round(1e6 * age_s)
+        if arrived_us != self._odometry_us:
+            self._odometry_us = arrived_us
+            self._fly(self._steering.on_odometry(arrived_us, arrived))
+        by_truth = self.parameters.pose_source == "ground_truth"
+        position_m, yaw_rad = self.correct(t_s, truth if by_truth else arrived.pose)
         reached = self._follow_mission(t_s, position_m)
         command = self._command(t_s, position_m, yaw_rad)
-        self._v_ref = command.velocity_m_s
+        v_ref = command.velocity_m_s
         if self._pilot is not None and self.publisher.ready:
-            self._v_ref = self._pilot(t_s, truth)
-        self.log.v_ref.add(t_s, *self._v_ref, 0.0)
+            v_ref = self._pilot(t_s, truth)
+        self.log.v_ref.add(t_s, *v_ref, 0.0)
+        self._fly(self._steering.on_reference(time_us if by_truth else arrived_us, v_ref))
         self._on_truth(t_s, truth)
         self.monitor.on_goal_reached(command.goal_reached if reached is None else reached)
 
@@ -272,30 +281,30 @@ class ClosedLoop:
         home = way_home(self.parameters.mission, reached, start_m)
         self._mission = Mission(home, self.parameters.patience_s)
 
-    def _on_scan(self, output: StepOutput, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+    def _on_scan(self, output: StepOutput, ranges: np.ndarray) -> None:
         t_s = 1e-6 * output.time_us
-        for listener in self.listeners:
-            listener.on_scan(t_s, ranges, odometry, truth)
-        answer = self._steering.answer(output, self._v_ref, self._odometry, self._odometry_age_s)
-        velocity, yaw_rate, decision, computation_ms = answer
-        self.publisher.on_velocity(output.time_us, velocity, yaw_rate)
-        self._answered_us = output.time_us
+        if output.odometry is not None and output.ground_truth is not None:
+            for listener in self.listeners:
+                listener.on_scan(t_s, ranges, output.odometry.pose, output.ground_truth.pose)
         self.log.add_scan(t_s, ranges, self.lidar.angle_min, self.lidar.angle_increment)
-        self.log.v_safe.add(t_s, *velocity, 0.0)
-        self.log.v_final.add(t_s, *velocity, yaw_rate)
-        self.log.decisions.add(
-            t_s,
-            computation_ms,
-            decision.directions_tested,
-            decision.cost,
-            decision.emergency,
-            decision.reason.value,
-        )
+        self._fly(self._steering.on_scan(output.time_us, ranges))
 
-    def _brake_if_blind(self, time_us: int) -> None:
-        """Brake when no scan was answered for longer than the last answer is safe to fly."""
-        if 1e-6 * (time_us - self._answered_us) > self._steering.commit_s + 1e-6:
-            self.publisher.on_velocity(time_us, (0.0, 0.0, 0.0), 0.0)
+    def _fly(self, commands: Sequence[Flown]) -> None:
+        for time_us, velocity_m_s, yaw_rate_rad_s, answer in commands:
+            self.publisher.on_velocity(time_us, velocity_m_s, yaw_rate_rad_s)
+            t_s = 1e-6 * time_us
+            self.log.v_safe.add(t_s, *velocity_m_s, 0.0)
+            self.log.v_final.add(t_s, *velocity_m_s, yaw_rate_rad_s)
+            if answer is not None:
+                decision = answer.decision
+                self.log.decisions.add(
+                    t_s,
+                    answer.cpu_ms,
+                    decision.directions_tested,
+                    decision.cost,
+                    decision.emergency,
+                    decision.reason.value,
+                )
 
     def _watch(self, output: StepOutput) -> None:
         for contact in output.contacts:

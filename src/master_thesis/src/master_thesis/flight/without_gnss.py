@@ -16,6 +16,7 @@ from simulation_tools.geometry import Pose, quaternion_from_rpy
 from simulation_tools.ned_frames import attitude_to_enu, attitude_to_ned, enu_to_ned, flu_to_frd
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.px4 import Px4
+from simulation_tools.sensors.cloud import CloudLidar
 from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.sensors.range_finder import RangeFinder
 from simulation_tools.simulation import Simulation, StepOutput
@@ -48,6 +49,14 @@ class Outage:
     def holds(self, part: str, t_s: float) -> bool:
         """Whether this part is dead at a time."""
         return part == self.part and self.begins_s <= t_s < self.begins_s + self.lasts_s
+
+    def applied_to(self, output: StepOutput) -> StepOutput:
+        """Return what is still measured: a dead lidar gives neither scans nor clouds."""
+        dead = {LIDAR: CloudLidar, RANGE_FINDER: RangeFinder}.get(self.part)
+        if dead is None or not self.holds(self.part, 1e-6 * output.time_us):
+            return output
+        alive = tuple(sensor for sensor in output.payload if not isinstance(sensor.device, dead))
+        return output._replace(scan=None if self.part == LIDAR else output.scan, payload=alive)
 
 
 class OwnOdometry:
@@ -87,7 +96,7 @@ class OwnOdometry:
             self._due_us = (output.time_us // IMU_PERIOD_US + 1) * IMU_PERIOD_US
             self._readings.append(self._inertial(t_s))
         for sensor in output.payload:
-            if isinstance(sensor.device, RangeFinder) and not (outage and outage.holds(RANGE_FINDER, t_s)):
+            if isinstance(sensor.device, RangeFinder):
                 mount = sensor.mount.pose
                 limits = sensor.device.range_min, sensor.device.range_max
                 self._ranges.add(t_s, (sensor.read(), limits, (mount.position_m, mount.orientation_xyzw)))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Callable, NamedTuple
 
-from cepa import Motion, MotionError
-from cepa.pairing import PairedScan
-from cepa_ros.conversions import OwnState
-from cepa_ros.frames import Mount
-from node_tools.throttled_warnings import ThrottledWarnings
+from cepa.errors import MotionError
+from cepa.motion import Motion, Quaternion, Vector3
+from cepa.steering.mount import Mount
+from cepa.steering.pairing import PairedScan
 
 MAX_AGE_NS = 500_000_000
 JUMP_M, SPEED_FACTOR = 0.3, 1.5
@@ -16,11 +16,20 @@ JUMP_M, SPEED_FACTOR = 0.3, 1.5
 JUMP_RAD, TURN_RATE_RAD_S = 0.2, 6.0
 
 
+class OwnState(NamedTuple):
+    """What CEPA takes of odometry, in the odometry's frame."""
+
+    velocity_m_s: Vector3 | None
+    """Along the body's axes; None: it makes no sense."""
+    position_m: Vector3
+    orientation_xyzw: Quaternion
+
+
 class OwnMotion:
     """Turns odometry into motions, and finds odometry that no UAV can have flown."""
 
-    def __init__(self, warnings: ThrottledWarnings) -> None:
-        self._warnings = warnings
+    def __init__(self, warn: Callable[[str], None]) -> None:
+        self._warn = warn
         self.restart()
 
     def restart(self) -> None:
@@ -36,7 +45,7 @@ class OwnMotion:
         try:
             self._last = _motion(paired, mount, climb_ref_m_s)
         except MotionError as error:
-            self._warnings.say(f"{error} Nothing is remembered, and the last command counts as own velocity.")
+            self._warn(f"{error} Nothing is remembered, and the last command counts as own velocity.")
         return self._last, self._last is None or last is None or not self._has_jumped(last, self._last)
 
     def _has_jumped(self, last: Motion, motion: Motion) -> bool:
@@ -50,7 +59,7 @@ class OwnMotion:
             and turn_rad <= JUMP_RAD + TURN_RATE_RAD_S * period_s
         ):
             return False
-        self._warnings.say(
+        self._warn(
             f"The odometry jumped by {way_m:.2f} m and {math.degrees(turn_rad):.0f} degrees within "
             f"{period_s:.3f} s; what was seen is forgotten. Check its source."
         )
@@ -66,8 +75,8 @@ def _motion(paired: PairedScan, mount: Mount, climb_ref_m_s: float) -> Motion:
     state: OwnState = odometry.value
     if abs(age_ns) > MAX_AGE_NS:
         raise MotionError(f"The odometry is {1e-9 * age_ns:.2f} s older than the scan.")
-    if state.velocity is None:
+    if state.velocity_m_s is None:
         raise MotionError("The odometry tells no velocity.")
-    body = state.position_m, state.orientation_xyzw, state.velocity
+    body = state.position_m, state.orientation_xyzw, state.velocity_m_s
     age_s = 1e-9 * max(0, age_ns)
     return Motion.of_mounted(1e-9 * paired.scan.stamp_ns, *body, *mount[1:], climb_ref_m_s, age_s)

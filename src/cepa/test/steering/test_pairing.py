@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cepa.pairing import ScanPairing
+from cepa.steering.pairing import ScanPairing
 
 MS = 1_000_000
 

@@ -5,32 +5,34 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from typing import NamedTuple
+from typing import Callable, NamedTuple
 
-from cepa import AttitudeError, Cloud, Decision, Dynamic, LaserScan2D, LidarAttitude, Ranging, levelled
 from cepa.algorithm import Algorithm
-from cepa.decision import Vector2
-from cepa.pairing import PairedScan
-from cepa_ros.clouds import CloudLimits, out_of_body
-from cepa_ros.conversions import OwnState
-from cepa_ros.frames import Mount
-from cepa_ros.own_motion import OwnMotion
-from cepa_ros.ranges import SOURCES, in_lidar_frame
-from node_tools.throttled_warnings import ThrottledWarnings
+from cepa.decision import Decision, Vector2
+from cepa.dynamic.dynamic import Dynamic
+from cepa.errors import AttitudeError
+from cepa.levelling import LidarAttitude, levelled
+from cepa.motion import Cloud, Ranging, Vector3
+from cepa.scan import LaserScan2D
+from cepa.steering.clouds import CloudLimits, SensedPoints
+from cepa.steering.mount import Mount, in_lidar_frame
+from cepa.steering.own_motion import OwnMotion, OwnState
+from cepa.steering.pairing import PairedScan
 
 MAX_AGE_NS = 500_000_000
 MAX_AGE_OF_ATTITUDE_NS = 50_000_000
 MAX_AGE_OF_CLOUD_NS = 20_000_000
 """A cloud whose stamp is this near to the scan's counts as taken from the same place."""
 MAX_AGE_OF_RANGE_NS = 100_000_000
-STANDSTILL = (0.0, 0.0, 0.0)
+RANGE_FINDERS = ("range_finder", "range_finder_up")
+STANDSTILL: Vector3 = (0.0, 0.0, 0.0)
 
 
 class Answer(NamedTuple):
     """What the algorithm answered, and what it was asked."""
 
-    velocity: tuple[float, float, float]
-    """m/s, along the body's axes."""
+    velocity_m_s: Vector3
+    """Along the body's axes."""
     decision: Decision
     scan: LaserScan2D
     velocities_xy: tuple[Vector2, Vector2]
@@ -43,15 +45,19 @@ class Answer(NamedTuple):
     """Whether the scan's frame above is that of the lidar after half a turn around its x axis."""
 
 
-class Steering:
-    """Asks the algorithm, and knows what the algorithm needs of odometry."""
+class Answering:
+    """Asks the algorithm, and knows what the algorithm needs of odometry.
+
+    warn: takes a sentence whenever something is missing, as often as it is. limits: of the sensor that gives
+    clouds; None: there is none.
+    """
 
     def __init__(
-        self, algorithm: Algorithm, warnings: ThrottledWarnings, limits: CloudLimits | None = None
+        self, algorithm: Algorithm, warn: Callable[[str], None], limits: CloudLimits | None = None
     ) -> None:
-        self._warnings = warnings
+        self._warn = warn
         self._limits = limits
-        self._motion = OwnMotion(warnings)
+        self._motion = OwnMotion(warn)
         self.algorithm = algorithm
         self._last_xy = (0.0, 0.0)
 
@@ -67,10 +73,9 @@ class Steering:
         self._motion.restart()
         self._last_xy = (0.0, 0.0)
 
-    def answer(self, paired: PairedScan, mount: Mount) -> Answer:
-        """Return the velocity that answers a scan."""
+    def answer(self, paired: PairedScan, scan: LaserScan2D, mount: Mount) -> Answer:
+        """Return the velocity that answers the scan of a lidar with this mounting."""
         v_ref = paired.fresh("reference", MAX_AGE_NS, STANDSTILL)
-        _, scan = paired.scan.value
         is_mirrored = self.algorithm.wants_motion and mount.turn.flipped
         if is_mirrored:  # the plane of the odometry is not seen from below
             mount, scan = mount.upright(), _mirrored(scan)
@@ -90,7 +95,7 @@ class Steering:
         cpu_ms = 1e3 * (time.thread_time() - cpu_started_s)
         computation_ms = 1e3 * (time.perf_counter() - started_s)
         for sentence in decision.warnings:
-            self._warnings.say(sentence)
+            self._warn(sentence)
         self._last_xy = mount.turn.apply(*decision.velocity_xy)
         climb = v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
         velocity = (*self._last_xy, climb)
@@ -104,37 +109,38 @@ class Steering:
         cloud = paired.values["cloud"]
         age_ns = math.inf if cloud is None else abs(paired.scan.stamp_ns - cloud.stamp_ns)
         if cloud is None:
-            self._warnings.say("No cloud has come yet; the scan alone counts. Check the topic cloud.")
+            self._warn("No cloud has come yet; the scan alone counts. Check the topic cloud.")
         if cloud is None or cloud.value is None or age_ns > MAX_AGE_OF_CLOUD_NS:
             return None
-        return self._limits.cloud(out_of_body(cloud.value, mount))
+        sensed: SensedPoints = cloud.value
+        return self._limits.cloud(sensed.seen_from(mount))
 
     def _ranges(self, paired: PairedScan, mount: Mount) -> list[Ranging]:
         """Return what the range finders measured lately, in the scan's frame."""
-        sources = [source for source in SOURCES if source in paired.values]
+        sources = [source for source in RANGE_FINDERS if source in paired.values]
         rangings = [paired.fresh(source, MAX_AGE_OF_RANGE_NS, None) for source in sources]
         found = [ranging for ranging in rangings if ranging is not None]
         if sources and not found:
-            self._warnings.say("No range of a range finder is near to the scan in time; check their topics.")
+            self._warn("No range of a range finder is near to the scan in time; check their topics.")
         return in_lidar_frame(found, mount)
 
     def _own_velocity(self, own: OwnState | None, trusted: bool) -> tuple[float, ...]:
         """Return the own velocity; zero if it is not known, or the last command if that counts more."""
         if self.algorithm.wants_motion and not trusted:
             return self._last_xy
-        return own.velocity if own and own.velocity else STANDSTILL
+        return own.velocity_m_s if own and own.velocity_m_s else STANDSTILL
 
     def _levelled(self, scan: LaserScan2D, paired: PairedScan, mount: Mount, own_speed: float) -> LaserScan2D:
         """Return the scan without floor and ceiling; the whole scan if the attitude is not known."""
         state = paired.fresh("odometry", MAX_AGE_OF_ATTITUDE_NS, None)
         if state is None:
-            self._warnings.say("No odometry is near to the scan in time; floor and ceiling are obstacles.")
+            self._warn("No odometry is near to the scan in time; floor and ceiling are obstacles.")
             return scan
         try:
             pose = state.position_m[2], state.orientation_xyzw, mount.position_m, mount.orientation_xyzw
             attitude = LidarAttitude.of_mounted(*pose)
         except AttitudeError as error:
-            self._warnings.say(f"{error} Floor and ceiling are obstacles.")
+            self._warn(f"{error} Floor and ceiling are obstacles.")
             return scan
         return levelled(scan, attitude, self.algorithm.parameters, own_speed)
 

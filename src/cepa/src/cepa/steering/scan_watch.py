@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from node_tools.throttled_warnings import ThrottledWarnings
+from typing import Callable
 
 TOLERANCE_NS = 1_000_000
 
@@ -10,8 +10,8 @@ TOLERANCE_NS = 1_000_000
 class ScanWatch:
     """Tells when the UAV must brake because no scan was answered for too long."""
 
-    def __init__(self, warnings: ThrottledWarnings) -> None:
-        self._warnings = warnings
+    def __init__(self, warn: Callable[[str], None]) -> None:
+        self._warn = warn
         self.restart()
 
     def restart(self) -> None:
@@ -33,5 +33,5 @@ class ScanWatch:
         age_ns = now_ns - self._answered_ns
         if age_ns <= 1e9 * commit_s + TOLERANCE_NS:
             return False
-        self._warnings.say(f"No scan was answered for {1e-9 * age_ns:.3f} s; braking until one comes.")
+        self._warn(f"No scan was answered for {1e-9 * age_ns:.3f} s; braking until one comes.")
         return True

@@ -1,0 +1,1 @@
+"""From messages to velocities: pairing, freshness, levelling, jumps, braking and climb."""

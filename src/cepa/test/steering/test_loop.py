@@ -1,0 +1,180 @@
+"""The loop's decisions, with an algorithm that says what it was asked."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cepa import CepaParameters, LaserScan2D, MountError, SteeringLoop
+from cepa.decision import Decision, Reason
+from cepa.steering.clouds import CloudLimits, SensedPoints
+from cepa.steering.mount import Mount
+from cepa.steering.own_motion import OwnState
+
+SCAN = LaserScan2D(np.full(360, 5.0), -math.pi, math.radians(1.0), 0.1, 10.0)
+LEVEL = Mount.of_pose((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0))
+UPSIDE_DOWN = Mount.of_pose((0.0, 0.0, -0.1), (1.0, 0.0, 0.0, 0.0))
+AHEAD, STANDS = (1.0, 0.0, 0.2), (0.0, 0.0, 0.0)
+MS = 1_000_000
+
+
+class Follows:
+    """Answers the reference as it is, and keeps what it was asked."""
+
+    wants_motion = wants_cloud = True
+    commit_s = 0.1
+    parameters = CepaParameters()
+
+    def __init__(self):
+        self.asked, self.resets = [], 0
+
+    def take_ranges(self, rangings):
+        pass
+
+    def reset(self):
+        self.resets += 1
+
+    def steer(self, scan, v_ref_xy, v_uav_xy, motion, cloud):
+        self.asked.append((scan, v_ref_xy, v_uav_xy, motion, cloud))
+        return Decision(v_ref_xy, False, 0.0, 1, Reason.STEERED)
+
+
+class Bench:
+    """A loop, and what it said. Messages of one instant come in this order: odometry, reference, scan."""
+
+    def __init__(self, mount=LEVEL, **named):
+        self.algorithm, self.said, self.mount = Follows(), [], mount
+        self.loop = SteeringLoop(self.algorithm, self._mount_of, self.said.append, **named)
+
+    def _mount_of(self, frame):
+        if self.mount is None:
+            raise MountError(f'TF does not know "{frame}".')
+        return self.mount
+
+    def odometry(self, at_ms, x=0.0, speed=1.0):
+        state = OwnState((speed, 0.0, 0.0), (x, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0))
+        return self.loop.on_odometry(at_ms * MS, state)
+
+    def instant(self, at_ms, v_ref=AHEAD, x=0.0):
+        """Return the command that answers the scan."""
+        assert not self.odometry(at_ms, x)
+        assert not self.loop.on_reference(at_ms * MS, v_ref)
+        (command,) = self.loop.on_scan(at_ms * MS, SCAN, "laser")
+        return command
+
+
+def test_a_scan_is_answered_with_its_own_stamp_and_the_references_climb():
+    command = Bench().instant(100)
+    assert (command.stamp_ns, command.velocity_m_s) == (100 * MS, AHEAD)
+    assert (command.scan_stamp_ns, command.frame) == (100 * MS, "laser")
+
+
+def test_a_scan_waits_for_what_has_its_stamp():
+    bench = Bench()
+    bench.instant(100)
+    assert not bench.loop.on_scan(200 * MS, SCAN, "laser")
+    assert not bench.odometry(200)
+    (command,) = bench.loop.on_reference(200 * MS, STANDS)
+    assert (command.stamp_ns, command.velocity_m_s) == (200 * MS, STANDS)
+
+
+@pytest.mark.parametrize(("age_ms", "flown"), [(500, AHEAD), (501, STANDS)])
+def test_a_reference_counts_for_half_a_second(age_ms, flown):
+    bench = Bench()
+    bench.loop.on_reference(1000 * MS, AHEAD)
+    bench.odometry((1000 + age_ms))
+    (command, *_) = [
+        *bench.loop.on_scan((1000 + age_ms) * MS, SCAN, "laser"),
+        *bench.loop.on_scan((1010 + age_ms) * MS, SCAN, "laser"),  # the first waits no longer
+    ]
+    assert command.velocity_m_s == flown
+
+
+def test_it_brakes_once_an_answer_is_no_longer_safe_to_fly_and_stamps_never_go_back():
+    bench = Bench()
+    bench.instant(100)
+    assert not bench.odometry(201)  # 0.1 s, and the tolerance of 1 ms
+    (brake,) = bench.odometry(202)
+    assert (brake.stamp_ns, brake.velocity_m_s, brake.answer) == (202 * MS, STANDS, None)
+    assert "No scan was answered for 0.102 s" in bench.said[-1]
+    bench.loop.on_reference(150 * MS, AHEAD)
+    late = bench.loop.on_scan(150 * MS, SCAN, "laser")
+    assert [command.stamp_ns for command in late] == [202 * MS]
+
+
+def test_who_stands_need_not_brake():
+    bench = Bench()
+    bench.instant(100, v_ref=STANDS)
+    assert not bench.odometry(900)
+
+
+def test_a_replay_does_not_brake():
+    bench = Bench(is_replay=True)
+    bench.instant(100)
+    assert not bench.odometry(900)
+
+
+def test_until_the_mounting_is_known_the_uav_hovers():
+    bench = Bench(mount=None)
+    command = bench.instant(100)
+    assert (command.velocity_m_s, command.answer) == (STANDS, None)
+    assert "Hovering until the lidar's mounting is known" in bench.said[0]
+    bench.mount = LEVEL
+    assert bench.instant(200).velocity_m_s == AHEAD
+
+
+def test_a_replay_waits_for_the_mounting():
+    bench = Bench(mount=None, is_replay=True)
+    bench.odometry(100)
+    bench.loop.on_reference(100 * MS, AHEAD)
+    assert not bench.loop.on_scan(100 * MS, SCAN, "laser")
+    bench.mount = LEVEL
+    bench.odometry(200)
+    bench.loop.on_reference(200 * MS, STANDS)
+    both = bench.loop.on_scan(200 * MS, SCAN, "laser")
+    assert [command.velocity_m_s for command in both] == [AHEAD, STANDS]
+
+
+def test_what_is_remembered_is_forgotten_when_the_odometry_jumps():
+    bench = Bench()
+    for k in range(5):
+        bench.instant(100 + 25 * k, x=0.025 * k)
+    assert bench.algorithm.resets == 0
+    bench.instant(225, x=2.0)
+    assert bench.algorithm.resets == 1
+    assert "The odometry jumped by 1.90 m" in bench.said[-1]
+
+
+def test_after_a_clock_that_jumped_back_it_begins_anew():
+    restarted = []
+    bench = Bench(on_restart=lambda: restarted.append(True))
+    bench.instant(5000)
+    assert bench.instant(100).stamp_ns == 100 * MS
+    assert restarted and bench.algorithm.resets == 1
+    assert "The clock jumped back by 4.900 s" in bench.said[0]
+
+
+def test_a_lidar_upside_down_is_asked_as_seen_from_above():
+    bench = Bench(mount=UPSIDE_DOWN)
+    left = (0.3, 0.4, 0.0)
+    command = bench.instant(100, v_ref=left)
+    scan, v_ref_xy, *_ = bench.algorithm.asked[0]
+    assert v_ref_xy == pytest.approx(left[:2])  # the plane is turned back, so left is left
+    assert scan.angle_increment == -SCAN.angle_increment
+    assert command.velocity_m_s == pytest.approx(left)
+
+
+def test_a_cloud_of_the_lidars_frame_is_taken_as_it_is_and_another_one_is_turned():
+    limits = CloudLimits((-0.3, 0.3), (-math.pi, math.pi), (0.5, 100.0))
+    bench = Bench(limits=limits)
+    points = np.array([[1.0, 2.0, 3.0]])
+    quarter = math.sqrt(0.5)
+    turned = Mount.of_pose((1.0, 0.0, 0.1), (0.0, 0.0, quarter, quarter))
+    for at_ms, mount in ((100, LEVEL), (200, turned)):
+        bench.loop.on_cloud(at_ms * MS, SensedPoints(points, mount))
+        bench.instant(at_ms)
+    clouds = [asked[4].points_m for asked in bench.algorithm.asked]
+    assert clouds[0] is points
+    np.testing.assert_allclose(clouds[1], [[-1.0, 1.0, 3.0]], atol=1e-12)  # a quarter turn left, 1 m ahead

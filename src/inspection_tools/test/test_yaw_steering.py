@@ -1,0 +1,40 @@
+"""Commands, references and their stamps on the way to a yaw rate."""
+
+from __future__ import annotations
+
+import pytest
+
+from inspection_tools import YawRegulatorParameters, YawSteering
+
+S = 1_000_000_000
+LEFT, STANDS = (0.0, 1.0), (0.0, 0.0)
+LOOKS_LEFT = 1.0
+"""The greatest rate, because 1.5 / s times 90 degrees is more."""
+
+
+def test_a_uav_that_is_held_back_looks_where_it_is_wanted_to_fly():
+    steering = YawSteering()
+    assert not steering.on_reference(S, LEFT)
+    assert steering.on_command(S, STANDS, "held back") == [("held back", LOOKS_LEFT)]
+
+
+@pytest.mark.parametrize(("age_s", "rate"), [(0.5, LOOKS_LEFT), (0.6, 0.0)])
+def test_an_old_reference_counts_as_none(age_s, rate):
+    steering = YawSteering(YawRegulatorParameters(reference_max_age=0.5))
+    steering.on_reference(S, LEFT)
+    assert steering.on_command(S + round(age_s * S), STANDS)[0].yaw_rate_rad_s == rate
+
+
+def test_a_command_waits_for_the_reference_of_its_stamp():
+    steering = YawSteering()
+    steering.on_reference(S, STANDS)
+    steering.on_command(S, STANDS)
+    assert not steering.on_command(2 * S, STANDS, "waits")
+    assert steering.on_reference(2 * S, LEFT) == [("waits", LOOKS_LEFT)]
+
+
+def test_after_a_restart_nothing_of_before_counts():
+    steering = YawSteering()
+    steering.on_reference(S, LEFT)
+    steering.restart()
+    assert steering.on_command(S, STANDS)[0].yaw_rate_rad_s == 0.0
