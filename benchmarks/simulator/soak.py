@@ -133,12 +133,12 @@ class FaultyLoop(ClosedLoop):
         if not self.soaking:
             super()._carry_out(actions)
 
-    def _on_scan(self, output: StepOutput, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+    def _on_scan(self, output: StepOutput, ranges: np.ndarray) -> None:
         if self.fault == "scans get lost":
             return
         if self.fault == "beams are blind":
             ranges[self.rng.random(len(ranges)) < BLIND_SHARE] = np.nan
-        super()._on_scan(output, ranges, odometry, truth)
+        super()._on_scan(output, ranges)
 
 
 def soak(minutes: float, seed: int) -> dict:

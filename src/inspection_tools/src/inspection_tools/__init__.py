@@ -13,12 +13,12 @@ from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParame
 from inspection_tools.mission import Mission, Waypoint, hold_s, way_home, way_m
 from inspection_tools.mission_file import parse_mission, read_mission
 from inspection_tools.padding import LidarPadding, PaddingParameters
-from inspection_tools.pairing import ReferencePairing
 from inspection_tools.position_controller import PositionController, PositionControllerParameters
 from inspection_tools.scan import ScanGeometry
 from inspection_tools.vision_pose import VisionPose, VisionPoseParameters, VisionState
-from inspection_tools.yaw_regulator import YawRegulator, YawRegulatorParameters
-from inspection_tools.yaw_steering import YawSteering
+from inspection_tools.yaw.pairing import ReferencePairing
+from inspection_tools.yaw.regulator import YawRegulator, YawRegulatorParameters
+from inspection_tools.yaw.steering import YawSteering
 
 __all__ = [
     "CorrectionParameters",

@@ -81,10 +81,14 @@ class Listener:
     """Steers as another does, and writes down what it was told."""
 
     wants_cloud = True
+    wants_motion = True
 
     def __init__(self, inner):
         self.inner, self.told = inner, []
         self.parameters, self.commit_s = inner.parameters, inner.commit_s
+
+    def take_ranges(self, rangings):
+        pass
 
     def steer(self, scan, v_ref_xy, v_uav_xy, motion, cloud):
         self.told.append((scan, motion, cloud))

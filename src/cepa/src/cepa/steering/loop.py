@@ -128,7 +128,7 @@ class SteeringLoop:
 
     def _answer(self, ready: list[PairedScan]) -> list[Command]:
         """Return the answers to all scans that are ready and whose lidar's mounting is known."""
-        commands = []
+        commands: list[Command] = []
         self._waiting.extend(ready)
         while self._waiting:
             framed: FramedScan = self._waiting[0].scan.value

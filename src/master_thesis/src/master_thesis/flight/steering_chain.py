@@ -22,7 +22,7 @@ from inspection_tools import (
     YawRegulatorParameters,
     YawSteering,
 )
-from inspection_tools.yaw_steering import Turn
+from inspection_tools.yaw.steering import Turn
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sensors.cloud import Cloud as LidarTurn
 from simulation_tools.sensors.cloud import CloudLidar

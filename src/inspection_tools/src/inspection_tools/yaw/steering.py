@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Tuple
 
-from inspection_tools.pairing import Pair, ReferencePairing
-from inspection_tools.yaw_regulator import NO_VELOCITY, YawRegulator, YawRegulatorParameters
+from inspection_tools.yaw.pairing import Pair, ReferencePairing
+from inspection_tools.yaw.regulator import NO_VELOCITY, YawRegulator, YawRegulatorParameters
 
 Vector2 = Tuple[float, float]
 
