@@ -36,7 +36,7 @@ from benchmarks.simulator.step_response import (
     rms_percent,
 )
 from master_thesis.files import replace_file
-from simulation_tools.px4.px4 import ESTIMATORS, STEADY
+from simulation_tools.px4.estimation.choice import ESTIMATORS, STEADY
 from simulation_tools.simulation import Simulation
 
 DATA = PACKAGE / "test/px4/data"

@@ -43,6 +43,11 @@ class Codec:
         self.bad = 0
         self.unknown = 0
 
+    @property
+    def identity(self) -> tuple[int, int]:
+        """System and component id."""
+        return self.system_id, self.component_id
+
     def pack(self, message: common.MAVLink_message) -> bytes:
         """Return the message's bytes, with the next sequence number."""
         packet = message.pack(self._mav)

@@ -1,4 +1,4 @@
-"""The mission protocol's client against a flight controller that flies no missions, and one that does."""
+"""The mission protocol's client against the stand-in's side, and against others."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from fake_uas import FakeClient
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.mavros.mission import MissionClient, MissionError, MissionItem
-from simulation_tools.px4.mavlink.mission_protocol import MISSION_MESSAGES, answer_mission
+from simulation_tools.px4.mavlink.missions.protocol import MissionProtocol, UploadLock
+from simulation_tools.px4.plan.plan import Plan
 
 ITEMS = [
     MissionItem(3, 22, True, True, (0.0, 0.0, 0.0, math.nan), 47.5, 8.5, 3.0),
@@ -61,11 +62,23 @@ class WithMissions:
             yield common.MAVLink_mission_current_message(m.seq)
 
 
-def without_missions(m):
-    """The stand-in for PX4."""
-    if m.get_type() in MISSION_MESSAGES:
+class StandIn:
+    """The stand-in's protocol and plan."""
+
+    def __init__(self):
+        self.plan = Plan()
+        self.said = []
+        say = lambda severity, text: self.said.append(text)  # noqa: E731
+        self._protocol = MissionProtocol(self.plan, UploadLock(), (1, 1), say)
+
+    def __call__(self, m):
         m._header.srcSystem, m._header.srcComponent = 1, 240
-        yield answer_mission(m, 1, 1)
+        if m.get_type() in self._protocol.messages:
+            answer = self._protocol.handle(m, ("", 0), 0)
+            if answer is not None:
+                yield answer
+        if m.get_type() == "MISSION_SET_CURRENT" and self.plan.chosen == m.seq:
+            yield common.MAVLink_mission_current_message(m.seq)
 
 
 def client(peer, timeout_s=0.02):
@@ -96,14 +109,24 @@ def test_places_travel_as_whole_numbers():
     assert (peer.items[2].x, peer.items[2].y) == (15000, -25000)  # 1e-4 m
 
 
-def test_the_stand_in_says_that_it_has_no_missions():
-    mission = client(without_missions)
+def test_the_stand_in_keeps_a_mission():
+    stand_in = StandIn()
+    mission = client(stand_in)
     assert mission.read() == []
+    mission.write(ITEMS[:2])
+    items = mission.read()
+    assert [(item.command, item.frame) for item in items] == [(22, 6), (16, 6)]
+    assert [(i.x, i.y, i.z) for i in items] == [pytest.approx((i.x, i.y, i.z)) for i in ITEMS[:2]]
+    assert [item.is_current for item in items] == [True, False]
+    mission.set_current(1)
     mission.clear()
-    with pytest.raises(MissionError, match="MAV_MISSION_UNSUPPORTED"):
-        mission.write(ITEMS)
-    with pytest.raises(MissionError, match="does not answer MISSION_SET_CURRENT"):
-        mission.set_current(0)
+    assert mission.read() == []
+    assert stand_in.said == []
+
+
+def test_the_stand_in_refuses_a_local_frame():
+    with pytest.raises(MissionError, match="MAV_MISSION_UNSUPPORTED_FRAME"):
+        client(StandIn()).write(ITEMS)
 
 
 def test_an_unknown_item_cannot_be_chosen():

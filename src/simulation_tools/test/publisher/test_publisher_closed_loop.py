@@ -24,10 +24,11 @@ from simulation_tools.publisher import (
     SendVelocity,
     SetpointPublisher,
 )
+from simulation_tools.px4.estimation.choice import EKF2
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.modes import LandedState, Mode
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.px4 import EKF2, Px4
+from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.simulation.parameters import WITHOUT_GNSS
 

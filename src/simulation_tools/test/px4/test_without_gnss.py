@@ -12,11 +12,12 @@ from bodies import RigidBody, reference_quad
 from flight import Flight
 
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned
+from simulation_tools.px4.estimation.choice import EKF2
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.mavlink import telemetry
 from simulation_tools.px4.modes import LandedState, Mode, Result
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.px4 import EKF2, Px4
+from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.simulation.parameters import WITHOUT_GNSS
 

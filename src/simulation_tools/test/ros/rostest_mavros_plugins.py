@@ -156,16 +156,24 @@ class TestMavrosPlugins(MavrosTestCase):
         self.assertAlmostEqual(local.pose.pose.position.x, east - home.x, delta=0.15)
         self.assertAlmostEqual(local.pose.pose.position.y, north - home.y, delta=0.15)
 
-    def test_d_missions_are_refused_in_words(self):
+    def test_d_a_mission_is_pushed_chosen_pulled_and_cleared(self):
         self.assertTrue(self.eventually(lambda: self.last("mission/waypoints") is not None))
         self.assertEqual(self.last("mission/waypoints").waypoints, [])
-        pulled = self.service("mission/pull", srv.WaypointPull)()
-        self.assertEqual((pulled.success, pulled.wp_received), (True, 0))
         push = self.service("mission/push", srv.WaypointPush)
-        items = [Waypoint(frame=3, command=16, x_lat=LATITUDE, y_long=LONGITUDE, z_alt=3.0)] * 2
-        for start in (0, 1):
-            answer = push(start, items)
-            self.assertEqual((answer.success, answer.wp_transfered), (False, 0))
+        at = {"x_lat": LATITUDE, "y_long": LONGITUDE, "autocontinue": True}
+        items = [Waypoint(frame=3, command=command, z_alt=3.0, **at) for command in (22, 16)]
+        answer = push(1, items)
+        self.assertEqual((answer.success, answer.wp_transfered), (False, 0))  # PX4 takes whole missions
+        answer = push(0, [Waypoint(frame=1, command=16, z_alt=3.0)])
+        self.assertEqual((answer.success, answer.wp_transfered), (False, 0))  # and no local frame
+        answer = push(0, items)
+        self.assertEqual((answer.success, answer.wp_transfered), (True, 2))
+        self.assertTrue(self.service("mission/set_current", srv.WaypointSetCurrent)(1).success)
+        self.assertTrue(self.eventually(lambda: self.last("mission/waypoints").current_seq == 1))
+        pulled = self.service("mission/pull", srv.WaypointPull)()
+        self.assertEqual((pulled.success, pulled.wp_received), (True, 2))
+        commands = [waypoint.command for waypoint in self.last("mission/waypoints").waypoints]
+        self.assertEqual(commands, [22, 16])
         self.assertTrue(self.service("mission/clear", srv.WaypointClear)().success)
 
     def test_d_parameters_are_copied_and_pushed(self):

@@ -10,7 +10,7 @@ from simulation_tools import values
 from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Pose
-from simulation_tools.px4.px4 import STEADY
+from simulation_tools.px4.estimation.choice import STEADY
 from simulation_tools.running.pacing import PacingParameters
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters

@@ -77,10 +77,10 @@ class MissionClient:
             ask = common.MAVLink_mission_request_list_message(*target, _MISSION)
             count = self._ask(ask, lambda m: m.get_type() == "MISSION_COUNT").count
             items = [self._read_item(seq) for seq in range(count)]
-            if items:
-                self._client.send(
-                    common.MAVLink_mission_ack_message(*target, common.MAV_MISSION_ACCEPTED, _MISSION)
-                )
+            # For an empty mission, too: until then PX4 takes no upload.
+            self._client.send(
+                common.MAVLink_mission_ack_message(*target, common.MAV_MISSION_ACCEPTED, _MISSION)
+            )
             return items
 
     def write(self, items: Sequence[MissionItem]) -> None:

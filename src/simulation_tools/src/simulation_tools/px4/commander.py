@@ -16,6 +16,7 @@ from simulation_tools.px4.failsafe import Failsafe, Say, Situation
 from simulation_tools.px4.modes import MAIN_MODES, Mode, Result, Severity
 from simulation_tools.px4.parameters import Px4Parameters
 
+_LOCKED_US = 5_000_000  # COM_KILL_DISARM's default
 FORCE_MAGIC = 21196.0  # param2 of COMPONENT_ARM_DISARM that disarms in the air
 
 
@@ -34,6 +35,7 @@ class Commander:
         self._parameters = parameters
         self._say = say
         self._failsafe = Failsafe(parameters, say)
+        self.mission_is_valid = False
         self.reset()
 
     def reset(self) -> None:
@@ -58,6 +60,8 @@ class Commander:
         self.armed_us = 0
         self._landed_us = 0
         self._flown = False
+        self.is_terminated = False
+        self._locked_us: int | None = None
 
     # Inputs
 
@@ -94,6 +98,8 @@ class Commander:
         elif self.home is not None and not self.armed and self.wanted_mode is Mode.MANUAL:
             self.wanted_mode = Mode.AUTO_LOITER  # without a remote control PX4 waits in hold
         self._watch_landing(landed)
+        if self.armed and self._locked_us is not None and now_us - self._locked_us >= _LOCKED_US:
+            self._disarm("lockdown")
         self._choose_mode()
 
     @property
@@ -153,11 +159,38 @@ class Commander:
             self._home_is_fixed = True  # arming at another place does not move home
         return Result.ACCEPTED
 
+    def take_over(self, mode: Mode, target: Reposition | None = None) -> None:
+        """Order a mode, as a low battery and the fence do. target: where AUTO.LOITER holds; None: here."""
+        if target is not None:
+            self.mode_entries += 1
+        self.takeoff_altitude_m = math.nan
+        self.reposition_target = target
+        self.wanted_mode = mode
+        self._choose_mode()
+
+    def terminate(self, lock: bool = False) -> None:
+        """Stop the rotors for good. lock: disarm soon, too."""
+        self.is_terminated = True
+        if lock and self._locked_us is None:
+            self._locked_us = self._now_us
+
+    def end_termination(self) -> None:
+        """Let the rotors turn again."""
+        self.is_terminated, self._locked_us = False, None
+
     def takeoff_finished(self) -> None:
-        """Hold, after a take-off has reached its height."""
+        """Hold, or fly the mission, after a take-off has reached its height."""
         if self.wanted_mode is Mode.AUTO_TAKEOFF:
-            self.wanted_mode = Mode.AUTO_LOITER
+            mission = self._parameters["COM_TAKEOFF_ACT"] == 1 and self.mission_is_valid
+            self.wanted_mode = Mode.AUTO_MISSION if mission else Mode.AUTO_LOITER
             self._choose_mode()
+
+    def start_mission(self) -> Result:
+        """Answer MISSION_START: fly the mission, and arm."""
+        result = self.request_mode(*Mode.AUTO_MISSION.value)
+        if result is Result.ACCEPTED and not self.armed:
+            result = self.request_arm()
+        return result
 
     def request_arm(self, force: bool = False) -> Result:
         """Answer COMPONENT_ARM_DISARM 1."""
@@ -199,7 +232,7 @@ class Commander:
 
     def _refusal(self, mode: Mode) -> str:
         """Return why a mode cannot be entered; empty when it can."""
-        if mode is Mode.AUTO_MISSION:
+        if mode is Mode.AUTO_MISSION and not self.mission_is_valid:
             return "no mission"
         if mode is Mode.OFFBOARD:
             return "" if self.offboard_available else "no offboard setpoints"

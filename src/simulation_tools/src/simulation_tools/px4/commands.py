@@ -12,13 +12,15 @@ from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.px4.commander import FORCE_MAGIC, Commander, Reposition
 from simulation_tools.px4.failsafe import Say
 from simulation_tools.px4.modes import Mode, Result, Severity
+from simulation_tools.px4.plan.plan import Plan
+from simulation_tools.px4.safety.geofence import Geofence
 
 Parameters = Sequence[float]
 """The seven parameters of a command; NaN: not given."""
 
 NAV_RETURN_TO_LAUNCH, NAV_LAND, NAV_TAKEOFF = 20, 21, 22
 DO_SET_MODE, DO_CHANGE_SPEED, DO_SET_HOME, DO_REPOSITION = 176, 178, 179, 192
-MISSION_START, COMPONENT_ARM_DISARM = 300, 400
+DO_FLIGHTTERMINATION, MISSION_START, COMPONENT_ARM_DISARM = 185, 300, 400
 _CUSTOM_MODE_ENABLED, _AUTO, _MANUAL_INPUT, _GUIDED, _STABILIZED = 1, 4, 64, 8, 16
 _CHANGE_MODE = 1  # flag of DO_REPOSITION
 _ALTITUDE_MAX_M = 1e5
@@ -33,6 +35,8 @@ class Commands:
         origin: Callable[[], GeodeticOrigin],
         say: Say,
         set_cruise_speed: Callable[[float], None],
+        plan: Plan,
+        fence: Geofence,
     ) -> None:
         """origin: returns the local frame's origin on earth.
 
@@ -42,12 +46,15 @@ class Commands:
         self._get_origin = origin
         self._say = say
         self._set_cruise_speed = set_cruise_speed
+        self._plan = plan
+        self._fence = fence
         self._handlers: dict[int, Callable[[Parameters], Result]] = {
             COMPONENT_ARM_DISARM: self._arm_or_disarm,
             DO_SET_MODE: self._set_mode,
             DO_SET_HOME: self._set_home,
             DO_REPOSITION: self._reposition,
             DO_CHANGE_SPEED: self._change_speed,
+            DO_FLIGHTTERMINATION: self._terminate,
             NAV_TAKEOFF: self._take_off,
             NAV_LAND: self._land,
             NAV_RETURN_TO_LAUNCH: self._return_home,
@@ -129,6 +136,9 @@ class Commands:
             if result is not Result.ACCEPTED:
                 self._say(Severity.CRITICAL, "Reposition command rejected")
                 return result
+        if not (math.isnan(north) or math.isnan(east)) and self._fence.forbids((north, east, down)):
+            self._say(Severity.CRITICAL, "Reposition is outside geofence")
+            return Result.ACCEPTED
         self._set_cruise_speed(speed if speed > 0.0 and math.isfinite(speed) else math.nan)
         self._commander.reposition(Reposition((north, east, down), yaw if math.isfinite(yaw) else math.nan))
         return Result.ACCEPTED
@@ -136,6 +146,15 @@ class Commands:
     def _change_speed(self, params: Parameters) -> Result:
         speed = params[1]
         self._set_cruise_speed(speed if speed > 0.0 and math.isfinite(speed) else math.nan)
+        return Result.ACCEPTED
+
+    def _terminate(self, params: Parameters) -> Result:
+        """1: stop the rotors; 2: and disarm; 0: go on."""
+        how = params[0]
+        if how > 0.5:
+            self._commander.terminate(lock=how > 1.5)
+        else:
+            self._commander.end_termination()
         return Result.ACCEPTED
 
     def _set_home(self, params: Parameters) -> Result:
@@ -148,8 +167,19 @@ class Commands:
         return self._commander.request_home((north, east, self._origin.altitude_m - altitude))
 
     def _start_mission(self, params: Parameters) -> Result:
-        self._say(Severity.CRITICAL, "Mission start denied! No valid mission")
-        return Result.DENIED
+        """Fly the mission from an item on; -1: from the current one."""
+        if not self._commander.mission_is_valid:
+            self._say(Severity.CRITICAL, "Mission start denied! No valid mission")
+            return Result.DENIED
+        first = params[0]
+        if not -1.0 <= first < len(self._plan.mission):
+            return Result.DENIED
+        if self._commander.start_mission() is not Result.ACCEPTED:
+            self._say(Severity.CRITICAL, "Mission start denied")
+            return Result.TEMPORARILY_REJECTED
+        if first >= 0.0 and int(first) != self._plan.current:
+            self._plan.choose(int(first))
+        return Result.ACCEPTED
 
     @staticmethod
     def _is_place(latitude: float, longitude: float) -> bool:

@@ -120,9 +120,8 @@ class Failsafe:
             return _Loss("No manual control stick input", action, p["COM_RCL_ACT_T"])
         if main_mode.needs_position and situation.armed and not situation.has_position:
             return _Loss("no local position", Mode.AUTO_LAND, is_link=False)
-        holds = (
-            main_mode in (Mode.AUTO_LOITER, Mode.AUTO_TAKEOFF) and situation.armed and not situation.landed
-        )
-        if holds and p["NAV_DLL_ACT"] > 0 and not situation.has_ground_station:
+        needs_link = main_mode in (Mode.AUTO_LOITER, Mode.AUTO_TAKEOFF, Mode.AUTO_MISSION)
+        flies = needs_link and situation.armed and not situation.landed
+        if flies and p["NAV_DLL_ACT"] > 0 and not situation.has_ground_station:
             return _Loss("no datalink", _LINK_LOSS_ACTIONS.get(p["NAV_DLL_ACT"], Mode.AUTO_LAND))
         return None

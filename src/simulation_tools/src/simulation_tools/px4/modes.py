@@ -74,6 +74,7 @@ class Result(enum.IntEnum):
 class Severity(enum.IntEnum):
     """MAVLink's MAV_SEVERITY of a status text, as far as it is used."""
 
+    EMERGENCY = 0
     CRITICAL = 2
     ERROR = 3
     WARNING = 4

@@ -1,4 +1,4 @@
-"""Setpoints of the automatic modes: hold, take-off, land and return.
+"""Setpoints of the automatic modes: hold, take-off, land, return and mission.
 
 A reference point moves towards the target with limited speed, acceleration and jerk, like PX4's trajectory
 generator. It waits for a vehicle that falls behind.
@@ -18,6 +18,9 @@ from simulation_tools.px4.control.trajectory import SmoothAxis, speed_that_stops
 from simulation_tools.px4.failsafe import Say
 from simulation_tools.px4.modes import Mode, Severity
 from simulation_tools.px4.parameters import Px4Parameters
+from simulation_tools.px4.plan.mission import Mission
+from simulation_tools.px4.plan.path import PathFollower, YawMode
+from simulation_tools.px4.plan.waypoints import Kind, Route, Vehicle, Waypoint
 from simulation_tools.px4.return_home import ReturnHome
 
 _TAKEOFF_SLACK_M = 0.1  # PX4 sends no text if an altitude is too low by less than this
@@ -27,9 +30,13 @@ _STANDING_SPEED_M_S = 0.7  # downwards; a climb starts from this speed, so that 
 class Navigator:
     """Fills a setpoint record for the active automatic mode. Positions in NED."""
 
-    def __init__(self, parameters: Px4Parameters, origin: Callable[[], GeodeticOrigin], say: Say) -> None:
+    def __init__(
+        self, parameters: Px4Parameters, mission: Mission, origin: Callable[[], GeodeticOrigin], say: Say
+    ) -> None:
         """origin: returns where the local frame begins on earth, for status texts."""
         self._parameters = parameters
+        self._mission = mission
+        self._path = PathFollower(parameters)
         self._say = say
         self._return_home = ReturnHome(parameters, origin, say)
         self.setpoint = np.zeros(1, SETPOINT_DTYPE)
@@ -44,16 +51,20 @@ class Navigator:
         self._yaw = self._wanted_yaw = 0.0
         self._cruise_speed_m_s = math.nan
         self._idle = True
+        self._heading: Route | None = None  # a place to fly to and to look at
 
     def set_cruise_speed(self, speed_m_s: float) -> None:
         """Fly at this speed instead of MPC_XY_CRUISE; NaN: at MPC_XY_CRUISE again."""
         self._cruise_speed_m_s = speed_m_s
 
-    def enter(self, commander: Commander, estimate: np.ndarray, landed: bool) -> None:
+    def enter(self, commander: Commander, estimate: np.ndarray, landed: bool, vehicle: Vehicle) -> None:
         """Start the commander's mode and its request, from the vehicle's place."""
         mode = commander.mode
         took_off = self._mode is Mode.AUTO_TAKEOFF and self.finished
+        if Mode.AUTO_MISSION in (mode, self._mode):
+            self._cruise_speed_m_s = math.nan  # a mission's speed ends with it
         self._mode = mode
+        self._heading = None
         self.finished = False
         self._idle = landed and mode is not Mode.AUTO_TAKEOFF
         if took_off and mode is Mode.AUTO_LOITER:
@@ -64,6 +75,9 @@ class Navigator:
         self._target = self._stopping_point()
         if mode is Mode.AUTO_TAKEOFF:
             self._take_off(commander.takeoff_altitude_m, estimate["position"][0])
+        elif mode is Mode.AUTO_MISSION:
+            self._path.start()
+            self._mission.enter(vehicle)
         elif mode is Mode.AUTO_RTL and commander.home is not None:
             self._return_home.start(
                 estimate["position"][0], self._yaw, commander.home, commander.home_yaw_rad, landed
@@ -74,6 +88,10 @@ class Navigator:
             yaw = commander.reposition_target.yaw_rad
             self._target = np.where(np.isnan(asked), self._target, asked)
             self._wanted_yaw = self._yaw if math.isnan(yaw) else yaw
+            if math.isnan(yaw) and not np.isnan(asked).all():
+                radius_m = self._parameters["NAV_ACC_RAD"]
+                self._heading = Route(Waypoint(Kind.LOITER, self._target, math.nan, radius_m))
+                self._path.start()
 
     def _take_off(self, altitude_m: float, position: np.ndarray) -> None:
         """Rise to an altitude over the local frame's origin, but at least by MIS_TAKEOFF_ALT from here."""
@@ -91,16 +109,25 @@ class Navigator:
             axis.start(start)
         self._axes[2].velocity = _STANDING_SPEED_M_S
 
-    def update(self, estimate: np.ndarray, home: np.ndarray, landed: bool, dt_s: float) -> np.ndarray | None:
+    def update(
+        self, estimate: np.ndarray, home: np.ndarray, landed: bool, dt_s: float, vehicle: Vehicle
+    ) -> np.ndarray | None:
         """Return the setpoint record, shape (1,), always the same object; None: stay on the ground."""
         position = estimate["position"][0]
         if self._mode is Mode.AUTO_RTL:
             self._follow_return(estimate, landed, dt_s)
         elif self._mode is Mode.AUTO_LAND:
             self._idle = self._idle or landed
+        elif self._mode is Mode.AUTO_MISSION:
+            self._follow_mission(vehicle)
         if self._idle:
             return None
-        self._advance(dt_s * self._stretch(position), *self._vertical_limits(float(home[2] - position[2])))
+        limits = self._vertical_limits(float(home[2] - position[2]))
+        if self._mode is Mode.AUTO_MISSION:
+            self._advance_along_path(dt_s * self._stretch(position), limits)
+        else:
+            self._advance(dt_s * self._stretch(position), *limits)
+        self._look(estimate, home)
         yaw_rate = self._turn(dt_s)
         setpoint = self.setpoint[0]
         for name in ("position", "velocity", "acceleration"):
@@ -109,8 +136,9 @@ class Navigator:
         if self.is_landing:
             setpoint["position"][2] = setpoint["acceleration"][2] = math.nan
             setpoint["velocity"][2] = self._landing_speed(float(home[2] - position[2]))
-        if self._mode is Mode.AUTO_TAKEOFF:
-            self.finished = abs(self._target[2] - position[2]) <= self._parameters["NAV_MC_ALT_RAD"]
+        if self.is_taking_off:
+            reached = abs(self._target[2] - position[2]) <= self._parameters["NAV_MC_ALT_RAD"]
+            self.finished = reached and self._mode is Mode.AUTO_TAKEOFF
             # The climb follows a velocity only, which grows from zero. At first no height is missing.
             if home[2] - position[2] < self._parameters["MPC_LAND_ALT1"]:
                 self._axes[2].position = float(position[2])
@@ -122,11 +150,45 @@ class Navigator:
         self._idle = leg.is_landed
         self._target, self._wanted_yaw = leg.target, leg.yaw_rad
 
+    def _follow_mission(self, vehicle: Vehicle) -> None:
+        self._mission.update(vehicle)
+        route = self._mission.route
+        waypoint = route.current
+        self._idle = waypoint.kind is Kind.IDLE or (waypoint.kind is Kind.LAND and vehicle.landed)
+        self._target = waypoint.place
+        self._path.follow(route, vehicle.position)
+
+    def _look(self, estimate: np.ndarray, home: np.ndarray) -> None:
+        """Set the heading of a mission, and of a place that was ordered without a heading."""
+        position, yaw = estimate["position"][0], float(estimate["yaw"][0])
+        route = self._heading
+        if self._mode is Mode.AUTO_MISSION:
+            route = self._mission.route
+            asked = self._mission.yaw_rad(position)
+            if not math.isnan(asked) and route.current.kind is not Kind.TAKEOFF:
+                self._wanted_yaw = asked
+                return
+        elif route is not None:
+            self._path.follow(route, position)
+        if route is not None:
+            velocity = [axis.velocity for axis in self._axes]
+            wanted = self._path.yaw_rad(yaw, position, home, velocity)
+            self._wanted_yaw = self._wanted_yaw if math.isnan(wanted) else wanted
+
+    @property
+    def is_taking_off(self) -> bool:
+        """Whether it rises from the ground."""
+        return self._mode is Mode.AUTO_TAKEOFF or (
+            self._mode is Mode.AUTO_MISSION and self._mission.is_taking_off
+        )
+
     @property
     def is_landing(self) -> bool:
         """Whether it sinks to land."""
         if self._idle:
             return False
+        if self._mode is Mode.AUTO_MISSION:
+            return self._mission.is_landing
         returning = self._mode is Mode.AUTO_RTL and self._return_home.is_landing
         return self._mode is Mode.AUTO_LAND or returning
 
@@ -169,11 +231,33 @@ class Navigator:
         p = self._parameters
         if self._target[2] >= self._axes[2].position:
             return p["MPC_Z_VEL_MAX_DN"], p["MPC_ACC_DOWN_MAX"]
-        if self._mode is Mode.AUTO_TAKEOFF and height_m < p["MPC_LAND_ALT1"]:
+        if self.is_taking_off and height_m < p["MPC_LAND_ALT1"]:
             speed = p["MPC_TKO_SPEED"]
             # No faster than the ramp of thrust allows.
             return speed, min(p["MPC_ACC_UP_MAX"], speed / max(p["MPC_TKO_RAMP_T"], 0.01))
         return p["MPC_Z_VEL_MAX_UP"], p["MPC_ACC_UP_MAX"]
+
+    def _advance_along_path(self, dt_s: float, climb: tuple[float, float]) -> None:
+        """Move the reference point along the mission's path for dt_s. climb: vertical speed, acceleration."""
+        p = self._parameters
+        point = np.array([axis.position for axis in self._axes])
+        velocity = np.array([axis.velocity for axis in self._axes])
+        wanted = self._path.velocity(point, velocity, self._cruise_m_s, climb)
+        if p["MPC_YAW_MODE"] == YawMode.TO_WAYPOINT_FIRST and not self._yaw_is_aligned:
+            wanted = np.zeros(3)
+        accelerations = (p["MPC_ACC_HOR"], p["MPC_ACC_HOR"], climb[1])
+        for axis, speed, acceleration in zip(self._axes, wanted.tolist(), accelerations):
+            axis.advance(speed, acceleration, p["MPC_JERK_AUTO"], dt_s)
+
+    @property
+    def _yaw_is_aligned(self) -> bool:
+        gap = math.remainder(self._wanted_yaw - self._yaw, 2.0 * math.pi)
+        return abs(gap) < math.radians(self._parameters["MIS_YAW_ERR"])
+
+    @property
+    def _cruise_m_s(self) -> float:
+        p, asked = self._parameters, self._cruise_speed_m_s
+        return min(p["MPC_XY_CRUISE"] if math.isnan(asked) else asked, p["MPC_XY_VEL_MAX"])
 
     def _advance(self, dt_s: float, vertical_speed_m_s: float, vertical_acceleration_m_s2: float) -> None:
         """Move the reference point towards the target for dt_s."""
@@ -181,8 +265,7 @@ class Navigator:
         jerk, acceleration = p["MPC_JERK_AUTO"], p["MPC_ACC_HOR"]
         north, east, down = (target - axis.position for target, axis in zip(self._target, self._axes))
         distance = math.hypot(north, east)
-        cruise = p["MPC_XY_CRUISE"] if math.isnan(self._cruise_speed_m_s) else self._cruise_speed_m_s
-        speed = min(cruise, p["MPC_XY_VEL_MAX"], speed_that_stops_within(distance, acceleration, jerk))
+        speed = min(self._cruise_m_s, speed_that_stops_within(distance, acceleration, jerk))
         share = speed / distance if distance > 1e-6 else 0.0
         self._axes[0].advance(share * north, acceleration, jerk, dt_s)
         self._axes[1].advance(share * east, acceleration, jerk, dt_s)

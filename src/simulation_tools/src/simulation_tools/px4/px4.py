@@ -21,20 +21,24 @@ from simulation_tools.px4.control.flight_control import FlightControl
 from simulation_tools.px4.control.mixer import QUAD_WIDE
 from simulation_tools.px4.control.records import SETPOINT_DTYPE, fill
 from simulation_tools.px4.control.takeoff import TakeoffState
-from simulation_tools.px4.estimation.ekf_estimator import EkfEstimator
-from simulation_tools.px4.estimation.interface import Estimator, EstimatorStatus
+from simulation_tools.px4.estimation.choice import STEADY, make_estimator
+from simulation_tools.px4.estimation.interface import EstimatorStatus
 from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
-from simulation_tools.px4.estimation.sensors import SensorErrors
-from simulation_tools.px4.estimation.steady_estimator import EstimatorNoise, SteadyEstimator
+from simulation_tools.px4.estimation.steady_estimator import EstimatorNoise
 from simulation_tools.px4.modes import LandedState, Mode, Result, Severity
 from simulation_tools.px4.navigator import Navigator
 from simulation_tools.px4.parameters import Px4Parameters
+from simulation_tools.px4.plan.feasibility import FeasibilityCheck
+from simulation_tools.px4.plan.mission import Mission
+from simulation_tools.px4.plan.plan import Plan
+from simulation_tools.px4.plan.waypoints import Vehicle
+from simulation_tools.px4.safety.battery import Battery
+from simulation_tools.px4.safety.geofence import Geofence
 from simulation_tools.px4.setpoint import NAN, AttitudeSetpoint, Setpoint
 from simulation_tools.px4.status import Px4Status
 from simulation_tools.vehicle.airframe import Airframe
 
 POSITION_PERIOD_US = 8_000
-STEADY, EKF2 = ESTIMATORS = ("steady", "ekf2")
 
 
 class Px4:
@@ -66,13 +70,23 @@ class Px4:
         self.parameters = parameters or Px4Parameters()
         self.on_statustext: Callable[[Severity, str], None] = lambda severity, text: None
         p = self.parameters
-        self._estimator = _estimator(estimator, noise, rng or np.random.default_rng(0), p)
+        self._estimator = make_estimator(estimator, noise, rng or np.random.default_rng(0), p)
         self._world_origin = origin or GeodeticOrigin()
         self._commander = Commander(p, self._say)
-        self._navigator = Navigator(p, lambda: self.origin, self._say)
+        self.plan = Plan()
+        self._battery = Battery(p, self._commander, self._say)
+        self._fence = Geofence(p, self.plan, self._commander, lambda: self.origin, self._say)
+        check = FeasibilityCheck(p, self._fence.allows, self._say)
+        self.mission = Mission(p, self.plan, lambda: self.origin, self.command, check, self._say)
+        self._navigator = Navigator(p, self.mission, lambda: self.origin, self._say)
         self._control = FlightControl(p)
         self._commands = Commands(
-            self._commander, lambda: self.origin, self._say, self._navigator.set_cruise_speed
+            self._commander,
+            lambda: self.origin,
+            self._say,
+            self._navigator.set_cruise_speed,
+            self.plan,
+            self._fence,
         )
         self._setpoint = np.zeros(1, SETPOINT_DTYPE)
         self._known = self._estimator.estimate.copy()
@@ -80,7 +94,15 @@ class Px4:
 
     def reset(self) -> None:
         """Go back to power-on, parameters kept."""
-        for part in (self._estimator, self._commander, self._navigator, self._control):
+        for part in (
+            self._estimator,
+            self._commander,
+            self._battery,
+            self._fence,
+            self.mission,
+            self._navigator,
+            self._control,
+        ):
             part.reset()
         self._remember_estimate()
         self.origin = self._world_origin
@@ -89,7 +111,6 @@ class Px4:
         self._position_us = 0
         self._mode_entries = -1
         self._offboard: Setpoint | AttitudeSetpoint | None = None
-        self._battery = 1.0
         self.newest_range: RangeSample | None = None
 
     def close(self) -> None:
@@ -213,7 +234,8 @@ class Px4:
             landed_state=self._landed_state(),
             position_valid=self.estimate_valid,
             hover_thrust=self._control.position.hover_thrust,
-            battery_remaining=self._battery,
+            battery_remaining=self._battery.remaining,
+            terminated=commander.is_terminated,
         )
 
     # The step
@@ -242,7 +264,7 @@ class Px4:
         self._estimator.update(state, dt_s, not self._control.land_detector.landed)
         if is_first and self._estimator.origin_m is not None:
             self.origin = self._world_origin.moved(self._estimator.origin_m)
-        armed = self._commander.armed
+        armed = self._commander.armed and not self._commander.is_terminated
         commands = self._control.update_rates(armed, self._estimator.estimate["rates"][0], dt_s)
         if armed:
             self._control.update_attitude(self._known["attitude"][0])
@@ -268,13 +290,35 @@ class Px4:
             detector.landed,
             detector.maybe_landed,
         )
+        self._watch(dt_s)
         if commander.mode_entries != self._mode_entries:
             self._mode_entries = commander.mode_entries
             if commander.armed and commander.mode.is_auto:
-                self._navigator.enter(commander, estimate, detector.landed)
+                self._navigator.enter(commander, estimate, detector.landed, self._vehicle())
         self._control.update(self._active_setpoint(dt_s), estimate, commander, dt_s)
-        drained = dt_s / self.parameters["SIM_BAT_DRAIN"] if commander.armed else 0.0
-        self._battery = max(self._battery - drained, 0.01 * self.parameters["SIM_BAT_MIN_PCT"])
+
+    def _watch(self, dt_s: float) -> None:
+        """Let the plan, the battery and the fence change the mode."""
+        commander, landed = self._commander, self._control.land_detector.landed
+        has_place = self.has_gnss and self.estimate_valid
+        self.mission.watch(commander.home if has_place else None, landed)
+        commander.mission_is_valid = self.mission.is_valid and has_place
+        self._battery.update(self._known["position"][0], dt_s, has_place)
+        if has_place:
+            self._fence.update(self._time_us, self._known, self._battery.is_failing)
+        if not (commander.armed and commander.mode is Mode.AUTO_MISSION):
+            self.mission.rest(commander.mode, commander.armed, landed)
+
+    def _vehicle(self) -> Vehicle:
+        detector, home = self._control.land_detector, self._commander.home
+        return Vehicle(
+            1e-6 * self._time_us,
+            self._known["position"][0],
+            float(self._known["yaw"][0]),
+            np.zeros(3) if home is None else home,
+            detector.landed,
+            detector.maybe_landed,
+        )
 
     def _active_setpoint(self, dt_s: float) -> np.ndarray | AttitudeSetpoint | None:
         """Return the mode's setpoint: a setpoint record, an attitude, or None."""
@@ -293,9 +337,9 @@ class Px4:
         if commander.home is None:
             return None
         landed = self._control.land_detector.landed
-        if commander.mode is Mode.AUTO_TAKEOFF and self._control.takeoff.state < TakeoffState.RAMPUP:
+        if self._navigator.is_taking_off and self._control.takeoff.state < TakeoffState.RAMPUP:
             self._navigator.stand(self._known["position"][0])
-        asked = self._navigator.update(self._known, commander.home, landed, dt_s)
+        asked = self._navigator.update(self._known, commander.home, landed, dt_s, self._vehicle())
         if asked is None:
             return None
         self._setpoint[:] = asked
@@ -319,17 +363,7 @@ class Px4:
         if self._control.land_detector.landed:
             return LandedState.ON_GROUND
         mode = self._commander.mode
-        if mode is Mode.AUTO_TAKEOFF:
+        if mode.is_auto and self._navigator.is_taking_off:
             return LandedState.TAKEOFF
         landing = mode.is_auto and self._navigator.is_landing
         return LandedState.LANDING if landing else LandedState.IN_AIR
-
-
-def _estimator(
-    kind: str, noise: EstimatorNoise | None, rng: np.random.Generator, parameters: Px4Parameters
-) -> Estimator:
-    if kind == EKF2:
-        return EkfEstimator(SensorErrors(), rng, parameters)
-    if kind == STEADY:
-        return SteadyEstimator(noise or EstimatorNoise(), rng, parameters)
-    raise Px4Error(f'The estimator must be one of {", ".join(ESTIMATORS)}, not "{kind}".')

@@ -21,6 +21,7 @@ class Px4Status:
     position_valid: bool
     hover_thrust: float
     battery_remaining: float
+    terminated: bool = False
 
     @property
     def base_mode(self) -> int:
@@ -30,7 +31,9 @@ class Px4Status:
 
     @property
     def system_status(self) -> int:
-        """MAVLink's MAV_STATE: standby 3, active 4, critical 5."""
+        """MAVLink's MAV_STATE: standby 3, active 4, critical 5, terminated 8."""
+        if self.terminated:
+            return 8
         if not self.armed:
             return 3
         return 5 if self.failsafe else 4

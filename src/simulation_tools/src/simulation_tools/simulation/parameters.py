@@ -9,7 +9,7 @@ from typing import Mapping
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Pose
-from simulation_tools.px4.px4 import ESTIMATORS, STEADY
+from simulation_tools.px4.estimation.choice import ESTIMATORS, STEADY
 from simulation_tools.sdf.parser import PathLike
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.vehicle.wind import AirStream

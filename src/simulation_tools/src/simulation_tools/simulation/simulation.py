@@ -13,10 +13,11 @@ from dataclasses import replace
 from simulation_tools.autopilot import Autopilot, VehicleState
 from simulation_tools.geometry import IDENTITY, ORIGIN, Pose, Vector3, rotate_inverse
 from simulation_tools.ned_frames import attitude_to_ned
+from simulation_tools.px4.estimation.choice import EKF2
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.modes import Mode
 from simulation_tools.px4.parameters import Px4Parameters
-from simulation_tools.px4.px4 import EKF2, Px4
+from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.sdf.elements import World
 from simulation_tools.sdf.parser import load_world

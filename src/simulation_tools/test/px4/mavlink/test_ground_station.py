@@ -236,21 +236,23 @@ def test_versions_and_intervals(station):
         assert (interval.message_id, interval.interval_us) == (number, expected_us)
 
 
-def test_there_are_no_missions(station):
+def test_before_an_upload_the_lists_are_empty(station):
     setup, client = station
     client.send(mavlink.MAVLink_mission_request_list_message(1, 1, 1))
     setup.run(0.01)
     count = client.take("MISSION_COUNT")[0]
     assert (count.count, count.mission_type, count.target_system) == (0, 1, 255)
-    for message, result in (
-        (mavlink.MAVLink_mission_count_message(1, 1, 3), mavlink.MAV_MISSION_UNSUPPORTED),
-        (mavlink.MAVLink_mission_count_message(1, 1, 0), mavlink.MAV_MISSION_ACCEPTED),
-        (mavlink.MAVLink_mission_clear_all_message(1, 1), mavlink.MAV_MISSION_ACCEPTED),
-        (mavlink.MAVLink_mission_request_int_message(1, 1, 0), mavlink.MAV_MISSION_ERROR),
+    # Until the download is acknowledged, PX4 takes no upload.
+    for message, results in (
+        (mavlink.MAVLink_mission_count_message(1, 1, 0), [mavlink.MAV_MISSION_ERROR]),
+        (mavlink.MAVLink_mission_ack_message(1, 1, 0, 1), []),
+        (mavlink.MAVLink_mission_count_message(1, 1, 0), [mavlink.MAV_MISSION_ACCEPTED]),
+        (mavlink.MAVLink_mission_clear_all_message(1, 1), [mavlink.MAV_MISSION_ACCEPTED]),
+        (mavlink.MAVLink_mission_request_int_message(1, 1, 0), []),
     ):
         client.send(message)
         setup.run(0.01)
-        assert [m.type for m in client.take("MISSION_ACK")] == [result]
+        assert [m.type for m in client.take("MISSION_ACK")] == results
 
 
 def test_ping_is_answered(station):

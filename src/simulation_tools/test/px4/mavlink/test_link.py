@@ -206,15 +206,6 @@ def test_timesync_at_time_zero_is_answered_by_no_question(ready):
     assert [m.tc1 for m in client.take("TIMESYNC") if m.ts1 == 777] == [1]
 
 
-@pytest.mark.parametrize(("system", "component", "answered"), [(1, 190, True), (0, 0, True), (1, 5, False)])
-def test_a_mission_upload_is_unsupported_whoever_plans_missions_here(ready, system, component, answered):
-    setup, client = ready
-    client.send(mavlink.MAVLink_mission_count_message(system, component, 3))
-    setup.run(0.02)
-    unsupported = [mavlink.MAV_MISSION_UNSUPPORTED] if answered else []
-    assert [m.type for m in client.take("MISSION_ACK")] == unsupported
-
-
 LIST_DIRECTORY, OPEN_FILE, RESET_SESSIONS = 3, 4, 2
 FTP_ACK, FTP_NAK, UNKNOWN_COMMAND = 128, 129, 7
 

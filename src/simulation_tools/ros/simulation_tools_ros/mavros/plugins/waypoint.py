@@ -18,8 +18,7 @@ class WaypointPlugin:
     """Publishes mission/{waypoints,reached} (latched); serves mission/{pull,push,clear,set_current}.
 
     The node reads the list when the flight controller connects. Without a mission the list is empty. If the
-    flight controller refuses a request (the stand-in flies no missions), success is false and the log gives
-    the reason.
+    flight controller refuses a request, success is false and the log gives the reason.
     """
 
     def __init__(self, uas: Uas) -> None:

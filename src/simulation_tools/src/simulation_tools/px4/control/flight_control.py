@@ -176,7 +176,7 @@ def _asks_to_climb(setpoint: np.ndarray, estimate: np.ndarray, mode: Mode) -> bo
     """Whether a setpoint record asks to leave the ground."""
     if mode in (Mode.AUTO_LOITER, Mode.AUTO_LAND):
         return False
-    if mode is Mode.AUTO_TAKEOFF:
+    if mode in (Mode.AUTO_TAKEOFF, Mode.AUTO_MISSION):
         return True
     asked = setpoint[0]
     return bool(

@@ -55,10 +55,14 @@ class SmoothAxis:
         self.acceleration += jerk * t
 
 
-def speed_that_stops_within(distance_m: float, acceleration_max: float, jerk_max: float) -> float:
-    """Return the speed from which a point stops within a distance, limited in acceleration and jerk.
+def speed_that_stops_within(
+    distance_m: float, acceleration_max: float, jerk_max: float, final_m_s: float = 0.0
+) -> float:
+    """Return the speed from which a point slows down to another within a distance.
 
     As in PX4, the time to build up the acceleration counts twice, for safety.
     """
     b = 4.0 * acceleration_max**2 / jerk_max
-    return 0.5 * (-b + math.sqrt(b * b + 8.0 * acceleration_max * max(distance_m, 0.0)))
+    c = 8.0 * acceleration_max * max(distance_m, 0.0) + 4.0 * final_m_s**2
+    speed = 0.5 * (-b + math.sqrt(b * b + c))
+    return max(speed, final_m_s) if final_m_s > 0.0 else speed

@@ -105,6 +105,11 @@ class Channel:
         if addresses:
             self._send(self.codec.pack(message), addresses)
 
+    def send_to_peers(self, messages: list[common.MAVLink_message]) -> None:
+        """Send messages to all clients, and to the default remote if it gets streams unasked."""
+        if messages and (self._peers or self._streams_unasked):
+            self._send_together(messages, self._addresses())
+
     def send_due(self, time_us: int) -> None:
         """Send the streamed messages that are due at a simulation time."""
         if time_us < self._next_due_us:

@@ -19,7 +19,8 @@ from simulation_tools.px4.mavlink.channel import Channel
 from simulation_tools.px4.mavlink.external_estimates import ExternalEstimates
 from simulation_tools.px4.mavlink.file_transfer import refuse_file_transfer
 from simulation_tools.px4.mavlink.message_commands import MessageCommands
-from simulation_tools.px4.mavlink.mission_protocol import MISSION_MESSAGES, answer_mission
+from simulation_tools.px4.mavlink.missions.protocol import MissionProtocol, UploadLock
+from simulation_tools.px4.mavlink.missions.status import MissionStatus
 from simulation_tools.px4.mavlink.parameter_protocol import ParameterProtocol
 from simulation_tools.px4.mavlink.setpoint_messages import (
     SetpointError,
@@ -104,6 +105,12 @@ class MavlinkLink:
             "FILE_TRANSFER_PROTOCOL": refuse_file_transfer,
         }
         self._estimates = ExternalEstimates(px4, self._warn)
+        lock = UploadLock()
+        self._missions = {
+            channel: MissionProtocol(px4.plan, lock, channel.codec.identity, self._say)
+            for channel in self._channels
+        }
+        self._mission_status = MissionStatus(px4.plan, px4.mission)
         self._handlers = self._handlers_by_type()
 
     def _handlers_by_type(self) -> dict[str, Callable[[Channel, common.MAVLink_message, Address], None]]:
@@ -121,7 +128,7 @@ class MavlinkLink:
             "RC_CHANNELS_OVERRIDE": self._rc_override,
             **dict.fromkeys(self._answers, self._answer),
             **dict.fromkeys(self._estimates.handlers, self._estimate),
-            **dict.fromkeys(MISSION_MESSAGES, self._mission),
+            **dict.fromkeys(self._missions[self.offboard].messages, self._mission),
         }
 
     def poll(self, time_us: int, until: Callable[[], bool] = lambda: False) -> None:
@@ -145,8 +152,13 @@ class MavlinkLink:
 
     def send_due(self, time_us: int) -> None:
         """Send the streamed messages that are due at this simulation time."""
+        status = list(self._mission_status.due(time_us))
         for channel in self._channels:
             channel.send_due(time_us)
+            channel.send_to_peers(status)
+            repeated = self._missions[channel].due(time_us)
+            if repeated is not None:
+                channel.reply(*repeated)
 
     def wait(self, timeout_s: float) -> bool:
         """Wait, in wall time, until there is something to `poll`; returns whether there is."""
@@ -156,6 +168,7 @@ class MavlinkLink:
         """Start again after simulation time has jumped back."""
         for channel in self._channels:
             channel.reset()
+        self._mission_status.reset()
 
     def close(self) -> None:
         """Release the ports."""
@@ -284,7 +297,7 @@ class MavlinkLink:
             channel.reply(common.MAVLink_ping_message(m.time_usec, m.seq, *source), sender)
 
     def _mission(self, channel: Channel, m: common.MAVLink_message, sender: Address) -> None:
-        answer = answer_mission(m, channel.codec.system_id, channel.codec.component_id)
+        answer = self._missions[channel].handle(m, sender, self._time_us)
         if answer is not None:
             channel.reply(answer, sender)
 

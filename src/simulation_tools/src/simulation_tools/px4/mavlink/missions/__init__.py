@@ -1,0 +1,1 @@
+"""MAVLink's mission protocol: missions and fences, up, down and in flight."""

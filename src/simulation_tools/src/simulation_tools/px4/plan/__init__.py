@@ -1,0 +1,1 @@
+"""What a ground station uploads: a mission and a fence. How a mission is flown."""

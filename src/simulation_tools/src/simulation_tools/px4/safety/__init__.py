@@ -1,0 +1,1 @@
+"""What ends a flight early: an empty battery, a fence."""
