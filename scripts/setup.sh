@@ -28,6 +28,7 @@ set_up() {
   check_names
   finish_python
   load_distribution
+  load_underlay
   build_workspace
   exec 9>&-
 }
@@ -199,6 +200,15 @@ load_distribution() {
   set -u
 }
 
+# load_underlay: lets the workspaces that this one was built upon count in a new shell, too
+load_underlay() {
+  local prefix
+  while read -r prefix; do
+    [[ -d $prefix && $prefix != "$root/devel" && :${CMAKE_PREFIX_PATH:-}: != *:$prefix:* ]] || continue
+    export CMAKE_PREFIX_PATH=${CMAKE_PREFIX_PATH:+$CMAKE_PREFIX_PATH:}$prefix
+  done < <(sed -n "s/^ *CMAKE_PREFIX_PATH = r'\(.*\)'.split.*/\1/p" devel/_setup_util.py 2>/dev/null | tr ';' '\n')
+}
+
 # upstream_interfaces: prints our message packages that upstream has installed here; ours are then not built
 upstream_interfaces() {
   local package prefix prefixes
@@ -249,11 +259,14 @@ build_workspace() {
   if [[ -f build/CMakeCache.txt ]] && ! grep -qx "CMAKE_HOME_DIRECTORY:INTERNAL=$root/src" build/CMakeCache.txt; then
     rm -rf build devel # from the workspace's earlier place
   fi
+  # catkin leaves what it has built before, and our subset would hide upstream's package
+  [[ ! -d build || $present == "$(cat build/.upstream 2>/dev/null)" ]] || rm -rf build devel
   write_interpreter
   # Messages for Python and C++ only, because other languages take time and have no nodes here
   run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR ROS_LANG_DISABLE=genlisp:geneus:gennodejs catkin_make --directory "$root" \
     -DPYTHON_EXECUTABLE="$root/devel/interpreter/python3" -DCATKIN_BLACKLIST_PACKAGES="$present" ||
     explain_failure "The build failed."
+  echo "$present" >build/.upstream
   echo "$inputs" >build/.bringup
 }
 

@@ -119,6 +119,9 @@ AUTOPILOT = HEALTHY.autopilots[0]
 FINAL, SAFE, RAW = (f"/UAV/vel_setpoint/{name}/body" for name in ("final", "safe", "raw"))
 
 
+VISION = "/mavros/vision_pose/pose_cov"
+
+
 def bag_without(*names, **changes):
     """Return the healthy recording as a bag, which has no clock, without some topics."""
     topics = {name: each for name, each in HEALTHY.topics.items() if name not in ("/clock", *names)}

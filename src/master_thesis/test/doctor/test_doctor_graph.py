@@ -15,6 +15,7 @@ from recordings import (
     NODES,
     RAW,
     SAFE,
+    VISION,
     WELL,
     edge,
     edge_late,
@@ -43,6 +44,11 @@ def test_a_graph_that_is_well_has_no_finding():
 def test_an_input_that_mavros_can_do_without_is_no_finding(topic):
     assert graph.check(with_topic(topic, subscribers=("/mavros",))) == []
     assert [found.where for found in graph.check(with_topic("/mavros/state", subscribers=("/mine",)))]
+
+
+def test_external_poses_that_mavros_takes_are_no_finding():
+    poses = {"publishers": ("/vision_pose_publisher",), "subscribers": ("/mavros_publisher", "/mavros")}
+    assert graph.check(with_topic(VISION, **poses)) == []
 
 
 HOLE = tuple(t for t in times(100) if not 12.0 < t < 12.8)
@@ -77,6 +83,12 @@ BROKEN_GRAPHS = {
     "half of the scans": (with_topic("/scan/padded", received_s=times(20)), WARNING, "/scan/padded", "50 %"),
     "no answers": (with_topic(SAFE, received_s=()), ERROR, SAFE, "does not answer them"),
     "two commanders": (with_topic(FINAL, publishers=("/a", "/b")), ERROR, FINAL, "/a and /b both"),
+    "MAVROS without mavros_extras": (
+        with_topic(VISION, publishers=("/vision_pose_publisher",), subscribers=("/mavros_publisher",)),
+        ERROR,
+        VISION,
+        "/mavros does not take them",
+    ),
     # autopilot
     "no autopilot": (
         having(autopilots=(replace(AUTOPILOT, connected=False),)),

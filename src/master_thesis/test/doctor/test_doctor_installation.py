@@ -54,8 +54,14 @@ CASES = {
     "not built": ({"built": False}, ERROR, "/ws", "is not built"),
     "not sourced": ({"sourced": False}, ERROR, "CMAKE_PREFIX_PATH", "does not know"),
     "message not built": ({"md5_found": {}}, ERROR, "message mavros_msgs/State", "is not built"),
-    "no rqt": ({"upstream": ("mavros",)}, NOTE, "rqt_reconfigure", "not in this environment"),
+    "no rqt": ({"upstream": ("mavros", "mavros_extras")}, NOTE, "rqt_reconfigure", "not in this environment"),
     "no real MAVROS": ({"upstream": ("rqt_reconfigure",), "geoid_found": False}, NOTE, "mavros", "stand-in"),
+    "MAVROS without mavros_extras": (
+        {"upstream": ("rqt_reconfigure", "mavros")},
+        NOTE,
+        "mavros_extras",
+        "takes no external poses",
+    ),
     "MAVROS without geoid": (
         {"geoid": "/usr/share/GeographicLib/geoids/egm96-5.pgm", "geoid_found": False},
         ERROR,

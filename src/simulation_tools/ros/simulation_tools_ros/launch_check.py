@@ -10,6 +10,7 @@ import contextlib
 import os
 import sys
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Callable, Mapping, Sequence
@@ -114,19 +115,24 @@ def check_nothing_runs(files: Sequence[Path], master_uri: str) -> None:
     if code != 1:
         return
     registered = {node for part in state for _, nodes in part for node in nodes}
-    packages = rospkg.RosPack()
-
-    def find(package: str) -> str:
-        try:
-            return packages.get_path(package)
-        except rospkg.ResourceNotFound as error:
-            raise LookupError(package) from error
-
     namespace = os.environ.get("ROS_NAMESPACE", "/")
     for file in files:
-        for node in sorted(nodes_of(file, find, namespace) & registered):
+        for node in sorted(nodes_of(file, find_package, namespace) & registered):
             if _answers(master, node):
                 raise LaunchError(_occupied(node, file, master_uri))
+
+
+def find_package(package: str) -> str:
+    """Return a package's folder; LookupError if ROS does not find it."""
+    try:
+        return str(_packages().get_path(package))
+    except rospkg.ResourceNotFound as error:
+        raise LookupError(package) from error
+
+
+@lru_cache(maxsize=None)
+def _packages() -> rospkg.RosPack:
+    return rospkg.RosPack()
 
 
 def _occupied(node: str, file: Path, master_uri: str) -> str:

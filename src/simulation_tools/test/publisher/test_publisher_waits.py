@@ -205,6 +205,9 @@ def test_without_gnss_it_says_where_the_pose_should_come_from():
     publisher.on_landed_state(50 * MS, GROUND)
     assert "no `local_position/pose` from MAVROS yet" in publisher.waiting_for
     assert "needs external poses" in publisher.waiting_for
+    publisher.on_vision(100 * MS)  # and nothing comes of it
+    assert "no `local_position/pose` from MAVROS yet" in publisher.waiting_for
+    assert "has it mavros_extras" in publisher.waiting_for
 
 
 def test_nothing_is_waited_for_in_flight():

@@ -54,6 +54,7 @@ def check(launch: launch_check.Launch) -> None:
         if reader and file.parent == FOLDER and launch.starts:
             asked = values_of(file, launch.given)
             simulator.check(asked)
+            simulator.check_packages(asked, launch_check.find_package)
             reader(asked)
             if "results" in asked:
                 check_results(asked["results"])

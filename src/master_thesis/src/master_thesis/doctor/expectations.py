@@ -38,6 +38,9 @@ LEAST_SETPOINT_RATE_HZ = 2.0
 
 SETPOINTS = re.compile(r".*/mavros/setpoint_(raw|position|velocity)/.*|/mavros/setpoint_.*")
 
+EXTERNAL_POSES = ("vision_pose/pose", "vision_pose/pose_cov", "odometry/out")
+"""Topics of MAVROS. Their plugins are in the package mavros_extras."""
+
 OPTIONAL_INPUTS = re.compile(
     r"/mavros/(setpoint_|vision_|distance_sensor/|(odometry/out|rc/override|home_position/set)$)"
     r"|/mavros/global_position/set_gp_origin$|/gazebo/set_model_(state|states)$"

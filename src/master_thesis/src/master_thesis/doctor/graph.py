@@ -8,6 +8,7 @@ from typing import Iterable, Iterator
 from master_thesis.doctor import clock, parameters, scans, transforms
 from master_thesis.doctor.expectations import (
     CHAIN,
+    EXTERNAL_POSES,
     FOLLOWED_SHARE,
     LEAST_SETPOINT_RATE_HZ,
     OPTIONAL_INPUTS,
@@ -42,7 +43,9 @@ def check(graph: Graph) -> list[Finding]:
         timely = [
             replace(finding, severity=WARNING) if finding.severity == ERROR else finding for finding in timely
         ]
-    found = [finding for one in (load, nodes, unheard, clock.running) for finding in one(graph)]
+    found = [
+        finding for one in (load, nodes, unheard, external_poses, clock.running) for finding in one(graph)
+    ]
     for one in (commands, autopilot, transforms.structure, scans.check):
         found += one(recording)
     return [*found, *timely, *parameters.check(graph.parameters)]
@@ -98,6 +101,18 @@ def unheard(graph: Graph) -> Iterator[Finding]:
         what = f"{_told(topic.subscribers)} subscribes, but nobody publishes"
         remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
         yield Finding(ERROR if topic.name in in_chain else NOTE, topic.name, what, remedy)
+
+
+def external_poses(graph: Graph) -> Iterator[Finding]:
+    """Check whether MAVROS takes the poses by which the UAV flies without GNSS."""
+    for state in graph.recording.autopilots:
+        mavros = state.topic[: -len("/state")]
+        for name in EXTERNAL_POSES:
+            topic = graph.recording.topics.get(f"{mavros}/{name}")
+            if topic is None or not topic.publishers or mavros in topic.subscribers:
+                continue
+            what = f"{_told(topic.publishers)} publishes poses, and {mavros} does not take them"
+            yield Finding(ERROR, topic.name, what, "Install mavros_extras and start MAVROS again")
 
 
 def rates(graph: Graph) -> Iterator[Finding]:

@@ -183,6 +183,10 @@ def upstream(machine: Machine) -> Iterator[Finding]:
     if "mavros" not in machine.upstream:
         what = "the real MAVROS is not in this environment: only the stand-in flies (mavros:=sim)"
         yield Finding(NOTE, "mavros", what, page)
-    elif not machine.geoid_found:
+        return
+    if "mavros_extras" not in machine.upstream:
+        what = "is not in this environment: without GNSS the real MAVROS takes no external poses"
+        yield Finding(NOTE, "mavros_extras", what, page)
+    if not machine.geoid_found:
         what = "is missing, and the real MAVROS ends at once without it"
         yield Finding(ERROR, machine.geoid, what, "sudo geographiclib-get-geoids egm96-5")

@@ -13,7 +13,11 @@ from importlib import metadata
 from pathlib import Path
 from typing import Mapping, Sequence
 
-UPSTREAM = {"rqt_reconfigure": "rqt_reconfigure", "mavros": "mavros_node"}
+UPSTREAM = {
+    "rqt_reconfigure": "rqt_reconfigure",
+    "mavros": "mavros_node",
+    "mavros_extras": "visualization",
+}
 """Packages that the distribution may lack, with a program of each."""
 
 INTERFACES = ("gazebo_msgs", "geographic_msgs", "mavros_msgs")
@@ -52,7 +56,7 @@ class Machine:
     free_memory_mb: int = 1_000_000
     hosts: dict[str, bool] = field(default_factory=dict)
     ros: dict[str, str] = field(default_factory=dict)
-    upstream: tuple[str, ...] = ("rqt_reconfigure", "mavros")
+    upstream: tuple[str, ...] = tuple(UPSTREAM)
     geoid: str = ""
     geoid_found: bool = True
     underlays_gone: tuple[str, ...] = ()

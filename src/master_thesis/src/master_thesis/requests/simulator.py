@@ -1,11 +1,12 @@
-"""Checks the simulator's parameters and ports before it starts."""
+"""Checks the simulator's parameters, packages and ports before it starts."""
 
 from __future__ import annotations
 
-from typing import Any, Mapping
+from typing import Any, Callable, Mapping
 
 from master_thesis.worlds import scenario
 from simulation_tools import values
+from simulation_tools.launch_check.launch_packages import check_mavros_is_there
 from simulation_tools.launch_check.launch_ports import check_ports_are_free
 from simulation_tools.vehicle.uav import load_uav
 
@@ -35,6 +36,15 @@ def check(asked: Mapping[str, Any]) -> None:
     sensors, model = str(asked.get("sensors", "")).split(), str(asked.get("model", "iris"))
     if sensors or model != "iris":
         load_uav(model, sensors=sensors)
+
+
+def check_packages(asked: Mapping[str, Any], find: Callable[[str], object]) -> None:
+    """Check that the real MAVROS is there if a launch needs it; raises SimulationToolsError.
+
+    find: raises LookupError for a package that is not there.
+    """
+    gnss = str(asked.get("gnss", "true")).lower() == "true"
+    check_mavros_is_there(str(asked.get("mavros", "sim")), gnss, find)
 
 
 def check_ports(asked: Mapping[str, Any]) -> None:

@@ -51,8 +51,11 @@ class Heard:
         newest_ns = self.states.stamp_at(now_ns - p.decision_delay_s / _NS)
         return newest_ns is not None and newest_ns > stamp_ns
 
-    def lacking(self, p: PublisherParameters) -> str:
-        """Return in words what is missing for a flight by setpoints; empty: nothing."""
+    def lacking(self, gets_vision: bool, p: PublisherParameters) -> str:
+        """Return in words what is missing for a flight by setpoints; empty: nothing.
+
+        gets_vision: whether external poses have gone to MAVROS.
+        """
         state = self.states.newest()
         if state is None:
             return "no `state` from MAVROS yet"
@@ -62,8 +65,13 @@ class Heard:
             return "no `extended_state` from MAVROS yet"
         if self.poses.newest() is None:
             words = "no `local_position/pose` from MAVROS yet"
-            why = " (the flight controller needs external poses; /UAV/vision_state says what it gets)"
-            return words + why if p.needs_vision else words
+            if not p.needs_vision:
+                return words
+            if gets_vision:
+                return f"{words} (external poses go there: has it mavros_extras, and are they used?)"
+            return (
+                f"{words} (the flight controller needs external poses; /UAV/vision_state says what it gets)"
+            )
         if p.needs_home and self.homes.newest() is None and not state.armed:
             return "no home position (`home_position/home`) from MAVROS yet"
         if state.mode != OFFBOARD:

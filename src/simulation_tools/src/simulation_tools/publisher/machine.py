@@ -180,7 +180,10 @@ class SetpointPublisher:
             return "MAVROS sends no poses any more"
         if self._is_blind:
             return "the flight controller gets no external pose"
-        return self._heard.lacking(self.parameters) or "the UAV is not at its hover point yet"
+        return (
+            self._heard.lacking(self._vision.has_come, self.parameters)
+            or "the UAV is not at its hover point yet"
+        )
 
     def _start_again(self, why: str) -> list[Action]:
         self.restart()

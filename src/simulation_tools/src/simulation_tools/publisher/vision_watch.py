@@ -40,6 +40,11 @@ class VisionWatch:
         self._gaps_s: deque[float] = deque(maxlen=GAPS_KEPT)
         self._limit_s: float | None = None  # None: not computed yet
 
+    @property
+    def has_come(self) -> bool:
+        """Whether a pose has gone to the flight controller."""
+        return self._has_come
+
     def on_pose(self, now_ns: int) -> None:
         """Take in that a pose has gone to the flight controller."""
         if self._has_come and self._newest_ns is not None:

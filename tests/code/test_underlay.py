@@ -1,0 +1,88 @@
+"""The set-up builds upon another workspace's MAVROS, whether that was there before or came later."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+# catkin_make leaves what it has built before, and builds what it is not told to leave out
+CATKIN = """
+run_step() {
+  local package leave_out=${*: -1}
+  echo "built upon ${CMAKE_PREFIX_PATH:-nothing}"
+  mkdir -p build devel/share
+  for package in mavros_msgs gazebo_msgs; do
+    [[ ";${leave_out#*=};" == *";$package;"* ]] || mkdir -p "devel/share/$package"
+  done
+  echo "            CMAKE_PREFIX_PATH = r'${CMAKE_PREFIX_PATH//:/;}'.split(';')" >devel/_setup_util.py
+}
+"""
+
+
+class Workspace:
+    """A folder as after a clone, and another workspace with MAVROS's messages."""
+
+    def __init__(self, folder):
+        self.root, self.underlay = folder / "ws", folder / "upstream_ws/devel"
+        (self.root / "src").mkdir(parents=True)
+        (self.root / "src/CMakeLists.txt").touch()
+        (self.underlay / "share/mavros_msgs/cmake").mkdir(parents=True)
+
+    def set_up(self, *sourced):
+        """Call the set-up's last steps in a new shell that knows these workspaces; returns what is said."""
+        script = f"""
+set -euo pipefail
+root={self.root} log_file=/dev/null
+cd "$root"
+source {ROOT}/scripts/console.sh
+source {ROOT}/scripts/setup.sh
+{CATKIN}
+load_underlay
+build_workspace
+"""
+        environment = {"PATH": "/usr/bin:/bin", "CMAKE_PREFIX_PATH": ":".join(map(str, sourced))}
+        done = subprocess.run(
+            ["bash", "-c", script], env=environment, stdout=subprocess.PIPE, text=True, check=True
+        )
+        return done.stdout
+
+    @property
+    def messages(self):
+        """Those of its own that a node would find first."""
+        return sorted(path.name for path in (self.root / "devel/share").iterdir())
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    return Workspace(tmp_path)
+
+
+def test_without_an_underlay_the_subsets_are_built_once(workspace):
+    assert "built upon" in workspace.set_up()
+    assert workspace.messages == ["gazebo_msgs", "mavros_msgs"]
+    assert workspace.set_up() == ""
+
+
+def test_an_underlay_that_comes_later_takes_the_place_of_the_subset(workspace):
+    workspace.set_up()
+    assert "the machine's own mavros_msgs" in workspace.set_up(workspace.underlay)
+    assert workspace.messages == ["gazebo_msgs"]
+    assert workspace.set_up(workspace.root / "devel", workspace.underlay) == ""
+
+
+def test_a_new_shell_stays_upon_the_underlay(workspace):
+    workspace.set_up(workspace.underlay)
+    assert workspace.set_up() == ""
+    (workspace.root / "src/package.xml").touch()  # something to build
+    assert f"built upon {workspace.underlay}" in workspace.set_up()
+    assert workspace.messages == ["gazebo_msgs"]
+
+
+def test_when_the_underlay_is_deleted_the_subset_is_back(workspace):
+    workspace.set_up(workspace.underlay)
+    workspace.underlay.rename(workspace.underlay.with_name("gone"))
+    workspace.set_up()
+    assert workspace.messages == ["gazebo_msgs", "mavros_msgs"]
