@@ -10,6 +10,7 @@ import re
 import signal
 import sys
 from dataclasses import replace
+from html import escape
 
 import pytest
 
@@ -57,6 +58,9 @@ def report(tmp_path_factory):
             patch.setattr(command, "open_workers", lambda _, given=workers: contextlib.nullcontext(given))
             patch.setattr(experiment_2, "variation_parameters", shortly_observed)
             ends.append((command.main(arguments(folder)), errors.getvalue()))
+        page = folder / "index.html"
+        if len(ends) == 1 and page.exists():
+            page.rename(folder / "interrupted.html")
     return folder, *ends
 
 
@@ -76,6 +80,17 @@ def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
     before = int(re.search(r"(\d+) of 8 trials are there from before", errors).group(1))
     assert before == 1
     assert sorted(line["name"] for line in lines_of(folder)) == sorted(piece.name for piece in plan(SMALLEST))
+
+
+@pytest.mark.flight
+@pytest.mark.timeout(600)
+def test_ctrl_c_writes_the_page_of_what_is_finished(report):
+    folder, *_ = report
+    first, *others = lines_of(folder)
+    page = (folder / "interrupted.html").read_text(encoding="utf-8")
+    titles = {piece.name: escape(piece.title) for piece in plan(SMALLEST)}
+    assert titles[first["name"]] not in page  # it is not among the missing ones
+    assert all(titles[line["name"]] in page for line in others)
 
 
 @pytest.mark.flight

@@ -216,6 +216,28 @@ def test_what_ctrl_c_leaves_half_made_says_nothing():
     assert (told.returncode, told.stderr) == (INTERRUPTED, "Interrupted.\n")
 
 
+HELD = """
+import multiprocessing, time
+from master_thesis.trials.workers import interrupted, end
+def work(queue):
+    time.sleep(60)
+if __name__ == "__main__":
+    spawn = multiprocessing.get_context("spawn")
+    queue = spawn.Queue()
+    spawn.Process(target=work, args=(queue,)).start()
+    end(interrupted("Interrupted."))
+"""
+
+
+def test_semaphores_of_workers_are_freed_after_ctrl_c(tmp_path):
+    """Else Python's tracker of them warns of leaks after the last sentence. The worker is just starting."""
+    (tmp_path / "held.py").write_text(HELD)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, ROOT.glob("src/*/src")))}
+    command = [sys.executable, str(tmp_path / "held.py")]
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    assert (told.returncode, told.stderr) == (INTERRUPTED, "Interrupted.\n")
+
+
 def test_one_worker_is_this_process():
     with open_workers(1) as workers:
         assert isinstance(workers, ThisProcess)

@@ -14,13 +14,14 @@ from master_thesis.report.page import write_page
 from master_thesis.report.pdf import write_pdf
 from master_thesis.report.piece import TRIALS
 from master_thesis.report.plan import chosen, plan
-from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
+from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST, Size
 from master_thesis.trials.run import run_trials
 from master_thesis.trials.store import Store
 from master_thesis.trials.workers import end, interrupted, open_workers
 from master_thesis.worlds.scenario import LIDARS
 
 WORKERS = 2
+KEPT = "Interrupted; all finished pieces are kept; the next call goes on from here."
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -35,19 +36,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _end("A report of this size has no such piece.", 2)
         page = given.out.resolve() / "index.html"
         with Store(page.with_name(TRIALS)) as store:
-            with open_workers(given.workers) as workers:
-                failed = run_trials(pieces, store, workers, "report")
+            try:
+                with open_workers(given.workers) as workers:
+                    failed = run_trials(pieces, store, workers, "report")
+            except KeyboardInterrupt:
+                return _interrupted(page, size, store)
             write_page(page, size, store, failed)
         _say(f"\nThe report: {page}")
         _say("No PDF was asked for." if given.no_pdf else write_pdf(page, page.with_name("report.pdf")))
     except KeyboardInterrupt:
-        return interrupted("Interrupted; all finished pieces are kept; the next call goes on from here.")
+        return interrupted(KEPT)
     except MasterThesisError as error:
         return _end(str(error), 1)
     _say(f"It took {(time.monotonic() - began_s) / 60.0:.1f} min.")
     if failed:
         return _end(f"{len(failed)} of {len(pieces)} pieces failed, see the page; call again to try them.", 1)
     return 0
+
+
+def _interrupted(page: Path, size: Size, store: Store) -> int:
+    """Write the page of all finished pieces, if there are any, and return the exit code.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C again.
+    """
+    if any(store.get(piece) is not None for piece in plan(size)):
+        _say("\nInterrupted: writing the page of what is there (Ctrl-C: without it).")
+        write_page(page, size, store)
+        _say(f"The report, with gaps: {page}")
+    return interrupted(KEPT)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import os
 import sys
+import threading
 from typing import Callable, ContextManager, Iterator, NoReturn, Protocol, Sequence, TypeVar
 
 Task = TypeVar("Task")
@@ -13,6 +14,9 @@ Result = TypeVar("Result")
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, like a shell's."""
+
+FREEING_S = 2.0
+"""Wall time to free the semaphores of workers that were killed."""
 
 
 class Workers(Protocol):
@@ -81,6 +85,21 @@ def end(code: int) -> NoReturn:
     """End this process with an exit code. After Ctrl-C end at once, because Dask shuts down slowly."""
     if code != INTERRUPTED:
         sys.exit(code)
+    _free_semaphores()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
+
+
+def _free_semaphores() -> None:
+    """Free those of multiprocessing, as Python's own exit does first; else its tracker tells of leaks.
+
+    A worker that just starts would not find its own, so none may live.
+    """
+    import multiprocessing.util
+
+    for child in multiprocessing.active_children():
+        child.kill()
+    freeing = threading.Thread(target=multiprocessing.util._run_finalizers, args=(0,), daemon=True)
+    freeing.start()
+    freeing.join(FREEING_S)
