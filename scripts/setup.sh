@@ -173,7 +173,7 @@ compile_imported() {
 # kernel_inputs: prints a digest of the packages with kernels
 kernel_inputs() {
   local module
-  for module in src/*/src/*/warm_up.py; do
+  for module in src/*/src/*/warm_up.py src/kernel_cache/src/kernel_cache/compiler.py; do
     find "$(dirname "$module")" -name '*.py' -print0
   done | sort -z | xargs -0 sha256sum | sha256sum
 }
@@ -184,7 +184,7 @@ compile_kernels() {
   for module in src/*/src/*/warm_up.py; do
     module=$(basename "$(dirname "$module")")
     echo "compiling the inner loops of $module"
-    env PYTHONPATH="$root/src/$module/src" .venv/bin/python -m "$module.warm_up" || return
+    env PYTHONPATH="$root/src/$module/src:$root/src/kernel_cache/src" .venv/bin/python -m "$module.warm_up" || return
   done
   kernel_inputs >.venv/.bringup_kernels
 }

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from kernel_cache.folders import folder_for
 from master_thesis.doctor import installation
 from master_thesis.doctor.finding import (
     BROKEN,
@@ -21,7 +22,7 @@ from master_thesis.doctor.finding import (
     as_text,
     exit_code,
 )
-from master_thesis.doctor.machine import Machine, geoid_path, look_at, masters, requirements
+from master_thesis.doctor.machine import Machine, geoid_path, kernels_missing, look_at, masters, requirements
 
 ROOT = Path(__file__).resolve().parents[4]
 ROS = {"ROS_MASTER_URI": "http://localhost:11311"}
@@ -237,3 +238,21 @@ def test_masters_of_this_machine_are_found(processes, tmp_path):
     )
     started.stdout.readline()
     assert 54321 in masters()
+
+
+@pytest.mark.parametrize("is_given", [True, False], ids=["NUMBA_CACHE_DIR", "beside the sources"])
+def test_each_librarys_own_kernels_are_looked_for(is_given, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "users"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    if is_given:
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "given"))
+    for name in ("one", "other"):
+        library = tmp_path / "src" / name / "src" / name
+        library.mkdir(parents=True)
+        (library / "__init__.py").touch()
+        (library / "warm_up.py").touch()
+        (library / "kernel.py").write_text("@njit(cache=True)\ndef kernel(): ...\n")
+    assert kernels_missing(tmp_path) == ("one", "other")
+    folder = folder_for(library / "kernel.py")
+    (folder / "kernel.nbi").touch()
+    assert kernels_missing(tmp_path) == ("one",)

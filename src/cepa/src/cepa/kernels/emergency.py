@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 ALONGSIDE_M = 1e-9
 """What is not farther ahead than this is alongside: a direction does not lead towards it."""

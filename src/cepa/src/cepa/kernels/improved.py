@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 BEST_FIRST = 128
 """Directions tested before the second bound is worth its while; most searches end sooner."""

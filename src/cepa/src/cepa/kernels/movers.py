@@ -12,7 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 FIRST, END, MIDDLE_X, MIDDLE_Y, SIZE, SURFACE_X, SURFACE_Y, CUT_FIRST, CUT_LAST, CLUSTER_COLUMNS = range(10)
 NOT_CUT, TILTED, HIDDEN = 0.0, 1.0, 2.0

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 LEAST_HORIZONTAL_M = 1e-3
 ANGLE_ERROR_RAD = 3e-4

@@ -11,9 +11,9 @@ import math
 from typing import Tuple
 
 import numpy as np
-from numba import njit
 
 from cepa.kernels.surroundings import Cushions, Horizon, Surroundings
+from kernel_cache.compiler import njit
 
 POSITION, VELOCITY, ACCELERATION, INTEGRAL = 0, 4, 8, 12
 """Of a response: where the row of each begins, with its factors of velocity, acceleration, integral and

@@ -6,7 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 NOBODY = -1
 

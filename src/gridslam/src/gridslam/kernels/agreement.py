@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.tiles import MASK, SIDE_BITS
+from kernel_cache.compiler import njit
 
 NEAR = 2
 """Cells: a beam agrees if the map has a wall within this much of its end, along x and along y."""

@@ -7,9 +7,9 @@ contiguous as the tile itself, and is added in words of eight cells.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.tiles import COUNT_MAX, MASK, SIDE, SIDE_BITS
+from kernel_cache.compiler import njit
 
 ROW_BITS = 32
 ROW = float(1 << ROW_BITS)

@@ -10,7 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 FITS, CLASHES = 0, 1
 FULL = 255.0

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.board import WORDS, carries, count_beam, counted, parts_of, tiles_around
 from gridslam.kernels.tiles import (
@@ -25,6 +24,7 @@ from gridslam.kernels.tiles import (
     own_ends,
     own_tiles,
 )
+from kernel_cache.compiler import njit
 
 
 class BeamEnds(NamedTuple):

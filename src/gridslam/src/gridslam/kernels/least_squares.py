@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.nearest import NearestPoints, offset
+from kernel_cache.compiler import njit
 
 PIVOT_MIN = 1e-9
 OBSERVED_SHARE = 0.01

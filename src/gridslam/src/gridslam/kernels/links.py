@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.least_squares import factor, inverse, keep_strongest, solve
+from kernel_cache.compiler import njit
 
 FACING_COS = math.cos(math.radians(40.0))
 """Normals that differ by more belong to different surfaces."""

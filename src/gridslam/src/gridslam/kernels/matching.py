@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.least_squares import add_prior, factor, ignore_unobserved, linearise, solve
 from gridslam.kernels.nearest import NearestPoints, ParticleMap, find_points, measure, score
+from kernel_cache.compiler import njit
 
 CONVERGED_CELLS = 0.03
 CONVERGED_RAD = 3e-4

@@ -12,9 +12,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.tiles import MASK, PARTS, SIDE, SIDE_BITS
+from kernel_cache.compiler import njit
 
 PART = 1.0 / PARTS
 """Cells: unit of the means."""

@@ -10,7 +10,8 @@ import heapq
 import math
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 FULL = 255
 """The greatest fit."""

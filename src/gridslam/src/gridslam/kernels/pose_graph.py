@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.least_squares import factor, inverse, solve_upper
+from kernel_cache.compiler import njit
 
 WORD_BITS = 64
 ONE, ZERO = np.uint64(1), np.uint64(0)

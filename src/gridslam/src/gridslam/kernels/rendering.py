@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.tiles import SIDE, Tiles
+from kernel_cache.compiler import njit
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 STEP_MAX = 3.0
 """Cells: neighbours closer than this are always on one surface."""

@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.nearest import NearestPoints
+from kernel_cache.compiler import njit
 
 FLAT_MIN = 0.8
 """A cell is flat if its mean normal is at least this long."""

@@ -10,7 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS

@@ -10,11 +10,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gridslam.kernels.board import count_in_tile, parts_of, tiles_around
 from gridslam.kernels.insertion import BeamEnds, add_at_home, add_part, enter_beams, insert_beams, place
 from gridslam.kernels.tiles import EMPTY, SIDE, SIDE_BITS, TILES, Tiles, own_tiles
+from kernel_cache.compiler import njit
 
 LEFT_MAX = 64
 """A particle with more tiles of its own than this is not settled tile by tile, which would take longer."""

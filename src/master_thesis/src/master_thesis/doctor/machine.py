@@ -13,6 +13,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Mapping, Sequence
 
+from kernel_cache.folders import has_code
+
 UPSTREAM = {
     "rqt_reconfigure": "rqt_reconfigure",
     "mavros": "mavros_node",
@@ -84,7 +86,7 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
         debian_missing=_missing(packages.read_text(encoding="utf-8")) if packages.exists() else (),
         md5_wanted=md5_wanted,
         md5_found=md5_found,
-        kernels_missing=_kernels_missing(root),
+        kernels_missing=kernels_missing(root),
         free_disk_mb=shutil.disk_usage(root).free // 2**20,
         free_memory_mb=_available_memory_mb(),
         hosts={name: _resolves(name) for name in sorted(hosts)},
@@ -189,16 +191,13 @@ def _missing(package_list: str) -> tuple[str, ...]:
     return tuple(name for name in wanted if name not in installed)
 
 
-def _kernels_missing(root: Path) -> tuple[str, ...]:
-    """Return the libraries with kernels that numba has not compiled yet."""
-    libraries = sorted(path.parent for path in root.glob("src/*/src/*/warm_up.py"))
-    elsewhere = os.environ.get("NUMBA_CACHE_DIR")
-    return tuple(
-        library.name
-        for library in libraries
-        if not any(Path(elsewhere or library).rglob("*.nbi"))
-        and any(_jitted(path) for path in library.rglob("*.py"))
-    )
+def kernels_missing(root: Path) -> tuple[str, ...]:
+    """Return the libraries with kernels of which none was compiled from the present sources yet."""
+    libraries = {
+        path.parent.name: [file for file in path.parent.rglob("*.py") if _jitted(file)]
+        for path in sorted(root.glob("src/*/src/*/warm_up.py"))
+    }
+    return tuple(name for name, files in libraries.items() if files and not any(map(has_code, files)))
 
 
 def _jitted(path: Path) -> bool:

@@ -15,8 +15,8 @@ from typing import Sequence
 
 import numpy as np
 
+from kernel_cache.compiler import njit
 from simulation_tools.geometry import Vector3
-from simulation_tools.kernel_cache import njit
 from simulation_tools.sdf.elements import Model
 from simulation_tools.vehicle.rotor import AirframeError, Rotor
 from simulation_tools.vehicle.rotor_plugins import read_rotors

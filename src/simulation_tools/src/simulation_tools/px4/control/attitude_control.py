@@ -12,8 +12,8 @@ from typing import Tuple
 
 import numpy as np
 
+from kernel_cache.compiler import njit
 from simulation_tools.geometry import Vector3
-from simulation_tools.kernel_cache import njit
 from simulation_tools.px4.parameters import Px4Parameters
 
 AXES = ("ROLL", "PITCH", "YAW")

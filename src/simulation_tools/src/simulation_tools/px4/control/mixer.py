@@ -10,7 +10,7 @@ from typing import Sequence
 
 import numpy as np
 
-from simulation_tools.kernel_cache import njit
+from kernel_cache.compiler import njit
 
 # PX4's rotor positions of a wide quadrotor, (x forward, y right) in metres, and the direction of turning:
 # front right ccw, rear left ccw, front left cw, rear right cw. Airframe 10016 flies with this one.

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from simulation_tools.kernel_cache import njit
+from kernel_cache.compiler import njit
 from simulation_tools.px4.control.records import ATTITUDE_SETPOINT_DTYPE
 from simulation_tools.px4.parameters import Px4Parameters
 

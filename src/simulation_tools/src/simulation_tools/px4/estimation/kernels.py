@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from simulation_tools.kernel_cache import njit
+from kernel_cache.compiler import njit
 
 GRAVITY_M_S2 = 9.80665
 

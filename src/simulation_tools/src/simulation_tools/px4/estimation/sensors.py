@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernel_cache.compiler import njit
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3, rotate_inverse
-from simulation_tools.kernel_cache import njit
 from simulation_tools.ned_frames import enu_to_ned, flu_to_frd
 from simulation_tools.sensors.atmosphere import pressure_pa
 from simulation_tools.sensors.schedule import Schedule

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from kernel_cache.compiler import njit
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Vector3
-from simulation_tools.kernel_cache import njit
 from simulation_tools.px4.estimation.interface import AIDED, ESTIMATE_DTYPE, EstimatorStatus, SolutionFlag
 from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
 from simulation_tools.px4.parameters import Px4Parameters

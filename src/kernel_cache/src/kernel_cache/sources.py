@@ -1,0 +1,56 @@
+"""The sources that a kernel is compiled from: its file, and all of its package that this one imports."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+
+DIGITS = 16
+
+
+@lru_cache(maxsize=None)
+def digest_of(file: Path) -> str:
+    """Return a digest of all the sources of the kernels in a file; they must not change meanwhile."""
+    root = _root_of(file)
+    digest = hashlib.sha256()
+    for path in sorted(sources_of(file)):
+        digest.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:DIGITS]
+
+
+def sources_of(file: Path) -> set[Path]:
+    """Return the file, and all files of its package that it imports, directly or through others."""
+    found, new = {file}, [file]
+    while new:
+        imported = _imported(new.pop()) - found
+        found |= imported
+        new += imported
+    return found
+
+
+def _root_of(file: Path) -> Path:
+    """Return the folder that Python has on its path for a file's package."""
+    folder = file.parent
+    while (folder / "__init__.py").is_file():
+        folder = folder.parent
+    return folder
+
+
+@lru_cache(maxsize=None)
+def _imported(file: Path) -> frozenset[Path]:
+    """Return the files of its own package that a file imports itself."""
+    root = _root_of(file)
+    inside = file.relative_to(root).with_suffix("").parts
+    names: set[tuple[str, ...]] = set()
+    for node in ast.walk(ast.parse(file.read_bytes(), str(file))):
+        if isinstance(node, ast.Import):
+            names |= {tuple(alias.name.split(".")) for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            above = inside[: len(inside) - node.level] if node.level else ()
+            module = (*above, *(node.module.split(".") if node.module else ()))
+            names |= {module, *((*module, alias.name) for alias in node.names)}
+    ours = {root.joinpath(*name) for name in names if name[:1] == inside[:1]}
+    candidates = {path.with_suffix(".py") for path in ours} | {path / "__init__.py" for path in ours}
+    return frozenset(path for path in candidates if path.is_file())
