@@ -131,6 +131,12 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case, capsys):
     ("content", "sentence"),
     [
         ("particles: many", "particles must be a finite number, not 'many'."),
+        ("particels: 30", "There is no parameter particels; did you mean particles?"),
+        (
+            "maxUrange: 1e1",
+            "maxUrange must be a finite number, not '1e1'. YAML reads 1e1 as text: write maxUrange: 1.0e+1, "
+            "with a point",
+        ),
         ("closure_x: 1", "The loop closure has no parameter x."),
         ("- particles", "holds no names with values; give a YAML file"),
     ],

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cepa import CepaParameters, LaserScan2D
+from master_thesis.experiment_2 import summary
 from master_thesis.experiment_2.proposals import K_SWEEP, propose, sweep
 from master_thesis.worlds.placements import R_LB_M
 
@@ -66,3 +67,22 @@ def test_without_anything_near_there_is_no_emergency():
     proposed = propose(scan(wall_m=2.0), PARAMETERS)
     assert not proposed.emergency
     assert proposed.improved_xy == proposed.original_xy == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("velocity_xy", "words"),
+    [
+        ((1.0, 0.25), "1.00 m/s ahead, 0.25 m/s to the left"),
+        ((-0.5, -1.0), "0.50 m/s back, 1.00 m/s to the right"),
+        ((-0.001, 0.0), "0.00 m/s ahead, 0.00 m/s to the left"),
+    ],
+)
+def test_a_velocity_is_told_with_its_side_and_no_sign(velocity_xy, words):
+    proposed = {"original_xy": velocity_xy, "improved_xy": (0.0, 0.0), "reason": "FREE"}
+    content = {
+        **dict.fromkeys(("scenario", "algorithm", "lidar", "failure", "min_clearance_m")),
+        "k_filter": 50.0,
+        "proposals": [proposed],
+        "collision": False,
+    }
+    assert f"original proposes      {words}" in summary.headline(content)

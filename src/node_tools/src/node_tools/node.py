@@ -10,6 +10,7 @@ from typing import Callable, Optional, Protocol, Tuple, Type, Union
 import rospy
 
 from node_tools.ending import Ending, exit_later, leave, silence_threads
+from node_tools.parameters import exponents_as_text
 
 HEARD_AFTER_S = 0.3
 """Wall time until subscribers of /rosout are connected to a new node."""
@@ -44,7 +45,10 @@ class CallbackNode(Protocol):
 def cannot_start(error: Exception) -> str:
     """Return the sentence about a fault in the node's parameters."""
     name = rospy.get_name()
-    return f"{name} cannot start: {error} Change it in the launch file, or by rosparam set under {name}."
+    given = rospy.get_param("~", {})
+    hint = exponents_as_text(given) if isinstance(given, dict) else ""
+    how = hint or f"Change it in the launch file, or by rosparam set under {name}."
+    return f"{name} cannot start: {error} {how}"
 
 
 def run(

@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from typing import Any, Callable, Mapping, TypeVar
 
 import rospy
 
 Parameters = TypeVar("Parameters", bound=Any)
 """A dataclass that checks itself."""
+_EXPONENT = re.compile(r"([-+]?)(\d+)(?:\.(\d*))?[eE]([-+]?)(\d+)")
+
+
+def exponents_as_text(values: Mapping[str, Any]) -> str:
+    """Return a sentence about values like 1e9, which YAML reads as text; empty if there are none."""
+    for name, value in values.items():
+        number = _EXPONENT.fullmatch(value) if isinstance(value, str) else None
+        if number:
+            sign, whole, rest, power_sign, power = number.groups()
+            meant = f"{sign}{whole}.{rest or 0}e{power_sign or '+'}{power}"
+            return f"YAML reads {value} as text: write {name}: {meant}, with a point and a sign."
+    return ""
 
 
 def read_values(defaults: Mapping[str, Any]) -> dict[str, Any]:

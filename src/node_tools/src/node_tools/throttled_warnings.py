@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+import time
 
 import rospy
 
 PERIOD_S = 5.0
-"""ROS time between two warnings of one kind."""
+"""Wall time between two warnings of one kind, because ROS time may jump to and fro."""
 _NUMBERS = re.compile(r"\d+")
 
 
@@ -20,8 +21,8 @@ class ThrottledWarnings:
     def say(self, sentence: object) -> None:
         """Log the sentence as a warning, unless the same fault was logged in the last `PERIOD_S`."""
         kind = _NUMBERS.sub("", str(sentence))
-        now_s = rospy.get_time()
+        now_s = time.monotonic()
         said_at_s = self._said_at_s.get(kind)
-        if said_at_s is None or not 0.0 <= now_s - said_at_s < PERIOD_S:
+        if said_at_s is None or now_s - said_at_s >= PERIOD_S:
             self._said_at_s[kind] = now_s
             rospy.logwarn("%s", sentence)

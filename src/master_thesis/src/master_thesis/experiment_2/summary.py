@@ -88,5 +88,7 @@ def headline(content: dict) -> str:
 
 
 def _velocity(velocity_xy: Sequence[float]) -> str:
-    x, y = velocity_xy
-    return f"{x:+.2f} m/s ahead, {y:+.2f} m/s to the left"
+    """Return a velocity of the body (x ahead, y left) in words."""
+    x, y = (round(value, 2) for value in velocity_xy)
+    along, across = "back" if x < 0.0 else "ahead", "right" if y < 0.0 else "left"
+    return f"{abs(x):.2f} m/s {along}, {abs(y):.2f} m/s to the {across}"
