@@ -93,6 +93,35 @@ def test_a_covariance_that_tells_nothing_counts_as_none(log, covariance):
     assert "srr, srt, str and stt count instead" in said[0]
 
 
+def test_odometry_that_begins_anew_between_slow_scans_leaves_the_vehicle_in_its_place(log):
+    # Given scans every 2.5 s, between two of which odometry begins anew at zero, 9 m away
+    middle, states, said = len(log.scans) * 3 // 4, [], []
+    session = SlamSession(PARAMETERS, say=said.append)
+    for index, (scan, odometry) in enumerate(zip(log.scans, log.odometry)):
+        base = odometry if index < middle else se2.between(log.odometry[middle], odometry)
+        session.process(dataclasses.replace(scan, stamp_s=2.5 * index), base)
+        states.append(session.judgement.state)
+    # Then that is said, and the place counts as uncertain until the scans have proved it
+    assert len(said) == 1
+    assert said[0].startswith("Odometry jumped by")
+    assert set(states[:middle]) == {"tracking"}
+    assert states[middle] == "uncertain"
+    assert states[-1] == "tracking"
+    assert error_m(base_in_map(session, base), log.truth.poses_in_map[-1]) < 0.1
+
+
+def test_a_piece_that_lacks_in_the_log_is_uncertain_until_the_place_is_proved(log):
+    # Given scans twice a second, of which those of a whole minute lack
+    middle, states = len(log.scans) // 2, []
+    session = SlamSession(PARAMETERS)
+    for index, (scan, odometry) in enumerate(zip(log.scans, log.odometry)):
+        session.process(dataclasses.replace(scan, stamp_s=0.5 * index + 60.0 * (index >= middle)), odometry)
+        states.append(session.judgement.state)
+    assert set(states[:middle]) == {"tracking"}
+    assert states[middle] == "uncertain"
+    assert states[-1] == "tracking"
+
+
 @pytest.mark.parametrize("by", ["initialpose", "search"])
 def test_a_correction_begun_before_the_vehicle_was_put_elsewhere_does_not_take_it_back(log, by, monkeypatch):
     # Given a correction of the path that is due at the next scan

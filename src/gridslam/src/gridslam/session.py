@@ -19,7 +19,7 @@ from gridslam.files import session_file
 from gridslam.filter.motion_model import is_told
 from gridslam.filter.particle_filter import START_DEVIATION, GridSlam
 from gridslam.filter.scan_update import ScanUpdate
-from gridslam.inputs.continuous_odometry import ContinuousOdometry
+from gridslam.inputs.continuous_odometry import ContinuousOdometry, Doubt
 from gridslam.localisation.supervisor import Supervisor
 from gridslam.maps.new_map import check
 from gridslam.occupancy_grid import OccupancyGrid
@@ -90,6 +90,8 @@ class SlamSession:
         elif self._is_resumed and (scan.stamp_s < last_s or self._odometry.odom_in_continuous is not before):
             self._supervisor.doubt(self.slam, "a new flight begins on the saved map")
             self.slam.widen(START_DEVIATION)
+        elif self._odometry.doubt is not None:
+            self._doubt(self.slam, self._odometry.doubt)
         self._is_resumed = False
         if self._closer is not None and self._closer.take(self.slam, scan.stamp_s):
             self._supervisor.forget_map()
@@ -105,6 +107,15 @@ class SlamSession:
         if update is not None and self._closer is not None:
             self._closer.update(self.slam, base, self.slam.judgement.last)
         return update
+
+    def _doubt(self, slam: GridSlam, doubt: Doubt) -> None:
+        """Prove the place anew, because odometry may have missed a part of the way."""
+        slam.widen(doubt.deviations)
+        if slam.judgement.is_lost:
+            return
+        self._supervisor.doubt(slam, doubt.reason)
+        if self._closer is not None:
+            self._closer.forget(is_contradicted=True)
 
     def finish(self) -> None:
         """Correct the path by all closures. Call this after the last scan."""

@@ -72,6 +72,64 @@ def test_a_clock_that_went_back_is_told_of():
     )
 
 
+def drive(way_m, turn_rad=0.0, count=20, every_s=2.5):
+    """Readings (stamp, pose) of a vehicle that moves by so much from one to the next."""
+    poses = [np.zeros(3)]
+    for _ in range(count):
+        poses.append(se2.compose(poses[-1], (way_m, 0.0, turn_rad)))
+    return [(every_s * index, pose) for index, pose in enumerate(poses)]
+
+
+@pytest.mark.parametrize("first", [(0.0, 0.0, 0.0), (0.4, -0.2, 0.05)])
+@pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (-3.0, 5.0, 2.0)])
+def test_slow_scans_excuse_no_odometry_that_begins_anew(first, origin):
+    # Given scans every 2.5 s, 0.4 m apart; 8 m off, odometry begins anew at zero, or where it began at first
+    readings = [(stamp_s, se2.compose(origin, pose)) for stamp_s, pose in drive(0.4)]
+    begun = np.zeros(3) if first == (0.0, 0.0, 0.0) else se2.compose(origin, first)
+    readings += [(52.5, begun), (55.0, se2.compose(begun, (0.4, 0.0, 0.0)))]
+    found, said, odometry = followed(readings)
+    # Then the vehicle was at rest meanwhile, and its place is in doubt for as much as it may have moved
+    assert_same(found[-2], readings[-3][1])
+    assert_same(found[-1], se2.compose(readings[-3][1], (0.4, 0.0, 0.0)))
+    assert len(said) == 1
+    assert odometry.doubt is None
+    found, _, odometry = followed(readings[:-1])
+    assert odometry.doubt.reason == "odometry has jumped"
+    assert odometry.doubt.deviations == pytest.approx((0.4, 0.4, 0.0))
+
+
+@given(st.floats(0.1, 2.0), st.integers(12, 40))
+@settings(max_examples=20)
+def test_a_round_trip_through_the_origin_is_no_restart(way_m, count):
+    found, said, odometry = followed(drive(way_m, 2.0 * math.pi / count, 3 * count))
+    assert_same(found[-1], np.zeros(3))
+    assert (said, odometry.doubt) == ([], None)
+
+
+def test_a_silence_leaves_a_part_of_the_way_unknown():
+    # Given a vehicle at 0.4 m/s; 60 s later odometry says that it is 3 m farther
+    readings = drive(0.4, every_s=1.0)
+    readings.append((80.0, se2.compose(readings[-1][1], (3.0, 0.0, 0.0))))
+    found, said, odometry = followed(readings)
+    # Then that is taken as it is, and doubted: 24 m may be missing
+    assert_same(found[-1], readings[-1][1])
+    assert said == []
+    assert odometry.doubt.reason == "60.0 s before this scan are missing"
+    assert odometry.doubt.deviations == pytest.approx((0.1 * 24**0.5, 0.1 * 24**0.5, 0.3))
+    # And a pause that is as long as earlier ones is usual
+    readings.append((140.0, readings[-1][1]))
+    assert followed(readings)[2].doubt is None
+
+
+def test_a_step_that_is_much_longer_than_any_before_is_doubted():
+    readings = drive(0.4)
+    readings.append((52.5, se2.compose(readings[-1][1], (6.9, 0.0, 0.0))))
+    found, said, odometry = followed(readings)
+    assert_same(found[-1], readings[-1][1])
+    assert said == []
+    assert odometry.doubt.reason == "odometry has moved by 6.90 m and 0 degrees at once"
+
+
 @settings(max_examples=40)
 @given(poses, poses, steps)
 def test_a_restored_state_goes_on_as_if_nothing_had_been(before, after, move):
