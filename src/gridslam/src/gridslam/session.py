@@ -95,6 +95,7 @@ class SlamSession:
         self._is_resumed = False
         if self._closer is not None and self._closer.take(self.slam, scan.stamp_s):
             self._supervisor.forget_map()
+            self._join_if_recognised(self.slam)
         was_lost = self.slam.judgement.is_lost
         if covariance is not None and not is_told(covariance):
             self._say("The odometry's covariance makes no sense; srr, srt, str and stt count instead.")
@@ -121,6 +122,13 @@ class SlamSession:
         """Correct the path by all closures. Call this after the last scan."""
         if self._closer is not None and self.slam is not None:
             self._closer.finish(self.slam)
+            self._join_if_recognised(self.slam)
+
+    def _join_if_recognised(self, slam: GridSlam) -> None:
+        """Note that closures have joined the map with the earlier one."""
+        if slam.judgement.is_apart and slam.earlier is None:
+            slam.judgement.join()
+            self._supervisor.forget_earlier()
 
     def _begin(self, base: np.ndarray) -> GridSlam:
         slam = GridSlam(

@@ -97,20 +97,48 @@ def test_a_place_that_fits_clearly_worse_is_no_rival(share, is_rival):
     assert bool(relocaliser._rivals(np.array(share), 0.95)) == is_rival
 
 
-def test_on_its_own_map_a_search_in_vain_ends():
-    # Given a room that was mapped, and a vehicle that is carried to another building
+def carried_away(loop_closure, said):
+    """A session that has mapped a room, and the scans of another building to which the vehicle is carried."""
     flight = drive(WALLS, along(ROOM_WAY[:3], 0.25), LIDAR, 0)
-    said = []
-    session = SlamSession(PARAMETERS, say=said.append)
+    session = SlamSession(PARAMETERS, loop_closure, say=said.append)
     for pair in zip(flight.scans, flight.odometry):
         session.process(*pair)
     away = drive(hold(), along(HOLD_WAY[:3], 0.25), LIDAR, 1)
     there = se2.compose(flight.odometry[-1], se2.between(away.odometry[0], away.odometry))
-    for scan, base in zip(away.scans, there):
-        session.process(dataclasses.replace(scan, stamp_s=1000.0 + scan.stamp_s), base)
-    # Then it says that it goes on by odometry
-    assert any("not found on the map" in sentence for sentence in said)
-    assert not any("found again" in sentence for sentence in said)
+    return session, [
+        (dataclasses.replace(scan, stamp_s=flight.scans[-1].stamp_s + 0.5 + scan.stamp_s), base)
+        for scan, base in zip(away.scans, there)
+    ]
+
+
+@pytest.mark.parametrize("loop_closure", [True, False])
+def test_where_a_search_is_in_vain_a_map_of_its_own_begins(loop_closure, tmp_path):
+    # Given a room that was mapped, and a vehicle that is carried to another building
+    said = []
+    session, scans = carried_away(loop_closure, said)
+    before = session.grid()
+    again = None
+    for index, pair in enumerate(scans):
+        session.process(*pair)
+        if again is not None:
+            again.process(*pair)
+        if index == len(scans) - 20:
+            session.save(tmp_path / "state")
+            again = SlamSession.load(tmp_path / "state", say=lambda sentence: None)
+            assert session.slam.earlier is not None
+    # Then it says so, and no place counts as tracked, however well the scans agree with the new map
+    assert sum("not found on the map" in sentence for sentence in said) == 1
+    assert not any("recognised" in sentence.split(". ")[0] for sentence in said)
+    assert session.judgement.state == "uncertain"
+    assert session.judgement.smoothed_share > 0.9
+    # And the map of the room is as it was; it stands until the other one holds more scans
+    np.testing.assert_array_equal(session.slam.earlier.grid().cells, before.cells)
+    own = len(session.trajectory().stamps_s) - session.slam.earlier.scans
+    assert (session.grid().size_m == before.size_m) == (session.slam.earlier.scans >= own)
+    # And a state that was saved meanwhile goes on the same
+    assert again.map_to_odom == session.map_to_odom
+    np.testing.assert_array_equal(again.grid().cells, session.grid().cells)
+    np.testing.assert_array_equal(again.slam.earlier.grid().cells, before.cells)
 
 
 def test_a_given_pose_draws_the_particles_and_is_confirmed(room):

@@ -10,6 +10,7 @@ from repeated_worlds import closure_errors
 from gridslam import se2
 from gridslam.errors import ParameterError
 from gridslam.evaluation import Walls
+from gridslam.filter.earlier_map import Pieces
 from gridslam.filter.particle_filter import GridSlam
 from gridslam.loop_closure import LoopCloser, LoopClosureParameters, recognition
 from gridslam.loop_closure.chain import Chain
@@ -26,7 +27,7 @@ class Path:
     """A filter that has come along poses, with scans of a room about each of them."""
 
     def __init__(self, poses):
-        self.poses = np.array(poses, dtype=float)
+        self.poses, self.pieces = np.array(poses, dtype=float), Pieces()
         angles = np.linspace(-math.pi, math.pi, 240, endpoint=False)
         ranges = 3.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
         self.scans = [
@@ -134,7 +135,7 @@ def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monke
     for agrees, expected_m in ((False, 0.5), (True, 8.0)):
         closer, searched = LoopCloser(), []
 
-        def search(closer=closer, searched=searched, agrees=agrees):
+        def search(_pieces, closer=closer, searched=searched, agrees=agrees):
             closer._agreed = agrees
             searched.append(closer._chain.way_m[-1])
             return False
@@ -328,7 +329,8 @@ def scattered_boxes(seed, route):
     return Walls.from_polygons(polygons)
 
 
-def test_two_branches_become_one_map_after_odometry_has_slipped():
+@pytest.mark.parametrize("loop_closure", [True, False])
+def test_two_branches_become_one_map_after_odometry_has_slipped(loop_closure):
     # given a round trip; over 8 m of it there are no scans, and odometry stands still
     truth = along(rectangle_route(12.0, 7.0, 0.5, laps=1.4), 0.5)
     way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
@@ -340,15 +342,34 @@ def test_two_branches_become_one_map_after_odometry_has_slipped():
     odometry = np.vstack([log.odometry[:slip], se2.compose(slipped, log.odometry[slip:])])
     # when it is mapped
     parameters = SlamParameters(seed=1, threads=1, **FILTER)
-    session = SlamSession(parameters, starting_pose=tuple(truth[0]), say=lambda sentence: None)
-    worst_m = 0.0
-    for scan, base in zip(log.scans, odometry):
+    said, states, online_m = [], [], []
+    session = SlamSession(parameters, loop_closure, starting_pose=tuple(truth[0]), say=said.append)
+    for scan, base, pose in zip(log.scans, odometry, log.truth.poses_in_map):
         session.process(scan, base)
-        worst_m = max(worst_m, errors_m(session, log)[-1])
+        states.append(session.judgement.state)
+        online_m.append(math.dist(se2.compose(session.map_to_odom, base)[:2], pose[:2]))
+    # then the vehicle was off by the slip. Since that was found out, no wrong place has counted as tracked
+    lost = states.index("lost")
+    tracked = [index for index in range(lost, len(states)) if states[index] == "tracking"]
+    assert max(online_m[lost:]) > 7.0
+    assert tracked
+    assert max(online_m[index] for index in tracked) < 0.3
+    # and the maps before and after were apart until a place of the first was recognised
+    assert any("A new map begins here" in sentence for sentence in said)
     session.finish()
-    # then the path was off by the slip, and has come to where it belongs
-    assert worst_m > 7.0
-    assert errors_m(session, log).max() < 0.3
+    walls = np.argwhere(session.grid().cells > 65) * 0.05 + session.grid().origin_xy_m[::-1] + 0.025
+    ends = scattered_boxes(1, truth).ends_m
+    assert np.quantile(distances_m(walls[:, ::-1], ends), 0.98) < 0.3
+    # and with loop closure the whole path comes to where it belongs
+    assert errors_m(session, log).max() < 0.3 or not loop_closure
+
+
+def distances_m(points, ends):
+    """Distances of points (n, 2) to the nearest of walls (m, 4)."""
+    start, side = ends[None, :, :2], ends[None, :, 2:] - ends[None, :, :2]
+    share = ((points[:, None] - start) * side).sum(axis=2) / (side**2).sum(axis=2)
+    nearest = start + np.clip(share, 0.0, 1.0)[:, :, None] * side
+    return np.hypot(*np.moveaxis(points[:, None] - nearest, 2, 0)).min(axis=1)
 
 
 def errors_m(session, log):

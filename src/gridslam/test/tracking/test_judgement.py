@@ -93,6 +93,18 @@ def test_a_given_pose_is_uncertain_until_it_is_confirmed():
     assert judgement.state == TRACKING
 
 
+def test_apart_from_an_earlier_map_no_scan_makes_the_pose_tracked():
+    judgement = Judgement()
+    states(judgement, 0.2, 0.2, 0.2)
+    judgement.begin_apart("not found")
+    assert states(judgement, 1.0, 1.0, 1.0) == [UNCERTAIN] * 3
+    judgement.doubt("odometry has jumped")
+    judgement.confirm()
+    assert states(judgement, 1.0) == [UNCERTAIN]
+    judgement.join()
+    assert states(judgement, 1.0) == [TRACKING]
+
+
 def test_a_saved_judgement_goes_on():
     judgement, again = Judgement(), Judgement()
     states(judgement, 1.0, 0.3, 0.4)

@@ -20,6 +20,8 @@ from gridslam.parameters import SlamParameters
 from gridslam.scan import scans_from_arrays, scans_to_arrays
 
 FORMAT = 8
+PIECES = "pieces_"
+"""Prefix of the arrays of `Pieces`."""
 TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
 
 DAMAGE = (
@@ -47,6 +49,7 @@ def write(state: FilterState, path: str | Path) -> None:
         "log_likelihoods": state.log_likelihoods,
         **state.tree,
         **state.maps,
+        **{PIECES + name: values for name, values in state.pieces.items()},
         **_motion_arrays(state.motion),
         **scans_to_arrays(state.scans or ()),
         **_grid_arrays(state.starting_map),
@@ -128,6 +131,7 @@ def _state(header: dict, arrays: dict) -> FilterState:
         arrays["log_likelihoods"],
         {name: arrays[name] for name in TREE_ARRAYS},
         arrays,
+        {name[len(PIECES) :]: arrays[name] for name in arrays if name.startswith(PIECES)},
         _motion(arrays),
         scans_from_arrays(arrays) if header["keep_scans"] else None,
         header["random"],

@@ -10,6 +10,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
+from gridslam.filter.earlier_map import EarlierMap, Pieces
 from gridslam.filter.motion_model import Motion, predict
 from gridslam.filter.proposal import propose
 from gridslam.filter.scan_evidence import MatchedScan, evidence_of
@@ -66,6 +67,7 @@ class GridSlam:
         self._beams: list[Beams] = []
         """Of the scans that are kept, without those for matching."""
         self._maps = begun(starting_map, count, parameters.delta)
+        self._pieces = Pieces()
         self._motion: Motion | None = None
         self._rng = np.random.default_rng(parameters.seed)
         self._matcher = ScanMatcher(parameters)
@@ -207,6 +209,41 @@ class GridSlam:
             self._motion = Motion(self._motion.now, stamp_s, self._motion.covariance)
             self.widen(START_DEVIATION)
 
+    def begin_map(self) -> None:
+        """Begin a new map where odometry says the vehicle is. The present one becomes the `earlier` one."""
+        pose = np.array(self.base_in_map)
+        self._resample(np.full(len(self._poses), self.best_particle))
+        nodes = len(self._tree.stamps_s)
+        self._pieces.begin(self._maps, self.parameters, nodes)
+        self._leave_out()
+        self._maps = begun(None, len(self._poses), self.parameters.delta)
+        self._renderer = Renderer(self.parameters)
+        self._poses = np.tile(pose, (len(self._poses), 1))
+        self._log_likelihoods[:] = 0.0
+        if self._motion is not None:
+            self._motion = Motion(self._motion.now, self._motion.stamp_s, self._motion.covariance)
+            self._motion.due = True
+
+    def return_to_earlier(self, base_in_earlier: np.ndarray, covariance: np.ndarray) -> None:
+        """Go on with the earlier map, at a pose of the base in it, with what was mapped since.
+
+        Without the scans since then (see ``keep_scans``) their map is dropped.
+        """
+        moved = se2.compose(base_in_earlier, se2.inverse(self.base_in_map))
+        if self._scans is None:
+            self._maps = self._pieces.leave_own(len(self._tree.stamps_s))
+            self._renderer = Renderer(self.parameters)
+        else:
+            poses, first = self.trajectory().poses_in_map, self._pieces.begun
+            self.adopt(np.vstack([poses[:first], se2.compose(moved, poses[first:])]))
+        self.relocate(base_in_earlier, covariance, math.nan if self._motion is None else self._motion.stamp_s)
+
+    def _leave_out(self) -> None:
+        """Let the scans that are in no map enter none."""
+        if self._scans is not None:
+            for first, last in self._pieces.left_out:
+                self._beams[first:last] = [Beams.none()] * (last - first)
+
     def widen(self, deviations: Sequence[float]) -> None:
         """Process the next scan at once, with odometry more uncertain by these deviations (m, m, rad)."""
         if self._motion is not None:
@@ -249,6 +286,16 @@ class GridSlam:
         return self._starting_map is None
 
     @property
+    def earlier(self) -> EarlierMap | None:
+        """The map before the vehicle was lost in vain; None: there is none, or both are one again."""
+        return self._pieces.earlier
+
+    @property
+    def pieces(self) -> Pieces:
+        """Which scans are in which map."""
+        return self._pieces
+
+    @property
     def base_in_map(self) -> tuple[float, float, float]:
         """Pose of the best particle now: x, y in m and yaw in rad."""
         return tuple(self._now(self._poses[self.best_particle]).tolist())
@@ -281,7 +328,10 @@ class GridSlam:
         return Trajectory(np.array(self._tree.stamps_s), self._tree.path(self.best_particle))
 
     def grid(self) -> OccupancyGrid:
-        """Return the best particle's map; its cells are read-only."""
+        """Return the best particle's map, or the earlier one if that holds more; its cells are read-only."""
+        earlier = self._pieces.earlier
+        if earlier is not None and earlier.scans >= len(self._tree.stamps_s) - self._pieces.begun:
+            return earlier.grid()
         return self._renderer.render(self._maps, self.best_particle)
 
     def processed_scans(self) -> list[PlanarScan]:
@@ -295,16 +345,20 @@ class GridSlam:
 
     # Corrections from outside, and saved states
 
-    def draft(self) -> MapDraft:
-        """Return a new map for `adopt`. Any thread may call this and fill the map."""
-        return MapDraft(self.parameters, self._starting_map, self._beams)
+    def draft(self, first: int = 0) -> MapDraft:
+        """Return a new map for `adopt`, of the scans from the ``first`` one on.
+
+        Any thread may call this and fill the map.
+        """
+        return MapDraft(self.parameters, self._starting_map, self._beams, first)
 
     def adopt(self, poses_in_map: np.ndarray, draft: MapDraft | None = None) -> None:
         """Give all particles a corrected trajectory (k, 3), and a map of the scans along it.
 
         Args:
             poses_in_map: x, y in m and yaw in rad, for each processed scan.
-            draft: a map that holds the first of these scans at these poses; None: an empty one.
+            draft: a map that holds the first of these scans at these poses; None: an empty one. If there is
+                an earlier map, and the draft holds its scans, both are one then.
 
         Raises:
             StateError: the scans were not kept, or the poses are not one finite pose for each of them.
@@ -318,6 +372,8 @@ class GridSlam:
             draft.add(poses[draft.scans :])
         draft.maps.resample(np.zeros(self.parameters.particles, int))
         self._maps, self._renderer = draft.maps, Renderer(self.parameters)
+        if draft.first == 0:
+            self._pieces.join()
         self._tree.replace(poses)
         self._poses = np.tile(poses[-1], (self.parameters.particles, 1))
         self._log_weights[:] = 0.0
@@ -334,6 +390,7 @@ class GridSlam:
             self._log_likelihoods,
             self._tree.to_arrays(),
             self._maps.to_arrays(),
+            self._pieces.to_arrays(),
             self._motion,
             self._scans,
             self._rng.bit_generator.state,
@@ -356,6 +413,7 @@ class GridSlam:
         slam._log_likelihoods = state.log_likelihoods
         slam._tree = TrajectoryTree.from_arrays(**state.tree)
         slam._maps.restore(state.maps)
+        slam._pieces.restore(state.pieces, state.parameters, len(slam._tree.stamps_s))
         slam._motion = state.motion
         slam._rng.bit_generator.state = state.random
         if state.scans is not None and len(state.scans) != len(slam._tree.stamps_s):
@@ -364,6 +422,7 @@ class GridSlam:
         slam._beams = [
             Beams.from_scan(scan, state.parameters, is_matched=False) for scan in state.scans or ()
         ]
+        slam._leave_out()
         return slam
 
     def take_over_map(self, other: GridSlam) -> None:

@@ -33,6 +33,8 @@ class FilterState:
     """Arrays of `TrajectoryTree`."""
     maps: dict[str, np.ndarray]
     """Arrays of `TileMaps`."""
+    pieces: Mapping[str, np.ndarray]
+    """Arrays of `Pieces`."""
     motion: Motion | None
     """Odometry since the last processed scan; None: there was no scan yet."""
     scans: list[PlanarScan] | None

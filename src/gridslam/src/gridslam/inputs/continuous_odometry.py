@@ -23,9 +23,9 @@ is so many times the longest makes the pose doubtful.
 """
 EXACT, NEAR_M, NEAR_RAD = 1e-6, 0.1, 0.1
 """m and rad: odometry this near its origin is there exactly, or has just begun to move."""
-SILENCE_S, SILENCE_SHARE, SILENCE_MEANS = 5.0, 3.0, 15.0
-"""Without readings for so long, a part of the way is missing, if that is so many times the longest time so far
-and so many times the mean one, or if the step is longer than usual. Some vehicles give no scans at rest.
+SILENCE_S, SILENCE_SHARE, SILENCE_MEANS = 5.0, 3.0, 20.0
+"""Without readings for so long, a part of the way is missing, if that is so many times the longest time so
+far and so many times the mean one, or if the step is longer than usual. Some vehicles give no scans at rest.
 """
 DETOUR_M, DETOUR_RAD = 1.0, 0.3
 """Deviations that a missing part of the way adds at most. What errs more is left to the search."""

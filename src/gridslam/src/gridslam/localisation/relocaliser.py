@@ -72,9 +72,10 @@ class _Seen:
 
 
 class Relocaliser:
-    """Looks for the vehicle."""
+    """Looks for the vehicle. After a search in vain the next one waits for at most ``pause_max`` scans."""
 
-    def __init__(self) -> None:
+    def __init__(self, pause_max: int = PAUSE_SCANS_MAX) -> None:
+        self._pause_max = pause_max
         self.clear()
 
     def clear(self) -> None:
@@ -107,7 +108,7 @@ class Relocaliser:
         self._odom_in_map = self._unique(known, heading_rad)
         if self._odom_in_map is None:
             self._failures += 1
-            self._pause = min(self._failures, PAUSE_SCANS_MAX)
+            self._pause = min(self._failures, self._pause_max)
         else:
             self._confirmed = 0
             self.reason = "a place has been found; more scans must agree with it"

@@ -18,9 +18,11 @@ CONFIRMATIONS = 2
 """Number of scans in a row that must agree with a pose that was given or found."""
 SCANS_IN_VAIN = 20
 """After this many scans the search ends, if the map is SLAM's own."""
+PAUSE_APART_MAX = 8
+"""After a search of an earlier map in vain, the next one waits for this many more scans at most."""
 FOUND_DEVIATION = (0.05, 0.05, 0.02)
 """m, m, rad: uncertainty of a place that was found."""
-SEARCH, STANDSTILL = "search_", "standstill_"
+SEARCH, EARLIER, STANDSTILL = "search_", "earlier_", "standstill_"
 """Prefixes of their arrays in a saved state."""
 STANDSTILL_DEVIATION = (0.3, 0.3, 0.2)
 """m, m, rad: uncertainty of odometry that stands still while the scan changes."""
@@ -35,7 +37,7 @@ class Supervisor:
 
     def __init__(self, say: Callable[[str], None]):
         self._say = say
-        self._relocaliser = Relocaliser()
+        self._relocaliser, self._earlier = Relocaliser(), Relocaliser(PAUSE_APART_MAX)
         self._standstill = Standstill()
         self._in_vain = 0
 
@@ -62,7 +64,23 @@ class Supervisor:
         update = slam.process(scan, base, covariance)
         if judgement.last is not judged:
             self._remember(slam, scan, base)
+            if update is not None and slam.earlier is not None:
+                self._recognise(slam, scan, base)
         return update
+
+    def _recognise(self, slam: GridSlam, scan: PlanarScan, base: np.ndarray) -> None:
+        """Look for the vehicle on the earlier map."""
+        assert slam.earlier is not None
+        self._earlier.add(scan, base)
+        found = self._earlier.look(slam.earlier, slam.base_in_map[2])
+        if found is None:
+            return
+        x, y, yaw = found.tolist()
+        self._say(f"A place of the earlier map is recognised at x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad.")
+        slam.return_to_earlier(found, np.diag(FOUND_DEVIATION) ** 2)
+        slam.judgement.is_apart = False
+        self._earlier.clear()
+        self.doubt(slam, "a place of the earlier map was recognised")
 
     def _remember(self, slam: GridSlam, scan: PlanarScan, base: np.ndarray) -> None:
         """Keep the judged scan while the pose is in doubt."""
@@ -93,9 +111,14 @@ class Supervisor:
             self._look(slam, scan)
             self._in_vain += 1
             if slam.judgement.is_lost and slam.has_own_map and self._in_vain >= SCANS_IN_VAIN:
-                self._say("The vehicle was not found on the map; mapping goes on where odometry says it is.")
-                slam.judgement.give_up("the vehicle was not found on the map")
+                self._say(
+                    "The vehicle was not found on the map. A new map begins here; the two are joined when a "
+                    "place of the earlier one is recognised."
+                )
+                slam.begin_map()
+                slam.judgement.begin_apart("the vehicle was not found on the map")
                 self._relocaliser.clear()
+                self._earlier.clear()
 
     def _look(self, slam: GridSlam, scan: PlanarScan) -> None:
         found = self._relocaliser.look(slam, slam.base_in_map[2])
@@ -116,20 +139,26 @@ class Supervisor:
         """Note that the map and the pose on it have been corrected."""
         self._relocaliser.forget_map()
 
+    def forget_earlier(self) -> None:
+        """Note that there is no earlier map any more."""
+        self._earlier.clear()
+
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the complete state, for `from_arrays`."""
         return {
             **{SEARCH + name: values for name, values in self._relocaliser.to_arrays().items()},
+            **{EARLIER + name: values for name, values in self._earlier.to_arrays().items()},
             **{STANDSTILL + name: values for name, values in self._standstill.to_arrays().items()},
             "in_vain": np.array(self._in_vain),
         }
 
     def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from the output of `to_arrays`; raises ScanError, ValueError or LookupError if it is none."""
-        search, standstill = (
+        search, earlier, standstill = (
             {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
-            for prefix in (SEARCH, STANDSTILL)
+            for prefix in (SEARCH, EARLIER, STANDSTILL)
         )
         self._relocaliser.from_arrays(search)
+        self._earlier.from_arrays(earlier)
         self._standstill.from_arrays(standstill)
         self._in_vain = int(arrays["in_vain"])

@@ -9,6 +9,7 @@ from typing import Mapping, NamedTuple
 import numpy as np
 
 from gridslam import se2
+from gridslam.filter.earlier_map import Usable
 from gridslam.filter.particle_filter import GridSlam
 from gridslam.loop_closure.chain import Chain
 from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
@@ -87,9 +88,11 @@ class LoopCloser:
         if self._job is None and self._way_m - self._searched_m >= every_m:
             self._searched_m = self._way_m
             path, scans, odometry = slam.trajectory(), slam.processed_scans(), np.array(self._odometry)
-            begun_s = float(path.stamps_s[-1])
+            begun_s, pieces = float(path.stamps_s[-1]), slam.pieces.snapshot(len(scans))
             due_s = begun_s + p.answer_s
-            self._job = Job(self._thread, begun_s, due_s, lambda: self._work(slam, path, scans, odometry))
+            self._job = Job(
+                self._thread, begun_s, due_s, lambda: self._work(slam, path, scans, odometry, pieces)
+            )
 
     def _note_unmatched(self, agreement: Agreement) -> None:
         """Note which steps the scan at the newest node leaves unmeasured.
@@ -116,8 +119,14 @@ class LoopCloser:
             return False
         path, poses = slam.trajectory().poses_in_map, corrected.poses
         since = se2.between(path[len(poses) - 1], path[len(poses) :])
-        slam.adopt(np.vstack([poses, se2.compose(poses[-1], since)]), corrected.draft)
+        draft = corrected.draft or slam.draft(corrected.begun)
+        slam.adopt(np.vstack([poses, se2.compose(poses[-1], since)]), draft)
         return True
+
+    def _apart(self, pieces: Usable) -> int:
+        """Return the node at which the present map begins; 0 if closures join it with the earlier one."""
+        begun = pieces.begun
+        return 0 if any(match.older < begun <= match.newer for match in self._counted) else begun
 
     def forget(self, is_contradicted: bool = False) -> None:
         """Drop the result at hand, because the vehicle has been put elsewhere since its scan, or was lost.
@@ -132,17 +141,24 @@ class LoopCloser:
     def finish(self, slam: GridSlam) -> None:
         """Give the filter the path corrected by all links and closures. Call this at the end of the log."""
         self.take(slam, math.inf)
-        self._follow(slam.trajectory(), slam.processed_scans(), np.array(self._odometry))
-        if self._way_m > self._searched_m and self._search():
+        scans = slam.processed_scans()
+        self._follow(slam.trajectory(), scans, np.array(self._odometry))
+        pieces = slam.pieces.snapshot(len(scans))
+        if self._way_m > self._searched_m and self._search(pieces):
             self._counted = self._choose()
         if self._counted:
             poses = self._corrected(AT_THE_END)
             self._chain.settle(poses)
-            slam.adopt(poses)
+            slam.adopt(poses, slam.draft(self._apart(pieces)))
             self.closures = [self._closure(match) for match in self._counted]
 
     def _work(
-        self, slam: GridSlam, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray
+        self,
+        slam: GridSlam,
+        path: Trajectory,
+        scans: list[PlanarScan],
+        odometry: np.ndarray,
+        pieces: Usable,
     ) -> Correction | None:
         """Follow the path, search for a place seen before. Return the corrected path, or None.
 
@@ -150,26 +166,31 @@ class LoopCloser:
         """
         self._follow(path, scans, odometry)
         within_m = self.parameters.correction_min_m
-        if self._counted and self._links.agrees(self._chain.poses, self._chain.way_m, within_m):
+        if (
+            pieces.begun == 0
+            and self._counted
+            and self._links.agrees(self._chain.poses, self._chain.way_m, within_m)
+        ):
             self._agreed = True
             return None
-        found = self._search()
+        found = self._search(pieces)
         if not found:
             return None
         before, self._counted = set(self._counted), self._choose()
         is_counted = any(match in self._counted for match in found)
         self._agreed = is_counted and not any(self._is_off(match) for match in found)
-        if before == set(self._counted):
+        begun = self._apart(pieces)
+        if before == set(self._counted) and begun == pieces.begun:
             return None
         is_off = any(self._is_off(match) for match in before.symmetric_difference(self._counted))
         poses = self._corrected(ON_THE_WAY)
         moved_m = np.hypot(*(poses - self._chain.poses)[:, :2].T)
-        if not is_off and moved_m.max() <= BENT_M:
+        if not is_off and moved_m.max() <= BENT_M and begun == pieces.begun:
             return None
         self._chain.settle(poses)
-        draft = slam.draft()
-        draft.add(poses)
-        return Correction(poses, draft)
+        draft = slam.draft(begun)
+        draft.add(poses[begun:])
+        return Correction(poses, draft, begun)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the closer's complete state without parameters, for `from_arrays`.
@@ -188,6 +209,7 @@ class LoopCloser:
                 [(c.stamp_from_s, c.stamp_to_s, *c.pose_difference, c.score) for c in self.closures]
             ).reshape(-1, 6),
             "pending": np.empty((0, 3)) if pending is None else pending.poses,
+            "pending_begun": np.array(0 if pending is None else pending.begun),
             "match_nodes": np.array([(match.older, match.newer) for match in matches], int).reshape(-1, 2),
             "match_poses": np.array([match.newer_in_older for match in matches]).reshape(-1, 3),
             "match_covariances": np.array([match.covariance for match in matches]).reshape(-1, 3, 3),
@@ -244,7 +266,9 @@ class LoopCloser:
             raise ValueError(f"the correction at hand has the shape {pending.shape}")
         if arrays["due_s"].size:
             begun_s, due_s = arrays["due_s"].tolist()
-            correction = None if pending is None else Correction(pending)
+            require_indices(arrays["pending_begun"], nodes - 1, "the first node of the correction's map")
+            begun = int(arrays["pending_begun"])
+            correction = None if pending is None else Correction(pending, begun=begun)
             self._job = Job(self._thread, begun_s, due_s, lambda: correction)
 
     def _follow(self, path: Trajectory, scans: list[PlanarScan], odometry: np.ndarray) -> None:
@@ -256,9 +280,12 @@ class LoopCloser:
         is_seen = self._links.is_seen()
         self._chain.loosen(is_seen, self._unmatched, self._contradicted, scale, self._guessed)
 
-    def _search(self) -> list[Match]:
+    def _search(self, pieces: Usable) -> list[Match]:
         """Compare the newest local map with earlier ones. Return the matches that were found."""
-        search, way_m = Recognition(self._chain, self._counted, self.parameters), self._chain.way_m[-1]
+        search, way_m = (
+            Recognition(self._chain, self._counted, self.parameters, pieces),
+            self._chain.way_m[-1],
+        )
         found = search.near()
         self._agreed = False
         is_far_due = way_m - self._searched_far_m >= self.parameters.search_far_m

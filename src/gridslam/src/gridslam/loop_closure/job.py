@@ -17,6 +17,8 @@ class Correction:
 
     poses: np.ndarray
     draft: MapDraft | None = None
+    begun: int = 0
+    """Number of the first nodes whose scans stay in the earlier map; see `Pieces`."""
 
 
 class Job:

@@ -12,6 +12,7 @@ from typing import Sequence
 import numpy as np
 
 from gridslam import se2
+from gridslam.filter.earlier_map import Usable
 from gridslam.kernels.correlation import CLASHES, FITS
 from gridslam.kernels.least_squares import inverse
 from gridslam.loop_closure.chain import Chain, match_information
@@ -40,13 +41,25 @@ class Recognition:
         chain: the path.
         counted: closures that count.
         parameters: of the search.
+        pieces: nodes that may be recognised; None: all. Those before the present map began are searched for
+            like places that may be far off.
     """
 
-    def __init__(self, chain: Chain, counted: Sequence[Match], parameters: LoopClosureParameters) -> None:
+    def __init__(
+        self,
+        chain: Chain,
+        counted: Sequence[Match],
+        parameters: LoopClosureParameters,
+        pieces: Usable | None = None,
+    ) -> None:
         self._chain, self._parameters, self._newer = chain, parameters, len(chain) - 1
         self._counted = counted
         self._distance_m = np.hypot(*(chain.poses[:, :2] - chain.poses[self._newer, :2]).T)
         self._is_old = chain.way_m < chain.way_m[self._newer] - parameters.separation_m
+        self._is_near_allowed = np.ones(len(chain), dtype=bool)
+        if pieces is not None:
+            self._is_old &= pieces.is_usable
+            self._is_near_allowed[: pieces.begun] = False
 
     @cached_property
     def _query(self) -> LocalMap:
@@ -136,7 +149,7 @@ class Recognition:
     def _places(self) -> list[int]:
         """Return the nearest node of each earlier pass, nearest first."""
         distance, p = self._distance_m, self._parameters
-        nodes = np.flatnonzero(self._is_old & (distance < p.place_radius_m))
+        nodes = np.flatnonzero(self._is_old & self._is_near_allowed & (distance < p.place_radius_m))
         passes = np.split(nodes, np.flatnonzero(np.diff(nodes) > 1) + 1)
         nearest = [
             int(nodes_of_pass[distance[nodes_of_pass].argmin()])

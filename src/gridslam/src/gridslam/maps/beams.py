@@ -61,6 +61,11 @@ class Beams:
         ends = se2.transform(lidar, _points(bearings, ranges))
         return cls(lidar[:2].copy(), ends, hits, matching)
 
+    @classmethod
+    def none(cls) -> Beams:
+        """Return a scan without beams."""
+        return cls(np.zeros(2), np.empty((0, 2)), np.zeros(0, bool), NOT_MATCHED)
+
     def for_map(self) -> Beams:
         """Return the beams without those for scan matching."""
         return Beams(self.lidar, self.ends, self.hits, NOT_MATCHED)

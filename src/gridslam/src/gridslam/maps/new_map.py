@@ -64,14 +64,17 @@ class MapDraft:
         parameters: the filter's.
         grid: the map begins with this; None: empty.
         beams: of the scans, which may grow.
+        first: index of the first scan that enters it.
     """
 
-    def __init__(self, parameters: SlamParameters, grid: OccupancyGrid | None, beams: Sequence[Beams]):
-        self._beams = beams
+    def __init__(
+        self, parameters: SlamParameters, grid: OccupancyGrid | None, beams: Sequence[Beams], first: int = 0
+    ):
+        self._beams, self.first = beams, first
         self.maps = begun(grid, 1, parameters.delta)
         """Of one particle."""
-        self.scans = 0
-        """Number of scans in it."""
+        self.scans = first
+        """Number of scans that have entered it, and of those that do not."""
 
     def add(self, poses_in_map: np.ndarray) -> None:
         """Enter the next scans, taken at these poses (k, 3)."""

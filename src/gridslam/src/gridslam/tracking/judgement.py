@@ -29,6 +29,7 @@ MEMORY = 0.7
 """Weight of the scans before each new one in the smoothed share of beams that agree."""
 LOST_BELOW, UNCERTAIN_BELOW, TRACKING_FROM = 0.5, 0.6, 0.7
 """Limits of the smoothed share."""
+APART = "no place of the map before the vehicle was lost has been recognised yet"
 SPREAD_UNCERTAIN, SPREAD_TRACKING = 0.75, 0.5
 """Limits of the particles' spread, as shares of the scan's typical range."""
 
@@ -61,8 +62,8 @@ class Judgement:
         """Whether the pose was given or found, and `confirm` was not called since."""
         self.agreed = 0
         """Number of scans in a row that agree with the map."""
-        self.is_lenient = False
-        """Whether scans are used even if they contradict the map."""
+        self.is_apart = False
+        """Whether the map is not joined with an earlier one yet. So the place is not known there."""
 
     @property
     def is_lost(self) -> bool:
@@ -91,7 +92,10 @@ class Judgement:
     def confirm(self) -> None:
         """Note that the pose is right."""
         self.is_confirming = False
-        self._enter(TRACKING, "the pose on the map is confirmed")
+        if self.is_apart:
+            self._enter(UNCERTAIN, APART)
+        else:
+            self._enter(TRACKING, "the pose on the map is confirmed")
 
     @property
     def _unseen_weight(self) -> float:
@@ -105,11 +109,17 @@ class Judgement:
     def _is_meaningful(self, evidence: Evidence) -> bool:
         return evidence.agreement.is_meaningful(self._unseen_weight)
 
-    def give_up(self, reason: str) -> None:
-        """Go on without having found the lost vehicle: uncertain, and scans are used, until one agrees."""
-        self.contradictions, self.agreed, self.smoothed_share = 0, 0, UNCERTAIN_BELOW
-        self.is_lenient = True
+    def begin_apart(self, reason: str) -> None:
+        """Go on with a new map, apart from the one on which the vehicle was not found: uncertain."""
+        self.contradictions, self.agreed, self.smoothed_share = 0, 0, 1.0
+        self.is_confirming, self.is_apart = False, True
         self._enter(UNCERTAIN, reason)
+
+    def join(self) -> None:
+        """Note that a place of the earlier map was recognised."""
+        self.is_apart = False
+        if not self.is_lost:
+            self._enter(TRACKING, "a place of the earlier map was recognised")
 
     def lose(self, reason: str) -> None:
         """Judge that the vehicle is lost, by something else than the share of beams."""
@@ -122,9 +132,6 @@ class Judgement:
             limit = CONFIRMING_SHARE
         if not self._can_refuse(evidence):
             return False
-        if self.is_lenient and self.share_of(evidence) < TRACKING_FROM:
-            return False
-        self.is_lenient = False
         return self._is_meaningful(evidence) and self.share_of(evidence) < limit
 
     def _can_refuse(self, evidence: Evidence) -> bool:
@@ -136,12 +143,14 @@ class Judgement:
         spread_limit = SPREAD_UNCERTAIN if was_tracking else SPREAD_TRACKING
         if self.contradictions >= LOST_AFTER:
             self.lose(f"{self.contradictions} scans in a row contradict the map: {share}")
-        elif self.smoothed_share < LOST_BELOW and self._can_refuse(evidence) and not self.is_lenient:
+        elif self.smoothed_share < LOST_BELOW and self._can_refuse(evidence):
             self.lose(f"few beams agree with the map: {100.0 * self.smoothed_share:.0f} %")
         elif self.contradictions:
             self._enter(UNCERTAIN, f"a scan contradicts the map: {share}")
         elif self.is_confirming:
             self._enter(UNCERTAIN, self.reason)
+        elif self.is_apart:
+            self._enter(UNCERTAIN, APART)
         elif self.smoothed_share < (UNCERTAIN_BELOW if was_tracking else TRACKING_FROM):
             self._enter(UNCERTAIN, f"few beams agree with the map: {100.0 * self.smoothed_share:.0f} %")
         elif evidence.spread_m > spread_limit * evidence.typical_range_m > 0.0:
@@ -167,7 +176,7 @@ class Judgement:
             "travelled_since_tracking_m": self.travelled_since_tracking_m,
             "is_confirming": self.is_confirming,
             "agreed": self.agreed,
-            "is_lenient": self.is_lenient,
+            "is_apart": self.is_apart,
         }
 
     def restore(self, saved: Mapping[str, Any]) -> None:
@@ -185,5 +194,5 @@ class Judgement:
             raise ValueError("the judgement's numbers make no sense")
         self.state, self.reason = saved["state"], str(saved["reason"])
         self.contradictions, self.scans_since_tracking, self.agreed = counts
-        self.is_confirming, self.is_lenient = bool(saved["is_confirming"]), bool(saved["is_lenient"])
+        self.is_confirming, self.is_apart = bool(saved["is_confirming"]), bool(saved["is_apart"])
         self.smoothed_share, self.travelled_since_tracking_m = share, travelled_m
