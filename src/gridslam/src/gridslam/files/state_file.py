@@ -19,7 +19,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import scans_from_arrays, scans_to_arrays
 
-FORMAT = 8
+FORMAT = 9
 PIECES = "pieces_"
 """Prefix of the arrays of `Pieces`."""
 TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
