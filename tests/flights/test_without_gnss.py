@@ -26,7 +26,9 @@ def test_it_flies_without_the_truth_and_lands_where_it_started_when_its_time_is_
     flight = Flight(processes, tmp_path, "experiment_3.launch", **args)
     # When the UAV has taken off and is on its mission, so that every node is connected
     flight.wait_until_said("begins its mission", READY_PATIENCE_S)
-    # Then nobody but the judge and TF's edge `world` subscribes to what is made of the truth
+    # Then nothing was told as a fault that the start itself mends
+    assert "[WARN]" not in flight.said
+    # And nobody but the judge and TF's edge `world` subscribes to what is made of the truth
     heard = subscribers(processes)
     assert heard["/UAV/ground_truth"] == {JUDGE, WORLD_EDGE}
     for topic in MADE_OF_TRUTH[1:]:

@@ -18,6 +18,10 @@ SETTLED_S = 0.2
 """SLAM's correction counts so long after its stamp. Every node has it by then: flights in lockstep repeat."""
 
 
+class NoCorrectionError(PoseError):
+    """SLAM has not told yet where `odom` is in its map."""
+
+
 class PoseSource:
     """The source that the private parameters pose_source and {base, odom, map, world}_frame name.
 
@@ -69,4 +73,4 @@ class PoseSource:
         try:
             return self._frames.look_up_at(self._map_frame, self._odom_frame, settled)
         except FrameError as error:
-            raise PoseError(f"{error} Is SLAM running?") from None
+            raise NoCorrectionError(f"{error} Is SLAM running?") from None

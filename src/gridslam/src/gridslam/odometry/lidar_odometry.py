@@ -20,7 +20,7 @@ from gridslam.errors import NoUsableBeamError, ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.inputs.scan_projection import LidarPose, project
 from gridslam.odometry.drift import Drift
-from gridslam.odometry.floor_height import FloorHeight
+from gridslam.odometry.floor_height import SILENT_S, FloorHeight
 from gridslam.odometry.inertial import BACK_S, InertialHistory, InertialReading, Lean
 from gridslam.odometry.local_map import LocalMap, beams_of
 from gridslam.odometry.matching import ScanMatch, match
@@ -98,6 +98,7 @@ class LidarOdometry:
         self._begin_map()
         self._filter, self._drift = PlanarFilter(self._p, self._start), Drift()
         self._stamp_s: float | None = None
+        self._began_s: float | None = None  # the first scan
         self._matched_s = -math.inf
         self._keyframe_s = -math.inf
         self._untold = np.zeros((0, 2))
@@ -170,9 +171,14 @@ class LidarOdometry:
         self._predict(stamp_s)
         share = self._match(stamp_s, beams, remarks)
         self._drift.on_move(self._filter.state[PLACE] - place)
-        if not self.height.is_known_at(stamp_s):
+        if self._lacks_height(stamp_s):
             remarks.append("The range finder tells no height.")
         return self._estimate(stamp_s, lean, share, " ".join(remarks))
+
+    def _lacks_height(self, stamp_s: float) -> bool:
+        """Whether the range finder is silent. Its first range may come a little after the first scan."""
+        self._began_s = stamp_s if self._began_s is None else self._began_s
+        return not self.height.is_known_at(stamp_s) and stamp_s - self._began_s >= SILENT_S
 
     def _go_back(self, seconds: float) -> None:
         self._say(f"The clock jumped back by {seconds:.3f} s; odometry begins anew.")
