@@ -39,7 +39,7 @@ class Told:
 
     def __init__(self, monkeypatch):
         self.now_s, self.sentences = 0.0, []
-        monkeypatch.setattr(throttled_warnings.time, "monotonic", lambda: abs(self.now_s))
+        monkeypatch.setattr(throttled_warnings.time, "monotonic", lambda: self.now_s)
         monkeypatch.setattr(throttled_warnings.rospy, "get_time", lambda: self.now_s)
         monkeypatch.setattr(
             throttled_warnings.rospy, "logwarn", lambda _, sentence: self.sentences.append(sentence)
