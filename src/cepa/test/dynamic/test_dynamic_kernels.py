@@ -12,7 +12,7 @@ from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.ways_out import NO_END
 from cepa.identification.response import ResponseModel
 from cepa.kernels.field import close, stamp, trace, ways_out, widest
-from cepa.kernels.memory import recall, remember
+from cepa.kernels.memory import MOST_TRUST, TRUST, knows_near, recall, remember
 from cepa.kernels.rollout import ANGLE_ERROR_RAD, _is_near, _is_wide_open, _leaves_sight, roll
 from cepa.kernels.sight import (
     bins_of,
@@ -216,16 +216,58 @@ def test_the_place_of_the_body_was_seen_if_an_earlier_scan_reached_beyond_it(see
 
 
 def test_memory_keeps_what_is_hidden_and_forgets_what_is_seen_free_or_old():
-    xy, stamps = np.empty((160, 160, 2)), np.full((160, 160), -math.inf)
-    remember(np.array([[3.0, 0.0], [0.0, 3.0], [-3.0, 0.0]]), 100.0, 50.0, 1.0, 0.1, xy, stamps)
-    remember(np.array([[0.0, -3.0]]), 100.0, 50.0, 0.0, 0.1, xy, stamps)
+    cells = memory_cells()
+    remember(np.array([[3.0, 0.0], [0.0, 3.0], [-3.0, 0.0]]), 100.0, 50.0, 1.0, 0.1, *cells)
+    remember(np.array([[0.0, -3.0]]), 100.0, 50.0, 0.0, 0.1, *cells)
     bins = np.full(360, 8.0)
     bins[85:96], bins[175:186] = 2.0, -1.0  # something stands before the second; nobody looks at the third
-    points, hidden = np.empty((10, 2)), np.empty(10, np.bool_)
-    count = recall(100.0, 50.0, 0.5, 7.5, bins, 0.3, xy, stamps, points, hidden)
-    kept = sorted(map(tuple, np.round(points[:count], 6).tolist()))
+    for _ in range(TRUST):
+        kept, hidden = recalled(bins, cells)
+        assert hidden.all()
     assert kept == [(-3.0, 0.0), (0.0, 3.0)]
-    assert hidden[:count].all()
+
+
+def memory_cells():
+    return np.empty((160, 160, 2)), np.full((160, 160), -math.inf), np.zeros((160, 160), np.int64)
+
+
+def recalled(bins, cells):
+    """What is remembered 0.5 s after, seen from (100, 50), in ascending order, and which of it is hidden."""
+    points, hidden = np.empty((10, 2)), np.empty(10, np.bool_)
+    count = recall(100.0, 50.0, 0.5, 7.5, bins, 0.3, *cells, points, hidden)
+    return sorted(map(tuple, np.round(points[:count], 6).tolist())), hidden[:count]
+
+
+@pytest.mark.parametrize("scans", [1, 5, 40])
+def test_memory_forgets_what_is_seen_free_the_later_the_more_often_it_was_seen(scans):
+    """As many scans as counted for it, at most MOST_TRUST; until then it counts, though the scans see past."""
+    cells, bins = memory_cells(), np.full(360, 8.0)
+    for scan in range(scans):
+        twice = np.array([[3.0, 0.01], [3.0, 0.02]])  # two points in one cell count once
+        remember(twice, 100.0, 50.0, 1.0 + 0.025 * scan, 0.1, *cells)
+    past = min(TRUST * scans, MOST_TRUST)
+    for _ in range(past - 1):
+        kept, hidden = recalled(bins, cells)
+        assert len(kept) == 1
+        assert hidden.all()
+    assert recalled(bins, cells)[0] == []
+
+
+def test_memory_knows_what_is_near_a_straight_way():
+    cells = memory_cells()
+    remember(np.array([[3.0, 1.0]]), 100.0, 50.0, 1.0, 0.1, *cells)
+    xy, stamps, _ = cells
+
+    def near(end_x, end_y, distance_m, oldest_s=0.5):
+        return knows_near(end_x, end_y, 100.0, 50.0, oldest_s, distance_m, 0.1, xy, stamps)
+
+    assert near(4.0, 0.0, 1.1)
+    assert not near(4.0, 0.0, 0.9)
+    assert not near(2.0, 0.0, 1.3)
+    assert near(2.0, 0.0, 1.5)
+    assert near(0.0, 0.0, 3.2)
+    assert not near(0.0, 0.0, 3.1)
+    assert not near(4.0, 0.0, 1.1, oldest_s=1.5)
 
 
 @settings(max_examples=5)

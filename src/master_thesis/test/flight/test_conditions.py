@@ -84,7 +84,7 @@ class Listener:
     wants_motion = True
 
     def __init__(self, inner):
-        self.inner, self.told = inner, []
+        self.inner, self.told, self.wants_single_beams = inner, [], False
         self.parameters, self.commit_s = inner.parameters, inner.commit_s
 
     def take_ranges(self, rangings):

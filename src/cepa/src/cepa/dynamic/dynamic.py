@@ -13,6 +13,7 @@ from cepa.destination import Destination
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing, leads_back
 from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S, NO_POINTS
 from cepa.dynamic.cost import Cost
+from cepa.dynamic.flicker import Flicker
 from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge, cost_horizon_s
 from cepa.dynamic.late_scans import MovingThings
 from cepa.dynamic.leaving import Leaving
@@ -47,6 +48,7 @@ class Dynamic(Algorithm):
     """
 
     wants_motion = True
+    wants_single_beams = True
 
     def __init__(self, parameters: CepaParameters | None = None):
         p = parameters or CepaParameters()
@@ -58,6 +60,7 @@ class Dynamic(Algorithm):
         self._destination = Destination()
         self._lookout = Lookout(p)
         self._moving = MovingThings(p, self._lookout)
+        self._flicker = Flicker()
         self._ways_out = WaysOut(p) if p.window_m > 0.0 else None
         self._cost = Cost(p)
         self._rotation, self._v_ref = np.empty((2, 2)), np.empty(2)
@@ -71,6 +74,7 @@ class Dynamic(Algorithm):
         self._destination.reset()
         self._lookout.reset()
         self._moving.reset()
+        self._flicker.reset()
         self._spatial: Spatial | None = None
         self._rangings: Sequence[Ranging] = ()
         self._leaving.reset()
@@ -86,6 +90,7 @@ class Dynamic(Algorithm):
         """Take over what one with other parameters knows; that one must not be used any longer."""
         self._grid = earlier._grid
         self._moving.take_over(earlier._moving)
+        self._flicker = earlier._flicker
         self._stamp_s = earlier._stamp_s
         self._set_period(earlier._period_s)
         self._command = earlier._command.copy()
@@ -120,8 +125,11 @@ class Dynamic(Algorithm):
         """
         beams = self.beams(scan)
         told = motion or self._guessed_motion(v_uav)
+        is_known = motion is not None
         motion, state = self._state(told)
         self._motion = motion
+        if is_known:
+            beams = self._flicker.steadied(beams, motion, self._period_s)
         yaw_rad = motion.yaw_rad
         reference = self._along_odometry(v_ref, yaw_rad, motion.climb_ref_m_s)
         along_x, along_y, _ = reference.tolist()
@@ -149,7 +157,7 @@ class Dynamic(Algorithm):
         farthest_m = scan.range_max - RANGE_MARGIN_M
         if self._judge.is_clear(
             reference, speed, state, standing, beams, yaw_rad, farthest_m, self._commit_s
-        ):
+        ) and not self._lookout.knows_near(cost_horizon_s(self.parameters) * reference[:2], motion):
             return self._answer(reference, 0.0, 1, Reason.CUSHION_CLEAR)
         return self._steer_in_plane(reference)
 

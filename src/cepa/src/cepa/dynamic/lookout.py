@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cepa.kernels.field import stamp
-from cepa.kernels.memory import recall, remember
+from cepa.kernels.memory import knows_near, recall, remember
 from cepa.kernels.sight import bins_of, directions_of, fill_blind, points_of, reach_in_sight, was_seen_around
 from cepa.motion import Motion, Quaternion, rotation_matrix
 from cepa.parameters import CepaParameters
@@ -148,6 +148,7 @@ class Lookout:
         cells = round((self._memory_m + 1.0) / MEMORY_CELL_M)
         self._cells_xy = np.empty((cells, cells, 2))
         self._cells_s = np.empty((cells, cells))
+        self._cells_trust = np.zeros((cells, cells), np.int64)
         self._frames_xy = np.empty((FRAMES, 2))
         self._frames_bins = np.empty((FRAMES, SIGHT_BINS))
         self._bins = np.empty(SIGHT_BINS)
@@ -172,6 +173,7 @@ class Lookout:
         xy, cells = earlier._cells_xy[known], len(self._cells_s)
         columns, rows = (np.floor(xy / MEMORY_CELL_M).astype(int) % cells).T
         self._cells_xy[rows, columns], self._cells_s[rows, columns] = xy, earlier._cells_s[known]
+        self._cells_trust[rows, columns] = earlier._cells_trust[known]
         self._frames_xy, self._frames_bins = earlier._frames_xy.copy(), earlier._frames_bins.copy()
         self._frames, self._frame_s = earlier._frames, earlier._frame_s
         self._blind_way = earlier._blind_way
@@ -204,12 +206,26 @@ class Lookout:
         if len(self._waiting) > FRAMES and self._waiting[0][2].stamp_s < oldest_s:
             self._waiting.popleft()
 
+    @property
+    def _cells(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self._cells_xy, self._cells_s, self._cells_trust
+
+    def knows_near(self, way_m: np.ndarray, motion: Motion) -> bool:
+        """Return whether anything is remembered within r_UB of the straight way (2,), m, from the UAV."""
+        if self._p.memory_s == 0.0:
+            return False
+        self._take_in()
+        (x, y, _), (end_x, end_y) = motion.position_m, way_m.tolist()
+        oldest_s = motion.stamp_s - self._p.memory_s
+        near = end_x, end_y, x, y, oldest_s, float(self._p.r_ub), MEMORY_CELL_M
+        return bool(knows_near(*near, self._cells_xy, self._cells_s))
+
     def _take_in(self) -> None:
         """Take what waits into the memory."""
         while self._waiting:
             points, seen, motion = self._waiting.popleft()
             x, y, _ = motion.position_m
-            remember(points, x, y, motion.stamp_s, MEMORY_CELL_M, self._cells_xy, self._cells_s)
+            remember(points, x, y, motion.stamp_s, MEMORY_CELL_M, *self._cells)
             frame = self._frames % FRAMES
             self._frames_xy[frame] = x, y
             self._frames_bins[frame] = seen.reach_m
@@ -226,7 +242,11 @@ class Lookout:
         bins[:] = seen.reach_m
         oldest_s = motion.stamp_s - p.memory_s
         window = x, y, oldest_s, 0.5 * self._memory_m
-        cells = self._cells_xy, self._cells_s if forgets else self._cells_s.copy()
+        cells = self._cells
+        if forgets and p.memory_s > 0.0:
+            remember(points, x, y, motion.stamp_s, MEMORY_CELL_M, *cells)
+        elif not forgets:
+            cells = self._cells_xy, self._cells_s.copy(), self._cells_trust.copy()
         found = recall(*window, bins, SEEN_FREE_M, *cells, self._recalled, self._hidden)
         frames = self._frames_xy, self._frames_bins, min(self._frames, FRAMES)
         is_seen = p.memory_s == 0.0 or was_seen_around(bins, x, y, *frames, float(p.body_radius))

@@ -72,6 +72,7 @@ class SteeringChain:
         mount = mount_of(lidar.pose_in_body)
         limits = cloud_limits_of(payload) if algorithm.wants_cloud else None
         self._uses_cloud = limits is not None
+        self._wants_single_beams = algorithm.wants_single_beams
         self._range_finders = RANGE_FINDERS if uses_range_finders else ()
         self._loop = SteeringLoop(algorithm, lambda frame: mount, warn, limits, uses_range_finders)
         self.newest_scan: LaserScan2D | None = None  # the algorithm's input: filtered and padded
@@ -103,7 +104,9 @@ class SteeringChain:
         return self._turned(self._loop.on_scan(1000 * time_us, scan, FRAME))
 
     def _prepared(self, ranges: np.ndarray) -> LaserScan2D:
-        filtered = self._median_filter.filter(ranges, self._geometry, *self._lidar_limits)
+        filtered = ranges
+        if not self._wants_single_beams:
+            filtered = self._median_filter.filter(ranges, self._geometry, *self._lidar_limits)
         padded = self._padding.pad(filtered, self._geometry, *self._lidar_limits)
         angles = padded.geometry.angle_min_rad, padded.geometry.angle_increment_rad
         return LaserScan2D(padded.ranges, *angles, *self._lidar_limits, seen=padded.seen)

@@ -1,0 +1,47 @@
+"""Tells what is seen only now and then, as wires, from what is not there at all, as rain."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cepa.kernels.flicker import steady
+from cepa.motion import Motion
+from cepa.scan import Beams
+
+SCANS, WITHIN_S = 9, 0.25
+"""So many scans are compared, this one and those before it, or fewer if they take longer than this."""
+FEWEST_SCANS, FEWEST_MATCHES = 3, 2
+KEPT = 128
+"""Of each scan."""
+
+
+class Flicker:
+    """Compares the beams that stand out alone with those of earlier scans."""
+
+    def __init__(self) -> None:
+        self._earlier = np.empty((SCANS, KEPT, 2))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the earlier scans."""
+        self._counts = np.zeros(SCANS, np.int64)
+        self._newest = 0
+
+    def steadied(self, beams: Beams, motion: Motion, period_s: float) -> Beams:
+        """Return the beams without those that stand out alone and that earlier scans do not confirm.
+
+        Such a beam is put back to the nearer one beside it. period_s: between scans; 0 if it is not known.
+        """
+        if not beams.nearest < math.inf:
+            self._counts[self._newest] = 0
+            return beams
+        scans = SCANS if period_s == 0.0 else min(SCANS, max(FEWEST_SCANS, 1 + round(WITHIN_S / period_s)))
+        self._newest = (self._newest + 1) % scans
+        x, y, _ = motion.position_m
+        ranges = beams.ranges
+        geometry = beams.seen, beams.angle_0, beams.increment, motion.rotation()
+        kept = self._earlier[:scans], self._counts[:scans], self._newest
+        changed = steady(ranges, *geometry, x, y, *kept, min(FEWEST_MATCHES, scans - 2))
+        return beams._replace(nearest=float(ranges.min())) if changed else beams
