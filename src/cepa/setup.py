@@ -7,7 +7,15 @@ from setuptools import setup
 # library, cepa_ros would let Python find it there, without its generated cepa.cfg.
 setup(
     **generate_distutils_setup(
-        packages=["cepa", "cepa.dynamic", "cepa.identification", "cepa.kernels", "cepa.steering", "cepa_ros"],
+        packages=[
+            "cepa",
+            "cepa.dynamic",
+            "cepa.dynamic.remembered",
+            "cepa.identification",
+            "cepa.kernels",
+            "cepa.steering",
+            "cepa_ros",
+        ],
         package_dir={"": "src", "cepa_ros": "ros/cepa_ros"},
     )
 )

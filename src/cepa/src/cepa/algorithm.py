@@ -46,7 +46,7 @@ class Algorithm(ABC):
     """Whether ``steer`` uses a cloud when there is one; making one takes time."""
 
     wants_single_beams = False
-    """Whether ``steer`` tells by itself which beams that stand out alone count; no filter should hide them."""
+    """Whether ``steer`` tells which beams that stand out alone count, so that no filter should hide them."""
 
     def __init__(self, parameters: CepaParameters | None = None):
         self.parameters = parameters or CepaParameters()

@@ -14,6 +14,7 @@ from cepa.dynamic.dynamic import Dynamic
 from cepa.dynamic.lookout import Seen
 from cepa.dynamic.movers import Movers
 from cepa.improved import Improved
+from cepa.kernels.field import cross_section
 from cepa.motion import Cloud, Motion
 from cepa.original import Original
 from cepa.parameters import CepaParameters
@@ -38,7 +39,8 @@ def warm_up() -> float:
     for stamp_s, points in ((0.0, np.full((20, 3), WALL_M)), (0.1, _crowd())):
         cloud = Cloud(points, (-0.3, 0.3), 0.5, 10.0)
         motion = Motion(stamp_s, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
-        climbing.steer(scans[0], (1.0, 0.1), (1.0, 0.0), motion, cloud)
+        climbing.steer(scans[1], (1.0, 0.1), (1.0, 0.0), motion, cloud)
+    cross_section(np.ones((9, 9)), np.ones((9, 9)), 1.0, 2.0, np.empty((9, 2), np.int64))
     seen = Seen(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1, 1.0), (0.0, 0.0, 0.0, 1.0), 1.0)
     movers, side = Movers(), np.array((0.0, 0.1, 0.2, 0.3))
     for step in range(WALK):

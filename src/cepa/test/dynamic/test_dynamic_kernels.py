@@ -231,16 +231,16 @@ def memory_cells():
     return np.empty((160, 160, 2)), np.full((160, 160), -math.inf), np.zeros((160, 160), np.int64)
 
 
-def recalled(bins, cells):
+def recalled(bins, cells, patience=MOST_TRUST):
     """What is remembered 0.5 s after, seen from (100, 50), in ascending order, and which of it is hidden."""
     points, hidden = np.empty((10, 2)), np.empty(10, np.bool_)
-    count = recall(100.0, 50.0, 0.5, 7.5, bins, 0.3, *cells, points, hidden)
+    count = recall(100.0, 50.0, 0.5, 7.5, bins, 0.3, patience, *cells, points, hidden)
     return sorted(map(tuple, np.round(points[:count], 6).tolist())), hidden[:count]
 
 
 @pytest.mark.parametrize("scans", [1, 5, 40])
 def test_memory_forgets_what_is_seen_free_the_later_the_more_often_it_was_seen(scans):
-    """As many scans as counted for it, at most MOST_TRUST; until then it counts, though the scans see past."""
+    """TRUST for each scan that saw it, MOST_TRUST at most. Until then it counts, though scans see past it."""
     cells, bins = memory_cells(), np.full(360, 8.0)
     for scan in range(scans):
         twice = np.array([[3.0, 0.01], [3.0, 0.02]])  # two points in one cell count once
@@ -251,6 +251,8 @@ def test_memory_forgets_what_is_seen_free_the_later_the_more_often_it_was_seen(s
         assert len(kept) == 1
         assert hidden.all()
     assert recalled(bins, cells)[0] == []
+    remember(np.array([[3.0, 0.0]]), 100.0, 50.0, 9.0, 0.1, *cells)
+    assert recalled(bins, cells, patience=1)[0] == []
 
 
 def test_memory_knows_what_is_near_a_straight_way():

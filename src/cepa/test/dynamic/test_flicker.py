@@ -7,7 +7,7 @@ import pytest
 from planar_flight import Scene, Uav, fly, forest, to_goal
 
 from cepa import Dynamic, Motion
-from cepa.dynamic.flicker import Flicker
+from cepa.dynamic.remembered.flicker import Flicker
 from cepa.scan import Beams, LaserScan2D
 
 BEAMS = 1440

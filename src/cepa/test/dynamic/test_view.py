@@ -51,7 +51,11 @@ def test_before_a_wall_it_counts_what_can_be_flown():
 def test_what_was_seen_is_shown_where_it_stands_and_looking_does_not_change_the_answers():
     asked, silent = Dynamic(), Dynamic()
     wall = np.where(AHEAD, 3.0 / np.cos(ANGLES), np.inf)
-    steps = [(wall, None, 0.0), (np.full(BEAMS, np.inf), ~AHEAD, 0.2), (np.full(BEAMS, np.inf), None, 0.4)]
+    steps = [
+        (wall, None, 0.0),
+        (np.full(BEAMS, np.inf), ~AHEAD, 0.2),
+        *4 * [(np.full(BEAMS, np.inf), None, 0.4)],
+    ]
     left = []
     for number, (ranges, seen, x) in enumerate(steps):
         answers = [fly(algorithm, ranges, 0.1 * number, seen, x) for algorithm in (asked, silent)]
@@ -59,7 +63,8 @@ def test_what_was_seen_is_shown_where_it_stands_and_looking_does_not_change_the_
         left.append(asked.view())
     np.testing.assert_allclose(left[1].remembered_m[:, 0], 2.8, atol=1e-6)  # the wall, 0.2 m nearer
     assert left[1].hidden.all()
-    assert len(left[2].remembered_m) == 0  # seen free
+    assert left[2].hidden.all()  # one scan sees past it
+    assert len(left[5].remembered_m) == 0  # four do
 
 
 @pytest.mark.parametrize("change", [{}, {"r_ub": 1.5}, {"window_m": 12.0}, {"response_p": 1.4}])

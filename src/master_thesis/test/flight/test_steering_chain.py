@@ -12,7 +12,8 @@ from simulation_tools.simulation import Simulation, SimulationParameters
 class Climbs:
     """Flies ahead at 1 m/s and climbs as it was told; None: it leaves the climb to the reference."""
 
-    wants_motion, wants_cloud, parameters, commit_s = True, False, CepaParameters(), 0.1
+    wants_motion, wants_cloud, wants_single_beams = True, False, False
+    parameters, commit_s = CepaParameters(), 0.1
 
     def __init__(self, climb_m_s):
         self.climb_m_s = climb_m_s

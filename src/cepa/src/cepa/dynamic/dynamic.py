@@ -13,13 +13,13 @@ from cepa.destination import Destination
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing, leads_back
 from cepa.dynamic.cloud_lookout import HEIGHT_GAIN_S, NO_POINTS
 from cepa.dynamic.cost import Cost
-from cepa.dynamic.flicker import Flicker
 from cepa.dynamic.judge import LONGEST_COMMIT_S, Judge, cost_horizon_s
 from cepa.dynamic.late_scans import MovingThings
 from cepa.dynamic.leaving import Leaving
 from cepa.dynamic.lookout import FIELD_CELL_M, RANGE_MARGIN_M, Lookout, Seen, Sight
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.pseudo_3d import Plane
+from cepa.dynamic.remembered.flicker import Flicker
 from cepa.dynamic.spatial import Spatial, Way
 from cepa.dynamic.view import Judgement, Moment, Report, View, report_of, view_of
 from cepa.dynamic.ways_out import CELL_M as WAY_CELL_M
@@ -168,9 +168,12 @@ class Dynamic(Algorithm):
         return speed >= self.parameters.reference_speed_min
 
     def _plane(self, standing: np.ndarray, seen: Seen, motion: Motion) -> Plane:
-        """Return what a planar lidar knows, from the ends of its beams (n, 2), m, that stand still."""
+        """Return what a planar lidar knows, from the ends of its beams (n, 2), m, that stand still.
+
+        At another height it sees past what stands below or above, so one such scan is enough to forget that.
+        """
         self._lookout.keep(standing, seen, motion)
-        sight = self._lookout.look(standing, seen, motion)
+        sight = self._lookout.look(standing, seen, motion, patience=1)
         return Plane(seen.reach_m, self._lookout.distances(sight))
 
     def _is_at_the_body(self, heights_m: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cepa.kernels.field import stamp
-from cepa.kernels.memory import knows_near, recall, remember
+from cepa.kernels.memory import MOST_TRUST, knows_near, recall, remember
 from cepa.kernels.sight import bins_of, directions_of, fill_blind, points_of, reach_in_sight, was_seen_around
 from cepa.motion import Motion, Quaternion, rotation_matrix
 from cepa.parameters import CepaParameters
@@ -231,10 +231,18 @@ class Lookout:
             self._frames_bins[frame] = seen.reach_m
             self._frames += 1
 
-    def look(self, points: np.ndarray, seen: Seen, motion: Motion, forgets: bool = True) -> Sight:
+    def look(
+        self,
+        points: np.ndarray,
+        seen: Seen,
+        motion: Motion,
+        forgets: bool = True,
+        patience: int = MOST_TRUST,
+    ) -> Sight:
         """Return what is known: what stands still (n, 2) in the scan, m, what `see` found, and the memory.
 
-        forgets: what is seen free or too old leaves the memory. Otherwise the look changes nothing.
+        forgets: what is seen free or too old leaves the memory. Otherwise the look changes nothing. patience:
+        so many scans at most may see past a point before it is forgotten.
         """
         self._take_in()
         p, (x, y, _) = self._p, motion.position_m
@@ -247,7 +255,7 @@ class Lookout:
             remember(points, x, y, motion.stamp_s, MEMORY_CELL_M, *cells)
         elif not forgets:
             cells = self._cells_xy, self._cells_s.copy(), self._cells_trust.copy()
-        found = recall(*window, bins, SEEN_FREE_M, *cells, self._recalled, self._hidden)
+        found = recall(*window, bins, SEEN_FREE_M, patience, *cells, self._recalled, self._hidden)
         frames = self._frames_xy, self._frames_bins, min(self._frames, FRAMES)
         is_seen = p.memory_s == 0.0 or was_seen_around(bins, x, y, *frames, float(p.body_radius))
         way = (self._blind_way if forgets else copy(self._blind_way)).follow(motion, is_seen, bins)

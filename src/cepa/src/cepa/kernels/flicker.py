@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from kernel_cache.compiler import njit
 
 GAP_M = 0.3
 """What stands out is nearer than the beams on both sides by more than this."""
@@ -18,7 +19,7 @@ THINNEST_M = 0.004
 SHARE = 0.6
 """It is seen in at least this share of those scans."""
 ALONG_M, ACROSS_M, GATE_SHARE = 0.06, 0.02, 0.02
-"""The same thing is found within so much along and across the beam, and so much more for each metre of range."""
+"""It is found again within so much along and across the beam, and so much more for each metre of range."""
 
 
 REMOVED = -1.0

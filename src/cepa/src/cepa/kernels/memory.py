@@ -47,6 +47,7 @@ def recall(
     reach: float,
     bins: np.ndarray,
     gap: float,
+    patience: int,
     xy: np.ndarray,
     stamps: np.ndarray,
     trust: np.ndarray,
@@ -56,8 +57,9 @@ def recall(
     """Fill ``points`` (m, 2) with what is remembered, relative to (x, y); return the number.
 
     It forgets what is older than ``oldest`` (s), farther than ``reach`` along x or y, or seen free: the bins
-    of directions there reach ``gap`` beyond it, in as many scans as ``trust`` says. ``hidden`` (m,): whether
-    something else stands before a point, no beam looks there, or the scan sees past it.
+    of directions there reach ``gap`` beyond it, in as many scans as ``trust`` says, at most ``patience``.
+    ``hidden`` (m,): whether something else stands before a point, no beam looks there, or the scan sees past
+    it.
     """
     n = stamps.shape[0]
     per_rad = bins.size / (2.0 * math.pi)
@@ -83,7 +85,7 @@ def recall(
                 most = max(most, seen)
             is_past = not blind and least > r + gap
             if is_past:
-                trust[i, j] -= 1
+                trust[i, j] = min(trust[i, j], patience) - 1
                 if trust[i, j] <= 0:
                     stamps[i, j] = -math.inf
                     continue

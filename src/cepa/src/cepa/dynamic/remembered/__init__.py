@@ -1,0 +1,1 @@
+"""What is kept from scan to scan beside maps: beams that stand out alone, mouths of dead ends."""
