@@ -7,6 +7,7 @@ import math
 import pytest
 from flight import NO_NOISE, Flight, hovering
 
+from simulation_tools.px4.commands import DO_FLIGHTTERMINATION, DO_REPOSITION
 from simulation_tools.px4.modes import LandedState, Mode, Result
 from simulation_tools.px4.setpoint import AttitudeSetpoint, Setpoint
 
@@ -261,3 +262,57 @@ def test_body_rate_setpoints_turn_the_vehicle():
     flight.stream = AttitudeSetpoint(None, rates=(0.0, 0.0, 0.4), thrust=0.73)
     flight.run(1.5)
     assert flight.px4.estimate["rates"][0, 2] == pytest.approx(0.4, abs=0.05)
+
+
+# Flight termination: as flown on PX4
+
+
+def test_termination_stops_the_rotors_until_it_is_taken_back():
+    flight = hovering()
+    assert flight.px4.command(DO_FLIGHTTERMINATION, (1.0, *(0.0,) * 6)) is Result.ACCEPTED
+    flight.run(1.0)
+    assert not flight.px4.commands.any()
+    assert flight.body.position[2] == 0.0  # 2 m take 0.64 s
+    status = flight.px4.status
+    assert (status.armed, status.mode, status.system_status) == (True, Mode.OFFBOARD, 8)
+    assert flight.px4.command(DO_FLIGHTTERMINATION, (0.0,) * 7) is Result.ACCEPTED
+    flight.run(1.0)
+    assert flight.px4.commands.any()
+    assert flight.px4.status.system_status == 4
+
+
+def test_a_lockdown_disarms_five_seconds_later():
+    flight = hovering()
+    flight.px4.command(DO_FLIGHTTERMINATION, (2.0, *(0.0,) * 6))
+    flight.run(4.9)
+    assert flight.px4.status.armed
+    flight.run(0.2)
+    assert not flight.px4.status.armed
+    assert "Disarmed by lockdown" in flight.texts
+
+
+# A place to hold without a heading
+
+
+def test_without_a_heading_it_looks_at_the_place_and_then_stays():
+    """MPC_YAW_MODE 0: towards the target outside the acceptance radius, inside the heading it has there."""
+    flight = hovering()
+    flight.px4.request_mode(Mode.AUTO_LOITER)
+    latitude, longitude = flight.px4.origin.to_global(-10.0, 0.0)
+    nan = math.nan
+    flight.px4.command(DO_REPOSITION, (nan, 1.0, 0.0, nan, latitude, longitude, nan))
+    flight.run(5.5)
+    south = float(flight.px4.estimate["yaw"][0])
+    assert abs(south) == pytest.approx(math.pi, abs=0.15)
+    flight.run(6.0)
+    assert flight.body.position[1] == pytest.approx(-10.0, abs=0.2)
+    assert abs(float(flight.px4.estimate["yaw"][0])) == pytest.approx(abs(south), abs=0.2)
+
+
+def test_a_heading_that_is_given_is_kept():
+    flight = hovering()
+    flight.px4.request_mode(Mode.AUTO_LOITER)
+    latitude, longitude = flight.px4.origin.to_global(-5.0, 0.0)
+    flight.px4.command(DO_REPOSITION, (math.nan, 1.0, 0.0, 0.5, latitude, longitude, math.nan))
+    flight.run(6.0)
+    assert float(flight.px4.estimate["yaw"][0]) == pytest.approx(0.5, abs=0.05)

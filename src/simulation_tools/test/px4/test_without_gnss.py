@@ -17,6 +17,8 @@ from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.mavlink import telemetry
 from simulation_tools.px4.modes import LandedState, Mode, Result
 from simulation_tools.px4.parameters import Px4Parameters
+from simulation_tools.px4.plan.items import Command, PlanItem
+from simulation_tools.px4.plan.plan import PlanKind
 from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.simulation.parameters import WITHOUT_GNSS
@@ -167,3 +169,25 @@ def test_before_the_first_vision_only_manual_may_be_armed():
     assert "Failsafe enabled: No manual control stick input" in flight.texts
     assert flight.px4.status.mode is Mode.AUTO_LAND
     assert flight.body.position[2] == 0.0
+
+
+def test_without_a_place_on_earth_there_is_no_mission_and_no_fence():
+    flight = VisionFlight()
+    flight.px4.parameters.set("GF_MAX_HOR_DIST", 1.0)
+    item = PlanItem.accepted(Command.WAYPOINT, 6, (0.0,) * 4, (47.4, 8.5, 3.0), True, True)
+    flight.px4.plan.replace(PlanKind.MISSION, [item])
+    flight.run(6.0)
+    assert flight.px4.estimate_valid
+    assert flight.px4.request_mode(Mode.AUTO_MISSION) is Result.TEMPORARILY_REJECTED
+    assert "Not yet ready for mission, no position lock." in flight.texts
+    assert not [text for text in flight.texts if "Geofence" in text or "Maximum" in text]
+
+
+def test_altctl_asks_for_a_height_only():
+    """PX4 takes ALTCTL without a position, and POSCTL only with one."""
+    flight = VisionFlight()
+    flight.sees = False
+    flight.run(4.0)
+    assert not flight.px4.estimate_valid
+    assert flight.px4.request_mode(Mode.ALTCTL) is Result.ACCEPTED
+    assert flight.px4.request_mode(Mode.POSCTL) is Result.TEMPORARILY_REJECTED

@@ -189,10 +189,10 @@ class Commander:
         """Answer MISSION_START: fly the mission, and arm."""
         result = self.request_mode(*Mode.AUTO_MISSION.value)
         if result is Result.ACCEPTED and not self.armed:
-            result = self.request_arm()
+            result = self.request_arm(reason="mission start")
         return result
 
-    def request_arm(self, force: bool = False) -> Result:
+    def request_arm(self, force: bool = False, reason: str = "external command") -> Result:
         """Answer COMPONENT_ARM_DISARM 1."""
         if self.armed:
             if self._maybe_landed or force:
@@ -209,7 +209,7 @@ class Commander:
         self.armed_us = self._landed_us = self._now_us
         self._flown = False
         self.mode_entries += 1
-        self._say(Severity.INFO, "Armed by external command")
+        self._say(Severity.INFO, f"Armed by {reason}")
         self._choose_mode()
         return Result.ACCEPTED
 
@@ -236,7 +236,9 @@ class Commander:
             return "no mission"
         if mode is Mode.OFFBOARD:
             return "" if self.offboard_available else "no offboard setpoints"
-        needs_position = mode.is_auto or mode in (Mode.POSCTL, Mode.ALTCTL)
+        if mode is Mode.ALTCTL:
+            return "" if self._height_valid else "no height"
+        needs_position = mode.is_auto or mode is Mode.POSCTL
         return "no local position" if needs_position and not self._position_valid else ""
 
     def _set_home(self) -> None:

@@ -124,7 +124,8 @@ class Navigator:
             return None
         limits = self._vertical_limits(float(home[2] - position[2]))
         if self._mode is Mode.AUTO_MISSION:
-            self._advance_along_path(dt_s * self._stretch(position), limits)
+            sinking = self._landing_speed(float(home[2] - position[2])) if self.is_landing else None
+            self._advance_along_path(dt_s * self._stretch(position), limits, sinking)
         else:
             self._advance(dt_s * self._stretch(position), *limits)
         self._look(estimate, home)
@@ -135,7 +136,9 @@ class Navigator:
         setpoint["yaw"], setpoint["yaw_rate"] = self._yaw, yaw_rate
         if self.is_landing:
             setpoint["position"][2] = setpoint["acceleration"][2] = math.nan
-            setpoint["velocity"][2] = self._landing_speed(float(home[2] - position[2]))
+            eases_in = self._mode is Mode.AUTO_MISSION
+            landing = self._landing_speed(float(home[2] - position[2]))
+            setpoint["velocity"][2] = self._axes[2].velocity if eases_in else landing
         if self.is_taking_off:
             reached = abs(self._target[2] - position[2]) <= self._parameters["NAV_MC_ALT_RAD"]
             self.finished = reached and self._mode is Mode.AUTO_TAKEOFF
@@ -237,14 +240,19 @@ class Navigator:
             return speed, min(p["MPC_ACC_UP_MAX"], speed / max(p["MPC_TKO_RAMP_T"], 0.01))
         return p["MPC_Z_VEL_MAX_UP"], p["MPC_ACC_UP_MAX"]
 
-    def _advance_along_path(self, dt_s: float, climb: tuple[float, float]) -> None:
-        """Move the reference point along the mission's path for dt_s. climb: vertical speed, acceleration."""
+    def _advance_along_path(self, dt_s: float, climb: tuple[float, float], sinking_m_s: float | None) -> None:
+        """Move the reference point along the mission's path for dt_s.
+
+        climb: greatest vertical speed and acceleration. sinking_m_s: of a landing.
+        """
         p = self._parameters
         point = np.array([axis.position for axis in self._axes])
         velocity = np.array([axis.velocity for axis in self._axes])
         wanted = self._path.velocity(point, velocity, self._cruise_m_s, climb)
         if p["MPC_YAW_MODE"] == YawMode.TO_WAYPOINT_FIRST and not self._yaw_is_aligned:
             wanted = np.zeros(3)
+        if sinking_m_s is not None:
+            wanted[2], climb = sinking_m_s, (sinking_m_s, p["MPC_ACC_DOWN_MAX"])
         accelerations = (p["MPC_ACC_HOR"], p["MPC_ACC_HOR"], climb[1])
         for axis, speed, acceleration in zip(self._axes, wanted.tolist(), accelerations):
             axis.advance(speed, acceleration, p["MPC_JERK_AUTO"], dt_s)

@@ -274,9 +274,16 @@ def test_after_a_reset_streams_start_again(ready):
     assert len(client.take("ATTITUDE")) == pytest.approx(100, abs=2)
 
 
-def test_long_status_texts_are_cut(setup):
+def test_long_status_texts_come_in_chunks(setup):
+    """Of 50 bytes, with the same id: so a ground station puts them together."""
     ground = setup.client(on_ground_port=True)
     ground.heartbeat(GCS)
     setup.run(0.02)
-    setup.flight.px4.on_statustext(Severity.INFO, "x" * 80 + "ü")
-    assert [m.text for m in ground.take("STATUSTEXT")] == ["x" * 50]
+    say = setup.flight.px4.on_statustext
+    say(Severity.INFO, "x" * 50 + "y" * 29 + "ü")
+    say(Severity.INFO, "z" * 200)
+    say(Severity.INFO, "short")
+    received = ground.take("STATUSTEXT")
+    assert [m.text for m in received] == ["x" * 50, "y" * 29 + "?", "z" * 50, "z" * 50, "z" * 26, "short"]
+    assert [m.chunk_seq for m in received] == [0, 1, 0, 1, 2, 0]
+    assert [m.id for m in received] == [1, 1, 2, 2, 2, 3]

@@ -146,8 +146,8 @@ def test_global_positions_in_other_frames_are_no_setpoints(ready, frame):
     global_target(client, setup.flight.px4.origin, 0.0, 0.0, 3.0, frame)
     setup.run(0.02)
     assert setup.link.statistics.setpoints == 0
-    texts = [m.text for m in ground.take("STATUSTEXT")]
-    assert texts == [f"SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame {frame}"[:50]]
+    text = "".join(m.text for m in ground.take("STATUSTEXT"))
+    assert text == f"SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame {frame}"
 
 
 def test_a_global_velocity_needs_no_position(ready):
@@ -165,6 +165,19 @@ def test_what_is_masked_may_be_anything(ready):
     client.velocity(frame=1, x=math.nan, afz=math.inf, yaw=math.nan, stamp=3)
     setup.run(0.02)
     assert setup.stamps == [3]
+
+
+@pytest.mark.parametrize(("mask", "field"), [(0b1001_1100_0111, "yaw"), (0b0101_1100_0111, "yaw_rate")])
+def test_nan_as_heading_asks_for_none(ready, mask, field):
+    """As flown on PX4: it keeps OFFBOARD, flies the velocity and holds its heading."""
+    setup, client = ready
+    setup.flight.take_off(3.0, seconds=8.0)
+    setup.flight.stream = None
+    yaw = float(setup.flight.px4.estimate["yaw"][0])
+    setup.run(3.0, lambda: client.velocity(frame=1, mask=mask, vx=1.0, **{field: math.nan}))
+    assert setup.flight.px4.status.mode is Mode.OFFBOARD
+    assert setup.flight.body.velocity[1] == pytest.approx(1.0, abs=0.15)  # north
+    assert float(setup.flight.px4.estimate["yaw"][0]) == pytest.approx(yaw, abs=0.05)
 
 
 def test_a_force_is_refused_as_by_px4(ready):
@@ -194,6 +207,27 @@ def test_the_whole_list_arrives_at_once_with_types(ready):
     for name, message in values.items():
         assert parameter_from_wire(message.param_value, message.param_type) == pytest.approx(parameters[name])
         assert message.param_count == len(parameters)
+
+
+def test_an_unknown_parameter_is_named(ready):
+    setup, client = ready
+    ground = setup.client(on_ground_port=True)
+    ground.heartbeat(6)
+    setup.run(0.02)
+    client.send(mavlink.MAVLink_param_set_message(1, 1, b"NOT_THERE", 1.0, mavlink.MAV_PARAM_TYPE_REAL32))
+    setup.run(0.02)
+    assert client.take("PARAM_VALUE") == []
+    (text,) = ground.take("STATUSTEXT")
+    assert (text.text, text.severity) == ("[pm] unknown param: NOT_THERE", 6)
+
+
+@pytest.mark.parametrize(("number", "result"), [(65, 0), (69, 0), (241, 4), (147, 0), (22, 4)])
+def test_intervals_of_messages_that_have_nothing_to_send(ready, number, result):
+    """RC_CHANNELS and MANUAL_CONTROL: taken, as by PX4, and silent. VIBRATION and PARAM_VALUE: refused."""
+    setup, client = ready
+    assert setup.ack(client, lambda: client.command(511, number, 100_000)) == [(511, result)]
+    setup.run(0.3)
+    assert client.take("RC_CHANNELS") + client.take("MANUAL_CONTROL") == []
 
 
 def test_set_is_echoed_and_has_effect_and_bad_values_change_nothing(ready):

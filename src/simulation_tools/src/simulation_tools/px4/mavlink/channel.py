@@ -145,8 +145,10 @@ class Channel:
 
     def set_interval(self, name: str, interval_us: float) -> bool:
         """Change a rate: > 0 interval, 0 the default, -1 stop. Return False if PX4 would refuse."""
-        if name == "HEARTBEAT" or not telemetry.can_build(name) or not interval_us <= 1e9:
+        if name == "HEARTBEAT" or not interval_us <= 1e9:
             return False
+        if not telemetry.can_build(name):
+            return name in telemetry.SILENT
         if interval_us == 0:
             default = self._default_rates_hz.get(name)
             interval_us = 1e6 / default if default else -1

@@ -35,6 +35,7 @@ from simulation_tools.px4_ports import GCS_PORT, MAVROS_PORT, own_ports
 
 # The types of PX4's custom mode live in the upper bytes of custom_mode.
 _MAIN_SHIFT, _SUB_SHIFT = 16, 24
+_TEXT_CHUNK, _TEXT_MAX = 50, 126  # bytes of a STATUSTEXT, and of a text of PX4
 _NOT_GIVEN = (0x7FF80000, 0x7FFFFFFF)  # latitude or longitude of COMMAND_INT
 
 
@@ -81,6 +82,7 @@ class MavlinkLink:
         self.on_external_pose: Callable[[int], None] = lambda time_boot_ms: None
         self.on_warning: Callable[[str], None] = lambda sentence: None
         self._warned: set[str] = set()
+        self._text_id = 0
         rates_hz = telemetry.OFFBOARD_RATES_HZ
         self.offboard = Channel(
             px4, host, offboard_local_port, offboard_port, rates_hz, True, "the offboard API"
@@ -96,9 +98,7 @@ class MavlinkLink:
         self._sockets = [channel.socket for channel in self._channels]
         px4.on_statustext = self._say
         self._message_commands = MessageCommands(px4)
-        self._parameter_protocol = ParameterProtocol(
-            px4.parameters, lambda text: self._say(Severity.ERROR, text)
-        )
+        self._parameter_protocol = ParameterProtocol(px4.parameters, self._say)
         self._answers = {
             "PARAM_REQUEST_READ": self._parameter_protocol.read,
             "PARAM_SET": self._parameter_protocol.set,
@@ -304,10 +304,14 @@ class MavlinkLink:
     # Status texts
 
     def _say(self, severity: Severity, text: str) -> None:
-        """Tell every ground station. One STATUSTEXT holds 50 bytes."""
-        message = common.MAVLink_statustext_message(int(severity), text.encode("ascii", "replace")[:50])
-        for channel in self._channels:
-            channel.send_to_ground_stations(message)
+        """Tell every ground station. A long text goes out in chunks with the same id."""
+        self._text_id = self._text_id % 0xFFFF + 1
+        data = text.encode("ascii", "replace")[:_TEXT_MAX]
+        for chunk, start in enumerate(range(0, max(len(data), 1), _TEXT_CHUNK)):
+            part = data[start : start + _TEXT_CHUNK]
+            message = common.MAVLink_statustext_message(int(severity), part, self._text_id, chunk)
+            for channel in self._channels:
+                channel.send_to_ground_stations(message)
 
     def _warn(self, kind: str, sentence: str) -> None:
         if kind not in self._warned:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import struct
 import zlib
-from typing import Callable, Iterator
+from typing import Iterator
 
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.autopilot import Px4Error
 from simulation_tools.mavlink import decode_text, parameter_from_wire, parameter_to_wire
+from simulation_tools.px4.failsafe import Say
+from simulation_tools.px4.modes import Severity
 from simulation_tools.px4.parameters import Px4Parameters
 
 HASH_NAME = "_HASH_CHECK"  # PX4 answers this name with a checksum of all values, for clients' caches
@@ -17,11 +19,11 @@ _NO_INDEX = 65535
 
 
 class ParameterProtocol:
-    """Answers the messages of the protocol. `complain` is called with the reason when a value is refused."""
+    """Answers the messages of the protocol. `say` is called with the reason when a value is refused."""
 
-    def __init__(self, parameters: Px4Parameters, complain: Callable[[str], None]) -> None:
+    def __init__(self, parameters: Px4Parameters, say: Say) -> None:
         self._parameters = parameters
-        self._complain = complain
+        self._say = say
 
     def list(self) -> Iterator[common.MAVLink_message]:
         """Yield the answers to PARAM_REQUEST_LIST."""
@@ -35,9 +37,10 @@ class ParameterProtocol:
         return self.value(name) if name is not None and name in self._parameters else None
 
     def set(self, m: common.MAVLink_param_set_message) -> common.MAVLink_message | None:
-        """Answer PARAM_SET with the value afterwards; None for an unknown name."""
+        """Answer PARAM_SET with the value afterwards. An unknown name gets a text only, as from PX4."""
         name = decode_text(m.param_id)
         if name not in self._parameters:
+            self._say(Severity.INFO, f"[pm] unknown param: {name}")
             return None
         try:
             if m.param_type != self._kind(name):
@@ -45,7 +48,7 @@ class ParameterProtocol:
                 raise Px4Error(f"its type is {wanted}")
             self._parameters.set(name, parameter_from_wire(m.param_value, m.param_type))
         except (Px4Error, ValueError) as error:
-            self._complain(f"parameter {name}: {error}")
+            self._say(Severity.ERROR, f"parameter {name}: {error}")
         return self.value(name)
 
     def value(self, name: str) -> common.MAVLink_message:

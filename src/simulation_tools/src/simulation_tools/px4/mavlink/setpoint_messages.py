@@ -80,8 +80,8 @@ def _setpoint(m: common.MAVLink_message, position: Vector3, body: bool, name: st
         position=position,
         velocity=_unmasked((m.vx, m.vy, m.vz), mask >> 3, together=body),
         acceleration=acceleration,
-        yaw=NAN if mask & _YAW_IGNORE else _sane(m.yaw),
-        yaw_rate=NAN if mask & _YAW_RATE_IGNORE else _sane(m.yaw_rate),
+        yaw=_heading(m.yaw, mask & _YAW_IGNORE),
+        yaw_rate=_heading(m.yaw_rate, mask & _YAW_RATE_IGNORE),
         body=body,
         time_boot_ms=m.time_boot_ms,
     )
@@ -93,6 +93,11 @@ def _unmasked(values: Vector3, mask: int, together: bool = False) -> Vector3:
         return UNSET
     x, y, z = (NAN if mask >> i & 1 else _sane(value) for i, value in enumerate(values))
     return x, y, z
+
+
+def _heading(value: float, is_masked: int) -> float:
+    """Return a yaw or its rate. NaN asks for none, as a mask does."""
+    return NAN if is_masked or math.isnan(value) else _sane(value)
 
 
 def _sane(value: float) -> float:

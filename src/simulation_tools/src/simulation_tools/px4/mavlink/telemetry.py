@@ -39,6 +39,40 @@ OFFBOARD_RATES_HZ = {
 # A ground station's link is slower, because it does not control the flight.
 GROUND_RATES_HZ = {name: min(rate, 10.0) for name, rate in OFFBOARD_RATES_HZ.items() if name != "TIMESYNC"}
 
+# PX4 takes an interval for them, and has nothing to send without a remote control, camera, gimbal or radio.
+SILENT = frozenset(
+    (
+        "ADSB_VEHICLE",
+        "ATT_POS_MOCAP",
+        "CAMERA_IMAGE_CAPTURED",
+        "CAMERA_TRIGGER",
+        "COLLISION",
+        "COMMAND_LONG",
+        "DEBUG",
+        "DEBUG_FLOAT_ARRAY",
+        "DEBUG_VECT",
+        "GIMBAL_DEVICE_ATTITUDE_STATUS",
+        "GIMBAL_DEVICE_SET_ATTITUDE",
+        "GIMBAL_MANAGER_INFORMATION",
+        "GIMBAL_MANAGER_STATUS",
+        "GPS2_RAW",
+        "GPS_STATUS",
+        "MANUAL_CONTROL",
+        "MOUNT_ORIENTATION",
+        "NAMED_VALUE_FLOAT",
+        "NAV_CONTROLLER_OUTPUT",
+        "OBSTACLE_DISTANCE",
+        "OPTICAL_FLOW_RAD",
+        "ORBIT_EXECUTION_STATUS",
+        "RAW_RPM",
+        "RC_CHANNELS",
+        "SMART_BATTERY_INFO",
+        "STATUSTEXT",
+        "TRAJECTORY_REPRESENTATION_WAYPOINTS",
+        "WIND_COV",
+    )
+)
+
 Builder = Callable[[Px4, Px4Status], "common.MAVLink_message | None"]
 
 _BUILDERS: Mapping[str, Builder] = {

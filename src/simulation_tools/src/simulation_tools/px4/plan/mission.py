@@ -112,11 +112,13 @@ class Mission:
             plan.current = 0
         self.roi = None
         self._reader.reset()
-        if is_valid:
-            self.reached = -1
-            self._work = _Work.NOTHING
-        else:
+        if not is_valid:
             plan.current = 0
+            return
+        self.reached = -1
+        self._work = _Work.NOTHING
+        if self._route is None:
+            self._running = True
 
     # In flight
 
