@@ -177,3 +177,18 @@ def test_a_cloud_of_the_lidars_frame_is_taken_as_it_is_and_another_one_is_turned
     clouds = [asked[4].points_m for asked in bench.algorithm.asked]
     assert clouds[0] is points
     np.testing.assert_allclose(clouds[1], [[-1.0, 1.0, 3.0]], atol=1e-12)  # a quarter turn left, 1 m ahead
+
+
+@pytest.mark.parametrize(("late_ms", "is_told"), [(0, False), (15, False), (30, True)])
+def test_clouds_whose_stamps_are_never_near_a_scans_are_told_of(late_ms, is_told):
+    bench = Bench(limits=CloudLimits((-0.3, 0.3), (-math.pi, math.pi), (0.5, 100.0)))
+    for number in range(16):
+        at_ms = 100 * number
+        bench.loop.on_cloud((at_ms - late_ms) * MS, SensedPoints(np.ones((20, 3)), LEVEL))
+        bench.odometry(at_ms)
+        bench.loop.on_reference(at_ms * MS, AHEAD)
+        bench.loop.on_scan(at_ms * MS, SCAN, "laser")
+    told = [sentence for sentence in bench.said if "none within 0.02 s of a scan" in sentence]
+    assert bool(told) == is_told
+    assert len(bench.algorithm.asked) > 12
+    assert all((asked[4] is None) == is_told for asked in bench.algorithm.asked[1:])

@@ -23,6 +23,7 @@ MAX_AGE_NS = 500_000_000
 MAX_AGE_OF_ATTITUDE_NS = 50_000_000
 MAX_AGE_OF_CLOUD_NS = 20_000_000
 """A cloud whose stamp is this near to the scan's counts as taken from the same place."""
+LONGEST_MISMATCH_NS = 1_000_000_000
 MAX_AGE_OF_RANGE_NS = 100_000_000
 RANGE_FINDERS = ("range_finder", "range_finder_up")
 STANDSTILL: Vector3 = (0.0, 0.0, 0.0)
@@ -60,6 +61,7 @@ class Answering:
         self._motion = OwnMotion(warn)
         self.algorithm = algorithm
         self._last_xy = (0.0, 0.0)
+        self._matched_ns: int | None = None  # when a cloud came with a scan, or the first one came at all
 
     def take(self, algorithm: Algorithm) -> None:
         """Steer by another algorithm, or by one with other parameters; it keeps what is remembered."""
@@ -72,6 +74,7 @@ class Answering:
         self.algorithm.reset()
         self._motion.restart()
         self._last_xy = (0.0, 0.0)
+        self._matched_ns = None
 
     def answer(self, paired: PairedScan, scan: LaserScan2D, mount: Mount) -> Answer:
         """Return the velocity that answers the scan of a lidar with this mounting."""
@@ -110,6 +113,13 @@ class Answering:
         age_ns = math.inf if cloud is None else abs(paired.scan.stamp_ns - cloud.stamp_ns)
         if cloud is None:
             self._warn("No cloud has come yet; the scan alone counts. Check the topic cloud.")
+        elif age_ns <= MAX_AGE_OF_CLOUD_NS or self._matched_ns is None:
+            self._matched_ns = paired.scan.stamp_ns
+        elif age_ns <= MAX_AGE_NS and paired.scan.stamp_ns - self._matched_ns > LONGEST_MISMATCH_NS:
+            self._warn(
+                f"Clouds come, but none within {1e-9 * MAX_AGE_OF_CLOUD_NS:.2f} s of a scan (now "
+                f"{1e-9 * age_ns:.3f} s): the scan alone counts. Check their stamps."
+            )
         if cloud is None or cloud.value is None or age_ns > MAX_AGE_OF_CLOUD_NS:
             return None
         sensed: SensedPoints = cloud.value
