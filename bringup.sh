@@ -71,7 +71,7 @@ launch() {
     given+="${argument%%:=*} "
     arguments+=("$argument")
   done
-  set_up
+  set_up --first-flight
   load_workspace
   if takes_argument "$file" results && [[ $given != *" results "* ]]; then
     arguments+=("results:=$root/results")

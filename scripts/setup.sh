@@ -1,16 +1,19 @@
 # shellcheck shell=bash
 # Makes the machine and the workspace ready: distribution packages, .venv, catkin build. bringup.sh sources this file
 # and sets `root` and `log_file`. Every step does only what is missing. .venv needs a single package of the
-# distribution. So it is made while the other packages are installed.
+# distribution. So it is made while the other packages are installed. The build needs only the first of these, so it
+# runs while the others are installed.
 
 : "${root:?is set by bringup.sh}" "${log_file:?is set by bringup.sh}"
 readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs)
-readonly venv_package=python3-venv
+readonly venv_package=python3-venv not_for_build="# Not for the build"
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
 # Delete the archives (0.3 GB) and their index (50 MB)
 readonly apt_tidy=(-o APT::Keep-Downloaded-Packages=false -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
 readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # greatest need, with archives; 2020 MB stay
 
+# set_up [--first-flight]: with this option numba compiles only what the first flight needs. Every launch compiles what
+# is missing for it.
 set_up() {
   [[ $root != *[[:space:]]* ]] || fail "catkin cannot build in a folder with a space in its path: $root. Move the workspace."
   if ! mkdir -p logs 2>/dev/null || [[ ! -w logs || ! -w . ]]; then
@@ -23,13 +26,15 @@ set_up() {
   check_disk
   find_missing_packages
   install_packages "${missing_for_venv[@]}"
-  start_python
-  install_packages "${missing[@]}"
+  start_python "$@"
+  install_packages "${missing_for_build[@]}"
+  start_packages "${missing[@]}"
   check_names
-  finish_python
   load_distribution
   load_underlay
   build_workspace
+  finish_packages "${missing[@]}"
+  finish_python "$@"
   exec 9>&-
 }
 
@@ -47,20 +52,25 @@ detect_platform() {
     "Add it as on http://wiki.ros.org/noetic/Installation/Ubuntu (1.1 to 1.3), then call again."
 }
 
+# listed_packages [END]: prints the packages of the list, one per line; those before the line that begins with END
+listed_packages() {
+  sed -n "${1:+\\|^$1|q;}/^[^#]/p" "scripts/packages/$platform.txt" | sort
+}
+
 # missing_packages: prints the packages of the list that are not installed, one per line
 missing_packages() {
   # shellcheck disable=SC2016  # dpkg-query expands it
   local wanted format='${db:Status-Status} ${Package}\n'
-  wanted=$(grep -v '^#' "scripts/packages/$platform.txt" | sed '/^$/d' | sort)
+  wanted=$(listed_packages)
   comm -23 <(echo "$wanted") <(xargs <<<"$wanted" dpkg-query -W -f "$format" 2>/dev/null | sed -n 's/^installed //p' | sort)
 }
 
-# find_missing_packages: sets `missing` and `missing_for_venv`, makes the package manager ready for them
+# find_missing_packages: sets `missing_for_venv`, `missing_for_build` and `missing`, makes the package manager ready
+# for them
 find_missing_packages() {
-  missing_for_venv=()
+  missing_for_venv=() missing_for_build=()
   mapfile -t missing < <(missing_packages)
   ((${#missing[@]} > 0)) || return 0
-  [[ " ${missing[*]} " != *" $venv_package "* ]] || missing_for_venv=("$venv_package")
   as_root=(env)
   if ((EUID != 0)); then
     sudo -n true 2>/dev/null || fail "${#missing[@]} packages are missing and this is not root. Run these lines, then call again:" \
@@ -68,6 +78,9 @@ find_missing_packages() {
     as_root=(sudo -n env)
   fi
   as_root+=(DEBIAN_FRONTEND=noninteractive LC_ALL=C)
+  mapfile -t missing_for_build < <(comm -12 <(printf '%s\n' "${missing[@]}") <(listed_packages "$not_for_build"))
+  mapfile -t missing < <(comm -23 <(printf '%s\n' "${missing[@]}") <(listed_packages "$not_for_build"))
+  [[ " ${missing_for_build[*]} " != *" $venv_package "* ]] || missing_for_venv=("$venv_package")
   "${as_root[@]}" dpkg --configure -a >>"$log_file" 2>&1 || true # in case an earlier call was interrupted
   # Go on after a failed update: the fault of another source may not matter. The installation would fail.
   run_step "looking for the newest packages" "${as_root[@]}" apt-get "${apt_patience[@]}" "${apt_tidy[@]}" update || true
@@ -75,11 +88,22 @@ find_missing_packages() {
 
 # install_packages PACKAGE...
 install_packages() {
+  start_packages "$@"
+  finish_packages "$@"
+}
+
+# start_packages, finish_packages PACKAGE...: install them in parallel to the code between both calls
+start_packages() {
   (($# > 0)) || return 0
   # shellcheck disable=SC2086  # the same words are printed to users without root rights
-  run_step "installing $# package(s) of $platform and what they need" \
-    "${as_root[@]}" $apt_install "${apt_patience[@]}" "${apt_tidy[@]}" "$@" || explain_failure \
-    "The distribution's packages could not be installed." "sudo $apt_install $*"
+  start_step "installing $# package(s) of $platform and what they need" \
+    "${as_root[@]}" $apt_install "${apt_patience[@]}" "${apt_tidy[@]}" "$@"
+  packages_step=$step
+}
+
+finish_packages() {
+  (($# > 0)) || return 0
+  finish_step "$packages_step" || explain_failure "The distribution's packages could not be installed." "sudo $apt_install $*"
   local not_there
   mapfile -t not_there < <(missing_packages | grep -Fx "$(printf '%s\n' "$@")")
   ((${#not_there[@]} == 0)) || fail "apt-get did not complain, and yet these are not installed: ${not_there[*]}. See $log_file."
@@ -101,27 +125,42 @@ venv_inputs() { cat requirements.txt <(/usr/bin/python3 --version 2>/dev/null) <
 # is_current STAMP_FILE DIGEST: whether a step was done with its present inputs
 is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
 
-# start_python, finish_python: make .venv and compile numba's kernels, in parallel to the code between both calls
+# start_python, finish_python [--first-flight]: make .venv and compile numba's kernels, in parallel to the code between
+# both calls
 start_python() {
-  python_step= installs_python=
-  if ! is_current .venv/.bringup "$(venv_inputs)"; then
-    installs_python=yes
-    growing=.venv start_step "installing Python packages into .venv, and compiling the inner loops" make_python
-  elif ! is_current .venv/.bringup_kernels "$(kernel_inputs)"; then
-    start_step "compiling the inner loops" compile_kernels
-  else
-    return 0
-  fi
-  python_step=$step
+  venv_step= kernels_step=
+  ! is_current .venv/.bringup "$(venv_inputs)" || return 0
+  growing=.venv start_step "installing Python packages into .venv" make_venv
+  venv_step=$step
+  start_step "compiling the inner loops" compile_in_new_venv "${step_children[$venv_step]}" "$@"
+  kernels_step=$step
+}
+
+# finish_venv: waits until .venv is there, which the build needs
+finish_venv() {
+  [[ -n $venv_step ]] || return 0
+  finish_step "$venv_step" || explain_failure "The Python packages of requirements.txt could not be installed."
+  venv_step=
+  start_step "removing what no node needs from .venv" slim_python # after the compiler's package, which contains `strip`
+  slimming_step=$step
 }
 
 finish_python() {
-  [[ -z $python_step ]] || finish_step "$python_step" ||
-    explain_failure "The Python packages of requirements.txt could not be installed, or their kernels not be compiled."
-  [[ -z $installs_python ]] || slim_python # after the compiler's package, which contains `strip`
+  finish_venv
+  if [[ -n $kernels_step ]]; then
+    finish_step "$kernels_step" || explain_failure "The inner loops could not be compiled."
+    finish_step "$slimming_step" || true
+  elif [[ ${1:-} != --first-flight ]]; then
+    compile_kernels || fail "The inner loops could not be compiled; the reason stands above."
+  fi
 }
 
-make_python() { make_venv && compile_imported && compile_kernels; }
+# compile_in_new_venv PROCESS [--first-flight]: waits for the process that makes .venv
+compile_in_new_venv() {
+  while kill -0 "$1" 2>/dev/null; do sleep 0.5; done
+  is_current .venv/.bringup "$(venv_inputs)" || return
+  compile_imported && compile_kernels --every 1 "${@:2}"
+}
 
 make_venv() {
   local options=()
@@ -170,23 +209,10 @@ compile_imported() {
     .venv/bin/python scripts/import_all.py src/*/src/*/ && rm -rf .venv/.matplotlib
 }
 
-# kernel_inputs: prints a digest of the packages with kernels
-kernel_inputs() {
-  local module
-  for module in src/*/src/*/warm_up.py src/kernel_cache/src/kernel_cache/compiler.py; do
-    find "$(dirname "$module")" -name '*.py' -print0
-  done | sort -z | xargs -0 sha256sum | sha256sum
-}
-
-# compile_kernels: lets numba compile and cache all kernels, so that no flight waits for it
+# compile_kernels [ARGUMENT...]: lets numba compile what no earlier call has compiled; see machine_code's own help
 compile_kernels() {
-  local module
-  for module in src/*/src/*/warm_up.py; do
-    module=$(basename "$(dirname "$module")")
-    echo "compiling the inner loops of $module"
-    env PYTHONPATH="$root/src/$module/src:$root/src/kernel_cache/src" .venv/bin/python -m "$module.warm_up" || return
-  done
-  kernel_inputs >.venv/.bringup_kernels
+  local libraries=(src/*/src src/*/ros)
+  env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" .venv/bin/python -m master_thesis_ros.launch.machine_code "$@"
 }
 
 # --- the build -------------------------------------------------------------------------------------------------
@@ -255,6 +281,7 @@ build_workspace() {
   present=$(upstream_interfaces | paste -sd ';')
   inputs=$(build_inputs "$present")
   ! is_current build/.bringup "$inputs" || return 0
+  finish_venv
   [[ -z $present ]] || say "built against the machine's own ${present//;/, }"
   if [[ -f build/CMakeCache.txt ]] && ! grep -qx "CMAKE_HOME_DIRECTORY:INTERNAL=$root/src" build/CMakeCache.txt; then
     rm -rf build devel # from the workspace's earlier place
@@ -264,7 +291,7 @@ build_workspace() {
   write_interpreter
   # Messages for Python and C++ only, because other languages take time and have no nodes here
   run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR ROS_LANG_DISABLE=genlisp:geneus:gennodejs catkin_make --directory "$root" \
-    -DPYTHON_EXECUTABLE="$root/devel/interpreter/python3" -DCATKIN_BLACKLIST_PACKAGES="$present" ||
+    -DPYTHON_EXECUTABLE="$root/devel/interpreter/python3" -DCATKIN_BLACKLIST_PACKAGES="$present" -DCOMPILE_KERNELS=OFF ||
     explain_failure "The build failed."
   echo "$present" >build/.upstream
   echo "$inputs" >build/.bringup

@@ -1,7 +1,8 @@
-"""Checks the arguments of this package's launch files, like the experiments' nodes check their parameters.
+"""Checks the arguments of this package's launch files, and compiles what the launch needs.
 
 usage: python -m master_thesis_ros.launch.request LAUNCH_FILE [ARG:=VALUE ...]
 
+The checks are those that the experiments' nodes make of their parameters.
 Exit code 0: the launch is possible. 1: it is not, and one sentence says why.
 """
 
@@ -9,14 +10,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Callable, Mapping, Sequence
+from typing import Callable, Iterator, Mapping, Sequence
 from xml.etree import ElementTree
 
 from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.requests import experiment_1, experiments_3_4, simulator, teleop
 from master_thesis.requests.results_folder import check_results
 from master_thesis.worlds import scenario
-from master_thesis_ros.launch import slam_arguments
+from master_thesis_ros.launch import machine_code, slam_arguments
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
 from simulation_tools_ros import launch_check
@@ -28,7 +29,10 @@ def main(words: Sequence[str]) -> int:
     """Check a launch file and its arguments, and that it would end no running node; return an exit code."""
     try:
         given = dict(_name_and_value(word) for word in words[1:])
-        check(launch_check.Launch((Path(words[0]).resolve(),), given))
+        prepare(launch_check.Launch((Path(words[0]).resolve(),), given))
+    except KeyboardInterrupt:
+        print("Interrupted. The next call goes on from here.", file=sys.stderr)
+        return 130
     except (MasterThesisError, SimulationToolsError) as error:
         print(error, file=sys.stderr)
         return 1
@@ -42,6 +46,13 @@ def _name_and_value(word: str) -> tuple[str, str]:
     return name, value
 
 
+def prepare(launch: launch_check.Launch) -> None:
+    """Check a launch, and compile the kernels that its flight would else wait for; raises as `check`."""
+    check(launch)
+    for _, asked in _flights_of(launch):
+        machine_code.compile_missing(machine_code.needed_by(asked))
+
+
 def check(launch: launch_check.Launch) -> None:
     """Check a launch as `launch_check` does, and the values and ports if the file belongs to this package.
 
@@ -49,16 +60,20 @@ def check(launch: launch_check.Launch) -> None:
         MasterThesisError, SimulationToolsError: one sentence.
     """
     launch_check.check(launch)
+    for file, asked in _flights_of(launch):
+        simulator.check(asked)
+        simulator.check_packages(asked, launch_check.find_package)
+        _READERS[file.name](asked)
+        if "results" in asked:
+            check_results(asked["results"])
+        simulator.check_ports(asked)
+
+
+def _flights_of(launch: launch_check.Launch) -> Iterator[tuple[Path, dict[str, str]]]:
+    """Give the files of this package that the launch starts, each with its arguments."""
     for file in launch.files:
-        reader = _READERS.get(file.name)
-        if reader and file.parent == FOLDER and launch.starts:
-            asked = values_of(file, launch.given)
-            simulator.check(asked)
-            simulator.check_packages(asked, launch_check.find_package)
-            reader(asked)
-            if "results" in asked:
-                check_results(asked["results"])
-            simulator.check_ports(asked)
+        if file.name in _READERS and file.parent == FOLDER and launch.starts:
+            yield file, values_of(file, launch.given)
 
 
 def values_of(file: Path, given: Mapping[str, str]) -> dict[str, str]:

@@ -95,10 +95,10 @@ def messages(machine: Machine) -> Iterator[Finding]:
 
 
 def kernels(machine: Machine) -> Iterator[Finding]:
-    """Check numba's cache. Without it the first flight waits for the compiler."""
+    """Check numba's cache. A launch compiles what is missing, before it takes off."""
     for name in machine.kernels_missing:
-        what = "numba has none of its kernels in the cache; the first start compiles for up to a minute"
-        yield Finding(WARNING, f"library {name}", what, f"rm -f build/.bringup_kernels. {SETUP}")
+        what = "its kernels are not compiled yet; the first launch with them does it, in up to a minute"
+        yield Finding(NOTE, f"library {name}", what, f"{SETUP}, to have it done now")
 
 
 def room(machine: Machine) -> Iterator[Finding]:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import rospy
 
+from node_tools.compiling import run_compiled
 from simulation_tools.px4.mavlink.link import MavlinkLink
 from simulation_tools.px4_ports import GCS_PORT, MAVROS_PORT
 from simulation_tools.px4_sitl.hil_sensors import HilParameters
@@ -35,7 +36,7 @@ def simulation_with_autopilot(
         rospy.get_param("~offboard_port", MAVROS_PORT), rospy.get_param("~gcs_port", GCS_PORT)
     )
     simulation = Simulation(parameters)
-    simulation.warm_up()
+    run_compiled(rospy.loginfo, simulation.warm_up)
     assert simulation.px4 is not None  # None: the stand-in flies
     link = MavlinkLink(simulation.px4, *ports)
     link.on_warning = rospy.logwarn

@@ -1,0 +1,123 @@
+"""A launch compiles what its flight needs, before it takes off, and says how far it is."""
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("master_thesis_ros")
+from master_thesis_ros.launch import machine_code, request
+from master_thesis_ros.launch.machine_code import compile_missing, needed_by
+
+from master_thesis.errors import FlightError
+
+ROOT = Path(__file__).resolve().parents[4]
+LAUNCH = ROOT / "src/master_thesis/launch"
+KERNELS = """
+from kernel_cache.compiler import njit
+
+@njit(cache=True)
+def doubled(x):
+    return 2 * x
+
+@njit(cache=True)
+def more(x):
+    return doubled(x) + 1
+
+def warm_up():
+    more(1)
+"""
+
+
+def parts_of(launch_file, **given):
+    return set(needed_by(request.values_of(LAUNCH / launch_file, given)))
+
+
+@pytest.mark.ros
+def test_each_launch_compiles_what_it_flies_with():
+    gnss_flight = {machine_code.SIMULATOR, machine_code.THESIS_CEPA}
+    assert parts_of("experiment_1.launch", scenario="forest") == gnss_flight == set(machine_code.FIRST_FLIGHT)
+    assert machine_code.DYNAMIC_CEPA in parts_of("experiment_1.launch", algorithm="dynamic")
+    own_avoidance = parts_of("experiment_1.launch", avoidance="my_package my_node")
+    assert own_avoidance == {machine_code.SIMULATOR}
+    mapping = {*gnss_flight, machine_code.SLAM, machine_code.LOOP_CLOSURE}
+    assert parts_of("experiment_4.launch") == mapping
+    assert parts_of("experiment_4.launch", gnss="false") == {*mapping, machine_code.ODOMETRY}
+    assert set(machine_code.ALL) >= parts_of("teleop.launch", gnss="false", algorithm="dynamic")
+
+
+def test_all_parts_together_are_all_kernels():
+    """Or setup would leave one for the flight."""
+    script = """
+import sys
+from master_thesis_ros.launch.compile_parts import _function
+from master_thesis_ros.launch.machine_code import ALL
+from node_tools.compiling import Kernels, _is_kernel
+counted = Kernels(*map(_function, ALL))
+packages = {part.partition(".")[0] for part in ALL}
+modules = [module for name, module in sys.modules.items() if name.partition(".")[0] in packages]
+found = {value for module in modules for value in vars(module).values() if _is_kernel(value)}
+print(len(counted), len(found))
+"""
+    told = subprocess.run([sys.executable, "-c", script], env=libraries(), capture_output=True, text=True)
+    counted, found = map(int, told.stdout.split())
+    assert counted == found > 200, told.stderr
+
+
+def libraries(*first):
+    folders = [*first, *ROOT.glob("src/*/src"), *ROOT.glob("src/*/ros")]
+    return {"PATH": "/usr/bin:/bin", "PYTHONPATH": ":".join(map(str, folders))}
+
+
+@pytest.fixture
+def part(tmp_path, monkeypatch):
+    """A part of two kernels, and an environment in which nothing is noted."""
+    package = tmp_path / "loops_to_compile"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "warm_up.py").write_text(KERNELS)
+    for name, value in libraries(tmp_path).items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "prefix", str(tmp_path / "environment"))
+    (tmp_path / "environment").mkdir()
+    return "loops_to_compile.warm_up:warm_up"
+
+
+def said_by_compiling(part):
+    out = io.StringIO()
+    compile_missing([part], 0.0, out)
+    return out.getvalue()
+
+
+def test_the_fraction_is_shown_once_and_again_when_the_sources_change(part, tmp_path):
+    said = said_by_compiling(part)
+    assert "1 of 2\n" in said
+    assert "2 of 2\n" in said
+    assert said.endswith("all 2 are ready\n")
+    assert list(tmp_path.rglob("*.nbc"))
+    assert said_by_compiling(part) == ""
+    (tmp_path / "loops_to_compile/warm_up.py").write_text(KERNELS.replace("2 * x", "3 * x"))
+    assert "2 of 2\n" in said_by_compiling(part)
+
+
+def test_what_cannot_be_compiled_is_one_sentence_and_is_tried_again(part, tmp_path):
+    source = tmp_path / "loops_to_compile/warm_up.py"
+    source.write_text(KERNELS.replace("more(1)", "more('a')\n    raise OSError('the disk is full')"))
+    for _ in range(2):
+        with pytest.raises(FlightError, match=r"loops_to_compile could not be compiled: .+\. `.+` shows all"):
+            said_by_compiling(part)
+
+
+def test_after_an_interruption_the_next_call_compiles(part, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(machine_code._Compiler, "complaint", lambda self: interrupt())
+        with pytest.raises(KeyboardInterrupt):
+            said_by_compiling(part)
+    assert "all 2 are ready" in said_by_compiling(part)
+
+
+def interrupt():
+    raise KeyboardInterrupt
