@@ -39,7 +39,10 @@ LAUNCH = """<launch>
   <include file="$(find inspection_tools)/launch/tools.launch">
     <arg name="pose_source" value="ground_truth"/>
   </include>
-  <include file="$(find cepa)/launch/cepa.launch"><arg name="visualiser" value="false"/></include>
+  <include file="$(find cepa)/launch/cepa.launch">
+    <arg name="algorithm" value="improved"/>
+    <arg name="visualiser" value="false"/>
+  </include>
 </launch>
 """
 LINK = ("/mavros", "/mavros_publisher")

@@ -141,7 +141,16 @@ def test_in_lockstep_a_flight_is_that_of_the_closed_loop(twins):
 def test_a_bag_played_into_cepa_alone_gives_every_recorded_answer(twins, processes):
     (port,) = free_ports(1)
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
-    processes.start("roslaunch", "-p", str(port), "cepa", "cepa.launch", "visualiser:=false", "replay:=true")
+    processes.start(
+        "roslaunch",
+        "-p",
+        str(port),
+        "cepa",
+        "cepa.launch",
+        "algorithm:=improved",
+        "visualiser:=false",
+        "replay:=true",
+    )
     bag = str(twins[0].results / "flight.bag")
     run = processes.run(sys.executable, str(ROOT / "tests/flights/playback_probe.py"), bag, timeout_s=200.0)
     assert run.returncode == 0, run.stdout

@@ -40,7 +40,7 @@ def test_tuned_attacked_and_interrupted_it_flies_on(processes, tmp_path):
     height_m = 5.0  # PX4's landing takes longer from there than any node is away
     goal = f"600 0 {height_m}"  # further than the flight gets
     # At half speed, so that nodes keep up while other tests run
-    args = {"world": world, "goal": goal, "real_time_factor": 0.5}
+    args = {"world": world, "goal": goal, "real_time_factor": 0.5, "algorithm": "improved"}
     flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
     flight.wait_until_said("is sent to the goal", READY_PATIENCE_S)
     tune = ("rosrun", "dynamic_reconfigure", "dynparam", "set", "/cepa", "r_ub", "1.5")

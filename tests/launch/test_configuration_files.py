@@ -92,6 +92,21 @@ def test_launch_file_loads_and_its_nodes_exist(path, change):
     assert not {node for node in nodes if not node_exists(*node)}
 
 
+THESIS, OWN_WORLD = "improved", "dynamic"
+ALGORITHMS = (
+    *((f"master_thesis/launch/experiment_{number}", THESIS) for number in (1, 2, 3, 4)),
+    ("master_thesis/launch/fly_to_goal", OWN_WORLD),
+    ("master_thesis/launch/teleop", OWN_WORLD),
+    ("cepa/launch/cepa", OWN_WORLD),
+)
+
+
+@pytest.mark.parametrize(("file", "algorithm"), ALGORITHMS)
+def test_own_worlds_are_flown_by_the_safe_algorithm_and_the_thesis_by_its_own(file, algorithm):
+    defaults = {arg.get("name"): arg.get("default") for arg in arguments(ROOT / f"src/{file}.launch")}
+    assert defaults["algorithm"] == algorithm
+
+
 FLYING = ("experiment_1", "experiment_2", "experiment_3", "experiment_4", "fly_to_goal", "teleop")
 
 
