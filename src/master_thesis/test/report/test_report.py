@@ -160,6 +160,14 @@ def test_the_quick_report_is_a_part_of_the_whole():
     assert {each.digest for each in plan(QUICK) if not each.alone} < whole
 
 
+def test_the_quick_report_takes_five_minutes_by_its_pieces_costs():
+    """Two processes fly; what measures wall time runs alone."""
+    pieces = plan(QUICK)
+    alone_s, shared_s = (sum(p.cost_s for p in pieces if p.alone is alone) for alone in (True, False))
+    assert alone_s + shared_s / 2.0 < 5.2 * 60.0
+    assert {each.experiment for each in pieces} == set(EXPERIMENTS)
+
+
 def test_reports_of_all_sizes_can_share_a_folder():
     by_name: dict = {}
     for size in (FULL, QUICK, SMALLEST):

@@ -72,7 +72,9 @@ def _parser() -> argparse.ArgumentParser:
         prog="./bringup.sh report", description="Reproduce the thesis's chapter 8."
     )
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--quick", action="store_true", help="one seed of each experiment, about 15 minutes")
+    size.add_argument(
+        "--quick", action="store_true", help="one seed of each experiment, about 5 minutes on two idle cores"
+    )
     size.add_argument(
         "--smallest", action="store_true", help="seconds of flight, for tests of the report itself"
     )

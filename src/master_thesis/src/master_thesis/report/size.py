@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 from master_thesis.worlds import scenario
 from master_thesis.worlds.experiment_1 import GOAL_X_M
@@ -26,8 +27,8 @@ class Size:
     """The amount of computation.
 
     seeds: of Experiment 1's flights, over goal_x_m. placements: variations of each of Experiment 2's.
-    map_seeds: of the flights that map; map_duration_s: 0: the whole mission. launches, builds: number of
-    rounds; 0: no measurement.
+    map_seeds: of the flights that map; map_duration_s: 0: the whole mission. without_gnss: worlds and lidars
+    of the flights without GNSS, which take longest. launches, builds: number of rounds; 0: no measurement.
     """
 
     name: str
@@ -41,12 +42,20 @@ class Size:
     emergencies: tuple[str, ...] = PLACEMENTS
     worlds: tuple[str, ...] = WORLDS
     lidars: tuple[str, ...] = scenario.LIDARS
+    without_gnss: tuple[tuple[str, str], ...] = tuple(product(WORLDS, scenario.LIDARS))
     map_duration_s: float = 0.0
 
 
 FULL = Size("full", seeds=(1, 2, 3, 4, 5), placements=20, map_seeds=(1, 2, 3), launches=3, builds=2)
 QUICK = replace(
-    FULL, name="quick", seeds=(1,), placements=PLACEMENTS_A_PIECE, map_seeds=(1,), launches=1, builds=1
+    FULL,
+    name="quick",
+    seeds=(1,),
+    placements=PLACEMENTS_A_PIECE,
+    map_seeds=(1,),
+    without_gnss=(("hold", "ust"),),
+    launches=1,
+    builds=1,
 )
 SMALLEST = Size(
     "smallest",
@@ -60,5 +69,6 @@ SMALLEST = Size(
     emergencies=("wall_three_columns",),
     worlds=("room",),
     lidars=("ust",),
+    without_gnss=(("room", "ust"),),
     map_duration_s=3.0,
 )
