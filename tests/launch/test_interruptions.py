@@ -62,6 +62,35 @@ def test_a_node_that_works_takes_leave_of_the_master(ros_master):
     assert f"signal_shutdown [SIGINT from process {os.getpid()} (" in log
 
 
+def test_who_sets_a_parameter_hears_that_the_node_refuses_it(ros_master):
+    master = rosgraph.Master("/test", ros_master.environment["ROS_MASTER_URI"])
+    ros_master.start("rosrun", "rosout", "rosout", stdout=subprocess.DEVNULL)
+    ros_master.start_node("inspection_tools", "position_controller", stderr=subprocess.DEVNULL)
+    needed = {"/position_controller/set_parameters", "/rosout/get_loggers"}
+    deadline = time.monotonic() + 60.0
+    while needed - {name for name, _ in master.getSystemState()[2]}:
+        assert time.monotonic() < deadline, "it never came up"
+        time.sleep(0.1)
+
+    def set_parameters(*words: str) -> tuple[int, str]:
+        command = str(ROOT / "devel/lib/node_tools/set_parameter")
+        done = ros_master.run(command, "/position_controller", *words, timeout_s=60.0)
+        return done.returncode, done.stdout
+
+    assert set_parameters("max_speed", "1.5", "gain", "1") == (0, "")
+    assert master.getParam("/position_controller/max_speed") == 1.5
+    assert set_parameters("max_speed", "99") == (
+        1,
+        "max_speed must be from 0 to 15: 99 is refused, the old value stays.\n",
+    )
+    code, said = set_parameters("braking_deceleration", "3")  # above max_acceleration, as only the node knows
+    assert code == 1
+    assert said.endswith("The change is refused; the old parameters stay.\n")
+    what = "don't know parameter: max_sped"
+    assert set_parameters("max_sped", "1") == (1, f"/position_controller takes no max_sped: {what}.\n")
+    assert master.getParam("/position_controller/max_speed") == 1.5
+
+
 def test_map_saver_without_a_master_says_so(processes):
     processes.environment["ROS_MASTER_URI"] = uri = f"http://localhost:{free_ports(1)[0]}"
     saver = processes.start_node(

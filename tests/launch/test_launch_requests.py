@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from master_thesis.graph.free_ports import free_ports
+from simulation_tools.launch_check.launch_files import arguments_of
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 request = pytest.importorskip("master_thesis_ros.launch.request", reason="needs the workspace's environment")
@@ -243,3 +244,17 @@ def test_a_node_that_is_dead_but_registered_is_no_graph_that_runs(ros_master, mo
         )
         words = [str(LAUNCH / "experiment_1.launch"), *free_mavlink_ports()]
         assert request.main(words) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "path",
+    sorted((ROOT / "src").glob("*/launch/*.launch")),
+    ids=lambda path: f"{path.parts[-3]}/{path.stem}",
+)
+def test_roslaunch_calls_an_argument_required_only_if_it_is(path):
+    """`roslaunch --ros-args` calls arguments required whose default is empty."""
+    from roslaunch.arg_dump import get_args
+
+    has_default = {argument.name: argument.text is not None for argument in arguments_of(path)}
+    for name, (_, default) in get_args([str(path)]).items():
+        assert bool(default) is has_default[name], name

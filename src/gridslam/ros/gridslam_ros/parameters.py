@@ -84,7 +84,7 @@ class NodeParameters:
             if not isinstance(value, str) or not value.strip("/"):
                 raise ParameterError(f"{name} must be a frame's name, not {value!r}.")
         for name in PATHS:
-            object.__setattr__(self, name, str(getattr(self, name)))
+            object.__setattr__(self, name, str(getattr(self, name)).strip())
         for name in YES_OR_NO:
             if name == "loop_closure" and self.loop_closure is None:
                 object.__setattr__(self, name, not self.localisation_only)

@@ -56,7 +56,7 @@ class Services:
         return self._with_state_file(self._load, "Going on from the state in")
 
     def _with_state_file(self, act: Callable[[str], None], words: str) -> TriggerResponse:
-        path = str(rospy.get_param("~state_file", ""))
+        path = str(rospy.get_param("~state_file", "")).strip()
         if not path:
             return TriggerResponse(False, f"Set the parameter {rospy.get_name()}/state_file to a path first.")
         try:

@@ -21,7 +21,8 @@ def check(asked: Mapping[str, str]) -> None:
     from gridslam import SlamError
 
     throttle_scans = scenario.whole_number("throttle_scans", asked["throttle_scans"], *EVERY_NTH)
-    starting_map = asked["starting_map"] and str(scenario.absolute("starting_map", asked["starting_map"]))
+    starting_map = asked["starting_map"].strip()
+    starting_map = starting_map and str(scenario.absolute("starting_map", starting_map))
     path = Path(asked["slam_config"])
     written = _parameters_in(path)
     given = {**written, "throttle_scans": throttle_scans, "starting_map": ""}

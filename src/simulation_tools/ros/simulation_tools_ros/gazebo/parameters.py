@@ -69,7 +69,7 @@ def pacing_parameters() -> PacingParameters:
         real_time_factor=number("real_time_factor", 1.0, least=0.0),
         lockstep=bool(rospy.get_param("~lockstep", False)),
         participants=frozenset(str(rospy.get_param("~lockstep_participants", "")).split()),
-        pose_sender=str(rospy.get_param("~lockstep_poses", "")),
+        pose_sender=str(rospy.get_param("~lockstep_poses", "")).strip(),
         lockstep_timeout_s=number("lockstep_timeout", 1.0, least=0.001),
     )
 
