@@ -100,6 +100,7 @@ def _free_semaphores() -> None:
 
     for child in multiprocessing.active_children():
         child.kill()
-    freeing = threading.Thread(target=multiprocessing.util._run_finalizers, args=(0,), daemon=True)
+    free = multiprocessing.util._run_finalizers  # type: ignore[attr-defined]
+    freeing = threading.Thread(target=free, args=(0,), daemon=True)
     freeing.start()
     freeing.join(FREEING_S)
