@@ -11,7 +11,7 @@ from cepa import CepaParameters
 from cepa.dynamic.observer import Observer, response_of
 from cepa.dynamic.ways_out import NO_END
 from cepa.identification.response import ResponseModel
-from cepa.kernels.field import close, stamp, trace, ways_out, widest
+from cepa.kernels.field import close, cross_section, stamp, trace, ways_out, widest
 from cepa.kernels.memory import MOST_TRUST, TRUST, knows_near, recall, remember
 from cepa.kernels.rollout import ANGLE_ERROR_RAD, _is_near, _is_wide_open, _leaves_sight, roll
 from cepa.kernels.sight import (
@@ -317,3 +317,17 @@ def test_a_velocity_may_be_whole_numbers():
         for velocity in ((2, 0, 0.0), (2.0, 0.0, 0.0))
     ]
     np.testing.assert_array_equal(*told)
+
+
+def test_the_cross_section_of_a_pocket_spans_it_and_that_of_an_open_place_is_none():
+    """A corridor three cells wide and closed on the right; the way out leads to the left."""
+    way = np.tile(np.arange(21.0), (21, 1))
+    slowness = np.full((21, 21), math.inf)
+    slowness[9:12, :18] = 1.0
+    cells = np.empty((20, 2), np.int64)
+    count = cross_section(way, slowness, 2.0, 4.0, cells)
+    assert sorted(map(tuple, cells[:count].tolist())) == [(x, y) for x in (2, 3) for y in (-1, 0, 1)]
+    slowness[9:12] = 1.0  # it may go on beyond the edge
+    assert cross_section(way, slowness, 2.0, 4.0, cells) == 0
+    slowness[9:12, 18:] = math.inf
+    assert cross_section(way, slowness, 2.0, 4.0, cells[:5]) == 0  # too wide

@@ -69,3 +69,35 @@ def test_a_uav_that_gets_nowhere_before_a_door_tries_the_gate():
     answers = answers_before_the_door(Dynamic(), 0.0, 4.0, 1.0)
     assert answers[0][0] > 0.5
     assert answers[-1][1] > 0.5
+
+
+def test_a_uav_that_comes_out_of_a_deep_dead_end_does_not_turn_back_to_it():
+    """20 m deep: at the mouth its back wall is farther away than the search for ways looks."""
+    scene = Scene(walls=np.array([(20.0, -2.0, 20.0, 2.0), (0.0, 2.0, 20.0, 2.0), (0.0, -2.0, 20.0, -2.0)]))
+    steering, stamp_s = Dynamic(), 0.0
+    for x_m in np.concatenate((np.arange(12.0, 18.5, 0.5), np.arange(18.0, 3.0, -0.25))):
+        stamp_s += 0.25
+        answer = answer_at(steering, stamp_s, x_m, scene=scene)
+    assert answer.velocity_xy[0] < 0.0
+    assert answer_at(Dynamic(), 0.0, x_m, scene=scene).velocity_xy[0] > 0.0  # who was not in it flies in
+
+
+NARROW_DOOR = Scene(
+    walls=np.array(
+        [
+            (2.0, -3.0, 2.0, -0.5),
+            (2.0, 0.5, 2.0, 3.0),
+            (-4.0, -3.0, 2.0, -3.0),
+            (-4.0, 3.0, 2.0, 3.0),
+            (-4.0, -3.0, -4.0, 3.0),
+        ]
+    )
+)
+"""A room whose only door is 1.0 m wide; r_LB on both sides of the UAV's middle leaves nothing."""
+
+
+def test_a_door_of_one_metre_is_a_way_if_there_is_no_other():
+    answer = answer_at(Dynamic(), 0.0, 0.5, 1.0, scene=NARROW_DOOR, speed_m_s=1.0)
+    assert answer.reason is Reason.STEERED
+    assert answer.velocity_xy[0] > 0.0
+    assert answer.velocity_xy[1] < 0.0

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cepa.dynamic.remembered.mouths import Mouths
 from cepa.kernels.field import close, favour, stamp, trace, ways_out, widest
 from cepa.kernels.layers import best_layers
 from cepa.motion import Motion
@@ -32,6 +33,8 @@ STALL_S, STALL_M, GIVEN_UP_M, NARROW_M = 3.0, 0.5, 2.0, 0.1
 PAUSE_S = 0.5
 """A UAV that wants no way for so long hovers: it was not kept from going on."""
 AHEAD_M, SLOW_AHEAD = 2.0, 6.0
+NARROWER_M, SLOW_NARROW = 0.1, 6.0
+"""If there is no other way, openings that leave so much less than r_LB count, and a metre there so much."""
 CELLS_AHEAD = 2
 """A way leads away if it is no shorter from so many cells ahead."""
 LEADS_BACK_M = 15.0
@@ -101,7 +104,7 @@ class WaysOut:
         side = 2 * round(0.5 * parameters.window_m / CELL_M) + 1
         self._distance = np.empty((side, side))
         self._finer = np.empty((2 * side, 2 * side))
-        self._length = np.empty((side, side))
+        self._length, self._slowness = np.empty((side, side)), np.empty((side, side))
         self._last = np.empty((8 * side, 2), np.int64)
         self._states = np.empty((side + STAY_CELLS, side + STAY_CELLS, 3))
         self._limits = parameters.r_lb + CLOSED_M + HYSTERESIS_M * np.array([-1.0, 0.0, 1.0])
@@ -114,6 +117,7 @@ class WaysOut:
         not begin towards the reference, or there is none.
         """
         self._last_count = 0
+        self._mouths = Mouths()
         self._states[:] = -math.inf
         self._back_until_s = -math.inf
         self._stayed_xy, self._stayed_since_s = (math.inf, math.inf), math.inf
@@ -125,6 +129,7 @@ class WaysOut:
         if earlier._states.shape == self._states.shape:
             self._last, self._last_count = earlier._last, earlier._last_count
             self._states, self._back_until_s = earlier._states, earlier._back_until_s
+            self._mouths = earlier._mouths
             self._stayed_xy, self._stayed_since_s = earlier._stayed_xy, earlier._stayed_since_s
             self._searched_s = earlier._searched_s
             self.leads_away = earlier.leads_away
@@ -133,7 +138,7 @@ class WaysOut:
         """Return the ways out; None: there is none from here.
 
         obstacles: (n, 2) m, relative to the UAV. A metre within r_UB counts up to three times, for the UAV
-        is slower there.
+        is slower there. The UAV closes the mouth of a dead end behind itself.
         """
         p, (x_m, y_m, _) = self._p, motion.position_m
         column, row, offset_x, offset_y = self._place(x_m, y_m)
@@ -143,10 +148,13 @@ class WaysOut:
         slowness, room = np.empty_like(self._distance), (self._distance, self._limits)
         cushions, place = (float(p.r_lb), float(p.r_ub)), (column, row)
         close(*room, *cushions, *place, motion.stamp_s, STAY_S, self._states, slowness)
-        ways = self._out(slowness, course, motion)
+        ways = self._out(slowness, course, motion, self._distance)
         if ways is None:
+            self._mouths.reset()
             self._states[:, :, GIVEN_UP_UNTIL] = -math.inf
         self.leads_away = ways is None or self._is_longer_ahead(ways.length, course)
+        if self.leads_away and ways is not None:
+            self._mouths.leave(self._length, self._slowness, (column, row), (x_m, y_m), motion.stamp_s)
         return ways
 
     @staticmethod
@@ -188,29 +196,55 @@ class WaysOut:
         self.leads_away = ways is None or self._is_longer_ahead(ways.length, course)
         return ways
 
-    def _out(self, slowness: np.ndarray, course: Course, motion: Motion) -> Ways | None:
+    def _out(
+        self, slowness: np.ndarray, course: Course, motion: Motion, distance: np.ndarray | None = None
+    ) -> Ways | None:
         """Return the ways out where a metre costs ``slowness`` (n, n); inf: closed.
 
-        If they all lead back, what is closed farther ahead than AHEAD_M counts as slow only, for the goal may
-        lie before it. When that leads back, too, it counts as closed for memory_s.
+        distance (n, n): m, to what is around. If there is no way, or all ways lead back, narrower openings
+        count, too. If they still lead back, what is closed farther ahead than AHEAD_M counts as slow only,
+        for the goal may lie before it. When that leads back, too, it counts as closed for memory_s.
         """
         x_m, y_m, _ = motion.position_m
         half_m = CELL_M * (len(slowness) // 2)
         along_x, along_y = course.direction.tolist()
         longest_m = min(half_m * (abs(along_x) + abs(along_y)), math.hypot(*course.end)) + LEADS_BACK_M
-        ways = self._ways(slowness.copy(), course, x_m, y_m)
+        column, row, *_ = self._place(x_m, y_m)
+        closed = slowness.copy()
+        self._mouths.close(closed, column, row, motion.stamp_s)
+        ways = self._ways(closed, course, x_m, y_m)
         self.leads_back = self._length_here(ways) > longest_m
-        if not self.leads_back or motion.stamp_s < self._back_until_s:
+        if not self.leads_back:
             return ways
-        side = CELL_M * np.arange(len(slowness)) - half_m
-        ahead = along_x * side[None, :] + along_y * side[:, None] > AHEAD_M
-        soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
-        through = self._ways(soft, course, x_m, y_m)
-        if self._length_here(through) <= longest_m:
-            self.leads_back = False
-            return through
-        self._back_until_s = motion.stamp_s + self._p.memory_s
+        known = closed, self._length.copy(), self._last.copy(), self._last_count
+        if distance is not None:
+            narrow = self._with_narrow(slowness, distance, motion)
+            self._mouths.close(narrow, column, row, motion.stamp_s)
+            through = self._ways(narrow, course, x_m, y_m)
+            if self._length_here(through) <= longest_m:
+                self.leads_back = False
+                return through
+        knows_better = motion.stamp_s < self._back_until_s or self._mouths.are_any(motion.stamp_s)
+        if not knows_better or math.isfinite(course.end[0]):
+            side = CELL_M * np.arange(len(slowness)) - half_m
+            ahead = along_x * side[None, :] + along_y * side[:, None] > AHEAD_M
+            soft = np.where(ahead & np.isinf(slowness), SLOW_AHEAD, slowness)
+            through = self._ways(soft, course, x_m, y_m)
+            if self._length_here(through) <= longest_m:
+                self.leads_back = False
+                return through
+            self._back_until_s = motion.stamp_s + self._p.memory_s
+        self._slowness, self._length, self._last, self._last_count = known
         return ways
+
+    def _with_narrow(self, slowness: np.ndarray, distance: np.ndarray, motion: Motion) -> np.ndarray:
+        """Return ``slowness`` (n, n) where openings of LEAST_ROOM_M to both sides are passable, but slow."""
+        column, row, *_ = self._place(*motion.position_m[:2])
+        n, m = len(slowness), len(self._states)
+        rows, columns = ((k + np.arange(n) - n // 2) % m for k in (row, column))
+        is_given_up = self._states[np.ix_(rows, columns, [GIVEN_UP_UNTIL])][:, :, 0] > motion.stamp_s
+        least_m = self._p.r_lb - NARROWER_M
+        return np.where(np.isinf(slowness) & (distance >= least_m) & ~is_given_up, SLOW_NARROW, slowness)
 
     @staticmethod
     def _length_here(ways: Ways | None) -> float:
@@ -234,6 +268,7 @@ class WaysOut:
         slowness[own, own] = np.minimum(slowness[own, own], OWN_SLOWNESS)  # the UAV is there: it can leave
         end = course.end + np.array((offset_x, offset_y))
         ways_out(slowness, CELL_M, course.direction, end, self._length, ROUNDS)
+        self._slowness = slowness
         length = self._length[here, here]
         if math.isinf(length):
             self._last_count = 0

@@ -55,20 +55,19 @@ class Mouths:
         self,
         way: np.ndarray,
         slowness: np.ndarray,
-        column: int,
-        row: int,
+        cell: tuple[int, int],
         place_xy: tuple[float, float],
         stamp_s: float,
     ) -> None:
-        """Close a mouth behind a UAV at ``place_xy``, m, whose ways all lead back.
+        """Close a mouth behind a UAV at ``place_xy``, m, whose way does not begin towards the reference.
 
-        way (n, n): length of the way out from each cell, m; inf: there is none. slowness (n, n), column, row:
-        as in `close`.
+        way (n, n): length of the way out from each cell, m; inf: there is none. slowness (n, n): as in
+        `close`. cell: column and row there.
         """
         if math.dist(place_xy, self._last_xy) < APART_M:
             return
         found = cross_section(way, slowness, BEHIND_M, BEHIND_M + THICK_M, self._cells)
         if found:
             self._last_xy = place_xy
-            self._mouths.append(Mouth(self._cells[:found] + np.array((column, row)), stamp_s + MOUTH_S))
+            self._mouths.append(Mouth(self._cells[:found] + np.array(cell), stamp_s + MOUTH_S))
             self._mouths = self._mouths[-MOST:]
