@@ -65,7 +65,7 @@ def _scans() -> list[LaserScan2D]:
 
 def _crowd() -> np.ndarray:
     """Return more points (n, 3), m, than the memory of clouds holds."""
-    level, heights = np.arange(-7.0, 7.0, 0.15), np.arange(-0.2, 0.2, 0.05)
+    level, heights = np.arange(-7.0, 7.0, 0.15), np.arange(-0.4, 0.4, 0.05)
     points: np.ndarray = np.stack(np.meshgrid(level, level, heights), axis=-1).reshape(-1, 3)
     return points
 

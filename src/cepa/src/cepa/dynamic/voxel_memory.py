@@ -10,7 +10,7 @@ from cepa.dynamic.lookout import FIELD_WINDOW_M
 from cepa.kernels.voxels import NOBODY, Voxels, forget_far, recall, remember
 
 CELL_M, CELL_HEIGHT_M, CELLS, LEVELS = 0.15, 0.05, 128, 96
-MOST_POINTS = 40000
+MOST_POINTS = 100000
 REACH_M = np.array([0.5 * FIELD_WINDOW_M, 1.7])
 
 Picture = Tuple[np.ndarray, float, float, float, int]
