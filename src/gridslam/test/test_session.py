@@ -155,7 +155,7 @@ def test_a_place_found_before_a_correction_of_the_map_is_looked_for_anew(log, mo
     session._closer.forget()
     session.judgement.lose("it was carried")
     search = session._supervisor._relocaliser
-    search._odom_in_map = np.array((1.0, 2.0, 0.0))
+    search._frame_in_map = np.array((1.0, 2.0, 0.0))
     before, moved = session.grid().origin_xy_m[0], se2.compose((7.0, 0, 0), session.trajectory().poses_in_map)
     session._closer._job = Job(session._closer._thread, 0.0, 0.0, lambda: Correction(moved))
     # When the map is corrected
@@ -164,7 +164,7 @@ def test_a_place_found_before_a_correction_of_the_map_is_looked_for_anew(log, mo
     for scan, odometry in list(zip(log.scans, log.odometry))[middle : middle + 8]:
         session.process(scan, odometry)
     # Then the place on the old map counts no more, and the search is on the corrected one
-    assert search._odom_in_map is None
+    assert search._frame_in_map is None
     assert sought[0].origin_xy_m[0] - before == pytest.approx(7.0, abs=2.0)
 
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from planar_world import UST, along, drive, hold, rectangle_route
+from planar_world import UST, Drift, along, drive, hold, rectangle_route
 from rooms import WALLS
 
 from gridslam import PoseError, SlamParameters, se2
@@ -13,6 +13,7 @@ from gridslam.session import SlamSession
 
 LIDAR = dataclasses.replace(UST, beams=91)
 PARAMETERS = SlamParameters(particles=5, linearUpdate=0.5, angularUpdate=0.3, srr=0.05, srt=0.05, seed=1)
+DRIFT = Drift()
 HOLD_WAY = rectangle_route(11.0, 6.5, 0.3)
 ROOM_WAY = rectangle_route(2.0, 1.5, 0.5)
 
@@ -31,9 +32,9 @@ def room():
     return mapped(WALLS, ROOM_WAY)
 
 
-def localised(walls, grid, route, off, only=True):
+def localised(walls, grid, route, off, only=True, drift=DRIFT, seed=1):
     """Start a vehicle on a known map, ``off`` its true pose; return (states, session, error, sentences)."""
-    log = drive(walls, along(route, 0.25), LIDAR, 1)
+    log = drive(walls, along(route, 0.25), LIDAR, seed, drift)
     said = []
     session = SlamSession(
         PARAMETERS,
@@ -60,6 +61,42 @@ def test_a_wrong_start_is_lost_and_then_found(room, only):
         "The vehicle is lost",
         "The vehicle is found again",
     ]
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_odometry_that_turns_badly_finds_the_place_all_the_same(room, seed):
+    # Given wheels that measure turns to a tenth of a radian a metre, and a wrong start
+    poor = Drift(heading_rad_per_sqrt_m=0.1, heading_rad_per_sqrt_rad=0.15)
+    states, _, error, said = localised(WALLS, room, ROOM_WAY, (2.5, 2.5, 0.7), drift=poor, seed=seed)
+    # Then the vehicle is found within 10 m, and nowhere else
+    assert "lost" in states
+    assert "tracking" in states[states.index("lost") : int(10.0 / 0.25)]
+    assert np.hypot(*error[:2]) < 0.1
+    assert sum("found again" in sentence for sentence in said) == 1
+
+
+def blocked(scan):
+    """A scan before which people stand: most beams end at 0.8 m."""
+    return dataclasses.replace(scan, ranges_m=np.where(np.arange(len(scan.ranges_m)) % 4, 0.8, scan.ranges_m))
+
+
+@pytest.mark.parametrize(("which", "is_found"), [((), True), ((2,), True), ((2, 3), False)])
+def test_of_four_scans_one_may_contradict_the_place(room, which, is_found):
+    # Given a filter on the map, and scans of a known way, of which people stand before some
+    log = drive(WALLS, along(ROOM_WAY, 0.5), LIDAR, 1)
+    session = SlamSession(
+        PARAMETERS, starting_map=room, starting_pose=tuple(log.truth.poses_in_map[0]), localisation_only=True
+    )
+    session.process(log.scans[0], log.odometry[0])
+    search = relocaliser.Relocaliser()
+    for k in range(4):
+        search.add(blocked(log.scans[k]) if k in which else log.scans[k], log.odometry[k])
+    # Then the search finds the place of the newest scan if at most one contradicts it
+    frame = search._unique(session.slam, log.truth.poses_in_map[3, 2])
+    assert (frame is not None) == is_found
+    if is_found:
+        found = se2.compose(frame, search._joined.scans[-1].base)
+        assert np.hypot(*(found - log.truth.poses_in_map[3])[:2]) < 0.1
 
 
 def test_a_right_start_is_never_doubted(room):
