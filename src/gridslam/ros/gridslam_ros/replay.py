@@ -232,12 +232,12 @@ class Replay:
         try:
             write_tum(output / "trajectory_online.tum", online)
             write_tum(output / "trajectory_final.tum", self._final(stamps_s))
-            figures = self._figures(wall_s, render_s)
+            write_map(output / "map", grid)
+            write_picture(output / "map.png", grid)
+            figures = self._figures(wall_s, render_s)  # last, because what is written needs memory, too
             replace_file(output / "timing.json", json.dumps(figures, indent=2) + "\n")
         except OSError as error:
             raise BagError(f"The results cannot be written to {output}: {reason_of(error)}.") from None
-        write_map(output / "map", grid)
-        write_picture(output / "map.png", grid)
         print(
             f"{figures['scans_integrated']} of {figures['scans_read']} scans integrated in {wall_s:.1f} s, "
             f"{figures['cpu_ms_per_integrated_scan']:.2f} ms of CPU each; "

@@ -3,6 +3,8 @@
 import dataclasses
 import json
 import math
+import resource
+from pathlib import Path
 
 import numpy as np
 import planar_world
@@ -117,6 +119,29 @@ def test_the_timing_tells_what_was_done(results, way):
     assert timing["first_closure_s"] is None
     assert 0.0 < timing["cpu_ms_per_integrated_scan"] <= timing["cpu_s"] * 1e3
     assert timing["parameters"]["particles"] == 5
+
+
+def test_the_peak_of_the_memory_is_that_of_the_whole_run(bag, tmp_path, monkeypatch):
+    # Given a picture of the map that needs more memory than all before it
+    write_picture, missing_mb = replay.write_picture, peak_mb() - present_mb() + 50.0
+
+    def wasteful(*given):
+        np.ones(int(missing_mb * 2**20 / 8.0))
+        write_picture(*given)
+
+    monkeypatch.setattr(replay, "write_picture", wasteful)
+    assert replay.main([str(bag), "--output", str(tmp_path), "throttle_scans:=3", *FEW]) == 0
+    told_mb = json.loads((tmp_path / "timing.json").read_text())["peak_mb"]
+    assert told_mb == pytest.approx(peak_mb(), abs=10.0)
+
+
+def peak_mb():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+def present_mb():
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 2**20
 
 
 def test_the_same_again_is_the_same(bag, results, tmp_path):

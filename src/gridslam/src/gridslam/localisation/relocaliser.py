@@ -51,8 +51,10 @@ SIGMA_MAX_M = 0.3
 """A place must be known to this, in every direction."""
 SAME_M, SAME_RAD = 0.5, 0.2
 """Poses that differ by less than this are one place."""
-PAUSE_SCANS_MAX = 3
-"""After a search in vain, the next one waits for this many more scans at most."""
+PAUSE_SCANS_MAX = 8
+"""After a search in vain, the next one waits for this many more scans at most; for none after the first, and
+then for more and more. So a vehicle on the map is found soon, and one beside it costs little.
+"""
 
 
 class KnownMap(Protocol):
@@ -107,7 +109,7 @@ class Relocaliser:
         self._frame_in_map = self._unique(known, heading_rad)
         if self._frame_in_map is None:
             self._failures += 1
-            self._pause = min(self._failures, self._pause_max)
+            self._pause = min(self._failures**2 // 4, self._pause_max)
         else:
             self._confirmed = self._contradicted = 0
             self.reason = "a place has been found; more scans must agree with it"
