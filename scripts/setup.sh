@@ -276,6 +276,15 @@ TEXT
   chmod +x devel/interpreter/python3
 }
 
+# leave_out PACKAGES: hides our subsets of these packages (with ; between) from rospack and rosmsg, too
+leave_out() {
+  local package
+  for package in "${interfaces[@]}"; do
+    rm -f "src/interfaces/$package/CATKIN_IGNORE"
+    [[ ";$1;" != *";$package;"* ]] || touch "src/interfaces/$package/CATKIN_IGNORE"
+  done
+}
+
 build_workspace() {
   local present inputs
   present=$(upstream_interfaces | paste -sd ';')
@@ -289,6 +298,7 @@ build_workspace() {
   # catkin leaves what it has built before, and our subset would hide upstream's package
   [[ ! -d build || $present == "$(cat build/.upstream 2>/dev/null)" ]] || rm -rf build devel
   write_interpreter
+  leave_out "$present"
   # Messages for Python and C++ only, because other languages take time and have no nodes here
   run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR ROS_LANG_DISABLE=genlisp:geneus:gennodejs catkin_make --directory "$root" \
     -DPYTHON_EXECUTABLE="$root/devel/interpreter/python3" -DCATKIN_BLACKLIST_PACKAGES="$present" -DCOMPILE_KERNELS=OFF ||

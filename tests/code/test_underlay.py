@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 # catkin_make leaves what it has built before, and builds what it is not told to leave out
 CATKIN = """
+finish_venv() { :; }
 run_step() {
   local package leave_out=${*: -1}
   echo "built upon ${CMAKE_PREFIX_PATH:-nothing}"
@@ -29,6 +30,8 @@ class Workspace:
         self.root, self.underlay = folder / "ws", folder / "upstream_ws/devel"
         (self.root / "src").mkdir(parents=True)
         (self.root / "src/CMakeLists.txt").touch()
+        for package in ("geographic_msgs", "gazebo_msgs", "mavros_msgs"):
+            (self.root / "src/interfaces" / package).mkdir(parents=True)
         (self.underlay / "share/mavros_msgs/cmake").mkdir(parents=True)
 
     def set_up(self, *sourced):
@@ -54,6 +57,11 @@ build_workspace
         """Those of its own that a node would find first."""
         return sorted(path.name for path in (self.root / "devel/share").iterdir())
 
+    @property
+    def hidden(self):
+        """Subsets that rospack and rosmsg do not find."""
+        return [path.parent.name for path in self.root.glob("src/interfaces/*/CATKIN_IGNORE")]
+
 
 @pytest.fixture
 def workspace(tmp_path):
@@ -70,6 +78,7 @@ def test_an_underlay_that_comes_later_takes_the_place_of_the_subset(workspace):
     workspace.set_up()
     assert "the machine's own mavros_msgs" in workspace.set_up(workspace.underlay)
     assert workspace.messages == ["gazebo_msgs"]
+    assert workspace.hidden == ["mavros_msgs"]
     assert workspace.set_up(workspace.root / "devel", workspace.underlay) == ""
 
 
@@ -84,5 +93,7 @@ def test_a_new_shell_stays_upon_the_underlay(workspace):
 def test_when_the_underlay_is_deleted_the_subset_is_back(workspace):
     workspace.set_up(workspace.underlay)
     workspace.underlay.rename(workspace.underlay.with_name("gone"))
+    assert workspace.hidden == ["mavros_msgs"]
     workspace.set_up()
     assert workspace.messages == ["gazebo_msgs", "mavros_msgs"]
+    assert workspace.hidden == []
