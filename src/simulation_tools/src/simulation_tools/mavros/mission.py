@@ -1,7 +1,7 @@
 """The mission protocol's client: reads, writes and clears the flight controller's list of waypoints.
 
-https://mavlink.io/en/services/mission.html. Times are wall times. A flight controller without missions
-refuses uploads; the error gives its reason.
+https://mavlink.io/en/services/mission.html. Times are wall times. If the flight controller refuses an
+upload, the error gives its reason.
 """
 
 from __future__ import annotations
