@@ -12,11 +12,13 @@ ROOT = Path(__file__).resolve().parents[2]
 CATKIN = """
 finish_venv() { :; }
 run_step() {
-  local package leave_out=${*: -1}
+  local package words="$*"
+  local leave_out=${words#*BLACKLIST_PACKAGES=}
+  leave_out=";${leave_out%% -D*};"
   echo "built upon ${CMAKE_PREFIX_PATH:-nothing}"
   mkdir -p build devel/share
   for package in mavros_msgs gazebo_msgs; do
-    [[ ";${leave_out#*=};" == *";$package;"* ]] || mkdir -p "devel/share/$package"
+    [[ $leave_out == *";$package;"* ]] || mkdir -p "devel/share/$package"
   done
   echo "            CMAKE_PREFIX_PATH = r'${CMAKE_PREFIX_PATH//:/;}'.split(';')" >devel/_setup_util.py
 }
