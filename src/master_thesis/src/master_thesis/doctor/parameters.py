@@ -19,7 +19,7 @@ def one(parameter: Parameter) -> Iterator[Finding]:
     """Check a parameter: its type, its range, and whether server and node agree."""
     where = f"{parameter.node}/{parameter.name}"
     span = f"{parameter.minimum:g} to {parameter.maximum:g}"
-    remedy = f"rosrun dynamic_reconfigure dynparam set {parameter.node} {parameter.name} VALUE"
+    remedy = f"rosrun node_tools set_parameter {parameter.node} {parameter.name} VALUE"
     text = parameter.text_on_server
     if text is not None and text not in parameter.choices:
         takes = " or ".join(parameter.choices) or f"a number from {span}"
