@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from planar_flight import Scene, Uav, fly, forest, to_goal
 
-from cepa import Dynamic, Motion
+from cepa import Dynamic, Motion, Reason
 from cepa.dynamic.remembered.flicker import Flicker
 from cepa.scan import Beams, LaserScan2D
 
@@ -111,26 +111,18 @@ class Spoiled:
         return self.inner.steer(LaserScan2D(ranges, *geometry), v_ref, v_uav, motion)
 
 
-def test_a_fence_of_wires_is_not_touched():
-    y = np.arange(-1.0, 0.51, 0.25)
-    fence = Scene(circles=np.column_stack((np.full_like(y, 4.5), y, np.full_like(y, 0.003))))
-    rng = np.random.default_rng(1)
-    flight = fly(Dynamic(), fence, to_goal((8.0, 0.0)), Uav(), rng, time_limit_s=14.0)
-    assert flight.reached
-    assert not flight.contact
-
-
-def test_a_trunk_in_a_part_of_the_view_that_is_lost_for_half_a_second_is_not_touched():
-    def lost_ahead(scan, ranges):
-        if scan % 40 >= 20:
-            ranges[len(ranges) // 2 - 110 : len(ranges) // 2 + 110] = np.inf
-        return ranges
-
-    trunk = Scene(circles=np.array([(6.0, 0.05, 0.25)]))
-    rng = np.random.default_rng(1)
-    flight = fly(Spoiled(lost_ahead), trunk, to_goal((10.0, 0.0)), Uav(), rng, time_limit_s=14.0)
-    assert flight.reached
-    assert not flight.contact
+def test_what_stands_where_the_view_is_lost_for_half_a_second_is_not_flown_to():
+    """A trunk 2 m ahead is seen for half a second. Then 55 degrees ahead of the UAV nothing returns."""
+    steering, trunk = Dynamic(), Scene(circles=np.array([(2.0, 0.0, 0.25)]))
+    angles = -math.pi + INCREMENT * np.arange(BEAMS)
+    seen = trunk.ranges(np.zeros(2), np.stack((np.cos(angles), np.sin(angles)), axis=1))
+    lost = np.where(np.abs(angles) < math.radians(27.5), np.inf, seen)
+    for scan in range(40):
+        ranges = LaserScan2D(seen if scan < 20 else lost, -math.pi, INCREMENT, 0.06, 10.0)
+        motion = Motion(PERIOD_S * scan, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+        answer = steering.steer(ranges, (2.0, 0.0), (0.0, 0.0), motion)
+        assert answer.reason is Reason.STEERED
+        assert abs(answer.velocity_xy[1]) > 0.1
 
 
 def test_rain_in_a_forest_starts_hardly_an_emergency():

@@ -1,8 +1,9 @@
 """What the chain tells the algorithm, and what it makes of its answer."""
 
+import numpy as np
 import pytest
 
-from cepa import CepaParameters, Reason
+from cepa import ALGORITHMS, CepaParameters, Reason
 from cepa.decision import Decision
 from inspection_tools import MedianFilterParameters, PaddingParameters, YawRegulatorParameters
 from master_thesis.flight.steering_chain import SteeringChain
@@ -46,3 +47,18 @@ def test_climbs_are_told_and_flown_and_ranges_are_in_the_lidars_frame(worlds_fol
     # By models/range_finder it hangs 0.055 m below the body's middle
     assert down.origin_m[2] == pytest.approx(-0.055 - lidar.pose_in_body.position_m[2])
     assert 0.0 < down.range_min_m < 1.0 < down.range_max_m
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "is_told"), [("dynamic", True), ("improved", False), ("original", False)]
+)
+def test_only_dynamic_is_told_of_single_beams(worlds_folder, algorithm, is_told):
+    """A wire that one beam meets. The median of three beams hides it from the algorithms of the thesis."""
+    simulation = Simulation(SimulationParameters(str(worlds_folder / "empty.world")))
+    parts = MedianFilterParameters(), PaddingParameters(), YawRegulatorParameters()
+    chain = SteeringChain(simulation.lidar, (), ALGORITHMS[algorithm](), *parts, uses_range_finders=False)
+    ranges = np.full(simulation.lidar.beams, np.inf, np.float32)
+    ranges[500] = 1.5
+    chain.on_scan(0, ranges)
+    simulation.close()
+    assert np.isfinite(chain.newest_scan.ranges).sum() == (1 if is_told else 0)
