@@ -29,7 +29,7 @@ from cepa import ALGORITHMS, CepaParameters, Improved
 from cepa.algorithm import Algorithm
 from master_thesis.campaign.trial import steering
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.closed_loop import CEPA
+from master_thesis.flight.parameters import CEPA
 from master_thesis.report.thesis import TABLE_8_1_MS
 from master_thesis.worlds.scenario import SCENARIOS
 

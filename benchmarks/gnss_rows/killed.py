@@ -12,9 +12,9 @@ from typing import Sequence
 import numpy as np
 
 from benchmarks.gnss_rows.hold import loop_in_hold
-from master_thesis.flight.contacts import GROUND
 from master_thesis.flight.course import Phase
-from master_thesis.flight.stop_metrics import SLOW_M_S, horizontal_speeds
+from master_thesis.flight.judging.contacts import GROUND
+from master_thesis.flight.judging.stop_metrics import SLOW_M_S, horizontal_speeds
 from master_thesis.flight.without_gnss import PARTS, SLAM, Outage
 
 LIDAR = "ust"

@@ -15,7 +15,7 @@ from benchmarks.gnss_rows.hold import loop_in_hold
 from benchmarks.shared.forked import in_a_copy
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
-from master_thesis.flight.stop_metrics import stop_of
+from master_thesis.flight.judging.stop_metrics import stop_of
 from master_thesis.flight.without_gnss import BRIDGE, Outage
 
 PERIOD_S, WATCHED_S = 1.3, 1.6

@@ -14,6 +14,7 @@ setup(
             "master_thesis.experiment_2",
             "master_thesis.experiments_3_4",
             "master_thesis.flight",
+            "master_thesis.flight.judging",
             "master_thesis.graph",
             "master_thesis.report",
             "master_thesis.report.pieces",

@@ -119,8 +119,9 @@ def test_a_disk_that_fills_up_ends_the_recording_only(twins, small_disk):
 
 def test_in_lockstep_a_flight_is_that_of_the_closed_loop(twins):
     """The same algorithms without ROS, compared from the moment each UAV is sent to the goal."""
-    from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+    from master_thesis.flight.closed_loop import ClosedLoop
     from master_thesis.flight.course import Phase
+    from master_thesis.flight.parameters import ClosedLoopParameters
     from simulation_tools.simulation import SimulationParameters
 
     parameters = ClosedLoopParameters(SimulationParameters(str(FOREST), seed=1), goal_xyz_m=(40.0, 0.0, 2.0))

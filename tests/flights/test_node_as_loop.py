@@ -27,8 +27,9 @@ from tf2_msgs.msg import TFMessage
 
 from cepa import SteeringLoop
 from master_thesis.flight import steering_chain
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.conditions import Conditions
+from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools.simulation import SimulationParameters
 
 pytestmark = pytest.mark.ros

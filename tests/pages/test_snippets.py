@@ -116,7 +116,8 @@ def test_the_doctor_of_the_page_runs():
 @pytest.mark.flight
 def test_the_world_of_the_page_is_flown_to_its_goal():
     """The README's fly_to_goal.launch with my.world, here without ROS."""
-    from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+    from master_thesis.flight.closed_loop import ClosedLoop
+    from master_thesis.flight.parameters import ClosedLoopParameters
     from simulation_tools.geometry import Pose
     from simulation_tools.simulation import SimulationParameters
 

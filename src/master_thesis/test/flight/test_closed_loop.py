@@ -12,8 +12,9 @@ import yaml
 
 from benchmarks.shared.forked import in_a_copy
 from master_thesis.errors import FlightError
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase, PhaseLimits
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.worlds.scenario import SCENARIOS
 from simulation_tools.geometry import Pose
 from simulation_tools.px4.modes import Mode

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from master_thesis.errors import FlightError
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.conditions import Conditions, Delivery
+from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools.geometry import Pose
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.sensors.odometry import OdometrySample

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools.simulation import SimulationParameters
 
 WORLDS = Path(__file__).resolve().parents[2] / "worlds"

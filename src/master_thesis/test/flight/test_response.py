@@ -12,7 +12,8 @@ from cepa import Decision, Improved, Reason
 from cepa.identification.identify import identify
 from cepa.identification.recording import Recording
 from cepa.identification.response import ResponseModel
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools.geometry import rotate
 from simulation_tools.simulation import SimulationParameters
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from master_thesis.flight.stop_metrics import stop_of
+from master_thesis.flight.judging.stop_metrics import stop_of
 from simulation_tools.geometry import quaternion_from_rpy
 
 STEP_S = 0.01

@@ -12,7 +12,7 @@ from master_thesis.experiments_3_4.flight_without_gnss import parameters_without
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
-from master_thesis.flight.stop_metrics import horizontal_speeds, stop_of
+from master_thesis.flight.judging.stop_metrics import horizontal_speeds, stop_of
 from master_thesis.flight.without_gnss import BRIDGE, Outage
 
 pytestmark = pytest.mark.flight

@@ -15,8 +15,8 @@ import rospy
 from master_thesis.errors import MasterThesisError
 from master_thesis.flight.bag_recorder import BagRecorder
 from master_thesis.flight.description import RunDescription
+from master_thesis.flight.judging.wall_metrics import WallMetrics
 from master_thesis.flight.monitor import Monitor
-from master_thesis.flight.wall_metrics import WallMetrics
 from master_thesis.graph.processes import age_s
 from master_thesis.requests.results_folder import results_path
 from master_thesis.results.run_folder import RunFolder

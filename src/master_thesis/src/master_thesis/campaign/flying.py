@@ -11,8 +11,9 @@ import numpy as np
 from cepa.algorithm import Algorithm
 from master_thesis.campaign.places import STUCK_S
 from master_thesis.errors import FlightError
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.results.clearance import FARTHEST_M, distances_in
 from master_thesis.results.metrics import path_length_m
 

@@ -14,8 +14,9 @@ from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_o
 from master_thesis.experiments_3_4.slam_metrics import judge
 from master_thesis.experiments_3_4.slam_run import SlamParticipant, SlamRun, planar, true_walls
 from master_thesis.experiments_3_4.slam_setup import SlamSetup, read_setup
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.flight_recording import LidarGeometry
+from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools.simulation import SimulationParameters
 
 MAP_METRICS = (

@@ -20,9 +20,9 @@ from master_thesis.campaign.campaign import PATIENCE, Case
 from master_thesis.campaign.flying import Flight, fly_to_goal
 from master_thesis.campaign.mapping import MAP_METRICS, fly_and_map
 from master_thesis.campaign.places import place_of
-from master_thesis.flight.closed_loop import CEPA, ClosedLoopParameters
 from master_thesis.flight.conditions import BOUNDS, Conditions
 from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
 from simulation_tools.sdf.elements import Model, RaySensor
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.uav import load_uav

@@ -23,7 +23,7 @@ from master_thesis.campaign.campaign import Campaign, Tuning
 from master_thesis.campaign.folder import CampaignFolder
 from master_thesis.errors import CampaignError
 from master_thesis.files import replace_file
-from master_thesis.flight.closed_loop import CEPA
+from master_thesis.flight.parameters import CEPA
 from master_thesis.trials.workers import Workers
 
 TUNED, HISTORY = "cepa_tuned.yaml", "tuning.csv"

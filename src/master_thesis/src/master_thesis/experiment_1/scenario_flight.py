@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from master_thesis.errors import FlightError
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.flight.description import RunDescription
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.results.clearance import clearances_of_flight, least
 from master_thesis.results.metrics import flight_interval_s, flight_metrics
 from master_thesis.worlds.experiment_1 import GOAL_X_M

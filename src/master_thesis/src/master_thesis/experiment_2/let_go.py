@@ -12,7 +12,8 @@ import numpy as np
 
 from cepa import CepaParameters
 from master_thesis.experiment_2.trial import EmergencyTrial, TrialAction, TrialParameters
-from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
 from master_thesis.worlds.placements import R_LB_M, Obstacle, freeze_frame, placement, varied
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.simulation import SimulationParameters

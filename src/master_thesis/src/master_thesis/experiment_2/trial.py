@@ -12,8 +12,8 @@ from typing import Sequence
 
 from cepa import LaserScan2D
 from master_thesis.errors import FlightError
-from master_thesis.flight.contacts import touched_by
 from master_thesis.flight.flight_log import FlightLog
+from master_thesis.flight.judging.contacts import touched_by
 from master_thesis.worlds.placements import Obstacle
 from simulation_tools.geometry import Pose
 

@@ -14,9 +14,10 @@ from inspection_tools.correction import SlowCorrection
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
 from master_thesis.experiments_3_4.slam_run import SlamParticipant
 from master_thesis.experiments_3_4.slam_setup import read_setup
-from master_thesis.flight.closed_loop import ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Outcome
 from master_thesis.flight.flight_recording import LidarGeometry
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.flight.without_gnss import SLAM
 from simulation_tools.geometry import Pose, Vector3
 
@@ -131,7 +132,8 @@ class SlamPose:
             self._slam = SlamParticipant(session, LidarGeometry.of(self._loop.lidar))
         own = self._loop.own_odometry
         assert own is not None  # there is no GNSS
-        self._slam.on_scan(t_s, ranges, odometry, truth, own.estimates[-1].planar_covariance)
+        estimate = next(e for e in reversed(own.estimates) if e.stamp_s == t_s)
+        self._slam.on_scan(t_s, ranges, odometry, truth, estimate.planar_covariance)
         if self._slam.session.map_to_odom is not None:
             self._coming.append((t_s + CORRECTION_LAG_S, self._slam.session.map_to_odom))
 

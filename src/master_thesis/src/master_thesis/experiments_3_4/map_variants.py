@@ -15,8 +15,8 @@ from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, MappingScena
 from master_thesis.experiments_3_4.slam_metrics import judge
 from master_thesis.experiments_3_4.slam_run import SlamRun, replay, true_path, true_walls
 from master_thesis.experiments_3_4.slam_setup import SlamSetup, read_setup
-from master_thesis.flight.closed_loop import ClosedLoopParameters
 from master_thesis.flight.flight_recording import FlightRecording
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.worlds.floor_plan import outlines_of_file
 
 

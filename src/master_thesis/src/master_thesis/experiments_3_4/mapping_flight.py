@@ -9,9 +9,10 @@ from pathlib import Path
 
 from inspection_tools import PositionControllerParameters, Waypoint, read_mission
 from master_thesis.errors import FlightError
-from master_thesis.flight.closed_loop import CEPA, ClosedLoop, ClosedLoopParameters
+from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.flight.flight_recording import FlightRecorder, FlightRecording
+from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, choose
 from simulation_tools.geometry import Pose
 from simulation_tools.sensors.odometry import OdometryParameters

@@ -8,96 +8,35 @@ flight depends on the machine.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field, replace
+from collections import deque
+from dataclasses import replace
 from typing import Callable, Protocol, Sequence, Tuple
 
 import numpy as np
 
-from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters, LaserScan2D
+from cepa import ALGORITHMS, LaserScan2D
 from cepa.algorithm import Algorithm
 from inspection_tools import (
-    MedianFilterParameters,
     Mission,
-    PaddingParameters,
     PositionController,
-    PositionControllerParameters,
-    Waypoint,
-    YawRegulatorParameters,
-    hold_s,
     way_home,
-    way_m,
 )
 from inspection_tools.position_controller import STOP, PositionCommand
 from master_thesis.errors import FlightError
-from master_thesis.flight.conditions import Conditions, Delivery
-from master_thesis.flight.course import Action, Outcome, Phase, PhaseLimits
+from master_thesis.flight.conditions import Delivery
+from master_thesis.flight.course import Action, Outcome, Phase
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.monitor import Monitor
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.flight.publisher_link import PublisherLink
 from master_thesis.flight.steering_chain import Flown, SteeringChain
-from master_thesis.flight.without_gnss import Outage, OwnOdometry
+from master_thesis.flight.without_gnss import Estimated, Outage, OwnOdometry
 from simulation_tools.geometry import Pose, Vector3
-from simulation_tools.publisher import PublisherParameters
 from simulation_tools.px4.modes import Mode
 from simulation_tools.sensors.odometry import OdometrySample
-from simulation_tools.simulation import Simulation, SimulationParameters, StepOutput
+from simulation_tools.simulation import Simulation, StepOutput
 
 Velocity = Tuple[float, float, float]
-POSE_SOURCES = ("ground_truth", "odometry")
-CEPA = CepaParameters(speed_fractions=SLOW_DETOURS)
-"""CEPA's parameters as cepa.launch has them."""
-
-
-@dataclass(frozen=True)
-class ClosedLoopParameters:
-    """The parameters of a flight.
-
-    Every default is the nodes'. goal_xyz_m: in the frame of `pose_source`; None: no goal, so v_ref stays
-    zero. mission: waypoints instead of the goal. The goal counts as reached after the last one, or after
-    duration_s. return_to_start: after duration_s the UAV flies back to its start, and the goal counts as
-    reached there. patience_s: if a waypoint takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
-    range_finders: CEPA climbs and sinks into what range finders up and down have seen. conditions: those
-    that are worse than the simulation's own parameters.
-    """
-
-    simulation: SimulationParameters
-    goal_xyz_m: tuple[float, float, float] | None = (40.0, 0.0, 2.0)
-    mission: Sequence[Waypoint] = ()
-    duration_s: float = math.inf
-    return_to_start: bool = False
-    patience_s: float = 60.0
-    algorithm: str = "improved"
-    range_finders: bool = False
-    pose_source: str = "ground_truth"
-    cepa: CepaParameters = CEPA
-    median_filter: MedianFilterParameters = field(default_factory=MedianFilterParameters)
-    padding: PaddingParameters = field(default_factory=PaddingParameters)
-    position_controller: PositionControllerParameters = field(default_factory=PositionControllerParameters)
-    yaw_regulator: YawRegulatorParameters = field(default_factory=YawRegulatorParameters)
-    publisher: PublisherParameters = field(default_factory=PublisherParameters)
-    limits: PhaseLimits = field(default_factory=PhaseLimits)
-    conditions: Conditions = field(default_factory=Conditions)
-
-    def __post_init__(self) -> None:
-        if self.algorithm not in ALGORITHMS:
-            choices = ", ".join(ALGORITHMS)
-            raise FlightError(f"There is no algorithm '{self.algorithm}'; choose one of {choices}.")
-        if self.pose_source not in POSE_SOURCES:
-            choices = ", ".join(POSE_SOURCES)
-            raise FlightError(f"There is no pose source '{self.pose_source}'; choose one of {choices}.")
-
-    @property
-    def limits_of_way(self) -> PhaseLimits:
-        """The limits, with enough time for the path to the goal or through the mission."""
-        start, waits_s = self.simulation.spawn_pose.position_m, 0.0
-        if self.mission:
-            length_m, waits_s = way_m(self.mission, start), hold_s(self.mission)
-        elif self.goal_xyz_m is not None:
-            length_m = math.dist(self.goal_xyz_m[:2], start[:2])
-        else:
-            return self.limits
-        return self.limits.for_way(length_m, max(self.position_controller.max_speed, 0.01), waits_s)
 
 
 class ScanListener(Protocol):
@@ -161,6 +100,10 @@ class ClosedLoop:
         self.outage: Outage | None = None
         self._odometry_us: int | None = None
         """Of the newest odometry that has arrived."""
+        self._truth = Pose.identity()
+        self._newest_odometry = Estimated(-1, OdometrySample(self._truth, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+        self._untold: deque[tuple[int, np.ndarray, Pose]] = deque()
+        """Scans with their truth, of which the listeners do not know yet."""
         self.is_over = False
         """Whether the run has ended."""
         self._begun = False
@@ -202,14 +145,13 @@ class ClosedLoop:
         if self.outage is not None:
             output = self.outage.applied_to(output)
         output = self._spoiled(output)
-        if self.own_odometry is not None:
-            output = output._replace(odometry=self.own_odometry.on_step(output, self.outage))
-            if self.own_odometry.told_us == output.time_us:
-                self.publisher.on_vision(output.time_us)
-        if output.ground_truth is not None and output.odometry is not None:
-            self._on_pose(output.time_us, output.ground_truth.pose, output.odometry)
-        elif output.ground_truth is not None:  # without GNSS odometry comes with the scans only
-            self._on_truth(1e-6 * output.time_us, output.ground_truth.pose)
+        if output.ground_truth is not None:
+            self._truth = output.ground_truth.pose
+        reached = [self._on_odometry(*estimated) for estimated in self._odometry_known(output)]
+        if output.ground_truth is not None:
+            self._on_truth(1e-6 * output.time_us, self._truth)
+        for goal_reached in reached:
+            self.monitor.on_goal_reached(goal_reached)
         self._fly(self._steering.on_payload(output.time_us, output.payload))
         if output.scan is not None and self._delivery.scan_arrives():
             self._on_scan(output, output.scan)
@@ -225,7 +167,18 @@ class ClosedLoop:
         at_s, own = 1e-6 * output.time_us, self.simulation.uav_name
         return output._replace(scan=self._faults.spoiled(output.scan, at_s, rays, body, own))
 
-    def _on_pose(self, time_us: int, truth: Pose, odometry: OdometrySample) -> None:
+    def _odometry_known(self, output: StepOutput) -> list[Estimated]:
+        """Return the odometry that is known now. Without GNSS it comes with the scans only."""
+        if self.own_odometry is None:
+            return [] if output.odometry is None else [Estimated(output.time_us, output.odometry)]
+        told_us = self.own_odometry.told_us
+        estimated = self.own_odometry.on_step(output, self.outage)
+        if self.own_odometry.told_us != told_us:
+            self.publisher.on_vision(output.time_us)
+        return estimated
+
+    def _on_odometry(self, time_us: int, odometry: OdometrySample) -> bool:
+        """Fly by a new pose. Return whether the goal is reached."""
         t_s = 1e-6 * time_us
         age_s, arrived = self._delivery.odometry(t_s, odometry)
         self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
@@ -234,16 +187,17 @@ class ClosedLoop:
             self._odometry_us = arrived_us
             self._fly(self._steering.on_odometry(arrived_us, arrived))
         by_truth = self.parameters.pose_source == "ground_truth"
-        position_m, yaw_rad = self.correct(t_s, truth if by_truth else arrived.pose)
+        position_m, yaw_rad = self.correct(t_s, self._truth if by_truth else arrived.pose)
         reached = self._follow_mission(t_s, position_m)
         command = self._command(t_s, position_m, yaw_rad)
         v_ref = command.velocity_m_s
         if self._pilot is not None and self.publisher.ready:
-            v_ref = self._pilot(t_s, truth)
+            v_ref = self._pilot(t_s, self._truth)
         self.log.v_ref.add(t_s, *v_ref, 0.0)
         self._fly(self._steering.on_reference(time_us if by_truth else arrived_us, v_ref))
-        self._on_truth(t_s, truth)
-        self.monitor.on_goal_reached(command.goal_reached if reached is None else reached)
+        self._newest_odometry = Estimated(time_us, odometry)
+        self._tell_listeners()
+        return command.goal_reached if reached is None else reached
 
     def _command(self, t_s: float, position_m: Vector3, yaw_rad: float) -> PositionCommand:
         if self.own_odometry is not None and not self.own_odometry.is_good:
@@ -282,12 +236,19 @@ class ClosedLoop:
         self._mission = Mission(home, self.parameters.patience_s)
 
     def _on_scan(self, output: StepOutput, ranges: np.ndarray) -> None:
-        t_s = 1e-6 * output.time_us
-        if output.odometry is not None and output.ground_truth is not None:
-            for listener in self.listeners:
-                listener.on_scan(t_s, ranges, output.odometry.pose, output.ground_truth.pose)
-        self.log.add_scan(t_s, ranges, self.lidar.angle_min, self.lidar.angle_increment)
+        self._untold.append((output.time_us, ranges, self._truth))
+        self._tell_listeners()
+        self.log.add_scan(1e-6 * output.time_us, ranges, self.lidar.angle_min, self.lidar.angle_increment)
         self._fly(self._steering.on_scan(output.time_us, ranges))
+
+    def _tell_listeners(self) -> None:
+        """Tell the listeners of each scan once its odometry is known; a scan that gets none is left out."""
+        known_us, odometry = self._newest_odometry
+        while self._untold and self._untold[0][0] <= known_us:
+            time_us, ranges, truth = self._untold.popleft()
+            if time_us == known_us:
+                for listener in self.listeners:
+                    listener.on_scan(1e-6 * time_us, ranges, odometry.pose, truth)
 
     def _fly(self, commands: Sequence[Flown]) -> None:
         for time_us, velocity_m_s, yaw_rate_rad_s, answer in commands:

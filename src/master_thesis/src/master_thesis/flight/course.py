@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from master_thesis.errors import FlightError
-from master_thesis.flight.contacts import GROUND, Contacts
+from master_thesis.flight.judging.contacts import GROUND, Contacts
 
 PATIENCE = 3.0
 """A flight may take this many times as long as the straight path at full speed."""

@@ -10,7 +10,7 @@ from typing import Callable, Sequence
 
 from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
-from master_thesis.flight.wall_metrics import WallMetrics
+from master_thesis.flight.judging.wall_metrics import WallMetrics
 
 CLOCK_TOLERANCE_S = 0.5
 _LATENCY_KEYS = {

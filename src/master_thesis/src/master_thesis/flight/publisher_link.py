@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Callable
 
+from master_thesis.flight.due import Due
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.ned_frames import attitude_to_enu, enu_to_ned
 from simulation_tools.publisher import (
@@ -28,21 +29,6 @@ STATE_PERIOD_US = 1_000_000
 CLOCK_PERIOD_US = 10_000
 """Of the node's own watch."""
 _MODES = {mode.label: mode for mode in Mode}
-
-
-class Due:
-    """Detects the start of each period."""
-
-    def __init__(self, period_us: int) -> None:
-        self._period_us = period_us
-        self._next_us = 0
-
-    def __call__(self, time_us: int) -> bool:
-        """Return whether a period has begun since the last call."""
-        if time_us < self._next_us:
-            return False
-        self._next_us = (time_us // self._period_us + 1) * self._period_us
-        return True
 
 
 class PublisherLink:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
 
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import InertialReading
-from gridslam.odometry.range_queue import RangeQueue
+from gridslam.odometry.intake import OdometryIntake, SensedRange, SensedScan
 from inspection_tools.vision_pose import Motion, VisionPose, VisionState
 from master_thesis.errors import FlightError
-from simulation_tools.geometry import Pose, quaternion_from_rpy
+from master_thesis.flight.due import Due
+from simulation_tools.geometry import Pose, Quaternion, Vector3, quaternion_from_rpy
 from simulation_tools.ned_frames import attitude_to_enu, attitude_to_ned, enu_to_ned, flu_to_frd
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.px4 import Px4
@@ -23,9 +26,7 @@ from simulation_tools.simulation import Simulation, StepOutput
 
 IMU_PERIOD_US = 20_000
 """Of PX4's ATTITUDE_QUATERNION on the offboard link."""
-IMU_LAG_S = 0.0205
-"""The node's imu_lag. The first reading that is older than a scan by at most this is the last that counts."""
-
+_LIDAR_FRAME = "hokuyo"
 LIDAR, RANGE_FINDER, BRIDGE, SLAM = "lidar", "range_finder", "bridge", "slam"
 PARTS = (LIDAR, RANGE_FINDER, BRIDGE, SLAM)
 """The bridge is vision_pose_publisher, which begins anew when it comes back. So does SLAM."""
@@ -59,10 +60,17 @@ class Outage:
         return output._replace(scan=None if self.part == LIDAR else output.scan, payload=alive)
 
 
+class Estimated(NamedTuple):
+    """Odometry at the stamp of a scan, which may be older than the present time step."""
+
+    time_us: int
+    sample: OdometrySample
+
+
 class OwnOdometry:
     """Odometry from the simulated lidar, the flight controller's IMU and the range finder.
 
-    A scan takes readings and ranges by their stamps, as in the node.
+    A scan waits for its readings and ranges, as in the node.
     estimates: of all scans. cpu_ms: CPU time of each. told_us: time of the last pose that the flight
     controller got.
     """
@@ -71,13 +79,15 @@ class OwnOdometry:
         """Begin at the spawn pose; raises FlightError if the UAV has no range finder."""
         if not any(isinstance(sensor.device, RangeFinder) for sensor in simulation.payload):
             raise FlightError("Without GNSS the UAV needs a range finder; add sensors:=range_finder.")
-        spawn = simulation.parameters.spawn_pose
-        self._simulation, self._px4 = simulation, px4
-        self._odometry = LidarOdometry(start=(*spawn.position_m[:2], spawn.yaw_rad))
+        spawn, lidar = simulation.parameters.spawn_pose, simulation.lidar
+        assert lidar is not None  # the closed loop has looked
+        self._lidar, self._px4 = lidar, px4
+        self._mounts = {sensor.name: sensor.mount.pose for sensor in simulation.payload}
+        self._mounts[_LIDAR_FRAME] = lidar.pose_in_body
+        odometry = LidarOdometry(start=(*spawn.position_m[:2], spawn.yaw_rad))
+        self._intake = OdometryIntake(odometry, self._mount_of, say=lambda sentence: None)
         self._vision = VisionPose()
-        self._due_us = 0
-        self._readings: deque[InertialReading] = deque()
-        self._ranges = RangeQueue()
+        self._imu_due = Due(IMU_PERIOD_US)
         self.estimates: list[OdometryEstimate] = []
         self.cpu_ms: list[float] = []
         self.told_us: int | None = None
@@ -88,31 +98,31 @@ class OwnOdometry:
         """Whether the flight controller gets the poses, as vision_pose_publisher says."""
         return self._vision.state is VisionState.GOOD
 
-    def on_step(self, output: StepOutput, outage: Outage | None = None) -> OdometrySample | None:
-        """Take the sensors of one instant. Return the odometry if there is a scan."""
+    def on_step(self, output: StepOutput, outage: Outage | None = None) -> list[Estimated]:
+        """Take the sensors of one instant. Return the odometry that is known now, oldest first."""
         t_s = 1e-6 * output.time_us
         self._watch_bridge(outage is not None and outage.holds(BRIDGE, t_s))
-        if output.time_us >= self._due_us:
-            self._due_us = (output.time_us // IMU_PERIOD_US + 1) * IMU_PERIOD_US
-            self._readings.append(self._inertial(t_s))
+        started = time.thread_time()
+        answers = self._intake.on_imu(self._inertial(t_s)) if self._imu_due(output.time_us) else []
         for sensor in output.payload:
             if isinstance(sensor.device, RangeFinder):
-                mount = sensor.mount.pose
-                limits = sensor.device.range_min, sensor.device.range_max
-                self._ranges.add(t_s, (sensor.read(), limits, (mount.position_m, mount.orientation_xyzw)))
-        if output.scan is None:
-            return None
-        self._use_readings(t_s - IMU_LAG_S)
-        for range_s, (reading, limits, mounted) in self._ranges.take(t_s):
-            self._odometry.on_range(range_s, reading, limits, mounted)
-        return self._on_scan(output)
+                range_m, limits = sensor.read(), (sensor.device.range_min, sensor.device.range_max)
+                assert isinstance(range_m, float)
+                answers += self._intake.on_range(t_s, SensedRange(range_m, limits, sensor.name))
+        if output.scan is not None:
+            answers += self._intake.on_scan(self._sensed(output.time_us, output.scan))
+        if answers:
+            self.cpu_ms.append(1e3 * (time.thread_time() - started) / len(answers))
+        return [self._estimated(answer.stamp_ns // 1000, answer.estimate) for answer in answers]
 
-    def _use_readings(self, until_s: float) -> None:
-        while self._readings:
-            reading = self._readings.popleft()
-            self._odometry.on_imu(reading)
-            if reading.stamp_s >= until_s:
-                return
+    def _mount_of(self, frame: str) -> tuple[Vector3, Quaternion]:
+        mount = self._mounts[frame]
+        return mount.position_m, mount.orientation_xyzw
+
+    def _sensed(self, time_us: int, ranges: np.ndarray) -> SensedScan:
+        lidar = self._lidar
+        angles, limits = (lidar.angle_min, lidar.angle_increment), (lidar.range_min, lidar.range_max)
+        return SensedScan(1000 * time_us, 1e-6 * time_us, ranges, angles, limits, _LIDAR_FRAME)
 
     def _watch_bridge(self, is_dead: bool) -> None:
         if self._bridge_is_dead and not is_dead:
@@ -128,27 +138,12 @@ class OwnOdometry:
             flu_to_frd(estimate["specific_force"].tolist()),
         )
 
-    def _on_scan(self, output: StepOutput) -> OdometrySample:
-        lidar = self._simulation.lidar
-        assert lidar is not None  # it made the scan
-        assert output.scan is not None
-        mount = lidar.pose_in_body
-        started = time.thread_time()
-        estimate = self._odometry.on_scan(
-            1e-6 * output.time_us,
-            output.scan,
-            (lidar.angle_min, lidar.angle_increment),
-            (lidar.range_min, lidar.range_max),
-            (mount.position_m, mount.orientation_xyzw),
-        )
-        self.cpu_ms.append(1e3 * (time.thread_time() - started))
+    def _estimated(self, time_us: int, estimate: OdometryEstimate) -> Estimated:
         self.estimates.append(estimate)
         if not self._bridge_is_dead:
-            self._tell_px4(output.time_us, estimate)
-        orientation = quaternion_from_rpy(*estimate.roll_pitch_yaw)
-        return OdometrySample(
-            Pose(estimate.position_xyz, orientation), estimate.velocity_xyz, estimate.rates_rad_s
-        )
+            self._tell_px4(time_us, estimate)
+        pose = Pose(estimate.position_xyz, quaternion_from_rpy(*estimate.roll_pitch_yaw))
+        return Estimated(time_us, OdometrySample(pose, estimate.velocity_xyz, estimate.rates_rad_s))
 
     def _tell_px4(self, time_us: int, estimate: OdometryEstimate) -> None:
         motion = Motion(

@@ -9,7 +9,7 @@ import numpy as np
 from master_thesis.flight.course import Outcome
 from master_thesis.flight.description import RunDescription
 from master_thesis.flight.flight_log import HIT_COLUMNS, HIT_THINNING, FlightLog
-from master_thesis.flight.wall_metrics import WallMetrics
+from master_thesis.flight.judging.wall_metrics import WallMetrics
 from master_thesis.results import clearance
 from master_thesis.results.metrics import flight_metrics
 from master_thesis.results.run_folder import RunFolder

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from master_thesis.flight.description import RunDescription
-from master_thesis.flight.wall_metrics import WallMetrics
+from master_thesis.flight.judging.wall_metrics import WallMetrics
 from master_thesis.results import run_folder
 from master_thesis.results.sources import commit
 from master_thesis.worlds.scenario import ALGORITHMS

@@ -7,7 +7,7 @@ from typing import Any
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
-from master_thesis.flight.closed_loop import ClosedLoopParameters
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.report.piece import Piece
 from master_thesis.report.pieces.mapping_piece import ended_after, in_each_world, mapping_piece
 from master_thesis.report.size import Size

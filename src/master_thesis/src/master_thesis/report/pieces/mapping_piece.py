@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any, Callable
 
 from master_thesis.experiments_3_4.mapping_flight import PACKAGE, SCENARIOS
-from master_thesis.flight.closed_loop import ClosedLoopParameters
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import Size
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from master_thesis.experiments_3_4.flight_without_gnss import fly_without_gnss, parameters_without_gnss
-from master_thesis.flight.closed_loop import ClosedLoopParameters
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.report.piece import Piece
 from master_thesis.report.pieces.mapping_piece import ended_after, mapping_piece
 from master_thesis.report.size import Size

@@ -1,0 +1,1 @@
+"""Judges a flight: what it touched, how it stopped, how far it kept from walls."""
