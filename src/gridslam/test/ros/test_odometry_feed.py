@@ -109,7 +109,7 @@ def test_a_scan_that_comes_again_gets_the_same_answer_with_its_exact_stamp():
     bench.scan(2.252)
     assert bench.estimates[0] is bench.estimates[1]
     assert bench.stamps[0].to_nsec() == bench.stamps[1].to_nsec() == 2_252_000_000
-    assert len(bench.said) == 1  # of the range finder
+    assert not bench.said  # the first range may come a little after the first scan
 
 
 def test_an_imu_that_never_comes_holds_up_the_first_scan_only():
