@@ -96,7 +96,7 @@ class SlamSession:
         if self._closer is not None and self._closer.take(self.slam, scan.stamp_s):
             self._supervisor.forget_map()
             self._join_if_recognised(self.slam)
-        was_lost = self.slam.judgement.is_lost
+        was_lost, was_apart = self.slam.judgement.is_lost, self.slam.earlier is not None
         if covariance is not None and not is_told(covariance):
             self._say("The odometry's covariance makes no sense; srr, srt, str and stt count instead.")
             covariance = None
@@ -105,6 +105,8 @@ class SlamSession:
         update = self._supervisor.process(self.slam, scan, base, covariance)
         if self._closer is not None and was_lost and not self.slam.judgement.is_lost:
             self._closer.forget(is_contradicted=not self.slam.judgement.is_confirming)
+        if self._closer is not None and was_apart and self.slam.earlier is None:
+            self._closer.forget()
         if update is not None and self._closer is not None:
             self._closer.update(self.slam, base, self.slam.judgement.last)
         return update

@@ -12,6 +12,7 @@ import time
 import numpy as np
 
 from gridslam.filter.particle_filter import GridSlam
+from gridslam.filter.step_check import Link
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.search import LikelihoodField, PlaceSearch, SearchSettings
@@ -27,6 +28,7 @@ def warm_up() -> float:
     hall = _two_scans(PlanarScan(0.0, angles, 15.0 * ranges, (0.0, 0.0, 0.0), 60.0))
     hall.agreement(room, (20.0, 0.0, 0.0))
     hall.grid()
+    Link.between(room, room, np.zeros((1, 3)))
     search = PlaceSearch(LikelihoodField.from_grid(slam.grid()))
     search.find(ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]), SearchSettings())
     return time.perf_counter() - start

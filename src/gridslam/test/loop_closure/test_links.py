@@ -11,8 +11,9 @@ from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.links import Surfaces, align, nearest_by_bearing, nearest_earlier
 from gridslam.loop_closure import LoopClosureParameters
-from gridslam.loop_closure.links import LINK_SIGMA_M, ScanSurfaces, link_pairs, surfaces_of
+from gridslam.loop_closure.links import LINK_SIGMA_M, link_pairs
 from gridslam.loop_closure.scan_links import ScanLinks
+from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 
 LIDAR = Lidar(2.0 * math.pi * 359 / 360, 360, 10.0, 0.01, 10.0)
 PARAMETERS = LoopClosureParameters()

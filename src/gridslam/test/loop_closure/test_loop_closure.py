@@ -313,8 +313,9 @@ def test_a_bare_corridor_is_as_long_as_odometry_says_and_ends_where_it_began(see
     assert session.closures
     assert abs(length - math.dist(true[1, :2], true[0, :2])) < abs(drifted - 41.0) + 0.05
     assert abs(gap - math.dist(true[2, :2], true[0, :2])) < 0.05
-    # and the whole path was corrected as soon as the loop was closed, although its ends had met already
-    assert np.abs(published.poses_in_map - path.poses_in_map)[:, :2].max() < 0.1
+    # and the whole path was corrected as soon as the loop was closed, but for a bend of
+    # 0.1 m, which may wait, and what the last rounds add; its ends had met already
+    assert np.abs(published.poses_in_map - path.poses_in_map)[:, :2].max() < 0.12
 
 
 def scattered_boxes(seed, route):
@@ -327,6 +328,25 @@ def scattered_boxes(seed, route):
             corners = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
             polygons.append(se2.transform((*middle, yaw), corners))
     return Walls.from_polygons(polygons)
+
+
+def test_a_log_that_ends_as_soon_as_a_place_is_seen_again_is_closed_too():
+    # given a round trip that ends where its beginning has come into sight again, too late for a second match
+    truth = along(rectangle_route(12.0, 7.0, 0.5, laps=1.4), 0.5)
+    walls = scattered_boxes(1, truth)
+    way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
+    lidar = Lidar(math.radians(270.0), 136, 8.0, 0.01, 10.0)
+    log = drive(walls, truth[way_m <= 74.5], lidar, seed=1)
+    session = SlamSession(SlamParameters(seed=1, threads=1, particles=15), starting_pose=tuple(truth[0]))
+    for scan, base in zip(log.scans, log.odometry):
+        session.process(scan, base)
+    assert session.closures == []
+    # when the log has ended
+    session.finish()
+    # then the last nodes are searched for with all that was seen after them, and the loop is closed
+    assert session.closures
+    assert max(closure_errors_m(session, log)) < 0.3
+    assert errors_m(session, log).max() < 0.1
 
 
 @pytest.mark.parametrize("loop_closure", [True, False])

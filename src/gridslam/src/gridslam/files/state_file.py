@@ -8,6 +8,7 @@ import os
 import zipfile
 import zlib
 from pathlib import Path
+from typing import Mapping
 
 import numpy as np
 
@@ -20,8 +21,8 @@ from gridslam.parameters import SlamParameters
 from gridslam.scan import scans_from_arrays, scans_to_arrays
 
 FORMAT = 9
-PIECES = "pieces_"
-"""Prefix of the arrays of `Pieces`."""
+PIECES, BEFORE = "pieces_", "before_"
+"""Prefixes of the arrays of `Pieces`, and of the scan at which the next step begins."""
 TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
 
 DAMAGE = (
@@ -49,7 +50,8 @@ def write(state: FilterState, path: str | Path) -> None:
         "log_likelihoods": state.log_likelihoods,
         **state.tree,
         **state.maps,
-        **{PIECES + name: values for name, values in state.pieces.items()},
+        **_prefixed(PIECES, state.pieces),
+        **_prefixed(BEFORE, scans_to_arrays([] if state.before is None else [state.before])),
         **_motion_arrays(state.motion),
         **scans_to_arrays(state.scans or ()),
         **_grid_arrays(state.starting_map),
@@ -131,11 +133,20 @@ def _state(header: dict, arrays: dict) -> FilterState:
         arrays["log_likelihoods"],
         {name: arrays[name] for name in TREE_ARRAYS},
         arrays,
-        {name[len(PIECES) :]: arrays[name] for name in arrays if name.startswith(PIECES)},
+        _without_prefix(PIECES, arrays),
         _motion(arrays),
+        next(iter(scans_from_arrays(_without_prefix(BEFORE, arrays))), None),
         scans_from_arrays(arrays) if header["keep_scans"] else None,
         header["random"],
     )
+
+
+def _prefixed(prefix: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {prefix + name: values for name, values in arrays.items()}
+
+
+def _without_prefix(prefix: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
 
 
 def _require_particles(count: int, arrays: dict) -> None:

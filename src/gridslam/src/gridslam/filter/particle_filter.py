@@ -11,13 +11,15 @@ from gridslam import se2
 from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
 from gridslam.filter.earlier_map import EarlierMap, Pieces
-from gridslam.filter.motion_model import Motion, predict
+from gridslam.filter.motion_model import Motion, Prediction, predict
 from gridslam.filter.proposal import propose
 from gridslam.filter.scan_evidence import MatchedScan, evidence_of
 from gridslam.filter.scan_matcher import ScanMatcher
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.filter.state import FilterState
+from gridslam.filter.step_check import StepCheck
 from gridslam.filter.workers import Workers
+from gridslam.kernels.matching import Matches
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import MapDraft, begun
 from gridslam.maps.rendering import Renderer
@@ -69,6 +71,7 @@ class GridSlam:
         self._maps = begun(starting_map, count, parameters.delta)
         self._pieces = Pieces()
         self._motion: Motion | None = None
+        self._step_check = StepCheck()
         self._rng = np.random.default_rng(parameters.seed)
         self._matcher = ScanMatcher(parameters)
         self._renderer = Renderer(parameters)
@@ -135,6 +138,7 @@ class GridSlam:
             return self._step(scan, self._motion)
         beams = Beams.from_scan(scan, self.parameters)
         self._maps.insert(self._poses, beams)
+        self._step_check.remember(scan)
         self._remember(scan, beams)
         return self._update(scan, np.full(len(self._poses), 1.0 / len(self._poses)), False, True)
 
@@ -150,7 +154,7 @@ class GridSlam:
         uniform = self._rng.random()
         self._maps.prepare(np.vstack((prediction.predicted, prediction.drawn)), beams)
 
-        matches = self._matcher.match(self._maps, prediction, self.best_particle, beams, self._workers)
+        matches, drawn = self._match(scan, beams, motion, prediction)
         best = int(np.argmax(self._log_likelihoods + matches.log_likelihoods))
         matched_scan = MatchedScan(scan.stamp_s, beams, motion, prediction, matches)
         evidence = evidence_of(matched_scan, self._maps, best, self.particle_weights, self.parameters)
@@ -159,7 +163,7 @@ class GridSlam:
             return None
         matched = matches.scores > self.parameters.minimumScore
         proposed = self._maps.to_metres(propose(matches, noise, self.parameters.delta))
-        self._poses = np.where(matched[:, None], proposed, prediction.drawn)
+        self._poses = np.where(matched[:, None], proposed, drawn)
         self._poses[:, 2] = se2.wrap(self._poses[:, 2])
         self._log_weights += matches.log_likelihoods
         self._log_likelihoods += matches.log_likelihoods
@@ -172,6 +176,7 @@ class GridSlam:
         )
         best_matched = bool(matched[self.best_particle])
         self._motion = Motion(motion.now, scan.stamp_s, motion.covariance)
+        self._step_check.remember(scan)
         if self.judgement.is_confirming and not self.localisation_only:
             return None
         self._remember(scan, beams)
@@ -180,6 +185,29 @@ class GridSlam:
         if not self.localisation_only:
             self._maps.insert(self._poses, beams)
         return self._update(scan, weights, resample, best_matched)
+
+    def _match(
+        self, scan: PlanarScan, beams: Beams, motion: Motion, prediction: Prediction
+    ) -> tuple[Matches, np.ndarray]:
+        """Match a scan; return also the poses (particles, 3) that count where it does not match.
+
+        If odometry and the last scan contradict the best particle's step, it is matched once more where these
+        two put it. A particle that still contradicts them gets a pose from them alone.
+        """
+        best = self.best_particle
+        matches = self._matcher.match(self._maps, prediction, best, beams, self._workers)
+        step = se2.between(self._poses[best], self._maps.to_metres(matches.poses[best]))
+        link = self._step_check.wrong(scan, step, motion)
+        if link is None:
+            return matches, prediction.drawn
+        by_link = link.predict(self._poses, self._rng)
+        matches = self._matcher.match(self._maps, by_link, best, beams, self._workers)
+        steps = se2.between(self._poses, self._maps.to_metres(matches.poses))
+        for particle, step in enumerate(steps):
+            if link.contradicts(step, motion.step):
+                matches.scores[particle] = -math.inf
+                matches.poses[particle] = self._maps.to_cells(by_link.drawn[particle])
+        return matches, by_link.drawn
 
     def agreement(self, scan: PlanarScan, pose: Sequence[float] | np.ndarray) -> Agreement:
         """Compare a scan, taken at a pose of the base in the map, with the best particle's map."""
@@ -205,6 +233,7 @@ class GridSlam:
         self._poses[0] = pose
         self._poses[:, 2] = se2.wrap(self._poses[:, 2])
         self._log_likelihoods[:] = 0.0
+        self._step_check.remember(None)
         if self._motion is not None:
             self._motion = Motion(self._motion.now, stamp_s, self._motion.covariance)
             self.widen(START_DEVIATION)
@@ -220,6 +249,7 @@ class GridSlam:
         self._renderer = Renderer(self.parameters)
         self._poses = np.tile(pose, (len(self._poses), 1))
         self._log_likelihoods[:] = 0.0
+        self._step_check.remember(None)
         if self._motion is not None:
             self._motion = Motion(self._motion.now, self._motion.stamp_s, self._motion.covariance)
             self._motion.due = True
@@ -392,6 +422,7 @@ class GridSlam:
             self._maps.to_arrays(),
             self._pieces.to_arrays(),
             self._motion,
+            self._step_check.before,
             self._scans,
             self._rng.bit_generator.state,
         )
@@ -415,6 +446,7 @@ class GridSlam:
         slam._maps.restore(state.maps)
         slam._pieces.restore(state.pieces, state.parameters, len(slam._tree.stamps_s))
         slam._motion = state.motion
+        slam._step_check.remember(state.before)
         slam._rng.bit_generator.state = state.random
         if state.scans is not None and len(state.scans) != len(slam._tree.stamps_s):
             raise ValueError("there are not as many scans as stamps")

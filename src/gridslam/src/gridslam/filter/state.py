@@ -37,6 +37,8 @@ class FilterState:
     """Arrays of `Pieces`."""
     motion: Motion | None
     """Odometry since the last processed scan; None: there was no scan yet."""
+    before: PlanarScan | None
+    """The scan at which the next step begins; None: the next step is not checked."""
     scans: list[PlanarScan] | None
     """The processed scans; None: they are not kept."""
     random: Mapping[str, Any]

@@ -69,8 +69,9 @@ class JoinedScans:
 
     def _aligned(self, scan: PlanarScan, predicted: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return a scan's pose (3,) by odometry's prediction and its links with the scans before it."""
-        from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
+        from gridslam.loop_closure.links import link_pairs
         from gridslam.loop_closure.parameters import LoopClosureParameters
+        from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 
         p, before = LoopClosureParameters(), self.scans[-LINKS_BACK:]
         surfaces = ScanSurfaces(

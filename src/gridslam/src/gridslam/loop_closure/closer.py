@@ -146,6 +146,7 @@ class LoopCloser:
         pieces = slam.pieces.snapshot(len(scans))
         if self._way_m > self._searched_m and self._search(pieces):
             self._counted = self._choose()
+        self._decide_pending(pieces)
         if self._counted:
             poses = self._corrected(AT_THE_END)
             self._chain.settle(poses)
@@ -297,6 +298,26 @@ class LoopCloser:
         for match in found:
             self._remember(match)
         return found
+
+    def _decide_pending(self, pieces: Usable) -> None:
+        """Search for the last nodes once more, if one of them was recognised and no other match agrees yet.
+
+        At the end of a log there is no more way on which others could be found. But all that was seen after
+        a node is known.
+        """
+        p, way_m = self.parameters, self._chain.way_m
+        first_m = way_m[-1] - p.stretch_m
+        last = [match for match in self._matches if way_m[match.newer] > first_m]
+        if not last or any(match in self._counted for match in last):
+            return
+        searched = {match.newer for match in last}
+        for node in reversed(np.flatnonzero(way_m > first_m).tolist()):
+            is_near = any(abs(way_m[node] - way_m[other]) < p.search_every_m for other in searched)
+            if node not in searched and not is_near:
+                searched.add(node)
+                for match in Recognition(self._chain, self._counted, p, pieces, node).near():
+                    self._remember(match)
+        self._counted = self._choose()
 
     def _remember(self, match: Match) -> None:
         contradicted = contradictions(MeasuredPath(self._chain), match, self._matches)

@@ -43,6 +43,7 @@ class Recognition:
         parameters: of the search.
         pieces: nodes that may be recognised; None: all. Those before the present map began are searched for
             like places that may be far off.
+        newer: the node to be recognised; None: the newest one. What was seen after it counts, too.
     """
 
     def __init__(
@@ -51,8 +52,10 @@ class Recognition:
         counted: Sequence[Match],
         parameters: LoopClosureParameters,
         pieces: Usable | None = None,
+        newer: int | None = None,
     ) -> None:
-        self._chain, self._parameters, self._newer = chain, parameters, len(chain) - 1
+        self._chain, self._parameters = chain, parameters
+        self._newer = len(chain) - 1 if newer is None else newer
         self._counted = counted
         self._distance_m = np.hypot(*(chain.poses[:, :2] - chain.poses[self._newer, :2]).T)
         self._is_old = chain.way_m < chain.way_m[self._newer] - parameters.separation_m
@@ -63,7 +66,7 @@ class Recognition:
 
     @cached_property
     def _query(self) -> LocalMap:
-        return self._chain.local_map(self._newer, self._parameters.stretch_m, 0.0)
+        return self._chain.local_map(self._newer, self._parameters.stretch_m, self._parameters.stretch_m)
 
     def near(self) -> list[Match]:
         """Return the matches with places near the present estimate.

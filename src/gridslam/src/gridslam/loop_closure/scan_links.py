@@ -12,9 +12,10 @@ from gridslam import se2
 from gridslam.kernels.least_squares import inverse
 from gridslam.kernels.links import nearest_earlier
 from gridslam.loop_closure.edge import Edge, Edges
-from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
+from gridslam.loop_closure.links import link_pairs
 from gridslam.loop_closure.odometry_scale import odometry_scale
 from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
 

@@ -11,7 +11,7 @@ from gridslam.kernels.least_squares import inverses
 from gridslam.kernels.links import nearest_earlier
 from gridslam.kernels.pose_graph import shortest_ways
 from gridslam.loop_closure.edge import Edge, Edges
-from gridslam.loop_closure.links import ScanSurfaces, link_pairs, surfaces_of
+from gridslam.loop_closure.links import link_pairs
 from gridslam.loop_closure.local_map import build_local_map, surface_points
 from gridslam.loop_closure.matcher import Correlation, Window
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -19,6 +19,7 @@ from gridslam.loop_closure.pose_graph import optimise
 from gridslam.loop_closure.refinement import refine
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import MapDraft
+from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
