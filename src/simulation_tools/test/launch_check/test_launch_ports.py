@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import socket
+import threading
 from contextlib import closing
 
 import pytest
@@ -20,6 +22,11 @@ def taken(kind=socket.SOCK_DGRAM, host=HOST):
     if kind == socket.SOCK_STREAM:
         one.listen(1)
     return closing(one), one.getsockname()[1]
+
+
+def is_free(port):
+    with closing(socket.socket()) as one:
+        return one.connect_ex((HOST, port)) == errno.ECONNREFUSED
 
 
 def ask(autopilot="standin", mavros="sim", offboard_port=0, gcs_port=0, simulator_port=0):
@@ -55,6 +62,27 @@ def test_the_port_of_real_px4s_simulator_counts_only_with_real_px4():
         with pytest.raises(LinkError, match=f"Cannot listen on TCP 127.0.0.1:{port} for PX4"):
             ask("px4", simulator_port=port)
     ask("px4", simulator_port=port)
+
+
+def test_a_px4_that_waits_for_its_simulator_does_not_connect_to_the_check():
+    """It was started before the launch. It would never connect again."""
+    port = next(port for port in range(20_000, 32_000) if is_free(port))  # others may connect to themselves
+    outcomes, done = set(), threading.Event()
+
+    def wait_for_the_simulator():
+        while not done.is_set():
+            with closing(socket.socket()) as px4:
+                outcomes.add(px4.connect_ex((HOST, port)))
+
+    px4 = threading.Thread(target=wait_for_the_simulator)
+    px4.start()
+    try:
+        for _ in range(300):
+            ask("px4", simulator_port=port)
+    finally:
+        done.set()
+        px4.join()
+    assert outcomes == {errno.ECONNREFUSED}
 
 
 def test_without_mavros_its_port_is_the_users_own():

@@ -7,7 +7,7 @@ from typing import Any
 from simulation_tools import values
 from simulation_tools.mavlink import open_udp
 from simulation_tools.px4_ports import own_ports
-from simulation_tools.px4_sitl.simulator_link import SimulatorLink
+from simulation_tools.px4_sitl.simulator_link import check_port_is_free
 
 HOST = "127.0.0.1"
 
@@ -28,7 +28,7 @@ def check_ports_are_free(
     if mavros in ("sim", "real"):
         _check_udp(offboard, "MAVROS")
     if autopilot == "px4":
-        SimulatorLink(values.port("simulator_port", simulator_port)).close()
+        check_port_is_free(values.port("simulator_port", simulator_port))
         return
     for port, purpose in zip(own_ports(offboard, ground), ("the offboard API", "ground stations")):
         _check_udp(port, purpose)

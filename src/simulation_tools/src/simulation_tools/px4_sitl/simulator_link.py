@@ -31,7 +31,7 @@ class SimulatorLink:
     """
 
     def __init__(self, port: int = DEFAULT_PORT, host: str = "127.0.0.1") -> None:
-        self._server = _listen(host, port)
+        self._server = _open(host, port, listen=True)
         self.port = self._server.getsockname()[1]
         self._peer: socket.socket | None = None
         self._mav = common.MAVLink(None, srcSystem=_SYSTEM, srcComponent=_COMPONENT)
@@ -120,13 +120,22 @@ def how_to_start(port: int) -> str:
     return f"Start PX4 SITL as instance {instance} (`px4 -i {instance}`); it connects to TCP port {port}."
 
 
-def _listen(host: str, port: int) -> socket.socket:
+def check_port_is_free(port: int, host: str = "127.0.0.1") -> None:
+    """Raise LinkError if nobody could listen on the port. A PX4 that waits for its simulator notices nothing.
+
+    PX4 never connects twice, so it must not connect to a mere check.
+    """
+    _open(host, port, listen=False).close()
+
+
+def _open(host: str, port: int, listen: bool) -> socket.socket:
     server = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         server.bind((host, port))
-        server.listen(1)
-        server.setblocking(False)
+        if listen:
+            server.listen(1)
+            server.setblocking(False)
     except (OSError, OverflowError) as error:
         server.close()
         raise LinkError(f"Cannot listen on TCP {host}:{port} for PX4: {why_not_bound(error)}.") from None
