@@ -21,7 +21,7 @@ TOOLS = {"simulation_tools", "inspection_tools", "cepa", "gridslam"}
 ROOMS = (
     {"errors", "files"},
     {"baselines", "doctor", "graph", "worlds"},
-    {"flight"},
+    {"flight", "preflight"},
     {"results"},
     {"experiment_1", "experiment_2", "experiments_3_4", "trials"},
     {"campaign", "report", "requests"},

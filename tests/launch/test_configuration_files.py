@@ -45,7 +45,7 @@ EXAMPLES = {
     "goal": "10 0 2",
     "bag": "some.bag",
 }
-OPTIONAL = {"mavros"}  # asked for by an argument only, and not in every distribution
+OPTIONAL = {"mavros", "urg_node"}  # asked for by an argument only, and not in every distribution
 
 
 def variants() -> list[tuple[Path, str]]:
@@ -97,6 +97,7 @@ ALGORITHMS = (
     *((f"master_thesis/launch/experiment_{number}", THESIS) for number in (1, 2, 3, 4)),
     ("master_thesis/launch/fly_to_goal", OWN_WORLD),
     ("master_thesis/launch/teleop", OWN_WORLD),
+    ("master_thesis/launch/real", OWN_WORLD),
     ("cepa/launch/cepa", OWN_WORLD),
 )
 

@@ -45,6 +45,13 @@ def test_each_launch_compiles_what_it_flies_with():
     mapping = {*gnss_flight, machine_code.SLAM, machine_code.LOOP_CLOSURE}
     assert parts_of("experiment_4.launch") == mapping
     assert parts_of("experiment_4.launch", gnss="false") == {*mapping, machine_code.ODOMETRY}
+    assert parts_of("real.launch") == {machine_code.DYNAMIC_CEPA}
+    assert parts_of("real.launch", slam="true", gnss="false", algorithm="improved") == {
+        machine_code.THESIS_CEPA,
+        machine_code.SLAM,
+        machine_code.LOOP_CLOSURE,
+        machine_code.ODOMETRY,
+    }
     assert set(machine_code.ALL) >= parts_of("teleop.launch", gnss="false", algorithm="dynamic")
 
 

@@ -34,18 +34,19 @@ ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY)
 """The parts that are compiled one by one: module and function that runs through all kernels of the part."""
 FIRST_FLIGHT = (SIMULATOR, THESIS_CEPA)
 """Those of Experiment 1 with its defaults."""
+NO = ("false", "0")
 EVERY_S = 10.0
 """Between two lines, where no terminal shows them."""
 
 
 def needed_by(asked: Mapping[str, str]) -> tuple[str, ...]:
     """Return the parts that a flight needs, by the arguments of its launch file."""
-    parts = [SIMULATOR]
+    parts = [SIMULATOR] if "world" in asked or "scenario" in asked else []
     if asked.get("avoidance", "cepa") == "cepa":
         parts.append(DYNAMIC_CEPA if asked.get("algorithm") == "dynamic" else THESIS_CEPA)
-    if "slam_config" in asked:
+    if "slam_config" in asked and asked.get("slam", "true").lower() not in NO:
         parts += [SLAM, LOOP_CLOSURE]
-    if asked.get("gnss", "true").lower() in ("false", "0"):
+    if asked.get("gnss", "true").lower() in NO:
         parts.append(ODOMETRY)
     return tuple(parts)
 

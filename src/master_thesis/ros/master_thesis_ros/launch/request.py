@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Callable, Iterator, Mapping, Sequence
+from typing import Callable, Collection, Iterator, Mapping, Sequence
 from xml.etree import ElementTree
 
 from master_thesis.errors import FlightError, MasterThesisError
@@ -22,6 +22,8 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
 from simulation_tools_ros import launch_check
 
+REAL = "real.launch"
+"""Has no simulator whose arguments could be checked."""
 FOLDER = Path(__file__).resolve().parents[3] / "launch"
 
 
@@ -49,7 +51,7 @@ def _name_and_value(word: str) -> tuple[str, str]:
 def prepare(launch: launch_check.Launch) -> None:
     """Check a launch, and compile the kernels that its flight would else wait for; raises as `check`."""
     check(launch)
-    for _, asked in _flights_of(launch):
+    for _, asked in _flights_of(launch, {*_READERS, REAL}):
         machine_code.compile_missing(machine_code.needed_by(asked))
 
 
@@ -60,7 +62,7 @@ def check(launch: launch_check.Launch) -> None:
         MasterThesisError, SimulationToolsError: one sentence.
     """
     launch_check.check(launch)
-    for file, asked in _flights_of(launch):
+    for file, asked in _flights_of(launch, _READERS):
         simulator.check(asked)
         simulator.check_packages(asked, launch_check.find_package)
         _READERS[file.name](asked)
@@ -69,10 +71,10 @@ def check(launch: launch_check.Launch) -> None:
         simulator.check_ports(asked)
 
 
-def _flights_of(launch: launch_check.Launch) -> Iterator[tuple[Path, dict[str, str]]]:
-    """Give the files of this package that the launch starts, each with its arguments."""
+def _flights_of(launch: launch_check.Launch, names: Collection[str]) -> Iterator[tuple[Path, dict[str, str]]]:
+    """Give the files of this package, of these names, that the launch starts, each with its arguments."""
     for file in launch.files:
-        if file.name in _READERS and file.parent == FOLDER and launch.starts:
+        if file.name in names and file.parent == FOLDER and launch.starts:
             yield file, values_of(file, launch.given)
 
 

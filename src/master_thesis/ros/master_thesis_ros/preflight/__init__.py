@@ -1,0 +1,1 @@
+"""Listens to the graph on the bench, before the first take-off of a real UAV."""

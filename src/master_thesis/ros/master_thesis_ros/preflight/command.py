@@ -1,0 +1,95 @@
+"""Checks the graph of a real UAV on the bench, propellers off, before its first take-off.
+
+Without an option it checks all links of the chain while the UAV stands. Then do by hand what --board and
+--turn say. Each check prints one sentence.
+Exit code 0: all are passed; 1: one has failed; 2: none was possible.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Sequence
+
+import rosgraph
+import rospy
+from mavros_msgs.srv import ParamGet
+
+from master_thesis.errors import MasterThesisError
+from master_thesis.preflight import by_hand, standing
+from master_thesis.preflight.verdict import NOT_CHECKED, Verdict, exit_code
+from master_thesis_ros.doctor import live
+from master_thesis_ros.preflight.hearing import answers, views
+
+PARAMETERS = ("COM_OF_LOSS_T",)
+PARAMETER_PATIENCE_S = 3.0
+NEAR_PARAMETER, NEAR_M = "/cepa/r_lb", 0.5
+STANDING_S, BY_HAND_S = 5.0, 30.0
+
+
+def main() -> int:
+    """Check, print the verdicts, and return the exit code."""
+    given = _arguments()
+    try:
+        verdicts = _verdicts(given)
+    except MasterThesisError as error:
+        print(f"preflight: {error}", file=sys.stderr)
+        return NOT_CHECKED
+    for verdict in verdicts:
+        print(verdict, flush=True)
+    return exit_code(verdicts)
+
+
+def _verdicts(given: argparse.Namespace) -> Sequence[Verdict]:
+    if given.board:
+        near_m = float(rosgraph.Master("/preflight").getParam(NEAR_PARAMETER)) if _has_near() else NEAR_M
+        print(
+            f"Hold a board nearer than {near_m:g} m to the lidar, from one side after another ...", flush=True
+        )
+        return [by_hand.board(answers(given.listen or BY_HAND_S), near_m)]
+    if given.turn:
+        print("Turn the UAV by hand, slowly, by a right angle or more, and hold it still ...", flush=True)
+        return [by_hand.turn(*views(given.listen or BY_HAND_S))]
+    graph = live.look(given.listen or STANDING_S)
+    return standing.check(graph, _flight_controllers_parameters())
+
+
+def _has_near() -> bool:
+    try:
+        return bool(rosgraph.Master("/preflight").hasParam(NEAR_PARAMETER))
+    except OSError:
+        return False  # no master; the listener says so
+
+
+def _flight_controllers_parameters() -> dict[str, float]:
+    """Return those of `PARAMETERS` that MAVROS knows."""
+    found: dict[str, float] = {}
+    for name in PARAMETERS:
+        try:
+            rospy.wait_for_service("/mavros/param/get", PARAMETER_PATIENCE_S)
+            reply = rospy.ServiceProxy("/mavros/param/get", ParamGet)(name)
+        except (rospy.ROSException, rospy.ServiceException):
+            continue
+        if reply.success:
+            found[name] = reply.value.real or float(reply.value.integer)
+    return found
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="rosrun master_thesis preflight",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--board", action="store_true", help="hold a board before the lidar: does CEPA give way?"
+    )
+    what.add_argument("--turn", action="store_true", help="turn the UAV by hand: is the lidar mirrored?")
+    parser.add_argument(
+        "--listen", type=float, metavar="SECONDS", help="how long to listen (default 5; by hand 30)"
+    )
+    given = parser.parse_args()
+    if given.listen is not None and not 0.5 <= given.listen <= 600.0:
+        parser.error(f"--listen: give seconds, from 0.5 to 600, not {given.listen:g}")
+    return given

@@ -1,0 +1,46 @@
+"""real.launch and the checks of the bench, beside the simulator in the place of the hardware's drivers."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from master_thesis.graph.free_ports import free_ports
+
+pytestmark = pytest.mark.ros
+
+ROOT = Path(__file__).resolve().parents[2]
+PREFLIGHT = str(ROOT / "devel/lib/master_thesis/preflight")
+HALLWAY = ROOT / "src/master_thesis/worlds/hallway.world"
+BESIDE_WALL = "y:=1.1"
+"""The hallway is 3 m wide, so the left wall is at 0.4 m."""
+PATIENCE_S = 120.0
+
+
+@pytest.mark.timeout(400)
+def test_the_bench_fails_without_our_nodes_passes_with_them_and_gives_way_to_a_board(ros_master):
+    ports = (f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2)))
+    ros_master.start(
+        *["roslaunch", "simulation_tools", "sitl.launch"], f"world:={HALLWAY}", BESIDE_WALL, *ports
+    )
+    said = checked(ros_master, "passed  lidar:", "--listen", "2")
+    assert "failed  avoidance: 0 messages a second on /scan/padded" in said
+    assert "failed  frames: TF does not lead from base_frame to hokuyo." in said
+    ros_master.start("roslaunch", "master_thesis", "real.launch", "lidar:=ust")
+    said = checked(ros_master, "passed  commands:", "--listen", "3")
+    assert "failed" not in said
+    assert "passed  flight controller: MAVROS is connected, the UAV is disarmed" in said
+    said = checked(ros_master, "passed  board:", "--board", "--listen", "3")
+    assert "CEPA gives way to a board to the left." in said
+
+
+def checked(ros_master, wanted: str, *words: str) -> str:
+    """Call preflight until it says what is wanted: the nodes need a while to start."""
+    end_s = time.monotonic() + PATIENCE_S
+    while True:
+        said = ros_master.run(PREFLIGHT, *words, timeout_s=PATIENCE_S).stdout
+        if wanted in said:
+            return said
+        assert time.monotonic() < end_s, said
