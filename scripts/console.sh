@@ -43,11 +43,20 @@ start_step() {
   say "$title ..."
   printf '\n== %s: %s ==\n' "$title" "$*" >"$log_file.$step"
   set -m # in a separate process group, so that an interrupt ends all of it
-  "$@" >>"$log_file.$step" 2>&1 </dev/null &
+  note_code "$log_file.$step.code" "$@" >>"$log_file.$step" 2>&1 </dev/null &
   set +m
   step_titles+=("$title") step_starts+=("$SECONDS") step_children+=("$!") step_folders+=("${growing:-}")
   trap stop_steps EXIT
   trap '[[ ! -t 1 ]] || echo; fail "Interrupted. The next call goes on from here."' INT TERM
+}
+
+# note_code FILE COMMAND...: writes the command's code into the file. The shell forgets the codes of processes that ended
+# long before it waits for them.
+note_code() {
+  local code=0
+  "${@:2}" || code=$?
+  echo "$code" >"$1"
+  return "$code"
 }
 
 # finish_step NUMBER: shows progress until the step ends, adds its output to the log, returns its code
@@ -61,7 +70,9 @@ finish_step() {
     fi
     progress "$elapsed" "$size$(last_line "$log_file.$1")"
   done
-  wait "$child" || code=$?
+  wait "$child" 2>/dev/null || code=$?
+  [[ ! -s $log_file.$1.code ]] || code=$(<"$log_file.$1.code")
+  rm -f "$log_file.$1.code"
   step_children[$1]=
   collect_log "$1"
   [[ ${step_children[*]} == *[0-9]* ]] || trap - EXIT INT TERM
