@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import socket
 import struct
+import threading
+from types import SimpleNamespace
 
 import pytest
 
@@ -11,7 +13,8 @@ pytest.importorskip("rospy", reason="needs ROS")
 
 from rospy.exceptions import TransportTerminated
 
-from node_tools.direct_publisher import DirectConnection
+from node_tools import direct_publisher
+from node_tools.direct_publisher import DirectConnection, DirectPublisher
 
 pytestmark = pytest.mark.ros
 
@@ -122,3 +125,29 @@ def test_what_was_held_back_for_one_that_has_gone_meanwhile_is_no_error(pair):
     transport.close = lambda: None
     with pytest.raises(TransportTerminated):
         holding.flush()
+
+
+class QueuedConnection:
+    """As rospy's: it sends by its own thread."""
+
+
+def test_subscribers_that_connect_while_the_publisher_begins_are_served(monkeypatch):
+    """rospy's publisher takes connections as soon as it is made, before it is changed to send directly."""
+    ours, theirs = socket.socketpair()
+    impl = SimpleNamespace(
+        c_lock=threading.RLock(), connections=[Transport(ours), QueuedConnection()], add_connection=None
+    )
+    monkeypatch.setattr(direct_publisher, "QueuedConnection", QueuedConnection)
+    monkeypatch.setattr(
+        direct_publisher.rospy.Publisher, "__init__", lambda self, *_, **__: setattr(self, "impl", impl)
+    )
+    monkeypatch.setattr(direct_publisher.rospy.Publisher, "__del__", lambda self: None, raising=False)
+    publisher = DirectPublisher("clock", None, queue_size=3, holds=True)
+    publisher.flush()
+    publisher.impl.connections[0].write_data(message(7))
+    reader = Reader(theirs)
+    assert reader.read() == []  # held back
+    publisher.flush()
+    assert reader.read(1) == [7]
+    theirs.close()
+    ours.close()

@@ -17,6 +17,7 @@ from typing import Any
 
 import rospy
 from rospy.exceptions import TransportTerminated
+from rospy.impl.tcpros_pubsub import QueuedConnection
 
 
 class DirectConnection:
@@ -90,9 +91,17 @@ class DirectPublisher(rospy.Publisher):
         add = self.impl.add_connection
         self.impl.queue_size = None  # or rospy would wrap the connection in its own queue
         self.impl.add_connection = lambda connection: add(DirectConnection(connection, queue_size, holds))
+        with self.impl.c_lock:  # a subscriber may have connected before these lines
+            self.impl.connections = [
+                each
+                if isinstance(each, (DirectConnection, QueuedConnection))
+                else DirectConnection(each, queue_size, holds)
+                for each in self.impl.connections
+            ]
 
     def flush(self) -> None:
         """Send every subscriber its waiting messages."""
         for connection in list(self.impl.connections):
             with contextlib.suppress(TransportTerminated):  # rospy drops it at the next message
-                connection.flush()
+                if isinstance(connection, DirectConnection):  # others send by themselves
+                    connection.flush()
