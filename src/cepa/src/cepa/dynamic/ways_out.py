@@ -242,7 +242,7 @@ class WaysOut:
         column, row, *_ = self._place(*motion.position_m[:2])
         n, m = len(slowness), len(self._states)
         rows, columns = ((k + np.arange(n) - n // 2) % m for k in (row, column))
-        is_given_up = self._states[np.ix_(rows, columns, [GIVEN_UP_UNTIL])][:, :, 0] > motion.stamp_s
+        is_given_up = self._states[np.ix_(rows, columns)][:, :, GIVEN_UP_UNTIL] > motion.stamp_s
         least_m = self._p.r_lb - NARROWER_M
         return np.where(np.isinf(slowness) & (distance >= least_m) & ~is_given_up, SLOW_NARROW, slowness)
 
