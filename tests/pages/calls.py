@@ -20,6 +20,8 @@ FILE_ARGUMENTS = {"world", "bag", "mission"}
 """Arguments of launch files that name a file."""
 SUBCOMMANDS = {"test", "bench", "report", "setup"}
 UPSTREAM = {"rqt_reconfigure", "mavros"}
+READERS_OWN = {"my_avoidance", "urg_node"}
+"""The tutorial's package, and the driver of a lidar that only a real UAV has."""
 """Packages that a reader builds from source."""
 UNRUN = {"rqt", "rviz", "rosparam", "rosservice", "rosnode"}
 SERVERS = {"/cepa": ("cepa", "Cepa"), "/position_controller": ("inspection_tools", "PositionController")}
@@ -70,11 +72,10 @@ def launches(call: Call) -> None:
         if name in FILE_ARGUMENTS:
             assert Path(call.folder, value).is_file(), f"{value} is not there"
     if not is_there("mavros"):  # it is built from source; all else of the file is looked at
-        given = [word for word in given if word != "mavros:=real"]
+        given = [word for word in given if word != "mavros:=real" and not word.startswith("fcu_url:=")]
     config = load(found[0], *given)
     assert not config.config_errors
-    # Nodes of one's own (the tutorial's) are made on the page
-    nodes = {(node.package, node.type) for node in config.nodes if node.package != "my_avoidance"}
+    nodes = {(node.package, node.type) for node in config.nodes if node.package not in READERS_OWN}
     assert not {node for node in nodes if not node_exists(*node)}
 
 
