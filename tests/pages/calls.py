@@ -20,9 +20,9 @@ FILE_ARGUMENTS = {"world", "bag", "mission"}
 """Arguments of launch files that name a file."""
 SUBCOMMANDS = {"test", "bench", "report", "setup"}
 UPSTREAM = {"rqt_reconfigure", "mavros"}
+"""Packages that a reader builds from source."""
 READERS_OWN = {"my_avoidance", "urg_node"}
 """The tutorial's package, and the driver of a lidar that only a real UAV has."""
-"""Packages that a reader builds from source."""
 UNRUN = {"rqt", "rviz", "rosparam", "rosservice", "rosnode"}
 SERVERS = {"/cepa": ("cepa", "Cepa"), "/position_controller": ("inspection_tools", "PositionController")}
 """Packages and .cfg files of the nodes that pages tune."""
