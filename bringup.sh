@@ -34,7 +34,6 @@ TEXT
 
 # load_workspace: does `source devel/setup.bash` and gives ROS an address that resolves
 load_workspace() {
-  load_distribution
   set +u
   # shellcheck disable=SC1091
   source devel/setup.bash
@@ -157,7 +156,7 @@ run_report() {
   done
   set_up
   load_workspace
-  exec .venv/bin/python -m master_thesis.report "${arguments[@]}"
+  exec .venv/bin/python -m master_thesis.chapter_8 "${arguments[@]}"
 }
 
 main() {

@@ -16,10 +16,10 @@ import numpy as np
 
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_crossed, trial_options
+from master_thesis.experiment_1.pictures import times_figure
+from master_thesis.experiment_1.pieces import ALGORITHMS
 from master_thesis.experiment_1.scenario_flight import fly_scenario, scenario_parameters
 from master_thesis.files import replace_file
-from master_thesis.report.pieces.experiment_1 import ALGORITHMS
-from master_thesis.report.sections.experiment_1_pictures import times_figure
 from master_thesis.report.thesis import TABLE_8_1_MS
 from master_thesis.results.picture_files import png
 from master_thesis.worlds import scenario as scenarios

@@ -28,7 +28,7 @@ import numpy as np
 from benchmarks.gnss_rows import boxes, corrections, killed, stops
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_all, run_crossed, trial_options
-from master_thesis.experiments_3_4.flight_without_gnss import fly_without_gnss, parameters_without_gnss
+from master_thesis.experiments_3_4.without_gnss.flight import fly_without_gnss, parameters_without_gnss
 from master_thesis.flight.without_gnss import PARTS
 from master_thesis.trials.trial import Trial
 from master_thesis.trials.workers import count

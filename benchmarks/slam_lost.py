@@ -21,7 +21,7 @@ from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_crossed, trial_options
 from gridslam import OccupancyGrid, se2
 from gridslam.session import SlamSession
-from gridslam.tracking.judgement import LOST, TRACKING
+from gridslam.tracking.monitor import LOST, TRACKING
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
@@ -106,12 +106,12 @@ class Start:
             way_m = float(self._way_m[index] - self._way_m[self._first])
             begun_s = time.thread_time()
             participant.on_scan(*self._scans[index])
-            if session.judgement is None or way_m > WAY_M:
+            if session.tracking is None or way_m > WAY_M:
                 break
-            if session.judgement.state == LOST:
+            if session.tracking.state == LOST:
                 run["cpu_s"] += time.thread_time() - begun_s
                 run["lost_m"] = min(run["lost_m"], way_m)
-            elif session.judgement.state == TRACKING and run["lost_m"] < math.inf:
+            elif session.tracking.state == TRACKING and run["lost_m"] < math.inf:
                 assert session.slam is not None
                 error = se2.between(session.slam.base_in_map, self._truth(index))
                 return {**run, "found_m": way_m, "error_m": float(np.hypot(*error[:2]))}

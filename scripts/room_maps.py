@@ -15,7 +15,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = {path.parent.name: path / "how_it_works.md" for path in sorted(ROOT.glob("src/*/doc"))}
-PAGES.update({name: ROOT / f"src/{name}/README.md" for name in ("kernel_cache", "node_tools")})
+PAGES.update(
+    {name: ROOT / f"src/{name}/README.md" for name in ("kernel_cache", "stamp_pairing", "node_tools")}
+)
 """The page of each package that holds its map."""
 BEGIN, END = "<!-- rooms: scripts/room_maps.py writes from here -->\n", "<!-- to here -->"
 BLOCK = re.compile(f"(?<={BEGIN}).*?(?={END})", re.S)

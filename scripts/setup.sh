@@ -5,7 +5,7 @@
 # runs while the others are installed.
 
 : "${root:?is set by bringup.sh}" "${log_file:?is set by bringup.sh}"
-readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs)
+readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs octomap_msgs)
 readonly venv_package=python3-venv not_for_build="# Not for the build"
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
 # Delete the archives (0.3 GB) and their index (50 MB)
@@ -30,7 +30,6 @@ set_up() {
   install_packages "${missing_for_build[@]}"
   start_packages "${missing[@]}"
   check_names
-  load_distribution
   load_underlay
   build_workspace
   finish_packages "${missing[@]}"
@@ -45,11 +44,8 @@ detect_platform() {
   id=$(. /etc/os-release && echo "${ID:-unknown}") version=$(. /etc/os-release && echo "${VERSION_ID:-unknown}")
   platform=$id-$version
   [[ -f scripts/packages/$platform.txt ]] || fail \
-    "This is $id $version; ROS 1 Noetic is supported on Debian 12 and on Ubuntu 20.04 only." \
-    "A container of either does as well, for example: docker run -it -v \"\$PWD\":/ws -w /ws debian:12 ./bringup.sh"
-  [[ $id != ubuntu || -d /opt/ros/noetic ]] || grep -rqsE '/ros(-testing)?/ubuntu' /etc/apt/sources.list{,.d} || fail \
-    "Ubuntu gets ROS from packages.ros.org, which is not among this machine's package sources." \
-    "Add it as on http://wiki.ros.org/noetic/Installation/Ubuntu (1.1 to 1.3), then call again."
+    "This is $id $version; only Debian 12, which carries ROS 1 Noetic, is supported." \
+    "A container does as well, for example: docker run -it -v \"\$PWD\":/ws -w /ws debian:12 ./bringup.sh"
 }
 
 # listed_packages [END]: prints the packages of the list, one per line; those before the line that begins with END
@@ -176,8 +172,7 @@ install_python_packages() {
   # Keep archives until all are installed, so that a call after an interruption does not load them again. If the user
   # already has a cache of pip, they stay there.
   [[ -d ${PIP_CACHE_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/pip} ]] || pip+=(--cache-dir "$root/.venv/.pip")
-  # Ubuntu 20.04's pip 20 cannot read present wheels
-  "${pip[@]}" "pip>=21" && "${pip[@]}" --no-compile -r requirements.txt && rm -rf .venv/.pip
+  "${pip[@]}" --no-compile -r requirements.txt && rm -rf .venv/.pip
 }
 
 # slim_python: deletes 0.5 GB of unused parts of packages: example data, debug symbols, their own tests, and pymavlink's
@@ -216,15 +211,6 @@ compile_kernels() {
 }
 
 # --- the build -------------------------------------------------------------------------------------------------
-
-# load_distribution: loads Ubuntu's ROS from /opt; Debian's is in the system's folders
-load_distribution() {
-  [[ -f /opt/ros/noetic/setup.bash ]] || return 0
-  set +u
-  # shellcheck disable=SC1091
-  source /opt/ros/noetic/setup.bash
-  set -u
-}
 
 # load_underlay: lets the workspaces that this one was built upon count in a new shell, too
 load_underlay() {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import Mapping, Tuple
+from typing import Mapping
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from benchmarks.avoidance_rows.rows import JUDGED
 
 REACHED, GIVEN_UP, CONTACT = "#1f3b73", "#c9cfd8", "#dc2626"
-Flown = Mapping[Tuple[str, float, str], Mapping]
+Flown = Mapping[tuple[str, float, str], Mapping]
 """Metrics (`judging.metrics`) by place, speed in m/s and algorithm."""
 _SMALL = 8
 _LEGEND_IN = 4.6

@@ -12,7 +12,7 @@ from typing import Sequence
 import numpy as np
 
 from gridslam.odometry.warm_up import warm_up_odometry
-from master_thesis.experiments_3_4.flight_without_gnss import parameters_without_gnss
+from master_thesis.experiments_3_4.without_gnss.flight import parameters_without_gnss
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.worlds.placements import Obstacle, varied

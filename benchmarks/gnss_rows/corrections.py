@@ -15,7 +15,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.odometry.warm_up import warm_up_odometry
 from gridslam.warm_up import warm_up
-from master_thesis.experiments_3_4.flight_without_gnss import SlamPose, parameters_without_gnss
+from master_thesis.experiments_3_4.without_gnss.flight import SlamPose, parameters_without_gnss
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.flight.without_gnss import SLAM, Outage

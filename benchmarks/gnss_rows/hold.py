@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from gridslam.odometry.warm_up import warm_up_odometry
 from gridslam.warm_up import warm_up
-from master_thesis.experiments_3_4.flight_without_gnss import SlamPose, parameters_without_gnss
+from master_thesis.experiments_3_4.without_gnss.flight import SlamPose, parameters_without_gnss
 from master_thesis.flight.closed_loop import ClosedLoop
 
 WORLD = "hold"

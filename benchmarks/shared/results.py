@@ -10,7 +10,7 @@ import fcntl
 import json
 import os
 import time
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Iterable, Sequence
 
@@ -49,7 +49,7 @@ class Results:
         if kind is not None:
             return
         run = {
-            "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            "date": datetime.now(UTC).isoformat(timespec="seconds"),
             "commit": commit(ROOT),
             "duration_s": round(time.perf_counter() - self._started, 1),
             "load_before": self._load,

@@ -19,7 +19,7 @@ from benchmarks.shared.flights import Question
 from benchmarks.shared.forked import in_a_copy
 from benchmarks.simulator import real_px4
 from cepa import CepaParameters, Improved, LaserScan2D
-from master_thesis.experiments_3_4.flight_without_gnss import distances
+from master_thesis.experiments_3_4.without_gnss.flight import distances
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -106,7 +106,7 @@ def test_the_px4_benchmark_complains_of_what_is_more_than_ten_per_cent_off():
     assert complaints(float("nan"), 0.0, 1.2, 1.4) == ["up and down: rise_s is nan, PX4's 1"]
 
 
-def test_the_graphs_latency_is_that_of_a_flight_in_real_time_without_lockstep(monkeypatch):
+def test_the_graphs_latency_is_of_a_real_time_flight_without_lockstep(monkeypatch):
     """DESIGN: wall time from scan to setpoint, at real-time factor 1 without lockstep."""
     flown = []
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 
@@ -12,7 +12,7 @@ def imports(path: Path) -> set[str]:
     return {name.split(".")[0] for name in dotted_imports(path)}
 
 
-@lru_cache(maxsize=None)
+@cache
 def dotted_imports(path: Path) -> frozenset[str]:
     """Return the full names of all that a file imports: modules, and what is taken from them."""
     names: set[str] = set()

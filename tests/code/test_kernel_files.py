@@ -61,7 +61,7 @@ for package in sys.argv[1:]:
 """
 
 
-def test_every_kernel_is_called_by_the_warm_up_and_all_that_it_uses_is_among_its_sources():
+def test_the_warm_up_calls_every_kernel_and_sources_hold_all_it_uses():
     """Or it would be compiled in flight, or fly with the code of older sources."""
     paths = os.pathsep.join(str(path) for path in ROOT.glob("src/*/src"))
     command = [sys.executable, "-c", LOOK, *PACKAGES]

@@ -23,8 +23,10 @@ ROOMS = (
     {"baselines", "doctor", "graph", "worlds"},
     {"flight", "preflight"},
     {"results"},
-    {"experiment_1", "experiment_2", "experiments_3_4", "trials"},
-    {"campaign", "report", "requests"},
+    {"launch_arguments", "trials"},
+    {"report"},
+    {"experiment_1", "experiment_2", "experiments_3_4", "measurements"},
+    {"campaign", "chapter_8"},
 )
 """The floors of master_thesis's library, the lowest first."""
 ROS = re.compile(

@@ -72,7 +72,6 @@ BY_REQUIREMENTS |= {"pymavlink", "trimesh"}
 """Python modules that rosdep does not know; requirements.txt has them."""
 
 
-@pytest.mark.skipif(sys.version_info < (3, 10), reason="Python names its standard library from 3.10 on")
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
 def test_every_import_is_declared(package):
     declared = set(re.findall(r"<(?:\w+_)?depend>([^<]+)<", (package / "package.xml").read_text()))

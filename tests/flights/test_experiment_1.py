@@ -88,7 +88,7 @@ def test_experiment_1_leaves_series_and_pictures(twins):
     assert 0.0 < truth["z_m"][-1] < 0.3
 
 
-def test_a_flight_that_ends_well_tells_its_figures_once_and_warns_of_nothing(twins):
+def test_a_good_flight_tells_its_figures_once_and_warns_of_nothing(twins):
     said = twins[0].said
     assert said.count("flight time") == 1
     for words in ("REQUIRED", "[WARN]", "[ERROR]", "PARAMETERS", "rosdep", "escalating", "Traceback"):

@@ -23,7 +23,7 @@ def launch(processes, tmp_path):
     return run
 
 
-def test_obstacles_appear_while_time_stands_still_and_the_original_flies_into_one(launch):
+def test_obstacles_appear_in_stopped_time_and_the_original_hits_one(launch):
     """As fast as the machine can, in lockstep: the flight is the same on every machine."""
     said, folder = launch(
         scenario="wall_three_columns",

@@ -45,9 +45,6 @@ def test_ros_scripts_run_where_another_python_is_first(tmp_path):
     assert "Traceback" not in run.stderr
 
 
-@pytest.mark.skipif(
-    Path("/opt/ros/noetic").exists(), reason="Ubuntu's python3 knows ROS after its own setup only"
-)
 def test_a_python_that_knows_ros_stays_first(tmp_path):
     own = python_in(tmp_path / "own", "")
     assert sourced("command -v python3", own).stdout.strip() == str(own / "python3")
@@ -81,7 +78,7 @@ def test_nodes_run_on_the_interpreter_that_says_so():
 
 
 @pytest.mark.timeout(SETUP_PATIENCE_S + 240.0)
-def test_bringup_takes_a_world_s_path_as_the_caller_means_it_and_refuses_before_it_flies(processes, tmp_path):
+def test_bringup_takes_a_worlds_path_from_the_callers_folder(processes, tmp_path):
     folder = tmp_path / "a folder"
     folder.mkdir()
     (folder / "broken.world").write_text('<?xml version="1.0"?>\n<sdf version="1.6"><world')

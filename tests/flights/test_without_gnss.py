@@ -20,7 +20,7 @@ def subscribers(processes) -> dict[str, set[str]]:
     return {topic: set(nodes) for topic, nodes in subscribed}
 
 
-def test_it_flies_without_the_truth_and_lands_where_it_started_when_its_time_is_over(processes, tmp_path):
+def test_it_flies_without_the_truth_and_lands_where_it_started(processes, tmp_path):
     # Given Experiment 3 without GNSS, whose mission ends after a few seconds
     args = {"gnss": "false", "lockstep": "true", "real_time_factor": "0", "headless": "true", "duration": "5"}
     flight = Flight(processes, tmp_path, "experiment_3.launch", **args)

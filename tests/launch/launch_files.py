@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from unittest import mock
 
@@ -15,7 +15,7 @@ _LOADER = roslaunch.loader.Loader
 _PARAM_VALUE = _LOADER.param_value
 
 
-@lru_cache(maxsize=None)
+@cache
 def _param_value(*given: object) -> object:
     return _PARAM_VALUE(None, *given)
 
@@ -33,7 +33,7 @@ def load(path: str | Path, *given: str) -> roslaunch.config.ROSLaunchConfig:
             raise AssertionError(f"{path} {given}: {error}") from None
 
 
-@lru_cache(maxsize=None)
+@cache
 def node_exists(package: str, node: str) -> bool:
     """Return whether ROS finds the program of a node."""
     return bool(roslib.packages.find_node(package, node))

@@ -103,7 +103,7 @@ ALGORITHMS = (
 
 
 @pytest.mark.parametrize(("file", "algorithm"), ALGORITHMS)
-def test_own_worlds_are_flown_by_the_safe_algorithm_and_the_thesis_by_its_own(file, algorithm):
+def test_own_worlds_are_flown_by_the_safe_algorithm_not_the_thesiss(file, algorithm):
     defaults = {arg.get("name"): arg.get("default") for arg in arguments(ROOT / f"src/{file}.launch")}
     assert defaults["algorithm"] == algorithm
 

@@ -107,6 +107,32 @@ REFUSED = {
         ["starting_map:=map.yaml"],
         "give one, for example starting_map:=$PWD/map",
     ),
+    "real algorithm": ("real", ["algorithm:=best"], "There is no algorithm 'best'; choose algorithm:="),
+    "real height": ("real", ["hover_height:=-1"], "'-1' is no hover_height; give a number from 0.5 to 20."),
+    "real clearance": ("real", ["ground_clearance:=-1"], "'-1' is no ground_clearance; give a number from"),
+    "real hover": (
+        "real",
+        ["hover_height:=1", "ground_clearance:=1.2"],
+        "would hover at 1 m, and its origin is at 1.2 m on the ground; give a greater hover_height.",
+    ),
+    "real speed": ("real", ["speed:=20"], "'20' is no speed; give a number from 0.05 to 15."),
+    "real system": ("real", ["tgt_system:=0"], "'0' is no tgt_system; give a whole number from 1 to 255."),
+    "real address": ("real", ["lidar_ip:=10.0.0.300"], "'10.0.0.300' is no lidar_ip; give the Hokuyo's"),
+    "real port": ("real", ["lidar_ip:=/dev/ttyACM0"], "'/dev/ttyACM0' is no lidar_ip; give the Hokuyo's"),
+    "real topic": ("real", ["range_finder:=two words"], "'two words' is no range_finder; give a topic,"),
+    "real model": ("real", ["model:=/no.sdf"], "/no.sdf"),
+    "real lidar": ("real", ["lidar:=sonar"], 'There is no lidar "sonar"; choose one of'),
+    "real switch": ("real", ["fly:=yes"], "'yes' is no fly; give fly:=true or fly:=false."),
+    "real CEPA": (
+        "real",
+        ["cepa_config:=/no.yaml"],
+        "CEPA's parameters /no.yaml cannot be read: No such file or directory; give a YAML file of CEPA's",
+    ),
+    "real SLAM": (
+        "real",
+        ["slam:=true", "slam_config:=/no.yaml"],
+        "SLAM's parameters /no.yaml cannot be read",
+    ),
     "results": ("experiment_1", [f"results:={__file__}"], "is a file; choose a folder for the results"),
     "closed": ("experiment_1", ["results:=/proc/results"], "/proc may not be written to; choose another"),
 }
@@ -149,6 +175,29 @@ def test_parameters_that_gridslam_refuses_are_refused_before_the_flight(tmp_path
     said = capsys.readouterr().err
     assert str(path) in said
     assert sentence in said
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("r_ubb: 1.5", "There is no parameter r_ubb; did you mean r_ub?"),
+        ("r_lb: -1", "r_lb must be"),
+        ("r_lb: 1e-1", "write r_lb: 1.0e-1, with a point"),
+        ("r_lb: 2.0", "r_lb must be less than r_ub"),
+    ],
+)
+def test_a_real_uavs_parameters_that_cepa_refuses_are_refused(tmp_path, capsys, content, sentence):
+    path = tmp_path / "own.yaml"
+    path.write_text(content)
+    assert request.main([str(LAUNCH / "real.launch"), f"cepa_config:={path}"]) == 1
+    said = capsys.readouterr().err
+    assert f"CEPA cannot fly with cepa_config:={path}: " in said
+    assert sentence in said
+
+
+@pytest.mark.parametrize("words", [["lidar_ip:=192.168.0.10"], ["lidar_ip:=hokuyo.local", "slam:=true"]])
+def test_a_real_uav_with_a_lidar_of_its_own_is_flown(words, capsys):
+    assert request.main([str(LAUNCH / "real.launch"), *words]) == 0, capsys.readouterr().err
 
 
 @pytest.mark.parametrize("path", sorted(LAUNCH.glob("*.launch")), ids=lambda path: path.stem)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 
@@ -20,7 +21,7 @@ PATIENCE_S = 120.0
 
 
 @pytest.mark.timeout(400)
-def test_the_bench_fails_without_our_nodes_passes_with_them_and_gives_way_to_a_board(ros_master):
+def test_the_bench_passes_with_our_nodes_and_gives_way_to_a_board(ros_master):
     ports = (f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2)))
     ros_master.start(
         *["roslaunch", "simulation_tools", "sitl.launch"], f"world:={HALLWAY}", BESIDE_WALL, *ports
@@ -34,6 +35,39 @@ def test_the_bench_fails_without_our_nodes_passes_with_them_and_gives_way_to_a_b
     assert "passed  flight controller: MAVROS is connected, the UAV is disarmed" in said
     said = checked(ros_master, "passed  board:", "--board", "--listen", "3")
     assert "CEPA gives way to a board to the left." in said
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        (["90"], "passed  turn: odometry and the lidar's view turned by the same 90 degrees."),
+        (["-120"], "passed  turn: odometry and the lidar's view turned by the same -120 degrees."),
+        (["90", "mirrored"], "failed  turn: odometry turned by 90 degrees, the view by -90. -> Do not fly."),
+        (["20"], "failed  turn: odometry's heading changed by 20 degrees only. -> Turn the UAV by hand"),
+    ],
+    ids=["to the left", "to the right", "mirrored", "too little"],
+)
+def test_a_turn_by_hand(ros_master, words, wanted):
+    ros_master.start(sys.executable, str(Path(__file__).with_name("turning_uav.py")), *words)
+    checked(ros_master, wanted, "--turn", "--listen", "4")
+
+
+@pytest.mark.parametrize(
+    ("check", "silent"),
+    [
+        ("--board", "/scan and /UAV/vel_setpoint/safe/body"),
+        ("--turn", "/scan and /UAV/odometry"),
+    ],
+)
+def test_without_drivers_the_missing_topics_are_named(ros_master, check, silent):
+    run = ros_master.run(PREFLIGHT, check, "--listen", "0.5", timeout_s=PATIENCE_S)
+    assert f"preflight: Nothing came on {silent} in 0.5 s. Let all other checks pass first: " in run.stdout
+    assert run.returncode == 2
+
+
+def test_a_board_without_cepa_names_its_commands(ros_master):
+    ros_master.start(sys.executable, str(Path(__file__).with_name("turning_uav.py")), "90")
+    checked(ros_master, "Nothing came on /UAV/vel_setpoint/safe/body in 2 s.", "--board", "--listen", "2")
 
 
 def checked(ros_master, wanted: str, *words: str) -> str:

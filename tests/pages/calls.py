@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import re
 import subprocess
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -79,7 +79,7 @@ def launches(call: Call) -> None:
     assert not {node for node in nodes if not node_exists(*node)}
 
 
-@lru_cache(maxsize=None)
+@cache
 def arguments_of(file: str) -> frozenset[str]:
     return frozenset(arg.get("name") for arg in ElementTree.parse(file).getroot().findall("arg"))
 
@@ -114,13 +114,13 @@ def knows_options(words, options) -> None:
         assert re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", text), f"{words[1]} knows no {option}"
 
 
-@lru_cache(maxsize=None)
+@cache
 def is_there(package: str) -> bool:
     """Whether ROS finds a package."""
     return subprocess.run(["rospack", "find", package], capture_output=True).returncode == 0
 
 
-@lru_cache(maxsize=None)
+@cache
 def help_of(*words: str) -> str:
     done = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
@@ -139,7 +139,7 @@ def tunes(words) -> None:
             assert module.min[name] <= float(value) <= module.max[name], f"{name} {value}"
 
 
-@lru_cache(maxsize=None)
+@cache
 def generated(package: str, config: str):
     """The module that a .cfg became; by its path, since other tests import the package from its source."""
     place = ROOT / "devel/lib/python3/dist-packages" / package / "cfg" / f"{config}Config.py"

@@ -18,6 +18,7 @@ x, y, yaw, roll, pitch, height, stamp = 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 1.0
 lidar_in_base = ((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0))
 """
 PYTHON = {
+    "src/stamp_pairing/README.md": ("", "paired.fresh('reference', 500_000_000, None) == (1.5, 0.0)"),
     "src/cepa/README.md": (GIVEN, "decision.velocity_xy != (0.0, 0.0)"),
     "src/gridslam/README.md": (GIVEN + POSE, "update is not None"),
     "src/inspection_tools/README.md": (

@@ -19,10 +19,10 @@ import plain_cepa as reference  # noqa: E402
 from planar_flight import BODY_RADIUS_M, SCAN_EVERY, STEP_S, Scene, Uav, fly, to_goal  # noqa: E402
 
 from cepa import SLOW_DETOURS, CepaParameters, Dynamic, Improved, LaserScan2D, LidarAttitude, levelled, view  # noqa: E402
-from cepa.emergency import open_sections  # noqa: E402
-from cepa.kernels.emergency import safe_directions  # noqa: E402
 from cepa.levelling import needed_sight  # noqa: E402
 from cepa.scan import Grid  # noqa: E402
+from cepa.thesis.emergency import open_sections  # noqa: E402
+from cepa.thesis.kernels.emergency import safe_directions  # noqa: E402
 
 PARAMETERS = CepaParameters(speed_fractions=SLOW_DETOURS)
 INNER, OUTER, SCAN, REFERENCE, OUTPUT = "#e8711a", "#2b8cbe", "#404040", "#3b6fd4", "#c99700"

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from cepa.algorithm import REFERENCE_INCREMENT_RAD, normal_form
-from cepa.cushion import emergency_edge, improved_cushion, original_cushion, stopping_distance
 from cepa.decision import Vector2
-from cepa.kernels.emergency import ALONGSIDE_M
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
+from cepa.thesis.cushion import emergency_edge, improved_cushion, original_cushion, stopping_distance
+from cepa.thesis.kernels.emergency import ALONGSIDE_M
 
 
 def improved_costs(

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cepa import Cloud, Decision, Dynamic, LaserScan2D, Motion
+from cepa.dynamic.kernels.response import fly
 from cepa.dynamic.observer import response_of
-from cepa.kernels.rollout import fly
 
 RANGE_MIN_M, RANGE_MAX_M = 0.5, 30.0
 CHANNELS_RAD = np.radians(np.arange(-15.0, 15.1, 2.0))

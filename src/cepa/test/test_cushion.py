@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cepa import view
-from cepa.cushion import improved_cushion, original_cushion
 from cepa.scan import Grid
+from cepa.thesis.cushion import improved_cushion, original_cushion
 
 DEGREE = math.pi / 180.0
 

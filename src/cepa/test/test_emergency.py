@@ -11,9 +11,9 @@ from planar_flight import Scene, turn
 from random_scans import full_turn, recipes, velocities
 
 from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason
-from cepa.emergency import Section, open_sections
-from cepa.kernels.emergency import direction_is_safe, k_filter, safe_directions
 from cepa.scan import Grid
+from cepa.thesis.emergency import Section, open_sections
+from cepa.thesis.kernels.emergency import direction_is_safe, k_filter, safe_directions
 
 EXAMPLES = settings(max_examples=60, deadline=None)
 TURN = 2.0 * math.pi

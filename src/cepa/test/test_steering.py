@@ -13,9 +13,9 @@ from random_scans import full_turn, parameter_sets, recipes, velocities
 
 from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
-from cepa.cushion import improved_cushion, original_cushion
-from cepa.kernels.improved import _across_the_seam, valid_directions
 from cepa.scan import Grid
+from cepa.thesis.cushion import improved_cushion, original_cushion
+from cepa.thesis.kernels.valid_directions import _across_the_seam, valid_directions
 
 EXAMPLES = settings(max_examples=150, deadline=None)
 TURN = 2.0 * math.pi

@@ -13,9 +13,9 @@ from random_scans import full_turn, recipes, velocities
 
 from cepa import CepaParameters, Improved, LaserScan2D, Original, ParameterError, Reason, view
 from cepa.algorithm import GREATEST_SPEED_M_S, normal_form
-from cepa.cushion import emergency_edge, stopping_distance
-from cepa.emergency import edges
 from cepa.scan import Grid
+from cepa.thesis.cushion import emergency_edge, stopping_distance
+from cepa.thesis.emergency import edges
 
 EXAMPLES = settings(max_examples=60, deadline=None)
 TURN = 2.0 * math.pi

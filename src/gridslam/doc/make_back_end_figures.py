@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 
@@ -19,10 +20,13 @@ from planar_world import URG, Drift, along, drive, hold, rectangle_route  # noqa
 
 from gridslam import SlamParameters, se2  # noqa: E402
 from gridslam.evaluation import draw_map_error, map_error, poses_at  # noqa: E402
-from gridslam.filter.particle_filter import GridSlam  # noqa: E402
-from gridslam.loop_closure import LoopCloser, LoopClosureParameters  # noqa: E402
-from gridslam.loop_closure.chain import Chain  # noqa: E402
-from gridslam.loop_closure.pose_graph import ShortestWays  # noqa: E402
+from gridslam.filter.grid_slam import GridSlam  # noqa: E402
+from gridslam.loop_closure import LoopClosureParameters  # noqa: E402
+from gridslam.loop_closure.closer import LoopCloser  # noqa: E402
+from gridslam.loop_closure.correction import Correction  # noqa: E402
+from gridslam.loop_closure.local_maps.stretches import LocalMaps  # noqa: E402
+from gridslam.loop_closure.path.measured_path import MeasuredPath  # noqa: E402
+from gridslam.loop_closure.path.way_uncertainty import way_covariances  # noqa: E402
 
 SEED = 4
 FILTER = {"linearUpdate": 0.3, "angularUpdate": 0.2, "srr": 0.05, "srt": 0.05, "str": 0.05, "stt": 0.05}
@@ -52,11 +56,20 @@ def fly(log, parameters: LoopClosureParameters):
     )
     closer = LoopCloser(parameters)
     for scan, odometry in zip(log.scans, log.odometry):
-        closer.take(slam, scan.stamp_s)
+        correct(slam, closer.take(scan.stamp_s))
         if slam.process(scan, odometry) is not None:
-            closer.update(slam, odometry)
-    closer.finish(slam)
+            closer.add_node(scan.stamp_s, odometry)
+            if closer.is_search_due:
+                closer.search(slam.snapshot())
+    correct(slam, closer.take(math.inf))
+    correct(slam, closer.finish(slam.snapshot()))
     return slam, closer
+
+
+def correct(slam: GridSlam, correction: Correction | None) -> None:
+    """Let the filter take over a correction, if there is one."""
+    if correction is not None:
+        slam.correct(correction)
 
 
 def draw_loop_closure(log, before: GridSlam, after: GridSlam, closer: LoopCloser):
@@ -84,12 +97,12 @@ def draw_loop_closure(log, before: GridSlam, after: GridSlam, closer: LoopCloser
 
 def _draw_surface(ax, slam: GridSlam) -> None:
     parameters = LoopClosureParameters()
-    chain, trajectory = Chain(parameters), slam.trajectory()
-    poses = trajectory.poses_in_map
-    chain.follow(trajectory.stamps_s, poses, slam.processed_scans(), poses)
-    last, stretch = len(chain) - 1, parameters.stretch_m
-    first_map, last_map = chain.local_map(0, stretch, stretch), chain.local_map(last, stretch, 0.0)
-    x, y, yaw = se2.between(chain.poses[0], chain.poses[last])
+    maps, snapshot = LocalMaps(parameters), slam.snapshot()
+    maps.extend(snapshot.scans)
+    path = MeasuredPath.empty().followed(snapshot, maps.informations, parameters)
+    last = len(path) - 1
+    first_map, last_map = maps.around(path, 0), maps.around(path, last)
+    x, y, yaw = se2.between(path.poses[0], path.poses[last])
     along_m, across_m = x + np.arange(-4.5, 4.6, 0.1), y + np.arange(-2.5, 2.6, 0.1)
     scores = [
         [
@@ -99,7 +112,7 @@ def _draw_surface(ax, slam: GridSlam) -> None:
         for v in across_m
     ]
     drawn = ax.pcolormesh(along_m, across_m, scores, cmap="gray_r", vmin=0.0, vmax=1.0, shading="nearest")
-    uncertainty = ShortestWays(chain, [], last, parameters.drift_share).covariances[0]
+    uncertainty = way_covariances(path, path.covariances, [], last, parameters.drift_share)[0]
     reach_m = parameters.window_sigmas * np.sqrt(np.linalg.eigvalsh(uncertainty[:2, :2])[-1])
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
     ax.plot(*((x, y) + reach_m * corners).T, color=BEFORE, lw=1.5, label="window: 3 sigma of the path")

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from gridslam.kernels.correlation import CLASHES, FITS
-from gridslam.loop_closure.local_map import LocalMap
+from gridslam.loop_closure.local_maps.local_map import LocalMap
 
 
 def score(reference: LocalMap, query: LocalMap, pose, overlap_min: float) -> float:

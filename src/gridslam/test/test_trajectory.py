@@ -26,7 +26,7 @@ def test_paths_equal_plain_copies(history):
         copies = [[*path, pose] for path, pose in zip(copies, poses)]
         tree.resample(chosen)
         copies = [list(copies[parent]) for parent in chosen]
-    again = TrajectoryTree.from_arrays(**tree.to_arrays())
+    again = TrajectoryTree.from_state(tree.state())
     for particle, path in enumerate(copies):
         np.testing.assert_array_equal(tree.path(particle), path)
         np.testing.assert_array_equal(again.path(particle), path)
@@ -40,7 +40,7 @@ def test_branches_without_particles_are_forgotten():
         tree.resample(np.zeros(30, int))
     gc.collect()
     alive = sum(isinstance(thing, Node) for thing in gc.get_objects())
-    assert len(tree.to_arrays()["node_poses"]) == 100
+    assert len(tree.state().node_poses) == 100
     assert alive <= 100 + 30
 
 

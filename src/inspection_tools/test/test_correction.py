@@ -33,7 +33,7 @@ def test_the_first_correction_counts_at_once_as_a_rigid_transform():
     assert yaw == pytest.approx(yaw_of(multiply(turn, about_z(3.0))))
 
 
-def test_a_correction_moves_the_pose_at_the_limited_speed_and_counts_in_the_end():
+def test_a_correction_moves_the_pose_at_the_limited_speed_to_its_end():
     correction = SlowCorrection(CorrectionParameters(correction_speed=0.15, correction_turn_rate=0.08))
     pose = ((5.0, 1.0, 2.0), 0.2)
     before, _ = correction.apply(0.0, pose, *NONE)
@@ -70,7 +70,7 @@ def test_a_loop_closure_moves_the_goal_and_never_steps_the_velocity(goal_m):
     assert position == pytest.approx(goal_m, abs=0.05)
 
 
-def test_a_clock_that_jumps_back_and_a_speed_of_zero_take_the_correction_at_once():
+def test_a_jump_of_the_clock_or_zero_speed_takes_the_correction_at_once():
     correction = SlowCorrection()
     correction.apply(10.0, ((0.0, 0.0, 0.0), 0.0), *NONE)
     shift = ((3.0, 0.0, 0.0), about_z(0.0))

@@ -50,7 +50,7 @@ def test_who_leaves_before_the_time_begins_to_hold_anew():
     assert mission.update(3.6, B.position_m).done
 
 
-def test_a_clock_that_jumps_back_starts_the_hold_anew_and_keeps_what_is_done():
+def test_a_clock_that_jumps_back_starts_only_the_hold_anew():
     mission = Mission([A, B])
     mission.update(100.0, A.position_m)
     mission.update(101.0, B.position_m)
@@ -103,7 +103,7 @@ def test_an_arrow_at_each_waypoint_points_on_to_the_next():
     assert headings_shown(square) == pytest.approx([0.0, math.pi / 2, math.pi, math.pi])
 
 
-def test_an_arrow_keeps_its_way_where_the_next_place_lies_above_and_its_yaw_where_it_has_one():
+def test_an_arrow_points_on_below_a_waypoint_and_has_the_yaw_that_is_set():
     climb = [
         Waypoint((0, 0, 1)),
         Waypoint((0, -2, 1)),
@@ -141,7 +141,7 @@ def test_the_way_home_is_the_shorter_one_along_the_legs(reached, expected):
     assert home[-1].tolerance_m == Waypoint.tolerance_m
 
 
-def test_without_a_waypoint_at_the_start_the_way_home_leads_all_the_way_back():
+def test_without_a_waypoint_at_the_start_the_way_home_is_the_whole_way():
     line = [Waypoint((x, 0.0, z)) for x, z in ((2.0, 1.5), (4.0, 2.0), (9.0, 2.5))]
     assert places(way_home(line, 2, (0.0, 0.0, 0.0))) == [(4.0, 0.0, 2.0), (2.0, 0.0, 1.5), (0.0, 0.0, 1.5)]
 

@@ -60,7 +60,7 @@ def warm_up_module(tmp_path, monkeypatch):
         del sys.modules[name]
 
 
-def test_kernels_behind_classes_and_inlined_functions_count_and_others_do_not(warm_up_module):
+def test_kernels_behind_classes_and_inlined_functions_count(warm_up_module):
     assert len(Kernels(warm_up_module.warm_up)) == 2  # entry, and called through inlined
     assert len(Kernels(warm_up_module.warm_up_other)) == 1
     assert len(Kernels(warm_up_module.warm_up, warm_up_module.warm_up_other)) == 3

@@ -63,7 +63,7 @@ class Reader:
         while count is None or len(numbers) < count:
             try:
                 self._data += self._socket.recv(65536)
-            except socket.timeout:
+            except TimeoutError:
                 break
             while len(self._data) >= 8 and len(self._data) >= 4 + struct.unpack_from("<I", self._data)[0]:
                 size, number = struct.unpack_from("<II", self._data)

@@ -95,7 +95,7 @@ leave(3, lambda: print("closed"))
     assert seconds < PATIENCE_S
 
 
-def test_a_main_thread_may_take_its_time_and_then_leave_the_rest_to_the_signal():
+def test_a_main_thread_may_first_take_its_time_then_leave_it_to_the_signal():
     body = """
 ending.main_thread_closes(within_s=None)
 while not ending.wait(0.1):
@@ -160,7 +160,7 @@ def test_nothing_that_hangs_is_waited_for_long(body):
 
 @pytest.mark.ros
 @pytest.mark.parametrize("after_s", [0.0, 0.4, 1.0])
-def test_a_node_interrupted_while_it_starts_is_gone_at_once_without_a_traceback(after_s):
+def test_a_node_interrupted_at_its_start_ends_without_a_traceback(after_s):
     """All at the same time: none waits for another."""
     pytest.importorskip("rospy")
     nobodys = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:1"}  # a user's own graph has the usual one
@@ -196,7 +196,7 @@ def test_no_node_says_that_rosdep_was_never_initialised(tmp_path):
     assert said("import node_tools.ending; import dynamic_reconfigure.server") == ""
 
 
-def test_python_looks_for_garbage_seldom_while_it_imports_and_never_in_what_it_imported():
+def test_garbage_is_collected_seldom_during_imports_and_not_in_them():
     code = (
         "import gc\n"
         "usual = gc.get_threshold()\n"

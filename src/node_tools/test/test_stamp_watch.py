@@ -67,7 +67,7 @@ def test_before_the_first_clock_every_stamp_is_taken(watch):
     assert not is_ahead(watch, 1.8e9 + 0.025)
 
 
-def test_a_bag_that_is_played_while_the_clock_of_an_ended_simulation_stands_still(watch, clocks):
+def test_a_bag_played_while_an_ended_simulations_clock_stands_still(watch, clocks):
     clocks.set(49.975)
     is_ahead(watch, 49.975)
     clocks.set(50.0)

@@ -16,7 +16,7 @@ from std_msgs.msg import Header
 
 from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
-from cepa.dynamic.view import Report, View
+from cepa.dynamic.report import Report, View
 from cepa.steering.own_motion import OwnState
 from node_tools.conversions import xyz, xyzw
 

@@ -11,7 +11,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from cepa.decision import Vector2
-from cepa.dynamic.view import View
+from cepa.dynamic.report import View
 
 REFERENCE, OUTPUT, OWN = "v_ref", "v_out", "v_uav"
 ORIGINAL, IMPROVED = "emergency original", "emergency improved"

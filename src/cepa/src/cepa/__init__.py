@@ -14,13 +14,13 @@ from cepa.errors import (
     ScanError,
     VelocityError,
 )
-from cepa.improved import Improved
 from cepa.levelling import LidarAttitude, levelled
 from cepa.motion import Cloud, Motion, Ranging
-from cepa.original import Original
 from cepa.parameters import SLOW_DETOURS, CepaParameters
 from cepa.scan import LaserScan2D
 from cepa.steering.loop import SteeringLoop
+from cepa.thesis.improved import Improved
+from cepa.thesis.original import Original
 
 ALGORITHMS: dict[str, type[Algorithm]] = {"improved": Improved, "original": Original, "dynamic": Dynamic}
 """The algorithms by the names that launch files use."""

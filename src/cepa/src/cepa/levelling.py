@@ -14,10 +14,10 @@ from typing import Sequence, Tuple
 
 import numpy as np
 
-from cepa.cushion import stopping_distance
 from cepa.errors import AttitudeError
 from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
+from cepa.thesis.cushion import stopping_distance
 
 Vector3 = Tuple[float, float, float]
 

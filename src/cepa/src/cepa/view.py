@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from cepa.cushion import emergency_edge, improved_cushion, original_cushion, stopping_distance
 from cepa.decision import Vector2
-from cepa.emergency import edges
-from cepa.kernels.emergency import k_filter
-from cepa.kernels.improved import valid_directions
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid
+from cepa.thesis.cushion import emergency_edge, improved_cushion, original_cushion, stopping_distance
+from cepa.thesis.emergency import edges
+from cepa.thesis.kernels.emergency import k_filter
+from cepa.thesis.kernels.valid_directions import valid_directions
 
 OUTLINE_POINTS = 181
 STRIP_M = 0.04

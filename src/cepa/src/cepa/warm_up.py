@@ -10,15 +10,15 @@ import time
 
 import numpy as np
 
+from cepa.dynamic.cost_to_go.kernels.ways import cross_section
 from cepa.dynamic.dynamic import Dynamic
-from cepa.dynamic.lookout import Seen
-from cepa.dynamic.movers import Movers
-from cepa.improved import Improved
-from cepa.kernels.field import cross_section
+from cepa.dynamic.free_space.free_ranges import FreeRanges
+from cepa.dynamic.obstacle_tracks.tracker import ObstacleTracker
 from cepa.motion import Cloud, Motion
-from cepa.original import Original
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
+from cepa.thesis.improved import Improved
+from cepa.thesis.original import Original
 
 WALL_M, TRAP_M, OPEN_M = 1.0, 0.4, math.inf
 WALK = 3
@@ -49,11 +49,11 @@ def warm_up_dynamic() -> float:
         motion = Motion(stamp_s, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
         climbing.steer(_wall_ahead(WALL_M), (1.0, 0.1), (1.0, 0.0), motion, cloud)
     cross_section(np.ones((9, 9)), np.ones((9, 9)), 1.0, 2.0, np.empty((9, 2), np.int64))
-    seen = Seen(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1, 1.0), (0.0, 0.0, 0.0, 1.0), 1.0)
-    movers, side = Movers(), np.array((0.0, 0.1, 0.2, 0.3))
+    free = FreeRanges(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1, 1.0), (0.0, 0.0, 0.0, 1.0), 1.0)
+    tracker, side = ObstacleTracker(), np.array((0.0, 0.1, 0.2, 0.3))
     for step in range(WALK):
         thing = np.column_stack((np.full(4, 2.0), side + 0.2 * step))
-        movers.update(0.1 * step, thing, (0.0, 0.0), seen)
+        tracker.update(0.1 * step, thing, (0.0, 0.0), free)
     return time.perf_counter() - start
 
 

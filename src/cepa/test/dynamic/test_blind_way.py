@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cepa.dynamic.candidates import leads_back
-from cepa.dynamic.lookout import BlindWay
+from cepa.dynamic.free_space.blind_way import BlindWay
 from cepa.motion import Motion
 
 NOT_LONG = [0.0, 0.0]

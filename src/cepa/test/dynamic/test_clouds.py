@@ -13,12 +13,23 @@ from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, motion_at
 
 from cepa import CepaParameters, Cloud, Dynamic, LaserScan2D, ParameterError, Reason
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
-from cepa.dynamic.cloud_lookout import HEIGHT_ERROR_M, LAYER_M, LAYERS, CloudLookout
-from cepa.dynamic.judge import STEP_S
-from cepa.dynamic.observer import CLIMB_LAG_S, response_of
-from cepa.dynamic.ways_out import Course, Layers, WaysOut
-from cepa.kernels.rollout import AT_REST_M_S, AT_REST_M_S2, braking, fly, judge
-from cepa.kernels.surroundings import Cushions, Horizon, Surroundings
+from cepa.dynamic.constants.distance_fields import HEIGHT_ERROR_M, LAYER_M, LAYERS
+from cepa.dynamic.constants.response import AT_REST_M_S, AT_REST_M_S2, CLIMB_LAG_S, PATH_STEP_S
+from cepa.dynamic.cost_to_go.course import Course
+from cepa.dynamic.cost_to_go.search import CostToGoSearch, Layers
+from cepa.dynamic.kernels.admissible import braking
+from cepa.dynamic.kernels.response import fly
+from cepa.dynamic.kernels.rollout import roll_out
+from cepa.dynamic.kernels.surroundings import (
+    NO_COST_TO_GO,
+    Cushions,
+    DistanceField,
+    FreeSpace,
+    Horizon,
+    Surroundings,
+)
+from cepa.dynamic.observer import response_of
+from cepa.dynamic.remembered.space_memory import SpaceMemory
 
 CLIMB_ERROR_M_S2 = 0.2
 """The vertical disturbance that doc/three_dimensions.md allows."""
@@ -125,22 +136,22 @@ def test_it_stops_before_a_wall_that_is_too_high_to_be_seen_over():
 
 
 def test_a_climb_is_not_into_what_was_never_seen():
-    lookout = CloudLookout(CepaParameters())
+    memory = SpaceMemory(CepaParameters())
     position = np.array([0.0, 0.0, 2.0])
-    unseen = lookout.look(NOTHING.cloud(position), motion_at(0.0, position)).unseen
+    unseen = memory.take_in(NOTHING.cloud(position), motion_at(0.0, position)).unseen
     middle, side = LAYERS // 2, unseen.shape[1] // 2
     assert not unseen[middle, side, side]  # its own place
     assert unseen[-1, side, side]  # right above
     far = side + 30  # 6 m ahead the Puck sees 1.6 m up
     assert not unseen[middle + 3, side, far]
-    later = lookout.look(None, motion_at(1.0, position)).unseen
+    later = memory.take_in(None, motion_at(1.0, position)).unseen
     np.testing.assert_array_equal(later, unseen)  # no cloud came: what was seen stays so
 
 
 def test_a_cloud_without_returns_shows_nothing():
-    lookout = CloudLookout(CepaParameters())
+    memory = SpaceMemory(CepaParameters())
     dark = Cloud(np.empty((0, 3)), (-0.26, 0.26), 0.5, 100.0)
-    unseen = lookout.look(dark, motion_at(0.0, (0.0, 0.0, 2.0))).unseen
+    unseen = memory.take_in(dark, motion_at(0.0, (0.0, 0.0, 2.0))).unseen
     side = unseen.shape[1] // 2
     seen_cells = np.argwhere(unseen[LAYERS // 2] == 0) - side
     assert np.abs(seen_cells).max() <= 2  # nothing but the own place
@@ -148,30 +159,32 @@ def test_a_cloud_without_returns_shows_nothing():
 
 def test_it_remembers_a_beam_that_left_the_field_of_view_and_forgets_it_after_its_time():
     beam, p = Boxes(np.array([[(2.0, -5.0, 2.2), (2.2, 5.0, 2.4)]])), CepaParameters(memory_s=2.0)
-    lookout, ahead = CloudLookout(p), (LAYERS // 2 + 2, 75, 75 + 4)  # 0.3 m up, 0.4 m ahead
+    memory, ahead = SpaceMemory(p), (LAYERS // 2 + 2, 75, 75 + 4)  # 0.3 m up, 0.4 m ahead
     for number, x in enumerate(np.arange(0.0, 1.6, 0.1)):
         position = np.array([x, 0.0, 2.0])
-        space = lookout.look(beam.cloud(position), motion_at(0.1 * number, position))
+        space = memory.take_in(beam.cloud(position), motion_at(0.1 * number, position))
     assert space.distance[ahead] < 0.2
-    gone = lookout.look(None, motion_at(9.0, position))
-    assert gone.distance[ahead] == pytest.approx(lookout.far_m)
+    gone = memory.take_in(None, motion_at(9.0, position))
+    assert gone.distance[ahead] == pytest.approx(memory.far_m)
 
 
 def test_it_forgets_what_later_clouds_see_through():
     person = Boxes(np.array([[(3.0, -0.3, 0.0), (3.4, 0.3, 3.0)], [(8.0, -9.0, 0.0), (8.2, 9.0, 9.0)]]))
     away, position = Boxes(person.corners[1:]), np.array([0.0, 0.0, 2.0])
-    lookout = CloudLookout(CepaParameters())
-    there = lookout.look(person.cloud(position), motion_at(0.0, position)).distance[LAYERS // 2, 75, 75 + 30]
+    memory = SpaceMemory(CepaParameters())
+    there = memory.take_in(person.cloud(position), motion_at(0.0, position)).distance[
+        LAYERS // 2, 75, 75 + 30
+    ]
     for number in range(1, 4):
-        space = lookout.look(away.cloud(position), motion_at(0.1 * number, position))
+        space = memory.take_in(away.cloud(position), motion_at(0.1 * number, position))
     assert there < 0.2
     assert space.distance[LAYERS // 2, 75, 75 + 30] > 1.0
 
 
 def test_a_jump_of_the_odometry_drops_the_memory():
-    lookout, position = CloudLookout(CepaParameters()), np.array([4.0, 0.0, 2.0])
-    assert lookout.look(LOW_WALL.cloud(position), motion_at(0.0, position)).points.size
-    assert not lookout.look(None, motion_at(0.1, (7.0, 0.0, 2.0))).points.size
+    memory, position = SpaceMemory(CepaParameters()), np.array([4.0, 0.0, 2.0])
+    assert memory.take_in(LOW_WALL.cloud(position), motion_at(0.0, position)).points.size
+    assert not memory.take_in(None, motion_at(0.1, (7.0, 0.0, 2.0))).points.size
 
 
 @pytest.mark.parametrize(
@@ -201,21 +214,21 @@ def test_no_flight_among_boxes_drawn_at_random_touches_one(seed):
 
 def first_fault(path, around, keep):
     """Return the first step on a path (n, 3) that is too near to something, or not in what was seen."""
-    layers, n, _ = around.distance.shape
-    half, unseen_half = n // 2, around.unseen.shape[1] // 2
+    distance, cell_m, layer_m, _ = around.field
+    _, unseen, unseen_cell_m = around.free_space
+    layers, n, _ = distance.shape
+    half, unseen_half = n // 2, unseen.shape[1] // 2
     for step, (x, y, z) in enumerate(path):
-        layer = math.floor(z / around.layer_m + 0.5) + layers // 2
+        layer = math.floor(z / layer_m + 0.5) + layers // 2
         if not 0 <= layer < layers:
             return step
         corners = [
-            around.distance[
-                layer, math.floor(y / around.cell_m) + half + i, math.floor(x / around.cell_m) + half + j
-            ]
+            distance[layer, math.floor(y / cell_m) + half + i, math.floor(x / cell_m) + half + j]
             for i in (0, 1)
             for j in (0, 1)
         ]
-        row, column = (math.floor(c / around.unseen_cell_m + 0.5) + unseen_half for c in (y, x))
-        if max(corners) < keep[step] or around.unseen[layer, row, column]:
+        row, column = (math.floor(c / unseen_cell_m + 0.5) + unseen_half for c in (y, x))
+        if max(corners) < keep[step] or unseen[layer, row, column]:
             return step
     return None
 
@@ -224,10 +237,10 @@ def first_fault(path, around, keep):
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
     rng = np.random.default_rng(seed)
-    response = response_of(CepaParameters().response, STEP_S)
+    response = response_of(CepaParameters().response, PATH_STEP_S)
     horizon, commands = Horizon(4, 60, 32, 12), rng.uniform((-3.0, -3.0, -0.8), (3.0, 3.0, 0.8), (60, 3))
     distance = np.full((LAYERS, 151, 151), 1.3)
-    unseen = (rng.random((LAYERS, 75, 75)) < 0.02).astype(np.uint8)  # as the lookout has it
+    unseen = (rng.random((LAYERS, 75, 75)) < 0.02).astype(np.uint8)  # as the memory has it
     for layer, row, column in rng.integers((0, 10, 10), (LAYERS, 141, 141), (80, 3)):
         distance[layer, row - 5 : row + 6, column - 5 : column + 6] = rng.uniform(0.0, 0.7)
     middle = LAYERS // 2
@@ -235,23 +248,23 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
         1.3,
         False,
     )
-    no_way = np.empty((0, 0, 0)), 0.2, 0.0, 0.0, math.inf
-    around = Surroundings(distance, 0.1, LAYER_M, 1.3, np.empty(0), unseen, 0.2, np.empty((0, 6)), *no_way)
+    field, free_space = DistanceField(distance, 0.1, LAYER_M, 1.3), FreeSpace(np.empty(0), unseen, 0.2)
+    around = Surroundings(field, free_space, np.empty((0, 6)), NO_COST_TO_GO)
     start, keep, ahead = np.zeros((3, 4)), np.full(64, 0.55), np.array([1.0, 0.0])
     least, most = np.empty(64), np.empty(64)
     cushions = Cushions(0.5, 1.2, 0.5, 0.55, np.zeros(64))
     nearest, margin = braking(start, response, around, horizon, cushions, least, most)
     admissible, results = np.empty(60, np.bool_), np.zeros((60, 5))
     rules = horizon, cushions, least, most, nearest
-    judge(start, commands, response, around, *rules, ahead, admissible, results)
+    roll_out(start, commands, response, around, *rules, ahead, admissible, results)
     assert least.min() >= 0.6  # so braking at once excuses nothing
     assert margin == least.min() - 0.55
     assert most.max() <= 0.0
     for command, is_admissible in zip(commands, admissible):
         path, state = [], start.copy()
-        given = np.array([[0.0, horizon.commit * STEP_S, *command]])
+        given = np.array([[0.0, horizon.commit * PATH_STEP_S, *command]])
         for step in range(horizon.commit + horizon.brake):
-            fly(state, given, 0, 1, step * STEP_S, (step + 1) * STEP_S, response)
+            fly(state, given, 0, 1, step * PATH_STEP_S, (step + 1) * PATH_STEP_S, response)
             rests = np.linalg.norm(state[:, 1]) < AT_REST_M_S and np.hypot(*state[:2, 2]) < AT_REST_M_S2
             if step >= horizon.commit and rests:
                 break
@@ -271,11 +284,12 @@ def layers_with_wall(ahead_m, gap_layer=None):
 
 
 def test_a_way_leads_back_only_when_what_closes_it_is_near():
-    ways_out, ahead = WaysOut(CepaParameters(window_m=15.0)), np.array([1.0, 0.0])
+    search, ahead = CostToGoSearch(CepaParameters(window_m=15.0)), np.array([1.0, 0.0])
     middle = 30  # of the grid of ways, 15 m in cells of 0.25 m
 
     def gain(layers, stamp_s):
-        length = ways_out.search_layers(layers, Course(ahead), motion_at(stamp_s, (0.0, 0.0, 2.0))).length
+        found = search.search_layers(layers, Course(ahead), motion_at(stamp_s, (0.0, 0.0, 2.0)))
+        length = found.cost_to_go.length[0]
         return length[middle, middle] - length[middle, middle + 3]  # m, for 0.75 m ahead
 
     assert gain(layers_with_wall(5.0), 0.0) > 0.1

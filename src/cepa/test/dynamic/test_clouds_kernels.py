@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cepa.kernels.layers import best_layers, distance_layers, unseen_layers
-from cepa.kernels.panorama import free_distances, level, see
-from cepa.kernels.voxels import NOBODY, Voxels, forget_far, recall, remember
+from cepa.dynamic.cost_to_go.kernels.slowness import best_layers
+from cepa.dynamic.free_space.kernels.clouds import free_distances, level, stamp_seen
+from cepa.dynamic.free_space.kernels.unseen import unseen_layers
+from cepa.dynamic.kernels.distance_layers import distance_layers
+from cepa.dynamic.remembered.kernels.voxels import NOBODY, Voxels, forget_far, recall, remember
 
 seeds = st.integers(0, 2**32 - 1)
 CELL_M, FAR_M, SIDE, LAYERS, LAYER_M, BELOW_M, ABOVE_M = 0.1, 0.8, 31, 5, 0.15, 0.4, 0.25
@@ -130,7 +132,7 @@ def test_cells_are_seen_up_to_what_stands_in_their_direction(seed):
     for number in range(2):
         origin = rng.uniform(-0.4, 0.4, 3)
         free = rng.uniform(0.0, 4.0, (10, 24)).astype(np.float32)
-        see(free, 0.06, origin, NOW_S + number, OLDEST_S, SEEN, reach, own, 1.0, stamps)
+        stamp_seen(free, 0.06, origin, NOW_S + number, OLDEST_S, SEEN, reach, own, 1.0, stamps)
         seen = plain_seen(free, 0.06, origin, own, 1.0, before)
         assert stamped(stamps, NOW_S + number) == seen
         before |= seen

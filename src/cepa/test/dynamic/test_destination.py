@@ -7,7 +7,7 @@ import pytest
 from planar_flight import Scene, Uav, fly, to_goal
 
 from cepa import Dynamic
-from cepa.destination import Destination
+from cepa.dynamic.destination import Destination
 
 GOAL_M = np.array([3.0, 1.0])
 

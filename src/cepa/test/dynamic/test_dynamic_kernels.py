@@ -8,21 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cepa import CepaParameters
+from cepa.dynamic.cost_to_go.course import NO_END
+from cepa.dynamic.cost_to_go.kernels.slowness import fill_slowness
+from cepa.dynamic.cost_to_go.kernels.sweeping import sweep
+from cepa.dynamic.cost_to_go.kernels.ways import cross_section, shortest_way
+from cepa.dynamic.free_space.kernels.beams import clear_of, directions_of, points_of
+from cepa.dynamic.free_space.kernels.ranges import bins_of, fill_blind, reach_in_sight, was_seen_around
+from cepa.dynamic.kernels.angles import ANGLE_ERROR_RAD
+from cepa.dynamic.kernels.clear_path import _is_near, _is_wide_open
+from cepa.dynamic.kernels.distance_field import fill_distances, widest
+from cepa.dynamic.kernels.free_space import leaves_reach
+from cepa.dynamic.kernels.response import roll
 from cepa.dynamic.observer import Observer, response_of
-from cepa.dynamic.ways_out import NO_END
+from cepa.dynamic.remembered.kernels.cells import MOST_TRUST, TRUST, knows_near, recall, remember
 from cepa.identification.response import ResponseModel
-from cepa.kernels.field import close, cross_section, stamp, trace, ways_out, widest
-from cepa.kernels.memory import MOST_TRUST, TRUST, knows_near, recall, remember
-from cepa.kernels.rollout import ANGLE_ERROR_RAD, _is_near, _is_wide_open, _leaves_sight, roll
-from cepa.kernels.sight import (
-    bins_of,
-    clear_of,
-    directions_of,
-    fill_blind,
-    points_of,
-    reach_in_sight,
-    was_seen_around,
-)
 
 SEEDS = st.integers(0, 2**31)
 LEVEL = np.eye(3)
@@ -34,7 +33,7 @@ def test_a_field_holds_the_distance_to_the_nearest_point(seed):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-3.0, 3.0, (rng.integers(0, 20), 2))
     field = np.empty((41, 41))
-    stamp(points, 0.2, -0.1, field, 0.1, 1.3)
+    fill_distances(points, 0.2, -0.1, field, 0.1, 1.3)
     axis = 0.1 * (np.arange(41) - 20)
     nodes = np.stack(np.meshgrid(axis, axis), axis=-1)
     distances = np.linalg.norm(nodes[:, :, None] - points - (0.2, -0.1), axis=-1).min(axis=2, initial=1.3)
@@ -49,17 +48,17 @@ def test_a_cell_is_as_wide_as_its_widest_quarter():
 
 def test_without_obstacles_the_way_out_is_straight():
     slowness, way = np.ones((41, 41)), np.empty((41, 41))
-    ways_out(slowness, 0.25, np.array([1.0, 0.0]), NO_END, way, 8)
+    sweep(slowness, 0.25, np.array([1.0, 0.0]), NO_END, way, 8)
     np.testing.assert_allclose(way[20], 0.25 * np.arange(40, -1, -1), atol=1e-9)
     cells = np.empty((200, 2), np.int64)
-    assert trace(way, 100, 50, cells) == 21
+    assert shortest_way(way, 100, 50, cells) == 21
     np.testing.assert_array_equal(cells[20], (120, 50))
 
 
 def test_the_way_out_goes_round_a_wall():
     slowness, way = np.ones((41, 41)), np.empty((41, 41))
     slowness[:31, 25] = math.inf
-    ways_out(slowness, 0.25, np.array([1.0, 0.0]), NO_END, way, 8)
+    sweep(slowness, 0.25, np.array([1.0, 0.0]), NO_END, way, 8)
     corner = 0.25 * math.hypot(5, 11) + 0.25 * 15  # past the wall's end, then straight on
     assert corner - 0.1 < way[20, 20] < 1.1 * corner
     assert math.isinf(way[10, 25])
@@ -67,12 +66,12 @@ def test_the_way_out_goes_round_a_wall():
 
 def test_a_way_with_an_end_leads_there_and_round_a_wall():
     slowness, way, end = np.ones((41, 41)), np.empty((41, 41)), np.array([2.5, 0.1])
-    ways_out(slowness, 0.25, np.array([1.0, 0.0]), end, way, 8)
+    sweep(slowness, 0.25, np.array([1.0, 0.0]), end, way, 8)
     axis = 0.25 * (np.arange(41) - 20)
     distances = np.hypot(axis[None, :] - end[0], axis[:, None] - end[1])
     assert np.abs(way - distances).max() < 0.35  # first order: some centimetres a metre off the axes
     slowness[:31, 25] = math.inf
-    ways_out(slowness, 0.25, np.array([1.0, 0.0]), end, way, 8)
+    sweep(slowness, 0.25, np.array([1.0, 0.0]), end, way, 8)
     around = 0.25 * math.hypot(5, 11) + 0.25 * math.hypot(5, 11)
     assert around - 0.2 < way[20, 20] < 1.15 * around
 
@@ -81,7 +80,7 @@ def test_a_way_with_an_end_leads_there_and_round_a_wall():
 def test_a_way_leads_to_the_open_cells_nearest_to_an_end_that_is_closed(end_x_m, nearest_m):
     slowness, way = np.ones((41, 41)), np.empty((41, 41))
     slowness[:, 25:30] = math.inf
-    ways_out(slowness, 0.25, np.array([1.0, 0.0]), np.array([end_x_m, 0.0]), way, 8)
+    sweep(slowness, 0.25, np.array([1.0, 0.0]), np.array([end_x_m, 0.0]), way, 8)
     assert way[20, 24] == pytest.approx(nearest_m)
     assert way[20, 20] == pytest.approx(nearest_m + 1.0)
 
@@ -91,7 +90,7 @@ def test_an_opening_stays_as_it_was_within_the_hysteresis():
 
     def closed(distance_m, stamp_s):
         slowness = np.empty((3, 3))
-        close(np.full((3, 3), distance_m), limits, 0.5, 1.5, 7, 9, stamp_s, 3.0, states, slowness)
+        fill_slowness(np.full((3, 3), distance_m), limits, 0.5, 1.5, 7, 9, stamp_s, 3.0, states, slowness)
         return bool(np.isinf(slowness[1, 1]))
 
     told = [
@@ -147,7 +146,7 @@ def test_a_path_leaves_sight_where_a_place_is_farther_than_its_direction_is_seen
     sight, most = rng.uniform(0.0, 8.0, 360), rng.uniform(-1.0, 2.5, 40)
     beyond_m = np.hypot(*path) - sight[np.rint(np.arctan2(path[1], path[0]) / width).astype(int) % 360]
     expected = (beyond_m > np.maximum(0.0, most))[:flown].any()
-    assert _leaves_sight(path, flown, sight, most) == expected
+    assert leaves_reach(path, flown, sight, most) == expected
 
 
 @settings(max_examples=20)
@@ -298,22 +297,22 @@ def test_the_observer_finds_the_state_and_foresees_what_is_commanded():
     command = np.array([2.0, -1.0, 0.0])
     for scan in range(40):
         stamp_s, measured = 0.025 * scan, (*state[:2, 1].tolist(), 0.0)
-        now = observer.update(stamp_s, measured, stamp_s, stamp_s)
+        now = observer.update(stamp_s, measured, stamp_s, stamp_s).state
         observer.command(stamp_s, command.tolist(), 0.1)
         if scan >= 2:  # the delay of two scans
             state[:2] = state[:2] @ f.T + np.outer(command[:2], g)
     np.testing.assert_allclose(now[:2, 1], state[:2, 1], atol=0.15)
     stamp_s = 0.025 * 39
-    later = observer.update(stamp_s, measured, stamp_s, stamp_s + 0.1)
+    later, _ = observer.update(stamp_s, measured, stamp_s, stamp_s + 0.1)
     assert later[0, 0] == pytest.approx(0.1 * now[0, 1], abs=0.05)
-    from_scan = observer.update(stamp_s, measured, stamp_s + 0.06, stamp_s + 0.1)
-    assert observer.way_m[0] + from_scan[0, 0] == pytest.approx(later[0, 0])
-    assert observer.way_m[0] == pytest.approx(0.06 * now[0, 1], abs=0.03)
+    from_scan, way_m = observer.update(stamp_s, measured, stamp_s + 0.06, stamp_s + 0.1)
+    assert way_m[0] + from_scan[0, 0] == pytest.approx(later[0, 0])
+    assert way_m[0] == pytest.approx(0.06 * now[0, 1], abs=0.03)
 
 
 def test_a_velocity_may_be_whole_numbers():
     told = [
-        Observer(ResponseModel()).update(0.0, velocity, 0.0, 0.1)
+        Observer(ResponseModel()).update(0.0, velocity, 0.0, 0.1).state
         for velocity in ((2, 0, 0.0), (2.0, 0.0, 0.0))
     ]
     np.testing.assert_array_equal(*told)

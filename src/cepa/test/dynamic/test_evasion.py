@@ -7,10 +7,12 @@ import pytest
 
 from cepa import CepaParameters
 from cepa.dynamic.candidates import STANDSTILL, candidates
+from cepa.dynamic.constants.response import MEETING_S, PATH_STEP_S
 from cepa.dynamic.cost import Cost
-from cepa.dynamic.judge import MEETING_S, STEP_S, Judge
-from cepa.kernels.rollout import roll
-from cepa.kernels.surroundings import Surroundings
+from cepa.dynamic.kernels.response import roll
+from cepa.dynamic.kernels.rollout import HIT
+from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, DistanceField, FreeSpace, Surroundings
+from cepa.dynamic.rollouts import Rollouts
 
 PARAMETERS = CepaParameters()
 REFERENCE = np.array([2.0, 0.0, 0.0])
@@ -23,22 +25,22 @@ COMES_M_S, RADIUS_M, GROWTH_M_S = 2.0, 0.9, 0.2
 def test_what_comes_head_on_is_evaded_whatever_progress_that_costs(own_m_s, off_m):
     # Given a UAV that braking does not save
     mover = np.array([[4.5, off_m, -COMES_M_S, 0.0, RADIUS_M, GROWTH_M_S]])
-    no_way = np.empty((0, 0, 0)), 0.25, 0.0, 0.0, math.inf
-    field = np.full((1, 151, 151), 1.3), 0.1, 1.0, 1.3, np.full(360, 9.0)
-    around = Surroundings(*field, np.empty((0, 0, 0), np.uint8), 1.0, mover, *no_way)
+    field = DistanceField(np.full((1, 151, 151), 1.3), 0.1, 1.0, 1.3)
+    free_space = FreeSpace(np.full(360, 9.0), np.empty((0, 0, 0), np.uint8), 1.0)
+    around = Surroundings(field, free_space, mover, NO_COST_TO_GO)
     state = np.zeros((3, 4))
     state[0, 1] = own_m_s
-    commands, judge = candidates(REFERENCE, REFERENCE, 2.0), Judge(PARAMETERS)
+    commands, rollouts = candidates(REFERENCE, REFERENCE, 2.0), Rollouts(PARAMETERS)
     # When it chooses the least costly of the admissible commands
-    admissible, results = judge.judge(commands, state, around, REFERENCE[:2] / 2.0, COMMIT_S)
+    admissible, results, _ = rollouts.assess(commands, state, around, REFERENCE[:2] / 2.0, COMMIT_S)
     cost = Cost(PARAMETERS).of(commands, results, REFERENCE, 2.0, own_m_s)
     cost[~admissible] = math.inf
     best = commands[np.argmin(cost)]
     # Then flying on with it keeps the hull away from where the mover will be
-    path = np.empty((round(MEETING_S / STEP_S), 3))
-    roll(state, best, judge.response, len(path), path)
-    t_s = STEP_S * np.arange(1, len(path) + 1)
+    path = np.empty((round(MEETING_S / PATH_STEP_S), 3))
+    roll(state, best, rollouts.response, len(path), path)
+    t_s = PATH_STEP_S * np.arange(1, len(path) + 1)
     apart_m = np.hypot(path[:, 0] - (4.5 - COMES_M_S * t_s), path[:, 1] - off_m)
     assert (apart_m - RADIUS_M - GROWTH_M_S * t_s).min() > PARAMETERS.body_radius
     assert admissible[STANDSTILL]
-    assert results[STANDSTILL, 4] > 0.0
+    assert results[STANDSTILL, HIT] > 0.0

@@ -10,9 +10,10 @@ from planar_flight import Lidar, Scene
 
 from cepa import CepaParameters
 from cepa.dynamic.dynamic import Dynamic
-from cepa.dynamic.late_scans import LateScans, MovingThings
-from cepa.dynamic.lookout import Lookout
-from cepa.dynamic.movers import Movers
+from cepa.dynamic.free_space.free_ranges import BeamEnds
+from cepa.dynamic.obstacle_tracks.late_scans import LateScans
+from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles
+from cepa.dynamic.obstacle_tracks.tracker import ObstacleTracker
 from cepa.motion import Motion
 from cepa.scan import Beams, LaserScan2D
 
@@ -51,72 +52,72 @@ def beams_at(t, rng, moves):
 def watch(seconds, moves, age_of=lambda t: LATE_S, takes_as_fresh=False, arrives=lambda k: True):
     """Yield (t, what moves) of each scan; ``takes_as_fresh``: nobody tells that odometry is late."""
     rng = np.random.default_rng(1)
-    things = MovingThings(PARAMETERS, Lookout(PARAMETERS))
+    obstacles = MovingObstacles(PARAMETERS)
     for k in range(round(seconds / SCAN_S)):
         t = k * SCAN_S
         beams = beams_at(t, rng, moves)
         if not arrives(k):
             continue
         told = motion_at(t, age_of(t))
-        turn_rad = things.tell(told)
+        turn_rad = obstacles.tell(told)
         here = told.moved(np.array([SPEED_M_S * told.age_s, 0.0, 0.0]), turn_rad)
         age_s = told.age_s
         if takes_as_fresh:
             here, age_s = told.moved(np.array([SPEED_M_S * told.age_s, 0.0, 0.0])), 0.0
-        yield t, things.see(beams, here, age_s, RANGE_MAX_M)
+        yield t, obstacles.take_in(beams, here, age_s, RANGE_MAX_M)
 
 
 def test_nothing_moves_where_all_stands():
-    assert all(len(sighting.discs) == 0 for _, sighting in watch(3.0, moves=False))
+    assert all(len(segmented.discs) == 0 for _, segmented in watch(3.0, moves=False))
     # With the same odometry taken as fresh, trunks seem to move
-    assert any(len(sighting.discs) for _, sighting in watch(3.0, moves=False, takes_as_fresh=True))
+    assert any(len(segmented.discs) for _, segmented in watch(3.0, moves=False, takes_as_fresh=True))
 
 
 @pytest.mark.parametrize("arrives", [lambda k: True, lambda k: k % 5 != 2], ids=["all", "some_are_lost"])
 def test_what_moves_is_where_it_will_be_when_an_answer_shows_its_effect(arrives):
     ahead_s = PARAMETERS.response.delay_s
-    for t, sighting in watch(2.3, moves=True, arrives=arrives):
+    for t, segmented in watch(2.3, moves=True, arrives=arrives):
         if t < 0.8:
             continue
-        ((x, y, vx, vy, radius, _),) = sighting.discs
+        ((x, y, vx, vy, radius, _),) = segmented.discs
         place = START + VELOCITY * (t + ahead_s) - (SPEED_M_S * t, 0.0)
         assert (x, y) == pytest.approx(place, abs=0.25)
         assert (vx, vy) == pytest.approx(VELOCITY, abs=0.4)
         assert np.hypot(x - place[0], y - place[1]) + RADIUS_M < radius + 0.1
         # Its points in the newest scan are told from the trunks
-        apart_m = np.hypot(*(sighting.points[:, :2] - START - VELOCITY * t + (SPEED_M_S * t, 0.0)).T)
-        assert sighting.is_moving[apart_m < RADIUS_M + 0.1].all()
-        assert not sighting.is_moving[apart_m > 1.5].any()
+        apart_m = np.hypot(*(segmented.points[:, :2] - START - VELOCITY * t + (SPEED_M_S * t, 0.0)).T)
+        assert segmented.is_moving[apart_m < RADIUS_M + 0.1].all()
+        assert not segmented.is_moving[apart_m > 1.5].any()
 
 
 @pytest.mark.parametrize("age_s", [0.0, 0.02])
 def test_odometry_in_time_changes_nothing(age_s):
-    movers, lookout = Movers(), Lookout(PARAMETERS)
+    tracker, beam_ends = ObstacleTracker(), BeamEnds()
     rng = np.random.default_rng(1)
-    for t, sighting in watch(1.5, moves=True, age_of=lambda t: age_s):
+    for t, segmented in watch(1.5, moves=True, age_of=lambda t: age_s):
         motion = motion_at(t, age_s).moved(np.array([SPEED_M_S * age_s, 0.0, 0.0]))
-        points, seen = lookout.see(beams_at(t, rng, True), motion, RANGE_MAX_M)
+        points, free = beam_ends.of(beams_at(t, rng, True), motion, RANGE_MAX_M)
         here = np.array(motion.position_m[:2])
-        is_level = movers.clear_of_floor(
+        is_level = tracker.clear_of_floor(
             points, PARAMETERS.floor_height - 2.0, PARAMETERS.ceiling_height - 2.0
         )
-        expected = movers.update(t, points, here, seen, is_level)
-        assert np.array_equal(sighting.points, points)
-        assert np.array_equal(sighting.is_moving, expected.is_moving)
+        expected = tracker.update(t, points, here, free, is_level)
+        assert np.array_equal(segmented.points, points)
+        assert np.array_equal(segmented.is_moving, expected.is_moving)
         if len(expected.positions):
-            assert np.array_equal(sighting.discs[:, 2:4], expected.velocities)
+            assert np.array_equal(segmented.discs[:, 2:4], expected.velocities)
 
 
 def test_what_moves_goes_on_for_a_second_when_odometry_stops():
     stops_s = 1.5
-    for t, sighting in watch(3.0, moves=True, age_of=lambda t: LATE_S + max(0.0, t - stops_s)):
+    for t, segmented in watch(3.0, moves=True, age_of=lambda t: LATE_S + max(0.0, t - stops_s)):
         if stops_s < t < stops_s - LATE_S + 0.9:
-            ((x, y, *_, radius, _),) = sighting.discs
+            ((x, y, *_, radius, _),) = segmented.discs
             place = START + VELOCITY * (t + PARAMETERS.response.delay_s) - (SPEED_M_S * t, 0.0)
             assert np.hypot(x - place[0], y - place[1]) < radius
         elif t > stops_s - LATE_S + 1.1:
-            assert len(sighting.discs) == 0
-            assert not sighting.is_moving.any()
+            assert len(segmented.discs) == 0
+            assert not segmented.is_moving.any()
 
 
 def test_a_pose_is_interpolated_to_the_scans_own_time():

@@ -10,7 +10,8 @@ import pytest
 from spatial_flight import NO_SCAN, PERIOD_S, Boxes, fly_along_x, motion_at
 
 from cepa import CepaParameters, Cloud, Dynamic, LaserScan2D, Reason
-from cepa.dynamic import spatial, voxel_memory
+from cepa.dynamic import space_knowledge
+from cepa.dynamic.remembered import voxel_memory
 
 BEAMS = 720
 AZIMUTH = -math.pi + np.arange(BEAMS) * 2.0 * math.pi / BEAMS
@@ -109,7 +110,7 @@ def inside_a_hall(position):
 
 
 def test_what_stands_ahead_is_seen_however_many_points_the_clouds_show(monkeypatch):
-    for module in (voxel_memory, spatial):
+    for module in (voxel_memory, space_knowledge):
         monkeypatch.setattr(module, "MOST_POINTS", 40000)  # so that fewer clouds fill it
     rng, steering, warnings = np.random.default_rng(0), Dynamic(), []
     for number in range(20):

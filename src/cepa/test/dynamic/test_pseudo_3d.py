@@ -7,10 +7,12 @@ import pytest
 from spatial_flight import LEVEL, STEP_S, Boxes
 
 from cepa import CepaParameters, Dynamic, LaserScan2D, Motion, MotionError, Ranging
-from cepa.dynamic.cloud_lookout import LAYERS, CloudLookout
+from cepa.dynamic.constants.distance_fields import LAYERS
+from cepa.dynamic.free_space.planar_sensors import LidarPlane
+from cepa.dynamic.kernels.free_space import BY_REACH
+from cepa.dynamic.kernels.response import fly
 from cepa.dynamic.observer import response_of
-from cepa.dynamic.pseudo_3d import Plane
-from cepa.kernels.rollout import BY_SIGHT, fly
+from cepa.dynamic.remembered.space_memory import SpaceMemory
 
 BEAMS, PERIOD_S, SPEED_M_S = 360, 0.1, 1.5
 ANGLES = -math.pi + np.arange(BEAMS) * 2.0 * math.pi / BEAMS
@@ -89,16 +91,16 @@ def test_it_does_not_creep_backwards_into_what_its_lidar_does_not_see(speed_m_s)
 
 
 def test_its_own_place_stays_unseen_when_it_may_remember_for_longer():
-    brief, long = (CloudLookout(CepaParameters(memory_s=memory_s)) for memory_s in (5.0, 20.0))
+    brief, long = (SpaceMemory(CepaParameters(memory_s=memory_s)) for memory_s in (5.0, 20.0))
     place = (0.0, 0.0, 2.0), LEVEL, (0.0, 0.0, 0.0), 0.0
-    side = CloudLookout(CepaParameters()).look(None, Motion(0.0, *place)).distance.shape[1]
-    blind = Plane(np.full(360, -1.0), np.full((1, side, side), 9.0))
-    for lookout, stamp_s in ((brief, 0.1), (brief, 0.2), (long, 0.3)):
-        if lookout is long:
+    side = SpaceMemory(CepaParameters()).take_in(None, Motion(0.0, *place)).distance.shape[1]
+    blind = LidarPlane(np.full(360, -1.0), np.full((1, side, side), 9.0))
+    for memory, stamp_s in ((brief, 0.1), (brief, 0.2), (long, 0.3)):
+        if memory is long:
             long.take_over(brief)
-        unseen = lookout.look(None, Motion(stamp_s, *place), plane=blind).unseen
+        unseen = memory.take_in(None, Motion(stamp_s, *place), plane=blind).unseen
         middle = unseen.shape[1] // 2
-        assert unseen[LAYERS // 2, middle, middle] == BY_SIGHT
+        assert unseen[LAYERS // 2, middle, middle] == BY_REACH
 
 
 def test_height_limits_hold():

@@ -7,7 +7,7 @@ import pytest
 from planar_flight import BODY_RADIUS_M, Lidar, Scene, to_goal, turn
 
 from cepa import CepaParameters, Dynamic, Motion, Reason
-from cepa.kernels.rollout import FULL_ERROR_M_S, LEAST_ERROR_SHARE
+from cepa.dynamic.kernels.admissible import FULL_ERROR_M_S, LEAST_ERROR_SHARE
 
 STEP_S, SCAN_STEPS = 0.005, 10  # 20 scans a second
 FLIGHT_S = 6.0

@@ -1,7 +1,7 @@
 """Grid mapping SLAM with a Rao-Blackwellised particle filter (Grisetti et al. 2005, 2007). See README.md."""
 
 from gridslam.errors import MapError, ParameterError, PoseError, ScanError, SlamError, StateError
-from gridslam.filter.particle_filter import GridSlam
+from gridslam.filter.grid_slam import GridSlam
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters

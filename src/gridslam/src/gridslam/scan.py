@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Iterable, Mapping, Sequence
+from typing import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,38 +55,6 @@ class PlanarScan:
         if not np.array_equal(self.angles_rad, other.angles_rad):
             return self
         return replace(self, angles_rad=other.angles_rad)
-
-
-def scans_to_arrays(scans: Sequence[PlanarScan]) -> dict[str, np.ndarray]:
-    """Return the input of `scans_from_arrays`; empty if there are no scans."""
-    if not scans:
-        return {}
-    return {
-        "scan_beams": np.array([scan.ranges_m.size for scan in scans]),
-        "scan_angles": np.concatenate([scan.angles_rad for scan in scans]),
-        "scan_ranges": np.concatenate([scan.ranges_m for scan in scans]),
-        "scan_rest": np.array([(scan.stamp_s, *scan.lidar_in_base, scan.range_max_m) for scan in scans]),
-    }
-
-
-def scans_from_arrays(arrays: Mapping[str, np.ndarray]) -> list[PlanarScan]:
-    """Return the scans of saved arrays.
-
-    Raises:
-        ScanError, ValueError, LookupError: they hold none.
-    """
-    if "scan_beams" not in arrays:
-        return []
-    beams = arrays["scan_beams"]
-    lengths = arrays["scan_ranges"].size, len(arrays["scan_rest"])
-    if (beams < 0).any() or (beams.sum(), len(beams)) != lengths:
-        raise ValueError("the scans' beams do not add up")
-    ends = np.cumsum(beams)[:-1]
-    angles, ranges = np.split(arrays["scan_angles"], ends), np.split(arrays["scan_ranges"], ends)
-    return [
-        PlanarScan(float(rest[0]), angle, distance, tuple(rest[1:4].tolist()), float(rest[4]))
-        for angle, distance, rest in zip(angles, ranges, arrays["scan_rest"])
-    ]
 
 
 def _pose(values: Iterable[float]) -> tuple[float, float, float]:

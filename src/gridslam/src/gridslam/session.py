@@ -5,7 +5,6 @@ The node, the replay of bags and simulations without ROS all drive this.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import warnings
 from pathlib import Path
@@ -14,22 +13,30 @@ from typing import TYPE_CHECKING, Callable, Sequence
 import numpy as np
 
 from gridslam import se2
-from gridslam.errors import ParameterError, PoseError, StateError
-from gridslam.files import session_file
+from gridslam.errors import StateError
+from gridslam.files import state_file
+from gridslam.filter.grid_slam import GridSlam
 from gridslam.filter.motion_model import is_told
-from gridslam.filter.particle_filter import START_DEVIATION, GridSlam
+from gridslam.filter.particle_filter import START_DEVIATION
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.inputs.continuous_odometry import ContinuousOdometry, Doubt
+from gridslam.localisation.given_pose import check_given_pose
 from gridslam.localisation.supervisor import Supervisor
+from gridslam.loop_closure import Closure, LoopClosureParameters
+from gridslam.loop_closure.parameters import closure_parameters
 from gridslam.maps.new_map import check
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
-from gridslam.tracking.judgement import Judgement
+from gridslam.session_state import SessionState
+from gridslam.tracking.monitor import TrackingMonitor
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from gridslam.loop_closure import Closure, LoopCloser, LoopClosureParameters
+    from gridslam.loop_closure.closer import LoopCloser
+    from gridslam.loop_closure.correction import Correction
+
+__all__ = ["SlamSession", "closure_parameters"]
 
 
 class SlamSession:
@@ -67,7 +74,9 @@ class SlamSession:
         self._is_resumed = False
         """Whether there was no scan yet since a state was loaded."""
         self._starting_covariance: np.ndarray | None = None
-        self._closer = _closer(loop_closure) if loop_closure and not localisation_only else None
+        self._closer: LoopCloser | None = None
+        if loop_closure and not localisation_only:
+            self._closer = _closer_class()(None if isinstance(loop_closure, bool) else loop_closure)
         self.slam: GridSlam | None = None
         """The filter; None before the first scan."""
         self._mapped: GridSlam | None = None  # its map is taken over at the first scan
@@ -83,54 +92,80 @@ class SlamSession:
         Raises:
             ScanError: the scan or the odometry makes no sense.
         """
-        last_s, before = self._odometry.last_s, self._odometry.odom_in_continuous
+        last_s = self._odometry.last_s
         base = self._odometry.follow(scan.stamp_s, base_in_odom)
         if self.slam is None:
             self.slam = self._begin(base)
-        elif self._is_resumed and (scan.stamp_s < last_s or self._odometry.odom_in_continuous is not before):
+        elif self._is_resumed and (scan.stamp_s < last_s or self._odometry.has_jumped):
             self._supervisor.doubt(self.slam, "a new flight begins on the saved map")
             self.slam.widen(START_DEVIATION)
         elif self._odometry.doubt is not None:
             self._doubt(self.slam, self._odometry.doubt)
         self._is_resumed = False
-        if self._closer is not None and self._closer.take(self.slam, scan.stamp_s):
-            self._supervisor.forget_map()
-            self._join_if_recognised(self.slam)
-        was_lost, was_apart = self.slam.judgement.is_lost, self.slam.earlier is not None
+        if self._closer is not None:
+            self._correct(self._closer.take(scan.stamp_s))
+        was_lost, was_apart = self.slam.tracking.is_lost, self.slam.earlier is not None
         if covariance is not None and not is_told(covariance):
             self._say("The odometry's covariance makes no sense; srr, srt, str and stt count instead.")
             covariance = None
         if covariance is not None:
             covariance = self._odometry.turned(covariance)
         update = self._supervisor.process(self.slam, scan, base, covariance)
-        if self._closer is not None and was_lost and not self.slam.judgement.is_lost:
-            self._closer.forget(is_contradicted=not self.slam.judgement.is_confirming)
+        if self._closer is not None and was_lost and not self.slam.tracking.is_lost:
+            self._closer.drop(is_contradicted=not self.slam.tracking.is_confirming)
         if self._closer is not None and was_apart and self.slam.earlier is None:
-            self._closer.forget()
-        if update is not None and self._closer is not None:
-            self._closer.update(self.slam, base, self.slam.judgement.last)
+            self._closer.drop()
+        if self._closer is not None:
+            self._look_for_loops(self._closer, self.slam, scan.stamp_s, base if update is not None else None)
         return update
+
+    def _look_for_loops(
+        self, closer: LoopCloser, slam: GridSlam, stamp_s: float, base_of_node: np.ndarray | None
+    ) -> None:
+        """Let the closer search, if that is due. ``base_of_node``: odometry, if the scan was integrated."""
+        if base_of_node is not None:
+            closer.add_node(stamp_s, base_of_node, None if slam.evidence is None else slam.evidence.agreement)
+            if closer.is_search_due:
+                closer.search(slam.snapshot())
+        elif not slam.tracking.is_lost and closer.is_decision_due(stamp_s):
+            closer.decide(slam.snapshot(), stamp_s)
+
+    def _correct(self, correction: Correction | None) -> None:
+        """Let the filter take over a correction, if there is one."""
+        if correction is None or self.slam is None:
+            return
+        self.slam.correct(correction)
+        self._supervisor.forget_map()
+        if self.slam.tracking.is_apart and self.slam.earlier is None:
+            self.slam.tracking.join()
+            self._supervisor.forget_earlier()
 
     def _doubt(self, slam: GridSlam, doubt: Doubt) -> None:
         """Prove the place anew, because odometry may have missed a part of the way."""
         slam.widen(doubt.deviations)
-        if slam.judgement.is_lost:
+        if slam.tracking.is_lost:
             return
         self._supervisor.doubt(slam, doubt.reason)
         if self._closer is not None:
-            self._closer.forget(is_contradicted=True)
+            self._closer.drop(is_contradicted=True)
+
+    def decide_pending(self) -> None:
+        """Decide whether a place that was recognised last closes a loop, with all that is known.
+
+        Call this before the map or the state is saved. Scans may follow.
+        """
+        if self._closer is None or self.slam is None:
+            return
+        if self._closer.is_pending and not self.slam.tracking.is_lost:
+            self._correct(self._closer.take(math.inf))
+            self._closer.decide(self.slam.snapshot(), self._odometry.last_s)
+            self._correct(self._closer.take(math.inf))
 
     def finish(self) -> None:
         """Correct the path by all closures. Call this after the last scan."""
         if self._closer is not None and self.slam is not None:
-            self._closer.finish(self.slam)
-            self._join_if_recognised(self.slam)
-
-    def _join_if_recognised(self, slam: GridSlam) -> None:
-        """Note that closures have joined the map with the earlier one."""
-        if slam.judgement.is_apart and slam.earlier is None:
-            slam.judgement.join()
-            self._supervisor.forget_earlier()
+            self._correct(self._closer.take(math.inf))
+            self._correct(self._closer.finish(self.slam.snapshot()))
 
     def _begin(self, base: np.ndarray) -> GridSlam:
         slam = GridSlam(
@@ -159,28 +194,17 @@ class SlamSession:
         Raises:
             PoseError: pose or covariance make no sense, or the pose is outside the map, or there is no map.
         """
-        self._require_on_the_map(check_pose(pose, covariance))
+        source = self.slam or self._mapped
+        grid = self._starting_map if source is None else source.grid()
+        check_given_pose(pose, covariance, grid)
         if self.slam is None:
             self._starting_pose = (float(pose[0]), float(pose[1]), float(pose[2]))
             self._starting_covariance = np.array(covariance, float)
             return
         self.slam.relocate(pose, np.array(covariance, float), self._odometry.last_s)
         if self._closer is not None:
-            self._closer.forget()
+            self._closer.drop()
         self._supervisor.doubt(self.slam, "the pose was given")
-
-    def _require_on_the_map(self, pose: np.ndarray) -> None:
-        source = self.slam or self._mapped
-        grid = self._starting_map if source is None else source.grid()
-        if grid is None:
-            raise PoseError("There is no map yet on which a pose could be.")
-        low, size = np.array(grid.origin_xy_m), np.array(grid.size_m)
-        if not ((low <= pose[:2]) & (pose[:2] <= low + size)).all():
-            high = low + size
-            raise PoseError(
-                f"The pose x {pose[0]:.2f} m, y {pose[1]:.2f} m is outside the map, which reaches from "
-                f"x {low[0]:.2f} to {high[0]:.2f} m and from y {low[1]:.2f} to {high[1]:.2f} m."
-            )
 
     # Results
 
@@ -203,9 +227,9 @@ class SlamSession:
         return tuple(odom.tolist())
 
     @property
-    def judgement(self) -> Judgement | None:
+    def tracking(self) -> TrackingMonitor | None:
         """Whether the vehicle is tracked, and the numbers that say so; None before the first scan."""
-        return None if self.slam is None else self.slam.judgement
+        return None if self.slam is None else self.slam.tracking
 
     @property
     def search(self) -> str:
@@ -253,8 +277,14 @@ class SlamSession:
         """
         if self.slam is None:
             raise StateError("There is nothing to save before the first scan.")
-        supervisor = self._supervisor.to_arrays()
-        session_file.write(path, self.slam, self._odometry.state(), supervisor, self._closer)
+        state = SessionState(
+            self.slam.state(),
+            self._odometry.state(),
+            self.slam.tracking.state_to_save(),
+            self._supervisor.state(),
+            None if self._closer is None else self._closer.state(),
+        )
+        state_file.write(state, path)
 
     @classmethod
     def load(
@@ -279,19 +309,25 @@ class SlamSession:
         Raises:
             StateError: the file cannot be read, or holds no state.
         """
-        with session_file.opened(path) as saved:
-            slam = saved.slam(threads)
+
+        def build(state: SessionState) -> SlamSession:
+            slam = GridSlam.from_state(state.filter, threads)
             if localisation_only and not slam.localisation_only:
                 return cls._localising_on(slam, starting_pose, say)
-            closer = saved.closer_parameters()
-            session = cls(slam.parameters, None if closer is None else closure_parameters(closer), say=say)
-            session.slam, session._is_resumed = slam, True
-            session.localisation_only = slam.localisation_only
-            session._odometry.restore(saved.odometry())
-            slam.judgement.restore(saved.judgement())
-            session._supervisor.from_arrays(saved.supervisor())
-            if session._closer is not None:
-                session._closer.from_arrays(saved.closer(), slam.processed_scans())
+            return cls._going_on(slam, state, say)
+
+        return state_file.read(path, build)
+
+    @classmethod
+    def _going_on(cls, slam: GridSlam, state: SessionState, say: Callable[[str], None]) -> SlamSession:
+        session = cls(slam.parameters, None, say=say)
+        session.slam, session._is_resumed = slam, True
+        session.localisation_only = slam.localisation_only
+        session._odometry.restore(state.odometry)
+        slam.tracking.restore(state.tracking)
+        session._supervisor.restore(state.supervisor)
+        if state.closer is not None:
+            session._closer = _closer_class().from_state(state.closer, slam.snapshot().odometry)
         return session
 
     @classmethod
@@ -304,38 +340,7 @@ class SlamSession:
         return session
 
 
-def check_pose(pose: Sequence[float], covariance: np.ndarray) -> np.ndarray:
-    """Return a pose (3,) that makes sense together with its covariance (3, 3).
+def _closer_class() -> type[LoopCloser]:
+    from gridslam.loop_closure.closer import LoopCloser  # only if it is used, because it slows the start
 
-    Raises:
-        PoseError: it does not.
-    """
-    checked, spread = np.array(pose, float), np.array(covariance, float)
-    if checked.shape != (3,) or not np.isfinite(checked).all():
-        raise PoseError(f"A pose must be finite x, y and yaw, not {checked.tolist()}.")
-    if spread.shape != (3, 3) or not np.isfinite(spread).all():
-        raise PoseError("The pose's covariance must be finite numbers for x, y and yaw.")
-    tolerance = 1e-9 * max(1.0, float(np.abs(spread).max()))
-    if not np.allclose(spread, spread.T, atol=tolerance) or np.linalg.eigvalsh(spread)[0] < -tolerance:
-        raise PoseError("The pose's covariance must be symmetric, without a negative variance.")
-    return checked
-
-
-def closure_parameters(given: dict) -> LoopClosureParameters:
-    """Return the loop closer's parameters from given values by name and the defaults.
-
-    Raises:
-        ParameterError: one is unknown or makes no sense.
-    """
-    from gridslam.loop_closure import LoopClosureParameters
-
-    unknown = set(given) - {field.name for field in dataclasses.fields(LoopClosureParameters)}
-    if unknown:
-        raise ParameterError(f"The loop closure has no parameter {', '.join(sorted(unknown))}.")
-    return LoopClosureParameters(**given)
-
-
-def _closer(parameters: LoopClosureParameters | bool) -> LoopCloser:
-    from gridslam.loop_closure import LoopCloser  # only if it is used, because it slows the start
-
-    return LoopCloser(None if isinstance(parameters, bool) else parameters)
+    return LoopCloser

@@ -59,6 +59,20 @@ class Node:
         self.parent = parent
 
 
+@dataclass(frozen=True, eq=False)
+class TreeState:
+    """A `TrajectoryTree` to save."""
+
+    node_poses: np.ndarray
+    """(n, 3) x, y, yaw of every node."""
+    node_parents: np.ndarray
+    """(n,) index of the node before it; -1: it is the first of a path."""
+    leaves: np.ndarray
+    """(particles,) index of each path's last node; -1: the path is empty."""
+    stamps_s: np.ndarray
+    """(k,) of the nodes of a path."""
+
+
 class TrajectoryTree:
     """The paths of all particles, a tree with a leaf for each."""
 
@@ -97,8 +111,8 @@ class TrajectoryTree:
             node = Node(tuple(pose), node)
         self.leaves = [node] * len(self.leaves)
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the tree as arrays: every node's pose and parent's index (-1: none), and the leaves."""
+    def state(self) -> TreeState:
+        """Return all paths."""
         index: dict[int, int] = {}
         poses: list[tuple] = []
         parents: list[int] = []
@@ -112,34 +126,33 @@ class TrajectoryTree:
                 poses.append(node.pose)
                 parents.append(-1 if node.parent is None else index[id(node.parent)])
         leaves = [-1 if leaf is None else index[id(leaf)] for leaf in self.leaves]
-        return {
-            "node_poses": np.array(poses).reshape(-1, 3),
-            "node_parents": np.array(parents, np.int64),
-            "leaves": np.array(leaves, np.int64),
-            "stamps_s": np.array(self.stamps_s),
-        }
+        return TreeState(
+            np.array(poses).reshape(-1, 3),
+            np.array(parents, np.int64),
+            np.array(leaves, np.int64),
+            np.array(self.stamps_s),
+        )
 
     @classmethod
-    def from_arrays(
-        cls, node_poses: np.ndarray, node_parents: np.ndarray, leaves: np.ndarray, stamps_s: np.ndarray
-    ) -> TrajectoryTree:
-        """Return the tree from the output of `to_arrays`.
+    def from_state(cls, state: TreeState) -> TrajectoryTree:
+        """Return the tree of a state.
 
         Raises:
-            ValueError: the arrays are no tree, or a path is not as long as there are stamps.
+            ValueError: it is no tree, or a path is not as long as there are stamps.
         """
-        if node_poses.shape != (len(node_parents), 3) or not np.isfinite(node_poses).all():
+        poses, parents, leaves, stamps = state.node_poses, state.node_parents, state.leaves, state.stamps_s
+        if poses.shape != (len(parents), 3) or not np.isfinite(poses).all():
             raise ValueError("the path's nodes are no poses")
         nodes: list[Node | None] = [None]  # before the first of a path
         depths = [0]
-        for index, (pose, parent) in enumerate(zip(node_poses.tolist(), node_parents.tolist())):
+        for index, (pose, parent) in enumerate(zip(poses.tolist(), parents.tolist())):
             if not -1 <= parent < index:
                 raise ValueError(f"node {index} of the path comes from {parent}")
             nodes.append(Node(tuple(pose), nodes[parent + 1]))
             depths.append(depths[parent + 1] + 1)
-        if any(not -1 <= leaf < len(node_parents) or depths[leaf + 1] != len(stamps_s) for leaf in leaves):
+        if any(not -1 <= leaf < len(parents) or depths[leaf + 1] != len(stamps) for leaf in leaves):
             raise ValueError("the particles' paths are not as long as there are stamps")
         tree = cls(len(leaves))
         tree.leaves = [nodes[leaf + 1] for leaf in leaves.tolist()]
-        tree.stamps_s = stamps_s.tolist()
+        tree.stamps_s = stamps.tolist()
         return tree

@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from gridslam.filter.particle_filter import GridSlam
+from gridslam.filter.grid_slam import GridSlam
 from gridslam.filter.step_check import Link
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan

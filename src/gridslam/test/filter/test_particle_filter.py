@@ -116,7 +116,7 @@ def test_whether_free_space_waits_changes_nothing(log, monkeypatch, tmp_path):
     # and a run that is continued from a file in between is the same, too
     rooms.run(saved := rooms.begin(log, resampleThreshold=0.9), log, 0, 77)
     state_file.write(saved.state(), tmp_path / "state")
-    rooms.run(loaded := state_file.read(tmp_path / "state"), log, 77)
+    rooms.run(loaded := state_file.read(tmp_path / "state", GridSlam.from_state), log, 77)
     rooms.assert_same(runs[0], loaded)
 
 
@@ -126,7 +126,7 @@ def test_a_run_continued_from_a_file_equals_one_that_was_never_interrupted(log, 
     rooms.run(slam, log, 0, 77)
     state_file.write(slam.state(), tmp_path / "state")
     # when the one loaded from the file and the one in memory go on
-    loaded = state_file.read(tmp_path / "state")
+    loaded = state_file.read(tmp_path / "state", GridSlam.from_state)
     rooms.assert_same(slam, loaded)
     assert rooms.run(slam, log, 77) == rooms.run(loaded, log, 77)
     # then they are the same to the last bit, and so is what they would do next
@@ -188,7 +188,7 @@ def test_particles_are_weighed_by_the_scan_where_they_have_been_put(log, monkeyp
     minimum = 0.0 if fits else 1e6
     slam = rooms.begin(log, minimumScore=minimum, resampleThreshold=0.0, temporalUpdate=0.0)
     rooms.run(slam, log, 0, 20)
-    parameters, maps = slam.parameters, copy.deepcopy(slam._maps)
+    parameters, maps = slam.parameters, copy.deepcopy(slam._map.tiles)
     before = np.log(slam.particle_weights)
     # when a scan comes that fits or not, after which they are not scattered
     monkeypatch.setattr(proposal, "SPREAD", 0.0)

@@ -9,7 +9,7 @@ import pytest
 import rooms
 from planar_world import UST, along, drive, rectangle_route, scan_at
 
-from gridslam import se2
+from gridslam import GridSlam, se2
 from gridslam.files import state_file
 from gridslam.filter.motion_model import Motion
 from gridslam.filter.scan_matcher import ScanMatcher
@@ -79,7 +79,10 @@ def test_a_saved_state_knows_where_the_next_step_begins_and_a_relocated_vehicle_
     slam = rooms.begin(log)
     rooms.run(slam, log, last=30)
     state_file.write(slam.state(), tmp_path / "state")
-    before, again = slam.state().before, state_file.read(tmp_path / "state").state().before
+    before, again = (
+        slam.state().before,
+        state_file.read(tmp_path / "state", GridSlam.from_state).state().before,
+    )
     assert again.stamp_s == before.stamp_s == slam.trajectory().stamps_s[-1]
     np.testing.assert_array_equal(again.ranges_m, before.ranges_m)
     slam.relocate(se2.compose(slam.base_in_map, (0.4, 0.0, 0.4)), 1e-6 * np.eye(3), 0.0)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from gridslam import SlamParameters
 from gridslam.filter import workers
-from gridslam.filter.particle_filter import GridSlam
+from gridslam.filter.grid_slam import GridSlam
 from gridslam.filter.workers import FreeCores, Usage, Workers, cores, usage
 
 

@@ -11,9 +11,9 @@ from scipy import ndimage
 from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.correlation import FITS, mark_free
-from gridslam.loop_closure.local_map import build_local_map, surface_points
-from gridslam.loop_closure.matcher import Correlation, Window
-from gridslam.loop_closure.refinement import refine
+from gridslam.loop_closure.local_maps.correlation import Correlation, Window
+from gridslam.loop_closure.local_maps.local_map import build_local_map, surface_points
+from gridslam.loop_closure.local_maps.refinement import refine
 
 ROOM = Walls.from_polygons(
     [

@@ -46,7 +46,7 @@ def localised(walls, grid, route, off, only=True, drift=DRIFT, seed=1):
     states = []
     for scan, base in zip(log.scans, log.odometry):
         session.process(scan, base)
-        states.append(session.judgement.state)
+        states.append(session.tracking.state)
     error = se2.between(se2.compose(session.map_to_odom, log.odometry[-1]), log.truth.poses_in_map[-1])
     return states, session, error, said
 
@@ -166,8 +166,8 @@ def test_where_a_search_is_in_vain_a_map_of_its_own_begins(loop_closure, tmp_pat
     # Then it says so, and no place counts as tracked, however well the scans agree with the new map
     assert sum("not found on the map" in sentence for sentence in said) == 1
     assert not any("recognised" in sentence.split(". ")[0] for sentence in said)
-    assert session.judgement.state == "uncertain"
-    assert session.judgement.smoothed_share > 0.9
+    assert session.tracking.state == "uncertain"
+    assert session.tracking.smoothed_share > 0.9
     # And the map of the room is as it was; it stands until the other one holds more scans
     np.testing.assert_array_equal(session.slam.earlier.grid().cells, before.cells)
     own = len(session.trajectory().stamps_s) - session.slam.earlier.scans
@@ -186,7 +186,7 @@ def test_a_given_pose_draws_the_particles_and_is_confirmed(room):
     truth = log.truth.poses_in_map[0]
     session.place(np.add(truth, (0.1, 0.1, 0.05)), np.diag([0.04, 0.09, 0.01]))
     # Then the particles are as the covariance says
-    assert session.judgement.state == "uncertain"
+    assert session.tracking.state == "uncertain"
     spread = session.particle_poses.std(axis=0)
     assert 0.05 < spread[:2].min() < spread[:2].max() < 0.6
     # And scans bring them to the true pose
@@ -194,8 +194,8 @@ def test_a_given_pose_draws_the_particles_and_is_confirmed(room):
     for i, (scan, base) in enumerate(zip(log.scans, log.odometry)):
         base = se2.compose(before, se2.between(log.odometry[0], base))
         session.process(dataclasses.replace(scan, stamp_s=1000.0 + i), base)
-        assert session.judgement.state != "lost"
-    assert session.judgement.state == "tracking"
+        assert session.tracking.state != "lost"
+    assert session.tracking.state == "tracking"
     error = se2.between(se2.compose(session.map_to_odom, base), log.truth.poses_in_map[-1])
     assert np.hypot(*error[:2]) < 0.1
 
@@ -209,7 +209,7 @@ def test_a_search_goes_on_from_a_saved_state(room, tmp_path):
     states, saved = [], []
     for pair in pairs:
         whole.process(*pair)
-        states.append(whole.judgement.state)
+        states.append(whole.tracking.state)
         if states[-1] == "lost":  # while scans are gathered, and while a found place is being confirmed
             saved.append((len(states), tmp_path / str(len(states))))
             whole.save(saved[-1][1])
@@ -220,7 +220,7 @@ def test_a_search_goes_on_from_a_saved_state(room, tmp_path):
         for pair, state in zip(pairs[count:], states[count:]):
             continued.process(*pair)
             # Then it is found at the same scan, and at the same place, as if it was never interrupted
-            assert continued.judgement.state == state
+            assert continued.tracking.state == state
         np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
 
 
@@ -240,7 +240,7 @@ def test_a_new_flight_goes_on_with_a_saved_map_from_elsewhere(tmp_path):
     for scan, base in zip(log.scans, own):
         session.process(scan, base)
     # Then it finds itself, and both flights are in one map
-    assert session.judgement.state == "tracking"
+    assert session.tracking.state == "tracking"
     error = se2.between(se2.compose(session.map_to_odom, own[-1]), log.truth.poses_in_map[-1])
     assert np.hypot(*error[:2]) < 0.1
     assert len(session.trajectory().stamps_s) > len(flight.scans) // 4
@@ -270,6 +270,6 @@ def test_a_pose_given_before_the_first_scan_is_the_start(room):
     session.place(log.truth.poses_in_map[0] + (0.1, 0.05, 0.02), np.diag([0.04, 0.04, 0.01]))
     for scan, base in zip(log.scans[:15], log.odometry):
         session.process(scan, se2.compose((5.0, 5.0, 1.0), base))
-    assert session.judgement.state == "tracking"
+    assert session.tracking.state == "tracking"
     here = se2.compose(session.map_to_odom, se2.compose((5.0, 5.0, 1.0), log.odometry[14]))
     assert np.hypot(*(here - log.truth.poses_in_map[14])[:2]) < 0.1

@@ -11,8 +11,9 @@ from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.links import Surfaces, align, nearest_by_bearing, nearest_earlier
 from gridslam.loop_closure import LoopClosureParameters
-from gridslam.loop_closure.links import LINK_SIGMA_M, link_pairs
-from gridslam.loop_closure.scan_links import ScanLinks
+from gridslam.loop_closure.links.scan_links import ScanLinks
+from gridslam.loop_closure.links.scan_pairs import LINK_SIGMA_M, link_pairs
+from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 
 LIDAR = Lidar(2.0 * math.pi * 359 / 360, 360, 10.0, 0.01, 10.0)
@@ -21,6 +22,15 @@ PARAMETERS = LoopClosureParameters()
 
 def scan_from(walls, pose, seed=0):
     return scan_at(walls, np.array(pose, float), LIDAR, np.random.default_rng(seed))
+
+
+def path_of(poses, odometry=None):
+    """A path along these poses; odometry has them, too, or others."""
+    steps = se2.between(poses[:-1], poses[1:])
+    way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*steps[:, :2].T))])
+    odometry = poses if odometry is None else odometry
+    stamps_s, covariances = np.arange(len(poses), dtype=float), np.zeros((len(steps), 3, 3))
+    return MeasuredPath(stamps_s, poses, steps, covariances, odometry, way_m)
 
 
 def seen_from(walls, pose, seed=0) -> Surfaces:
@@ -96,7 +106,7 @@ def test_a_step_along_a_bare_corridor_is_not_seen():
     corridor = Walls.from_polygons([np.array([(-50.0, -1.2), (50.0, -1.2), (50.0, 1.2), (-50.0, 1.2)])])
     for walls, y, is_seen in ((corridor, 0.1, False), (WALLS, -1.5, True)):
         links, poses = ScanLinks(PARAMETERS), np.array([(1.0, y, 0.0), (1.5, y, 0.0)])
-        links.extend([scan_from(walls, pose, 1) for pose in poses], poses, poses, np.array([0.0, 1.0]))
+        links.extend([scan_from(walls, pose, 1) for pose in poses], path_of(poses))
         assert links.is_seen().tolist() == [is_seen]
 
 
@@ -120,7 +130,7 @@ def test_a_wrong_turn_of_the_filter_is_mended_by_the_prediction_of_odometry():
     truth = se2.between(poses[0], poses[1])
     for by_filter, by_odometry, is_found in ((turned, turned, False), (turned, poses, True)):
         links = ScanLinks(PARAMETERS)
-        links.extend(scans, by_filter, by_odometry, np.array([0.0, 0.5]))
+        links.extend(scans, path_of(by_filter, by_odometry))
         errors = [np.abs(se2.between(truth, edge.newer_in_older)).max() for edge in links.edges]
         assert (bool(errors) and errors[0] < 0.02) == is_found
 
@@ -129,7 +139,7 @@ def test_a_step_is_known_as_well_as_all_links_to_its_newer_node_together():
     poses = np.array([(1.0, -1.5, 0.0), (1.6, -1.5, 0.0), (2.2, -1.5, 0.1)])
     links = ScanLinks(PARAMETERS)
     scans = [scan_from(WALLS, pose, seed) for seed, pose in enumerate(poses)]
-    links.extend(scans, poses, poses, np.array([0.0, 0.6, 1.2]))
+    links.extend(scans, path_of(poses))
     of_last = [np.linalg.inv(edge.covariance) for edge in links.edges if edge.newer == 2]
     assert len(of_last) == 2
     np.testing.assert_allclose(links.information()[1], sum(of_last), rtol=1e-6)
@@ -158,17 +168,18 @@ def test_passes_of_a_place_are_linked_and_links_survive_a_saved_state():
         [np.linspace(a, b, 6, endpoint=False) for a, b in zip(corners[:-1], corners[1:])] + [corners[-1:]]
     )
     poses = np.column_stack([poses, np.linspace(0.0, 2.0 * math.pi, len(poses))])
-    way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+    path = path_of(poses)
     scans = [scan_from(WALLS, pose, seed) for seed, pose in enumerate(poses)]
     links = ScanLinks(PARAMETERS)
-    links.extend(scans, poses, poses, way_m)
+    links.extend(scans, path)
     assert links.is_seen().all()
-    assert links.link_passes(poses, way_m) > 0
+    assert links.link_passes(poses, path.way_m) > 0
     for edge in links.edges:
         truth = se2.between(poses[edge.older], poses[edge.newer])
         np.testing.assert_allclose(edge.newer_in_older[:2], truth[:2], atol=0.03)
     # then a copy knows the same, and finds nothing new
     copy = ScanLinks(PARAMETERS)
-    copy.from_arrays(links.to_arrays(), scans)
+    copy.restore(links.state(), len(scans))
+    copy.extend(scans, path)
     assert [(e.older, e.newer) for e in copy.edges] == [(e.older, e.newer) for e in links.edges]
-    assert copy.link_passes(poses, way_m) == 0
+    assert copy.link_passes(poses, path.way_m) == 0

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gridslam import se2
-from gridslam.loop_closure.edge import Edges
-from gridslam.loop_closure.odometry_scale import odometry_scale
+from gridslam.loop_closure.edges import Edges
+from gridslam.loop_closure.path.odometry_scale import odometry_scale
 
 SIGMA_M = 0.005
 

@@ -1,43 +1,18 @@
-"""The pose graph in closed form and beside plain versions, the path's uncertainty, and consistency."""
+"""The pose graph in closed form and beside plain versions, and the path's uncertainty."""
 
 import math
 
 import numpy as np
 import pytest
+from equal_steps import Steps, match
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from gridslam import se2
 from gridslam.kernels.pose_graph import shortest_ways
-from gridslam.loop_closure.consistency import MeasuredPath, contradictions, largest_consistent, supported
-from gridslam.loop_closure.edge import Edge, Edges, Match
-from gridslam.loop_closure.pose_graph import ROBUST_SCALE, ShortestWays, optimise
-
-
-class Steps:
-    """A chain of equal steps with one covariance, as `Chain` has them."""
-
-    def __init__(self, step, covariance, count):
-        self.steps = np.tile(np.array(step, dtype=float), (count, 1))
-        self.covariances = np.tile(covariance, (count, 1, 1))
-        poses = [np.zeros(3)]
-        for each in self.steps:
-            poses.append(se2.compose(poses[-1], each))
-        self.poses = np.array(poses)
-        self.way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*self.steps[:, :2].T))])
-
-    def __len__(self):
-        return len(self.poses)
-
-    def edges(self):
-        return [
-            Edge(i, i + 1, step, covariance)
-            for i, (step, covariance) in enumerate(zip(self.steps, self.covariances))
-        ]
-
-
-def match(older, newer, pose, sigma=0.02):
-    return Match(older, newer, np.array(pose, dtype=float), sigma**2 * np.eye(3), 0.9)
+from gridslam.loop_closure.edges import Edge, Edges
+from gridslam.loop_closure.path.pose_graph import ROBUST_SCALE, optimise
+from gridslam.loop_closure.path.way_uncertainty import way_covariances
 
 
 def test_error_is_spread_evenly_over_equal_steps():
@@ -132,7 +107,7 @@ def test_uncertainty_along_the_way_is_that_of_drawn_paths():
     # Given a bent chain, its covariance against 4000 paths with drawn errors
     covariance = np.diag([0.02, 0.01, 0.005]) ** 2
     chain = Steps((1.0, 0.0, 0.15), covariance, 12)
-    predicted = ShortestWays(chain, [], 12, drift_share=0.0).covariances[0]
+    predicted = way_covariances(chain, chain.covariances, [], 12, drift_share=0.0)[0]
     rng = np.random.default_rng(0)
     ends = np.zeros((4000, 3))
     for step in chain.steps:
@@ -143,59 +118,21 @@ def test_uncertainty_along_the_way_is_that_of_drawn_paths():
 
 
 def test_the_ways_need_no_code_that_the_warm_up_does_not_compile():
-    ShortestWays(Steps((1.0, 0.0, 0.1), np.eye(3), 4), [], 0, 0.01)
+    chain = Steps((1.0, 0.0, 0.1), np.eye(3), 4)
+    way_covariances(chain, chain.covariances, [], 0, 0.01)
     layouts = {kind.layout for kinds in shortest_ways.signatures for kind in kinds if hasattr(kind, "layout")}
     assert layouts == {"C"}, "numba compiles the kernel in flight"
 
 
 def test_closures_shorten_the_way():
     chain = Steps((1.0, 0.0, 2 * math.pi / 40), np.diag([0.03, 0.03, 0.01]) ** 2, 40)
-    open_loop = ShortestWays(chain, [], 40, 0.01)
-    closed = ShortestWays(chain, [match(0, 39, se2.between(chain.poses[0], chain.poses[39]))], 40, 0.01)
-    assert open_loop.length_m[0] == pytest.approx(40.0, abs=0.1)
-    assert closed.length_m[0] == pytest.approx(1.1, abs=0.1)
-    assert np.trace(closed.covariances[0]) < 0.1 * np.trace(open_loop.covariances[0])
-
-
-# consistency
-
-
-def test_matches_that_agree_are_consistent_and_a_shifted_one_is_not():
-    chain = Steps((1.0, 0.0, 2 * math.pi / 60), np.diag([0.01, 0.01, 0.002]) ** 2, 66)
-    true = [match(i, i + 60, se2.between(chain.poses[i], chain.poses[i + 60])) for i in (0, 2, 4)]
-    shifted = match(1, 61, se2.compose(true[0].newer_in_older, np.array([3.0, 0.0, 0.0])))
-    path = MeasuredPath(chain)
-    assert path.poses == pytest.approx(chain.poses)
-    assert contradictions(path, true[0], true[1:]).max() < 1e-6
-    assert contradictions(path, shifted, true).min() > 1000.0
-
-
-def test_contradiction_is_the_chi_square_of_the_loop():
-    """Both matches span one step more or less on a straight line: errors add along x."""
-    chain = Steps((1.0, 0.0, 0.0), np.diag([0.03, 0.03, 1e-6]) ** 2, 20)
-    first, second = match(0, 18, (18.0, 0.0, 0.0), 0.02), match(1, 20, (19.3, 0.0, 0.0), 0.02)
-    # sum of variances along x: two matches, one step between the older ends, two between the newer ones
-    expected = 0.3**2 / (2 * 0.02**2 + 3 * 0.03**2)
-    found = contradictions(MeasuredPath(chain), first, [second])[0]
-    assert found == pytest.approx(expected, rel=0.01)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_largest_consistent_set_is_one_and_seldom_smaller_than_the_largest(seed):
-    rng = np.random.default_rng(seed)
-    wanted = rng.choice(14, 8, replace=False)  # a planted set of 8; chance pairs elsewhere
-    consistent = rng.random((14, 14)) < 0.3
-    consistent = consistent | consistent.T
-    consistent[np.ix_(wanted, wanted)] = True
-    np.fill_diagonal(consistent, True)
-    found = largest_consistent(consistent)
-    assert consistent[np.ix_(found, found)].all()
-    assert len(found) >= 8
-
-
-def test_a_lone_match_does_not_count():
-    way_m = np.arange(100.0)
-    matches = [match(0, 50, np.zeros(3)), match(1, 80, np.zeros(3)), match(3, 84, np.zeros(3))]
-    assert supported(matches, [0, 1, 2], way_m, within_m=10.0) == [1, 2]
-    two_of_one_moment = [match(0, 50, np.zeros(3)), match(20, 50, np.zeros(3))]
-    assert supported(two_of_one_moment, [0, 1], way_m, within_m=10.0) == []
+    closures = [match(0, 39, se2.between(chain.poses[0], chain.poses[39]))]
+    ways = [way_covariances(chain, chain.covariances, known, 40, 0.0)[0] for known in ([], closures)]
+    assert np.trace(ways[1]) < 0.1 * np.trace(ways[0])
+    # the drift is a share of the way: 40 m, or a step and 0.1 m over the closure
+    steps = np.zeros_like(chain.covariances)
+    drift = way_covariances(chain, steps, [], 40, 0.01)[0]
+    np.testing.assert_allclose(drift, np.diag([0.4**2, 0.4**2, 0.0]), rtol=1e-2)
+    certain = [match(0, 39, closures[0].newer_in_older, sigma=0.0)]
+    drift = way_covariances(chain, steps, certain, 40, 0.01)[0]
+    np.testing.assert_allclose(drift, np.diag([0.011**2, 0.011**2, 0.0]), rtol=1e-2)

@@ -18,20 +18,22 @@ def test_the_drawing_is_the_best_particles_map_and_only_changes_are_drawn(log):
     slam = rooms.begin(log)
     rooms.run(slam, log, 0, 90)
     grid = slam.grid()
-    plain = reference.render(plain_of(slam._maps, slam.best_particle), slam.parameters.occ_thresh)
-    row, column = np.round(np.array(grid.origin_xy_m[::-1]) / 0.05).astype(int) - slam._maps.corner[::-1] * 32
+    plain = reference.render(plain_of(slam._map.tiles, slam.best_particle), slam.parameters.occ_thresh)
+    row, column = (
+        np.round(np.array(grid.origin_xy_m[::-1]) / 0.05).astype(int) - slam._map.tiles.corner[::-1] * 32
+    )
     height, width = grid.cells.shape
     np.testing.assert_array_equal(grid.cells, plain[row : row + height, column : column + width])
     assert (plain != -1).sum() == (grid.cells != -1).sum()
     # nothing has changed since
     slam.grid()
-    assert slam._renderer.drawn == 0
+    assert slam._map._renderer.drawn == 0
     # what a later drawing shows is what a renderer that begins then shows, and the earlier map stays
     rooms.run(slam, log, 90)
     earlier, later = grid.cells.copy(), slam.grid()
-    assert slam._renderer.drawn > 0
+    assert slam._map._renderer.drawn > 0
     np.testing.assert_array_equal(grid.cells, earlier)
-    fresh = type(slam._renderer)(slam.parameters).render(slam._maps, slam.best_particle)
+    fresh = type(slam._map._renderer)(slam.parameters).render(slam._map.tiles, slam.best_particle)
     np.testing.assert_array_equal(later.cells, fresh.cells)
 
 
@@ -48,8 +50,8 @@ def test_the_drawing_takes_memory_for_what_was_seen(log):
     # given a map whose tables reach far beyond it
     slam = rooms.begin(log)
     rooms.run(slam, log, 0, 5)
-    slam._maps.cover((-60.0, -60.0), (60.0, 60.0))
+    slam._map.tiles.cover((-60.0, -60.0), (60.0, 60.0))
     grid = slam.grid()
     assert grid.size_m < (30.0, 30.0)
     # then the drawing has a byte for each cell that is published
-    assert slam._renderer._canvas.size == grid.cells.size
+    assert slam._map._renderer._canvas.size == grid.cells.size

@@ -112,7 +112,7 @@ def test_maps_whose_free_space_waits_equal_plain_copies(actions, scans):
     maps.pool = TilePool(3)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(free_space, "SCANS", scans)
-        maps._waiting = FreeSpace(PARTICLES)
+        maps._free_space = FreeSpace(PARTICLES)
         for kind, *given_values in actions:
             if kind == "write":
                 poses, beams = (
@@ -145,7 +145,7 @@ def test_free_space_that_waits_is_halved_as_if_it_had_not_waited(count, seed):
     scans = [rng.normal(0.0, (0.1, 0.1, 0.5), (PARTICLES, 3)) for _ in range(12)]
     at_once, later = TileMaps(PARTICLES, DELTA), TileMaps(PARTICLES, DELTA)
     for maps in (at_once, later):
-        maps._waiting = FreeSpace(PARTICLES) if maps is later else None
+        maps._free_space = FreeSpace(PARTICLES) if maps is later else None
         for number, poses in enumerate(scans):
             maps.insert(poses, beams)
             maps._is_mostly_free = lambda: False
@@ -166,7 +166,7 @@ def test_free_space_that_waits_is_written_once_for_particles_with_the_same_past(
     rng, nothing = np.random.default_rng(4), np.zeros(60, bool)
     beams = dataclasses.replace(beams_from(rng, 60, reach=100.0), hits=nothing)
     maps = TileMaps(PARTICLES, DELTA)
-    maps._waiting = FreeSpace(PARTICLES)
+    maps._free_space = FreeSpace(PARTICLES)
     scans = [rng.normal(0.0, 0.01, (PARTICLES, 3)) for _ in range(4)]
     for poses in scans[:3]:
         maps.insert(poses, beams)
@@ -194,7 +194,7 @@ def test_free_space_waits_where_most_tiles_are_free_and_several_particles_map():
             maps.insert(np.zeros((particles, 3)), beams)
             before = maps.pool.used
             maps.resample(np.zeros(particles, int))
-        assert (maps._waiting is not None) == waits
+        assert (maps._free_space is not None) == waits
         assert maps.pool.used <= before
 
 

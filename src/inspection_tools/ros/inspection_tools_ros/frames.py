@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Tuple
 
 import rospy
 
 from inspection_tools.geometry import Quaternion, Vector3, normalised, yaw_of
 from node_tools.newest_transforms import NewestTransforms
 
-Vector2 = Tuple[float, float]
+Vector2 = tuple[float, float]
 
 
 class Frames:

@@ -16,7 +16,6 @@ from inspection_tools.padding import LidarPadding, PaddingParameters
 from inspection_tools.position_controller import PositionController, PositionControllerParameters
 from inspection_tools.scan import ScanGeometry
 from inspection_tools.vision_pose import VisionPose, VisionPoseParameters, VisionState
-from inspection_tools.yaw.pairing import ReferencePairing
 from inspection_tools.yaw.regulator import YawRegulator, YawRegulatorParameters
 from inspection_tools.yaw.steering import YawSteering
 
@@ -33,7 +32,6 @@ __all__ = [
     "PoseError",
     "PositionController",
     "PositionControllerParameters",
-    "ReferencePairing",
     "ScanError",
     "ScanGeometry",
     "SlowCorrection",

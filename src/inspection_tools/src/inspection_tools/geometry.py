@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Tuple
 
 from inspection_tools.errors import PoseError
 
-Vector3 = Tuple[float, float, float]
-Quaternion = Tuple[float, float, float, float]
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 """(x, y, z, w)."""
 
 

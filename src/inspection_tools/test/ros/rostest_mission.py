@@ -164,7 +164,7 @@ class MissionTest(unittest.TestCase):
         self.be_at(0.0, 0.0)
         self.setpoints.assert_quiet()
 
-    def test_in_lockstep_a_scan_is_acknowledged_when_the_position_controller_knows_all_of_its_instant(self):
+    def test_in_lockstep_a_scan_is_acknowledged_after_its_instants_poses(self):
         poses, scans = Input("lockstep/odometry", Odometry), Input("lockstep/scan", LaserScan)
         answers = Input("lockstep/vel_setpoint", TwistStamped)
         goals = Input("lockstep/goal", PoseStamped)

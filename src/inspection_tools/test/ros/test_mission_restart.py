@@ -19,7 +19,7 @@ PATIENCE_S = 60.0
 pytestmark = pytest.mark.ros
 
 
-def test_a_mission_that_is_started_again_goes_on_after_the_waypoints_that_were_reached(ros_master):
+def test_a_restarted_mission_goes_on_after_the_reached_waypoints(ros_master):
     def start_node():
         file = f"_file:={FOLDER / 'mission.yaml'}"
         return ros_master.start_node("inspection_tools", "mission", "__name:=mission", file)

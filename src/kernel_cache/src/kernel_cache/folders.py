@@ -6,7 +6,7 @@ import contextlib
 import os
 import shutil
 import tempfile
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 from kernel_cache.sources import digest_of
@@ -15,7 +15,7 @@ USERS_OWN = "kernel_cache"
 """In the user's folder for caches."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def folder_for(file: Path) -> Path | None:
     """Return an existing folder for the code of a file's kernels; None: no folder can be written.
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ast
 import hashlib
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 DIGITS = 16
 
 
-@lru_cache(maxsize=None)
+@cache
 def digest_of(file: Path) -> str:
     """Return a digest of all the sources of the kernels in a file; they must not change meanwhile."""
     root = _root_of(file)
@@ -38,7 +38,7 @@ def _root_of(file: Path) -> Path:
     return folder
 
 
-@lru_cache(maxsize=None)
+@cache
 def _imported(file: Path) -> frozenset[Path]:
     """Return the files of its own package that a file imports itself."""
     root = _root_of(file)

@@ -84,7 +84,7 @@ def test_collision_prevention_keeps_the_distance_within_which_cepa_flees():
     assert steering.steer(wall_ahead(1.2), AHEAD).velocity_xy[0] > 0.5
 
 
-def test_collision_prevention_stops_at_its_distance_and_sooner_when_it_comes_fast():
+def test_collision_prevention_stops_at_its_distance_and_sooner_if_fast():
     steering = CollisionPrevention(collision_prevention=CollisionPreventionParameters(CP_DIST=1.0))
     assert steering.steer(wall_ahead(0.9), AHEAD).reason is Reason.BLOCKED
     standing, _ = steering.steer(wall_ahead(2.0), AHEAD, (0.0, 0.0)).velocity_xy

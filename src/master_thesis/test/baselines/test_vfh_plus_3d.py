@@ -109,7 +109,7 @@ def test_the_binary_histogram_has_hysteresis():
     assert VfhPlus3d().binary(density, before).tolist() == [True, True, False, False]
 
 
-def test_the_memory_keeps_what_was_seen_in_the_odometrys_frame_and_forgets_it():
+def test_the_memory_is_in_the_odometrys_frame_and_forgets():
     memory = VoxelMemory(VfhPlus3dParameters(memory_s=3.0))
     (voxel,) = memory.around(np.array([[2.1, 0.1, 0.1]]), motion(0.0))
     assert voxel == pytest.approx((2.1, 0.1, 0.1), abs=0.1)

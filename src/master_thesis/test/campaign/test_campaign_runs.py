@@ -144,7 +144,7 @@ def test_an_interrupted_campaign_goes_on_and_its_order_changes_nothing(table, tm
 UNFLYABLE = {"kind": "mapping", "trials": {"world": "room", "cepa.r_lb": 1.0}}  # r_ub is 0.9 m indoors
 
 
-def test_a_campaign_with_failures_says_how_many_ends_with_1_and_tries_them_again(tmp_path, capsys):
+def test_a_campaign_with_failures_counts_them_and_tries_them_again(tmp_path, capsys):
     file, out = tmp_path / "bad.yaml", tmp_path / "out"
     file.write_text(yaml.safe_dump({**UNFLYABLE, "seeds": 2}))
     for _ in range(2):
@@ -193,7 +193,7 @@ def begun(flown_once, tmp_path):
     return tmp_path / "begun"
 
 
-def test_an_interrupted_search_repeats_itself_and_its_parameters_are_those_of_cepa(begun, tmp_path):
+def test_an_interrupted_search_repeats_itself_with_cepas_parameters(begun, tmp_path):
     whole, file = tmp_path / "whole", tmp_path / "tuning.yaml"
     file.write_text(yaml.safe_dump(TUNING, sort_keys=False))
     assert main(["tune", str(file), "--workers", "1", "--out", str(whole)]) == 0
@@ -220,7 +220,7 @@ def tuning_of(**ranges):
 
 
 @pytest.mark.usefixtures("flown_once")
-def test_shipped_parameters_that_do_not_go_together_within_the_ranges_are_said_and_not_flown(tmp_path):
+def test_shipped_parameters_outside_of_the_ranges_are_said_and_not_flown(tmp_path):
     # r_lb 0.5 m becomes 0.34 m, body_radius stays 0.35 m: an emergency would start after the collision
     told = tune(tuning_of(r_lb=(0.3, 0.34), body_radius=(0.15, 0.36)), tmp_path, ThisProcess(), quiet=True)
     shipped, best, _ = told.splitlines()

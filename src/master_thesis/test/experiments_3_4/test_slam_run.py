@@ -48,7 +48,7 @@ def test_the_map_of_a_short_flight_is_true(flown):
     assert figures["closures"] == 0
 
 
-def test_slam_beside_the_flight_and_on_its_recording_are_the_same_bit_for_bit(flown):
+def test_slam_in_flight_and_on_its_recording_are_the_same_bit_for_bit(flown):
     recording, beside = flown
     again = replay(recording, read_setup("hold").session(1, loop_closure=False))
     assert np.array_equal(again.final.poses_in_map, beside.final.poses_in_map)

@@ -65,7 +65,7 @@ FLOOR = """<sdf version="1.6"><world name="hall">
 </world></sdf>"""
 
 
-def test_the_uav_hovers_within_5_cm_of_the_goal_and_lands_on_a_floor_of_any_name(tmp_path, parameters):
+def test_the_uav_hovers_at_the_goal_and_lands_on_a_floor_of_any_name(tmp_path, parameters):
     """True distance over 5 s, 8 s after the goal was reached (PX4's own velocity steps settle in 6 s)."""
     world = tmp_path / "hall.world"
     world.write_text(FLOOR)

@@ -36,7 +36,7 @@ def test_the_lidars_noise_is_multiplied():
     assert noise.stddev == pytest.approx(0.04, abs=1e-3)
 
 
-def test_scans_are_lost_at_the_rate_asked_for_and_the_same_ones_with_the_same_seed():
+def test_scans_are_lost_at_the_rate_asked_for_by_the_seed():
     def arrived(seed):
         delivery = Delivery(Conditions(scan_loss=0.2), seed)
         return [delivery.scan_arrives() for _ in range(10_000)]
@@ -97,7 +97,7 @@ class Listener:
 
 
 @pytest.mark.flight
-def test_the_loop_tells_the_algorithm_a_late_odometrys_age_and_hands_it_a_cloud(worlds_folder):
+def test_the_loop_hands_on_a_late_odometrys_age_and_a_cloud(worlds_folder):
     from master_thesis.baselines import NoAvoidance
 
     simulation = SimulationParameters(str(worlds_folder / "forest.world"), lidar="puck")

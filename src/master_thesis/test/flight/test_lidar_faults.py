@@ -52,7 +52,7 @@ def test_without_faults_nothing_changes(lidar):
     assert not faults.are_any
 
 
-def test_rain_shortens_as_many_beams_as_asked_for_and_the_same_ones_with_the_same_seed(lidar):
+def test_rain_shortens_the_share_of_beams_asked_for_by_the_seed(lidar):
     ranges = np.full(lidar.beams, np.inf, np.float32)
     ranges[:200] = 3.0
     wet = spoiled(lidar, ranges, rain=0.05)
@@ -76,7 +76,7 @@ def test_a_lost_part_of_the_view_is_in_one_piece_and_stays_for_a_while(lidar):
     assert lost.any(axis=0).mean() > 0.9
 
 
-def test_a_pane_answers_beams_near_its_normal_and_others_see_what_stands_behind(lidar):
+def test_a_pane_answers_beams_near_its_normal_and_lets_others_through(lidar):
     """A pane at x = 2 m, a wall at 5 m: beams within 30 degrees of the normal end at 2 / cos."""
     angles, rays = angles_of(lidar), Walls(2.0, 5.0)
     ranges = rays.cast(np.zeros(3), lidar.directions, lidar.range_max)

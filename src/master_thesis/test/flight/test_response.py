@@ -51,7 +51,7 @@ class RandomPilot:
 
 
 @pytest.mark.flight
-def test_the_identified_response_is_the_shipped_one_and_predicts_within_its_error():
+def test_the_identified_response_is_shipped_and_predicts_within_its_error():
     pilot, velocities = RandomPilot(1), []
     simulation = SimulationParameters(world=str(WORLD), seed=1)
     parameters = ClosedLoopParameters(simulation=simulation, goal_xyz_m=None)

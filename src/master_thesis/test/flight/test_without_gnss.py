@@ -8,8 +8,8 @@ import pytest
 
 from benchmarks.shared.forked import in_a_copy
 from master_thesis.errors import FlightError
-from master_thesis.experiments_3_4.flight_without_gnss import parameters_without_gnss
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
+from master_thesis.experiments_3_4.without_gnss.flight import parameters_without_gnss
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.flight.judging.stop_metrics import horizontal_speeds, stop_of

@@ -14,14 +14,15 @@ from html import escape
 
 import pytest
 
+from master_thesis.chapter_8 import __main__ as command
+from master_thesis.chapter_8.plan import chosen, plan
+from master_thesis.chapter_8.whole_page import write_whole_page
+from master_thesis.experiment_2 import pieces as experiment_2
 from master_thesis.experiment_2.trial import TrialParameters
 from master_thesis.experiment_2.variations import variation_parameters
-from master_thesis.report import __main__ as command
-from master_thesis.report.page import origin, render, write_page
+from master_thesis.report.page import origin, render
 from master_thesis.report.pdf import write_pdf
 from master_thesis.report.piece import TRIALS, Piece
-from master_thesis.report.pieces import experiment_2
-from master_thesis.report.plan import chosen, plan
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
 from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Failed, Row
@@ -119,7 +120,7 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
 
 @pytest.mark.flight
 @pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
-def test_without_gnss_it_flies_back_when_its_time_is_over_and_lands_where_it_started(report):
+def test_without_gnss_it_flies_back_and_lands_where_it_started(report):
     found = {line["name"]: line["result"] for line in lines_of(report[0])}
     home = found["without_gnss_room_ust_1_3s"]
     assert home["flown"]
@@ -185,19 +186,20 @@ def test_a_part_can_be_chosen():
 def test_an_empty_report_says_what_is_missing(tmp_path):
     size = QUICK
     first = plan(size)[0]
-    text = write_page(tmp_path / "index.html", size, Store(tmp_path / TRIALS), [Failed(first, "It broke.")])
+    page, store = tmp_path / "index.html", Store(tmp_path / TRIALS)
+    text = write_whole_page(page, size, store, [Failed(first, "It broke.")])
     assert f"{first.title}: It broke." in text
     assert text.count('class="missing"') == len(EXPERIMENTS)
     assert text.count(">not computed<") == len(EXPERIMENTS)
     assert '<td class="n">0</td>' not in text, "nothing agrees and nothing differs where nothing was computed"
-    assert (tmp_path / "index.html").read_text(encoding="utf-8") == text
+    assert page.read_text(encoding="utf-8") == text
 
 
 def test_a_report_of_several_versions_of_the_code_says_so(tmp_path):
     with Store(tmp_path / TRIALS) as store:
         for piece, commit in zip(plan(QUICK), ("abc", "abc+changes.1")):
             store.add(Row(piece.name, piece.digest, commit, "2026-11-20T12:00:00", 1.0, 1.0, 0.5, None))
-        told = origin(QUICK, store)
+        told = origin(QUICK.name, plan(QUICK), store)
     assert told.mixture == (
         "Different versions of the code computed these 2 trials: 1 by abc, 1 by abc+changes.1."
     )
@@ -206,7 +208,7 @@ def test_a_report_of_several_versions_of_the_code_says_so(tmp_path):
 
 def test_a_report_with_a_piece_that_failed_ends_with_1(tmp_path, monkeypatch, capsys):
     piece = Piece("flight", int, {"x": "no number"}, experiment="experiment_1")
-    monkeypatch.setattr("master_thesis.report.__main__.plan", lambda _: [piece])
+    monkeypatch.setattr("master_thesis.chapter_8.__main__.plan", lambda _: [piece])
     assert command.main(["--smallest", "--no-pdf", "--workers", "1", "--out", str(tmp_path)]) == 1
     assert "1 of 1 pieces failed, see the page; call again" in capsys.readouterr().err
 

@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from master_thesis.experiment_1.claim_metrics import claim_metrics as flight_metrics
+from master_thesis.experiment_2.claim_metrics import angle_deg
+from master_thesis.experiment_2.claim_metrics import claim_metrics as trial_metrics
 from master_thesis.experiment_2.variations import Flown
+from master_thesis.experiments_3_4.report.claim_metrics import hold_metrics, room_metrics
+from master_thesis.experiments_3_4.report.maps import Maps
+from master_thesis.measurements.claim_metrics import build_metrics, launch_metrics
 from master_thesis.report import thesis
+from master_thesis.report.claims import judged
 from master_thesis.report.content import listed, number, spread
-from master_thesis.report.sections import (
-    experiment_1_findings,
-    experiment_2,
-    experiment_3,
-    experiment_4,
-    measurements,
-)
-from master_thesis.report.sections.maps import Maps
 from master_thesis.worlds.scenario import LIDARS
 
 
@@ -47,7 +46,23 @@ def flights(**changed_ms):
 
 
 def of_flights(made):
-    return experiment_1_findings.findings(list(thesis.SCENARIO_FIGURES), made)
+    return judged("experiment_1", flight_metrics(list(thesis.SCENARIO_FIGURES), made))
+
+
+def of_room(seen):
+    return judged("experiment_3", room_metrics(seen))
+
+
+def of_hold(*seen):
+    return judged("experiment_4", hold_metrics(*seen))
+
+
+def of_builds(seconds):
+    return judged("measurement_1", build_metrics(seconds, rounds=2))
+
+
+def of_launches(seconds):
+    return judged("measurement_2", launch_metrics(seconds, launches=2))
 
 
 def test_a_verdict_from_one_flight_says_so():
@@ -59,7 +74,7 @@ def test_a_verdict_from_one_flight_says_so():
     assert {each.basis for each in of_flights(several_but_one)} == {"one flight of each"}
     seen = maps("hold", urg=BENT, ust=BENT)
     again = Maps("hold", *({n: 2 * list(m) for n, m in each.items()} for each in (seen.open, seen.closed)))
-    for judge in (experiment_3.findings, experiment_4.findings):
+    for judge in (of_room, of_hold):
         assert {each.basis for each in judge(seen)} == {"one flight of each"}
         assert {each.basis for each in judge(again)} == {""}
 
@@ -108,13 +123,11 @@ def set_of(scenario, algorithm, touched, of=20):
 
 def of_sets(touched_by_original, touched_by_improved=0):
     scenario = "wall_three_columns"
-    return experiment_2.findings(
-        {},
-        {
-            (scenario, "original"): set_of(scenario, "original", touched_by_original),
-            (scenario, "improved"): set_of(scenario, "improved", touched_by_improved),
-        },
-    )
+    sets = {
+        (scenario, "original"): set_of(scenario, "original", touched_by_original),
+        (scenario, "improved"): set_of(scenario, "improved", touched_by_improved),
+    }
+    return judged("experiment_2", trial_metrics({}, sets))
 
 
 def test_whether_the_original_crashes_is_counted():
@@ -133,7 +146,7 @@ def test_one_touch_of_the_improved_is_too_many():
     ("first", "second", "apart"), [((1, 0), (2, 0), 0), ((1, 0), (0, -1), 90), ((-1, 0.1), (-1, -0.1), 11.42)]
 )
 def test_angles_between_arrows(first, second, apart):
-    assert experiment_2.angle_deg(first, second) == pytest.approx(apart, abs=0.01)
+    assert angle_deg(first, second) == pytest.approx(apart, abs=0.01)
 
 
 @pytest.mark.parametrize(("low_share", "agrees"), [(0.9, True), (0.31, False)])
@@ -143,7 +156,7 @@ def test_the_figure_loses_its_shape_when_it_grows(low_share, agrees):
         {"k_filter": 2.0, "intruding_share": 0.3},
         {"k_filter": 100.0, "intruding_share": 0.3},
     ]
-    finding = experiment_2.findings({"columns": {"sweep": sweep}}, {})[0]
+    finding = judged("experiment_2", trial_metrics({"columns": {"sweep": sweep}}, {}))[0]
     assert finding.agrees is agrees
     assert ("Effects begin near K = 0.5" in finding.ours) is agrees
 
@@ -187,15 +200,15 @@ def test_as_the_thesis_saw_the_hold():
         ust=BENT,
         tim={"wall_straightness_rms_m": 0.05},
     )
-    assert [each.claim for each in experiment_4.findings(seen) if not each.agrees] == []
+    assert [each.claim for each in of_hold(seen) if not each.agrees] == []
 
 
 def test_the_tim_may_bulge_with_the_range_of_the_text_only():
     seen, bent = maps("hold", urg=BENT, ust=BENT), [figures(wall_straightness_rms_m=0.05)]
-    finding = found(experiment_4.findings(seen, bent), "bulges inwards")
+    finding = found(of_hold(seen, bent), "bulges inwards")
     assert finding.agrees
     assert "nothing bulges" in finding.why
-    straight = found(experiment_4.findings(seen, [figures()]), "bulges inwards")
+    straight = found(of_hold(seen, [figures()]), "bulges inwards")
     assert not straight.agrees
 
 
@@ -213,15 +226,15 @@ def test_the_tim_may_bulge_with_the_range_of_the_text_only():
     ],
 )
 def test_other_maps_of_the_hold_do_not_bear_it_out(words, seen):
-    finding = found(experiment_4.findings(seen), words)
+    finding = found(of_hold(seen), words)
     assert not finding.agrees
     assert finding.why
 
 
 def test_as_the_thesis_saw_the_room():
     seen = maps("room", urg={"wall_seen_share": 0.8}, tim={"half_way_error_max_m": 0.5})
-    assert [each.claim for each in experiment_3.findings(seen) if not each.agrees] == []
-    other = experiment_3.findings(maps("room", m8=BENT, ust={"wall_seen_share": 0.5}))
+    assert [each.claim for each in of_room(seen) if not each.agrees] == []
+    other = of_room(maps("room", m8=BENT, ust={"wall_seen_share": 0.5}))
     assert [each.agrees for each in other] == [False, False, False]
     assert all(each.why for each in other)
 
@@ -238,8 +251,8 @@ def test_loop_closure_is_shown_where_it_matters():
 
 def test_build_times_are_alike_within_a_factor_of_two():
     near = {"one file": 4.0, "many files": 12.0, "from nothing": 20.0}
-    assert all(each.agrees for each in measurements.build_findings(near))
-    far = measurements.build_findings({"one file": 1.0, "many files": 40.0, "from nothing": 30.0})
+    assert all(each.agrees for each in of_builds(near))
+    far = of_builds({"one file": 1.0, "many files": 40.0, "from nothing": 30.0})
     assert not far[0].agrees
     assert "one file 5.0 times as fast" in far[0].why
     assert "many files 2.7 times as long" in far[0].why
@@ -248,9 +261,9 @@ def test_build_times_are_alike_within_a_factor_of_two():
 
 def test_launch_times_beside_the_thesis():
     theirs = {what: time._asdict() for what, time in thesis.TABLE_8_4.items()}
-    assert all(each.agrees for each in measurements.launch_findings(theirs))
+    assert all(each.agrees for each in of_launches(theirs))
     ours = {what: {"startup_s": 3.0, "shutdown_s": 1.0} for what in theirs}
-    differ = measurements.launch_findings(ours)
+    differ = of_launches(ours)
     assert [each.agrees for each in differ] == [False, False, False]
     assert "Gazebo with PX4 5.5 times as fast" in differ[0].why
 

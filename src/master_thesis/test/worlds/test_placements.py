@@ -50,7 +50,7 @@ def test_the_columns_behind_are_nearer_and_there_is_room_ahead():
     assert ahead > FITS_M
 
 
-def test_between_wall_and_columns_there_is_room_to_leave_and_between_the_columns_there_is_none():
+def test_there_is_room_beside_the_wall_but_not_between_the_columns():
     placed = by_name("wall_three_columns")
     wall, columns = placed.pop("wall"), list(placed.values())
     assert distance(wall) == pytest.approx(0.5, abs=1e-3)

@@ -40,9 +40,8 @@ def test_there_are_the_four_of_table_8_1():
 
 
 def test_an_unknown_world_is_refused_with_the_choices():
-    with pytest.raises(
-        ScenarioError, match="no world 'jungle'; choose one of empty, sparse, forest, hallway, room, hold"
-    ):
+    choices = "empty, sparse, forest, hallway, room, hold, hold_3d, ballast_tank"
+    with pytest.raises(ScenarioError, match=f"no world 'jungle'; choose one of {choices}"):
         generator.make("jungle")
 
 

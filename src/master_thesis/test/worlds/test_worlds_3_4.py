@@ -35,7 +35,7 @@ def test_the_simulator_knows_everything_in_it(world):
     assert world.warnings == ()
 
 
-def test_a_leaning_lidar_sees_the_same_plan_from_the_floor_to_above_the_flight(world):
+def test_a_leaning_lidar_sees_the_same_plan_at_every_height(world):
     for outline in floor_plan.outlines(world):
         assert outline.bottom_m == pytest.approx(0.0)
         assert outline.top_m >= FLIGHT_HEIGHT_M + 1.0

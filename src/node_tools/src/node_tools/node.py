@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from functools import partial
-from typing import Callable, Optional, Protocol, Tuple, Type, Union
+from typing import Callable, Protocol
 
 import rospy
 
@@ -20,11 +20,11 @@ LAST_CALLBACK_S = 0.4  # wall time
 LOOK_S = 0.25
 """Wall time between two checks whether ROS has told the node to end."""
 
-RunNode = Callable[[Ending], Optional[int]]
+RunNode = Callable[[Ending], int | None]
 """Runs a node in the main thread until it is done, a signal comes, or ROS shuts down. It may return an exit
 code.
 """
-Errors = Union[Type[Exception], Tuple[Type[Exception], ...]]
+Errors = type[Exception] | tuple[type[Exception], ...]
 
 
 class Lock(Protocol):

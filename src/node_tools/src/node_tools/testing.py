@@ -49,7 +49,8 @@ class Output:
         self.messages: list[Any] = []
         self._topic = topic
         self._subscriber = rospy.Subscriber(topic, message_type, self.messages.append, tcp_nodelay=True)
-        wait_until(lambda: self._subscriber.get_num_connections() > 0, f"a publisher of {topic}")
+        # A node may compile its inner loops first
+        wait_until(lambda: self._subscriber.get_num_connections() > 0, f"a publisher of {topic}", 120.0)
 
     def next(self) -> Any:
         """Wait for a message and take it."""

@@ -10,7 +10,7 @@ import contextlib
 import os
 import sys
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Callable, Mapping, Sequence
@@ -130,7 +130,7 @@ def find_package(package: str) -> str:
         raise LookupError(package) from error
 
 
-@lru_cache(maxsize=None)
+@cache
 def _packages() -> rospkg.RosPack:
     return rospkg.RosPack()
 

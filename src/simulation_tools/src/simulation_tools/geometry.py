@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence, Tuple
+from typing import Sequence
 
 import numpy as np
 
 from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
 
-Vector3 = Tuple[float, float, float]
-Quaternion = Tuple[float, float, float, float]
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 
 IDENTITY_QUATERNION: Quaternion = (0.0, 0.0, 0.0, 1.0)
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)

@@ -12,14 +12,14 @@ import errno
 import select
 import socket
 import struct
-from typing import Iterator, Sequence, Tuple
+from typing import Iterator, Sequence
 
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.bounds import fit_float32
 from simulation_tools.errors import SimulationToolsError
 
-Address = Tuple[str, int]
+Address = tuple[str, int]
 MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
 _OVERHEAD_V1, _OVERHEAD_V2, _SIGNATURE = 8, 12, 13
 _SIGNED = 1  # the only incompatibility flag that MAVLink 2 has

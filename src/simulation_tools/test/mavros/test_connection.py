@@ -46,7 +46,7 @@ def test_heartbeats_of_a_simulation_at_any_speed_keep_it(factor):
 
 
 @pytest.mark.parametrize("factor", [0.08, 1.0, 50.0])
-def test_without_heartbeats_it_ends_after_ten_seconds_of_the_flight_controllers_time(factor):
+def test_without_heartbeats_it_ends_after_10_s_of_the_vehicles_time(factor):
     pair = Pair(factor)
     pair.run(5.0)  # the last heartbeat at 4 s
     assert pair.run(8.8, heartbeats=False)

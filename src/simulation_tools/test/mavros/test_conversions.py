@@ -81,7 +81,7 @@ def test_a_poses_heading_survives(yaw):
     assert math.remainder(m.yaw - (math.pi / 2 - yaw), 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_quaternion_of_zeros_that_scripts_leave_in_means_what_it_means_to_mavros():
+def test_a_quaternion_of_zeros_means_what_it_means_to_mavros():
     """Its pose becomes a rotation matrix, for which Eigen makes of zeros no rotation: east in ENU.
 
     On setpoint_position/global MAVROS takes the heading of the quaternion itself: atan2(0, 0), north.

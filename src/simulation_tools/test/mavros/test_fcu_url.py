@@ -17,7 +17,7 @@ from simulation_tools.mavros.fcu_url import Endpoints, parse_fcu_url
         ("udp://127.0.0.3:0@127.0.0.2:14580", ("127.0.0.3", 0), ("127.0.0.2", 14580)),
     ],
 )
-def test_a_url_names_both_ends_and_without_a_host_the_loopback_serves_the_loopback(url, local, remote):
+def test_a_url_names_both_ends_without_a_host_on_the_loopback(url, local, remote):
     assert parse_fcu_url(url) == Endpoints(local, remote)
 
 

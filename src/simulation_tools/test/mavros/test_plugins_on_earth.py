@@ -56,7 +56,7 @@ def test_the_raw_fix_has_the_receivers_accuracy(uas):
     assert (fix.position_covariance[0], fix.position_covariance_type) == (-1.0, 0)
 
 
-def test_the_global_position_is_metres_from_home_and_keeps_mavros_sign_of_vz(uas):
+def test_the_global_position_is_from_home_with_mavros_sign_of_vz(uas):
     GlobalPositionPlugin(uas)
     uas.client.hear(attitude())
     uas.client.hear(gps())

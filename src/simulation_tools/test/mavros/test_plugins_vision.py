@@ -175,7 +175,7 @@ def test_ranges_of_the_flight_controller_have_mavross_topic_of_their_id(uas, mon
     assert ["id 7" in errors[0], "another way" in errors[1]] == [True, True]
 
 
-def test_ranges_to_the_flight_controller_are_in_cm_and_have_the_variance_of_the_last(uas, refusals):
+def test_ranges_to_the_flight_controller_are_in_cm_with_a_variance(uas, refusals):
     DistanceSensorPlugin(uas)
     take = uas.callbacks["distance_sensor/laser_1_sub"]
     for metres in (2.0, 4.0, math.inf, math.nan):

@@ -6,7 +6,7 @@ import copy
 import math
 import sys
 from collections import deque
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -123,7 +123,7 @@ def test_in_closed_loop_it_is_ready_soon_and_does_not_overshoot(extra_kg, limit_
     assert flight.body.position == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
 
 
-@lru_cache(maxsize=None)
+@cache
 def hovering_by_vision():
     loop = ClosedLoop(vision=True)
     loop.run(14.5)

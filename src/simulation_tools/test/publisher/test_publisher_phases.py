@@ -78,7 +78,7 @@ def test_a_failsafe_in_flight_is_answered_by_asking_for_offboard(bench):
     assert bench.of(AnnounceReady) == [AnnounceReady(False)]
 
 
-def test_after_a_failsafe_it_climbs_back_to_the_hover_height_before_commands_count(bench):
+def test_after_a_failsafe_it_climbs_before_commands_count(bench):
     bench.fly()
     bench.commands = True
     bench.pose = Pose((7.0, 8.0, 0.4))
@@ -95,7 +95,7 @@ def test_after_a_failsafe_it_climbs_back_to_the_hover_height_before_commands_cou
     assert bench.of(SendVelocity)
 
 
-def test_started_in_a_failsafe_it_climbs_to_the_hover_height_over_the_ground(bench):
+def test_started_in_a_failsafe_it_climbs_to_the_hover_height(bench):
     """It has not seen the UAV stand; PX4's frame begins where an Iris stands, 0.12 m over the ground."""
     bench.pose = Pose((7.0, 8.0, 0.4))
     bench.set("AUTO.LAND", status=5, landed=LANDING).run(1.0)

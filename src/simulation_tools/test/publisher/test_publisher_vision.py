@@ -92,7 +92,7 @@ def test_it_notices_the_loss_by_the_clock_alone(flying):
     assert len(flying.of(SendVelocity)) == 1
 
 
-def test_during_the_take_off_it_stops_too_and_hovers_first_when_vision_is_back():
+def test_during_the_take_off_it_stops_too_until_vision_is_back():
     bench = Bench(PublisherParameters(needs_vision=True))
     bench.vision = True
     bench.run(0.5)

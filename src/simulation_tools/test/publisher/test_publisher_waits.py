@@ -86,7 +86,7 @@ class Px4Like:
         return [time_ms for time_ms, action in self.log if isinstance(action, kind)]
 
 
-def test_it_arms_once_it_knows_its_home_and_not_again_while_px4_has_not_told_its_state():
+def test_it_arms_once_it_knows_its_home_and_not_twice_meanwhile():
     px4 = Px4Like()
     px4.run(20_000)
     assert not px4.failsafe
@@ -96,7 +96,7 @@ def test_it_arms_once_it_knows_its_home_and_not_again_while_px4_has_not_told_its
     assert px4.publisher.phase is Phase.FLYING
 
 
-def test_without_need_of_a_home_it_arms_and_bears_the_failsafe_before_the_take_off():
+def test_without_need_of_a_home_it_arms_despite_the_failsafe():
     px4 = Px4Like(home_at_ms=10**9)
     px4.publisher.parameters = PublisherParameters(needs_home=False)
     px4.run(25_000)

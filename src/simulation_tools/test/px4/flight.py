@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 from bodies import DT_S, RigidBody, iris, reference_quad
@@ -90,7 +90,7 @@ def hovering(height=2.0, seconds=10.0, make=Flight.of_iris):
     return flight
 
 
-@lru_cache(maxsize=None)
+@cache
 def _taken_off(height, seconds, make):
     flight = make(noise=NO_NOISE)
     flight.take_off(height, seconds=seconds)

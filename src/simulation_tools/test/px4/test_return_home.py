@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from simulation_tools.px4.setpoint import Setpoint
 YAW_RAD = 0.4  # heading of home, from east
 
 
-@lru_cache(maxsize=None)
+@cache
 def taken_off(height_m):
     flight = Flight.of_reference_quad(noise=NO_NOISE, yaw=YAW_RAD)
     flight.take_off(height_m, yaw=YAW_RAD, seconds=6.0 + 1.5 * height_m)

@@ -6,7 +6,7 @@ import copy
 import json
 import math
 from dataclasses import asdict, replace
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +46,7 @@ def a_pilot(seed=1, noise=None):
     return Pilot(flight.px4, flight.advance)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _hovering(seed, noise, seconds):
     pilot = a_pilot(seed, noise)
     pilot.take_off(3.0, seconds)

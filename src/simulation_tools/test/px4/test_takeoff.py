@@ -101,7 +101,8 @@ def test_higher_than_ten_metres_it_goes_on_at_full_speed():
 
 
 @pytest.mark.parametrize(
-    ("model", "stands_m", "rises_s"), [("reference_quad", 0.08, 6.80), ("iris", 0.12, None)]
+    ("model", "stands_m", "rises_s"),
+    [("reference_quad", 0.08, 6.80), ("iris", 0.12, None), ("small_quad", 0.075, None)],
 )
 def test_local_height_is_zero_on_the_ground_and_offboard_rises_as_px4(model, stands_m, rises_s):
     """Asked for z = -2 m, it passes 1.8 m over where it stood 6.80 s after arming."""

@@ -140,7 +140,7 @@ class TestMavrosPublisher(MavrosTestCase):
         q = self.truth.pose.pose.orientation
         self.assertAlmostEqual(2.0 * math.atan2(q.z, q.w), YAW, delta=0.03)
 
-    def test_aa_tf_knows_the_lidar_in_the_world_and_agrees_with_the_ground_truth(self):
+    def test_aa_tf_of_the_lidar_agrees_with_the_ground_truth(self):
         hokuyo, base = (
             self.tf.lookup_transform("world", frame, rospy.Time(0), rospy.Duration(30.0)).transform
             for frame in ("hokuyo", "base_frame")
@@ -201,7 +201,7 @@ class TestMavrosPublisher(MavrosTestCase):
         self.for_simulated(2.0, nonsense)
         self.assertLess(math.dist(before, self.place), 0.15)
 
-    def test_e_positions_are_flown_when_asked_for_by_topic_or_dynamic_reconfigure(self):
+    def test_e_positions_are_flown_by_topic_or_dynamic_reconfigure(self):
         x, y, z = self.place
         target = Pose()
         # In PX4's local frame, which begins where the UAV stood.

@@ -110,7 +110,7 @@ def test_the_clock_precedes_every_stamp(fly):
             assert message.header.stamp == now, name
 
 
-def test_streams_that_hold_back_send_poses_before_the_scan_and_the_rest_after_it(fly):
+def test_held_back_streams_send_poses_before_the_scan_the_rest_after_it(fly):
     streams = ("clock", "odometry", "ground_truth", "imu", "joint_states")
     simulation, output, log = fly(held=streams, lidar="puck")  # 10 Hz: streams do not wait that long
     newest_us = dict.fromkeys(streams, 0)

@@ -17,7 +17,7 @@ def test_a_call_is_over_when_ask_returns():
     assert threading.main_thread() not in [thread for _, thread in made]
 
 
-def test_a_call_that_hangs_is_waited_for_once_and_nothing_queues_up_behind_it():
+def test_a_call_that_hangs_is_waited_for_once_and_nothing_queues_up():
     release = threading.Event()
     made = []
     requests = RequestThread()

@@ -66,7 +66,7 @@ def test_a_paused_simulation_stands_still_and_serves_requests(rig):
     assert took_s >= 0.3 - STEP_S + 0.3  # the pause is not caught up with
 
 
-def test_a_request_gets_its_result_or_its_exception_from_the_simulation_thread(rig):
+def test_a_request_gets_its_result_or_exception_from_the_simulation(rig):
     rig = rig(real_time_factor=1.0)
     own = threading.get_ident()
 

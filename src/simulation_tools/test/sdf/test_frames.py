@@ -61,7 +61,7 @@ def test_poses_along_the_tree_add_up_to_the_pose_in_the_model():
     np.testing.assert_allclose(place["elbow"].position_m, (0.5, 0, 0), atol=1e-12)
 
 
-def test_a_revolute_joint_turns_its_child_about_the_joint_not_about_the_link():
+def test_a_revolute_joint_turns_its_child_about_the_joint_not_the_link():
     frame = next(frame for frame in model_frames(ARM) if frame.child == "upper")
     # The elbow sits half a metre behind the upper arm: a quarter turn moves the arm to its left.
     turned = frame.at_angle(math.pi / 2)

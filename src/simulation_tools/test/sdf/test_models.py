@@ -47,9 +47,13 @@ def test_the_sun_can_be_included_in_a_world(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "mass", "inertia"),
-    [("iris", 1.5, (0.029125, 0.029125, 0.055225)), ("reference_quad", 0.8, (0.005, 0.005, 0.009))],
+    [
+        ("iris", 1.5, (0.029125, 0.029125, 0.055225)),
+        ("reference_quad", 0.8, (0.005, 0.005, 0.009)),
+        ("small_quad", 1.2, (0.009, 0.009, 0.015)),
+    ],
 )
-def test_a_quadrotor_balances_in_its_origin_with_the_stated_mass_and_inertia(name, mass, inertia):
+def test_a_quadrotor_balances_with_the_stated_mass_and_inertia(name, mass, inertia):
     body = mass_of(load_model(f"model://{name}", [MODELS]))
     assert body.mass_kg == pytest.approx(mass, abs=1e-9)
     np.testing.assert_allclose(body.centre_m, 0.0, atol=1e-9)
@@ -100,7 +104,7 @@ def test_a_lidar_is_as_in_the_thesis(key):
 
 
 @pytest.mark.parametrize("key", sorted(LIDARS))
-@pytest.mark.parametrize("carrier", ["iris", "reference_quad"])
+@pytest.mark.parametrize("carrier", ["iris", "reference_quad", "small_quad"])
 def test_a_lidar_on_a_quadrotor_adds_its_mass_and_sees_over_the_rotors(carrier, key):
     bare = load_model(f"model://{carrier}", [MODELS])
     whole = attach(bare, load_model(f"model://lidar_{key}", [MODELS]), "lidar_mount")

@@ -297,7 +297,7 @@ def test_a_world_with_includes_that_override_name_pose_and_static(tmp_path):
     assert parsed.warnings == ()
 
 
-def test_the_warning_of_an_included_file_appears_once_however_often_it_is_included(tmp_path):
+def test_the_warning_of_an_included_file_appears_once(tmp_path):
     put_model(tmp_path, "crate", '<link name="l"><audio_sink/></link>')
     world = tmp_path / "test.world"
     includes = "".join(f"<include><uri>model://crate</uri><name>c{k}</name></include>" for k in range(3))

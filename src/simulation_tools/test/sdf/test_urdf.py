@@ -128,7 +128,7 @@ def test_shapes_colours_limits_and_masses_come_along():
 
 
 @pytest.mark.skipif(shutil.which("check_urdf") is None, reason="liburdfdom-tools is not installed")
-@pytest.mark.parametrize("name", ["iris", "reference_quad", "lidar_puck", "ground_plane"])
+@pytest.mark.parametrize("name", ["iris", "reference_quad", "small_quad", "lidar_puck", "ground_plane"])
 def test_urdfdom_accepts_it(name, tmp_path):
     file = tmp_path / "model.urdf"
     file.write_text(urdf_of(load_model(f"model://{name}", [MODELS])))

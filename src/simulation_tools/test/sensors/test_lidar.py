@@ -64,7 +64,7 @@ def test_the_scan_of_a_box_is_that_of_analytic_geometry():
     np.testing.assert_allclose(ranges, np.minimum(to_x, to_y), atol=1e-5)
 
 
-def test_the_scan_of_a_cylinder_is_that_of_analytic_geometry_within_its_facets():
+def test_the_scan_of_a_cylinder_is_analytic_geometry_within_its_facets():
     device = lidar()
     radius, distance = 0.3, 4.0
     ranges = device.scan(scene((Cylinder(radius, 2.0), Pose.from_xyz_rpy(distance, 0, 0))), Pose())
@@ -149,7 +149,7 @@ def test_the_noise_of_a_beam_does_not_depend_on_what_others_see():
     still = Pose()
     full, sparse = room(), scene((Box((0.1, 9, 9)), Pose.from_xyz_rpy(4.05, 0, 0)))
     a, b = (lidar(seed=3, noise=Noise(0.0, 0.02)).scan(rays, still) for rays in (full, sparse))
-    assert a[540] == b[540]
+    assert a[540] == pytest.approx(b[540], abs=1e-5)  # Embree rounds by scene
 
 
 def test_ranges_are_multiples_of_the_resolution():

@@ -125,7 +125,7 @@ def test_position_noise_grows_with_the_square_root_of_the_way():
         assert xs.mean() == pytest.approx(length, abs=5 * sigma / 20)
 
 
-def test_heading_noise_grows_with_the_square_root_of_the_way_and_of_the_turn():
+def test_heading_noise_grows_with_the_square_root_of_way_and_turn():
     yaws = ends(OdometryParameters(0.0, 0.0, 0.0, 0.01, 0.0), straight(16.0))[:, 2]
     assert yaws.std() == pytest.approx(0.04, abs=5 * 0.04 / 28)
     yaws = ends(OdometryParameters(0.0, 0.0, 0.0, 0.0, 0.02), turning(2.25))[:, 2]

@@ -48,7 +48,7 @@ def pose_of(edges, frame):
 
 
 @pytest.mark.parametrize("name", ["hinge", "arm::hinge"])
-def test_a_joint_that_turns_leaves_the_static_frames_and_carries_what_hangs_on_it(name):
+def test_a_turning_joint_is_no_static_frame_and_carries_its_children(name):
     frames = JointFrames(MODEL, "base_frame")
     assert "finger" in {edge.child for edge in frames.static_edges()}
     (edge,) = frames.on_joint_states(5, {name: math.pi / 2, "other::hinge": 1.0})

@@ -120,7 +120,7 @@ def test_the_wind_pushes_what_has_drag_and_repeats_after_a_reset():
 
 
 @pytest.mark.flight
-def test_in_a_steady_wind_the_uav_holds_its_place_and_leans_by_drag_over_weight():
+def test_in_a_steady_wind_the_uav_leans_by_drag_over_weight():
     """Closed form: tan(lean) = 4 c w v / (m g), with c the SDF's rotorDragCoefficient and w of a rotor."""
     parameters = SimulationParameters(str(EMPTY), wind=(AirStream(5.0),))
     simulation = Simulation(parameters)

@@ -122,7 +122,7 @@ def test_it_goes_with_the_worlds_time_and_begins_anew_with_it(build):
     assert world.get_state("walker").pose.position_m == pytest.approx((2.4, 0.0, 1.0))
 
 
-def test_one_that_is_spawned_later_begins_then_and_one_that_does_not_start_stays(build):
+def test_a_later_actor_begins_then_and_one_that_does_not_start_stays(build):
     world = build()
     run(world, 1.0)
     walk = line((0, 0, 0), (1, 2, 0), (2, 4, 0), (3, 6, 0))

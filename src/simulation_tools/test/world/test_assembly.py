@@ -96,7 +96,7 @@ def test_fixed_joints_lump_and_revolute_joints_part():
     assert names(lumped) == [["a", "b", "c", "d"]]
 
 
-def test_links_without_a_joint_are_bodies_of_their_own_and_the_first_link_leads():
+def test_links_without_a_joint_are_bodies_and_the_first_one_leads():
     parts = assemblies(model(joint("dc", "fixed", "d", "c")))
     assert [names(assembly) for assembly in parts] == [[["a"]], [["b"]], [["c", "d"]]]
 

@@ -62,7 +62,7 @@ def test_a_mesh_file_of_each_kind_is_read_and_scaled(tmp_path, suffix):
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), (1.0, 2.0, 6.0), atol=1e-6)
 
 
-def test_the_unit_of_a_collada_file_counts_and_its_up_axis_does_not_as_in_gazebo(tmp_path):
+def test_a_collada_files_unit_counts_but_not_its_up_axis_as_in_gazebo(tmp_path):
     path = tmp_path / "box.dae"
     trimesh.creation.box((100.0, 200.0, 300.0)).export(path)
     text = path.read_text()

@@ -63,7 +63,7 @@ def moved_m(simulation) -> float:
 
 
 @pytest.mark.parametrize("static_models", [False, True])
-def test_a_forest_of_trunks_inside_each_other_is_warned_of_and_stands_when_told_to(tmp_path, static_models):
+def test_overlapping_trunks_are_warned_of_and_stand_when_told_to(tmp_path, static_models):
     simulation = Simulation(SimulationParameters(forest(tmp_path), static_models=static_models))
     try:
         told = [warning for warning in simulation.warnings if ": physics throws them apart" in warning]

@@ -300,7 +300,7 @@ def test_the_clearance_of_the_iris_to_a_trunk(distance, bearing, yaw):
     assert measured == pytest.approx(min(to_rotors, to_body, to_legs) - 0.2, abs=1e-3)
 
 
-def test_a_mesh_counts_by_its_surface_when_it_stands_and_by_its_hull_when_it_moves(build, tmp_path):
+def test_a_standing_mesh_counts_by_its_surface_a_moving_one_by_its_hull(build, tmp_path):
     # A U of three slabs, open upwards: a ball inside does not touch the standing one, but is inside the hull.
     slabs = [trimesh.creation.box((3, 3, 0.2))] + [trimesh.creation.box((0.2, 3, 3)) for _ in range(2)]
     slabs[1].apply_translation((-1.4, 0, 1.4))

@@ -6,12 +6,22 @@ import math
 
 import numpy as np
 
+from cepa.dynamic.constants.choice import (
+    FAN_CLIMBS,
+    FAN_COARSER,
+    FAN_DIRECTIONS,
+    FAN_FASTER_OF,
+    FAN_SPEEDS,
+    LEADS_BACK_COS,
+    LEVEL_CLIMB_M_S,
+)
+
 REFERENCE, LAST, STANDSTILL = range(3)
 """Rows of the candidates; the fan follows."""
-DIRECTIONS = 48
-SPEEDS = (1.0, 0.6, 0.3, 0.12)
-"""As fractions of the reference's speed."""
-OFFSETS_RAD, SHARES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS), np.array(SPEEDS)[:, None]
+OFFSETS_RAD, SHARES = (
+    np.arange(FAN_DIRECTIONS) * (2.0 * math.pi / FAN_DIRECTIONS),
+    np.array(FAN_SPEEDS)[:, None],
+)
 
 
 def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
@@ -19,22 +29,14 @@ def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
 
     v_ref, last: (3,). The last command is limited to ``speed``, the greatest that the fan has, too.
     """
-    commands = np.zeros((STANDSTILL + 1 + len(SPEEDS) * DIRECTIONS, 3))
+    commands = np.zeros((STANDSTILL + 1 + len(FAN_SPEEDS) * FAN_DIRECTIONS, 3))
     commands[REFERENCE] = v_ref
     commands[LAST] = last * min(1.0, speed / max(math.hypot(last[0], last[1]), 1e-9))
     angles = math.atan2(v_ref[1], v_ref[0]) + OFFSETS_RAD
-    speeds, fans = speed * SHARES, commands[STANDSTILL + 1 :].reshape(len(SPEEDS), DIRECTIONS, 3)
+    speeds, fans = speed * SHARES, commands[STANDSTILL + 1 :].reshape(len(FAN_SPEEDS), FAN_DIRECTIONS, 3)
     np.multiply(speeds, np.cos(angles), out=fans[:, :, 0])
     np.multiply(speeds, np.sin(angles), out=fans[:, :, 1])
     return commands
-
-
-CLIMBS = (-1.0, 0.0, 1.0)
-"""As fractions of the greatest climb."""
-COARSER, FASTER_OF = 3, 2
-"""Every third direction, and the faster half of the speeds, are tried with each climb."""
-LEVEL_M_S = 0.05
-"""A slower climb is level, too."""
 
 
 def climbing(level: np.ndarray, climb: float, climb_max: float) -> np.ndarray:
@@ -46,16 +48,12 @@ def climbing(level: np.ndarray, climb: float, climb_max: float) -> np.ndarray:
     kept = level.copy()
     kept[STANDSTILL + 1 :, 2] = climb
     kept[:, 2] = np.clip(kept[:, 2], -climb_max, climb_max)
-    fast = STANDSTILL + 1 + np.arange(0, DIRECTIONS * len(SPEEDS) // FASTER_OF, COARSER)
+    fast = STANDSTILL + 1 + np.arange(0, FAN_DIRECTIONS * len(FAN_SPEEDS) // FAN_FASTER_OF, FAN_COARSER)
     some = kept[np.concatenate(([REFERENCE, LAST, STANDSTILL], fast))]
     halves = kept[[REFERENCE, LAST, REFERENCE, LAST]]
     halves[:, 2] = climb_max * np.array([0.5, 0.5, -0.5, -0.5])
-    climbs = [share for share in CLIMBS if share != 0.0 or abs(climb) > LEVEL_M_S]
+    climbs = [share for share in FAN_CLIMBS if share != 0.0 or abs(climb) > LEVEL_CLIMB_M_S]
     return np.concatenate((kept, halves, *(some * (1, 1, 0) + (0, 0, climb_max * share) for share in climbs)))
-
-
-STRAIGHT_BACK = 0.5
-"""Cosine of the angle within which a velocity leads back."""
 
 
 def leads_back(commands: np.ndarray, way: np.ndarray) -> np.ndarray:
@@ -63,4 +61,4 @@ def leads_back(commands: np.ndarray, way: np.ndarray) -> np.ndarray:
     if not way.any():
         return np.ones(len(commands), np.bool_)
     speeds = np.hypot(commands[:, 0], commands[:, 1])
-    return commands[:, :2] @ way <= -STRAIGHT_BACK * np.hypot(*way) * speeds
+    return commands[:, :2] @ way <= -LEADS_BACK_COS * np.hypot(*way) * speeds

@@ -5,24 +5,25 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from struct import Struct
-from typing import Sequence
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
+from cepa.dynamic.constants.response import (
+    ACCELERATION_NOISE_M_S2,
+    CLIMB_LAG_S,
+    INTEGRAL_NOISE_M_S2,
+    KEPT_COMMANDS,
+    LONGEST_OBSERVER_GAP_S,
+    OBSERVER_STEP_S,
+    VELOCITY_NOISE_M_S,
+)
+from cepa.dynamic.kernels.response import observe
 from cepa.identification.response import ResponseModel
-from cepa.kernels.rollout import observe
 from cepa.motion import Vector3
 
-VELOCITY_NOISE_M_S = 0.01
-ACCELERATION_NOISE_M_S2, INTEGRAL_NOISE_M_S2 = 5.0, 0.5
-"""Standard deviations that acceleration and integral gain in a second."""
-LONGEST_STEP_S = 1.0
-"""After a longer gap nothing is known of acceleration and integral."""
-KEPT_COMMANDS = 256
 ROW, ROW_BYTES = Struct("5d"), 40
 """Of a command: when it begins and is braked, s, and its velocity, m/s."""
-STEP_S = 1e-3
-CLIMB_LAG_S = 0.35
 
 
 def response_of(model: ResponseModel, step_s: float) -> np.ndarray:
@@ -38,6 +39,15 @@ def response_of(model: ResponseModel, step_s: float) -> np.ndarray:
     return np.array([*np.column_stack((f[:, 1:], g)).flat, *limits, climb_share, step_s])
 
 
+class Estimate(NamedTuple):
+    """Where the UAV is, and how it moves."""
+
+    state: np.ndarray
+    """(3, 4): see `Observer`."""
+    way_m: np.ndarray
+    """(3,) m: from where the velocity was measured to where the scan was taken."""
+
+
 class Observer:
     """A steady-state Kalman filter of both axes, and the commands that are on their way.
 
@@ -47,12 +57,11 @@ class Observer:
 
     def __init__(self, model: ResponseModel):
         self._model = model
-        self._response = response_of(model, STEP_S)
+        self._response = response_of(model, OBSERVER_STEP_S)
         self._commands = np.zeros((KEPT_COMMANDS, 5))
         self._rows = self._commands.data
         self._state = np.zeros((3, 4))
         self._gains: dict[int, np.ndarray] = {}
-        self.way_m = np.zeros(3)
         self.reset()
 
     def reset(self) -> None:
@@ -75,18 +84,18 @@ class Observer:
         if self._next - self._first > KEPT_COMMANDS:
             self._first += 1
 
-    def update(self, told_s: float, velocity_m_s: Vector3, scan_s: float, later_s: float) -> np.ndarray:
+    def update(self, told_s: float, velocity_m_s: Vector3, scan_s: float, later_s: float) -> Estimate:
         """Take in a velocity that was measured at ``told_s``; return the state at ``later_s``.
 
-        Its position counts from where the UAV is at ``scan_s``. ``way_m`` leads there, from ``told_s`` on.
+        Its position counts from where the UAV is at ``scan_s``.
         """
         from_s, self._stamp_s = self._stamp_s, told_s
-        if not 0.0 <= told_s - from_s <= LONGEST_STEP_S:
+        if not 0.0 <= told_s - from_s <= LONGEST_OBSERVER_GAP_S:
             from_s = told_s
             self._state[:] = 0.0
             self._state[:, 1] = velocity_m_s
         vx, vy, vz = map(float, velocity_m_s)  # the kernel takes no whole numbers among floats
-        later = np.empty((3, 4))
+        later, way_m = np.empty((3, 4)), np.empty(3)
         self._first = observe(
             self._state,
             vx,
@@ -101,10 +110,10 @@ class Observer:
             scan_s,
             later_s,
             self._response,
-            self.way_m,
+            way_m,
             later,
         )
-        return later
+        return Estimate(later, way_m)
 
     def _gains_over(self, time_s: float) -> np.ndarray:
         """Return the gains (3,) over a time, to the millisecond; whole numbers are looked up fast."""

@@ -1,5 +1,1 @@
-"""Compiled inner loops on plain arrays.
-
-Conventions: ``ranges`` are float64 metres on a full turn of beams, +inf where nothing is seen; directions are
-unit vectors in the grid's own frame (beam 0 along x).
-"""
+"""The compiled inner loop that all algorithms share: a scan's normal form."""

@@ -17,7 +17,7 @@ from cepa.scan import LaserScan2D
 from cepa.steering.clouds import CloudLimits, SensedPoints
 from cepa.steering.mount import Mount, in_lidar_frame
 from cepa.steering.own_motion import OwnMotion, OwnState
-from cepa.steering.pairing import PairedScan
+from stamp_pairing.pairing import Paired
 
 MAX_AGE_NS = 500_000_000
 MAX_AGE_OF_ATTITUDE_NS = 50_000_000
@@ -76,7 +76,7 @@ class Answering:
         self._last_xy = (0.0, 0.0)
         self._matched_ns = None
 
-    def answer(self, paired: PairedScan, scan: LaserScan2D, mount: Mount) -> Answer:
+    def answer(self, paired: Paired, scan: LaserScan2D, mount: Mount) -> Answer:
         """Return the velocity that answers the scan of a lidar with this mounting."""
         v_ref = paired.fresh("reference", MAX_AGE_NS, STANDSTILL)
         is_mirrored = self.algorithm.wants_motion and mount.turn.flipped
@@ -105,17 +105,17 @@ class Answering:
         asked = scan, (reference_xy, own_xy)
         return Answer(velocity, decision, *asked, computation_ms, cpu_ms, is_mirrored)
 
-    def _cloud(self, paired: PairedScan, mount: Mount) -> Cloud | None:
+    def _cloud(self, paired: Paired, mount: Mount) -> Cloud | None:
         """Return the cloud of the scan's instant, if there is one and the algorithm uses it."""
         if self._limits is None or not self.algorithm.wants_cloud:
             return None
         cloud = paired.values["cloud"]
-        age_ns = math.inf if cloud is None else abs(paired.scan.stamp_ns - cloud.stamp_ns)
+        age_ns = math.inf if cloud is None else abs(paired.leader.stamp_ns - cloud.stamp_ns)
         if cloud is None:
             self._warn("No cloud has come yet; the scan alone counts. Check the topic cloud.")
         elif age_ns <= MAX_AGE_OF_CLOUD_NS or self._matched_ns is None:
-            self._matched_ns = paired.scan.stamp_ns
-        elif age_ns <= MAX_AGE_NS and paired.scan.stamp_ns - self._matched_ns > LONGEST_MISMATCH_NS:
+            self._matched_ns = paired.leader.stamp_ns
+        elif age_ns <= MAX_AGE_NS and paired.leader.stamp_ns - self._matched_ns > LONGEST_MISMATCH_NS:
             self._warn(
                 f"Clouds come, but none within {1e-9 * MAX_AGE_OF_CLOUD_NS:.2f} s of a scan (now "
                 f"{1e-9 * age_ns:.3f} s): the scan alone counts. Check their stamps."
@@ -125,7 +125,7 @@ class Answering:
         sensed: SensedPoints = cloud.value
         return self._limits.cloud(sensed.seen_from(mount))
 
-    def _ranges(self, paired: PairedScan, mount: Mount) -> list[Ranging]:
+    def _ranges(self, paired: Paired, mount: Mount) -> list[Ranging]:
         """Return what the range finders measured lately, in the scan's frame."""
         sources = [source for source in RANGE_FINDERS if source in paired.values]
         rangings = [paired.fresh(source, MAX_AGE_OF_RANGE_NS, None) for source in sources]
@@ -140,7 +140,7 @@ class Answering:
             return self._last_xy
         return own.velocity_m_s if own and own.velocity_m_s else STANDSTILL
 
-    def _levelled(self, scan: LaserScan2D, paired: PairedScan, mount: Mount, own_speed: float) -> LaserScan2D:
+    def _levelled(self, scan: LaserScan2D, paired: Paired, mount: Mount, own_speed: float) -> LaserScan2D:
         """Return the scan without floor and ceiling; the whole scan if the attitude is not known."""
         state = paired.fresh("odometry", MAX_AGE_OF_ATTITUDE_NS, None)
         if state is None:

@@ -13,8 +13,8 @@ from cepa.steering.answering import RANGE_FINDERS, STANDSTILL, Answer, Answering
 from cepa.steering.clouds import CloudLimits, SensedPoints
 from cepa.steering.mount import MountOf
 from cepa.steering.own_motion import OwnState
-from cepa.steering.pairing import PairedScan, ScanPairing
 from cepa.steering.scan_watch import ScanWatch
+from stamp_pairing.pairing import Paired, StampPairing
 
 SCANS_IN_ORDER = 100
 """If more scans of a recording wait, a message is not in it, or is not played."""
@@ -45,8 +45,8 @@ class SteeringLoop:
     """Answers each scan with one velocity of the scan's stamp, and brakes when scans stay away.
 
     Tell it each message when it comes. Every call returns the commands that are due, oldest first. A scan
-    waits for the reference, the odometry and the cloud of its own stamp (see `ScanPairing`). A reference or a
-    velocity of the UAV that is more than 0.5 s from its scan counts as zero. When the stamps of scans go
+    waits for the reference, the odometry and the cloud of its own stamp (see `StampPairing`). A reference or
+    a velocity of the UAV that is more than 0.5 s from its scan counts as zero. When the stamps of scans go
     back, everything is forgotten. All stamps are whole nanoseconds of one clock.
 
     Args:
@@ -75,7 +75,7 @@ class SteeringLoop:
         self._pairing = _pairing(limits, uses_range_finders, is_replay)
         self._answering = Answering(algorithm, warn, limits)
         self._scan_watch = ScanWatch(warn)
-        self._waiting: deque[PairedScan] = deque()  # in a replay, for the lidar's mounting
+        self._waiting: deque[Paired] = deque()  # in a replay, for the lidar's mounting
         self._newest_scan_ns: int | None = None
         self._braked_ns = 0
 
@@ -114,7 +114,7 @@ class SteeringLoop:
     def on_scan(self, stamp_ns: int, scan: LaserScan2D, frame: str) -> list[Command]:
         """Take in a scan. frame: that of its lidar."""
         self._watch_clock(stamp_ns)
-        return self._answer(self._pairing.offer_scan(stamp_ns, FramedScan(scan, frame)))
+        return self._answer(self._pairing.lead(stamp_ns, FramedScan(scan, frame)))
 
     def _watch_clock(self, scan_ns: int) -> None:
         last_ns, self._newest_scan_ns = self._newest_scan_ns, scan_ns
@@ -126,12 +126,12 @@ class SteeringLoop:
             part.restart()
         self._braked_ns = 0
 
-    def _answer(self, ready: list[PairedScan]) -> list[Command]:
+    def _answer(self, ready: list[Paired]) -> list[Command]:
         """Return the answers to all scans that are ready and whose lidar's mounting is known."""
         commands: list[Command] = []
         self._waiting.extend(ready)
         while self._waiting:
-            framed: FramedScan = self._waiting[0].scan.value
+            framed: FramedScan = self._waiting[0].leader.value
             try:
                 mount = self._mount_of(framed.frame)
             except MountError as error:
@@ -139,18 +139,18 @@ class SteeringLoop:
                     self._warn(f"{error} The recording's scans wait for it.")
                     return commands
                 self._warn(f"{error} Hovering until the lidar's mounting is known.")
-                commands.append(Command(self._waiting.popleft().scan.stamp_ns, STANDSTILL))
+                commands.append(Command(self._waiting.popleft().leader.stamp_ns, STANDSTILL))
                 continue
             paired = self._waiting.popleft()
             commands.append(self._command(paired, self._answering.answer(paired, framed.scan, mount)))
         self._complain_of_held()
         return commands
 
-    def _command(self, paired: PairedScan, answer: Answer) -> Command:
-        scan_ns = paired.scan.stamp_ns
+    def _command(self, paired: Paired, answer: Answer) -> Command:
+        scan_ns = paired.leader.stamp_ns
         self._scan_watch.on_answer(scan_ns, moves=any(answer.velocity_m_s))
         stamp_ns = max(scan_ns, self._braked_ns)
-        return Command(stamp_ns, answer.velocity_m_s, answer, scan_ns, paired.scan.value.frame)
+        return Command(stamp_ns, answer.velocity_m_s, answer, scan_ns, paired.leader.value.frame)
 
     def _complain_of_held(self) -> None:
         if self._is_replay and self._pairing.held > SCANS_IN_ORDER:
@@ -158,10 +158,10 @@ class SteeringLoop:
             self._warn(f"{self._pairing.held} scans of the recording wait for their {lacking}.")
 
 
-def _pairing(limits: CloudLimits | None, uses_range_finders: bool, is_replay: bool) -> ScanPairing:
+def _pairing(limits: CloudLimits | None, uses_range_finders: bool, is_replay: bool) -> StampPairing:
     """Return the pairing of scans with what such a UAV tells. A lidar's own cloud has its scans' rate."""
     ranges = RANGE_FINDERS if uses_range_finders else ()
     in_space = (("cloud",) if limits else ()) + ranges
     own_rate = ranges if limits and limits.looks_all_around else in_space
     sources = ("reference", "odometry", *in_space)
-    return ScanPairing(sources, ("odometry", *in_space), own_rate, patient=is_replay)
+    return StampPairing(sources, ("odometry", *in_space), own_rate, patient=is_replay)

@@ -8,7 +8,7 @@ from typing import Callable, NamedTuple
 from cepa.errors import MotionError
 from cepa.motion import Motion, Quaternion, Vector3
 from cepa.steering.mount import Mount
-from cepa.steering.pairing import PairedScan
+from stamp_pairing.pairing import Paired
 
 MAX_AGE_NS = 500_000_000
 JUMP_M, SPEED_FACTOR = 0.3, 1.5
@@ -36,7 +36,7 @@ class OwnMotion:
         """Forget the last motion, as after a clock that jumped back."""
         self._last: Motion | None = None
 
-    def at(self, paired: PairedScan, mount: Mount, climb_ref_m_s: float) -> tuple[Motion | None, bool]:
+    def at(self, paired: Paired, mount: Mount, climb_ref_m_s: float) -> tuple[Motion | None, bool]:
         """Return the lidar's motion for a scan, and whether it goes on from that for the last scan.
 
         The motion is None, with a warning, if odometry does not tell it.
@@ -66,12 +66,12 @@ class OwnMotion:
         return True
 
 
-def _motion(paired: PairedScan, mount: Mount, climb_ref_m_s: float) -> Motion:
+def _motion(paired: Paired, mount: Mount, climb_ref_m_s: float) -> Motion:
     """Raises MotionError."""
     odometry = paired.values["odometry"]
     if odometry is None:
         raise MotionError("No odometry has come yet.")
-    age_ns = paired.scan.stamp_ns - odometry.stamp_ns
+    age_ns = paired.leader.stamp_ns - odometry.stamp_ns
     state: OwnState = odometry.value
     if abs(age_ns) > MAX_AGE_NS:
         raise MotionError(f"The odometry is {1e-9 * age_ns:.2f} s older than the scan.")
@@ -79,4 +79,4 @@ def _motion(paired: PairedScan, mount: Mount, climb_ref_m_s: float) -> Motion:
         raise MotionError("The odometry tells no velocity.")
     body = state.position_m, state.orientation_xyzw, state.velocity_m_s
     age_s = 1e-9 * max(0, age_ns)
-    return Motion.of_mounted(1e-9 * paired.scan.stamp_ns, *body, *mount[1:], climb_ref_m_s, age_s)
+    return Motion.of_mounted(1e-9 * paired.leader.stamp_ns, *body, *mount[1:], climb_ref_m_s, age_s)

@@ -8,7 +8,7 @@ from std_msgs.msg import ColorRGBA, Header, String
 from visualization_msgs.msg import Marker
 
 from gridslam.session import SlamSession
-from gridslam.tracking.judgement import LOST, TRACKING, UNCERTAIN, Judgement
+from gridslam.tracking.monitor import LOST, TRACKING, UNCERTAIN, TrackingMonitor
 
 PERIOD_S = 1.0
 """Time by the scans' stamps between two diagnostics of one state."""
@@ -34,7 +34,7 @@ class StatePublisher:
 
     def publish(self, session: SlamSession, stamp: rospy.Time) -> None:
         """Publish what a session says after the scan of this stamp."""
-        state = UNCERTAIN if session.judgement is None else session.judgement.state
+        state = UNCERTAIN if session.tracking is None else session.tracking.state
         is_new = state != self._state
         if is_new:
             self._state = state
@@ -42,7 +42,7 @@ class StatePublisher:
             self._markers.publish(marker_of(state, self._base_frame))
         if is_new or not 0.0 <= stamp.to_sec() - self._published_s < PERIOD_S:
             self._published_s = stamp.to_sec()
-            status = status_of(session.judgement, session.search)
+            status = status_of(session.tracking, session.search)
             self._diagnostics.publish(DiagnosticArray(Header(stamp=stamp), [status]))
 
 
@@ -55,25 +55,25 @@ def marker_of(state: str, base_frame: str) -> Marker:
     return marker
 
 
-def status_of(judgement: Judgement | None, search: str) -> DiagnosticStatus:
-    """Return the diagnostics of a judgement (None: before the first scan) and of the search, in words."""
+def status_of(tracking: TrackingMonitor | None, search: str) -> DiagnosticStatus:
+    """Return the diagnostics of the tracking (None: before the first scan) and of the search, in words."""
     status = DiagnosticStatus(name=f"{rospy.get_name().lstrip('/')}: localisation")
-    if judgement is None or judgement.last is None:
-        state = UNCERTAIN if judgement is None else judgement.state
+    if tracking is None or tracking.last is None:
+        state = UNCERTAIN if tracking is None else tracking.state
         status.level, status.message = LEVELS[state], f"{state}: no scan has been compared with a map yet"
         return status
-    last = judgement.last
-    status.level, status.message = LEVELS[judgement.state], f"{judgement.state}: {judgement.reason}"
+    last = tracking.last
+    status.level, status.message = LEVELS[tracking.state], f"{tracking.state}: {tracking.reason}"
     numbers = {
-        "beams that agree with the map (share)": judgement.share_of(last),
-        "the same over the last scans (share)": judgement.smoothed_share,
+        "beams that agree with the map (share)": tracking.share_of(last),
+        "the same over the last scans (share)": tracking.smoothed_share,
         "beams that the map can be compared with (share)": last.agreement.compared_share,
         "spread of the particles (m)": last.spread_m,
         "effective particles (share)": last.neff_share,
         "correction of odometry (standard deviations)": last.correction,
-        "scans in a row that contradict the map": judgement.contradictions,
-        "scans since tracking": judgement.scans_since_tracking,
-        "travel since tracking (m)": judgement.travelled_since_tracking_m,
+        "scans in a row that contradict the map": tracking.contradictions,
+        "scans since tracking": tracking.scans_since_tracking,
+        "travel since tracking (m)": tracking.travelled_since_tracking_m,
     }
     status.values = [KeyValue(name, f"{number:.3g}") for name, number in numbers.items()]
     status.values.append(KeyValue("search on the whole map", search or "none"))

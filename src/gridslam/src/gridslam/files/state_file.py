@@ -1,101 +1,91 @@
-"""The filter's complete state in one file: an .npz of plain arrays and a JSON header, no pickles."""
+"""Complete states in files: an .npz of plain arrays, no pickles."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
+import io
 import os
 import zipfile
 import zlib
 from pathlib import Path
-from typing import Mapping
+from typing import Any, Callable, TypeVar
 
 import numpy as np
 
 from gridslam.errors import SlamError, StateError, reason_of
-from gridslam.filter.motion_model import Motion, is_told
-from gridslam.filter.particle_filter import GridSlam
-from gridslam.filter.state import FilterState
-from gridslam.occupancy_grid import OccupancyGrid
-from gridslam.parameters import SlamParameters
-from gridslam.scan import scans_from_arrays, scans_to_arrays
+from gridslam.files.replacing import replace_file
+from gridslam.files.serialiser import TREE, pack, unpack
 
-FORMAT = 9
-PIECES, BEFORE = "pieces_", "before_"
-"""Prefixes of the arrays of `Pieces`, and of the scan at which the next step begins."""
-TREE_ARRAYS = ("node_poses", "node_parents", "leaves", "stamps_s")
-
+FORMAT = 11
+"""It counts up whenever a class that is saved gets other fields, or one of them another meaning."""
+VERSION = "format"
+OF_OLDER_FORMATS = ("filter", "header.npy")
+"""Parts of files up to format 9, which have no number where it is now."""
 DAMAGE = (
     ArithmeticError,
+    AttributeError,
     EOFError,
     LookupError,
     MemoryError,
+    NotImplementedError,
+    OSError,
+    SlamError,
     TypeError,
     ValueError,
     zipfile.BadZipFile,
     zlib.error,
 )
 """The exceptions for a damaged or foreign file."""
+Built = TypeVar("Built")
 
 
-def write(state: FilterState, path: str | Path) -> None:
-    """Write a filter's state.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    arrays = {
-        "poses": state.poses,
-        "log_weights": state.log_weights,
-        "log_likelihoods": state.log_likelihoods,
-        **state.tree,
-        **state.maps,
-        **_prefixed(PIECES, state.pieces),
-        **_prefixed(BEFORE, scans_to_arrays([] if state.before is None else [state.before])),
-        **_motion_arrays(state.motion),
-        **scans_to_arrays(state.scans or ()),
-        **_grid_arrays(state.starting_map),
-        "header": np.array(json.dumps(_header(state))),
-    }
-    with open(path, "wb") as stream:
-        np.savez_compressed(stream, **arrays)
-
-
-def read(path: str | Path, threads: int | None = None, name: str | Path | None = None) -> GridSlam:
-    """Return the filter whose state a file holds.
-
-    Args:
-        path: of the file.
-        threads: number for the filter; None: as many as when it was saved. The result does not depend on it.
-        name: the file's name in errors; None: its path.
+def write(state: Any, path: str | Path) -> None:
+    """Write a state: a `FilterState`, or a `SessionState`. A kill leaves the old file or the new one.
 
     Raises:
-        StateError: the file cannot be read, or holds no complete state.
+        StateError: the file cannot be written.
     """
-    told = path if name is None else name
+    content = io.BytesIO()
+    np.savez_compressed(content, **{VERSION: np.array(FORMAT)}, **pack(state))
     try:
-        with zipfile.ZipFile(path) as packed:
-            require_memory(packed)
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        header = json.loads(str(arrays["header"]))
-        if header["format"] != FORMAT:
-            raise StateError(
-                f"{told} is of another version ({header['format']}) of gridslam, which reads {FORMAT}: begin "
-                "anew, or give the map of that run as starting_map."
-            )
-        if threads is not None:
-            header["parameters"]["threads"] = threads
-        return GridSlam.from_state(_state(header, arrays))
+        replace_file(path, content.getvalue())
     except OSError as error:
-        raise StateError(f"The state cannot be read from {told}: {reason_of(error)}.") from None
-    except StateError:
-        raise
-    except (*DAMAGE, SlamError) as error:
-        raise StateError(f"{told} holds no complete state of gridslam ({error}).") from None
+        raise StateError(f"The state cannot be written to {path}: {error.strerror}.") from None
 
 
-def require_memory(packed: zipfile.ZipFile) -> None:
+def read(path: str | Path, build: Callable[[Any], Built]) -> Built:
+    """Return what ``build`` makes of the state in a file. Whatever is damaged in it becomes a StateError.
+
+    Raises:
+        StateError: the file cannot be read, or holds no state.
+    """
+    try:
+        return build(unpack(_arrays(path), _classes()))
+    except _OtherVersionError as error:
+        raise StateError(
+            f"{path} is of another version ({error}) of gridslam, which reads {FORMAT}: begin anew, or give "
+            "the map of that run as starting_map."
+        ) from None
+    except DAMAGE as error:
+        raise StateError(f"{path} cannot be read as a saved state: {reason_of(error)}.") from None
+
+
+class _OtherVersionError(SlamError):
+    """The message is the version of a file."""
+
+
+def _arrays(path: str | Path) -> dict[str, np.ndarray]:
+    with zipfile.ZipFile(path) as packed:
+        _require_memory(packed)
+        names = packed.namelist()
+    if f"{TREE}.npy" not in names and any(name in names for name in OF_OLDER_FORMATS):
+        raise _OtherVersionError("9 or older")
+    with np.load(path, allow_pickle=False) as file:
+        if int(file[VERSION]) != FORMAT:
+            raise _OtherVersionError(int(file[VERSION]))
+        return {name: file[name] for name in file.files}
+
+
+def _require_memory(packed: zipfile.ZipFile) -> None:
     """Refuse a file whose unpacked parts do not fit into this machine's memory.
 
     Raises:
@@ -111,96 +101,8 @@ def memory_bytes() -> int:
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
-def _header(state: FilterState) -> dict:
-    return {
-        "format": FORMAT,
-        "parameters": dataclasses.asdict(state.parameters),
-        "localisation_only": state.localisation_only,
-        "keep_scans": state.scans is not None,
-        "random": state.random,
-    }
+def _classes() -> tuple[type, ...]:
+    """Return every class that is saved."""
+    from gridslam.files.saved_classes import SAVED_CLASSES  # only here, because it slows the start
 
-
-def _state(header: dict, arrays: dict) -> FilterState:
-    parameters = SlamParameters(**header["parameters"])
-    _require_particles(parameters.particles, arrays)
-    return FilterState(
-        parameters,
-        _grid(arrays),
-        header["localisation_only"],
-        arrays["poses"],
-        arrays["log_weights"],
-        arrays["log_likelihoods"],
-        {name: arrays[name] for name in TREE_ARRAYS},
-        arrays,
-        _without_prefix(PIECES, arrays),
-        _motion(arrays),
-        next(iter(scans_from_arrays(_without_prefix(BEFORE, arrays))), None),
-        scans_from_arrays(arrays) if header["keep_scans"] else None,
-        header["random"],
-    )
-
-
-def _prefixed(prefix: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {prefix + name: values for name, values in arrays.items()}
-
-
-def _without_prefix(prefix: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
-
-
-def _require_particles(count: int, arrays: dict) -> None:
-    shapes = {"poses": (count, 3), "log_weights": (count,), "log_likelihoods": (count,), "leaves": (count,)}
-    for name, shape in shapes.items():
-        if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
-            raise ValueError(f"{name} do not fit {count} particles")
-
-
-def _motion_arrays(motion: Motion | None) -> dict:
-    if motion is None:
-        return {}
-    numbers = [motion.stamp_s, motion.distance_m, motion.turned_rad]
-    return {
-        "motion": np.concatenate(
-            (motion.start, motion.now, motion.deviations, numbers, motion.tried, [motion.due], motion.told)
-        ),
-        "motion_start_covariance": _optional(motion.start_covariance),
-        "motion_covariance": _optional(motion.covariance),
-    }
-
-
-def _optional(covariance: np.ndarray | None) -> np.ndarray:
-    return np.empty((0, 3, 3)) if covariance is None else np.array([covariance])
-
-
-def _motion(arrays: dict) -> Motion | None:
-    if "motion" not in arrays:
-        return None
-    values = arrays["motion"]
-    if values.shape != (19,) or not np.isfinite(values).all():
-        raise ValueError("the motion is not 19 finite numbers")
-    start_covariance, covariance = (
-        arrays[name][0] if len(arrays[name]) else None
-        for name in ("motion_start_covariance", "motion_covariance")
-    )
-    if not all(each is None or is_told(each) for each in (start_covariance, covariance)):
-        raise ValueError("the motion's covariances are none")
-    motion = Motion(values[0:3], float(values[9]), start_covariance)
-    motion.covariance = covariance
-    motion.now, motion.deviations = values[3:6].copy(), values[6:9].copy()
-    motion.distance_m, motion.turned_rad = float(values[10]), float(values[11])
-    motion.tried, motion.due, motion.told = values[12:15].copy(), bool(values[15]), values[16:19].copy()
-    return motion
-
-
-def _grid_arrays(grid: OccupancyGrid | None) -> dict:
-    if grid is None:
-        return {}
-    return {"start_cells": grid.cells, "start_place": np.array((grid.resolution_m, *grid.origin_xy_m))}
-
-
-def _grid(arrays: dict) -> OccupancyGrid | None:
-    if "start_cells" not in arrays:
-        return None
-    resolution, x, y = arrays["start_place"].tolist()
-    return OccupancyGrid(arrays["start_cells"], resolution, (x, y))
+    return SAVED_CLASSES

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Mapping, NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
 from gridslam.maps.beams import Beams
 from gridslam.maps.rendering import Renderer
-from gridslam.maps.tile_map import TileMaps
+from gridslam.maps.tile_map import MapsState, TileMaps
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
@@ -42,80 +42,84 @@ class EarlierMap:
         return Beams.from_scan(scan, self._parameters).matching[:, :2] * self._parameters.delta
 
 
-class Usable(NamedTuple):
-    """Which scans of a path may be recognised."""
+@dataclass(frozen=True, eq=False)
+class PiecesState:
+    """`MapPieces` to save."""
 
-    begun: int
-    """See `Pieces`."""
-    is_usable: np.ndarray
-    """(k,) bool: whether a scan is in the present map or in the earlier one."""
+    first_in_map: int
+    left_out: tuple[tuple[int, int], ...]
+    earlier_scans: int
+    earlier_maps: MapsState | None
 
 
-class Pieces:
+class MapPieces:
     """Which scans of a path are in the present map, which in the earlier one, and which in none."""
 
     def __init__(self) -> None:
-        self.begun = 0
+        self.first_in_map = 0
         """Number of scans before the present map began; 0: it holds all."""
         self.earlier: EarlierMap | None = None
         """None: there is one map."""
         self.left_out: list[tuple[int, int]] = []
         """Ranges (first, after last) of scans that are in neither map."""
 
-    def snapshot(self, count: int) -> Usable:
-        """Return which of so many scans may be recognised."""
-        is_usable = np.ones(count, dtype=bool)
+    def is_usable(self, count: int) -> np.ndarray:
+        """Return which of so many scans (count,) are in the present map or in the earlier one."""
+        found = np.ones(count, dtype=bool)
         for first, last in self.left_out:
-            is_usable[first:last] = False
-        return Usable(self.begun, is_usable)
+            found[first:last] = False
+        return found
 
     def begin(self, maps: TileMaps, parameters: SlamParameters, count: int) -> None:
         """Note that a new map begins after so many scans. Of the two before it, the larger one stays.
 
         ``maps``: the present ones, all alike.
         """
-        own = count - self.begun
+        own = count - self.first_in_map
         if self.earlier is not None and self.earlier.scans >= own:
-            self.left_out.append((self.begun, count))
+            self.left_out.append((self.first_in_map, count))
         else:
             if self.earlier is not None:
-                self.left_out = [(0, self.begun)]
+                self.left_out = [(0, self.first_in_map)]
             self.earlier = EarlierMap(maps, parameters, own)
-        self.begun = count
+        self.first_in_map = count
 
     def leave_own(self, count: int) -> TileMaps:
         """Drop the present map. Return the earlier one, which takes its place."""
         earlier = self.earlier
         assert earlier is not None
-        self.left_out.append((self.begun, count))
+        self.left_out.append((self.first_in_map, count))
         self.join()
         return earlier.maps
 
     def join(self) -> None:
         """Note that both maps are one."""
-        self.begun, self.earlier = 0, None
+        self.first_in_map, self.earlier = 0, None
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the input of `restore`."""
-        found = {
-            "begun": np.array([self.begun, 0 if self.earlier is None else self.earlier.scans]),
-            "left_out": np.array(self.left_out, int).reshape(-1, 2),
-        }
-        return found if self.earlier is None else {**found, **self.earlier.maps.to_arrays()}
+    def state(self) -> PiecesState:
+        """Return what is known of the pieces, with the earlier map."""
+        earlier = self.earlier
+        return PiecesState(
+            self.first_in_map,
+            tuple(self.left_out),
+            0 if earlier is None else earlier.scans,
+            None if earlier is None else earlier.maps.state(),
+        )
 
-    def restore(self, arrays: Mapping[str, np.ndarray], parameters: SlamParameters, count: int) -> None:
-        """Go on from the output of `to_arrays`, with a path of so many scans.
+    def restore(self, state: PiecesState, parameters: SlamParameters, count: int) -> None:
+        """Go on from a state, with a path of so many scans.
 
         Raises:
-            KeyError, ValueError: it makes no sense.
+            ValueError: it makes no sense.
         """
-        begun, scans = (int(number) for number in arrays["begun"])
-        left_out = [(int(first), int(last)) for first, last in arrays["left_out"].reshape(-1, 2)]
-        limits = [0, begun, count] + [end for ends in left_out for end in ends]
-        if min(limits) < 0 or max(limits) > count or not 0 <= scans <= begun:
+        limits = [0, state.first_in_map, count] + [end for ends in state.left_out for end in ends]
+        has_earlier = state.earlier_maps is not None
+        if min(limits) < 0 or max(limits) > count or has_earlier != (state.first_in_map > 0):
             raise ValueError("the maps' pieces of the path are none")
-        self.begun, self.left_out = begun, left_out
-        if begun:
+        if not 0 <= state.earlier_scans <= state.first_in_map:
+            raise ValueError("the earlier map holds more scans than there were")
+        self.first_in_map, self.left_out = state.first_in_map, list(state.left_out)
+        if state.earlier_maps is not None:
             maps = TileMaps(parameters.particles, parameters.delta)
-            maps.restore(dict(arrays))
-            self.earlier = EarlierMap(maps, parameters, scans)
+            maps.restore(state.earlier_maps)
+            self.earlier = EarlierMap(maps, parameters, state.earlier_scans)

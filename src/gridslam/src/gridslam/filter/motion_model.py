@@ -10,7 +10,7 @@ covariance that tells nothing (`is_told`) counts as none.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -33,6 +33,35 @@ def is_told(covariance: np.ndarray | None) -> bool:
         return False
     is_sane = (np.diag(covariance) >= 0.0).all() and (np.abs(covariance) < UNKNOWN_VARIANCE).all()
     return bool(is_sane)  # NaN fails both
+
+
+@dataclass(frozen=True, eq=False)
+class MotionState:
+    """A `Motion` to save. The fields are its attributes.
+
+    Raises:
+        ValueError: they are not finite numbers, or a covariance is none.
+    """
+
+    start: np.ndarray
+    now: np.ndarray
+    deviations: np.ndarray
+    stamp_s: float
+    distance_m: float
+    turned_rad: float
+    tried: np.ndarray
+    due: bool
+    told: np.ndarray
+    start_covariance: np.ndarray | None
+    covariance: np.ndarray | None
+
+    def __post_init__(self) -> None:
+        rows = (self.start, self.now, self.deviations, self.tried, self.told)
+        numbers = (self.stamp_s, self.distance_m, self.turned_rad)
+        if any(row.shape != (3,) for row in rows) or not np.isfinite([*np.concatenate(rows), *numbers]).all():
+            raise ValueError("the motion is not made of finite numbers")
+        if not all(each is None or is_told(each) for each in (self.start_covariance, self.covariance)):
+            raise ValueError("the motion's covariances are none")
 
 
 class Motion:
@@ -92,6 +121,18 @@ class Motion:
             or self.turned_rad - turned_rad >= parameters.angularUpdate
             or (parameters.temporalUpdate >= 0.0 and stamp_s - tried_s > parameters.temporalUpdate)
         )
+
+    def state(self) -> MotionState:
+        """Return all that is known of the motion."""
+        return MotionState(*(getattr(self, field.name) for field in fields(MotionState)))
+
+    @classmethod
+    def from_state(cls, state: MotionState) -> Motion:
+        """Return the motion of a state."""
+        motion = cls(state.start, state.stamp_s)
+        for field in fields(MotionState):
+            setattr(motion, field.name, getattr(state, field.name))
+        return motion
 
     def refuse(self, stamp_s: float) -> None:
         """Note that the scan at this time was refused: the next one comes after as much motion again."""

@@ -7,10 +7,13 @@ from typing import Any, Mapping
 
 import numpy as np
 
-from gridslam.filter.motion_model import Motion
+from gridslam.filter.earlier_map import PiecesState
+from gridslam.filter.motion_model import MotionState
+from gridslam.maps.tile_map import MapsState
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
+from gridslam.trajectory import TreeState
 
 
 @dataclass(frozen=True)
@@ -18,6 +21,9 @@ class FilterState:
     """A filter that is built from this goes on exactly as the original would.
 
     The arrays are the filter's own, not copies: write them before the next step.
+
+    Raises:
+        ValueError: they contradict each other.
     """
 
     parameters: SlamParameters
@@ -29,17 +35,31 @@ class FilterState:
     """(particles,) since the last resampling."""
     log_likelihoods: np.ndarray
     """(particles,) of each particle's whole path, by scans and odometry."""
-    tree: dict[str, np.ndarray]
-    """Arrays of `TrajectoryTree`."""
-    maps: dict[str, np.ndarray]
-    """Arrays of `TileMaps`."""
-    pieces: Mapping[str, np.ndarray]
-    """Arrays of `Pieces`."""
-    motion: Motion | None
+    tree: TreeState
+    """The particles' paths."""
+    maps: MapsState
+    pieces: PiecesState
+    motion: MotionState | None
     """Odometry since the last processed scan; None: there was no scan yet."""
     before: PlanarScan | None
     """The scan at which the next step begins; None: the next step is not checked."""
     scans: list[PlanarScan] | None
     """The processed scans; None: they are not kept."""
+    odometry: np.ndarray | None
+    """(k, 3) at these scans."""
     random: Mapping[str, Any]
     """State of the random generator."""
+
+    def __post_init__(self) -> None:
+        count = self.parameters.particles
+        shapes = {"poses": (count, 3), "log_weights": (count,), "log_likelihoods": (count,)}
+        for name, shape in shapes.items():
+            array = getattr(self, name)
+            if array.shape != shape or not np.isfinite(array).all():
+                raise ValueError(f"{name} do not fit {count} particles")
+        if self.tree.leaves.shape != (count,):
+            raise ValueError(f"the paths do not fit {count} particles")
+        nodes = len(self.tree.stamps_s)
+        odometry = np.zeros((0, 3)) if self.odometry is None else self.odometry
+        if self.scans is not None and (len(self.scans) != nodes or odometry.shape != (nodes, 3)):
+            raise ValueError("there are not as many scans as stamps")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Callable, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from gridslam import se2
 from gridslam.errors import ScanError
-from gridslam.inputs.usual_motion import UsualMotion
+from gridslam.inputs.usual_motion import UsualMotion, UsualMotionState
 
 FASTEST_MPS, FASTEST_RADPS = 20.0, 12.0
 """If odometry moves or turns faster than this, it has jumped."""
@@ -40,6 +41,31 @@ class Doubt(NamedTuple):
     """m, m, rad: by which the motion is more uncertain."""
 
 
+@dataclass(frozen=True, eq=False)
+class OdometryState:
+    """A `ContinuousOdometry` to save.
+
+    Raises:
+        ValueError: a pose is none.
+    """
+
+    last_s: float | None
+    """None: there was no reading yet."""
+    last: np.ndarray | None
+    """(3,) the newest reading."""
+    first: np.ndarray
+    """(3,) the first reading since odometry began, or began anew."""
+    odom_in_continuous: np.ndarray
+    """(3,)"""
+    usual: UsualMotionState
+
+    def __post_init__(self) -> None:
+        poses = [self.first, self.odom_in_continuous] + ([] if self.last is None else [self.last])
+        for pose in poses:
+            if pose.shape != (3,) or not np.isfinite(pose).all():
+                raise ValueError("the odometry's state is not a pose")
+
+
 class ContinuousOdometry:
     """Odometry without jumps (a reset, a wheel in the air). During a jump the vehicle counts as at rest.
 
@@ -55,6 +81,8 @@ class ContinuousOdometry:
         self.odom_in_continuous = np.zeros(3)
         self.doubt: Doubt | None = None
         """Why the newest reading may not tell the whole way since the one before; None: nothing is odd."""
+        self.has_jumped = False
+        """Whether the newest reading was a jump from the one before."""
 
     @property
     def last_s(self) -> float:
@@ -70,7 +98,7 @@ class ContinuousOdometry:
         base_in_odom = np.asarray(base_in_odom, dtype=float)
         if base_in_odom.shape != (3,) or not np.isfinite(base_in_odom).all():
             raise ScanError(f"The odometry's pose {base_in_odom.tolist()} is not finite x, y, yaw.")
-        self.doubt = None
+        self.doubt, self.has_jumped = None, False
         if self._last is None:
             self._first = base_in_odom
         else:
@@ -148,6 +176,7 @@ class ContinuousOdometry:
         self, seconds: float, last: np.ndarray, base_in_odom: np.ndarray, step: tuple[float, float]
     ) -> None:
         """Let the vehicle be at rest during a jump, by a step of way in m and turn in rad."""
+        self.has_jumped = True
         meanwhile = (
             f"in {seconds:.3f} s" if seconds >= 0.0 else f"while the clock went back by {-seconds:.3f} s"
         )
@@ -162,31 +191,14 @@ class ContinuousOdometry:
         deviations = (min(DETOUR_M, way_m), min(DETOUR_M, way_m), min(DETOUR_RAD, turn_rad))
         self.doubt = Doubt("odometry has jumped", deviations)
 
-    def state(self) -> dict:
-        """Return the input of ``restore``."""
-        last_s, last = (None, None) if self._last is None else (self._last[0], self._last[1].tolist())
-        return {
-            "last_s": last_s,
-            "last": last,
-            "first": self._first.tolist(),
-            "odom": self.odom_in_continuous.tolist(),
-            "usual": self._usual.state(),
-        }
+    def state(self) -> OdometryState:
+        """Return all that is known of the odometry."""
+        last_s, last = (None, None) if self._last is None else self._last
+        return OdometryState(last_s, last, self._first, self.odom_in_continuous, self._usual.state())
 
-    def restore(self, state: dict) -> None:
-        """Go on from a state.
-
-        Raises:
-            ValueError: it is none.
-        """
-        begun = state["last"] is not None
-        self._last = (float(state["last_s"]), _pose(state["last"])) if begun else None
-        self._first, self.odom_in_continuous = _pose(state["first"]), _pose(state["odom"])
-        self._usual.restore(state["usual"])
-
-
-def _pose(values: ArrayLike) -> np.ndarray:
-    pose = np.array(values, dtype=float)
-    if pose.shape != (3,) or not np.isfinite(pose).all():
-        raise ValueError("the odometry's state is not a pose")
-    return pose
+    def restore(self, state: OdometryState) -> None:
+        """Go on from a state."""
+        if state.last_s is not None and state.last is not None:
+            self._last = (float(state.last_s), state.last)
+        self._first, self.odom_in_continuous = state.first, state.odom_in_continuous
+        self._usual.restore(state.usual)

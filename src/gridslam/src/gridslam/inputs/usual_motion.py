@@ -3,11 +3,32 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, fields
 
 READINGS_MIN = 10
 """Fewer readings, or less way than the next, tell nothing of what is usual."""
 WAY_MIN_M = 1.0
-NUMBERS = ("readings", "way_m", "turned_rad", "seconds", "longest_m", "longest_rad", "longest_s")
+
+
+@dataclass(frozen=True)
+class UsualMotionState:
+    """`UsualMotion` to save. The fields are its attributes.
+
+    Raises:
+        ValueError: they make no sense.
+    """
+
+    readings: int
+    way_m: float
+    turned_rad: float
+    seconds: float
+    longest_m: float
+    longest_rad: float
+    longest_s: float
+
+    def __post_init__(self) -> None:
+        if not all(0.0 <= getattr(self, field.name) < math.inf for field in fields(self)):
+            raise ValueError("the odometry's usual motion is none")
 
 
 class UsualMotion:
@@ -43,19 +64,11 @@ class UsualMotion:
         share = seconds / self.seconds if self.seconds else 0.0
         return share * self.way_m, share * self.turned_rad
 
-    def state(self) -> dict[str, float]:
-        """Return the input of `restore`."""
-        return {name: getattr(self, name) for name in NUMBERS}
+    def state(self) -> UsualMotionState:
+        """Return the sums and greatest steps."""
+        return UsualMotionState(*(getattr(self, field.name) for field in fields(UsualMotionState)))
 
-    def restore(self, state: dict[str, float]) -> None:
-        """Go on from a state.
-
-        Raises:
-            KeyError: something lacks in it.
-            ValueError: it makes no sense.
-        """
-        for name in NUMBERS:
-            value = float(state[name])
-            if not 0.0 <= value < math.inf:
-                raise ValueError("the odometry's usual motion is none")
-            setattr(self, name, int(value) if name == "readings" else value)
+    def restore(self, state: UsualMotionState) -> None:
+        """Go on from a state."""
+        for field in fields(UsualMotionState):
+            setattr(self, field.name, getattr(state, field.name))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Mapping, NamedTuple
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
 from gridslam import se2
-from gridslam.scan import PlanarScan, scans_from_arrays, scans_to_arrays
+from gridslam.scan import PlanarScan
 
 LINKS_BACK = 3
 """A scan is aligned with so many scans before it."""
@@ -53,23 +53,20 @@ class JoinedScans:
             base = self._aligned(scan, se2.compose(last.base, step), step)
         self.scans = [*self.scans[-self._scans_max + 1 :], JoinedScan(scan, base_in_odom, base)]
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the complete state, for `from_arrays`."""
-        return {
-            **scans_to_arrays([each.scan for each in self.scans]),
-            "bases": np.reshape([(each.base_in_odom, each.base) for each in self.scans], (-1, 2, 3)),
-        }
+    def restore(self, scans: Sequence[JoinedScan]) -> None:
+        """Go on with saved scans.
 
-    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from the output of `to_arrays`; raises ScanError, ValueError or LookupError if it is none."""
-        scans, bases = scans_from_arrays(arrays), arrays["bases"]
-        if bases.shape != (len(scans), 2, 3) or not np.isfinite(bases).all():
+        Raises:
+            ValueError: their poses make no sense.
+        """
+        bases = np.array([(each.base_in_odom, each.base) for each in scans])
+        if bases.shape[1:] not in ((), (2, 3)) or not np.isfinite(bases).all():
             raise ValueError("the joined scans' poses make no sense")
-        self.scans = [JoinedScan(scan, *poses) for scan, poses in zip(scans, bases)]
+        self.scans = list(scans)
 
     def _aligned(self, scan: PlanarScan, predicted: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return a scan's pose (3,) by odometry's prediction and its links with the scans before it."""
-        from gridslam.loop_closure.links import link_pairs
+        from gridslam.loop_closure.links.scan_pairs import link_pairs
         from gridslam.loop_closure.parameters import LoopClosureParameters
         from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 

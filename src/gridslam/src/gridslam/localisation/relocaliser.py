@@ -9,7 +9,8 @@ the position.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Mapping, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from gridslam.localisation.joined_scans import JoinedScan, JoinedScans
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.scan import PlanarScan
 from gridslam.tracking.evidence import Agreement
-from gridslam.tracking.judgement import UNSEEN_WEIGHT
+from gridslam.tracking.monitor import UNSEEN_WEIGHT
 
 if TYPE_CHECKING:
     from gridslam.search import Place, PlaceSearch  # scipy slows the start
@@ -68,6 +69,26 @@ class KnownMap(Protocol):
 
     def surface_points(self, scan: PlanarScan) -> np.ndarray:
         """Return the ends (n, 2) of the beams that hit something, in the base frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class SearchState:
+    """A `Relocaliser` to save.
+
+    Raises:
+        ValueError: it makes no sense.
+    """
+
+    scans: tuple[JoinedScan, ...]
+    frame_in_map: np.ndarray | None
+    """(3,) pose of the joined scans' frame at the place that was found."""
+    counts: tuple[int, int, int, int]
+    reason: str
+
+    def __post_init__(self) -> None:
+        place = self.frame_in_map
+        if place is not None and (place.shape != (3,) or not np.isfinite(place).all()):
+            raise ValueError("the search's state makes no sense")
 
 
 class Relocaliser:
@@ -131,25 +152,21 @@ class Relocaliser:
         best = self._mean_share(known, elsewhere)
         return best >= SHARE_MIN and not _rivals(self._mean_share(known, here), best)
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the complete state but the map, for `from_arrays`."""
-        return {
-            **self._joined.to_arrays(),
-            "place": np.reshape([] if self._frame_in_map is None else self._frame_in_map, (-1, 3)),
-            "counts": np.array([self._confirmed, self._contradicted, self._pause, self._failures]),
-            "reason": np.array(self.reason),
-        }
+    def state(self) -> SearchState:
+        """Return the complete state but the map."""
+        counts = (self._confirmed, self._contradicted, self._pause, self._failures)
+        return SearchState(tuple(self._joined.scans), self._frame_in_map, counts, self.reason)
 
-    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from the output of `to_arrays`; raises ScanError, ValueError or LookupError if it is none."""
-        place = arrays["place"]
-        if place.shape not in ((0, 3), (1, 3)) or not np.isfinite(place).all():
-            raise ValueError("the search's state makes no sense")
+    def restore(self, state: SearchState) -> None:
+        """Go on from a state.
+
+        Raises:
+            ValueError: it makes no sense.
+        """
         self.clear()
-        self._joined.from_arrays(arrays)
-        self._frame_in_map = place[0] if len(place) else None
-        self._confirmed, self._contradicted, self._pause, self._failures = map(int, arrays["counts"])
-        self.reason = str(arrays["reason"])
+        self._joined.restore(state.scans)
+        self._frame_in_map, self.reason = state.frame_in_map, str(state.reason)
+        self._confirmed, self._contradicted, self._pause, self._failures = map(int, state.counts)
 
     def _confirm(self, known: KnownMap, heading_rad: float) -> np.ndarray | None:
         assert self._frame_in_map is not None

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from gridslam import se2
-from gridslam.scan import PlanarScan, scans_from_arrays, scans_to_arrays
+from gridslam.scan import PlanarScan
 
 STILL_M, STILL_RAD = 0.02, 0.01
 """Odometry that moves by less than this stands still."""
@@ -16,6 +16,25 @@ CHANGED_M, CHANGED_SHARE = 0.2, 0.1
 """A beam has changed if its range differs by more than the first, and by more than this share of it."""
 CHANGED_BEAMS = 0.45
 """A scan has changed if this share of its beams has. People before the lidar rarely cover so many."""
+
+
+@dataclass(frozen=True, eq=False)
+class StandstillState:
+    """A `Standstill` to save.
+
+    Raises:
+        ValueError: it makes no sense.
+    """
+
+    scan: PlanarScan | None
+    base_in_odom: np.ndarray | None
+    """(3,) at the scan."""
+    looked_s: float
+
+    def __post_init__(self) -> None:
+        is_sane = (self.scan is None) == (self.base_in_odom is None) and np.isfinite(self.looked_s)
+        if not is_sane or (self.base_in_odom is not None and self.base_in_odom.shape != (3,)):
+            raise ValueError("the standstill's state makes no sense")
 
 
 class Standstill:
@@ -41,22 +60,16 @@ class Standstill:
         self._first = scan, base_in_odom
         return True
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the complete state, for `from_arrays`."""
-        scan, base = ([], []) if self._first is None else ([self._first[0]], [self._first[1]])
-        return {
-            **scans_to_arrays(scan),
-            "base": np.reshape(base, (-1, 3)),
-            "looked_s": np.array(self._looked_s),
-        }
+    def state(self) -> StandstillState:
+        """Return the first scan of the standstill, and when a scan was compared last."""
+        scan, base = (None, None) if self._first is None else self._first
+        return StandstillState(scan, base, self._looked_s)
 
-    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from the output of `to_arrays`; raises ScanError, ValueError or LookupError if it is none."""
-        scans = scans_from_arrays(arrays)
-        if arrays["base"].shape != (len(scans), 3) or not np.isfinite(arrays["looked_s"]):
-            raise ValueError("the standstill's state makes no sense")
-        self._first = (scans[0], arrays["base"][0]) if scans else None
-        self._looked_s = float(arrays["looked_s"])
+    def restore(self, state: StandstillState) -> None:
+        """Go on from a state."""
+        if state.scan is not None and state.base_in_odom is not None:
+            self._first = state.scan, state.base_in_odom
+        self._looked_s = float(state.looked_s)
 
     def _stands(self, scan: PlanarScan, base_in_odom: np.ndarray) -> bool:
         assert self._first is not None

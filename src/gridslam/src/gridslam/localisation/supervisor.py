@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Callable
 
 import numpy as np
 
-from gridslam.localisation.relocaliser import Relocaliser
-from gridslam.localisation.standstill import Standstill
+from gridslam.localisation.relocaliser import Relocaliser, SearchState
+from gridslam.localisation.standstill import Standstill, StandstillState
 from gridslam.scan import PlanarScan
 
 if TYPE_CHECKING:
-    from gridslam.filter.particle_filter import GridSlam
+    from gridslam.filter.grid_slam import GridSlam
     from gridslam.filter.scan_update import ScanUpdate
 
 CONFIRMATIONS = 2
@@ -22,10 +23,19 @@ PAUSE_APART_MAX = 8
 """After a search of an earlier map in vain, the next one waits for this many more scans at most."""
 FOUND_DEVIATION = (0.05, 0.05, 0.02)
 """m, m, rad: uncertainty of a place that was found."""
-SEARCH, EARLIER, STANDSTILL = "search_", "earlier_", "standstill_"
-"""Prefixes of their arrays in a saved state."""
 STANDSTILL_DEVIATION = (0.3, 0.3, 0.2)
 """m, m, rad: uncertainty of odometry that stands still while the scan changes."""
+
+
+@dataclass(frozen=True, eq=False)
+class SupervisorState:
+    """A `Supervisor` to save."""
+
+    search: SearchState
+    search_of_earlier: SearchState
+    """On the earlier map."""
+    standstill: StandstillState
+    in_vain: int
 
 
 class Supervisor:
@@ -56,13 +66,12 @@ class Supervisor:
                 "or something moves before the lidar."
             )
             slam.widen(STANDSTILL_DEVIATION)
-        judgement = slam.judgement
-        if judgement.is_lost:
+        tracking = slam.tracking
+        if tracking.is_lost:
             self._seek(slam, scan, base, covariance)
             return None
-        judged = judgement.last
         update = slam.process(scan, base, covariance)
-        if judgement.last is not judged:
+        if slam.evidence is not None:
             self._remember(slam, scan, base)
             if update is not None and slam.earlier is not None:
                 self._recognise(slam, scan, base)
@@ -78,26 +87,26 @@ class Supervisor:
         x, y, yaw = found.tolist()
         self._say(f"A place of the earlier map is recognised at x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad.")
         slam.return_to_earlier(found, np.diag(FOUND_DEVIATION) ** 2)
-        slam.judgement.is_apart = False
+        slam.tracking.is_apart = False
         self._earlier.clear()
         self.doubt(slam, "a place of the earlier map was recognised")
 
     def _remember(self, slam: GridSlam, scan: PlanarScan, base: np.ndarray) -> None:
         """Keep the judged scan while the pose is in doubt."""
-        judgement = slam.judgement
-        if not (judgement.contradictions or judgement.is_lost or judgement.is_confirming):
+        tracking = slam.tracking
+        if not (tracking.contradictions or tracking.is_lost or tracking.is_confirming):
             self._relocaliser.clear()
             return
         self._relocaliser.add(scan, base)
-        if judgement.is_confirming and judgement.agreed >= CONFIRMATIONS:
+        if tracking.is_confirming and tracking.agreed >= CONFIRMATIONS:
             if self._relocaliser.has_better(slam, np.array(slam.base_in_map)):
-                judgement.lose("another place of the map fits the scans better")
+                tracking.lose("another place of the map fits the scans better")
             else:
-                judgement.confirm()
-        if judgement.is_lost:
+                tracking.confirm()
+        if tracking.is_lost:
             self._in_vain = 0
             self._say(
-                f"The vehicle is lost: {judgement.reason}. The map stays as it is until the vehicle is found "
+                f"The vehicle is lost: {tracking.reason}. The map stays as it is until the vehicle is found "
                 "or given by initialpose."
             )
             self._look(slam, scan)
@@ -110,19 +119,19 @@ class Supervisor:
             self._relocaliser.add(scan, base)
             self._look(slam, scan)
             self._in_vain += 1
-            if slam.judgement.is_lost and slam.has_own_map and self._in_vain >= SCANS_IN_VAIN:
+            if slam.tracking.is_lost and slam.has_own_map and self._in_vain >= SCANS_IN_VAIN:
                 self._say(
                     "The vehicle was not found on the map. A new map begins here; the two are joined when a "
                     "place of the earlier one is recognised."
                 )
                 slam.begin_map()
-                slam.judgement.begin_apart("the vehicle was not found on the map")
+                slam.tracking.begin_apart("the vehicle was not found on the map")
                 self._relocaliser.clear()
                 self._earlier.clear()
 
     def _look(self, slam: GridSlam, scan: PlanarScan) -> None:
         found = self._relocaliser.look(slam, slam.base_in_map[2])
-        slam.judgement.reason = self._relocaliser.reason or slam.judgement.reason
+        slam.tracking.reason = self._relocaliser.reason or slam.tracking.reason
         if found is None:
             return
         x, y, yaw = found.tolist()
@@ -132,7 +141,7 @@ class Supervisor:
 
     def doubt(self, slam: GridSlam, reason: str) -> None:
         """Begin at a pose on the map that was given or found: the next scans must fit nowhere else better."""
-        slam.judgement.doubt(f"{reason}; the next scans must agree")
+        slam.tracking.doubt(f"{reason}; the next scans must agree")
         self._relocaliser.clear()
 
     def forget_map(self) -> None:
@@ -143,22 +152,18 @@ class Supervisor:
         """Note that there is no earlier map any more."""
         self._earlier.clear()
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the complete state, for `from_arrays`."""
-        return {
-            **{SEARCH + name: values for name, values in self._relocaliser.to_arrays().items()},
-            **{EARLIER + name: values for name, values in self._earlier.to_arrays().items()},
-            **{STANDSTILL + name: values for name, values in self._standstill.to_arrays().items()},
-            "in_vain": np.array(self._in_vain),
-        }
+    def state(self) -> SupervisorState:
+        """Return the complete state."""
+        searches = self._relocaliser.state(), self._earlier.state()
+        return SupervisorState(*searches, self._standstill.state(), self._in_vain)
 
-    def from_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from the output of `to_arrays`; raises ScanError, ValueError or LookupError if it is none."""
-        search, earlier, standstill = (
-            {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
-            for prefix in (SEARCH, EARLIER, STANDSTILL)
-        )
-        self._relocaliser.from_arrays(search)
-        self._earlier.from_arrays(earlier)
-        self._standstill.from_arrays(standstill)
-        self._in_vain = int(arrays["in_vain"])
+    def restore(self, state: SupervisorState) -> None:
+        """Go on from a state.
+
+        Raises:
+            ValueError: it makes no sense.
+        """
+        self._relocaliser.restore(state.search)
+        self._earlier.restore(state.search_of_earlier)
+        self._standstill.restore(state.standstill)
+        self._in_vain = int(state.in_vain)

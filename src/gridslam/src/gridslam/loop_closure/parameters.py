@@ -32,6 +32,8 @@ class LoopClosureParameters:
 
     answer_s: float = 0.5
     """s: a correction is taken over this long after the scan that led to it, by the scans' stamps."""
+    rest_s: float = 10.0
+    """s: after so long without a new node, as after a landing, what is pending is decided."""
     search_every_m: float = 0.5
     """m: search for a revisited place after this much travel."""
     search_agreed_m: float = 8.0
@@ -158,3 +160,15 @@ class LoopClosureParameters:
                 f"rival_distance_m must be between two cells ({2.0 * self.resolution_m:g}) and window_max_m "
                 f"({self.window_max_m:g}), not {self.rival_distance_m}."
             )
+
+
+def closure_parameters(given: dict) -> LoopClosureParameters:
+    """Return the loop closer's parameters from given values by name and the defaults.
+
+    Raises:
+        ParameterError: one is unknown or makes no sense.
+    """
+    unknown = set(given) - {field.name for field in fields(LoopClosureParameters)}
+    if unknown:
+        raise ParameterError(f"The loop closure has no parameter {', '.join(sorted(unknown))}.")
+    return LoopClosureParameters(**given)

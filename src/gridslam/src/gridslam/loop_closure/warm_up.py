@@ -10,13 +10,13 @@ import numpy as np
 from gridslam.kernels.least_squares import inverses
 from gridslam.kernels.links import nearest_earlier
 from gridslam.kernels.pose_graph import shortest_ways
-from gridslam.loop_closure.edge import Edge, Edges
-from gridslam.loop_closure.links import link_pairs
-from gridslam.loop_closure.local_map import build_local_map, surface_points
-from gridslam.loop_closure.matcher import Correlation, Window
+from gridslam.loop_closure.edges import Edge, Edges
+from gridslam.loop_closure.links.scan_pairs import link_pairs
+from gridslam.loop_closure.local_maps.correlation import Correlation, Window
+from gridslam.loop_closure.local_maps.local_map import build_local_map, surface_points
+from gridslam.loop_closure.local_maps.refinement import refine
 from gridslam.loop_closure.parameters import LoopClosureParameters
-from gridslam.loop_closure.pose_graph import optimise
-from gridslam.loop_closure.refinement import refine
+from gridslam.loop_closure.path.pose_graph import optimise
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import MapDraft
 from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
@@ -43,5 +43,5 @@ def warm_up_loop_closure() -> float:
     surfaces = ScanSurfaces([surfaces_of(scan, 10.0)] * 2)
     link_pairs(np.array([(0, 1)]), surfaces, np.zeros((1, 1, 3)), LoopClosureParameters(), is_pass=True)
     parameters = SlamParameters()
-    MapDraft(parameters, None, [Beams.from_scan(scan, parameters)]).add(np.zeros((1, 3)))
+    MapDraft(parameters, None).add(np.zeros((1, 3)), [Beams.from_scan(scan, parameters)])
     return time.perf_counter() - start

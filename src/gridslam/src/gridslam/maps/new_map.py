@@ -49,7 +49,7 @@ def insert(grid: OccupancyGrid, maps: TileMaps) -> None:
     maps.enter(cells, hits, BEAMS)
 
 
-def begun(grid: OccupancyGrid | None, particles: int, delta_m: float) -> TileMaps:
+def new_maps(grid: OccupancyGrid | None, particles: int, delta_m: float) -> TileMaps:
     """Return new maps of particles, made of a grid or empty (None)."""
     maps = TileMaps(particles, delta_m)
     if grid is not None:
@@ -63,21 +63,17 @@ class MapDraft:
     Args:
         parameters: the filter's.
         grid: the map begins with this; None: empty.
-        beams: of the scans, which may grow.
         first: index of the first scan that enters it.
     """
 
-    def __init__(
-        self, parameters: SlamParameters, grid: OccupancyGrid | None, beams: Sequence[Beams], first: int = 0
-    ):
-        self._beams, self.first = beams, first
-        self.maps = begun(grid, 1, parameters.delta)
+    def __init__(self, parameters: SlamParameters, grid: OccupancyGrid | None, first: int = 0):
+        self.first = first
+        self.maps = new_maps(grid, 1, parameters.delta)
         """Of one particle."""
         self.scans = first
         """Number of scans that have entered it, and of those that do not."""
 
-    def add(self, poses_in_map: np.ndarray) -> None:
+    def add(self, poses_in_map: np.ndarray, beams: Sequence[Beams]) -> None:
         """Enter the next scans, taken at these poses (k, 3)."""
-        last = self.scans + len(poses_in_map)
-        self.maps.insert_path(poses_in_map, self._beams[self.scans : last])
-        self.scans = last
+        self.maps.insert_path(poses_in_map, beams)
+        self.scans += len(poses_in_map)

@@ -6,7 +6,7 @@ import numpy as np
 
 from gridslam.kernels.rendering import render_changed
 from gridslam.kernels.tiles import EMPTY, SIDE
-from gridslam.maps.own_memory import zeros
+from gridslam.maps.mapped_arrays import mapped_zeros
 from gridslam.maps.tile_map import TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 from gridslam.parameters import SlamParameters
@@ -71,7 +71,7 @@ class Renderer:
         if self._shown.size:
             low, high = np.minimum(low, corner), np.maximum(high, corner + old)
         size = (int(high[0] - low[0]), int(high[1] - low[1]))
-        canvas = zeros((size[0] * SIDE, size[1] * SIDE), np.int8)
+        canvas = mapped_zeros((size[0] * SIDE, size[1] * SIDE), np.int8)
         if size == old:
             canvas[:] = self._canvas
             self._canvas = canvas

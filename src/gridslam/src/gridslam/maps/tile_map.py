@@ -7,6 +7,7 @@ reference counts).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Sequence
 
 import numpy as np
@@ -19,7 +20,7 @@ from gridslam.kernels.tiles import EMPTY, FULLNESS, PARTS, SIDE
 from gridslam.maps.beams import Beams
 from gridslam.maps.board import Board
 from gridslam.maps.free_space import FreeSpace, Maps
-from gridslam.maps.tile_pool import TilePool, require_indices
+from gridslam.maps.tile_pool import TilePool, TilesState, require_indices
 from gridslam.occupancy_grid import CELLS_MAX
 from gridslam.tracking.evidence import Agreement
 
@@ -41,6 +42,18 @@ FAR = 1e12
 """Tiles: farther than any map reaches, but still within whole numbers."""
 
 
+@dataclass(frozen=True, eq=False)
+class MapsState:
+    """The content of `TileMaps`, to save it."""
+
+    tables: np.ndarray
+    """(particles, h, w) indices of tiles, from 1 on; 0: nothing was seen there."""
+    corner: np.ndarray
+    """(2,) position of the tables' first tile: x, y, in tiles from the map's origin."""
+    stamp: int
+    tiles: TilesState
+
+
 class TileMaps:
     """The maps of all particles over one window of tiles, which grows in any direction."""
 
@@ -54,7 +67,7 @@ class TileMaps:
         self.stamp = 0
         """How many times a particle's map was written."""
         self._board = Board()
-        self._waiting: FreeSpace | None = None
+        self._free_space: FreeSpace | None = None
         """Scans that are not entered everywhere yet; None: all are."""
 
     def to_cells(self, poses: np.ndarray) -> np.ndarray:
@@ -78,10 +91,10 @@ class TileMaps:
         cells = (y % SIDE) * SIDE + x % SIDE
         seen = inside & (self.pool.tiles.visits[self.tables[particle][y // SIDE, x // SIDE], cells] > 0)
         unsure = inside & ~seen
-        if self._waiting is None or not unsure.any():
+        if self._free_space is None or not unsure.any():
             return seen
         places = np.unique(np.stack((y // SIDE, x // SIDE), axis=1)[unsure], axis=0)
-        self._waiting.settle_places(self._maps, particle, places, self.stamp)
+        self._free_space.settle_places(self._maps, particle, places, self.stamp)
         self.stamp += 1
         return inside & (self.pool.tiles.visits[self.tables[particle][y // SIDE, x // SIDE], cells] > 0)
 
@@ -116,11 +129,11 @@ class TileMaps:
     def resample(self, parents: np.ndarray) -> None:
         """Give particle i the map of particle parents[i]. No tile is copied."""
         self.tables = self.tables[parents]
-        if self._waiting is not None:
-            self._waiting.resample(parents)
+        if self._free_space is not None:
+            self._free_space.resample(parents)
         self.pool.count_references(self.tables)
-        if self._waiting is None and self._is_mostly_free():
-            self._waiting = FreeSpace(len(parents))
+        if self._free_space is None and self._is_mostly_free():
+            self._free_space = FreeSpace(len(parents))
 
     def _is_mostly_free(self) -> bool:
         """Return whether several particles have maps in most of whose tiles no beam has ended."""
@@ -155,8 +168,8 @@ class TileMaps:
         ``points`` (n + 1, 2), in the base frame, are the lidar and its beams' ends; hits (n,) says which of
         these are at something.
         """
-        if self._waiting is not None:
-            self.stamp = self._waiting.insert(self._maps, cells, points, hits, self.stamp)
+        if self._free_space is not None:
+            self.stamp = self._free_space.insert(self._maps, cells, points, hits, self.stamp)
             return
         self._board.reserve(float(np.hypot(*(points[1:] - points[0]).T).max(initial=0.0)))
         scan, particle = self._board.ends(points, hits), 0
@@ -168,12 +181,12 @@ class TileMaps:
 
     def settle(self, particle: int | None = None) -> None:
         """Enter into a particle's map, or into all (None), what waits to be entered."""
-        if self._waiting is None:
+        if self._free_space is None:
             return
         if particle is None:
-            self.stamp = self._waiting.settle_all(self._maps, self.stamp)
+            self.stamp = self._free_space.settle_all(self._maps, self.stamp)
         else:
-            self.stamp = self._waiting.settle(self._maps, particle, self.stamp)
+            self.stamp = self._free_space.settle(self._maps, particle, self.stamp)
 
     @property
     def _maps(self) -> Maps:
@@ -219,32 +232,28 @@ class TileMaps:
         )
         self.pool.count_references(self.tables)
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the maps' content as arrays, without unused tiles."""
+    def state(self) -> MapsState:
+        """Return the maps' content, without unused tiles."""
         self.settle()
         used = np.unique(self.tables)
         used = used[used != EMPTY]
-        return {
-            "map_tables": np.searchsorted(used, self.tables).astype(np.int32) + (self.tables != EMPTY),
-            "map_corner": self.corner,
-            "map_stamp": np.array(self.stamp),
-            **self.pool.to_arrays(used),
-        }
+        tables = np.searchsorted(used, self.tables).astype(np.int32) + (self.tables != EMPTY)
+        return MapsState(tables, self.corner, int(self.stamp), self.pool.state(used))
 
-    def restore(self, arrays: dict[str, np.ndarray]) -> None:
-        """Take over the output of `to_arrays`. Tiles may get other indices, which changes no result.
+    def restore(self, state: MapsState) -> None:
+        """Take over saved maps. Tiles may get other indices, which changes no result.
 
         Raises:
-            ValueError: it describes no maps of so many particles.
+            ValueError: they are no maps of so many particles.
         """
-        tables, corner = arrays["map_tables"], arrays["map_corner"]
+        tables, corner = state.tables, state.corner
         if tables.ndim != 3 or len(tables) != len(self.tables) or not 0 < tables[0].size <= TABLE_MAX:
             raise ValueError(f"tables of shape {tables.shape} are none of {len(self.tables)} particles")
         if corner.shape != (2,) or corner.dtype.kind != "i" or not (np.abs(corner) <= FAR).all():
             raise ValueError("the maps' corner is not a place")
-        self.pool = TilePool.from_arrays(arrays)
-        require_indices(tables, len(arrays["tile_stamps"]), "the maps' tables")
+        self.pool = TilePool.from_state(state.tiles)
+        require_indices(tables, len(state.tiles.stamps), "the maps' tables")
         self.tables = np.ascontiguousarray(tables, np.int32)
-        self.corner, self.stamp = corner.astype(np.int64), int(arrays["map_stamp"])
+        self.corner, self.stamp = corner.astype(np.int64), int(state.stamp)
         self.pool.count_references(self.tables)
-        self._waiting = FreeSpace(len(tables)) if self._is_mostly_free() else None
+        self._free_space = FreeSpace(len(tables)) if self._is_mostly_free() else None

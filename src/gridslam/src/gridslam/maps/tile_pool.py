@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import mmap
+from dataclasses import dataclass
 
 import numpy as np
 
 from gridslam.kernels.tiles import EMPTY, ENDS, SIDE, TILES, Tiles
-from gridslam.maps.own_memory import size_bytes, zeros
+from gridslam.maps.mapped_arrays import mapped_zeros, size_bytes
 
 TILES_FIRST = 2048
 """Tiles of the first pool. Only used tiles take memory."""
@@ -20,6 +21,19 @@ NOTHING = np.empty(0)
 STACKS = ("free_tiles", "free_ends")
 SAVED = ("stamps", "visits", "occupied", "ends")
 SAVED_ENDS = ("hits", "means")
+
+
+@dataclass(frozen=True, eq=False)
+class TilesState:
+    """The content of n tiles and of m entries of ends, to save it. The fields are those of `Tiles`."""
+
+    stamps: np.ndarray
+    visits: np.ndarray
+    occupied: np.ndarray
+    ends: np.ndarray
+    """(n,) index of each tile's entry, from 1 on; 0: it has none."""
+    hits: np.ndarray
+    means: np.ndarray
 
 
 class TilePool:
@@ -67,7 +81,7 @@ class TilePool:
                 memory.resize(size_bytes(shape, dtype))
                 grown: np.ndarray = np.ndarray(shape, dtype, memory)
             else:  # of a pool that was copied
-                grown = zeros(shape, dtype)
+                grown = mapped_zeros(shape, dtype)
                 grown[:old] = array
             self.tiles = self.tiles._replace(**{name: grown})
         left = self.tiles.free[which]
@@ -110,28 +124,28 @@ class TilePool:
         self.tiles.free[which] += released.size
         before[:] = now
 
-    def to_arrays(self, used: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the content of the used tiles (n,), for `from_arrays`."""
+    def state(self, used: np.ndarray) -> TilesState:
+        """Return the content of the used tiles (n,)."""
         ends, which = np.unique(np.append(self.tiles.ends[used], EMPTY), return_inverse=True)
-        arrays = {f"tile_{name}": getattr(self.tiles, name)[used] for name in SAVED}
-        arrays["tile_ends"] = which[:-1].astype(np.int32)
-        return {**arrays, **{f"end_{name}": getattr(self.tiles, name)[ends[1:]] for name in SAVED_ENDS}}
+        saved = {name: getattr(self.tiles, name)[used] for name in SAVED}
+        saved["ends"] = which[:-1].astype(np.int32)
+        return TilesState(**saved, **{name: getattr(self.tiles, name)[ends[1:]] for name in SAVED_ENDS})
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> TilePool:
-        """Return a pool from the output of `to_arrays`. The caller must then call `count_references`.
+    def from_state(cls, state: TilesState) -> TilePool:
+        """Return a pool of saved tiles. The caller must then call `count_references`.
 
         Raises:
-            ValueError: it describes no tiles.
+            ValueError: they are none.
         """
-        counts = [len(arrays["tile_stamps"]), len(arrays["end_hits"])]
+        counts = [len(state.stamps), len(state.hits)]
         pool = cls(max(TILES_FIRST, 2 * max(counts)))
-        require_indices(arrays["tile_ends"], counts[1], "the tiles' ends")
-        for kind, names, count in zip(("tile", "end"), (SAVED, SAVED_ENDS), counts):
+        require_indices(state.ends, counts[1], "the tiles' ends")
+        for names, count in zip((SAVED, SAVED_ENDS), counts):
             for name in names:
-                given, kept = arrays[f"{kind}_{name}"], getattr(pool.tiles, name)[1 : count + 1]
+                given, kept = getattr(state, name), getattr(pool.tiles, name)[1 : count + 1]
                 if given.shape != kept.shape or given.dtype != kept.dtype:
-                    raise ValueError(f"{kind}_{name} is {given.dtype} {given.shape}, not {kept.shape}")
+                    raise ValueError(f"the tiles' {name} are {given.dtype} {given.shape}, not {kept.shape}")
                 kept[:] = given
         pool.tiles.free[:] -= counts
         return pool
@@ -148,15 +162,15 @@ def _tiles(capacity: int) -> Tiles:
     """Return arrays for this many tiles and entries of ends. All but the first are free."""
     cells, free = SIDE * SIDE, np.arange(capacity - 1, EMPTY, -1, dtype=np.int32)
     return Tiles(
-        references=zeros((capacity,), np.int32),
-        stamps=zeros((capacity,), np.int64),
-        scans=zeros((capacity,), np.int64),
-        visits=zeros((capacity, cells), np.uint8),
-        occupied=zeros((capacity, SIDE), np.uint32),
-        ends=zeros((capacity,), np.int32),
-        end_references=zeros((capacity,), np.int32),
-        hits=zeros((capacity, cells), np.uint8),
-        means=zeros((capacity, cells, 2), np.uint16),
+        references=mapped_zeros((capacity,), np.int32),
+        stamps=mapped_zeros((capacity,), np.int64),
+        scans=mapped_zeros((capacity,), np.int64),
+        visits=mapped_zeros((capacity, cells), np.uint8),
+        occupied=mapped_zeros((capacity, SIDE), np.uint32),
+        ends=mapped_zeros((capacity,), np.int32),
+        end_references=mapped_zeros((capacity,), np.int32),
+        hits=mapped_zeros((capacity, cells), np.uint8),
+        means=mapped_zeros((capacity, cells, 2), np.uint16),
         free_tiles=free,
         free_ends=free.copy(),
         free=np.array((capacity - 1, capacity - 1)),

@@ -16,19 +16,18 @@ from typing import Callable, Sequence
 
 import numpy as np
 
-from gridslam.errors import NoUsableBeamError, ScanError
-from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
+from gridslam.errors import NoUsableBeamError
+from gridslam.inputs.attitude import matrix_of_lean
 from gridslam.inputs.scan_projection import LidarPose, project
+from gridslam.odometry.body_sensors import LEVEL, BodySensors, checked_start, refuse_old
 from gridslam.odometry.drift import Drift
-from gridslam.odometry.floor_height import SILENT_S, FloorHeight
-from gridslam.odometry.inertial import BACK_S, InertialHistory, InertialReading, Lean
+from gridslam.odometry.floor_height import SILENT_S
+from gridslam.odometry.inertial import BACK_S, InertialReading, Lean
 from gridslam.odometry.local_map import LocalMap, beams_of
 from gridslam.odometry.matching import ScanMatch, match
 from gridslam.odometry.parameters import LidarOdometryParameters
 from gridslam.odometry.planar_filter import PLACE, POSE, SPEED, PlanarFilter
 
-LEVEL = Lean(0.0, 0.0, (0.0, 0.0, 0.0))
-"""What counts while the IMU is silent."""
 LEAN_SIGMA_RAD = 0.01
 PLANE = np.ix_((0, 1, 5), (0, 1, 5))
 """x, y and yaw in a covariance of nav_msgs/Odometry."""
@@ -86,15 +85,14 @@ class LidarOdometry:
         say: Callable[[str], None] = lambda words: None,
     ) -> None:
         self._p = parameters or LidarOdometryParameters()
-        self._start = np.array(start, dtype=float)
-        if self._start.shape != (3,) or not np.isfinite(self._start).all():
-            raise ScanError(f"The odometry's start must be finite x, y, yaw, not {list(start)}.")
+        self._start = checked_start(start)
         self._say = say
         self.reset()
 
     def reset(self) -> None:
         """Begin anew at the start."""
-        self._inertial, self.height = InertialHistory(), FloorHeight(self._p)
+        self._sensors = BodySensors(self._p)
+        self._inertial, self.height = self._sensors.inertial, self._sensors.height
         self._begin_map()
         self._filter, self._drift = PlanarFilter(self._p, self._start), Drift()
         self._stamp_s: float | None = None
@@ -110,8 +108,7 @@ class LidarOdometry:
         """Take a reading of the IMU."""
         if self._inertial.is_back(reading):
             self._go_back(self._inertial.newest_s - reading.stamp_s)
-        if self._inertial.add(reading) and reading.levelled is not None:
-            self.height.on_acceleration(reading.stamp_s, float(reading.levelled[2]))
+        self._sensors.on_imu(reading)
 
     def on_range(
         self,
@@ -120,24 +117,8 @@ class LidarOdometry:
         limits_m: tuple[float, float],
         finder_in_base: tuple[Sequence[float], Sequence[float]],
     ) -> None:
-        """Take a range of the range finder, which looks along x of its own frame.
-
-        Ranges beyond the limits, NaN and infinite ones do not count. Without the IMU the UAV counts as level.
-
-        Args:
-            stamp_s: its time.
-            range_m: distance.
-            limits_m: least and greatest range.
-            finder_in_base: its (xyz, quaternion xyzw) in the base frame.
-        """
-        if not limits_m[0] <= range_m <= limits_m[1]:
-            return
-        lean = self._inertial.lean_at(stamp_s) or LEVEL
-        x, y, z = finder_in_base[0]
-        end = np.array((x, y, z)) + range_m * matrix_of_quaternion(finder_in_base[1])[:, 0]
-        below_m = -float((matrix_of_lean(lean.roll_rad, lean.pitch_rad) @ end)[2])
-        if below_m > 0.0:
-            self.height.on_range(stamp_s, below_m)
+        """Take a range of the range finder; see `BodySensors.on_range`."""
+        self._sensors.on_range(stamp_s, range_m, limits_m, finder_in_base)
 
     def on_scan(
         self,
@@ -159,12 +140,9 @@ class LidarOdometry:
         Raises:
             ScanError: the scan makes no sense, or is not newer than the last one.
         """
-        if not math.isfinite(stamp_s):
-            raise ScanError(f"The scan's stamp must be finite, not {stamp_s}.")
-        if self._stamp_s is not None and stamp_s <= self._stamp_s:
-            if self._stamp_s - stamp_s < BACK_S:
-                raise ScanError("A scan is not newer than the one before it.")
-            self._go_back(self._stamp_s - stamp_s)
+        back_s = refuse_old(stamp_s, self._stamp_s, "scan", BACK_S)
+        if back_s:
+            self._go_back(back_s)
         lean, remarks = self._lean(stamp_s)
         beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks)
         place = self._filter.state[PLACE].copy()

@@ -4,10 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 from gridslam.errors import ParameterError
 
 SHARES = ("overlap_min", "match_min")
+
+
+def refuse_all_but_positive(parameters: Any) -> None:
+    """Check each field of a dataclass.
+
+    Raises:
+        ParameterError: one is not a positive, finite number.
+    """
+    for field in fields(parameters):
+        value = getattr(parameters, field.name)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ParameterError(f"{field.name} must be a number, not {value!r}.")
+        if not 0.0 < value < math.inf:
+            raise ParameterError(f"{field.name} must be positive and finite, not {value:g}.")
 
 
 @dataclass(frozen=True)
@@ -57,12 +72,7 @@ class LidarOdometryParameters:
     """m: if the height below differs by more than this from the expected one, the floor has a step."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if isinstance(value, bool) or not isinstance(value, (int, float)):
-                raise ParameterError(f"{field.name} must be a number, not {value!r}.")
-            if not 0.0 < value < math.inf:
-                raise ParameterError(f"{field.name} must be positive and finite, not {value:g}.")
+        refuse_all_but_positive(self)
         if self.keyframes != int(self.keyframes):
             raise ParameterError(f"keyframes must be a whole number, not {self.keyframes:g}.")
         for name in SHARES:

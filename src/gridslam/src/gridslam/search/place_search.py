@@ -14,7 +14,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.kernels.least_squares import inverse
 from gridslam.kernels.places import best_places, mean_squares
-from gridslam.maps.own_memory import zeros
+from gridslam.maps.mapped_arrays import mapped_zeros
 from gridslam.search.field import FULL, UNSEEN, LikelihoodField
 
 SPLITS = 3
@@ -189,7 +189,7 @@ def _levels(table: np.ndarray, splits: int) -> np.ndarray:
     first. Around the table the value is UNSEEN. Levels of 2^k cells would need nearly twice the memory.
     """
     margin = 4**splits
-    levels = zeros((splits + 1, table.shape[0] + margin, table.shape[1] + margin), np.uint8)
+    levels = mapped_zeros((splits + 1, table.shape[0] + margin, table.shape[1] + margin), np.uint8)
     levels[0] = UNSEEN
     levels[0, margin:, margin:] = table
     for level in range(splits):

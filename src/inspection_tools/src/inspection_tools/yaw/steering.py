@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Tuple
+from typing import Any, NamedTuple
 
-from inspection_tools.yaw.pairing import Pair, ReferencePairing
 from inspection_tools.yaw.regulator import NO_VELOCITY, YawRegulator, YawRegulatorParameters
+from stamp_pairing.pairing import Paired, StampPairing
 
-Vector2 = Tuple[float, float]
+Vector2 = tuple[float, float]
 
 
 class Turn(NamedTuple):
@@ -21,13 +21,13 @@ class Turn(NamedTuple):
 class YawSteering:
     """Adds a yaw rate to each command, in their order. Stamps are whole nanoseconds of one clock.
 
-    A command waits for the reference of its own stamp (see `ReferencePairing`). A reference that is more than
+    A command waits for the reference of its own stamp (see `StampPairing`). A reference that is more than
     `reference_max_age` from its command counts as none.
     """
 
     def __init__(self, parameters: YawRegulatorParameters | None = None) -> None:
         self._regulator = YawRegulator(parameters)
-        self._pairing = ReferencePairing()
+        self._pairing = StampPairing(("reference",), trusting=False)
 
     @property
     def parameters(self) -> YawRegulatorParameters:
@@ -45,16 +45,17 @@ class YawSteering:
 
     def on_reference(self, stamp_ns: int, reference_m_s: Vector2) -> list[Turn]:
         """Take in the wanted velocity (x, y), levelled body frame."""
-        return self._turns(self._pairing.offer_reference(stamp_ns, reference_m_s))
+        return self._turns(self._pairing.offer("reference", stamp_ns, reference_m_s))
 
     def on_command(self, stamp_ns: int, velocity_m_s: Vector2, command: Any = None) -> list[Turn]:
         """Take in the velocity (x, y) to be flown, levelled body frame. command: comes back with it."""
-        return self._turns(self._pairing.offer_command(stamp_ns, (stamp_ns, velocity_m_s, command)))
+        return self._turns(self._pairing.lead(stamp_ns, (velocity_m_s, command)))
 
-    def _turns(self, pairs: list[Pair]) -> list[Turn]:
+    def _turns(self, ready: list[Paired]) -> list[Turn]:
+        max_age_ns = round(1e9 * self.parameters.reference_max_age)
         turns = []
-        for (stamp_ns, velocity_m_s, command), reference in pairs:
-            is_fresh = reference and abs(stamp_ns - reference[0]) <= 1e9 * self.parameters.reference_max_age
-            wanted = reference[1] if reference and is_fresh else NO_VELOCITY
+        for paired in ready:
+            velocity_m_s, command = paired.leader.value
+            wanted = paired.fresh("reference", max_age_ns, NO_VELOCITY)
             turns.append(Turn(command, self._regulator.update(velocity_m_s, wanted)))
         return turns

@@ -11,13 +11,13 @@ import importlib
 import math
 import sys
 from pathlib import Path
-from typing import Sequence, Tuple
+from typing import Sequence
 
 from master_thesis.doctor import finding
 from master_thesis.doctor.finding import Finding
 from master_thesis.errors import MasterThesisError
 
-Examined = Tuple[Sequence[Finding], str]
+Examined = tuple[Sequence[Finding], str]
 """The findings, and what was examined."""
 
 

@@ -1,1 +1,1 @@
-"""The nodes that control the experiments: they watch the flight, give orders, and write the results."""
+"""What the drivers of all experiments share: they watch a run, give orders, and write the results."""

@@ -7,7 +7,7 @@ import queue
 import threading
 from abc import ABC, abstractmethod
 from enum import Enum
-from typing import Any, Callable, Iterable, Optional, Protocol, Sequence
+from typing import Any, Callable, Iterable, Protocol, Sequence
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -25,7 +25,7 @@ INTERRUPTED = "The run was interrupted before its end."
 SETTLE_S = 0.1
 """Wall time after which, in lockstep, every node has received the order."""
 
-Handler = Callable[[Any], Optional[Iterable[Enum]]]
+Handler = Callable[[Any], Iterable[Enum] | None]
 """Takes a message and returns the actions to carry out."""
 
 

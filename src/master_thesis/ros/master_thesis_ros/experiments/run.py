@@ -18,7 +18,7 @@ from master_thesis.flight.description import RunDescription
 from master_thesis.flight.judging.wall_metrics import WallMetrics
 from master_thesis.flight.monitor import Monitor
 from master_thesis.graph.processes import age_s
-from master_thesis.requests.results_folder import results_path
+from master_thesis.launch_arguments.results_folder import results_path
 from master_thesis.results.run_folder import RunFolder
 from master_thesis_ros.experiments.experiment_node import INTERRUPTED, ExperimentNode, WatchedRun
 from master_thesis_ros.experiments.parameters import all_parameters

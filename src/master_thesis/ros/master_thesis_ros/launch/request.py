@@ -14,16 +14,16 @@ from typing import Callable, Collection, Iterator, Mapping, Sequence
 from xml.etree import ElementTree
 
 from master_thesis.errors import FlightError, MasterThesisError
-from master_thesis.requests import experiment_1, experiments_3_4, simulator, teleop
-from master_thesis.requests.results_folder import check_results
+from master_thesis.experiment_1 import request as goal_flight
+from master_thesis.experiments_3_4 import request as mission_flight
+from master_thesis.launch_arguments import real_uav, simulator, teleop
+from master_thesis.launch_arguments.results_folder import check_results
 from master_thesis.worlds import scenario
-from master_thesis_ros.launch import machine_code, slam_arguments
+from master_thesis_ros.launch import cepa_arguments, machine_code, slam_arguments
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
 from simulation_tools_ros import launch_check
 
-REAL = "real.launch"
-"""Has no simulator whose arguments could be checked."""
 FOLDER = Path(__file__).resolve().parents[3] / "launch"
 
 
@@ -51,7 +51,7 @@ def _name_and_value(word: str) -> tuple[str, str]:
 def prepare(launch: launch_check.Launch) -> None:
     """Check a launch, and compile the kernels that its flight would else wait for; raises as `check`."""
     check(launch)
-    for _, asked in _flights_of(launch, {*_READERS, REAL}):
+    for _, asked in _flights_of(launch, _READERS):
         machine_code.compile_missing(machine_code.needed_by(asked))
 
 
@@ -122,28 +122,37 @@ def check_avoidance(avoidance: str) -> None:
 
 
 def _goal_flight(asked: Mapping[str, str]) -> None:
-    from master_thesis.requests.cepa_parameters import cepa_keeps_m  # cepa takes a quarter of a second
+    from master_thesis.launch_arguments.cepa_parameters import (
+        cepa_keeps_m,  # cepa takes a quarter of a second
+    )
 
     check_avoidance(asked["avoidance"])
     if "scenario" in asked:
         scenario.choose("scenario", asked["scenario"], scenario.SCENARIOS)
-    experiment_1.read(asked, cepa_keeps_m({}))
+    goal_flight.read(asked, cepa_keeps_m({}))
 
 
 def _mission_flight(asked: Mapping[str, str]) -> None:
-    from master_thesis.requests.cepa_parameters import cepa_keeps_m, cepa_of
+    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m, cepa_of
 
     cepa_of(asked, {"r_ub": "r_ub"})
-    experiments_3_4.read(asked, cepa_keeps_m({}))
+    mission_flight.read(asked, cepa_keeps_m({}))
     slam_arguments.check(asked)
 
 
+def _real_flight(asked: Mapping[str, str]) -> None:
+    real_uav.check(asked)
+    cepa_arguments.check_file(Path(asked["cepa_config"]))
+    if asked["slam"].lower() == "true":
+        slam_arguments.check_file(Path(asked["slam_config"]))
+
+
 def _trial(asked: Mapping[str, str]) -> None:
-    from master_thesis.requests import experiment_2
-    from master_thesis.requests.cepa_parameters import cepa_of
+    from master_thesis.experiment_2 import request as trial
+    from master_thesis.launch_arguments.cepa_parameters import cepa_of
 
     cepa = cepa_of(asked, {"k_filter": "K", "r_lb": "r_lb"})
-    experiment_2.read({**asked, "look_s": asked["look"]}, cepa)
+    trial.read({**asked, "look_s": asked["look"]}, cepa)
 
 
 _READERS: dict[str, Callable[[Mapping[str, str]], None]] = {
@@ -153,6 +162,7 @@ _READERS: dict[str, Callable[[Mapping[str, str]], None]] = {
     "experiment_3.launch": _mission_flight,
     "experiment_4.launch": _mission_flight,
     "teleop.launch": teleop.check,
+    "real.launch": _real_flight,
 }
 
 if __name__ == "__main__":

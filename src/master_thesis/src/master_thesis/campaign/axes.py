@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Any, Mapping, Union
+from typing import Any, Mapping
 
 from cepa import ALGORITHMS, CepaError, CepaParameters
 from gridslam import SlamError, SlamParameters
@@ -19,7 +19,7 @@ from master_thesis.worlds.experiment_1 import GOAL_X_M
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, LIDARS
 from master_thesis.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS
 
-Value = Union[bool, int, float, str]
+Value = bool | int | float | str
 Settings = Mapping[str, Any]
 """What a case is flown with: for each axis a value of its kind, defaults included; None if it has none."""
 

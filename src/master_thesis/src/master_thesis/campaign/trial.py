@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any, Callable, Sequence
 
@@ -122,7 +122,7 @@ def lidar_data(lidar: str, range_m: float | None = None) -> LidarData:
     return data if range_m is None else replace(data, lidar_range_m=range_m)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _lidar_data(lidar: str) -> LidarData:
     carried, bare = (load_uav("iris", name) for name in (lidar, None))
     assert carried.lidar is not None

@@ -22,7 +22,7 @@ UPSTREAM = {
 }
 """Packages that the distribution may lack, with a program of each."""
 
-INTERFACES = ("gazebo_msgs", "geographic_msgs", "mavros_msgs")
+INTERFACES = ("gazebo_msgs", "geographic_msgs", "mavros_msgs", "octomap_msgs")
 """Packages of upstream's messages that this workspace builds where nobody else has them."""
 DEFAULT_PORT = 11311
 _BUILT_OVER = re.compile(r"CMAKE_PREFIX_PATH = r'([^']*)'\.split")
@@ -69,7 +69,7 @@ class Machine:
 
 def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -> Machine:
     """Return this machine's state; root: of the workspace."""
-    wanted = requirements((root / "requirements.txt").read_text(encoding="utf-8"), sys.version_info[:2])
+    wanted = requirements((root / "requirements.txt").read_text(encoding="utf-8"))
     packages = root / "scripts/packages" / f"{_platform()}.txt"
     hosts = {"localhost", socket.gethostname()} | {
         os.environ[name] for name in ("ROS_HOSTNAME",) if name in os.environ
@@ -145,19 +145,9 @@ def _has_program(package: str) -> bool:
     return any(Path(prefix, "lib", package, UPSTREAM[package]).exists() for prefix in prefixes if prefix)
 
 
-def requirements(text: str, python: tuple[int, int]) -> dict[str, str]:
-    """Return package to pinned version of a requirements.txt, for this version of Python."""
-    pins = {}
-    for line in text.splitlines():
-        match = re.match(
-            r'\s*([\w.-]+)==([\w.+!-]+)\s*(?:;\s*python_version\s*(<|>=)\s*"(\d+)\.(\d+)")?', line
-        )
-        if not match:
-            continue
-        name, version, relation, major, minor = match.groups()
-        if relation is None or (python >= (int(major), int(minor))) == (relation == ">="):
-            pins[name] = version
-    return pins
+def requirements(text: str) -> dict[str, str]:
+    """Return package to pinned version of a requirements.txt."""
+    return dict(re.findall(r"^\s*([\w.-]+)==([\w.+!-]+)", text, re.MULTILINE))
 
 
 def _installed(names: dict[str, str]) -> dict[str, str]:

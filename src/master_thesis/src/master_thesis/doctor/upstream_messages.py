@@ -57,5 +57,9 @@ UPSTREAM_MD5SUMS = {
     "mavros_msgs/WaypointPush": "96690cb0f07ea4a54cdd6f188e10228e",
     "mavros_msgs/WaypointReached": "1cf64d072d9f6aa0a6715922bdde6a35",
     "mavros_msgs/WaypointSetCurrent": "f99aa1a911a80ab546ea470f4e90c807",
+    "octomap_msgs/BoundingBoxQuery": "93aa3d73b866f04880927745f4aab303",
+    "octomap_msgs/GetOctomap": "be9d2869d24fe40d6bc21ac21f6bb2c5",
+    "octomap_msgs/Octomap": "9a45536b45c5e409cd49f04bb2d9999f",
+    "octomap_msgs/OctomapWithPose": "20b380aca6a508a657e95526cddaf618",
 }
-"""From `rosmsg md5` and `rossrv md5`, for MAVROS 1.21, gazebo_msgs and geographic_msgs of ROS Noetic."""
+"""From `rosmsg md5` and `rossrv md5`, for the packages of ROS Noetic; mavros_msgs of MAVROS 1.21."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import replace
-from typing import Callable, Protocol, Sequence, Tuple
+from typing import Callable, Protocol, Sequence
 
 import numpy as np
 
@@ -36,7 +36,7 @@ from simulation_tools.px4.modes import Mode
 from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.simulation import Simulation, StepOutput
 
-Velocity = Tuple[float, float, float]
+Velocity = tuple[float, float, float]
 
 
 class ScanListener(Protocol):

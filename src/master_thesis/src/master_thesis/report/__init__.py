@@ -1,1 +1,1 @@
-"""The report: the thesis's chapter 8, computed in one call and shown beside the thesis's own results."""
+"""The frame of the report: what a section holds, the thesis's own results to compare with, and the page."""

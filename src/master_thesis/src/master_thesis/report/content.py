@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Sequence, Union
+from dataclasses import dataclass, field
+from typing import Sequence
 
 
 @dataclass(frozen=True)
@@ -45,25 +45,19 @@ class Picture:
 class Finding:
     """A statement of the thesis beside our numbers.
 
-    agrees: computed from the numbers. otherwise: the reason, shown if they do not agree. remark: shown in any
-    case. basis: for example "one flight", if the verdict has no more data; else empty.
+    agrees: computed from the numbers. why: what is said about the verdict. basis: for example "one flight",
+    if the verdict has no more data; else empty.
     """
 
     claim: str
     source: str
     ours: str
     agrees: bool
-    otherwise: str = ""
-    remark: str = ""
+    why: str = ""
     basis: str = ""
 
-    @property
-    def why(self) -> str:
-        """What is said about the verdict."""
-        return self.remark if self.agrees else self.remark + self.otherwise
 
-
-Block = Union[Table, Picture]
+Block = Table | Picture
 
 
 @dataclass(frozen=True)
@@ -109,11 +103,6 @@ def spread(values: Sequence[float], digits: int) -> str:
         return number(mean, digits)
     deviation = (sum((value - mean) ** 2 for value in known) / len(known)) ** 0.5
     return f"{mean:.{digits}f} ± {deviation:.{digits}f}"
-
-
-def resting_on(found: Sequence[Finding], count: int, what: str) -> list[Finding]:
-    """Return the findings with their basis, if that is a single flight (or another single `what`)."""
-    return [replace(finding, basis=f"one {what}") for finding in found] if count == 1 else list(found)
 
 
 def counted(count: int, what: str) -> str:

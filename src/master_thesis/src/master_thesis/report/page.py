@@ -1,10 +1,10 @@
-"""The page: all sections in one HTML file that needs no other file."""
+"""The page: sections in one HTML file that needs no other file."""
 
 from __future__ import annotations
 
 import base64
-from dataclasses import dataclass, replace
-from datetime import datetime, timezone
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Sequence
 
@@ -14,31 +14,13 @@ from master_thesis.errors import ResultsError
 from master_thesis.files import replace_file
 from master_thesis.report import thesis
 from master_thesis.report.content import Section
-from master_thesis.report.plan import plan
-from master_thesis.report.sections import (
-    experiment_1,
-    experiment_2,
-    experiment_3,
-    experiment_4,
-    measurements,
-    without_gnss,
-)
-from master_thesis.report.size import Size
+from master_thesis.report.piece import Piece
 from master_thesis.results.run_folder import machine, versions
 from master_thesis.trials.run import version
 from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Failed, several_versions
+from master_thesis.trials.trial import several_versions
 
 HERE = Path(__file__).resolve().parent
-_SECTIONS = (
-    experiment_1.section,
-    experiment_2.section,
-    experiment_3.section,
-    experiment_4.section,
-    without_gnss.section,
-    measurements.build_section,
-    measurements.launch_section,
-)
 
 
 @dataclass(frozen=True)
@@ -60,13 +42,13 @@ class Origin:
     greatest_load: float
 
 
-def write_page(path: Path, size: Size, store: Store, failed: Sequence[Failed] = ()) -> str:
-    """Write the page of all finished pieces; return its text.
+def write_page(path: Path, sections: Sequence[Section], where_from: Origin) -> str:
+    """Write the page; return its text.
 
     Raises:
         ResultsError: it cannot be written.
     """
-    text = render(sections(size, store, failed), origin(size, store))
+    text = render(sections, where_from)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, text)
@@ -75,39 +57,18 @@ def write_page(path: Path, size: Size, store: Store, failed: Sequence[Failed] = 
     return text
 
 
-def sections(size: Size, store: Store, failed: Sequence[Failed] = ()) -> list[Section]:
-    """Return the sections, each with its missing pieces."""
-    why = {each.trial.name: each.why for each in failed}
-    lacking: dict[str, list[str]] = {}
-    planned = set()
-    for piece in plan(size):
-        planned.add(piece.experiment)
-        if store.get(piece) is None:
-            reason = why.get(piece.name)
-            lacking.setdefault(piece.experiment, []).append(
-                f"{piece.title}: {reason}" if reason else piece.title
-            )
-    made = (make(size, store) for make in _SECTIONS)
-    return [
-        replace(section, missing=tuple(lacking.get(section.key, ())))
-        for section in made
-        if section.key in planned
-    ]
-
-
-def origin(size: Size, store: Store) -> Origin:
-    """Return the origin of the numbers."""
-    pieces = plan(size)
+def origin(size: str, pieces: Sequence[Piece], store: Store) -> Origin:
+    """Return the origin of the numbers. size: its name; pieces: all of a report of this size."""
     rows = [row for row in map(store.get, pieces) if row is not None]
     here = machine()
     dates = sorted(row.date for row in rows)
     return Origin(
-        date=datetime.now(timezone.utc).strftime("%d %B %Y, %H:%M UTC"),
+        date=datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC"),
         commits=list(dict.fromkeys(row.commit for row in rows)) or [version()],
         mixture=several_versions(rows),
         machine={**here, "memory": _gigabytes(here["memory"])},
         versions={name: value for name, value in versions().items() if value},
-        size=size.name,
+        size=size,
         pieces=len(rows),
         of=len(pieces),
         computed_min=sum(row.wall_s for row in rows) / 60.0,
@@ -124,7 +85,7 @@ def _gigabytes(memory: str | None) -> str | None:
     return f"{int(words[0]) / 2**20:.0f} GiB" if len(words) == 2 and words[0].isdigit() else memory
 
 
-def render(all_sections: Sequence[Section], where_from: Origin) -> str:
+def render(sections: Sequence[Section], where_from: Origin) -> str:
     """Return the page's HTML."""
     environment = Environment(
         loader=FileSystemLoader(str(HERE)),
@@ -136,13 +97,13 @@ def render(all_sections: Sequence[Section], where_from: Origin) -> str:
     environment.filters["data_uri"] = _data_uri
     template = environment.get_template("page.html")
     return template.render(
-        sections=all_sections,
+        sections=sections,
         origin=where_from,
         thesis=thesis,
         css=(HERE / "page.css").read_text(encoding="utf-8"),
-        findings=sum(len(section.findings) for section in all_sections),
-        agreeing=sum(section.agreeing for section in all_sections),
-        lone=sum(bool(finding.basis) for section in all_sections for finding in section.findings),
+        findings=sum(len(section.findings) for section in sections),
+        agreeing=sum(section.agreeing for section in sections),
+        lone=sum(bool(finding.basis) for section in sections for finding in section.findings),
     )
 
 

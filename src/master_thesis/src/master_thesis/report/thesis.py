@@ -35,8 +35,6 @@ TABLE_8_1_MS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 """Mean computation time in ms by algorithm and scenario; 0 where the table says "~ 0"."""
 
 SCENARIO_FIGURES = MappingProxyType({"empty": "8.1", "sparse": "8.1", "forest": "8.2", "hallway": "8.2"})
-SCAN_PERIOD_MS = 25.0
-"""The time that a lidar at 40 Hz leaves the algorithm (8.1, Experiment 1)."""
 
 
 class Lidar(NamedTuple):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Tuple
-
 import numpy as np
 
 from master_thesis.flight.course import Outcome
@@ -16,7 +14,7 @@ from master_thesis.results.run_folder import RunFolder
 from master_thesis.results.run_summary import summary_of
 from master_thesis.worlds.floor_plan import outlines_of_file
 
-FlownRun = Tuple[RunFolder, RunDescription, FlightLog, Outcome]
+FlownRun = tuple[RunFolder, RunDescription, FlightLog, Outcome]
 
 
 def write_numbers(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import time
-from datetime import datetime, timezone
-from functools import lru_cache
+from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Sequence
 
@@ -23,7 +23,7 @@ _SENTENCE_MAX = 300
 WORKER_DIED = "The processes that ran it were killed again and again (is there memory enough?)."
 
 
-@lru_cache(maxsize=None)
+@cache
 def version() -> str:
     """Return the version of the code that this process runs."""
     return commit(Path(__file__).parent)
@@ -87,7 +87,7 @@ def _run(trial: Trial) -> Row | str:
         trial.name,
         trial.digest,
         version(),
-        datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        datetime.now(UTC).isoformat(timespec="seconds"),
         round(time.perf_counter() - wall_s, 3),
         round(time.process_time() - cpu_s, 3),
         load,

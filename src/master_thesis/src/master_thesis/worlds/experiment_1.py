@@ -7,7 +7,7 @@ Start is the origin, the goal lies 40 m ahead on the x axis, and the flight is a
 from __future__ import annotations
 
 import math
-from typing import Callable, Iterator, Sequence, Tuple
+from typing import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -138,7 +138,7 @@ _STATIONS = (
     (27.0, 0.0, _HALF_WIDTH_M),
     (42.5, 0.0, _HALF_WIDTH_M),
 )
-XY = Tuple[float, float]
+XY = tuple[float, float]
 _DOORS = {"left": ((4.0, 5.0), (15.0, 16.0), (31.5, 32.5)), "right": ((6.5, 7.5), (15.5, 16.5), (35.0, 36.0))}
 _OUTER_Y_M = 6.5
 _PILLAR = Prop("pillar", 22.5, 0.3, (Part("pillar", Cylinder(0.3, _WALL_HEIGHT_M), _CONCRETE),))

@@ -7,7 +7,6 @@ left, z up. A prop's origin is on the floor.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Union
 
 from simulation_tools.sdf.elements import Cylinder, Sphere
 
@@ -21,7 +20,7 @@ class Box:
     z_m: float
 
 
-Shape = Union[Box, Cylinder, Sphere]
+Shape = Box | Cylinder | Sphere
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Union
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Vector3
@@ -152,7 +151,7 @@ class Log:
     repeated: bool = False
 
 
-Action = Union[SendVelocity, SendPosition, RequestMode, RequestArm, AnnounceReady, AnnounceStatus, Log]
+Action = SendVelocity | SendPosition | RequestMode | RequestArm | AnnounceReady | AnnounceStatus | Log
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from simulation_tools.publisher.interface import (
 )
 from simulation_tools.publisher.phases import Phase, Phases
 from simulation_tools.publisher.vision_watch import Blindness, VisionWatch
-from simulation_tools.publisher.waiting import Waiting
+from simulation_tools.publisher.waiting import WaitingReason
 
 _NS = 1e-9
 _BEFORE_NS = 1_000_000
@@ -47,7 +47,7 @@ class SetpointPublisher:
         self._phases = Phases(self._heard, self._hover)
         self._commands = Commands(self._hover, self._heard.poses)
         self._clock = ClockWatch()
-        self._waiting = Waiting()
+        self._waiting = WaitingReason()
         self.restart()
 
     @property

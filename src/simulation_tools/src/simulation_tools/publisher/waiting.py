@@ -7,7 +7,7 @@ from simulation_tools.publisher.interface import Action, AnnounceStatus, Log
 _NS = 1e-9
 
 
-class Waiting:
+class WaitingReason:
     """Remembers the reason for waiting, and since when it holds."""
 
     def __init__(self) -> None:

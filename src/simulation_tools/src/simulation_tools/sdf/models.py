@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Callable, Optional, Sequence
+from typing import Callable, Sequence
 
 from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.checks import NOT_NEGATIVE
@@ -15,7 +15,7 @@ from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.sensors import is_supported, read_sensor
 from simulation_tools.sdf.shapes import read_geometry, read_inertial, read_material, read_surface, unit_vector
 
-Include = Callable[[Node], Optional[Model]]
+Include = Callable[[Node], Model | None]
 NAME = re.compile(r"[^\s\x00-\x1f]+( [^\s\x00-\x1f]+)*")
 MODEL_FRAMES = ("", "__model__")
 NO = ("false", "0")

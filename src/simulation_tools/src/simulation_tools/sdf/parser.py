@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Sequence, Union
+from typing import Sequence
 
 from simulation_tools.geometry import ORIGIN
 from simulation_tools.sdf import uri
@@ -30,7 +30,7 @@ MAX_INCLUDE_DEPTH = 16
 MAX_INCLUDED_FILES = 5000
 """The limit of a whole request. If each file includes ten others, every level has ten times as many files."""
 
-PathLike = Union[str, Path]
+PathLike = str | Path
 
 
 def load_world(path: PathLike, model_path: Sequence[PathLike] | None = None) -> World:

@@ -6,7 +6,7 @@ sensor does not change the others.
 
 from __future__ import annotations
 
-from typing import Callable, Union
+from typing import Callable
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from simulation_tools.sensors.schedule import Schedule
 from simulation_tools.vehicle.uav import RANGE_PLUGIN, MountedSensor, Uav, mounted
 from simulation_tools.world.world import PhysicsWorld
 
-Reading = Union[float, Cloud, np.ndarray]
-Device = Union[RangeFinder, CloudLidar, Camera, Barometer]
+Reading = float | Cloud | np.ndarray
+Device = RangeFinder | CloudLidar | Camera | Barometer
 
 
 class PayloadError(SimulationToolsError):

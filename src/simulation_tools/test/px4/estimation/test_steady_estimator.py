@@ -29,7 +29,7 @@ def a_state(yaw=0.3):
     )
 
 
-def test_a_perfect_estimate_is_the_truth_in_ned_from_where_the_vehicle_stood():
+def test_a_perfect_estimate_is_the_truth_in_ned_from_the_start():
     estimator = SteadyEstimator(EstimatorNoise.none(), np.random.default_rng(0), Px4Parameters())
     estimator.update(a_state(), 0.004)
     assert estimator.estimate[0]["position"].tolist() == [0.0, 0.0, 0.0]

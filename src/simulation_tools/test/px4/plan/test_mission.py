@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 import math
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ MEASURED_S = {1: 8.42, 3: 14.50, 4: 22.72, 5: 30.37}
 MEASURED_LANDED_S = 47.29
 
 
-@lru_cache(maxsize=None)
+@cache
 def _flown():
     flight = Flight.of_reference_quad(noise=NO_NOISE)
     flight.run(1.0)

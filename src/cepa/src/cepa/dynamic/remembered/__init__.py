@@ -1,1 +1,1 @@
-"""What is kept from scan to scan beside maps: beams that stand out alone, mouths of dead ends."""
+"""What is remembered from scan to scan: points of obstacles, and beams that stand out alone."""

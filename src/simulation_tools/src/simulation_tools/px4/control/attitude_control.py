@@ -8,7 +8,6 @@ AttitudeControl and RateControl.
 from __future__ import annotations
 
 import math
-from typing import Tuple
 
 import numpy as np
 
@@ -45,7 +44,7 @@ RATE_STATE_DTYPE = np.dtype(
 )
 
 
-_Quaternion = Tuple[float, float, float, float]  # w, x, y, z
+_Quaternion = tuple[float, float, float, float]  # w, x, y, z
 
 
 @njit(cache=True)

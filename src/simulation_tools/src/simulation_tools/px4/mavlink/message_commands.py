@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Sequence, Tuple
+from typing import Callable, Sequence
 
 from pymavlink.dialects.v20 import common
 
@@ -13,7 +13,7 @@ from simulation_tools.px4.modes import Result
 from simulation_tools.px4.px4 import Px4
 
 # The message to send after the acknowledgement (None: nothing), and the acknowledgement's result.
-Answer = Tuple["common.MAVLink_message | None", Result]
+Answer = tuple["common.MAVLink_message | None", Result]
 _FIXED = {
     common.MAV_CMD_GET_HOME_POSITION: "HOME_POSITION",
     common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: "AUTOPILOT_VERSION",

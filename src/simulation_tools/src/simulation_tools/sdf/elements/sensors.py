@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Union
 
 from simulation_tools.geometry import Pose
 
@@ -110,4 +109,4 @@ class AirPressureSensor:
     plugins: tuple[Plugin, ...] = ()
 
 
-Sensor = Union[RaySensor, ImuSensor, CameraSensor, AirPressureSensor]
+Sensor = RaySensor | ImuSensor | CameraSensor | AirPressureSensor

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Tuple, Union
 
 from simulation_tools.geometry import Pose, Vector3
 
-Rgba = Tuple[float, float, float, float]
+Rgba = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Heightmap:
     position_m: Vector3 = (0.0, 0.0, 0.0)
 
 
-Geometry = Union[Box, Cylinder, Sphere, Plane, Mesh, Heightmap]
+Geometry = Box | Cylinder | Sphere | Plane | Mesh | Heightmap
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,95 @@
+"""The choice of a velocity: candidates, distances to keep, cost, emergency, and the reference's end."""
+
+from __future__ import annotations
+
+# -- candidates --------------------------------------------------------------------------------------------
+FAN_DIRECTIONS = 48
+"""1: Directions that are tried. Source: grid. Greater: finer gaps, more time."""
+FAN_SPEEDS = (1.0, 0.6, 0.3, 0.12)
+"""1: Speeds that are tried, as shares of the reference's. Source: chosen. Greater: it stops before narrow
+gaps."""
+EVASION_M_S = 1.5
+"""m/s: It evades what moves with so much, even if the reference is slower. Source: chosen. Greater: faster
+evasion."""
+FAN_CLIMBS = (-1.0, 0.0, 1.0)
+"""1: Climbs that are tried, as shares of `climb_max`. Source: chosen. Greater: beyond 1 they are not
+allowed."""
+FAN_COARSER = 3
+"""1: Every third direction is tried with these climbs. Source: grid. Greater: faster, coarser."""
+FAN_FASTER_OF = 2
+"""1: One of so many speeds, the faster ones, is tried with them. Source: grid. Greater: fewer, faster
+ones."""
+LEVEL_CLIMB_M_S = 0.05
+"""m/s: A slower climb counts as level. Source: chosen. Greater: fewer candidates."""
+LEADS_BACK_COS = 0.5
+"""1: A velocity leads back if it is within this angle's cosine. Source: chosen. Greater: a narrower cone."""
+SPOT_CLIMBS = (1.0, 0.5, 0.25)
+"""1: What it tries when it climbs on the spot, as shares of `climb_max`. Source: chosen. Greater: it climbs
+faster."""
+STANDS_M_S = 0.1
+"""m/s: A UAV that may not climb, and is slower, gives up this direction. Source: chosen. Greater: it gives up
+earlier."""
+
+# -- distances to keep -------------------------------------------------------------------------------------
+SCAN_NOISE_M = 0.06
+"""m: The nearest of a thing's points is nearer than the thing; r_LB is kept within this. Source: chosen.
+Greater: it flies nearer."""
+LEAST_COMFORT_M = 0.05
+"""m: In an emergency comfort begins so far beyond the hull's margin. Source: chosen. Greater: softer."""
+DEEPER_M = 0.02
+"""m: What is too near already may come so much nearer before it counts as a contact. Source: chosen. Greater:
+noise holds the UAV less."""
+
+# -- cost --------------------------------------------------------------------------------------------------
+COST_OF_DISCOMFORT = 1.2
+"""of k3: Weight of the discomfort (with k3 = 0.5: 0.6). Source: chosen. Greater: wider ways, slower in
+gaps."""
+COST_OF_LOSS = 1.0
+"""1: Cost of the whole horizon lost to a contact with what stands. Source: chosen. Greater: it turns
+earlier."""
+COST_OF_BEING_HIT = 6.0
+"""1: The same with what moves; more than any progress in MEETING_S. Source: flown. Greater: no difference."""
+COST_OF_CHANGE = 0.2
+"""of k1: Weight of the change of the command, k1 as with k4 = 1 and k5 = 6. Source: chosen. Greater:
+steadier."""
+USUAL_K4 = 1.0
+"""s/m: k4 at which COST_OF_CHANGE counts as it is. Source: chosen. Greater: k4 counts less."""
+USUAL_K5 = 6.0
+"""1: k5 at which it does. Source: chosen. Greater: k5 counts less."""
+COST_OF_HEIGHT_1_M = 0.3
+"""1/m: For a metre off the height to fly at. Source: chosen. Greater: it comes back sooner."""
+COST_OF_CLIMB_CHANGE_S_M = 0.05
+"""s/m: For a change of the climb. Source: chosen. Greater: steadier climbs."""
+COST_OF_LEAVING_CHANGE_S_M = 0.02
+"""s/m: For a change of the command in an emergency. Source: chosen. Greater: steadier."""
+SLOWEST_SCALE_M_S = 1.0
+"""m/s: Progress and change count relative to the reference's speed, or to this. Source: chosen. Greater: slow
+references turn later."""
+
+# -- emergency ---------------------------------------------------------------------------------------------
+EMERGENCY_DEPTH_M = 0.1
+"""m: What is so much nearer than r_LB is an emergency, if the UAV idles. Source: chosen. Greater: rarer."""
+EMERGENCY_IDLE_SHARE = 0.3
+"""1: It idles if its progress is below this share of the reference's. Source: chosen. Greater: more
+emergencies."""
+EMERGENCY_DIRECTIONS = 72
+"""1: Directions in which it looks for r_LB. Source: grid. Greater: finer."""
+EMERGENCY_REACH_M = 4.0
+"""m: It looks so far. Source: chosen. Greater: it also leaves long pockets."""
+EMERGENCY_NARROWNESS = 5.0
+"""m/m: It counts as so many metres farther to come nearer to anything by one. Source: chosen. Greater: wider
+ways."""
+EMERGENCY_TURN_M = 0.5
+"""m: It counts as so much farther to turn back. Source: chosen. Greater: it wavers less."""
+
+# -- the reference's end -----------------------------------------------------------------------------------
+FORGOTTEN_M = 0.5
+"""m: A reference that was measured so much of the way ago counts 1/e. Source: flown. Greater: steadier,
+later."""
+LEAST_EXPLAINED = 0.5
+"""1: The place explains at least so much of the reference's variance. Source: flown. Greater: fewer ends."""
+MOST_WAITING_REFERENCES = 8
+"""1: References that wait until somebody asks for the end. Source: grid. Greater: no difference."""
+END_HORIZONS = 2.0
+"""1: An end counts within so many horizons of the cost; a reference that brakes evenly ends at half the way
+that its gain tells. Source: chosen. Greater: farther ends count."""

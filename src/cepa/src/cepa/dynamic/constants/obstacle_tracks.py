@@ -1,0 +1,94 @@
+"""Obstacle tracks: what belongs together, what moves, and for how long it is kept."""
+
+from __future__ import annotations
+
+import math
+
+# -- scans and odometry ------------------------------------------------------------------------------------
+LATE_S = 0.03
+"""s: Odometry that is no older than this at a scan is in time. Source: chosen. Greater: what stands seems to
+move."""
+LONGEST_WAIT_S = 0.5
+"""s: A scan that has waited longer for its odometry is dropped. Source: chosen. Greater: older scans
+count."""
+LONGEST_POSE_GAP_S = 0.3
+"""s: Between poses farther apart nothing is interpolated. Source: chosen. Greater: wrong turns of the UAV
+count."""
+TURN_RATE_S = 0.05
+"""s: The turn rate is taken over at least so much time. Source: chosen. Greater: smoother, later."""
+KEPT_POSES = 64
+"""1: Poses to interpolate between. Source: grid. Greater: no difference."""
+LONGEST_SCAN_GAP_S = 0.5
+"""s: Without a scan for longer all tracks are forgotten. Source: chosen. Greater: older tracks count."""
+BESIDE_DISC_M = 0.15
+"""m: A point so near to the rim of what moves belongs to it. Source: chosen. Greater: what stands beside it
+is not remembered."""
+
+# -- clusters and sides ------------------------------------------------------------------------------------
+ADJACENT_RAD = math.radians(3.0)
+"""rad: What stands before an end of a cluster within this angle hides the rest. Source: chosen. Greater:
+fewer known sides."""
+GRAZING_SINE = 0.2
+"""1: A side is seen from this sine of the angle of sight on. Source: chosen. Greater: fewer known sides."""
+CUT_OFF_M = 0.3
+"""m: So near to an end that is cut off, no side is known. Source: chosen. Greater: fewer known sides."""
+SIDES_DAMPING = 0.2
+"""1: So much of one side holds a thing where it was predicted. Source: chosen. Greater: velocities come
+later."""
+SIDES_OUTLIER_M = 0.1
+"""m: A side that is off by more counts little. Source: chosen. Greater: wrong sides count."""
+RESIZED_M = 0.08
+"""m: A cluster that is smaller by so much may be cut off by a leaning lidar. Source: chosen. Greater:
+rarer."""
+RESIZED_SHARE = 0.1
+"""1: The same as a share of the radius. Source: chosen. Greater: rarer."""
+CLUSTERS_MAX = 256
+"""1: Clusters of a scan. Source: grid. Greater: more memory."""
+
+# -- tracks ------------------------------------------------------------------------------------------------
+TRACKS_MAX = 192
+"""1: Tracks. Source: grid. Greater: more time where many things stand."""
+STANDING_FORGET_S = 0.3
+"""s: What stands is kept so long unseen. Source: chosen. Greater: more tracks."""
+MISSED_S = 0.15
+"""s: Anything is kept so long where the scan sees past its place. Source: chosen. Greater: it evades what is
+gone."""
+RADIUS_MEMORY_S = 2.0
+"""s: Time constant in which a disc shrinks to what is in sight. Source: chosen. Greater: larger discs."""
+SIDES_LEARNING_S = 1.0
+"""s: Time constant in which a track learns its sides. Source: chosen. Greater: steadier, later."""
+LONG_M = 0.6
+"""m: Of a thing with a larger radius only an end enters what was free. Source: chosen. Greater: lorries are
+found later."""
+
+# -- drift of the odometry ---------------------------------------------------------------------------------
+STANDING_MIN = 4
+"""1: So many standing things tell the odometry's drift. Source: chosen. Greater: drift looks like motion in
+the open."""
+DRIFT_RESIDUAL_M = 0.05
+"""m: Standard deviation of a standing thing's middle. Source: chosen. Greater: outliers count more."""
+DRIFT_SHIFT_M = 0.05
+"""m: Standard deviation of the odometry's place from scan to scan. Source: chosen. Greater: more is
+corrected."""
+DRIFT_TURN_RAD = 0.02
+"""rad: Standard deviation of its heading. Source: chosen. Greater: more is corrected."""
+
+# -- evidence ----------------------------------------------------------------------------------------------
+EVIDENCE_SCANS = 12
+"""1: Earlier scans that tell what was free. Source: chosen. Greater: slower things are found."""
+EVIDENCE_PERIOD_S = 0.1
+"""s: Time between them. Source: chosen. Greater: slower things are found, later."""
+EVIDENCE_YOUNGEST_S = 0.15
+"""s: Least age of such a scan. Source: chosen. Greater: motion is found later."""
+EVIDENCE_SAMPLES = 12
+"""1: Points of a thing that are looked at. Source: grid. Greater: more time."""
+EVIDENCE_MAX_S = 0.5
+"""s: Most evidence that a track has. Source: chosen. Greater: what has stopped counts as moving for
+longer."""
+EVIDENCE_LOSS_OF_FAST = 0.1
+"""s/s: Evidence that something fast loses while it does not show that it moves. Source: chosen. Greater:
+forgotten earlier."""
+EVIDENCE_LOSS_OF_SLOW = 0.5
+"""s/s: The same of something slow. Source: chosen. Greater: forgotten earlier."""
+HEADING_ERROR_RAD = 0.005
+"""rad: Directions within this must agree that a place was free. Source: chosen. Greater: less evidence."""

@@ -1,0 +1,1 @@
+"""The cost-to-go: how long the shortest way is from each place, out of the window or to the goal."""

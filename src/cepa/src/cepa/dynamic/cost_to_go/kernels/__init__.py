@@ -1,0 +1,1 @@
+"""Compiled inner loops: slowness of cells, fast sweeping, shortest ways."""

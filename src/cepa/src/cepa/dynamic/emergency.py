@@ -1,0 +1,76 @@
+"""The emergency of `Dynamic`: something is too near, and the UAV leaves along admissible paths."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cepa.dynamic.constants.choice import (
+    EMERGENCY_DEPTH_M,
+    EMERGENCY_DIRECTIONS,
+    EMERGENCY_IDLE_SHARE,
+    EMERGENCY_NARROWNESS,
+    EMERGENCY_REACH_M,
+    EMERGENCY_TURN_M,
+)
+from cepa.dynamic.kernels.surroundings import Surroundings
+from cepa.dynamic.rollouts import cost_horizon_s
+from cepa.parameters import CepaParameters
+
+
+class Emergency:
+    """Tells when it is an emergency, and in which direction r_LB is regained soonest."""
+
+    def __init__(self, parameters: CepaParameters, hull_m: float):
+        """hull_m: of the body with its margin."""
+        self._p, self._hull_m = parameters, hull_m
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget that it is an emergency."""
+        self._is_on = False
+        self._last = np.zeros(2)
+
+    def is_needed(self, around: Surroundings, progress_m: float, speed: float, end_m: float) -> bool:
+        """Whether something is within the hull's margin, or within r_LB while the UAV gains nothing.
+
+        It lasts until r_LB is free. progress_m: of the answer in cost_horizon_s. speed: of the reference.
+        end_m: from the UAV; inf: the reference has none.
+        """
+        p, field = self._p, around.field.distance
+        middle = field.shape[1] // 2
+        here_m = float(field[len(field) // 2, middle, middle])
+        asked_m = min(speed * cost_horizon_s(p), end_m)
+        idles = speed < p.reference_speed_min or progress_m < EMERGENCY_IDLE_SHARE * asked_m
+        begins = here_m < self._hull_m or (here_m < p.r_lb - EMERGENCY_DEPTH_M and idles)
+        self._is_on = here_m < p.r_lb if self._is_on else begins
+        if not self._is_on:
+            self._last = np.zeros(2)
+        return self._is_on
+
+    def direction(self, around: Surroundings) -> np.ndarray | None:
+        """Return the direction (2,) in which a straight flight regains r_LB soonest; None: there is none.
+
+        On its way it keeps the hull's margin, or what it has where it is. A wider way counts as shorter.
+        """
+        distance, cell_m, _, _ = around.field
+        field = distance[len(distance) // 2]
+        middle = len(field) // 2
+        angles = np.arange(EMERGENCY_DIRECTIONS) * (2.0 * math.pi / EMERGENCY_DIRECTIONS)
+        directions = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+        steps = np.arange(cell_m, EMERGENCY_REACH_M, cell_m)
+        nodes = np.rint(steps[:, None, None] * directions / cell_m).astype(int) + middle
+        columns, rows = np.clip(nodes, 0, 2 * middle).transpose(2, 0, 1)
+        along_m = field[rows, columns]
+        narrowest_m = np.minimum.accumulate(along_m, axis=0)
+        keep_m = min(self._hull_m, float(field[middle, middle]))
+        is_regained = (narrowest_m >= keep_m) & (along_m >= self._p.r_lb)
+        first = is_regained.argmax(axis=0)
+        way_m = np.where(is_regained.any(axis=0), steps[first], math.inf)
+        way_m += EMERGENCY_NARROWNESS * (self._p.r_lb - narrowest_m[first, np.arange(EMERGENCY_DIRECTIONS)])
+        way_m += EMERGENCY_TURN_M * (1.0 - directions @ self._last)
+        if math.isinf(way_m.min()):
+            return None
+        self._last = directions[int(np.argmin(way_m))]
+        return self._last

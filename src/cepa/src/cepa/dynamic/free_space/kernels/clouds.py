@@ -1,0 +1,146 @@
+"""A cloud as a picture in levelled axes: how far it is free in each direction.
+
+Columns are equal bins of azimuth; rows are equal steps of the tangent of the elevation, the middle of the
+picture is level. Values are horizontal distances in m. All axes are the odometry's, the lidar is the origin.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cepa.dynamic.kernels.angles import column_of
+from kernel_cache.compiler import njit
+
+LEAST_HORIZONTAL_M = 1e-3
+
+
+@njit(cache=True)
+def level(
+    points: np.ndarray,
+    rotation: np.ndarray,
+    range_min: float,
+    range_max: float,
+    row_tan: float,
+    levelled: np.ndarray,
+    nearest: np.ndarray,
+) -> int:
+    """Turn ``points`` (n, 3) m of the lidar's frame into ``levelled`` (n, 3); return how many are returns.
+
+    rotation (3, 3): of the lidar's frame into the odometry's. nearest (rows, bins): is filled with the least
+    distance in each direction, inf where no point is.
+    """
+    rows, bins = nearest.shape
+    per_rad = bins / (2.0 * math.pi)
+    nearest[:] = math.inf
+    count = 0
+    for k in range(points.shape[0]):
+        a, b, c = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
+        r2 = a * a + b * b + c * c
+        if not range_min * range_min <= r2 <= range_max * range_max:  # NaN fails, too
+            continue
+        x = rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c
+        y = rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c
+        z = rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c
+        levelled[count, 0], levelled[count, 1], levelled[count, 2] = x, y, z
+        count += 1
+        h = math.sqrt(x * x + y * y)
+        if h < LEAST_HORIZONTAL_M:
+            continue
+        row = math.floor(z / (h * row_tan) + 0.5 * rows)
+        if 0 <= row < rows:
+            column = column_of(x, y, per_rad, bins)
+            if h < nearest[row, column]:
+                nearest[row, column] = h
+    return count
+
+
+@njit(cache=True)
+def free_distances(
+    nearest: np.ndarray,
+    row_tan: float,
+    rotation: np.ndarray,
+    elevation: tuple[float, float],
+    azimuth: tuple[float, float],
+    no_return: float,
+    free: np.ndarray,
+) -> None:
+    """Fill ``free`` (r, b), a coarser picture, with the least distance in each of its directions.
+
+    Where no point is, it is ``no_return`` within the lidar's field of view (``elevation`` and ``azimuth``,
+    rad, in its own frame), and 0 outside. The sides of ``free`` divide those of ``nearest``.
+    """
+    rows, bins = free.shape
+    high, wide = nearest.shape[0] // rows, nearest.shape[1] // bins
+    all_around = azimuth[1] - azimuth[0] > 2.0 * math.pi * (1.0 - 2.0 / bins)
+    angles = (np.arange(bins) + 0.5) * 2.0 * math.pi / bins - math.pi
+    cos, sin = np.cos(angles), np.sin(angles)
+    for i in range(rows):
+        up = (i + 0.5 - 0.5 * rows) * high * row_tan
+        for j in range(bins):
+            least = math.inf
+            for k in range(i * high, (i + 1) * high):
+                for m in range(j * wide, (j + 1) * wide):
+                    least = min(least, nearest[k, m])
+            if math.isinf(least):
+                x, y = cos[j], sin[j]
+                a = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * up
+                b = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * up
+                c = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * up
+                looked = elevation[0] <= math.atan2(c, math.sqrt(a * a + b * b)) <= elevation[1]
+                if looked and not all_around:
+                    looked = azimuth[0] <= math.atan2(b, a) <= azimuth[1]
+                least = no_return if looked else 0.0
+            free[i, j] = least
+
+
+@njit(cache=True)
+def stamp_seen(
+    free: np.ndarray,
+    row_tan: float,
+    origin: np.ndarray,
+    stamp: float,
+    oldest: float,
+    cell: np.ndarray,
+    reach: np.ndarray,
+    own: np.ndarray,
+    near: float,
+    stamps: np.ndarray,
+) -> None:
+    """Stamp the cells that are seen free: ``stamps`` (n, n, levels) in s; indices y, x, z.
+
+    The grid is fixed to the odometry and repeats itself. ``origin`` (3,) m: where the lidar is in it. cell:
+    edge and height of a cell, m. reach: half edge and half height of the window; cells beyond are forgotten.
+    own: radius of the place that counts as seen, its ends below and above the lidar, m. What was seen nearer
+    than ``near``, and after ``oldest``, stays seen while it is so near.
+    """
+    n, levels = stamps.shape[0], stamps.shape[2]
+    rows, bins = free.shape
+    per_rad = bins / (2.0 * math.pi)
+    first_x, first_y = math.floor(origin[0] / cell[0]) - n // 2, math.floor(origin[1] / cell[0]) - n // 2
+    first_z = math.floor(origin[2] / cell[1]) - levels // 2
+    heights = np.empty(levels)
+    for k in range(levels):
+        heights[(first_z + k) % levels] = (first_z + k + 0.5) * cell[1] - origin[2]
+    for i in range(first_y, first_y + n):
+        y = (i + 0.5) * cell[0] - origin[1]
+        for j in range(first_x, first_x + n):
+            x = (j + 0.5) * cell[0] - origin[0]
+            column = stamps[i % n, j % n]
+            if abs(x) > reach[0] or abs(y) > reach[0]:
+                column[:] = -math.inf
+                continue
+            h = math.sqrt(x * x + y * y)
+            b = column_of(x, y, per_rad, bins)
+            per_m = 1.0 / (max(h, LEAST_HORIZONTAL_M) * row_tan)
+            for m in range(levels):
+                z = heights[m]
+                if abs(z) > reach[1]:
+                    column[m] = -math.inf
+                    continue
+                row = math.floor(z * per_m + 0.5 * rows)
+                seen = 0 <= row < rows and free[row, b] > h + 0.5 * cell[0]
+                stays = h < near and column[m] >= oldest
+                if seen or stays or (h < own[0] and -own[1] <= z <= own[2]):
+                    column[m] = stamp

@@ -1,0 +1,118 @@
+"""The free space in three dimensions: cells that are stamped when they are seen."""
+
+from __future__ import annotations
+
+import math
+from typing import Sequence
+
+import numpy as np
+
+from cepa.dynamic.constants.distance_fields import LAYER_M, LAYERS
+from cepa.dynamic.constants.free_space import (
+    BODY_SHARE_SEEN,
+    COARSE_ROWS,
+    NEAR_M,
+    OWN_PLACE_M,
+    OWN_REACH_M,
+    PICTURE_ROW_TAN,
+    PICTURE_ROWS,
+    SEEN_CELL_M,
+    SEEN_CELLS,
+    SEEN_LEVEL_M,
+    SEEN_LEVELS,
+    SEEN_REACH_UP_M,
+    SEEN_WINDOW_M,
+)
+from cepa.dynamic.free_space.kernels.clouds import stamp_seen
+from cepa.dynamic.free_space.kernels.unseen import unseen_layers
+from cepa.dynamic.free_space.own_place import OwnPlace
+from cepa.dynamic.free_space.planar_sensors import (
+    Body,
+    Cells,
+    LidarPlane,
+    place_of,
+    stamp_plane,
+    stamp_ranges,
+)
+from cepa.dynamic.kernels.free_space import BY_REACH
+from cepa.motion import Motion, Ranging
+from cepa.parameters import CepaParameters
+
+CELL = np.array([SEEN_CELL_M, SEEN_LEVEL_M])
+REACH_M = np.array([0.5 * SEEN_WINDOW_M + SEEN_CELL_M, SEEN_REACH_UP_M])
+
+
+class SeenCells:
+    """Keeps when each cell was seen last, fixed to the odometry's frame."""
+
+    def __init__(self, parameters: CepaParameters):
+        self._p = parameters
+        self._stamps_s = np.empty((SEEN_CELLS, SEEN_CELLS, SEEN_LEVELS))
+        side = 2 * round(0.5 * SEEN_WINDOW_M / SEEN_CELL_M) - 1
+        self._unseen = np.empty((LAYERS, side, side), np.uint8)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._stamps_s[:] = -math.inf
+        self._own_place = OwnPlace(OWN_PLACE_M)
+
+    def take_over(self, earlier: SeenCells) -> None:
+        """Take over what one with other parameters knows; it must not be used any longer."""
+        self._stamps_s, self._own_place = earlier._stamps_s, earlier._own_place
+
+    def take_in_cloud(self, free: np.ndarray, motion: Motion, oldest_s: float, has_own_place: bool) -> None:
+        """Stamp what a cloud's picture shows free (COARSE_ROWS, COARSE_BINS), m, and the body's own place.
+
+        has_own_place: around the body, so much counts as seen where nobody has looked.
+        """
+        p = self._p
+        ends = p.body_below + SEEN_LEVEL_M, p.body_above + SEEN_LEVEL_M
+        own = np.array([p.body_radius + OWN_PLACE_M if has_own_place else 0.0, *ends])
+        row_tan, when = PICTURE_ROW_TAN * (PICTURE_ROWS // COARSE_ROWS), (motion.stamp_s, oldest_s)
+        origin = np.array(motion.position_m)
+        stamp_seen(free, row_tan, origin, *when, CELL, REACH_M, own, NEAR_M, self._stamps_s)
+
+    def take_in_plane_and_ranges(
+        self, plane: LidarPlane | None, rangings: Sequence[Ranging], motion: Motion, middle_m: float
+    ) -> None:
+        """Stamp what a planar scan and range finders show. middle_m: see `Body`."""
+        body = self._body(middle_m)
+        if plane is not None:
+            stamp_plane(self._cells, plane, motion, body)
+        stamp_ranges(self._cells, rangings, motion, body, body.radius + OWN_PLACE_M)
+
+    def unseen_since(self, oldest_s: float, origin: np.ndarray) -> np.ndarray:
+        """Return where a body in each layer would be in the unseen; see `SpaceSnapshot`. It is overwritten.
+
+        origin: (3,) m, of the middle layer in the odometry's frame.
+        """
+        p = self._p
+        body = np.array([p.body_radius, BODY_SHARE_SEEN * p.body_below, BODY_SHARE_SEEN * p.body_above])
+        heights = np.array([p.height_min, p.height_max])
+        unseen_layers(self._stamps_s, origin, oldest_s, CELL, LAYER_M, body, heights, self._unseen)
+        return self._unseen
+
+    def open_own_place(
+        self, motion: Motion, middle_m: float, oldest_s: float, origin: np.ndarray
+    ) -> np.ndarray:
+        """Mark in the unseen where only the own place is; return its reach in equal directions, m."""
+        unseen, middle = self._unseen.copy(), self._unseen.shape[1] // 2
+        is_seen = not unseen[LAYERS // 2, middle, middle]
+        body = self._body(middle_m)
+        place = place_of(body, body.radius + OWN_REACH_M, self._cells, motion)
+        seen_s = self._stamps_s[place]
+        self._stamps_s[place] = motion.stamp_s  # for the next line only: nobody has seen it
+        is_own = unseen > self.unseen_since(oldest_s, origin)
+        self._stamps_s[place] = seen_s
+        np.copyto(self._unseen, unseen)
+        self._unseen[is_own] = BY_REACH
+        return self._own_place.follow(origin[:2].copy(), is_seen)
+
+    @property
+    def _cells(self) -> Cells:
+        return Cells(self._stamps_s, SEEN_CELL_M, SEEN_LEVEL_M)
+
+    def _body(self, middle_m: float) -> Body:
+        p = self._p
+        return Body(p.body_radius, BODY_SHARE_SEEN * p.body_below, BODY_SHARE_SEEN * p.body_above, middle_m)

@@ -1,0 +1,93 @@
+"""Which commands the UAV can fly and then brake, so that it keeps its distance from everything."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cepa.dynamic.constants.response import FULL_ERROR_M_S, LEAST_ERROR_SHARE
+from cepa.dynamic.kernels.clearance import clearance_of_moving, clearance_of_standing
+from cepa.dynamic.kernels.free_space import beyond_free_space, leaves_reach
+from cepa.dynamic.kernels.response import Law, State, advance, is_at_rest, law_of, state_of
+from cepa.dynamic.kernels.surroundings import Cushions, Horizon, Surroundings
+from kernel_cache.compiler import njit
+
+
+@njit(cache=True)
+def error_share(vx: float, vy: float, ux: float, uy: float) -> float:
+    """Return the share of the stated error that the response may have in a flight that begins so."""
+    fastest2 = max(vx**2 + vy**2, ux * ux + uy * uy)
+    return max(LEAST_ERROR_SHARE, min(1.0, math.sqrt(fastest2) / FULL_ERROR_M_S))
+
+
+@njit(cache=True)
+def braking(
+    start: np.ndarray,
+    response: np.ndarray,
+    around: Surroundings,
+    horizon: Horizon,
+    cushions: Cushions,
+    clearance: np.ndarray,
+    beyond: np.ndarray,
+) -> tuple[float, float]:
+    """Brake at once; return how near what moves comes, and how much more than it must the UAV keeps, m.
+
+    Fill (n,) ``clearance`` of what stands, and ``beyond``, how far beyond the free space, m;
+    n = commit + brake.
+    """
+    distance, cell_m, layer_m, far = around.field
+    reach, unseen, unseen_cell_m = around.free_space
+    movers = around.movers
+    law, state = law_of(response), state_of(start)
+    nearest, margin = math.inf, math.inf
+    tube, share = cushions.tube, error_share(state[0][1], state[1][1], 0.0, 0.0)
+    for k in range(horizon.commit + horizon.brake):
+        state = advance(state, law, 0.0, 0.0, 0.0)
+        clearance[k] = clearance_of_standing(distance, cell_m, layer_m, far, state)
+        nearest = min(nearest, clearance_of_moving(movers, state, (k + 1) * law[-1]))
+        beyond[k] = beyond_free_space(reach, unseen, unseen_cell_m, layer_m, state)
+        margin = min(margin, clearance[k] - max(cushions.least, cushions.hull + share * tube[k]))
+    return nearest, min(margin, nearest - cushions.hull)
+
+
+@njit(cache=True)
+def is_admissible(
+    state: State,
+    law: Law,
+    around: Surroundings,
+    horizon: Horizon,
+    cushions: Cushions,
+    least: np.ndarray,
+    most: np.ndarray,
+    nearest: float,
+    ux: float,
+    uy: float,
+    uz: float,
+    path: np.ndarray,
+) -> bool:
+    """Whether flying u for the commit time and then braking keeps its distance, within the free space.
+
+    A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too, and what moves
+    may come as near as it comes to a UAV that brakes at once (``nearest``). path (2, n) is overwritten.
+    """
+    distance, cell_m, layer_m, far = around.field
+    reach, unseen, unseen_cell_m = around.free_space
+    movers = around.movers
+    tube, share = cushions.tube, error_share(state[0][1], state[1][1], ux, uy)
+    step_s, is_layered, flown = law[-1], unseen.shape[0] > 0, 0
+    for k in range(horizon.commit + horizon.brake):
+        if k == horizon.commit:
+            ux = uy = uz = 0.0
+        state = advance(state, law, ux, uy, uz)
+        if k >= horizon.commit and is_at_rest(state):
+            break
+        keep = max(cushions.least, cushions.hull + share * tube[k])
+        if clearance_of_standing(distance, cell_m, layer_m, far, state) < min(keep, least[k]):
+            return False
+        if clearance_of_moving(movers, state, (k + 1) * step_s) < min(keep, nearest):
+            return False
+        if is_layered and beyond_free_space(reach, unseen, unseen_cell_m, layer_m, state) > max(0.0, most[k]):
+            return False
+        path[0, k], path[1, k], flown = state[0][0], state[1][0], k + 1
+    return is_layered or not leaves_reach(path, flown, reach, most)

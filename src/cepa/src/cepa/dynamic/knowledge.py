@@ -1,0 +1,106 @@
+"""The one interface of what the UAV knows of its surroundings, in the plane and in space."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from cepa.dynamic.cost_to_go.course import Course, Reference
+from cepa.dynamic.free_space.free_ranges import FreeRanges
+from cepa.dynamic.kernels.surroundings import Surroundings
+from cepa.dynamic.remembered.space_memory import RecalledSpace
+from cepa.motion import Cloud, Motion, Ranging
+from cepa.scan import Beams
+
+ANYWHERE = np.zeros(2)
+
+
+class Observation(NamedTuple):
+    """What came with one scan. Arrays are along the odometry's axes, with the lidar at the origin."""
+
+    motion: Motion
+    """At the scan's stamp."""
+    state: np.ndarray
+    """(3, 4): of the UAV when an answer shows its effect, see kernels/response.py."""
+    beams: Beams
+    range_max: float
+    """m: of the lidar."""
+    points: np.ndarray
+    """(n, 3) m: the ends of the beams."""
+    is_moving: np.ndarray
+    """(n,) bool: which of them belong to what moves."""
+    standing: np.ndarray
+    """(m, 2) m: the others."""
+    free: FreeRanges
+    """How far each direction is free."""
+    discs: np.ndarray
+    """(k, 6): what moves, see kernels/surroundings.py."""
+    cloud: Cloud | None = None
+    rangings: Sequence[Ranging] = ()
+
+
+class Known(NamedTuple):
+    """What is known once an observation was taken in."""
+
+    observed: Observation
+    near: np.ndarray
+    """(n, 2) m: what stands at the height of the body."""
+    state: np.ndarray
+    """(3, 4): the observation's, with the height above the middle layer."""
+    space: RecalledSpace | None = None
+    """What is known in three dimensions; None: the UAV flies in a plane."""
+    warnings: tuple[str, ...] = ()
+
+
+class Outlook(NamedTuple):
+    """Everything that candidates are judged by."""
+
+    around: Surroundings
+    """Distance field, free space, what moves, and the cost-to-go."""
+    has_way: bool
+    """Whether there is a way out."""
+    remembered: np.ndarray
+    """(k, 2) or (k, 3) m: all remembered points."""
+    is_hidden: np.ndarray
+    """(k,) bool: which of them were not seen just now."""
+    blind_way: np.ndarray = ANYWHERE
+    """(2,): the UAV may only fly back along this direction; 0: anywhere."""
+    climb_m_s: float = 0.0
+    """Climb of the candidates, towards the height to fly at."""
+    height_m: float | None = None
+    """To fly at, in the axes of `Known.state`; None: the UAV stays level."""
+    search_climb: float = 0.0
+    """1.0 or -1.0: it climbs or sinks on the spot, to look for a way at other heights; 0.0: it flies on."""
+
+
+class Knowledge(ABC):
+    """What the UAV knows. `PlaneKnowledge` and `SpaceKnowledge` are the two kinds."""
+
+    @abstractmethod
+    def take_in(self, observed: Observation) -> Known:
+        """Take in what came with a scan."""
+
+    @abstractmethod
+    def clear_reference(self, known: Known, reference: Reference, commit_s: float) -> np.ndarray | None:
+        """Return the reference as a command (3,), m/s, if it may be flown as it is; else None.
+
+        Its own path must have a clearance of r_UB, and all of it must have been seen free.
+        """
+
+    @abstractmethod
+    def outlook(self, known: Known, reference: Reference, course: Course) -> Outlook:
+        """Return the clearances, the free space and the cost-to-go around the UAV."""
+
+    @abstractmethod
+    def candidates(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
+        """Return the commands (m, 3), m/s, to judge: ``level`` (n, 3), with climbs if it can climb."""
+
+    @abstractmethod
+    def remembered(self, known: Known) -> tuple[np.ndarray, np.ndarray]:
+        """Return all remembered points (n, 3), m, and which are hidden (n,). It changes nothing."""
+
+    @abstractmethod
+    def give_up_height(self) -> None:
+        """Take in that the UAV cannot climb, or sink, any further in search of a way."""

@@ -1,0 +1,1 @@
+"""Tracks of obstacles: which things in the scans move, and how fast."""

@@ -1,0 +1,286 @@
+"""Tracks things from scan to scan, and tells which of them move."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Sequence
+
+import numpy as np
+
+from cepa.dynamic.constants.free_space import RANGE_BINS
+from cepa.dynamic.constants.obstacle_tracks import (
+    BESIDE_DISC_M,
+    CLUSTERS_MAX,
+    EVIDENCE_LOSS_OF_FAST,
+    EVIDENCE_LOSS_OF_SLOW,
+    EVIDENCE_MAX_S,
+    EVIDENCE_PERIOD_S,
+    EVIDENCE_SAMPLES,
+    EVIDENCE_SCANS,
+    EVIDENCE_YOUNGEST_S,
+    LONG_M,
+    LONGEST_SCAN_GAP_S,
+    MISSED_S,
+    RADIUS_MEMORY_S,
+    SIDES_LEARNING_S,
+    STANDING_FORGET_S,
+    STANDING_MIN,
+    TRACKS_MAX,
+)
+from cepa.dynamic.free_space.free_ranges import FreeRanges
+from cepa.dynamic.free_space.kernels.beams import clear_of
+from cepa.dynamic.obstacle_tracks.kernels import columns
+from cepa.dynamic.obstacle_tracks.kernels.clusters import placed, segment
+from cepa.dynamic.obstacle_tracks.kernels.drift import align
+from cepa.dynamic.obstacle_tracks.kernels.evidence import are_free, have_moved
+from cepa.dynamic.obstacle_tracks.kernels.tracks import are_fast, associate, correct, predict, weigh
+from cepa.dynamic.obstacle_tracks.tracks import MovingTracks, TrackerParameters, nothing_moves
+
+
+class ObstacleTracker:
+    """Tracks things from scan to scan with a Kalman filter of constant velocity each.
+
+    A thing moves if its velocity is significant and a place shows it: the thing is where earlier scans saw
+    nothing, or gone from where they saw it. The velocity alone does not tell, because the visible side of a
+    trunk changes while the UAV passes.
+    """
+
+    def __init__(self, parameters: TrackerParameters | None = None):
+        self.parameters = parameters or TrackerParameters()
+        self._clusters = np.empty((CLUSTERS_MAX, columns.CLUSTER_COLUMNS))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._tracks = np.empty((0, columns.TRACK_COLUMNS))
+        self._surfaces = np.empty((0, EVIDENCE_SCANS, 2))
+        self._moving = np.empty(0, bool)
+        self._stamp_s = math.nan
+        self._frames_s = np.full(EVIDENCE_SCANS, -math.inf)
+        self._frames = np.zeros((EVIDENCE_SCANS, 3))
+        self._frames_bins = np.full((EVIDENCE_SCANS, RANGE_BINS), -1.0)
+        self._frames_free: dict[int, FreeRanges] = {}
+        self._frame, self._frame_s = 0, -math.inf
+        self._waiting: deque[tuple[int, float, Sequence[float], FreeRanges]] = deque(maxlen=EVIDENCE_SCANS)
+        self._turn, self._shift = 0.0, (0.0, 0.0)
+
+    def clear_of_floor(self, points: np.ndarray, floor_m: float, ceiling_m: float) -> np.ndarray:
+        """Return which ``points`` (n, 3), m, from the lidar, belong neither to floor nor ceiling (n,).
+
+        floor_m, ceiling_m: their heights above the lidar.
+        """
+        p, is_level = self.parameters, np.empty(len(points), np.bool_)
+        clear_of(points, floor_m, ceiling_m, p.floor_gap_m, p.floor_gap_share, is_level)
+        return is_level
+
+    def update(
+        self,
+        stamp_s: float,
+        points_m: np.ndarray,
+        sensor_xy: Sequence[float],
+        free: FreeRanges,
+        is_level: np.ndarray | None = None,
+    ) -> MovingTracks:
+        """Return what moves at a scan.
+
+        points_m: (n, 2 or 3), from the lidar along the odometry's axes, the ends of the beams that hit
+        something, in the order of the beams; their height does not count. sensor_xy: m, the lidar in the
+        odometry's frame. free: how far the scan sees free, and how far its beams stay near the lidar's
+        height. A beam that passes over a thing shows neither that it is gone, nor that it was not there, nor
+        how wide it is. is_level: (n,) bool, which points belong neither to floor nor ceiling
+        (`clear_of_floor`); None: all. After a clock that went back, or LONGEST_SCAN_GAP_S without a scan,
+        everything is forgotten.
+        """
+        dt_s = stamp_s - self._stamp_s
+        if not 0.0 < dt_s <= LONGEST_SCAN_GAP_S:
+            self.reset()
+            dt_s = 0.0
+        self._stamp_s = stamp_s
+        p = self.parameters
+        level = np.ones(len(points_m), bool) if is_level is None else is_level
+        if not len(self._tracks) and not (len(level) and level.any()):
+            if self._is_frame_due():
+                self._waiting.append((self._next_frame(), stamp_s, sensor_xy, free))
+            return nothing_moves(len(level))
+        self._take_in_waiting()
+        points, (x_m, y_m), (shift_x_m, shift_y_m) = np.empty((len(level), 2)), sensor_xy, self._shift
+        count = placed(points_m, level, x_m, y_m, self._turn, shift_x_m, shift_y_m, points)
+        points = points[:count]
+        pose, sight_m, level_m = self._pose(sensor_xy), free.free_m, free.level_m
+        labels = np.empty(len(points), np.int64)
+        limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
+        found = segment(points, pose, sight_m, level_m, *limits, self._clusters, labels)
+        clusters = self._clusters[:found]
+        predict(self._tracks, dt_s, p.acceleration_m_s2)
+        matches = np.empty(len(clusters), np.int64)
+        owners = np.empty(len(self._tracks), np.int64)
+        associate(clusters, self._tracks, p.gate_m, matches, owners)
+        self._align(dt_s, points, pose, clusters, owners)
+        self._learn(dt_s, points, pose, free, clusters, owners)
+        owners = self._forget(pose, np.minimum(sight_m, level_m), owners)
+        owners = self._begin(clusters, matches, owners)
+        if self._moving.any():
+            self._find_again()
+        if self._is_frame_due():
+            self._keep_surfaces(clusters, owners)
+            self._keep_frame(self._next_frame(), stamp_s, pose, free)
+        if not self._moving.any():
+            return nothing_moves(len(level))
+        return self._answer(points, labels, level, owners)
+
+    def _pose(self, sensor_xy: Sequence[float]) -> np.ndarray:
+        """Return the lidar's place and the turn of the odometry's axes (3,), without its drift."""
+        return np.array([*_moved(sensor_xy, self._turn, self._shift), self._turn])
+
+    def _align(
+        self, dt_s: float, points: np.ndarray, pose: np.ndarray, clusters: np.ndarray, owners: np.ndarray
+    ) -> None:
+        """Align the scan with what stands, and keep what that says of the odometry's drift."""
+        motion = np.empty(3)
+        x, y, _ = pose.tolist()
+        standing = clusters, self._tracks, owners, self._moving, points, pose
+        if not align(*standing, dt_s, STANDING_MIN, motion):
+            return
+        along_x, along_y, turn = motion.tolist()
+        from_lidar = self._shift[0] - x, self._shift[1] - y
+        self._shift = _moved(from_lidar, turn, (x + along_x, y + along_y))
+        self._turn += turn
+
+    def _learn(
+        self,
+        dt_s: float,
+        points: np.ndarray,
+        pose: np.ndarray,
+        free: FreeRanges,
+        clusters: np.ndarray,
+        owners: np.ndarray,
+    ) -> None:
+        p = self.parameters
+        shares = math.exp(-dt_s / RADIUS_MEMORY_S), 1.0 - math.exp(-dt_s / SIDES_LEARNING_S)
+        scan = clusters, owners, points, pose
+        correct(self._tracks, *scan, p.deviation_m, p.deviation_hidden_m, *shares)
+        tracks, is_fast = self._tracks, np.empty(len(owners), np.bool_)
+        are_fast(tracks, owners, p.speed_min_m_s, p.significance, is_fast)
+        shown = is_fast.copy()
+        if is_fast.any():
+            larger = np.maximum(1.0, tracks[:, columns.RADIUS] / LONG_M)
+            things = points, clusters[:, : columns.MIDDLE_X], larger, owners, self._surfaces
+            frames = self._frames, self._bins_of_frames(), self._stamp_s - self._frames_s
+            have_moved(
+                *things,
+                pose,
+                free.shown_m,
+                *frames,
+                EVIDENCE_YOUNGEST_S,
+                p.free_gap_m,
+                p.share,
+                EVIDENCE_SAMPLES,
+                shown,
+            )
+        losses, limits = (
+            (EVIDENCE_LOSS_OF_FAST, EVIDENCE_LOSS_OF_SLOW),
+            (p.evidence_s, EVIDENCE_MAX_S, p.speed_min_m_s),
+        )
+        weigh(tracks, owners, is_fast, shown, dt_s, losses, *limits, self._moving)
+
+    def _forget(self, pose: np.ndarray, sight_m: np.ndarray, owners: np.ndarray) -> np.ndarray:
+        """Drop what has not been seen for long, or is not where it should be free.
+
+        Returns the clusters (t,) of the tracks that stay, or -1.
+        """
+        unseen_s, free = self._tracks[:, columns.UNSEEN], np.empty(len(owners), bool)
+        are_free(self._tracks[:, : columns.VX], pose, sight_m, self.parameters.free_gap_m, free)
+        allowed_s = np.where(self._moving, self.parameters.forget_s, STANDING_FORGET_S)
+        stays = unseen_s <= np.where(free, MISSED_S, allowed_s)
+        if stays.all():
+            return owners
+        self._tracks, self._surfaces = self._tracks[stays], self._surfaces[stays]
+        self._moving = self._moving[stays]
+        return owners[stays]
+
+    def _begin(self, clusters: np.ndarray, matches: np.ndarray, owners: np.ndarray) -> np.ndarray:
+        """Begin a track for each cluster without one; return the clusters (t,) of all tracks, or -1."""
+        new = np.flatnonzero(matches < 0)[: TRACKS_MAX - len(self._tracks)]
+        if new.size == 0:
+            return owners
+        p = self.parameters
+        tracks = np.zeros((new.size, columns.TRACK_COLUMNS))
+        tracks[:, columns.X] = clusters[new, columns.MIDDLE_X]
+        tracks[:, columns.Y] = clusters[new, columns.MIDDLE_Y]
+        tracks[:, columns.PP] = p.deviation_m**2
+        tracks[:, columns.VV] = p.speed_first_m_s**2
+        tracks[:, columns.RADIUS] = clusters[new, columns.SIZE]
+        tracks[:, columns.REACH :] = math.nan
+        self._tracks = np.concatenate((self._tracks, tracks))
+        self._surfaces = np.concatenate((self._surfaces, np.full((new.size, EVIDENCE_SCANS, 2), math.nan)))
+        self._moving = np.concatenate((self._moving, np.zeros(new.size, bool)))
+        return np.concatenate((owners, new))
+
+    def _find_again(self) -> None:
+        """Let what appears near a moving thing that is out of sight move on as that did."""
+        tracks = self._tracks
+        unseen = tracks[:, columns.UNSEEN] > 0.0
+        unknown = ~unseen & ~self._moving & (tracks[:, columns.VV] > 0.5 * self.parameters.speed_first_m_s**2)
+        for lost in tracks[self._moving & unseen]:
+            reach_m = lost[columns.RADIUS] + self.parameters.gate_m + 3.0 * math.sqrt(lost[columns.PP])
+            apart_m = np.hypot(tracks[:, columns.X] - lost[columns.X], tracks[:, columns.Y] - lost[columns.Y])
+            found = unknown & (apart_m < reach_m) & (tracks[:, columns.RADIUS] < 1.5 * lost[columns.RADIUS])
+            tracks[found, columns.VX : columns.RADIUS + 1] = lost[columns.VX : columns.RADIUS + 1]
+            tracks[found, columns.EVIDENCE] = lost[columns.EVIDENCE]
+            self._moving |= found
+
+    def _bins_of_frames(self) -> np.ndarray:
+        """Return how far earlier scans have shown that nothing stands (EVIDENCE_SCANS, RANGE_BINS), m."""
+        for frame, free in self._frames_free.items():
+            self._frames_bins[frame] = free.shown_m
+        self._frames_free.clear()
+        return self._frames_bins
+
+    def _is_frame_due(self) -> bool:
+        return self._stamp_s - self._frame_s >= EVIDENCE_PERIOD_S - 1e-6
+
+    def _keep_surfaces(self, clusters: np.ndarray, owners: np.ndarray) -> None:
+        """Keep where each track is seen, for the next frame."""
+        is_seen = owners >= 0
+        self._surfaces[:, self._frame] = math.nan
+        surfaces = clusters[owners[is_seen], columns.SURFACE_X : columns.SURFACE_Y + 1]
+        self._surfaces[is_seen, self._frame] = surfaces
+
+    def _next_frame(self) -> int:
+        frame, self._frame_s = self._frame, self._stamp_s
+        self._frame = (frame + 1) % EVIDENCE_SCANS
+        return frame
+
+    def _keep_frame(self, frame: int, stamp_s: float, pose: np.ndarray, free: FreeRanges) -> None:
+        self._frames_s[frame], self._frames[frame], self._frames_free[frame] = stamp_s, pose, free
+
+    def _take_in_waiting(self) -> None:
+        """Take in the frames that waited while there was nothing to track. The drift stayed as it is."""
+        for frame, stamp_s, sensor_xy, free in self._waiting:
+            self._keep_frame(frame, stamp_s, self._pose(sensor_xy), free)
+        self._waiting.clear()
+
+    def _answer(
+        self, points: np.ndarray, labels: np.ndarray, level: np.ndarray, owners: np.ndarray
+    ) -> MovingTracks:
+        moving = self._tracks[self._moving]
+        clusters = owners[self._moving]
+        belongs = np.isin(labels, clusters[clusters >= 0])
+        for track in moving:
+            distances = np.hypot(points[:, 0] - track[columns.X], points[:, 1] - track[columns.Y])
+            belongs |= distances < track[columns.RADIUS] + BESIDE_DISC_M
+        is_moving = np.zeros(len(level), bool)
+        is_moving[level] = belongs
+        covariances = moving[:, [columns.PP, columns.PV, columns.PV, columns.VV]].reshape(-1, 2, 2)
+        c, s = math.cos(self._turn), math.sin(self._turn)
+        back = np.array([[c, -s], [s, c]])  # a row times it is turned back
+        positions = (moving[:, columns.X : columns.Y + 1] - self._shift) @ back
+        velocities = moving[:, columns.VX : columns.VY + 1] @ back
+        return MovingTracks(positions, velocities, moving[:, columns.RADIUS], covariances, is_moving)
+
+
+def _moved(place_xy: Sequence[float], turn_rad: float, shift_m: tuple[float, float]) -> tuple[float, float]:
+    """Return a place that is turned about the origin, and then shifted."""
+    (x, y), c, s = place_xy, math.cos(turn_rad), math.sin(turn_rad)
+    return c * x - s * y + shift_m[0], s * x + c * y + shift_m[1]

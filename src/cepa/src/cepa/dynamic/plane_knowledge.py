@@ -1,0 +1,123 @@
+"""What a UAV with a planar lidar knows of its surroundings, at its own height."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cepa.dynamic.constants.distance_fields import FIELD_CELL_M, FIELD_WINDOW_M
+from cepa.dynamic.constants.free_space import RANGE_MARGIN_M
+from cepa.dynamic.cost_to_go.course import Course, Reference
+from cepa.dynamic.cost_to_go.search import CostToGoSearch
+from cepa.dynamic.free_space.planar_sensors import LidarPlane
+from cepa.dynamic.kernels.distance_field import fill_distances
+from cepa.dynamic.kernels.surroundings import (
+    NO_COST_TO_GO,
+    CostToGo,
+    DistanceField,
+    FreeSpace,
+    Surroundings,
+)
+from cepa.dynamic.knowledge import Knowledge, Known, Observation, Outlook
+from cepa.dynamic.remembered.plane_memory import PlaneMemory, RecalledPlane
+from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
+from cepa.parameters import CepaParameters
+
+NOTHING_UNSEEN = np.empty((0, 0, 0), np.uint8)
+
+
+class PlaneKnowledge(Knowledge):
+    """Knows the newest scan, and what earlier scans have shown.
+
+    search: for the cost-to-go; None: it is not searched.
+    """
+
+    def __init__(self, parameters: CepaParameters, rollouts: Rollouts, search: CostToGoSearch | None):
+        self._p, self._rollouts, self._search = parameters, rollouts, search
+        self._memory = PlaneMemory(parameters)
+        self.far_m = parameters.r_ub + FIELD_CELL_M
+        """The greatest distance in the field."""
+        side = 2 * round(0.5 * FIELD_WINDOW_M / FIELD_CELL_M) + 1
+        self._distance = np.empty((1, side, side))
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._memory.reset()
+
+    def take_over(self, earlier: PlaneKnowledge) -> None:
+        """Take over what one with other parameters knows."""
+        self._memory.take_over(earlier._memory)
+
+    def take_in(self, observed: Observation) -> Known:
+        """Take in what came with a scan."""
+        self._memory.keep(observed.standing, observed.free, observed.motion)
+        return Known(observed, observed.standing, observed.state)
+
+    def lidar_plane(self, observed: Observation) -> LidarPlane:
+        """Take in what came with a scan; return what the lidar's plane shows, for `SpaceKnowledge`.
+
+        At another height it sees past what stands below or above, so one such scan is enough to forget that.
+        """
+        self._memory.keep(observed.standing, observed.free, observed.motion)
+        recalled = self._memory.recall(observed.standing, observed.free, observed.motion, patience=1)
+        return LidarPlane(observed.free.free_m, self._distances(recalled))
+
+    def clear_reference(self, known: Known, reference: Reference, commit_s: float) -> np.ndarray | None:
+        """Return the reference as a command if its path is clear; see `Knowledge`."""
+        p, observed, motion = self._p, known.observed, known.observed.motion
+        leads_away = is_leading_away(self._search, reference, p)
+        if len(observed.discs) or leads_away or self._memory.is_astray:
+            return None
+        is_clear = self._rollouts.is_clear(
+            reference.velocity,
+            reference.speed,
+            known.state,
+            observed.standing,
+            observed.beams,
+            motion.yaw_rad,
+            observed.range_max - RANGE_MARGIN_M,
+            commit_s,
+        )
+        if not is_clear:
+            return None
+        if self._memory.knows_near(cost_horizon_s(p) * reference.velocity[:2], motion):
+            return None
+        return reference.velocity
+
+    def outlook(self, known: Known, reference: Reference, course: Course) -> Outlook:
+        """Return the clearances, the free space and the cost-to-go around the UAV."""
+        observed = known.observed
+        recalled = self._memory.recall(observed.standing, observed.free, observed.motion)
+        field = DistanceField(self._distances(recalled), FIELD_CELL_M, 1.0, self.far_m)
+        cost_to_go: CostToGo | None = NO_COST_TO_GO
+        if self._search is not None and reference.speed >= self._p.reference_speed_min:
+            cost_to_go = self._search.search(recalled.obstacles, course, observed.motion).cost_to_go
+        free_space = FreeSpace(recalled.reach_m, NOTHING_UNSEEN, 1.0)
+        around = Surroundings(field, free_space, observed.discs, cost_to_go or NO_COST_TO_GO)
+        known_points = recalled.remembered, recalled.is_hidden
+        return Outlook(around, cost_to_go is not None, *known_points, blind_way=recalled.blind_way)
+
+    def candidates(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
+        """Return ``level``: in the plane the UAV does not climb."""
+        del climb_m_s
+        return level
+
+    def remembered(self, known: Known) -> tuple[np.ndarray, np.ndarray]:
+        """Return all remembered points (n, 3), m, and which are hidden (n,). It changes nothing."""
+        observed = known.observed
+        recalled = self._memory.recall(observed.standing, observed.free, observed.motion, forgets=False)
+        return recalled.remembered, recalled.is_hidden
+
+    def give_up_height(self) -> None:
+        """Do nothing: in the plane no other height is tried."""
+
+    def _distances(self, recalled: RecalledPlane) -> np.ndarray:
+        """Return the field (1, n, n) of the distance to what is seen or hidden, m; it is overwritten."""
+        fill_distances(recalled.obstacles, 0.0, 0.0, self._distance[0], FIELD_CELL_M, self.far_m)
+        return self._distance
+
+
+def is_leading_away(search: CostToGoSearch | None, reference: Reference, p: CepaParameters) -> bool:
+    """Whether the last way out did not begin towards the reference, so that it must be searched again."""
+    if search is None or not search.leads_away:
+        return False
+    return bool(reference.speed >= p.reference_speed_min)

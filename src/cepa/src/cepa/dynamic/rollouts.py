@@ -1,0 +1,136 @@
+"""Rolls commands through the UAV's response, and judges the paths that come out."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cepa.dynamic.constants.choice import LEAST_COMFORT_M, SCAN_NOISE_M
+from cepa.dynamic.constants.response import (
+    BRAKE_S,
+    CLEAR_STRIDE,
+    HOLD_S,
+    LONGEST_COMMIT_S,
+    LONGEST_COST_S,
+    MEETING_S,
+    PATH_STEP_S,
+)
+from cepa.dynamic.kernels.admissible import braking
+from cepa.dynamic.kernels.clear_path import is_clear
+from cepa.dynamic.kernels.rollout import OUTCOME_COLUMNS, roll_out
+from cepa.dynamic.kernels.surroundings import Cushions, Horizon, Surroundings
+from cepa.dynamic.observer import response_of
+from cepa.parameters import CepaParameters
+from cepa.scan import Beams
+
+HALF_STRIDE_S = 0.5 * CLEAR_STRIDE * PATH_STEP_S
+
+
+class Assessment(NamedTuple):
+    """What flying each of n commands brings."""
+
+    is_admissible: np.ndarray
+    """(n,) bool"""
+    outcomes: np.ndarray
+    """(n, 5): see `roll_out`; zeros where it is not admissible."""
+    braking_margin_m: float
+    """How much more than it must keep the UAV keeps from everything if it brakes at once."""
+
+
+class Rollouts:
+    """Knows the UAV's response and the distances to keep. Vectors are as in kernels/response.py."""
+
+    def __init__(self, parameters: CepaParameters):
+        p, model = parameters, parameters.response
+        self._r_ub_m, self._radius_m = float(p.r_ub), float(p.body_radius)
+        self.response = response_of(model, PATH_STEP_S)
+        steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
+        tube_m = model.tube_m(PATH_STEP_S, steps)[1:]
+        self.hull_m = float(p.body_radius + p.margin)
+        least_m = max(self.hull_m, p.r_lb - SCAN_NOISE_M)
+        self._usual = Cushions(float(p.r_lb), float(p.r_ub), least_m, self.hull_m, tube_m)
+        comfort_m = max(float(p.r_lb), self.hull_m + LEAST_COMFORT_M)
+        self._emergency = Cushions(self.hull_m, comfort_m, self.hull_m, self.hull_m, tube_m)
+        self._clearance_m, self._beyond_m = np.empty(steps), np.empty(steps)
+        self._commit_s = 0.0
+        self._horizon = Horizon(0, _steps(BRAKE_S), _steps(cost_horizon_s(p)), _steps(HOLD_S))
+
+    def horizon(self, commit_s: float) -> Horizon:
+        """Return how far ahead paths are judged."""
+        if commit_s != self._commit_s:
+            self._commit_s = commit_s
+            self._horizon = self._horizon._replace(commit=math.ceil(commit_s / PATH_STEP_S - 1e-6))
+        return self._horizon
+
+    def assess(
+        self,
+        commands: np.ndarray,
+        state: np.ndarray,
+        around: Surroundings,
+        direction: np.ndarray,
+        commit_s: float,
+        is_emergency: bool = False,
+    ) -> Assessment:
+        """Return which commands (n, 3), m/s, are admissible, and what flying them brings.
+
+        is_emergency: only the margin of the hull is kept, and comfort ends at r_LB.
+        """
+        horizon = self.horizon(commit_s)
+        if len(around.movers):
+            horizon = horizon._replace(cost=_steps(MEETING_S))
+        buffers = self._clearance_m, self._beyond_m
+        nearest_m, margin_m = braking(state, self.response, around, horizon, self._usual, *buffers)
+        is_admissible = np.empty(len(commands), np.bool_)
+        outcomes = np.zeros((len(commands), OUTCOME_COLUMNS))
+        cushions = self._emergency if is_emergency else self._usual
+        world = self.response, around, horizon, cushions, *buffers, nearest_m
+        roll_out(state, commands, *world, direction, is_admissible, outcomes)
+        return Assessment(is_admissible, outcomes, margin_m)
+
+    def is_clear(
+        self,
+        reference: np.ndarray,
+        speed: float,
+        state: np.ndarray,
+        points: np.ndarray,
+        beams: Beams,
+        yaw_rad: float,
+        farthest_m: float,
+        commit_s: float,
+    ) -> bool:
+        """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen.
+
+        speed: of the reference. points: (n, 2) m, the ends of the beams. yaw_rad: of the lidar. farthest_m:
+        beyond it nothing counts as seen.
+        """
+        distance_m = math.hypot(self._r_ub_m, HALF_STRIDE_S * speed)
+        ranges, seen, angle_0, increment, _ = beams
+        commit, brake, cost, _ = self.horizon(commit_s)
+        return is_clear(
+            state,
+            reference,
+            self.response,
+            commit,
+            brake,
+            cost,
+            points,
+            ranges,
+            seen,
+            angle_0 + yaw_rad,
+            increment,
+            farthest_m,
+            distance_m,
+            self._radius_m,
+            CLEAR_STRIDE,
+        )
+
+
+def cost_horizon_s(parameters: CepaParameters) -> float:
+    """Return how far ahead the cost looks: by T after the commit time."""
+    return min(parameters.commit_s + parameters.time_horizon, LONGEST_COST_S)
+
+
+def _steps(seconds: float) -> int:
+    return round(seconds / PATH_STEP_S)

@@ -1,0 +1,99 @@
+"""Lets a map follow the path that SLAM publishes, in a thread beside the clouds."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any, Callable
+
+import numpy as np
+import rospy
+from nav_msgs.msg import Path
+
+from gridslam import PoseError
+from gridslam.volume import CorrectedMap, Rebuilding
+from gridslam.volume.path_poses import OdometryHistory, odom_in_map
+from node_tools.conversions import yaw_of
+
+LAST_EVENTS = 3
+"""So many events may be left when the corrected map is taken over, while the lock is held."""
+
+
+class Correcting:
+    """Rebuilds the map when a path moves its nodes. A path that comes meanwhile is the next one.
+
+    Args:
+        corrected: the map.
+        history: of odometry.
+        lock: held while the map or the history is read or changed.
+        changed: is called when a corrected map is in service.
+        say: is called with a sentence about a path that cannot be used.
+        failed: is called with an unexpected error.
+    """
+
+    def __init__(
+        self,
+        corrected: CorrectedMap,
+        history: OdometryHistory,
+        lock: Any,
+        changed: Callable[[], None],
+        say: Callable[[str], None],
+        failed: Callable[[Exception], None],
+    ):
+        self._corrected, self._history, self._lock = corrected, history, lock
+        self._changed, self._say, self._failed = changed, say, failed
+        self._path: Path | None = None
+        self._has_come = threading.Event()
+        threading.Thread(target=self._work, daemon=True).start()
+
+    def take(self, path: Path) -> None:
+        """Take the newest path."""
+        self._path = path
+        self._has_come.set()
+
+    def _work(self) -> None:
+        while not rospy.is_shutdown():
+            if not self._has_come.wait(0.5):
+                continue
+            self._has_come.clear()
+            path = self._path
+            try:
+                if path is not None:
+                    self._follow(path)
+            except PoseError as error:
+                self._say(str(error))
+            except Exception as error:
+                self._failed(error)
+                return
+
+    def _follow(self, path: Path) -> None:
+        stamps_s = np.array([pose.header.stamp.to_sec() for pose in path.poses])
+        poses = np.array(
+            [(p.pose.position.x, p.pose.position.y, yaw_of(p.pose.orientation)) for p in path.poses]
+        ).reshape(-1, 3)
+        with self._lock:
+            nodes = self._corrected.nodes
+            if not nodes:
+                return
+            times_s = np.array([node.stamp_s for node in nodes])
+            in_map = odom_in_map(stamps_s, poses, self._history, times_s)
+            # A node after the path's end keeps the correction with which it came
+            sensors = [
+                odom @ node.sensor_in_odom if node.stamp_s <= stamps_s[-1] else node.sensor_in_map
+                for odom, node in zip(in_map, nodes)
+            ]
+            rebuilding = Rebuilding(self._corrected, sensors)
+        if not rebuilding.moved:
+            return
+        began_s = time.monotonic()
+        while np.diff(rebuilding.progress) > LAST_EVENTS and not rospy.is_shutdown():
+            rebuilding.step()
+        with self._lock:
+            rebuilding.take_over()
+        rospy.loginfo(
+            f"The map follows its path: {rebuilding.moved} of {len(nodes)} nodes moved, in "
+            f"{time.monotonic() - began_s:.1f} s."
+        )
+        self._changed()
+        rebuilding.settle()
+        rospy.rostime.wallsleep(time.monotonic() - began_s)  # or small corrections would keep a core busy

@@ -1,0 +1,76 @@
+"""Looks up sensors in odom and odom in the map by TF, without waiting."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import numpy as np
+import rospy
+import tf2_py
+from geometry_msgs.msg import TransformStamped
+
+from gridslam import PoseError, ScanError
+from gridslam.volume import Pose
+from node_tools.conversions import xyz, xyzw
+
+CACHE_S = 30.0
+AUTHORITY = "gridslam"
+
+
+class CloudFrames:
+    """The received transforms.
+
+    Args:
+        map_frame: the map's.
+        odom_frame: odometry's. If TF does not know it, clouds are placed in the map's frame directly.
+        base_frame: the vehicle's.
+    """
+
+    def __init__(self, map_frame: str, odom_frame: str, base_frame: str):
+        self._map, self._odom, self._base = map_frame, odom_frame, base_frame
+        self._buffer = tf2_py.BufferCore(rospy.Duration(CACHE_S))
+
+    def add(self, transforms: Sequence[TransformStamped], is_static: bool) -> None:
+        """Take in a message of /tf or /tf_static; what is no transform is left out."""
+        for edge in transforms:
+            try:
+                set_one = self._buffer.set_transform_static if is_static else self._buffer.set_transform
+                set_one(edge, AUTHORITY)
+            except (ValueError, TypeError):
+                continue
+
+    def forget(self) -> None:
+        """Forget all moving transforms, as after a clock that jumped back."""
+        self._buffer.clear()
+
+    def sensor(self, frame: str, stamp: rospy.Time) -> tuple[Pose, Pose, Pose] | None:
+        """Return (sensor in odom, base in odom, odom in map) at a stamp; None: TF does not know them (yet).
+
+        Without an odom frame, odom is the map, and without a base frame the base is the sensor.
+        """
+        frame = frame.lstrip("/")
+        for odom in (self._odom, self._map):
+            sensor = self._pose(odom, frame, stamp)
+            if sensor is not None:
+                base = self._pose(odom, self._base, stamp) or sensor
+                return self._in_map(odom, sensor, base, stamp)
+        return None
+
+    def _in_map(
+        self, odom: str, sensor: Pose, base: Pose, stamp: rospy.Time
+    ) -> tuple[Pose, Pose, Pose] | None:
+        if odom == self._map:
+            return sensor, base, Pose.identity()
+        # map -> odom may come later than the cloud; then its newest value counts
+        in_map = self._pose(self._map, odom, stamp) or self._pose(self._map, odom, rospy.Time(0))
+        return None if in_map is None else (sensor, base, in_map)
+
+    def _pose(self, target: str, source: str, stamp: rospy.Time) -> Pose | None:
+        try:
+            found = self._buffer.lookup_transform_core(target, source, stamp).transform
+        except tf2_py.TransformException:
+            return None
+        try:
+            return Pose.of_quaternion(np.array(xyz(found.translation)), np.array(xyzw(found.rotation)))
+        except ScanError as error:
+            raise PoseError(str(error)) from None

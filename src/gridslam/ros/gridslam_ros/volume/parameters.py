@@ -1,0 +1,88 @@
+"""The parameters of slam_octomap: those of octomap_server, and new ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from gridslam import ParameterError
+from gridslam.volume import NodeSpacing, VolumeParameters
+
+RANGES = tuple(f"pointcloud_{end}_{axis}" for axis in "xyz" for end in ("min", "max"))
+NUMBERS = {
+    "resolution": 0.1,
+    "sensor_model/max_range": -1.0,
+    "sensor_model/min_range": -1.0,
+    "sensor_model/hit": 0.7,
+    "sensor_model/miss": 0.4,
+    "sensor_model/min": 0.1192,
+    "sensor_model/max": 0.971,
+    "occupancy_min_z": -math.inf,
+    "occupancy_max_z": math.inf,
+    "publish_period": 1.0,
+    "node_distance": 0.25,
+    "node_angle": math.radians(5.0),
+    "node_period": 1.0,
+    "greatest_distance": 3.0,
+    **{name: -math.inf if "_min_" in name else math.inf for name in RANGES},
+}
+"""m, s, rad and probabilities."""
+TEXTS = {"frame_id": "map", "base_frame_id": "base_link", "odom_frame": "odom", "map_file": ""}
+FLAGS = {"publish_free_space": False}
+WITHOUT_EFFECT = {
+    "latch": "topics are always latched, and made only while somebody listens",
+    "compress_map": "the map is always pruned",
+    "height_map": "occupied voxels always have the colour of their height",
+    "incremental_2D_projection": "projected_map is made whole each time",
+    "filter_ground": "all points count",
+    "filter_ground_plane": "all points count",
+    "filter_speckles": "single voxels count",
+    "colored_map": "voxels have no colour of their own",
+}
+"""Parameters of octomap_server, and what happens instead."""
+
+
+@dataclass(frozen=True)
+class OctomapParameters:
+    """What the node is started with.
+
+    Raises:
+        ParameterError: a value makes no sense.
+    """
+
+    numbers: dict[str, float]
+    texts: dict[str, str]
+    flags: dict[str, bool]
+    volume: VolumeParameters = field(init=False)
+    spacing: NodeSpacing = field(init=False)
+
+    def __post_init__(self) -> None:
+        given = self.numbers
+        for name, value in given.items():
+            if not isinstance(value, (int, float)) or isinstance(value, bool) or math.isnan(value):
+                raise ParameterError(f"{name} must be a number, not {value}.")
+        if given["publish_period"] <= 0.0:
+            raise ParameterError(f"publish_period must be above 0 s, not {given['publish_period']}.")
+        for name in ("frame_id", "base_frame_id", "odom_frame"):
+            if not self.texts[name].strip("/ "):
+                raise ParameterError(f"{name} must be a frame's name, and not empty.")
+        volume = VolumeParameters(
+            given["resolution"],
+            given["sensor_model/max_range"],
+            given["sensor_model/hit"],
+            given["sensor_model/miss"],
+            given["sensor_model/min"],
+            given["sensor_model/max"],
+        )
+        spacing = NodeSpacing(given["node_distance"], given["node_angle"], given["node_period"])
+        object.__setattr__(self, "volume", volume)
+        object.__setattr__(self, "spacing", spacing)
+
+    def frame(self, name: str) -> str:
+        """Return a frame's name without the slash of tf's first version."""
+        return self.texts[name].strip().lstrip("/")
+
+
+def without_effect(given: dict) -> list[str]:
+    """Return a sentence for each parameter of octomap_server that is set and has no effect here."""
+    return [f"{name} has no effect: {why}." for name, why in WITHOUT_EFFECT.items() if given.get(name)]

@@ -1,0 +1,261 @@
+"""Where a UAV is in `odom`, in space: by its lidar's clouds, its IMU and its range finder.
+
+Each cloud is matched with a map of planes, from the pose that the IMU and the speed predict. The map keeps
+all places, so a UAV that comes back finds the surfaces that it saw first. A level lidar with few rings hardly
+sees floor and deck. So the height comes from the range finder, too.
+
+References: see `matching`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Callable, Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gridslam.cloud_odometry.matching import CloudMatch, PoseInSpace, match
+from gridslam.cloud_odometry.parameters import CloudOdometryParameters
+from gridslam.cloud_odometry.plane_map import PlaneMap, thinned
+from gridslam.errors import ScanError
+from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion, roll_pitch_yaw_of
+from gridslam.odometry.body_sensors import LEVEL, BodySensors, checked_start, refuse_old
+from gridslam.odometry.inertial import BACK_S, InertialReading, Lean
+from gridslam.odometry.lidar_odometry import LOST_S, OdometryEstimate
+from gridslam.odometry.parameters import LidarOdometryParameters
+
+SILENT_LEAN_RAD = 0.1
+"""Standard deviation of roll and pitch then."""
+HEIGHT_SIGMA_M = 0.05
+"""Least standard deviation of the height over a floor that may have steps."""
+RANGE_AGE_S = 0.1
+"""An older range tells nothing about a cloud's instant."""
+POINTS_MIN = 20
+"""Fewer points are no cloud."""
+PLACE, TURN = slice(0, 3), slice(3, 6)
+
+
+class CloudOdometry:
+    """Feed it the IMU's readings and the ranges as they come, then each cloud.
+
+    Args:
+        parameters: see there.
+        start: x, y in m and yaw in rad of the base in `odom` at the first cloud.
+        say: is called with a sentence when odometry begins anew.
+    """
+
+    def __init__(
+        self,
+        parameters: CloudOdometryParameters | None = None,
+        start: Sequence[float] = (0.0, 0.0, 0.0),
+        say: Callable[[str], None] = lambda words: None,
+    ) -> None:
+        self._p = parameters or CloudOdometryParameters()
+        self._start = checked_start(start)
+        self._say = say
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew at the start."""
+        self._sensors = BodySensors(LidarOdometryParameters())
+        self._inertial, self.height = self._sensors.inertial, self._sensors.height
+        self.planes = PlaneMap(self._p)
+        x, y, yaw = self._start.tolist()
+        self._pose = PoseInSpace(np.array((x, y, 0.0)), Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix())
+        self._velocity, self._velocity_covariance = np.zeros(3), 0.01 * np.eye(3)
+        self._covariance = np.diag([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6])
+        self._keyframe: PoseInSpace | None = None
+        self._floor_point: tuple[float, np.ndarray] | None = None
+        self._untold = np.zeros((0, 3))
+        self._way_m = 0.0
+        self._stamp_s: float | None = None
+        self._matched_s = -math.inf
+
+    def on_imu(self, reading: InertialReading) -> None:
+        """Take a reading of the IMU."""
+        if self._inertial.is_back(reading):
+            self._go_back(self._inertial.newest_s - reading.stamp_s)
+        self._sensors.on_imu(reading)
+
+    def on_range(
+        self,
+        stamp_s: float,
+        range_m: float,
+        limits_m: tuple[float, float],
+        finder_in_base: tuple[Sequence[float], Sequence[float]],
+    ) -> None:
+        """Take a range of the range finder; see `BodySensors.on_range`."""
+        end = self._sensors.on_range(stamp_s, range_m, limits_m, finder_in_base)
+        if end is not None:
+            self._floor_point = stamp_s, end
+
+    def on_cloud(
+        self, stamp_s: float, points: np.ndarray, lidar_in_base: tuple[Sequence[float], Sequence[float]]
+    ) -> OdometryEstimate:
+        """Take a cloud and return the estimate at its stamp.
+
+        Args:
+            stamp_s: its time. All points count as seen then.
+            points: (n, 3) m, in the lidar's frame. Those that are not finite do not count.
+            lidar_in_base: (xyz, quaternion xyzw) of the lidar's frame in the base frame.
+
+        Raises:
+            ScanError: the cloud makes no sense, or is not newer than the last one.
+        """
+        self._check(stamp_s, points)
+        remarks: list[str] = []
+        lean = self._inertial.lean_at(stamp_s)
+        if lean is None:
+            remarks.append("The IMU is silent, so the attitude comes from the clouds alone.")
+        in_base = self._in_base(points, lidar_in_base)
+        before = self._pose
+        predicted = self._predict(stamp_s, lean)
+        found = self._match(stamp_s, in_base, predicted, remarks)
+        self._move(stamp_s, found, predicted)
+        self._way_m += float(np.linalg.norm(self._pose.place - before.place))
+        self._stamp_s = stamp_s
+        if self._is_keyframe_due() and len(in_base) >= POINTS_MIN and (found or self.planes.is_empty):
+            self._add_keyframe(stamp_s, in_base)
+        if self.planes.is_full:
+            remarks.append("The map of planes is full: raise voxels_max to map more.")
+        return self._estimate(stamp_s, lean or LEVEL, found.share if found else 0.0, " ".join(remarks))
+
+    def _check(self, stamp_s: float, points: np.ndarray) -> None:
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ScanError(f"A cloud must be (n, 3) points, not of shape {points.shape}.")
+        back_s = refuse_old(stamp_s, self._stamp_s, "cloud", BACK_S)
+        if back_s:
+            self._go_back(back_s)
+
+    def _go_back(self, seconds: float) -> None:
+        self._say(f"The clock jumped back by {seconds:.3f} s; odometry begins anew.")
+        self.reset()
+
+    def _in_base(
+        self, points: np.ndarray, lidar_in_base: tuple[Sequence[float], Sequence[float]]
+    ) -> np.ndarray:
+        used = points[(np.square(points).sum(axis=1) <= self._p.range_m**2)]  # NaN is not
+        kept = thinned(np.ascontiguousarray(used, dtype=float), self._p.kept_m)
+        return kept @ matrix_of_quaternion(lidar_in_base[1]).T + np.asarray(lidar_in_base[0])
+
+    def _predict(self, stamp_s: float, lean: Lean | None) -> PoseInSpace:
+        """Return the pose by the speed, the gyroscope and the IMU's lean. The covariance grows."""
+        _, _, yaw = roll_pitch_yaw_of(self._pose.rotation)
+        roll, pitch = (lean.roll_rad, lean.pitch_rad) if lean else roll_pitch_yaw_of(self._pose.rotation)[:2]
+        if self._stamp_s is None:
+            place = self._pose.place
+            if self.height.is_known_at(stamp_s):
+                place = np.array((*place[:2], self.height.at(stamp_s)[0]))
+        else:
+            dt_s = stamp_s - self._stamp_s
+            yaw += self._inertial.motion(self._stamp_s, stamp_s).turn_rad
+            self._velocity -= (1.0 - math.exp(-dt_s / self._p.rest_time_s)) * (
+                self._untold.T @ (self._untold @ self._velocity)
+            )
+            place = self._pose.place + dt_s * self._velocity
+            self._covariance[PLACE, PLACE] += self._p.speed_noise**2 * dt_s**3 * np.eye(3)
+            self._covariance[5, 5] += self._p.turn_noise**2 * dt_s
+        sigma = self._p.lean_noise_rad if lean else SILENT_LEAN_RAD
+        self._covariance[3:5, :] = self._covariance[:, 3:5] = 0.0
+        self._covariance[3, 3] = self._covariance[4, 4] = sigma**2
+        heading = Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix()
+        return PoseInSpace(place, heading @ matrix_of_lean(roll, pitch))
+
+    def _match(
+        self, stamp_s: float, in_base: np.ndarray, predicted: PoseInSpace, remarks: list[str]
+    ) -> CloudMatch | None:
+        if self.planes.is_empty:
+            if len(in_base) < POINTS_MIN:
+                remarks.append("The cloud tells no place: nothing has been in range yet.")
+            return None
+        points, readings = thinned(in_base, self._p.thinned_m), None
+        readings = np.ones(len(points))
+        if self._floor_point and abs(stamp_s - self._floor_point[0]) <= RANGE_AGE_S:
+            points = np.vstack((points, self._floor_point[1]))
+            readings = np.append(readings, self._p.floor_readings)
+        predicted, prior = self._with_height(stamp_s, predicted)
+        found = match(self.planes, points, readings, predicted, prior, self._p)
+        if (
+            len(in_base) < POINTS_MIN
+            or found.share < self._p.match_min
+            or not np.isfinite(found.pose.place).all()
+        ):
+            remarks.append(f"The cloud does not match: {100 * found.share:.0f} % of it finds the map.")
+            if stamp_s - self._matched_s > LOST_S and len(in_base) >= POINTS_MIN:
+                self._say("No cloud has matched for 2 s; the map begins anew at the predicted place.")
+                self.planes = PlaneMap(self._p)
+            return None
+        self._covariance = np.linalg.inv(found.information + prior)
+        self._matched_s = stamp_s
+        untold = found.untold(self._p.told_m)
+        if len(untold) > 1 or (len(untold) and abs(untold[0, 2]) < 0.7):
+            remarks.append("The cloud tells no place along some direction: its surfaces are parallel to it.")
+        self._untold = untold if not self.height.is_known_at(stamp_s) else _level(untold)
+        return found
+
+    def _with_height(self, stamp_s: float, predicted: PoseInSpace) -> tuple[PoseInSpace, np.ndarray]:
+        """Return the prediction and its information, with the height by the range finder."""
+        prior = np.linalg.inv(self._covariance)
+        if not self.height.is_known_at(stamp_s):
+            return predicted, prior
+        height_m, _, variance_m2 = self.height.at(stamp_s)
+        told = 1.0 / max(variance_m2, HEIGHT_SIGMA_M**2)
+        pull = np.zeros(6)
+        pull[2] = told * (height_m - predicted.place[2])
+        prior[2, 2] += told
+        return predicted.moved(np.linalg.solve(prior, pull)), prior
+
+    def _move(self, stamp_s: float, found: CloudMatch | None, predicted: PoseInSpace) -> None:
+        pose = found.pose if found else predicted
+        if self._stamp_s is not None:
+            dt_s = stamp_s - self._stamp_s
+            if found:
+                self._velocity = (pose.place - self._pose.place) / dt_s
+                self._velocity_covariance = 2.0 * self._covariance[PLACE, PLACE] / dt_s**2
+            else:
+                self._velocity *= math.exp(-dt_s / self._p.rest_time_s)
+                self._velocity_covariance = (
+                    self._velocity_covariance + self._p.speed_noise** 2 * dt_s * np.eye(3)
+                )
+        self._pose = pose
+
+    def _is_keyframe_due(self) -> bool:
+        if self._keyframe is None or self.planes.is_empty:
+            return True
+        change = self._pose.difference(self._keyframe)
+        moved_m, turned_rad = np.linalg.norm(change[PLACE]), np.linalg.norm(change[TURN])
+        return bool(moved_m > self._p.keyframe_m or turned_rad > self._p.keyframe_rad)
+
+    def _add_keyframe(self, stamp_s: float, in_base: np.ndarray) -> None:
+        self.planes.add(in_base @ self._pose.rotation.T + self._pose.place)
+        self._keyframe = self._pose
+        self._matched_s = stamp_s
+
+    def _estimate(self, stamp_s: float, lean: Lean, share: float, remark: str) -> OdometryEstimate:
+        rotation = self._pose.rotation
+        covariance = 0.5 * (self._covariance + self._covariance.T)
+        drifted = covariance.copy()
+        drifted[PLACE, PLACE] += (self._p.drift * self._way_m) ** 2 * np.eye(3)
+        velocity_covariance = np.zeros((6, 6))
+        velocity_covariance[PLACE, PLACE] = rotation.T @ self._velocity_covariance @ rotation
+        velocity_covariance[TURN, TURN] = self._p.lean_noise_rad**2 * np.eye(3)
+        x, y, z = self._pose.place.tolist()
+        u, v, w = (rotation.T @ self._velocity).tolist()
+        return OdometryEstimate(
+            stamp_s,
+            (x, y, z),
+            roll_pitch_yaw_of(rotation),
+            (u, v, w),
+            lean.rates_rad_s,
+            drifted,
+            covariance,
+            velocity_covariance,
+            share,
+            remark,
+        )
+
+
+def _level(directions: np.ndarray) -> np.ndarray:
+    """Return unit directions (k, 3) without those that are nearly vertical: the range finder tells these."""
+    return directions[np.abs(directions[:, 2]) < 0.7] if len(directions) else directions

@@ -1,0 +1,161 @@
+"""Voxels with the moments of their points, the planes through them, and points beside planes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gridslam.cloud_odometry.kernels.table import EMPTY, key_of, slot_of
+from kernel_cache.compiler import njit
+
+COUNT, SUM, SQUARES, FITTED = 0, 1, 4, 10
+"""Columns of moments (m, 11): number of points, their sum, sums of xx, xy, xz, yy, yz, zz in m from the
+voxel's middle, and the number of points when the plane was fitted."""
+MOMENTS = 11
+GROWTH = 1.2
+"""A plane is fitted anew when its voxel has so many times the points."""
+NORMAL, MIDDLE, IS_PLANE = 0, 3, 6
+"""Columns of planes (m, 7): unit normal, mean of the points in the map's frame, and 1 if it is one."""
+PLANE = 7
+WIDTH_SHARE = 0.12
+"""A plane's points scatter at least this share of the voxel's side along it: a line is no plane."""
+
+
+@njit(cache=True)
+def add_points(
+    points: np.ndarray,
+    levels_m: np.ndarray,
+    points_min: np.ndarray,
+    points_max: int,
+    keys: np.ndarray,
+    moments: np.ndarray,
+    changed: np.ndarray,
+) -> tuple[int, int]:
+    """Enter points (n, 3), in the map's frame, into the voxels of all levels.
+
+    Return how many entries of ``changed`` are set, the slots of voxels whose plane is to be fitted, and how
+    many voxels are new. changed: (n * levels,) int64. points_min: for each level, how many points a plane
+    needs. The table must have room for as many voxels as ``changed`` has entries.
+    """
+    entries, new = 0, 0
+    for index in range(len(points)):
+        x, y, z = points[index, 0], points[index, 1], points[index, 2]
+        for level in range(len(levels_m)):
+            side = levels_m[level]
+            i, j, k = int(np.floor(x / side)), int(np.floor(y / side)), int(np.floor(z / side))
+            key = key_of(level, i, j, k)
+            slot = slot_of(keys, key)
+            if keys[slot] == EMPTY:
+                keys[slot] = key
+                new += 1
+            row = moments[slot]
+            if row[COUNT] >= points_max:
+                continue
+            u, v, w = x - (i + 0.5) * side, y - (j + 0.5) * side, z - (k + 0.5) * side
+            row[COUNT] += 1.0
+            row[SUM] += u
+            row[SUM + 1] += v
+            row[SUM + 2] += w
+            row[SQUARES] += u * u
+            row[SQUARES + 1] += u * v
+            row[SQUARES + 2] += u * w
+            row[SQUARES + 3] += v * v
+            row[SQUARES + 4] += v * w
+            row[SQUARES + 5] += w * w
+            if row[COUNT] >= points_min[level] and row[COUNT] >= GROWTH * row[FITTED]:
+                row[FITTED] = row[COUNT]
+                changed[entries] = slot
+                entries += 1
+    return entries, new
+
+
+@njit(cache=True)
+def fit_planes(
+    slots: np.ndarray,
+    middles: np.ndarray,
+    levels: np.ndarray,
+    levels_m: np.ndarray,
+    flatness_m: float,
+    moments: np.ndarray,
+    planes: np.ndarray,
+) -> None:
+    """Fit the planes of voxels anew: the axis of least scatter of their points is the normal.
+
+    slots: (n,). middles: (n, 3) of the voxels, m. levels: (n,).
+    """
+    scatter = np.empty((3, 3))
+    for index in range(len(slots)):
+        row, plane = moments[slots[index]], planes[slots[index]]
+        level, n = levels[index], row[COUNT]
+        plane[IS_PLANE] = 0.0
+        row[FITTED] = n
+        x, y, z = row[SUM] / n, row[SUM + 1] / n, row[SUM + 2] / n
+        scatter[0, 0] = row[SQUARES] / n - x * x
+        scatter[0, 1] = scatter[1, 0] = row[SQUARES + 1] / n - x * y
+        scatter[0, 2] = scatter[2, 0] = row[SQUARES + 2] / n - x * z
+        scatter[1, 1] = row[SQUARES + 3] / n - y * y
+        scatter[1, 2] = scatter[2, 1] = row[SQUARES + 4] / n - y * z
+        scatter[2, 2] = row[SQUARES + 5] / n - z * z
+        variances, axes = np.linalg.eigh(scatter)
+        width_m = WIDTH_SHARE * levels_m[level]
+        if variances[0] < flatness_m**2 and variances[1] > width_m**2:
+            plane[NORMAL : NORMAL + 3] = axes[:, 0]
+            plane[MIDDLE] = x + middles[index, 0]
+            plane[MIDDLE + 1] = y + middles[index, 1]
+            plane[MIDDLE + 2] = z + middles[index, 2]
+            plane[IS_PLANE] = 1.0
+
+
+@njit(cache=True)
+def normal_equations(
+    points: np.ndarray,
+    weights: np.ndarray,
+    rotation: np.ndarray,
+    place: np.ndarray,
+    levels_m: np.ndarray,
+    reach_m: float,
+    keys: np.ndarray,
+    planes: np.ndarray,
+    information: np.ndarray,
+    pull: np.ndarray,
+) -> int:
+    """Add up points against the planes of their voxels, the finest level that has one.
+
+    points: (n, 3) in the base frame. weights: (n,) 1/m2. rotation (3, 3), place (3,): base to map. Each
+    distance e from a plane counts by Geman and McClure's 1 / (1 + (e / reach_m)^2)^2. information: (6, 6),
+    pull: (6,): of a move and a small turn about the base, in the map's axes; set here. Return how many
+    points have a plane.
+    """
+    information[:] = 0.0
+    pull[:] = 0.0
+    found = 0
+    j = np.empty(6)
+    for index in range(len(points)):
+        p, q, r = points[index, 0], points[index, 1], points[index, 2]
+        u = rotation[0, 0] * p + rotation[0, 1] * q + rotation[0, 2] * r
+        v = rotation[1, 0] * p + rotation[1, 1] * q + rotation[1, 2] * r
+        w = rotation[2, 0] * p + rotation[2, 1] * q + rotation[2, 2] * r
+        x, y, z = u + place[0], v + place[1], w + place[2]
+        for level in range(len(levels_m)):
+            side = levels_m[level]
+            key = key_of(level, int(np.floor(x / side)), int(np.floor(y / side)), int(np.floor(z / side)))
+            slot = slot_of(keys, key)
+            plane = planes[slot]
+            if keys[slot] == EMPTY or plane[IS_PLANE] == 0.0:
+                continue
+            a, b, c = plane[NORMAL], plane[NORMAL + 1], plane[NORMAL + 2]
+            e = a * (x - plane[MIDDLE]) + b * (y - plane[MIDDLE + 1]) + c * (z - plane[MIDDLE + 2])
+            weight = weights[index] / (1.0 + (e / reach_m) ** 2) ** 2
+            j[0], j[1], j[2] = a, b, c
+            j[3] = v * c - w * b
+            j[4] = w * a - u * c
+            j[5] = u * b - v * a
+            for row in range(6):
+                pull[row] -= weight * j[row] * e
+                for column in range(row, 6):
+                    information[row, column] += weight * j[row] * j[column]
+            found += 1
+            break
+    for row in range(6):
+        for column in range(row):
+            information[row, column] = information[column, row]
+    return found

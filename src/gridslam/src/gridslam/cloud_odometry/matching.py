@@ -1,0 +1,99 @@
+"""Matches a cloud with the map of planes, weighed against a prediction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gridslam.cloud_odometry.kernels.planes import normal_equations
+from gridslam.cloud_odometry.parameters import CloudOdometryParameters
+from gridslam.cloud_odometry.plane_map import PlaneMap
+
+STEPS_MAX = 12
+SHRINKS = 0.6
+"""The reach of one step, of the one before it."""
+STILL = 2e-4
+"""m and rad: a smaller step is the last one."""
+
+
+@dataclass(frozen=True)
+class PoseInSpace:
+    """place: (3,) m, and rotation: (3, 3), base to map."""
+
+    place: np.ndarray
+    rotation: np.ndarray
+
+    def difference(self, other: PoseInSpace) -> np.ndarray:
+        """Return (6,): the move and the turn, in the map's axes, from the other pose to this one."""
+        turn = Rotation.from_matrix(self.rotation @ other.rotation.T).as_rotvec()
+        return np.concatenate((self.place - other.place, turn))
+
+    def moved(self, step: np.ndarray) -> PoseInSpace:
+        """Return the pose after a move and a turn (6,), in the map's axes."""
+        return PoseInSpace(self.place + step[:3], Rotation.from_rotvec(step[3:]).as_matrix() @ self.rotation)
+
+
+@dataclass(frozen=True)
+class CloudMatch:
+    """Result of a match."""
+
+    pose: PoseInSpace
+    information: np.ndarray
+    """(6, 6) of the cloud alone: move and turn in the map's axes."""
+    share: float
+    """Of the points that found a plane."""
+
+    def untold(self, told_m: float) -> np.ndarray:
+        """Return the directions (k, 3) along which the cloud alone does not tell the place."""
+        turn = self.information[3:, 3:] + 1e-9 * np.eye(3)
+        across = self.information[:3, 3:]
+        of_place: np.ndarray = self.information[:3, :3] - across @ np.linalg.solve(turn, across.T)
+        strengths, axes = np.linalg.eigh(of_place)
+        return axes.T[strengths < told_m**-2]
+
+
+def match(
+    planes: PlaneMap,
+    points: np.ndarray,
+    readings: np.ndarray,
+    predicted: PoseInSpace,
+    prior: np.ndarray,
+    p: CloudOdometryParameters,
+) -> CloudMatch:
+    """Find the pose by Gauss and Newton: point to plane (Chen and Medioni 1992), and the prediction.
+
+    Args:
+        planes: the map.
+        points: (n, 3) in the base frame, m.
+        readings: (n,) how many readings each point counts for.
+        predicted: the pose before.
+        prior: (6, 6) information of the prediction: move and turn in the map's axes.
+        p: parameters.
+
+    References: Vizzo et al. 2023 (KISS-ICP) for a robust kernel that shrinks; Yuan et al. 2022 for planes in
+    voxels of several sizes.
+    """
+    weights = readings / (p.points_per_reading * p.point_noise_m**2)
+    information, pull = np.empty((6, 6)), np.empty(6)
+    pose, reach_m, found = predicted, p.first_reach_m, 0
+    for _ in range(STEPS_MAX):
+        found = normal_equations(
+            points,
+            weights,
+            pose.rotation,
+            pose.place,
+            planes.levels_m,
+            reach_m,
+            planes.keys,
+            planes.planes,
+            information,
+            pull,
+        )
+        step = np.linalg.solve(information + prior, pull - prior @ pose.difference(predicted))
+        pose = pose.moved(step)
+        if reach_m <= p.last_reach_m and np.abs(step).max() < STILL:
+            break
+        reach_m = max(SHRINKS * reach_m, p.last_reach_m)
+    return CloudMatch(pose, information, found / max(len(points), 1))

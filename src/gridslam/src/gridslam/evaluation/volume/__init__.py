@@ -1,0 +1,1 @@
+"""The errors of a map of voxels against true surfaces."""

@@ -1,0 +1,126 @@
+"""The map side of the filter: the particles' maps, the earlier map, and the scans to make a map anew."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import numpy as np
+
+from gridslam.errors import StateError
+from gridslam.filter.earlier_map import MapPieces
+from gridslam.filter.kept_scans import KeptScans
+from gridslam.filter.state import FilterState
+from gridslam.maps.beams import Beams
+from gridslam.maps.new_map import MapDraft, new_maps
+from gridslam.maps.rendering import Renderer
+from gridslam.maps.tile_map import TileMaps
+from gridslam.occupancy_grid import OccupancyGrid
+from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
+
+
+class SlamMap:
+    """What is mapped along the particles' paths. A node is a processed scan.
+
+    Args:
+        parameters: of the filter.
+        starting_map: the map begins with this; None: empty.
+        is_fixed: the map stays as it is.
+        keep_scans: keep every processed scan, which `adopt` needs.
+    """
+
+    def __init__(
+        self,
+        parameters: SlamParameters,
+        starting_map: OccupancyGrid | None,
+        is_fixed: bool,
+        keep_scans: bool,
+    ) -> None:
+        self._parameters, self.starting_map, self.is_fixed = parameters, starting_map, is_fixed
+        self._kept = KeptScans() if keep_scans else None
+        self._renderer = Renderer(parameters)
+        self.pieces = MapPieces()
+        """Which scans are in which map."""
+        self.tiles = new_maps(starting_map, parameters.particles, parameters.delta)
+        """Of the particles."""
+
+    @property
+    def has_kept_scans(self) -> bool:
+        """Whether every processed scan is kept."""
+        return self._kept is not None
+
+    @property
+    def kept(self) -> KeptScans:
+        """The processed scans; raises StateError if they were not kept."""
+        if self._kept is None:
+            raise StateError("The scans were not kept: construct GridSlam with keep_scans=True.")
+        return self._kept
+
+    def add_node(self, scan: PlanarScan, beams: Beams, base_in_odom: np.ndarray) -> None:
+        """Keep a processed scan, if they are kept. `tiles` get it otherwise."""
+        if self._kept is not None:
+            self._kept.add(scan, beams, base_in_odom)
+
+    def grid(self, particle: int, nodes: int) -> OccupancyGrid:
+        """Return a particle's map, or the earlier one if that holds more of the nodes. It is read-only."""
+        earlier = self.pieces.earlier
+        if earlier is not None and earlier.scans >= nodes - self.pieces.first_in_map:
+            return earlier.grid()
+        return self._renderer.render(self.tiles, particle)
+
+    def replace(self, tiles: TileMaps) -> None:
+        """Take other maps for all particles."""
+        self.tiles, self._renderer = tiles, Renderer(self._parameters)
+
+    def begin_anew(self, nodes: int) -> None:
+        """Begin an empty map after so many nodes. The present ones, all alike, become the earlier map."""
+        self.pieces.begin(self.tiles, self._parameters, nodes)
+        self._leave_out()
+        self.replace(new_maps(None, self._parameters.particles, self._parameters.delta))
+
+    def drop_own(self, nodes: int) -> None:
+        """Go on with the earlier map after so many nodes. What was mapped since is lost."""
+        self.replace(self.pieces.leave_own(nodes))
+
+    def adopt(self, poses: np.ndarray, draft: MapDraft | None) -> None:
+        """Give all particles a map of the scans along a corrected path (k, 3).
+
+        Args:
+            poses: of all nodes.
+            draft: a map that holds the first of the scans at these poses; None: an empty one. If there is an
+                earlier map, and the draft holds its scans, both are one then.
+
+        Raises:
+            StateError: the scans were not kept, or the poses are not one finite pose for each of them.
+        """
+        beams, parameters = self.kept.beams, self._parameters
+        if poses.shape != (len(beams), 3) or not np.isfinite(poses).all():
+            raise StateError(f"The corrected trajectory must be {len(beams)} finite poses x, y, yaw.")
+        draft = draft or MapDraft(parameters, self.starting_map)
+        if not self.is_fixed:
+            draft.add(poses[draft.scans :], beams[draft.scans :])
+        draft.maps.resample(np.zeros(parameters.particles, int))
+        self.replace(draft.maps)
+        if draft.first == 0:
+            self.pieces.join()
+
+    def restore(self, state: FilterState) -> None:
+        """Go on from a filter's state.
+
+        Raises:
+            ValueError: it contradicts itself.
+        """
+        self.tiles.restore(state.maps)
+        self.pieces.restore(state.pieces, state.parameters, len(state.tree.stamps_s))
+        if self._kept is not None and state.scans is not None and state.odometry is not None:
+            self._kept.restore(state.scans, _beams_of(state.scans, state.parameters), state.odometry)
+        self._leave_out()
+
+    def _leave_out(self) -> None:
+        """Let the scans that are in no map enter none."""
+        if self._kept is not None:
+            self._kept.leave_out(self.pieces.left_out)
+
+
+def _beams_of(scans: Sequence[PlanarScan], parameters: SlamParameters) -> list[Beams]:
+    return [Beams.from_scan(scan, parameters, is_matched=False) for scan in scans]

@@ -1,0 +1,1 @@
+"""Links: relative poses of two scans that see the same surfaces."""

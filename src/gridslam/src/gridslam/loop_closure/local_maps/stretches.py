@@ -1,0 +1,87 @@
+"""Builds the local maps of stretches of the path. The surfaces of each scan are measured once."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.loop_closure.local_maps.local_map import (
+    LocalMap,
+    SurfacePoints,
+    build_local_map,
+    surface_points,
+)
+from gridslam.loop_closure.local_maps.refinement import match_information, normal_matrix
+from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.scan import PlanarScan
+
+SCAN_SPACING_M, SCAN_SPACING_RAD = 0.25, 0.2  # closer scans add nothing to a local map
+
+
+class LocalMaps:
+    """Keeps the scans of a path and their surfaces."""
+
+    def __init__(self, parameters: LoopClosureParameters) -> None:
+        self._parameters = parameters
+        self._scans: Sequence[PlanarScan] = ()
+        self._surfaces: list[SurfacePoints] = []
+        self._informations: list[np.ndarray] = []
+
+    def extend(self, scans: Sequence[PlanarScan]) -> None:
+        """Take in the scans at all nodes of a path, of which the first ones may be known."""
+        p = self._parameters
+        for scan in scans[len(self._surfaces) :]:
+            surface = surface_points(scan, p.range_m)
+            self._surfaces.append(surface)
+            information = match_information(normal_matrix(surface), len(surface.points_xy_m), p)
+            self._informations.append(information)
+        self._scans = scans
+
+    @property
+    def informations(self) -> np.ndarray:
+        """(k, 3, 3) of each scan's match with a map of its own surfaces."""
+        return np.array(self._informations).reshape(-1, 3, 3)
+
+    def around(self, path: MeasuredPath, node: int) -> LocalMap:
+        """Build the local map of the path within `stretch_m` of a node, in the node's frame."""
+        p = self._parameters
+        nodes = np.flatnonzero(np.abs(path.way_m - path.way_m[node]) <= p.stretch_m)
+        return self.of_nodes(path, nodes, node, SCAN_SPACING_M, p.resolution_m, p.blur_m)
+
+    def of_nodes(
+        self,
+        path: MeasuredPath,
+        nodes: np.ndarray,
+        anchor: int,
+        spacing_m: float,
+        resolution_m: float,
+        blur_m: float,
+    ) -> LocalMap:
+        """Build the map that nodes saw, in the anchor's frame, from scans about `spacing_m` apart."""
+        kept = _thinned(path, nodes, anchor, spacing_m)
+        return build_local_map(
+            anchor,
+            [self._surfaces[node] for node in kept],
+            [self._scans[node] for node in kept],
+            se2.between(path.poses[anchor], path.poses[kept]),
+            resolution_m,
+            blur_m,
+            2.0 * resolution_m,
+            self._parameters.range_m,
+        )
+
+
+def _thinned(path: MeasuredPath, nodes: np.ndarray, anchor: int, spacing_m: float) -> list[int]:
+    kept: list[int] = []
+    for node in nodes:
+        turned = abs(se2.wrap(path.poses[node, 2] - path.poses[kept[-1], 2])) if kept else np.inf
+        if (
+            turned > SCAN_SPACING_RAD
+            or node == anchor
+            or path.way_m[node] - path.way_m[kept[-1]] >= spacing_m
+        ):
+            kept.append(int(node))
+    return kept

@@ -1,0 +1,119 @@
+"""The filter's path as steps: each with its measurement and its covariance if its scan was matched rightly.
+
+A step's covariance describes its error in the frame of its later node (x, y in m, yaw in rad).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.kernels.least_squares import inverses
+from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.snapshot import Snapshot
+
+STEP_SIGMA_MIN_M, STEP_SIGMA_MIN_RAD = 0.002, 0.0005
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredPath:
+    """A path of k nodes. Its steps stay as they were measured when the poses are corrected.
+
+    Raises:
+        ValueError: the arrays' shapes contradict each other.
+    """
+
+    stamps_s: np.ndarray
+    """(k,) s."""
+    poses: np.ndarray
+    """(k, 3) the nodes' present poses in the map."""
+    steps: np.ndarray
+    """(k - 1, 3) each node but the first, in the frame of the one before it."""
+    covariances: np.ndarray
+    """(k - 1, 3, 3) of the steps' errors, if every scan was matched rightly."""
+    odometry: np.ndarray
+    """(k, 3) pose of the base in the odometry's frame, at the nodes."""
+    way_m: np.ndarray
+    """(k,) length of the path up to each node."""
+    corrected: int = 0
+    """Number of nodes, the first ones, whose poses were corrected last. Their steps stay."""
+
+    def __post_init__(self) -> None:
+        nodes, between = len(self.poses), max(0, len(self.poses) - 1)
+        for name, shape in (
+            ("stamps_s", (nodes,)),
+            ("poses", (nodes, 3)),
+            ("way_m", (nodes,)),
+            ("odometry", (nodes, 3)),
+            ("steps", (between, 3)),
+            ("covariances", (between, 3, 3)),
+        ):
+            if getattr(self, name).shape != shape:
+                raise ValueError(f"the path's {name} are of shape {getattr(self, name).shape}, not {shape}")
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    @classmethod
+    def empty(cls) -> MeasuredPath:
+        """Return a path without nodes."""
+        rows = np.empty((0, 3))
+        return cls(np.empty(0), rows, rows, np.empty((0, 3, 3)), rows, np.zeros(0))
+
+    def followed(
+        self, snapshot: Snapshot, informations: np.ndarray, parameters: LoopClosureParameters
+    ) -> MeasuredPath:
+        """Return the path of a later snapshot. Steps since the last correction may have changed.
+
+        informations: (k, 3, 3) of each scan's match with a map of its own surfaces.
+        """
+        poses = snapshot.poses_in_map
+        first = self._first_changed(poses)
+        steps = se2.between(poses[first:-1], poses[first + 1 :])
+        covariances = _step_covariances(steps, informations[first + 1 : first + 1 + len(steps)], parameters)
+        steps = np.concatenate([self.steps[:first], steps])
+        return MeasuredPath(
+            snapshot.stamps_s,
+            np.array(poses, dtype=float),
+            steps,
+            np.concatenate([self.covariances[:first], covariances]),
+            snapshot.odometry,
+            np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))]),
+            self.corrected,
+        )
+
+    def with_poses(self, poses: np.ndarray) -> MeasuredPath:
+        """Return the path with corrected poses (k, 3). The steps measured so far stay."""
+        return replace(self, poses=np.array(poses, dtype=float), corrected=len(poses))
+
+    def _first_changed(self, poses_in_map: np.ndarray) -> int:
+        """Return the first changed step. Steps change when another particle becomes the best one."""
+        known = len(self.poses)
+        changed = np.flatnonzero((poses_in_map[:known] != self.poses).any(axis=1))
+        first = known if not len(changed) else int(changed[0])
+        return max(0, self.corrected - 1, first - 1)
+
+
+def _step_covariances(
+    steps: np.ndarray, informations: np.ndarray, parameters: LoopClosureParameters
+) -> np.ndarray:
+    """Return the covariances of steps (n, 3) by odometry and by matching (n, 3, 3).
+
+    Along a bare wall matching measures nothing, so the covariance of odometry remains.
+    """
+    prior = np.diagonal(odometry_covariances(steps, parameters), axis1=1, axis2=2)
+    return inverses(informations.reshape(-1, 3, 3) + np.eye(3) / prior[:, None, :])
+
+
+def odometry_covariances(steps: np.ndarray, parameters: LoopClosureParameters) -> np.ndarray:
+    """Return the covariances (n, 3, 3) of steps (n, 3) by odometry, as the parameters assume it."""
+    p = parameters
+    way, turned = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
+    covariances = np.zeros((len(steps), 3, 3))
+    covariances[:, 0, 0] = p.odometry_m_per_sqrt_m**2 * way + STEP_SIGMA_MIN_M**2
+    covariances[:, 1, 1] = covariances[:, 0, 0]
+    heading = p.odometry_rad_per_sqrt_m**2 * way + p.odometry_rad_per_sqrt_rad**2 * turned
+    covariances[:, 2, 2] = heading + STEP_SIGMA_MIN_RAD**2
+    return covariances

@@ -1,0 +1,62 @@
+"""Stage 1, the snapshot: path, scans and odometry of a filter at one moment. Nobody changes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam.maps.beams import Beams
+from gridslam.maps.new_map import MapDraft
+from gridslam.occupancy_grid import OccupancyGrid
+from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
+
+ARRAYS = ("stamps_s", "poses_in_map", "odometry", "is_usable")
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """What a filter knows of its path. A node is a processed scan. The arrays are copies, and read-only.
+
+    Raises:
+        ValueError: the arrays are not of one length.
+    """
+
+    stamps_s: np.ndarray
+    """(k,) s, of the nodes."""
+    poses_in_map: np.ndarray
+    """(k, 3) the best particle's path: x, y in m and yaw in rad."""
+    odometry: np.ndarray
+    """(k, 3) pose of the base in the odometry's frame, at the nodes."""
+    scans: tuple[PlanarScan, ...]
+    """k scans."""
+    beams: tuple[Beams, ...]
+    """What each scan enters into a map."""
+    first_in_map: int
+    """Number of nodes before the present map began; 0: the map holds all. See `MapPieces`."""
+    is_usable: np.ndarray
+    """(k,) bool: whether a node is in the present map or in the earlier one, and so may be recognised."""
+    filter_parameters: SlamParameters
+    """Of the maps."""
+    starting_map: OccupancyGrid | None = None
+    """The map that the filter began with; None: an empty one."""
+
+    def __post_init__(self) -> None:
+        for name in ARRAYS:
+            array = np.array(getattr(self, name))
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        count = len(self.stamps_s)
+        lengths = {len(getattr(self, name)) for name in (*ARRAYS, "scans", "beams")}
+        if lengths != {count} or self.poses_in_map.shape != (count, 3) or self.odometry.shape != (count, 3):
+            raise ValueError("a snapshot's path, scans and odometry are not of one length")
+
+    def __len__(self) -> int:
+        return len(self.stamps_s)
+
+    def map_of(self, poses_in_map: np.ndarray, first: int) -> MapDraft:
+        """Return a new map of the scans from the ``first`` on, at poses (k, 3) of all nodes."""
+        draft = MapDraft(self.filter_parameters, self.starting_map, first)
+        draft.add(poses_in_map[first:], self.beams[first:])
+        return draft

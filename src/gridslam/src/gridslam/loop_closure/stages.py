@@ -1,0 +1,248 @@
+"""Runs the stages on a snapshot, and remembers what the next snapshot needs: links, matches and closures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.loop_closure.candidates import Candidate, Revisit, far_candidates, near_candidates
+from gridslam.loop_closure.consistent_set import MatchSet, UncorrectedPath
+from gridslam.loop_closure.correction import AT_THE_END, ON_THE_WAY, Correction, Effort, corrected_poses
+from gridslam.loop_closure.edges import Closure, Match
+from gridslam.loop_closure.links.scan_links import ScanLinks, ScanLinksState
+from gridslam.loop_closure.local_maps.local_map import LocalMap
+from gridslam.loop_closure.local_maps.stretches import LocalMaps
+from gridslam.loop_closure.matches import match
+from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes, StepUncertainty, step_uncertainty
+from gridslam.loop_closure.snapshot import Snapshot
+from gridslam.maps.tile_pool import require_indices
+
+BENT_M = 0.1
+"""m: a closure may fit the path at both its nodes, and tell that it is bent by more than this in between."""
+
+
+@dataclass(frozen=True, eq=False)
+class StagesState:
+    """What is remembered between snapshots, to save it and go on."""
+
+    path: MeasuredPath
+    links: ScanLinksState
+    matches: MatchSet
+    counted: tuple[int, ...]
+    """Indices of the matches that count."""
+    searched_far_m: float
+    agreed: bool
+
+
+class Stages:
+    """Snapshot -> candidates -> matches -> consistent set -> correction."""
+
+    def __init__(self, parameters: LoopClosureParameters) -> None:
+        self._parameters = parameters
+        self._path, self._maps = MeasuredPath.empty(), LocalMaps(parameters)
+        self._links = ScanLinks(parameters)
+        self._matches = MatchSet()
+        self._counted: tuple[int, ...] = ()
+        """Indices of the matches that count."""
+        self._searched_far_m = 0.0
+        self.agreed = False
+        """Whether the last search found a place again, and the path and another match agreed with it."""
+
+    def on_the_way(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> Correction | None:
+        """Search for the newest node's place. Return a correction if other closures count than before."""
+        self._follow(snapshot)
+        is_one_map = snapshot.first_in_map == 0
+        if is_one_map and self._counted and self._newest_scan_agrees():
+            self.agreed = True
+            return None
+        found = self._search(snapshot, doubtful)
+        if not found:
+            return None
+        before, self._counted = set(self._counted), self._chosen()
+        changed = before ^ set(self._counted)
+        self.agreed = not set(self._counted).isdisjoint(found) and not any(map(self._is_off, found))
+        is_joined = self._first_in_map(snapshot) != snapshot.first_in_map
+        if not changed and not is_joined:
+            return None
+        is_off = any(map(self._is_off, changed))
+        poses = self._corrected(ON_THE_WAY, doubtful)
+        moved_m = np.hypot(*(poses - self._path.poses)[:, :2].T)
+        if not is_off and moved_m.max() <= BENT_M and not is_joined:
+            return None
+        return self._correction(snapshot, poses)
+
+    def at_the_end(self, snapshot: Snapshot, doubtful: DoubtfulNodes, is_searched: bool) -> Correction | None:
+        """Return the correction by all links and closures, or None if there is no closure.
+
+        ``is_searched``: the newest node's place was searched for already.
+        """
+        self._decide(snapshot, doubtful, is_searched)
+        if not self._counted:
+            return None
+        return self._correction(snapshot, self._corrected(AT_THE_END, doubtful))
+
+    def at_rest(self, snapshot: Snapshot, doubtful: DoubtfulNodes, is_searched: bool) -> Correction | None:
+        """Decide what is pending. Return the correction, or None if the same closures count as before.
+
+        ``is_searched``: the newest node's place was searched for already.
+        """
+        before = self._counted
+        self._decide(snapshot, doubtful, is_searched)
+        if self._counted == before:
+            return None
+        return self._correction(snapshot, self._corrected(AT_THE_END, doubtful))
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether one of the last nodes was recognised, and no other match agrees yet."""
+        return bool(self._undecided())
+
+    def closures(self) -> list[Closure]:
+        """Return the closures that count. Later matches may outvote one."""
+        return [self._closure(self._matches.matches[index]) for index in self._counted]
+
+    def state(self) -> StagesState:
+        """Return what is remembered."""
+        return StagesState(
+            self._path,
+            self._links.state(),
+            self._matches,
+            self._counted,
+            self._searched_far_m,
+            self.agreed,
+        )
+
+    def restore(self, state: StagesState, scans: int) -> None:
+        """Go on from a state, on a path of at least so many scans.
+
+        Raises:
+            ValueError: it points at what is not there.
+        """
+        nodes, matches = len(state.path), state.matches.matches
+        if nodes > scans:
+            raise ValueError(f"the path of the loop closure has {nodes} nodes, the filter's {scans}")
+        ends = np.array([(match.older, match.newer) for match in matches], int)
+        require_indices(ends, nodes - 1, "the matches' nodes")
+        require_indices(np.array(state.counted, int), len(matches) - 1, "the matches that count")
+        self._links.restore(state.links, nodes)
+        self._path, self._matches, self._counted = state.path, state.matches, state.counted
+        self._searched_far_m, self.agreed = state.searched_far_m, state.agreed
+
+    def _follow(self, snapshot: Snapshot) -> None:
+        """Measure the path's new steps, and link its new scans."""
+        self._maps.extend(snapshot.scans)
+        self._path = self._path.followed(snapshot, self._maps.informations, self._parameters)
+        self._links.extend(snapshot.scans, self._path)
+
+    def _newest_scan_agrees(self) -> bool:
+        path = self._path
+        return self._links.agrees(path.poses, path.way_m, self._parameters.correction_min_m)
+
+    def _search(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> list[int]:
+        """Look for the newest node's place, near and then far. Return the indices of the new matches."""
+        p, way_m = self._parameters, self._path.way_m[-1]
+        revisit, maps = self._revisit(snapshot, len(self._path) - 1), self._maps
+        self.agreed = False
+        candidates, recent = near_candidates(revisit, p), None
+        if candidates:
+            recent = maps.around(self._path, revisit.newer)
+            found = self._matched(candidates, recent)
+            if found:
+                return self._remember(found, doubtful)
+        if way_m - self._searched_far_m < p.search_far_m:
+            return []
+        self._searched_far_m = way_m
+        steps = self._step_uncertainty(doubtful).covariances
+        recent = recent or maps.around(self._path, revisit.newer)
+        candidates = far_candidates(revisit, steps, recent, maps, p)
+        return self._remember(self._matched(candidates, recent), doubtful)
+
+    def _decide(self, snapshot: Snapshot, doubtful: DoubtfulNodes, is_searched: bool) -> None:
+        """Search for the newest node, and for the last ones if a match there is pending."""
+        self._follow(snapshot)
+        if not is_searched and self._search(snapshot, doubtful):
+            self._counted = self._chosen()
+        self._search_last_nodes(snapshot, doubtful)
+
+    def _undecided(self) -> list[int]:
+        """Return the matches of the last nodes, if none of them counts yet."""
+        way_m, matches = self._path.way_m, self._matches.matches
+        first_m = way_m[-1] - self._parameters.stretch_m if len(way_m) else 0.0
+        last = [index for index, match in enumerate(matches) if way_m[match.newer] > first_m]
+        return last if set(last).isdisjoint(self._counted) else []
+
+    def _search_last_nodes(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> None:
+        """Search for the last nodes once more, if one of them was recognised and no other match agrees yet.
+
+        Where the way ends, others cannot be found any more. But all that was seen after a node is known.
+        """
+        p, way_m, last = self._parameters, self._path.way_m, self._undecided()
+        if not last:
+            return
+        searched = {self._matches.matches[index].newer for index in last}
+        for node in reversed(np.flatnonzero(way_m > way_m[-1] - p.stretch_m).tolist()):
+            is_near = any(abs(way_m[node] - way_m[other]) < p.search_every_m for other in searched)
+            if node not in searched and not is_near:
+                searched.add(node)
+                candidates = near_candidates(self._revisit(snapshot, node), p)
+                if candidates:
+                    found = self._matched(candidates, self._maps.around(self._path, node))
+                    self._remember(found, doubtful)
+        self._counted = self._chosen()
+
+    def _revisit(self, snapshot: Snapshot, node: int) -> Revisit:
+        counted = [self._matches.matches[index] for index in self._counted]
+        return Revisit(self._path, node, counted, snapshot.is_usable, snapshot.first_in_map)
+
+    def _matched(self, candidates: list[Candidate], recent: LocalMap) -> list[Match]:
+        tried = (match(each, self._path, recent, self._maps, self._parameters) for each in candidates)
+        return [found for found in tried if found is not None]
+
+    def _remember(self, found: list[Match], doubtful: DoubtfulNodes) -> list[int]:
+        """Add matches to those known. Return their indices."""
+        first = len(self._matches.matches)
+        if found:
+            path = UncorrectedPath(self._path, self._step_uncertainty(doubtful).covariances)
+            for each in found:
+                self._matches = self._matches.with_match(each, path, self._parameters)
+        return list(range(first, first + len(found)))
+
+    def _chosen(self) -> tuple[int, ...]:
+        return self._matches.closures(self._path.way_m, self._parameters)
+
+    def _step_uncertainty(self, doubtful: DoubtfulNodes) -> StepUncertainty:
+        scale = self._links.odometry_scale(self._path.odometry)
+        return step_uncertainty(self._path, self._links.is_seen(), doubtful, self._parameters, scale)
+
+    def _is_off(self, index: int) -> bool:
+        """Return whether the present path differs from a match's measurement."""
+        match, poses = self._matches.matches[index], self._path.poses
+        here = se2.between(poses[match.older], poses[match.newer])
+        return math.dist(here[:2], match.newer_in_older[:2]) > self._parameters.correction_min_m
+
+    def _first_in_map(self, snapshot: Snapshot) -> int:
+        """Return the node at which the present map begins; 0 if closures join it with the earlier one."""
+        first = snapshot.first_in_map
+        counted = (self._matches.matches[index] for index in self._counted)
+        return 0 if any(match.older < first <= match.newer for match in counted) else first
+
+    def _corrected(self, effort: Effort, doubtful: DoubtfulNodes) -> np.ndarray:
+        closures = [self._matches.matches[index] for index in self._counted]
+        uncertainty = self._step_uncertainty(doubtful)
+        return corrected_poses(self._path, uncertainty, self._links, closures, effort, self._parameters)
+
+    def _correction(self, snapshot: Snapshot, poses: np.ndarray) -> Correction:
+        """Return a correction to these poses (k, 3), with the map that they make."""
+        self._path = self._path.with_poses(poses)
+        first = self._first_in_map(snapshot)
+        return Correction(poses, first, snapshot.map_of(poses, first))
+
+    def _closure(self, match: Match) -> Closure:
+        stamps = self._path.stamps_s
+        x, y, yaw = match.newer_in_older.tolist()
+        return Closure(float(stamps[match.older]), float(stamps[match.newer]), (x, y, yaw), match.score)

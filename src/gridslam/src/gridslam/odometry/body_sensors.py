@@ -1,0 +1,91 @@
+"""What IMU and range finder tell an odometry, whatever its lidar: lean, motion and height."""
+
+from __future__ import annotations
+
+import math
+from typing import Sequence
+
+import numpy as np
+
+from gridslam.errors import ScanError
+from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
+from gridslam.odometry.floor_height import FloorHeight
+from gridslam.odometry.inertial import InertialHistory, InertialReading, Lean
+from gridslam.odometry.parameters import LidarOdometryParameters
+
+LEVEL = Lean(0.0, 0.0, (0.0, 0.0, 0.0))
+"""What counts while the IMU is silent."""
+
+
+class BodySensors:
+    """Takes the readings in the order of their stamps.
+
+    Attributes:
+        inertial: the IMU's last readings. height: over the floor of the start.
+    """
+
+    def __init__(self, parameters: LidarOdometryParameters) -> None:
+        self.inertial, self.height = InertialHistory(), FloorHeight(parameters)
+
+    def on_imu(self, reading: InertialReading) -> None:
+        """Take a reading of the IMU."""
+        if self.inertial.add(reading) and reading.levelled is not None:
+            self.height.on_acceleration(reading.stamp_s, float(reading.levelled[2]))
+
+    def on_range(
+        self,
+        stamp_s: float,
+        range_m: float,
+        limits_m: tuple[float, float],
+        finder_in_base: tuple[Sequence[float], Sequence[float]],
+    ) -> np.ndarray | None:
+        """Take a range of the range finder, which looks along x of its own frame.
+
+        Ranges beyond the limits, NaN and infinite ones do not count. Without the IMU the UAV counts as level.
+
+        Args:
+            stamp_s: its time.
+            range_m: distance.
+            limits_m: least and greatest range.
+            finder_in_base: its (xyz, quaternion xyzw) in the base frame.
+
+        Returns:
+            The point (3,) below that it met, in the base frame; None if the range does not count.
+        """
+        if not limits_m[0] <= range_m <= limits_m[1]:
+            return None
+        lean = self.inertial.lean_at(stamp_s) or LEVEL
+        x, y, z = finder_in_base[0]
+        end = np.array((x, y, z)) + range_m * matrix_of_quaternion(finder_in_base[1])[:, 0]
+        below_m = -float((matrix_of_lean(lean.roll_rad, lean.pitch_rad) @ end)[2])
+        if below_m <= 0.0:
+            return None
+        self.height.on_range(stamp_s, below_m)
+        return end
+
+
+def checked_start(start: Sequence[float]) -> np.ndarray:
+    """Return x, y and yaw (3,) of the base at the first reading of the lidar.
+
+    Raises:
+        ScanError: they are not three finite numbers.
+    """
+    pose = np.array(start, dtype=float)
+    if pose.shape != (3,) or not np.isfinite(pose).all():
+        raise ScanError(f"The odometry's start must be finite x, y, yaw, not {list(start)}.")
+    return pose
+
+
+def refuse_old(stamp_s: float, newest_s: float | None, what: str, back_s: float) -> float:
+    """Return by how much the clock went back, in s; 0 if the reading is newer than the last one.
+
+    Raises:
+        ScanError: the stamp is not finite, or it is not newer although the clock did not go back.
+    """
+    if not math.isfinite(stamp_s):
+        raise ScanError(f"The {what}'s stamp must be finite, not {stamp_s}.")
+    if newest_s is None or stamp_s > newest_s:
+        return 0.0
+    if newest_s - stamp_s < back_s:
+        raise ScanError(f"A {what} is not newer than the one before it.")
+    return newest_s - stamp_s

@@ -1,0 +1,1 @@
+"""The volume's inner loops."""

@@ -1,0 +1,1 @@
+"""OctoMap's streams and files."""

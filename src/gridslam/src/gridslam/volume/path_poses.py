@@ -1,0 +1,74 @@
+"""Where the map's path has been: from SLAM's planar poses and odometry to poses in three dimensions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gridslam import se2
+from gridslam.errors import PoseError
+from gridslam.volume.clouds import Pose
+
+SOONER_S = 0.2
+"""Odometry is known at a path's pose if it was told within this time."""
+
+
+class OdometryHistory:
+    """The base's planar poses in odom, at the clouds."""
+
+    def __init__(self) -> None:
+        self._stamps_s: list[float] = []
+        self._poses: list[tuple[float, float, float]] = []
+
+    def add(self, stamp_s: float, base_in_odom: Pose) -> None:
+        """Take note of a pose; an older one than the last is left out."""
+        if not self._stamps_s or stamp_s > self._stamps_s[-1]:
+            rotation, (x, y, _) = base_in_odom.rotation, base_in_odom.translation
+            self._stamps_s.append(stamp_s)
+            self._poses.append((float(x), float(y), float(np.arctan2(rotation[1, 0], rotation[0, 0]))))
+
+    def clear(self) -> None:
+        """Forget all poses, as after a clock that jumped back."""
+        self._stamps_s, self._poses = [], []
+
+    def at(self, stamps_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return which of the stamps (n,) are known, and the poses (k, 3) at these."""
+        if len(self._stamps_s) < 2:
+            return np.zeros(len(stamps_s), bool), np.zeros((0, 3))
+        known_s, poses = np.array(self._stamps_s), np.array(self._poses)
+        later = np.clip(np.searchsorted(known_s, stamps_s), 1, len(known_s) - 1)
+        ways = np.stack([stamps_s - known_s[later - 1], known_s[later] - stamps_s])
+        are_known = np.abs(ways).min(axis=0) <= SOONER_S
+        poses[:, 2] = np.unwrap(poses[:, 2])
+        wanted_s = stamps_s[are_known]
+        return are_known, np.stack([np.interp(wanted_s, known_s, column) for column in poses.T], axis=1)
+
+
+def odom_in_map(
+    path_stamps_s: np.ndarray, path_poses: np.ndarray, history: OdometryHistory, stamps_s: np.ndarray
+) -> list[Pose]:
+    """Return the poses of odom in the map at times, after a path.
+
+    Args:
+        path_stamps_s: (n,) of the path's poses, in order.
+        path_poses: (n, 3) x, y and yaw of the base in the map.
+        history: of odometry.
+        stamps_s: (k,) when; between two poses of the path, the correction changes evenly.
+
+    Raises:
+        PoseError: the path is empty, makes no sense, or odometry is known at none of its poses.
+    """
+    is_sound = len(path_stamps_s) and np.isfinite(path_poses).all() and (np.diff(path_stamps_s) > 0.0).all()
+    if not is_sound:
+        raise PoseError("The path is empty, not in the order of time, or not finite; the map stays as it is.")
+    are_known, base_in_odom = history.at(np.asarray(path_stamps_s, float))
+    if not are_known.any():
+        raise PoseError(
+            "No pose of the path is of a time at which odometry is known; the map stays as it is."
+        )
+    corrections = np.array(
+        [se2.compose(pose, se2.inverse(base)) for pose, base in zip(path_poses[are_known], base_in_odom)]
+    )
+    corrections[:, 2] = np.unwrap(corrections[:, 2])
+    known_s = path_stamps_s[are_known]
+    at = np.stack([np.interp(stamps_s, known_s, column) for column in corrections.T], axis=1)
+    return [Pose.planar(*correction) for correction in at.tolist()]

@@ -1,0 +1,177 @@
+"""A UAV finds its place in space by clouds, wherever it flies, and says when it cannot."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from puck_in_a_room import DOWN, LEVEL, LIMITS_M, cloud, errors, fly, heading, place_at, yaw_at
+
+from gridslam.cloud_odometry import CloudOdometry, CloudOdometryParameters
+from gridslam.errors import ParameterError, ScanError
+
+START = place_at(0.0)
+
+
+def odometry(**options):
+    return CloudOdometry(start=(*START[:2], yaw_at(0.0)), **options)
+
+
+def rng():
+    return np.random.default_rng(5)
+
+
+def test_it_follows_a_loop_with_a_climb_of_3_m_to_centimetres():
+    flown = fly(odometry(), 32.0, rng())
+    off = errors(flown)
+    assert np.abs(off).max() < 0.05
+    assert np.sqrt((off**2).sum(axis=1).mean()) < 0.02
+    for time_s, estimate, _ in flown:
+        assert estimate.roll_pitch_yaw[2] == pytest.approx(yaw_at(time_s), abs=0.01)
+        assert estimate.roll_pitch_yaw[:2] == pytest.approx((0.0, 0.0), abs=0.01)
+    assert not any(estimate.remark for _, estimate, _ in flown)
+
+
+def test_the_velocity_is_that_of_the_base_along_its_own_axes():
+    flown = fly(odometry(), 12.0, rng())
+    for time_s, estimate, _ in flown[20:]:
+        true = (place_at(time_s + 0.01) - place_at(time_s - 0.01)) / 0.02
+        assert estimate.velocity_xyz == pytest.approx(heading(yaw_at(time_s)).T @ true, abs=0.2)
+
+
+def test_without_a_range_finder_it_still_knows_x_y_and_yaw():
+    off = errors(fly(odometry(), 20.0, rng(), has_range=False))
+    assert np.abs(off[:, :2]).max() < 0.05
+
+
+def test_the_covariance_is_not_smaller_than_the_error_allows():
+    """Of a hundred matches nearly all lie within four standard deviations of the truth."""
+    flown = fly(odometry(), 12.0, rng())
+    off = errors(flown)[10:]
+    sigmas = np.sqrt([np.diag(estimate.matched_covariance)[:3] for _, estimate, _ in flown[10:]])
+    assert (np.abs(off) <= 4.0 * sigmas + 0.005).mean() > 0.95
+
+
+def test_another_start_only_moves_the_frame():
+    """The same readings, begun at another place and heading."""
+    turned = CloudOdometry(start=(10.0, -4.0, 1.0))
+    plain = odometry()
+    there, here = fly(turned, 4.0, rng()), fly(plain, 4.0, rng())
+    for (_, a, _), (_, b, _) in zip(there, here):
+        offset = np.array(b.position_xyz) - (*START[:2], 0.0)
+        expected = heading(1.0) @ offset + (10.0, -4.0, 0.0)
+        assert a.position_xyz == pytest.approx(expected, abs=0.01)
+
+
+def test_the_same_readings_give_the_same_poses():
+    first, second = (fly(odometry(), 3.0, rng()) for _ in range(2))
+    assert [e.position_xyz for _, e, _ in first] == [e.position_xyz for _, e, _ in second]
+
+
+def test_a_person_who_walks_by_does_not_pull_the_pose():
+    def with_person(place, rotation, generator):
+        points = cloud(place, rotation, generator)
+        azimuths = np.arctan2(points[:, 1], points[:, 0])
+        points[np.abs(azimuths) < 0.25] *= (1.5 / np.linalg.norm(points[np.abs(azimuths) < 0.25], axis=1))[
+            :, None
+        ]
+        return points
+
+    o, generator = odometry(), rng()
+    fly(o, 3.0, generator)
+    for tick in range(31, 50):
+        time_s = tick / 10
+        points = with_person(place_at(time_s), heading(yaw_at(time_s)), generator)
+        estimate = o.on_cloud(time_s, points, LEVEL)
+    assert estimate.position_xyz == pytest.approx(place_at(4.9), abs=0.05)
+
+
+def test_a_cloud_of_another_room_does_not_count_and_that_is_said():
+    o, generator = odometry(), rng()
+    fly(o, 2.0, generator)
+    before = o.on_cloud(2.1, cloud(place_at(2.1), heading(yaw_at(2.1)), generator), LEVEL)
+    elsewhere = generator.uniform(-40.0, 40.0, (5000, 3))
+    estimate = o.on_cloud(2.2, elsewhere, LEVEL)
+    assert "does not match" in estimate.remark
+    assert estimate.position_xyz == pytest.approx(before.position_xyz, abs=0.1)
+
+
+def test_without_points_it_goes_on_by_prediction_and_says_so():
+    o = odometry()
+    fly(o, 2.0, rng())
+    estimate = o.on_cloud(2.1, np.empty((0, 3)), LEVEL)
+    assert "does not match: 0 %" in estimate.remark
+    assert np.isfinite(estimate.position_xyz).all()
+    assert estimate.pose_covariance[0, 0] > 0.0
+
+
+def test_nothing_in_range_from_the_start_is_said():
+    estimate = odometry().on_cloud(0.0, np.full((100, 3), math.nan), LEVEL)
+    assert "nothing has been in range yet" in estimate.remark
+
+
+def test_points_that_are_not_finite_do_not_count():
+    o, generator = odometry(), rng()
+    fly(o, 2.0, generator)
+    points = cloud(place_at(2.1), heading(yaw_at(2.1)), generator)
+    points[::3] = math.nan
+    points[1::7] = math.inf
+    assert o.on_cloud(2.1, points, LEVEL).position_xyz == pytest.approx(place_at(2.1), abs=0.05)
+
+
+def test_a_clock_that_jumps_back_begins_anew_at_the_start():
+    said = []
+    o = odometry(say=said.append)
+    fly(o, 4.0, rng())
+    estimate = o.on_cloud(0.0, cloud(START, heading(0.0), rng()), LEVEL)
+    assert ["jumped back" in words for words in said] == [True]
+    assert estimate.position_xyz[:2] == pytest.approx(START[:2], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("stamp_s", "points", "complaint"),
+    [
+        (math.nan, np.zeros((5, 3)), "stamp must be finite"),
+        (9.0, np.zeros((5, 4)), r"must be \(n, 3\)"),
+        (1.0, np.zeros((5, 3)), "not newer"),
+    ],
+)
+def test_a_cloud_that_makes_no_sense_gets_a_sentence(stamp_s, points, complaint):
+    o = odometry()
+    fly(o, 1.0, rng())
+    with pytest.raises(ScanError, match=complaint):
+        o.on_cloud(stamp_s, points, LEVEL)
+
+
+def test_a_full_map_takes_no_more_and_says_so():
+    o = odometry(parameters=CloudOdometryParameters(voxels_max=30_000))
+    flown = fly(o, 8.0, rng())
+    assert "voxels_max" in flown[-1][1].remark or len(o.planes) < 30_000
+    assert np.abs(errors(flown)).max() < 0.3
+
+
+def test_a_range_beyond_the_limits_does_not_count():
+    o = odometry()
+    for range_m in (0.01, 30.0, math.nan):
+        o.on_range(0.0, range_m, LIMITS_M, DOWN)
+    assert not o.height.is_known_at(0.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.sampled_from(["voxel_m", "match_min", "points_max", "first_reach_m", "drift"]),
+    st.sampled_from([0, -1.0, math.nan, math.inf, "1", True]),
+)
+def test_parameters_that_make_no_sense_are_refused(name, value):
+    with pytest.raises(ParameterError, match=name):
+        CloudOdometryParameters(**{name: value})
+
+
+def test_parameters_that_do_not_fit_each_other_are_refused():
+    with pytest.raises(ParameterError, match="last_reach_m"):
+        CloudOdometryParameters(first_reach_m=0.01)
+    with pytest.raises(ParameterError, match="whole number"):
+        CloudOdometryParameters(points_max=10.5)
+    with pytest.raises(ParameterError, match="at most 1"):
+        CloudOdometryParameters(match_min=1.5)

@@ -1,0 +1,169 @@
+"""The table of voxels, the planes and the match beside slow references."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from gridslam.cloud_odometry.kernels.planes import IS_PLANE, MIDDLE, NORMAL, normal_equations
+from gridslam.cloud_odometry.kernels.table import EMPTY, key_of, slot_of
+from gridslam.cloud_odometry.matching import PoseInSpace, match
+from gridslam.cloud_odometry.parameters import CloudOdometryParameters
+from gridslam.cloud_odometry.plane_map import POINTS_MIN, PlaneMap, thinned
+
+PLACES = st.tuples(st.integers(0, 3), *[st.integers(-500_000, 500_000)] * 3)
+P = CloudOdometryParameters()
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(PLACES, min_size=2, max_size=50, unique=True))
+def test_every_voxel_has_a_key_and_a_slot_of_its_own(places):
+    keys, slots = np.full(64, EMPTY, dtype=np.int64), {}
+    for place in places:
+        key = key_of(*place)
+        assert key >= 0
+        slot = slot_of(keys, key)
+        assert keys[slot] == EMPTY
+        keys[slot], slots[place] = key, slot
+    assert all(slot_of(keys, key_of(*place)) == slot for place, slot in slots.items())
+    assert len(set(slots.values())) == len(places)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32), st.integers(0, 300))
+def test_thinned_keeps_the_first_point_of_each_cube(seed, number):
+    points = np.random.default_rng(seed).uniform(-1.0, 1.0, (number, 3))
+    first = {}
+    for point in points:
+        first.setdefault(tuple(np.floor(point / 0.3)), point)
+    np.testing.assert_array_equal(thinned(points, 0.3), np.array(list(first.values())).reshape(-1, 3))
+
+
+def patches(rng, number=4000):
+    """Points on the floor, on a wall and on a slope, with 5 mm of noise."""
+    u, v = rng.uniform(-3.0, 3.0, (2, number))
+    kind = np.arange(number) % 3
+    points = np.where(
+        (kind == 0)[:, None],
+        np.column_stack((u, v, 0 * u)),
+        np.where(
+            (kind == 1)[:, None], np.column_stack((0 * u + 2.1, u, v)), np.column_stack((u, v, 0.5 * u + 1.3))
+        ),
+    )
+    return points + rng.normal(0.0, 0.005, points.shape)
+
+
+def slow_planes(points):
+    """Plane of each voxel by numpy: {(level, i, j, k): (normal, mean) or None}."""
+    found = {}
+    for level, side in enumerate(P.levels_m):
+        places = np.floor(points / side).astype(int)
+        for place in np.unique(places, axis=0):
+            inside = points[(places == place).all(axis=1)]
+            variances, axes = np.linalg.eigh(np.cov(inside.T, bias=True)) if len(inside) > 1 else (None, None)
+            is_plane = len(inside) >= POINTS_MIN[level]
+            is_plane = is_plane and variances[0] < P.flatness_m**2 and variances[1] > (0.12 * side) ** 2
+            found[(level, *place)] = (axes[:, 0], inside.mean(axis=0)) if is_plane else None
+    return found
+
+
+def test_planes_are_those_of_numpy():
+    rng = np.random.default_rng(3)
+    points = patches(rng)
+    planes = PlaneMap(P)
+    planes.add(points)
+    expected = slow_planes(points)
+    assert len(planes) == len(expected)
+    assert sum(plane is not None for plane in expected.values()) > 100
+    for place, plane in expected.items():
+        slot = slot_of(planes.keys, key_of(*place))
+        row = planes.planes[slot]
+        assert planes.keys[slot] != EMPTY
+        assert bool(row[IS_PLANE]) == (plane is not None)
+        if plane is not None:
+            normal, mean = plane
+            assert abs(row[NORMAL : NORMAL + 3] @ normal) == pytest.approx(1.0, abs=1e-6)
+            np.testing.assert_allclose(row[MIDDLE : MIDDLE + 3], mean, atol=1e-9)
+
+
+def test_a_table_that_grows_keeps_its_planes():
+    rng = np.random.default_rng(4)
+    points = rng.uniform(-60.0, 60.0, (30_000, 3))
+    points[:, 2] = 0.01 * rng.normal(size=len(points))
+    planes = PlaneMap(P)
+    slots = len(planes.keys)
+    for part in np.array_split(points, 6):
+        planes.add(part)
+    assert len(planes.keys) > slots
+    assert len(planes) == len(slow_planes_count(points))
+
+
+def slow_planes_count(points):
+    return {
+        (level, *place)
+        for level, side in enumerate(P.levels_m)
+        for place in np.floor(points / side).astype(int).tolist()
+        for place in [tuple(place)]
+    }
+
+
+def test_normal_equations_are_those_of_numpy():
+    rng = np.random.default_rng(6)
+    planes = PlaneMap(P)
+    planes.add(patches(rng))
+    expected = slow_planes(patches(np.random.default_rng(6)))
+    pose = PoseInSpace(np.array([0.02, -0.03, 0.04]), Rotation.from_rotvec([0.01, -0.02, 0.03]).as_matrix())
+    points, weights = patches(rng, 300), rng.uniform(0.5, 2.0, 300)
+    information, pull, count = np.zeros((6, 6)), np.zeros(6), 0
+    for point, weight in zip(points, weights):
+        turned = pose.rotation @ point
+        there = turned + pose.place
+        places = [(level, *np.floor(there / side).astype(int)) for level, side in enumerate(P.levels_m)]
+        plane = next((expected[place] for place in places if expected.get(place)), None)
+        if plane is None:
+            continue
+        normal, mean = plane
+        e = normal @ (there - mean)
+        jacobian = np.concatenate((normal, np.cross(turned, normal)))
+        weight = weight / (1 + (e / 0.1) ** 2) ** 2
+        information += weight * np.outer(jacobian, jacobian)
+        pull -= weight * e * jacobian
+        count += 1
+    ours, our_pull = np.empty((6, 6)), np.empty(6)
+    found = normal_equations(
+        points,
+        weights,
+        pose.rotation,
+        pose.place,
+        planes.levels_m,
+        0.1,
+        planes.keys,
+        planes.planes,
+        ours,
+        our_pull,
+    )
+    assert found == count > 100
+    np.testing.assert_allclose(ours, information, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(our_pull, pull, rtol=1e-6, atol=1e-6)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32))
+def test_a_match_finds_the_pose_from_nearby(seed):
+    """Moved by up to 0.15 m and turned by up to 3 degrees, with a prediction that is hardly trusted."""
+    rng = np.random.default_rng(seed)
+    planes = PlaneMap(P)
+    planes.add(patches(np.random.default_rng(1), 12_000))
+    true = PoseInSpace(
+        rng.uniform(-0.1, 0.1, 3), Rotation.from_rotvec(rng.uniform(-0.03, 0.03, 3)).as_matrix()
+    )
+    seen = (patches(rng, 2000) - true.place) @ true.rotation
+    guess = true.moved(np.concatenate((rng.uniform(-0.09, 0.09, 3), rng.uniform(-0.03, 0.03, 3))))
+    found = match(planes, seen, np.ones(len(seen)), guess, 1e-3 * np.eye(6), P)
+    off = found.pose.difference(true)
+    told = np.array([True, False, True])  # nothing tells y: floor, wall and slope are all parallel to it
+    assert np.abs(off[:3][told]).max() < 0.01
+    assert found.share > 0.6
+    (direction,) = found.untold(P.told_m)
+    assert abs(direction[1]) > 0.99

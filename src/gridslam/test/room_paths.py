@@ -1,0 +1,60 @@
+"""Paths along which each scan shows a square room about the vehicle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gridslam.loop_closure import LoopClosureParameters
+from gridslam.loop_closure.local_maps.stretches import LocalMaps
+from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.loop_closure.snapshot import Snapshot
+from gridslam.maps.beams import Beams
+from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
+
+HALF_M = 3.0
+
+
+def room_scan(stamp_s: float, seen_rad: float = math.pi) -> PlanarScan:
+    """A scan in the middle of a room of 6 x 6 m. Beams farther than ``seen_rad`` to the side see nothing."""
+    angles = np.linspace(-math.pi, math.pi, 240, endpoint=False)
+    ranges = HALF_M / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+    ranges[np.abs(angles) > seen_rad] = math.inf
+    return PlanarScan(stamp_s, angles, ranges, (0.0, 0.0, 0.0), 10.0)
+
+
+def snapshot_along(
+    poses: np.ndarray, odometry: np.ndarray | None = None, seen_rad: float = math.pi, first_in_map: int = 0
+) -> Snapshot:
+    """A filter that has come along poses (k, 3), with a scan a second; by default as odometry has it, too."""
+    poses, parameters = np.array(poses, float), SlamParameters()
+    scans = [room_scan(float(second), seen_rad) for second in range(len(poses))]
+    return Snapshot(
+        np.arange(len(poses), dtype=float),
+        poses,
+        poses if odometry is None else odometry,
+        tuple(scans),
+        tuple(Beams.from_scan(scan, parameters, is_matched=False) for scan in scans),
+        first_in_map,
+        np.ones(len(poses), bool),
+        parameters,
+    )
+
+
+def maps_of(snapshot: Snapshot, parameters: LoopClosureParameters) -> LocalMaps:
+    """The local maps of a snapshot."""
+    maps = LocalMaps(parameters)
+    maps.extend(snapshot.scans)
+    return maps
+
+
+def path_of(snapshot: Snapshot, parameters: LoopClosureParameters) -> MeasuredPath:
+    """The measured path of a snapshot."""
+    return MeasuredPath.empty().followed(snapshot, maps_of(snapshot, parameters).informations, parameters)
+
+
+def path_along(poses: np.ndarray, odometry: np.ndarray | None = None) -> MeasuredPath:
+    """The measured path along poses."""
+    return path_of(snapshot_along(poses, odometry), LoopClosureParameters())

@@ -1,0 +1,211 @@
+#!/usr/bin/env python3
+"""What slam_octomap promises: the topics and services of octomap_server, boxes that change, and loops."""
+
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from geometry_msgs.msg import Point, PoseStamped
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import Path as PathMessage
+from octomap_msgs.msg import Octomap
+from octomap_msgs.srv import BoundingBoxQuery, GetOctomap
+from sensor_msgs.msg import PointCloud2, PointField
+from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from gridslam.msg import VoxelTiles
+from gridslam.srv import GetDistances, GetFrontiers
+from gridslam.volume import VolumeParameters, map_from, read_octree
+from node_tools.testing import Input, Output, Warned, wait_until
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from slam_probe import transform
+
+NODE = "/slam_octomap"
+SIDE = 0.2
+WALL = [(3.1, y, z) for y in np.arange(-1.9, 2.0, 0.2) for z in np.arange(0.1, 1.0, 0.2)]
+"""Centres of a wall's voxels, seen from the origin."""
+
+
+def cloud(points, stamp, frame="lidar", names="xyz"):
+    points = np.asarray(points, "<f4").reshape(-1, 3)
+    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(names)]
+    message = PointCloud2(
+        fields=fields, height=1, width=len(points), point_step=12, row_step=12 * len(points)
+    )
+    message.data, message.header.stamp, message.header.frame_id = points.tobytes(), stamp, frame
+    return message
+
+
+def occupied(message):
+    """Occupied voxels' centres of an octree."""
+    data = bytes(byte & 255 for byte in message.data)
+    voxels = map_from(data, message.binary, VolumeParameters(resolution_m=message.resolution))
+    box = voxels.box()
+    z, y, x = np.nonzero(voxels.values(box) >= 0.0)
+    return {tuple(row) for row in np.round((np.stack((x, y, z), axis=1) + box.low + 0.5) * SIDE, 3).tolist()}
+
+
+class OctomapTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.binary = Output("/octomap_binary", Octomap)
+        cls.full = Output("/octomap_full", Octomap)
+        cls.markers = Output("/occupied_cells_vis_array", MarkerArray)
+        cls.free_markers = Output("/free_cells_vis_array", MarkerArray)
+        cls.centres = Output("/octomap_point_cloud_centers", PointCloud2)
+        cls.projected = Output("/projected_map", OccupancyGrid)
+        cls.updates = Output(NODE + "/updates", VoxelTiles)
+        cls.warned = Warned(NODE)
+        cls.clouds = Input("cloud_in", PointCloud2)
+        cls.paths = Input("path", PathMessage)
+        cls.tf = Input("/tf", TFMessage)
+        cls.static = Input("/tf_static", TFMessage, latch=True)
+        cls.static.send(transform("base_link", "lidar", rospy.Time(0)))
+        cls.stamp = rospy.Time(1000)
+        cls.services = {
+            name: rospy.ServiceProxy(name, kind)
+            for name, kind in (
+                ("/octomap_binary", GetOctomap),
+                ("/octomap_full", GetOctomap),
+                (NODE + "/clear_bbx", BoundingBoxQuery),
+                (NODE + "/reset", Empty),
+                (NODE + "/distances", GetDistances),
+                (NODE + "/frontiers", GetFrontiers),
+            )
+        }
+        for service in cls.services.values():
+            service.wait_for_service(60.0)
+
+    def setUp(self):
+        self.call(NODE + "/reset")
+        self.warned.sentences.clear()
+
+    def call(self, name, *given):
+        return self.services[name](*given)
+
+    def send(self, points=WALL, wait_s=2.0, at=(0.0, 0.0, 0.0), **how):
+        """Send a cloud and its transforms; return its stamp."""
+        cls = type(self)
+        cls.stamp += rospy.Duration(wait_s)
+        self.tf.send(transform("map", "odom", cls.stamp))
+        self.tf.send(transform("odom", "base_link", cls.stamp, at))
+        self.clouds.send(cloud(points, cls.stamp, **how))
+        return cls.stamp
+
+    def walls(self):
+        """Send the wall, and wait until the map has it."""
+        stamp = self.send()
+        wait_until(lambda: self.call("/octomap_binary").map.header.stamp >= stamp, "a map with the wall")
+
+    def test_topics_hold_what_the_cloud_saw(self):
+        self.walls()
+        wall = {tuple(np.round(centre, 3).tolist()) for centre in WALL}
+        message = self.binary.last(lambda m: occupied(m) == wall, "octomap_binary with the wall")
+        self.assertEqual((message.id, message.binary, message.header.frame_id), ("OcTree", True, "map"))
+        self.full.last(lambda m: not m.binary and occupied(m) == wall, "octomap_full with the wall")
+        self.assertEqual(occupied(self.call("/octomap_full").map), wall)
+        marker = self.markers.last(lambda m: len(m.markers[0].points) == len(wall), "cubes").markers[0]
+        points = {tuple(np.round((p.x, p.y, p.z), 3).tolist()) for p in marker.points}
+        self.assertEqual(points, wall)
+        self.assertEqual(len(marker.colors), len(wall))
+        self.centres.last(lambda m: m.width == len(wall), "centres")
+        grid = self.projected.last(
+            lambda m: m.data.count(100) == len({y for _, y, _ in WALL}), "a map from above"
+        )
+        self.assertIn(0, grid.data)
+        self.assertIn(-1, grid.data)
+        self.assertTrue(self.free_markers.messages)
+
+    def test_boxes_that_change_add_up_to_the_map(self):
+        self.walls()
+        kinds = {}
+
+        def is_whole():
+            for message in list(self.updates.messages):
+                tiles = np.array(message.tiles).reshape(-1, 3)
+                for tile, cube in zip(
+                    tiles.tolist(), np.frombuffer(message.voxels, np.uint8).reshape(-1, 4096)
+                ):
+                    kinds[tuple(tile)] = cube
+            return sum(np.count_nonzero(cube == 2) for cube in kinds.values()) == len(WALL)
+
+        wait_until(is_whole, "all of the wall's voxels in ~updates")
+
+    def test_a_corrected_path_moves_the_map(self):
+        for x in (0.0, 1.0, 2.0):
+            self.send(np.array(WALL) - (x, 0.0, 0.0), at=(x, 0.0, 0.0))
+        wait_until(
+            lambda: self.call("/octomap_binary").map.header.stamp >= self.stamp, "the clouds in the map"
+        )
+        path = PathMessage()
+        for k, x in enumerate((0.0, 1.0, 2.0)):
+            pose = PoseStamped()
+            pose.header.stamp = self.stamp - rospy.Duration(2.0 * (2 - k))
+            pose.pose.position.x, pose.pose.position.y = x, 0.6  # SLAM finds that all was 0.6 m to the left
+            pose.pose.orientation.w = 1.0
+            path.poses.append(pose)
+        self.paths.send(path)
+        moved = {tuple(np.round((x, y + 0.6, z), 3).tolist()) for x, y, z in WALL}
+        wait_until(
+            lambda: occupied(self.call("/octomap_binary").map) == moved, "the wall where the path says"
+        )
+
+    def test_planners_get_distances_and_frontiers(self):
+        self.walls()
+        answer = self.call(NODE + "/distances", Point(1.0, 0.0, 0.4), Point(3.1, 0.1, 0.5))
+        distances = np.array(answer.distances).reshape(answer.size[::-1])
+        self.assertAlmostEqual(distances[0, 0, -1], 0.0)
+        np.testing.assert_allclose(distances[0, 0], (3.1 - (np.arange(11) + 5.5) * SIDE).clip(0.0), atol=1e-5)
+        cloud_message = self.call(
+            NODE + "/frontiers", Point(-9.0, -9.0, -9.0), Point(9.0, 9.0, 9.0)
+        ).frontiers
+        self.assertGreater(cloud_message.width, 0)
+
+    def test_a_cleared_box_is_free(self):
+        self.walls()
+        self.call(NODE + "/clear_bbx", Point(2.0, -5.0, -5.0), Point(4.0, 0.0, 5.0))
+        self.assertEqual({y > 0.0 for _, y, _ in occupied(self.call("/octomap_binary").map)}, {True})
+
+    def test_bad_input_is_told_and_the_map_stays(self):
+        self.walls()
+        before = occupied(self.call("/octomap_binary").map)
+        cases = {
+            "no fields x, y and z": {"names": "abc"},
+            "no point with finite": {"points": np.full((4, 3), np.nan)},
+            "too large": {"points": np.zeros((10_000_000, 3))},
+            "older than the map": {"wait_s": -8.0},
+        }
+        for sentence, how in cases.items():
+            with self.subTest(sentence):
+                self.send(**how)
+                self.warned.wait_for(sentence)
+        type(self).stamp += rospy.Duration(8.0)
+        unknown = 'TF did not lead from "nobody"'
+        wait_until(lambda: self.send(frame="nobody") and self.warned.count(unknown), "a warning about TF")
+        with self.assertRaises(rospy.ServiceException):
+            self.call(NODE + "/clear_bbx", Point(1.0, 0.0, 0.0), Point(-1.0, 0.0, 0.0))
+        with self.assertRaises(rospy.ServiceException):
+            self.call(NODE + "/distances", Point(-1e5, -1e5, -1e5), Point(1e5, 1e5, 1e5))
+        self.assertEqual(occupied(self.call("/octomap_binary").map), before)
+
+    def test_octomap_saver_writes_files(self):
+        self.walls()
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("map.bt", "map.ot"):
+                path = f"{folder}/{name}"
+                subprocess.run(["rosrun", "gridslam", "octomap_saver", path], check=True, timeout=60)
+                voxels = read_octree(path)
+                self.assertEqual(np.count_nonzero(voxels.values(voxels.box()) >= 0.0), len(WALL))
+
+
+if __name__ == "__main__":
+    rospy.init_node("test")
+    rostest.rosrun("gridslam", "slam_octomap_contract", OctomapTest)

@@ -1,0 +1,236 @@
+"""A map that followed its path, against one made afresh with the same poses, and against OctoMap."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_volume import body_of
+from room_clouds import puck_directions, ranges_in_hold
+
+from gridslam import ParameterError, ScanError
+from gridslam.volume import (
+    Board,
+    Box,
+    CorrectedMap,
+    NodeSpacing,
+    Pose,
+    Rebuilding,
+    VolumeParameters,
+    VoxelMap,
+    stream_of,
+)
+from gridslam.volume.corrected_map import insert_event
+
+EVERY = NodeSpacing(period_s=1e-9)
+PARAMETERS = VolumeParameters(resolution_m=0.4)
+DIRECTIONS = puck_directions(40)
+small = st.floats(-0.6, 0.6)
+places = st.lists(
+    st.tuples(st.floats(3.0, 27.0), st.floats(3.0, 17.0), st.floats(1.0, 9.0), st.floats(-3.1, 3.1)),
+    min_size=3,
+    max_size=7,
+)
+shifts = st.lists(st.one_of(st.just((0.0, 0.0, 0.0)), st.tuples(small, small, small)), min_size=7, max_size=7)
+
+
+def cloud_at(x, y, z, yaw, seed=0):
+    """A cloud in the sensor's frame, and the sensor's pose."""
+    pose = Pose(Pose.planar(0.0, 0.0, yaw).rotation, np.array((x, y, z)))
+    beams = DIRECTIONS @ pose.rotation.T
+    return DIRECTIONS * ranges_in_hold(pose.translation, beams, seed=seed)[:, None], pose
+
+
+def flown(path, spacing=EVERY, base=None):
+    corrected = CorrectedMap(PARAMETERS, spacing, base)
+    for number, place in enumerate(path):
+        points, pose = cloud_at(*place, seed=number)
+        corrected.add(float(number), points, pose, Pose.identity())
+    return corrected
+
+
+def fresh(corrected):
+    """The map of the same clouds at the poses that they have now."""
+    voxels = CorrectedMap(PARAMETERS, base=corrected.base).voxels
+    for node in corrected.nodes:
+        pose = node.sensor_in_map
+        voxels.insert(voxels.rays(pose.translation, pose.of_points(node.cloud.points())), Board())
+    return voxels
+
+
+def union(*maps):
+    boxes = [each.box() for each in maps]
+    return Box(np.min([box.low for box in boxes], axis=0), np.max([box.high for box in boxes], axis=0))
+
+
+def assert_equal(one, other):
+    box = union(one, other)
+    np.testing.assert_array_equal(one.values(box), other.values(box))
+
+
+@settings(max_examples=15, deadline=None)
+@given(places, shifts)
+def test_a_rebuilt_map_equals_a_fresh_one_and_octomaps(path, moves):
+    corrected = flown(path)
+    poses = [
+        Pose.planar(move[0], move[1], 0.1 * move[2]) @ node.sensor_in_map
+        for move, node in zip(moves, corrected.nodes)
+    ]
+    rebuilding = Rebuilding(corrected, poses)
+    expected = [
+        pose if moves else node.sensor_in_map
+        for moves, pose, node in zip(corrected.moved(poses), poses, corrected.nodes)
+    ]
+    rebuilding.take_over()
+    assert [node.sensor_in_map for node in corrected.nodes] == expected
+    assert_equal(corrected.voxels, fresh(corrected))
+    octomap = pytest.importorskip("pyoctomap")
+    tree = octomap.OcTree(PARAMETERS.resolution_m)
+    for node in corrected.nodes:
+        origin = node.sensor_in_map.translation.astype(np.float32).astype(float)
+        tree.insertPointCloud(node.sensor_in_map.of_points(node.cloud.points()).astype(float), origin)
+    assert stream_of(corrected.voxels, is_binary=False).data == body_of(tree.write())
+
+
+PATH = [(5.0 + k, 5.0 + 0.5 * k, 3.0, 0.1 * k) for k in range(8)]
+
+
+def turned(corrected, first=0):
+    """Poses after a correction of the nodes from one on."""
+    correction = Pose.planar(0.4, -0.3, 0.05)
+    return [
+        correction @ node.sensor_in_map if number >= first else node.sensor_in_map
+        for number, node in enumerate(corrected.nodes)
+    ]
+
+
+def test_clouds_and_cleared_boxes_that_come_during_a_rebuild_are_in_the_map_afterwards():
+    corrected = flown(PATH)
+    before = corrected.voxels.values(corrected.voxels.box())
+    rebuilding = Rebuilding(corrected, turned(corrected, 4))
+    for _ in range(5):
+        rebuilding.step()
+    np.testing.assert_array_equal(corrected.voxels.values(corrected.voxels.box()), before)  # still in service
+    points, pose = cloud_at(14.0, 9.0, 4.0, 1.0, seed=20)
+    corrected.add(20.0, points, pose, Pose.planar(0.4, -0.3, 0.05))
+    corrected.clear(Box(np.array((0, 0, 0)), np.array((40, 10, 20))))
+    corrected.add(21.0, points, pose, Pose.planar(0.4, -0.3, 0.05))
+    rebuilding.take_over()
+    voxels = VoxelMap(PARAMETERS)
+    for event in corrected.events:
+        insert_event(voxels, event, None, Board())
+    assert len(corrected.events) == len(PATH) + 3
+    assert_equal(corrected.voxels, voxels)
+
+
+def test_a_second_correction_begins_at_the_poses_of_the_first():
+    corrected = flown(PATH)
+    Rebuilding(corrected, turned(corrected)).take_over()
+    Rebuilding(corrected, turned(corrected, 3)).take_over()
+    assert_equal(corrected.voxels, fresh(corrected))
+
+
+@pytest.mark.parametrize("first", [0, 2, 5, 7])
+def test_corrections_of_the_latest_nodes_begin_behind_settled_ones(first, monkeypatch):
+    """Given a map whose oldest events are settled, when later or older nodes move, it is as made afresh."""
+    monkeypatch.setattr("gridslam.volume.rebuilding.UNSETTLED", 3)
+    corrected = flown(PATH, base=flown([(15.0, 10.0, 5.0, 0.3)]).voxels)
+    corrected.clear(Box(np.array((0, 0, 0)), np.array((20, 10, 20))))
+    for start in (6, first):
+        rebuilding = Rebuilding(corrected, turned(corrected, start))
+        entered = rebuilding.progress[0]
+        rebuilding.take_over()
+        rebuilding.settle()
+        voxels = corrected.base.copy()
+        for event in corrected.events:
+            insert_event(voxels, event, None, Board())
+        assert_equal(corrected.voxels, voxels)
+        assert corrected.settled.count == len(PATH) + 1 - 3
+    assert entered == (6 if first == 7 else 0)
+
+
+def test_an_earlier_map_stays_below_the_path():
+    corrected = flown(PATH, base=flown([(15.0, 10.0, 5.0, 0.3)]).voxels)
+    Rebuilding(corrected, turned(corrected)).take_over()
+    assert_equal(corrected.voxels, fresh(corrected))
+
+
+def test_a_correction_below_half_a_voxel_moves_nothing():
+    corrected = flown(PATH)
+    poses = [Pose.planar(0.05, 0.05, 0.0) @ node.sensor_in_map for node in corrected.nodes]
+    rebuilding = Rebuilding(corrected, poses)
+    assert (rebuilding.moved, rebuilding.is_due) == (0, False)
+    stamp = corrected.voxels.stamp
+    rebuilding.take_over()
+    assert corrected.voxels.stamp == stamp
+
+
+def test_only_tiles_that_differ_are_told_after_a_correction():
+    corrected = flown([*PATH, (25.0, 15.0, 7.0, 0.0)])
+    old, stamp = corrected.voxels.copy(), corrected.voxels.stamp
+    Rebuilding(corrected, turned(corrected, 8)).take_over()
+    voxels, differs = corrected.voxels, 0
+    for place in voxels.known_places():
+        low = (place[::-1] + voxels.corner) * 16
+        before, after = (each.values(Box(low, low + 16)) for each in (old, voxels))
+        has_changed = not np.array_equal(before, after, equal_nan=True)
+        assert (voxels.pool.tiles.written[voxels.table[tuple(place)]] > stamp) == has_changed
+        differs += has_changed
+    assert 0 < differs < len(voxels.known_places())
+
+
+def test_a_node_comes_with_way_turn_or_time():
+    spacing = NodeSpacing()
+    corrected = CorrectedMap(PARAMETERS, spacing)
+    points = cloud_at(15.0, 10.0, 5.0, 0.0)[0]
+    steps = [
+        (0.0, 0.0, 0.0),
+        (0.1, 0.24, 0.0),
+        (0.2, 0.25, 0.0),
+        (0.3, 0.25, 4.9),
+        (0.4, 0.25, 5.1),
+        (1.39, 0.25, 5.1),
+        (1.41, 0.25, 5.1),
+    ]
+    kept = [
+        corrected.add(stamp, points, Pose.planar(15.0 + x, 10.0, np.radians(angle)), Pose.identity())
+        for stamp, x, angle in steps
+    ]
+    assert kept == [True, False, True, False, True, False, True]
+
+
+def test_a_kept_cloud_has_one_point_a_voxel_and_all_voxels_of_the_cloud():
+    points, pose = cloud_at(15.0, 10.0, 5.0, 0.4)
+    corrected = CorrectedMap(PARAMETERS)
+    corrected.add(0.0, points, pose, Pose.identity())
+    kept = corrected.nodes[0].cloud.points()
+    voxels_of = [np.floor(pose.of_points(each) / 0.4).astype(int) for each in (kept, points)]
+    assert len(np.unique(voxels_of[0], axis=0)) == len(kept) < len(points)
+    assert np.abs(kept[:, None] - points[None, :]).max(axis=2).min(axis=1).max() <= 0.4 / 64 + 1e-5
+
+
+def test_clouds_that_cannot_be_used_are_told_and_the_map_stays():
+    corrected = flown(PATH[:1])
+    before = corrected.voxels.values(corrected.voxels.box())
+    with pytest.raises(ScanError, match="no point"):
+        corrected.add(1.0, np.full((5, 3), np.nan), Pose.identity(), Pose.identity())
+    with pytest.raises(ScanError, match="no point"):
+        corrected.add(1.0, np.zeros((0, 3)), Pose.identity(), Pose.identity())
+    with pytest.raises(ScanError, match="too large"):
+        corrected.add(1.0, np.zeros((10_000_000, 3), np.float32), Pose.identity(), Pose.identity())
+    np.testing.assert_array_equal(corrected.voxels.values(corrected.voxels.box()), before)
+
+
+def test_a_spacing_that_makes_no_sense_is_told():
+    with pytest.raises(ParameterError, match="period_s"):
+        NodeSpacing(period_s=0.0)
+
+
+def test_a_map_that_begins_anew_is_empty():
+    corrected = flown(PATH[:2])
+    rebuilding = Rebuilding(corrected, turned(corrected))
+    corrected.reset()
+    rebuilding.take_over()
+    assert isinstance(corrected.voxels, VoxelMap)
+    assert (corrected.voxels.pool.used, corrected.nodes) == (0, [])

@@ -1,0 +1,142 @@
+"""Insertion against OctoMap's rules written slowly, and against OctoMap itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from plain_volume import PlainVolume, body_of, dense, filled, leaves_of_full
+from room_clouds import puck_in_hold
+
+from gridslam import MapError, ParameterError
+from gridslam.volume import Board, VolumeParameters, VoxelMap, stream_of
+
+RESOLUTION = 0.1
+on_the_grid = st.integers(-60, 60).map(lambda half_voxels: half_voxels * RESOLUTION / 2.0)
+"""Coordinates on the voxels' borders and in their middles, where rounding decides."""
+anywhere = st.floats(-3.0, 3.0, width=32)
+point = st.tuples(*[st.one_of(on_the_grid, anywhere)] * 3)
+cloud = st.tuples(point, st.lists(point, max_size=12))
+
+
+def mapped(clouds, **given_parameters):
+    voxel_map, board = VoxelMap(VolumeParameters(**given_parameters)), Board()
+    for origin, points in clouds:
+        voxel_map.insert(voxel_map.rays(origin, np.array(points, np.float32).reshape(-1, 3)), board)
+    assert not np.concatenate((board.misses, board.hits)).any()
+    return voxel_map
+
+
+def oracle_of(clouds, max_range=-1.0):
+    octomap = pytest.importorskip("pyoctomap")
+    tree = octomap.OcTree(RESOLUTION)
+    for origin, points in clouds:
+        # To float32 first, as OctoMap's points are
+        origin, points = (np.array(part, np.float32).astype(float) for part in (origin, points))
+        tree.insertPointCloud(points.reshape(-1, 3), origin, max_range)
+    return tree
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(cloud, min_size=1, max_size=4), st.sampled_from([-1.0, 1.5]))
+@example([((0.0, 0.0, 0.0), [(1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (-1.0, 1.0, -1.0)])], -1.0)
+@example([((0.05, 0.05, 0.05), [(1.0, 0.05, 0.05)])] * 3, -1.0)
+def test_voxels_equal_those_of_octomaps_rules_written_slowly(clouds, max_range):
+    plain = PlainVolume(RESOLUTION, max_range)
+    for origin, points in clouds:
+        plain.insert(origin, points)
+    voxel_map = mapped(clouds, max_range_m=max_range)
+    box = voxel_map.box()
+    np.testing.assert_array_equal(voxel_map.values(box), dense(plain.voxels, box))
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(cloud, min_size=1, max_size=4), st.sampled_from([-1.0, 1.5]))
+def test_voxels_equal_octomaps(clouds, max_range):
+    tree, voxel_map = oracle_of(clouds, max_range), mapped(clouds, max_range_m=max_range)
+    box = voxel_map.box()
+    leaves = leaves_of_full(body_of(tree.write())) if tree.size() else []
+    np.testing.assert_array_equal(voxel_map.values(box), filled(leaves, box))
+
+
+def test_clouds_of_a_flight_through_a_hold_give_octomaps_voxels():
+    clouds = [puck_in_hold((4.0 + 6.0 * k, 3.0 + 5.0 * k, 2.0 + 2.0 * k), k, columns=450) for k in range(3)]
+    tree, voxel_map = oracle_of(clouds), mapped(clouds)
+    assert stream_of(voxel_map, is_binary=False).data == body_of(tree.write())
+
+
+@pytest.mark.parametrize("wall", [1.0, 1.05, 0.95, 1.0 - 1e-7])
+def test_a_wall_at_the_maps_edge_stands_when_rays_graze_it(wall):
+    along = np.linspace(-2.0, 2.0, 400)
+    points = np.column_stack([along, np.full_like(along, wall), np.zeros_like(along)])
+    clouds = [((x, wall - 0.3, 0.02), points) for x in (-1.5, 0.0, 1.5)]
+    voxel_map = mapped(clouds)
+    box = voxel_map.box()
+    values = voxel_map.values(box)
+    row = int(np.floor(np.float64(np.float32(wall)) * (1.0 / RESOLUTION))) - box.low[1]
+    hit = values[-box.low[2], row, -20 - box.low[0] : 20 - box.low[0]]
+    assert (hit > 0.0).all()
+    assert np.isnan(values[:, row + 1 :]).all()  # nothing behind the wall is known
+
+
+def test_parameters_of_the_sensor_model_count():
+    settings_of = {"hit": 0.6, "miss": 0.45, "least": 0.3, "greatest": 0.8}
+    clouds = [((0.0, 0.0, 0.0), [(1.03, 0.02, 0.01)])] * 9
+    plain = PlainVolume(RESOLUTION, **settings_of)
+    for origin, points in clouds:
+        plain.insert(origin, points)
+    voxel_map = mapped(clouds, **settings_of)
+    box = voxel_map.box()
+    np.testing.assert_array_equal(voxel_map.values(box), dense(plain.voxels, box))
+    assert np.nanmax(voxel_map.values(box)) == np.float32(np.log(4.0))
+
+
+def test_points_that_are_not_finite_or_too_far_are_left_out():
+    bad = [(np.nan, 0.0, 0.0), (np.inf, 0.0, 0.0), (0.0, 4000.0, 0.0), (0.0, 0.0, -1e30)]
+    clouds = [((0.0, 0.0, 0.0), [*bad, (0.55, 0.0, 0.0)])]
+    voxel_map = mapped(clouds)
+    assert np.count_nonzero(~np.isnan(voxel_map.values(voxel_map.box()))) == 6
+
+
+def test_a_sensor_outside_of_all_octrees_is_told():
+    voxel_map = VoxelMap(VolumeParameters())
+    with pytest.raises(MapError, match="check the transforms"):
+        voxel_map.rays((1e6, 0.0, 0.0), [(0.0, 0.0, 0.0)])
+
+
+def test_a_cloud_that_needs_too_much_memory_is_told_and_the_map_stays():
+    voxel_map = mapped([((0.0, 0.0, 0.0), [(1.0, 0.0, 0.0)])])
+    before = voxel_map.values(voxel_map.box())
+    with pytest.raises(MapError, match="max_range"):
+        voxel_map.insert(voxel_map.rays((0.0, 0.0, 0.0), [(1500.0, 1500.0, 1500.0)]), Board())
+    np.testing.assert_array_equal(voxel_map.values(voxel_map.box()), before)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("resolution_m", 0.0),
+        ("resolution_m", float("nan")),
+        ("hit", 0.4),
+        ("miss", 0.6),
+        ("least", 0.7),
+        ("greatest", 1.0),
+    ],
+)
+def test_parameters_that_make_no_sense_are_told(name, value):
+    with pytest.raises(ParameterError):
+        VolumeParameters(**{name: value})
+
+
+def test_stamps_say_which_tiles_changed():
+    voxel_map, board = VoxelMap(VolumeParameters()), Board()
+    near, far = ((0.05, 0.05, 0.05), [(1.0, 0.05, 0.05)]), ((5.0, 5.0, 5.0), [(5.5, 5.0, 5.0)])
+    for origin, points in (near, far, near):
+        voxel_map.insert(voxel_map.rays(origin, points), board)
+    tiles = voxel_map.pool.tiles
+    near_tile, far_tile = (
+        voxel_map.table[tuple((k - voxel_map.corner)[::-1])] for k in (np.zeros(3, int), np.full(3, 3))
+    )
+    assert (tiles.written[near_tile], tiles.turned[near_tile]) == (3, 1)
+    assert (tiles.written[far_tile], tiles.turned[far_tile]) == (2, 2)

@@ -1,0 +1,89 @@
+"""The node `experiment_1`: sends the goal, watches the flight, lands and writes the results."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Iterable
+
+import rospy
+from geometry_msgs.msg import Point, Pose, Quaternion
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
+
+from master_thesis.experiment_1.progress import ProgressWatch
+from master_thesis.experiment_1.request import GoalFlight, read
+from master_thesis.flight.course import Phase
+from master_thesis.flight.monitor import Monitor
+from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
+from master_thesis.results.run_files import complete_run, write_numbers
+from master_thesis.results.run_summary import headline
+from master_thesis.worlds import scenario
+from master_thesis_ros.experiments.flight_node import FlightNode
+from master_thesis_ros.experiments.messages import pose_values, stamp_s
+from master_thesis_ros.experiments.parameters import all_parameters
+from master_thesis_ros.experiments.progress import ProgressLog
+from master_thesis_ros.experiments.run import Run
+from master_thesis_ros.launch.request import check_avoidance
+from node_tools.ending import Ending
+from node_tools.node import RunNode
+
+
+class Experiment1Node(FlightNode):
+    """Flies to one goal.
+
+    Subscribes, besides every `FlightNode`'s topics: goal_reached (std_msgs/Bool).
+    Publishes: pos_setpoint (geometry_msgs/Pose, latched).
+    Parameters: see doc/reference.md.
+    """
+
+    def __init__(
+        self, monitor: Monitor, goal_xyz_m: tuple[float, float, float], lockstep: bool, cepa: bool
+    ) -> None:
+        self._goal_xyz_m = goal_xyz_m
+        self._setpoint = rospy.Publisher("pos_setpoint", Pose, queue_size=1, latch=True)
+        self._progress = ProgressWatch(goal_xyz_m)
+        super().__init__(monitor, lockstep, cepa)
+        self.subscribe("goal_reached", Bool, lambda message: monitor.on_goal_reached(message.data))
+
+    def send_goal(self) -> None:
+        """Send the position setpoint."""
+        self._setpoint.publish(Pose(Point(*self._goal_xyz_m), Quaternion(0.0, 0.0, 0.0, 1.0)))
+        rospy.loginfo("The UAV hovers over the start and is sent to the goal.")
+
+    def _on_ground_truth(self, message: Odometry) -> Iterable[Enum]:
+        actions = super()._on_ground_truth(message)
+        course = self._monitor.course
+        if course.phase is Phase.FLYING:
+            distance_m, said = self._progress.update(stamp_s(message), pose_values(message.pose.pose)[:3])
+            course.on_distance(distance_m)
+            if said:
+                decisions = self._monitor.log.decisions.rows
+                rospy.logwarn(f"{said} CEPA's last answer: {decisions[-1][-1]}." if decisions else said)
+        return actions
+
+
+def make() -> RunNode:
+    """Read and check the request. Return the function that flies it and writes the results."""
+    asked = rospy.get_param("~", {})
+    avoidance = str(asked.get("avoidance", scenario.CEPA))
+    check_avoidance(avoidance)
+    flight = read(asked, cepa_keeps_m(all_parameters().get("cepa", {})))
+    lockstep = asked.get("lockstep", False) is True
+    return lambda ending: _fly(flight, lockstep, avoidance == scenario.CEPA, ending)
+
+
+def _fly(flight: GoalFlight, lockstep: bool, cepa: bool, ending: Ending) -> int:
+    """Return the exit code."""
+    run = Run(flight.description.experiment, ending)
+    monitor = Monitor(flight.limits, uav=flight.description.model)
+    goal_xyz_m = flight.description.scenario.goal_xyz_m
+    run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, cepa))
+    description, wall = run.close(flight.description, monitor)
+    flown = run.folder, description, monitor.log, monitor.course.outcome
+    numbers = write_numbers(*flown, wall)
+    return run.finish(
+        numbers,
+        headline,
+        lambda content: complete_run(*flown, content, ProgressLog()),
+        "clearance or pictures",
+    )

@@ -1,0 +1,181 @@
+"""The node `experiments_3_4`: starts the mission, watches SLAM, and writes the map's error."""
+
+from __future__ import annotations
+
+import uuid
+from enum import Enum
+from typing import Iterable, Sequence
+
+import rospy
+from actionlib_msgs.msg import GoalID, GoalStatus
+from geometry_msgs.msg import Point, Pose
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Bool
+
+from gridslam import SlamError
+from inspection_tools import Waypoint, way_home
+from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, MissionActionResult
+from master_thesis.experiments_3_4.request import MissionFlight, read
+from master_thesis.flight.course import Phase
+from master_thesis.flight.monitor import Monitor
+from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
+from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
+from master_thesis_ros.experiments.flight_node import FlightNode
+from master_thesis_ros.experiments.messages import stamp_s
+from master_thesis_ros.experiments.parameters import all_parameters
+from master_thesis_ros.experiments.progress import ProgressLog
+from master_thesis_ros.experiments.run import Run
+from master_thesis_ros.experiments_3_4.slam_watch import SlamWatch
+from master_thesis_ros.experiments_3_4.volume_files import save_volume
+from node_tools.ending import Ending
+from node_tools.node import RunNode
+
+SCAN_PERIOD_S = 1.0
+"""Simulated time between two scans that are kept for the pictures of a flight of four minutes."""
+
+
+class Order(Enum):
+    """What this node does besides the actions of the course."""
+
+    FLY_HOME = "fly back to the start"
+
+
+class Experiments34Node(FlightNode):
+    """Lets the node `mission` fly its mission to the end, or until the time is over.
+
+    When the time is over, the flight ends there, or the node `mission` gets a second goal: the way home.
+
+    Subscribes, besides the topics of `FlightNode` and `SlamWatch`: mission_result
+        (inspection_tools/MissionActionResult). If it returns to the start: mission_feedback
+        (inspection_tools/MissionActionFeedback).
+    Publishes: mission_goal (inspection_tools/MissionActionGoal, latched), mission_cancel
+        (actionlib_msgs/GoalID).
+    Parameters: see doc/reference.md.
+    """
+
+    def __init__(self, monitor: Monitor, slam: SlamWatch, flight: MissionFlight, lockstep: bool) -> None:
+        self._slam = slam
+        self._flight = flight
+        self._reached = 0
+        self._flies_home = False
+        self._uav_is_ready = False
+        self._goal = rospy.Publisher("mission_goal", MissionActionGoal, queue_size=1, latch=True)
+        self._cancel = rospy.Publisher("mission_cancel", GoalID, queue_size=1)
+        super().__init__(monitor, lockstep)
+        self.subscribe("mission_result", MissionActionResult, self._on_result)
+        if flight.return_to_start:
+            self.subscribe("mission_feedback", MissionActionFeedback, self._on_feedback)
+
+    def send_goal(self) -> None:
+        """Start the mission of the node's own file."""
+        self._slam.begin()
+        self._send()
+        rospy.loginfo("The UAV hovers over the start and begins its mission.")
+
+    def _send(self, waypoints: Sequence[Waypoint] = ()) -> None:
+        goal = MissionActionGoal()
+        goal.goal_id.id = f"the experiment's mission {uuid.uuid4()}"  # of no earlier run on this master
+        goal.goal.waypoints = [Pose(position=Point(*waypoint.position_m)) for waypoint in waypoints]
+        self._goal.publish(goal)
+
+    def _carry_out(self, action: Enum) -> None:
+        if action is not Order.FLY_HOME:
+            return super()._carry_out(action)
+        start_m = self._flight.description.scenario.start_xyz_yaw[:2]
+        self._send(way_home(self._flight.mission, self._reached, start_m))
+        rospy.loginfo("The mission's time is over. The UAV flies back to its start.")
+
+    def _on_feedback(self, message: MissionActionFeedback) -> None:
+        if not self._flies_home:
+            self._reached = message.feedback.reached
+
+    def _on_result(self, message: MissionActionResult) -> Iterable[Enum]:
+        if message.status.status == GoalStatus.SUCCEEDED:
+            self._monitor.on_goal_reached(True)
+        elif message.status.status in (GoalStatus.ABORTED, GoalStatus.REJECTED):
+            return self._monitor.abort(f"The mission ended early: {message.status.text}")
+        return ()
+
+    def _on_ready(self, message: Bool) -> None:
+        self._uav_is_ready = message.data
+
+    def _on_ground_truth(self, message: Odometry) -> Iterable[Enum]:
+        if not self._lockstep:
+            self._await_slam()
+            return [*self._end_in_time(), *super()._on_ground_truth(message)]
+        return super()._on_ground_truth(message)
+
+    def _decisions(self) -> Sequence[Enum]:
+        self._await_slam()
+        return [*self._end_in_time(), *super()._decisions()]
+
+    def _await_slam(self) -> None:
+        """Let the flight begin after SLAM's start, because SLAM must see all of it."""
+        if self._uav_is_ready and not self._slam.has_begun:
+            rospy.loginfo_throttle(10.0, "The UAV hovers over the start; SLAM has not begun yet.")
+        awaited = "SLAM, whose node says above why it has not begun" if self._uav_is_ready else "the hover"
+        self._monitor.course.on_ready(self._uav_is_ready and self._slam.has_begun, awaited)
+
+    def _end_in_time(self) -> list[Order]:
+        course = self._monitor.course
+        if course.phase is not Phase.FLYING or self._flies_home:
+            return []
+        if self._monitor.now_s - course.outcome.times_s[Phase.FLYING] < self._flight.duration_s:
+            return []
+        if self._flight.return_to_start:
+            self._flies_home = True
+            return [Order.FLY_HOME]
+        self._cancel.publish(GoalID())
+        self._monitor.on_goal_reached(True)
+        return []
+
+    def _on_scan(self, message: LaserScan) -> None:
+        super()._on_scan(message)
+        self._slam.on_scan(stamp_s(message))
+
+
+def make() -> RunNode:
+    """Read and check the request. Return the function that flies it and writes the results."""
+    asked = rospy.get_param("~", {})
+    flight = read(asked, cepa_keeps_m(all_parameters().get("cepa", {})))
+    lockstep, slam_node = asked.get("lockstep", False) is True, str(asked.get("slam_node", "/gridslam"))
+    return lambda ending: _fly(flight, lockstep, slam_node, ending)
+
+
+def _fly(flight: MissionFlight, lockstep: bool, slam_node: str, ending: Ending) -> int:
+    """Return the exit code."""
+    run = Run(flight.description.experiment, ending)
+    monitor = Monitor(flight.limits, uav=flight.description.model)
+    monitor.log.scan_period_s = SCAN_PERIOD_S
+    slam = SlamWatch(slam_node)
+    run.lead(monitor, lambda: Experiments34Node(monitor, slam, flight, lockstep))
+    if not run.interrupted:
+        save_volume(run.folder)
+        slam.close(ending)
+    description, wall = run.close(flight.description, monitor)
+    flown = run.folder, description, monitor.log, monitor.course.outcome
+    numbers = write_numbers(*flown, wall)
+    from master_thesis.experiments_3_4.slam_summary import headline  # numba takes half a second
+
+    return run.finish(
+        numbers,
+        headline,
+        lambda content: complete_run(*flown, _with_survey(flown, content, slam), ProgressLog()),
+        "maps, clearance or pictures",
+    )
+
+
+def _with_survey(flown: FlownRun, content: dict, slam: SlamWatch) -> dict:
+    """Compute the map's metrics and add them. Without a map the run has failed."""
+    from master_thesis.experiments_3_4.survey import survey  # matplotlib and evo take a second to import
+
+    folder, description, log, outcome = flown
+    try:
+        metrics = survey(folder, description, log, outcome, slam.run)
+    except SlamError as error:
+        content = {**content, "success": False, "failure": content["failure"] or str(error)}
+    else:
+        content = {**content, "slam": {**metrics, **slam.costs()}}
+    folder.write_json("result.json", content)
+    return content

@@ -1,0 +1,38 @@
+"""Keeps the map of voxels that `slam_octomap` has made: map.bt, map.ot and a picture, in the run's folder."""
+
+from __future__ import annotations
+
+import numpy as np
+import rospy
+from octomap_msgs.srv import GetOctomap
+
+from gridslam import MapError
+from gridslam.volume import VolumeParameters, VoxelMap, map_from, stream_of, write_octree
+from gridslam.volume.picture import volume_figure
+from master_thesis.results.picture_files import png
+from master_thesis.results.run_folder import RunFolder
+
+SERVICE = "/octomap_full"
+PATIENCE_S = 20.0
+"""Wall time to wait for the map."""
+
+
+def save_volume(folder: RunFolder) -> None:
+    """Ask for the map, if the flight has one, and write its files. A map that does not come is told."""
+    if rospy.get_param("~volume", False) is not True:
+        return
+    try:
+        rospy.wait_for_service(SERVICE, PATIENCE_S)
+        octree = rospy.ServiceProxy(SERVICE, GetOctomap)().map
+        data = np.array(octree.data, np.int8).tobytes()
+        voxels = map_from(data, octree.binary, VolumeParameters(resolution_m=octree.resolution))
+        _write(folder, voxels)
+    except (rospy.ROSException, rospy.ServiceException, MapError) as error:
+        rospy.logwarn(f"There is no map.bt: slam_octomap gave no map ({error}).")
+
+
+def _write(folder: RunFolder, voxels: VoxelMap) -> None:
+    for name, is_binary in (("map.bt", True), ("map.ot", False)):
+        write_octree(folder.path / name, stream_of(voxels, is_binary), voxels.parameters.resolution_m)
+    title = f"Occupied voxels of {voxels.parameters.resolution_m:g} m"
+    folder.write_files({"volume.png": png(volume_figure(voxels, title))})

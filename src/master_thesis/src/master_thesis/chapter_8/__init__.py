@@ -1,0 +1,1 @@
+"""The report's command: all of chapter 8, computed in one call and written as one page."""

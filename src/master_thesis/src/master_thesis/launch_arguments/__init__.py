@@ -1,0 +1,1 @@
+"""Checks before anything flies: the values of a launch file's arguments, and of a driver's parameters."""

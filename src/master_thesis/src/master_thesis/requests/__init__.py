@@ -1,1 +1,0 @@
-"""Checks before anything flies: the parameters of a driver and the arguments of a launch file."""

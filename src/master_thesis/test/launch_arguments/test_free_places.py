@@ -1,0 +1,115 @@
+"""Places that are not free are refused before a flight; drawn here: one column, radius 0.3 m, at (5, 0)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from master_thesis.errors import ScenarioError
+from master_thesis.launch_arguments.free_places import check_course
+from master_thesis.worlds.scenario import Scenario
+
+ROOT = Path(__file__).resolve().parents[4]
+WORLD = """<sdf version="1.6"><world name="one_column">
+<model name="ground_plane"><static>true</static><link name="link"><collision name="c"><geometry><plane>
+<normal>0 0 1</normal><size>50 50</size></plane></geometry></collision></link></model>
+<model name="column"><static>true</static><pose>5 0 2 0 0 0</pose><link name="link"><collision name="c">
+<geometry><cylinder><radius>0.3</radius><length>4</length></cylinder></geometry></collision></link></model>
+</world></sdf>"""
+R_LB_M = 0.5
+
+
+@pytest.fixture(autouse=True)
+def models(monkeypatch):
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(ROOT / "src/simulation_tools/models"))
+
+
+@pytest.fixture
+def world(tmp_path):
+    path = tmp_path / "one_column.world"
+    path.write_text(WORLD)
+    return path
+
+
+def checked(world, start=(0.0, 0.0, 0.0, 0.0), goal=(20.0, 0.0, 2.0), keep_m=R_LB_M):
+    check_course(Scenario("one_column", world, start, goal), "iris", "ust", [goal], keep_m)
+
+
+def test_places_that_are_free_are_taken(world):
+    checked(world)
+    checked(world, goal=(5.0, 0.3 + R_LB_M + 0.01, 2.0))
+    checked(world, goal=(5.0, 0.0, 4.0 + R_LB_M + 0.01))  # above the column
+    checked(world, start=(5.0, 0.9, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("goal", "sentence"),
+    [
+        (
+            (5.0, 0.1, 2.0),
+            "(5, 0.1, 2), where the UAV is to fly, lies inside of column; choose another place.",
+        ),
+        (
+            (5.0, 0.7, 2.0),
+            "(5, 0.7, 2), where the UAV is to fly, is 0.40 m from column, and CEPA keeps 0.5 m (r_lb) away; "
+            "choose a place farther from it.",
+        ),
+    ],
+)
+def test_a_goal_in_or_near_an_obstacle_is_refused(world, goal, sentence):
+    with pytest.raises(ScenarioError) as error:
+        checked(world, goal=goal)
+    assert str(error.value) == sentence
+
+
+def test_an_avoidance_of_ones_own_may_fly_nearer_but_not_into_it(world):
+    checked(world, goal=(5.0, 0.7, 2.0), keep_m=0.0)
+    with pytest.raises(ScenarioError, match="lies inside of column"):
+        checked(world, goal=(5.0, 0.1, 2.0), keep_m=0.0)
+
+
+def test_a_start_inside_of_an_obstacle_is_refused(world):
+    with pytest.raises(ScenarioError, match=r"At \(5, 0\.2, 0\) the UAV would start inside of column"):
+        checked(world, start=(5.0, 0.2, 0.0, 0.0))
+
+
+def test_a_uav_may_start_on_terrain():
+    hills = ROOT / "src/simulation_tools/worlds/hills.world"
+    check_course(Scenario("hills", hills, goal_xyz_m=(20.0, 0.0, 9.0)), "iris", "ust", [], R_LB_M)
+
+
+@pytest.mark.parametrize(
+    ("goal", "sentence"),
+    [
+        ((3.0, 20.0, -2.0), "(3, 20, -2), where the UAV is to fly, lies below the ground; choose a height"),
+        (
+            (3.0, 20.0, 0.05),
+            "(3, 20, 0.05), where the UAV is to fly, is 0.05 m above the ground. The UAV stands",
+        ),
+    ],
+)
+@pytest.mark.parametrize("keep_m", [R_LB_M, 0.0])
+def test_a_goal_below_or_on_the_ground_is_refused(world, goal, sentence, keep_m):
+    with pytest.raises(ScenarioError, match=re.escape(sentence)):
+        checked(world, goal=goal, keep_m=keep_m)
+
+
+def test_a_goal_inside_of_a_hill_is_refused():
+    """The ground is at 0 m at the start, and at 2.2 m at the goal."""
+    hills = ROOT / "src/simulation_tools/worlds/hills.world"
+    goal = (20.0, 0.0, 1.0)
+    with pytest.raises(ScenarioError, match=r"\(20, 0, 1\), where the UAV is to fly, lies below the ground"):
+        check_course(Scenario("hills", hills, goal_xyz_m=goal), "iris", "ust", [goal], R_LB_M)
+
+
+def test_a_start_below_the_ground_is_refused(world):
+    with pytest.raises(ScenarioError, match=r"At \(0, 0, -3\) the UAV would start below the ground"):
+        checked(world, start=(0.0, 0.0, -3.0, 0.0))
+
+
+def test_a_world_without_ground_has_no_below(tmp_path):
+    path = tmp_path / "space.world"
+    path.write_text(re.sub(r'<model name="ground_plane">.*?</model>', "", WORLD, flags=re.DOTALL))
+    checked(path, goal=(20.0, 0.0, -2.0))

@@ -1,0 +1,1 @@
+"""Pairs messages of several topics by their stamps."""
