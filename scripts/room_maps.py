@@ -3,8 +3,9 @@
 
 usage: room_maps.py
 
-The map lists the folders of a library and of its ROS side, and the modules in the library's own folder. In
-this script a folder of Python modules is called a room.
+The map lists the ROS side and the folders directly in a library, but not the folders in those. It also lists
+the modules of a library that has at most two folders. In this script a folder of Python modules is called a
+room.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ PAGES.update(
     {name: ROOT / f"src/{name}/README.md" for name in ("kernel_cache", "stamp_pairing", "node_tools")}
 )
 """The page of each package that holds its map."""
+MODULES_UP_TO_ROOMS = 2
+"""A library with more folders than these is shown by its folders alone."""
 BEGIN, END = "<!-- rooms: scripts/room_maps.py writes from here -->\n", "<!-- to here -->"
 BLOCK = re.compile(f"(?<={BEGIN}).*?(?={END})", re.S)
 
@@ -26,20 +29,21 @@ BLOCK = re.compile(f"(?<={BEGIN}).*?(?={END})", re.S)
 def summary(module: Path) -> str:
     """Return the first line of a module's docstring."""
     text = ast.get_docstring(ast.parse(module.read_text(encoding="utf-8"))) or ""
-    return text.partition("\n")[0].replace("|", "\\|")
+    return text.partition("\n")[0]
 
 
 def room_map(package: str) -> str:
-    """Return the table of a package's rooms, in Markdown."""
+    """Return the list of a package's rooms, in Markdown."""
     top = ROOT / "src" / package
     library, edge = top / "src" / package, top / "ros" / f"{package}_ros"
+    rooms = [*edge.glob("__init__.py"), *sorted(library.glob("*/__init__.py"))]
     modules = [path for path in sorted(library.glob("*.py")) if path.stem != "__init__"]
-    found = sorted(path for folder in (library, edge) for path in folder.rglob("__init__.py"))
-    rooms = [path for path in found if path.parent != library]
+    if sum(library in path.parents for path in rooms) > MODULES_UP_TO_ROOMS:
+        modules = []
     rows = [(f"{path.parent.relative_to(top)}/", path) for path in rooms]
     rows += [(str(path.relative_to(top)), path) for path in modules]
-    lines = [f"| [`{name}`]({name_from(package)}{name}) | {summary(path)} |" for name, path in rows]
-    return "\n".join(["", f"| where in `src/{package}/` | what is in it |", "|---|---|", *lines, "", ""])
+    lines = [f"- [`{name}`]({name_from(package)}{name}): {summary(path)}" for name, path in rows]
+    return "\n".join(["", f"In `src/{package}/`:", "", *lines, "", ""])
 
 
 def name_from(package: str) -> str:
