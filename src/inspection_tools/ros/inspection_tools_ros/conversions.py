@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Sequence
 
+import numpy as np
 from geometry_msgs.msg import Point, Pose, TwistStamped
 from geometry_msgs.msg import Quaternion as QuaternionMessage
 from geometry_msgs.msg import Vector3 as Vector3Message
@@ -12,12 +14,15 @@ from sensor_msgs.msg import LaserScan
 
 from inspection_tools.errors import PoseError, ScanError, VelocityError
 from inspection_tools.geometry import Quaternion, Vector3, normalised
+from inspection_tools.padding import PaddedScan
 from inspection_tools.position_controller import FARTHEST_M
 from inspection_tools.scan import ScanGeometry
 from inspection_tools.vision_pose import Motion
 from node_tools.conversions import time_of, xyz, xyzw
 
 GREATEST_SPEED_M_S = 1e6
+UNSEEN_INTENSITY = -1.0
+"""LaserScan.intensities of a beam that nobody has seen: the message has no field of its own for that."""
 
 
 def scan_geometry(scan: LaserScan) -> ScanGeometry:
@@ -42,6 +47,18 @@ def scan_geometry(scan: LaserScan) -> ScanGeometry:
             f"The scan has {len(scan.intensities)} intensities for {beams} ranges; give none or as many."
         )
     return geometry
+
+
+def intensities_of(padded: PaddedScan, source: Sequence[float] = ()) -> np.ndarray:
+    """Return the (n,) float32 intensities of a padded scan's message, UNSEEN_INTENSITY where it is unseen.
+
+    source: intensities of the scan it came from; without them a seen beam has 0.
+    """
+    intensities = np.where(padded.seen, np.float32(0.0), np.float32(UNSEEN_INTENSITY))
+    if len(source):
+        beams = min(len(source), padded.geometry.beams)  # beams beyond a turn repeat the first ones
+        intensities[padded.first_beam : padded.first_beam + beams] = source[:beams]
+    return intensities
 
 
 def pose_of(pose: Pose) -> tuple[Vector3, Quaternion]:

@@ -11,9 +11,6 @@ from inspection_tools.checks import check_number
 from inspection_tools.errors import ParameterError, ScanError
 from inspection_tools.scan import ScanGeometry, check_range_limits
 
-UNSEEN_INTENSITY = -1.0
-"""LaserScan.intensities of a beam outside the lidar's field of view."""
-
 MAX_VALUE_M = 1000.0
 
 
@@ -68,14 +65,6 @@ class PaddedScan:
     def angle_max_rad(self) -> float:
         """Direction of the last beam."""
         return self.geometry.angle_min_rad + (self.geometry.beams - 1) * self.geometry.angle_increment_rad
-
-    def intensities(self, source: np.ndarray | None = None) -> np.ndarray:
-        """Return the (n,) float32 intensities: the source's, or 0 without a source, and -1 where unseen."""
-        result = np.where(self.seen, np.float32(0.0), np.float32(UNSEEN_INTENSITY))
-        if source is not None and len(source):
-            beams = min(len(source), self.geometry.beams)  # beams beyond a turn repeat the first ones
-            result[self.first_beam : self.first_beam + beams] = source[:beams]
-        return result
 
 
 class LidarPadding:
