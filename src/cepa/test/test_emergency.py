@@ -160,7 +160,7 @@ class TestImproved:
         expected = [reference.is_safe(p, beams, angle) for angle in beams.angles]
         assert (safe == (np.array(expected) & beams.seen)).all()
 
-    def test_what_touches_the_body_forbids_what_leads_towards_it_however_little(self):
+    def test_what_touches_the_body_forbids_all_that_leads_towards_it(self):
         # at 4e-9 rad less than 90 degrees aside, rounding may put it farther aside than it is away
         beside = np.linspace(-math.pi, math.pi, 1000)
         for bearing_rad, angle in zip(beside, beside + math.pi / 2 - 4e-9):
@@ -236,9 +236,7 @@ class TestImproved:
     @pytest.mark.parametrize("near", [-math.inf, 0.2, 0.49])
     @pytest.mark.parametrize("r_lb", [0.45, 0.5, 0.6])
     @pytest.mark.parametrize("algorithm", [Improved, Original])
-    def test_what_is_too_close_for_the_lidar_is_fled_from_whatever_its_least_range(
-        self, near, r_lb, algorithm
-    ):
+    def test_it_flees_from_what_is_too_close_for_the_lidar(self, near, r_lb, algorithm):
         # a Puck sees from 0.5 m on: something nearer may be anywhere up to the body
         ranges = np.full(1440, math.inf)
         ranges[700:740] = near  # ahead

@@ -58,7 +58,7 @@ def attitude(roll=0.0, pitch=0.0, yaw=0.0, height=HEIGHT_M):
     return LidarAttitude.of_mounted(height, quaternion(roll, pitch, yaw))
 
 
-def test_nose_down_the_beams_ahead_end_on_the_floor_and_those_behind_on_the_ceiling():
+def test_nose_down_beams_ahead_meet_the_floor_and_those_behind_the_ceiling():
     pitch = math.radians(20.0)  # nose down
     ranges = hall(rotation(0.0, pitch, 0.0))
     assert ranges[180] == pytest.approx(2.0 / math.sin(pitch))  # ahead: the floor at h / sin(pitch)
@@ -103,7 +103,7 @@ def test_an_obstacle_in_front_of_the_floor_stays():
 
 
 @pytest.mark.parametrize(("speed", "seen"), [(0.0, True), (2.0, True), (4.0, False)])
-def test_a_direction_is_free_as_far_as_it_was_seen_if_the_uav_can_stop_within_that(speed, seen):
+def test_a_direction_is_free_if_the_uav_can_stop_within_what_was_seen(speed, seen):
     # 45 degrees down from 2 m: the floor is 2 m ahead. To stop takes 0, 1 and 3 m; r_lb is 0.5 m.
     pitch = math.radians(45.0)
     scan = scan_of(hall(rotation(0.0, pitch, 0.0)))

@@ -127,7 +127,7 @@ def test_a_scan_that_makes_no_sense_is_refused_in_a_sentence(arguments, sentence
     assert "\n" not in str(refusal.value)
 
 
-def test_the_grid_finds_the_nearest_beam_even_where_the_increment_does_not_divide_the_turn():
+def test_the_grid_finds_the_nearest_beam_if_beams_do_not_divide_the_turn():
     grid = Grid(6, 1.0)  # beams at 0 .. 5 rad, and 1.28 rad between the last and the first
     assert [grid.index(angle) for angle in (0.4, 0.6, 4.9, 5.6, 5.7, -0.5, -0.7)] == [0, 1, 5, 5, 0, 0, 5]
     assert grid.offset_angles[5] == 0.0

@@ -51,7 +51,7 @@ def test_improved_equals_brute_force(recipe, v_ref, v_uav, parameters):
 
 @EXAMPLES
 @given(recipes(), st.floats(-0.5, 0.5), velocities, velocities, parameter_sets)
-def test_improved_equals_brute_force_where_the_increment_does_not_divide_the_turn(
+def test_improved_equals_brute_force_if_beams_do_not_divide_the_turn(
     recipe, beyond, v_ref, v_uav, parameters
 ):
     scan = replace(recipe, beams_per_turn=recipe.beams_per_turn + beyond).scan()

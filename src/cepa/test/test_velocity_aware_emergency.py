@@ -48,7 +48,7 @@ def test_the_stopping_distance_is_that_of_the_closed_form(speed, stopping):
 
 @pytest.mark.parametrize("algorithm", [Improved, Original])
 @pytest.mark.parametrize(("distance", "expected"), [(1.49, True), (1.51, False)])
-def test_what_stands_ahead_within_stopping_distance_and_r_lb_is_an_emergency(algorithm, distance, expected):
+def test_an_obstacle_within_stopping_distance_and_r_lb_is_an_emergency(algorithm, distance, expected):
     decision = algorithm(P).steer(post(distance + 0.05, 0.0), (2.0, 0.0), (2.0, 0.0))
     assert decision.emergency == expected
     assert not algorithm(P).steer(post(distance + 0.05, 0.0), (2.0, 0.0), (-2.0, 0.0)).emergency

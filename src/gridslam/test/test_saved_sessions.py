@@ -18,7 +18,7 @@ def log():
     return way_through_the_hold()
 
 
-def test_a_run_continued_from_its_state_equals_one_that_was_never_interrupted(tmp_path):
+def test_a_run_continued_from_its_state_equals_an_uninterrupted_one(tmp_path):
     # Given a round trip and a bit more, interrupted when loops have been closed
     corners = [(-8.0, -5.0), (-2.0, -5.0), (-2.0, -1.0), (-8.0, -1.0), (-8.0, -5.0), (-2.0, -5.0)]
     log = planar_world.drive(planar_world.hold(), planar_world.along(np.array(corners), 0.4), LIDAR, seed=4)
@@ -143,7 +143,7 @@ def test_another_clock_or_odometry_after_a_saved_state_is_a_new_flight(
     assert session.tracking.state == state
 
 
-def test_states_of_formats_up_to_9_which_were_several_files_in_one_are_refused_likewise(tmp_path):
+def test_states_of_formats_up_to_9_are_refused_likewise(tmp_path):
     with zipfile.ZipFile(tmp_path / "old", "w") as old:
         for name in ("filter", "odometry.json", "judgement.json", "supervisor.npz"):
             old.writestr(name, "content")

@@ -71,7 +71,7 @@ def test_a_covariance_that_tells_nothing_counts_as_none(log, covariance):
     assert "srr, srt, str and stt count instead" in said[0]
 
 
-def test_odometry_that_begins_anew_between_slow_scans_leaves_the_vehicle_in_its_place(log):
+def test_odometry_that_begins_anew_leaves_the_vehicle_in_its_place(log):
     # Given scans every 2.5 s, between two of which odometry begins anew at zero, 9 m away
     middle, states, said = len(log.scans) * 3 // 4, [], []
     session = SlamSession(PARAMETERS, say=said.append)
@@ -88,7 +88,7 @@ def test_odometry_that_begins_anew_between_slow_scans_leaves_the_vehicle_in_its_
     assert error_m(base_in_map(session, base), log.truth.poses_in_map[-1]) < 0.1
 
 
-def test_a_piece_that_lacks_in_the_log_is_uncertain_until_the_place_is_proved(log):
+def test_a_gap_in_the_log_is_uncertain_until_the_place_is_proved(log):
     # Given scans twice a second, of which those of a whole minute lack
     middle, states = len(log.scans) // 2, []
     session = SlamSession(PARAMETERS)
@@ -101,7 +101,7 @@ def test_a_piece_that_lacks_in_the_log_is_uncertain_until_the_place_is_proved(lo
 
 
 @pytest.mark.parametrize("by", ["initialpose", "search"])
-def test_a_correction_begun_before_the_vehicle_was_put_elsewhere_does_not_take_it_back(log, by, monkeypatch):
+def test_an_earlier_correction_does_not_take_a_relocated_vehicle_back(log, by, monkeypatch):
     # Given a correction of the path that is due at the next scan
     session, middle = SlamSession(PARAMETERS, say=lambda sentence: None), len(log.scans) // 2
     run(session, log, last=middle)

@@ -42,7 +42,7 @@ def test_a_uav_that_turns_may_go_a_metre_more_for_each_rad(turned_rad):
     assert way.follow(there, False, BLIND) == pytest.approx([-1.0, 0.0])
 
 
-def test_the_way_begins_again_where_the_uav_sees_or_after_a_flight_in_the_open():
+def test_the_way_begins_again_where_the_uav_sees_or_after_open_flight():
     way = BlindWay()
     way.follow(motion(0.0), False, BLIND)
     assert way.follow(motion(-0.55), True, BLIND).tolist() == NOT_LONG

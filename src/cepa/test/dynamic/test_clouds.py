@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ NOTHING = Boxes(np.empty((0, 2, 3)))
 
 
 @pytest.mark.parametrize(("boxes", "over"), [(LOW_WALL, True), (BEAM, False)], ids=["low wall", "overhang"])
-def test_flies_over_a_low_wall_and_under_an_overhang_and_comes_back_to_its_height(boxes, over):
+def test_flies_over_a_wall_and_under_an_overhang_and_back_to_its_height(boxes, over):
     towards_it = -CLIMB_ERROR_M_S2 if over else CLIMB_ERROR_M_S2  # the worst that is allowed
     flight = fly_along_x(Dynamic(), boxes, 2.0, 11.0, patience_s=12.0, pushed_up_m_s2=towards_it)
     path = np.array(flight.positions)
@@ -50,7 +50,7 @@ def test_flies_over_a_low_wall_and_under_an_overhang_and_comes_back_to_its_heigh
     assert path[-1, 2] == pytest.approx(HEIGHT_M, abs=0.15)
 
 
-def test_the_allowed_vertical_disturbance_leads_no_farther_than_the_error_of_the_height_within_1_s():
+def test_the_vertical_disturbance_moves_it_by_at_most_the_height_error():
     state, given, step_s = np.zeros((3, 4)), np.array([[0.0, 9.0, 0.0, 0.0, 0.0]]), 0.001
     response = response_of(CepaParameters().response, step_s)
     for step in range(1000):
@@ -93,7 +93,7 @@ def test_beside_a_cameras_cloud_the_scan_counts():
     assert decision.climb_m_s is not None
 
 
-def test_without_clouds_it_stays_in_the_plane_and_leaves_the_climb_to_the_reference():
+def test_without_clouds_it_stays_level_and_the_reference_climbs():
     assert Dynamic().steer(NO_SCAN, (1.0, 0.0), (1.0, 0.0), motion_at(0.0, (0.0, 0.0, 2.0))).climb_m_s is None
     level = Dynamic(CepaParameters(climb_max=0.0))
     cloud = LOW_WALL.cloud(np.array([4.0, 0.0, 2.0]))
@@ -103,7 +103,7 @@ def test_without_clouds_it_stays_in_the_plane_and_leaves_the_climb_to_the_refere
     )
 
 
-@lru_cache(maxsize=None)
+@cache
 def approach(place, **changes):
     """Return the last answer of a UAV that is moved along x at 2 m/s, whatever it answers."""
     boxes, steering = {"low wall": LOW_WALL, "beam": BEAM}[place], Dynamic(CepaParameters(**changes))
@@ -157,7 +157,7 @@ def test_a_cloud_without_returns_shows_nothing():
     assert np.abs(seen_cells).max() <= 2  # nothing but the own place
 
 
-def test_it_remembers_a_beam_that_left_the_field_of_view_and_forgets_it_after_its_time():
+def test_it_remembers_a_beam_out_of_view_until_its_time_is_over():
     beam, p = Boxes(np.array([[(2.0, -5.0, 2.2), (2.2, 5.0, 2.4)]])), CepaParameters(memory_s=2.0)
     memory, ahead = SpaceMemory(p), (LAYERS // 2 + 2, 75, 75 + 4)  # 0.3 m up, 0.4 m ahead
     for number, x in enumerate(np.arange(0.0, 1.6, 0.1)):

@@ -218,7 +218,7 @@ def test_remembered_points_are_those_of_a_plain_dictionary(seed):
     assert known > 50
 
 
-def test_a_full_list_tells_which_points_found_no_room_and_forgets_what_is_far():
+def test_a_full_list_forgets_what_is_far_and_tells_what_found_no_room():
     stores = np.empty((2, 3)), np.empty(2), np.empty(2, np.uint8)
     voxels = Voxels(*stores, np.full((40, 40, 48), NOBODY, np.int32), 0.15, 0.05)
     points = np.array([[1.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.5, 0.0, 0.0], [0.12, 0.0, 0.0], [9.0, 0.0, 0.0]])

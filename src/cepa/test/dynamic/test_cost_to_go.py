@@ -39,7 +39,7 @@ def answer_at(steering, stamp_s, x_m, y_m=0.0, scene=DEAD_END, speed_m_s=SPEED_M
     return steering.steer(scan, (speed_m_s, 0.0), (0.0, 0.0), motion)
 
 
-def test_it_does_not_turn_back_to_a_dead_end_where_only_the_wall_is_far_away():
+def test_it_does_not_turn_back_to_a_dead_end_once_its_wall_is_far():
     far_m, near_m = 1.5, 6.6
     assert answer_at(Dynamic(), 0.0, far_m).reason is Reason.CUSHION_CLEAR
     steering = Dynamic()

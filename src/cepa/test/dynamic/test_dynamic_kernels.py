@@ -137,7 +137,7 @@ def test_what_is_wide_open_is_in_sight(seed, beams, heading, angle_0):
 
 @settings(max_examples=50)
 @given(seed=SEEDS, flown=st.integers(0, 40))
-def test_a_path_leaves_sight_where_a_place_is_farther_than_its_direction_is_seen(seed, flown):
+def test_a_path_leaves_sight_where_it_is_farther_than_was_seen_there(seed, flown):
     rng, width = np.random.default_rng(seed), 2.0 * math.pi / 360
     path = rng.uniform(-3.0, 3.0, (2, 40)) * (rng.random((2, 40)) < 0.9)  # some along an axis, or at rest
     bins = np.arctan2(path[1], path[0]) / width
@@ -206,7 +206,7 @@ def test_what_no_beam_sees_was_seen_from_elsewhere():
 
 
 @pytest.mark.parametrize(("seen_m", "is_seen"), [(2.0, True), (0.8, False)])
-def test_the_place_of_the_body_was_seen_if_an_earlier_scan_reached_beyond_it(seen_m, is_seen):
+def test_the_body_was_seen_if_an_earlier_scan_reached_beyond_it(seen_m, is_seen):
     bins = np.full(360, 5.0)
     bins[120:241] = -1.0
     frames_xy, frames = np.array([[-1.0, 0.0]]), np.full((1, 360), seen_m)  # from 1 m behind
@@ -238,7 +238,7 @@ def recalled(bins, cells, patience=MOST_TRUST):
 
 
 @pytest.mark.parametrize("scans", [1, 5, 40])
-def test_memory_forgets_what_is_seen_free_the_later_the_more_often_it_was_seen(scans):
+def test_what_was_seen_more_often_is_forgotten_later_when_seen_free(scans):
     """TRUST for each scan that saw it, MOST_TRUST at most. Until then it counts, though scans see past it."""
     cells, bins = memory_cells(), np.full(360, 8.0)
     for scan in range(scans):
@@ -318,7 +318,7 @@ def test_a_velocity_may_be_whole_numbers():
     np.testing.assert_array_equal(*told)
 
 
-def test_the_cross_section_of_a_pocket_spans_it_and_that_of_an_open_place_is_none():
+def test_the_cross_section_spans_a_pocket_and_an_open_place_has_none():
     """A corridor three cells wide and closed on the right; the way out leads to the left."""
     way = np.tile(np.arange(21.0), (21, 1))
     slowness = np.full((21, 21), math.inf)

@@ -68,7 +68,7 @@ def test_a_pole_that_appears_after_the_clouds_have_died_is_not_touched(speed, la
     ]
 
 
-def test_by_the_planar_scan_it_flies_on_when_all_that_clouds_showed_is_forgotten():
+def test_it_flies_on_by_the_planar_scan_when_clouds_are_forgotten():
     world = HallWithPole(HALL, dies_s=DIES_S, appears_s=DIES_S + 5.0)
     flight = fly_along_x(Dynamic(CepaParameters(memory_s=2.0)), world, 1.5, 10.5, patience_s=16.0)
     assert flight.positions[-1][0] > 10.5

@@ -131,7 +131,7 @@ def test_a_vehicle_is_found_from_a_uav_in_flight(edge):
     assert np.median(velocities, axis=0) == pytest.approx([0.0, 2.0], abs=0.4)
 
 
-def test_a_lorry_of_which_front_all_and_rear_are_in_sight_keeps_its_velocity():
+def test_a_lorry_seen_in_part_in_full_and_in_part_keeps_its_velocity():
     parameters = TrackerParameters(greatest_radius_m=3.3)
     for t, _, _, moving in watch(Lorry(-9.0), 17.0, parameters=parameters, noise_m=0.0):
         front_y, rear_y = t - 6.0, t - 12.0
@@ -166,7 +166,7 @@ def test_nothing_moves_in_a_forest(seed):
         assert len(moving.positions) == 0
 
 
-def test_it_is_predicted_while_a_trunk_hides_it_and_forgotten_after_a_second():
+def test_it_is_predicted_while_hidden_and_forgotten_after_a_second():
     trunk = Scene(circles=np.array([*FEW_TRUNKS.circles, (3.0, 0.0, 0.25)]))
     world = World(trunk, circles=[((6.0, -2.5), (0.0, 1.5), 0.2)])
     hidden = [(t, moving) for t, _, points, moving in watch(world, 3.0, seed=4) if abs(-2.5 + 1.5 * t) < 0.8]

@@ -114,7 +114,7 @@ def test_without_further_scans_it_brakes_and_touches_nothing(seed):
 
 @pytest.mark.parametrize("push", ["none", "towards the wall", "gusts"])
 @pytest.mark.parametrize("seed", range(3))
-def test_a_uav_that_never_turns_does_not_creep_backwards_into_what_it_does_not_see(seed, push):
+def test_a_uav_that_never_turns_does_not_creep_back_into_the_unseen(seed, push):
     # A wall 1.3 to 2 m behind, which no beam meets: before it sees, the UAV may go 0.5 m and brake
     rng = np.random.default_rng(seed)
     uav, algorithm, lidar = (
@@ -139,7 +139,7 @@ def test_a_uav_that_never_turns_does_not_creep_backwards_into_what_it_does_not_s
 
 
 @pytest.mark.parametrize(("r_lb", "rear_m"), [(0.8, 0.62), (0.8, 0.53), (0.5, 0.48)])
-def test_when_things_are_within_r_lb_it_leaves_between_them_and_touches_nothing(r_lb, rear_m):
+def test_it_leaves_between_things_within_r_lb_and_touches_nothing(r_lb, rear_m):
     # Columns of 0.2 m around it, those behind nearer, as in Experiment 2; ahead is a gap of 1 m
     bearings, distances = np.radians([52.0, -52.0, 120.0, -120.0]), np.array([0.75, 0.75, rear_m, rear_m])
     columns = np.column_stack((distances * np.cos(bearings), distances * np.sin(bearings), np.full(4, 0.1)))

@@ -31,7 +31,7 @@ def wall_with(beam=None, range_m=1.0, width=1):
 
 
 @pytest.mark.parametrize("beam", [0, 700, BEAMS - 1])
-def test_a_beam_that_stands_out_alone_is_put_back_until_earlier_scans_confirm_it(beam):
+def test_a_single_beam_is_put_back_until_earlier_scans_confirm_it(beam):
     single_beams = SingleBeams()
     found = [confirmed(single_beams, wall_with(beam)).ranges[beam] for _ in range(8)]
     assert found[0] == WALL_M
@@ -111,7 +111,7 @@ class Spoiled:
         return self.inner.steer(LaserScan2D(ranges, *geometry), v_ref, v_uav, motion)
 
 
-def test_what_stands_where_the_view_is_lost_for_half_a_second_is_not_flown_to():
+def test_it_does_not_fly_to_an_obstacle_out_of_view_for_half_a_second():
     """A trunk 2 m ahead is seen for half a second. Then 55 degrees ahead of the UAV nothing returns."""
     steering, trunk = Dynamic(), Scene(circles=np.array([(2.0, 0.0, 0.25)]))
     angles = -math.pi + INCREMENT * np.arange(BEAMS)

@@ -48,7 +48,7 @@ def test_before_a_wall_it_counts_what_can_be_flown():
     assert report.braking_margin_m < 1.1 - 0.5  # what it has where it stands, beyond r_LB
 
 
-def test_what_was_seen_is_shown_where_it_stands_and_looking_does_not_change_the_answers():
+def test_the_view_shows_what_was_seen_and_does_not_change_the_answers():
     asked, silent = Dynamic(), Dynamic()
     wall = np.where(AHEAD, 3.0 / np.cos(ANGLES), np.inf)
     steps = [

@@ -36,7 +36,7 @@ def cfg_entries():
     return entries
 
 
-def test_every_parameter_is_in_dynamic_reconfigure_with_the_default_of_the_library():
+def test_dynamic_reconfigure_has_every_parameter_and_its_default():
     entries = cfg_entries()
     defaults = as_config(CepaParameters())
     assert set(entries) == set(defaults)
@@ -54,7 +54,7 @@ def test_every_parameter_has_a_sentence_and_numbers_have_limits(name):
         assert least < most
 
 
-def test_the_yaml_file_holds_every_default_but_slower_detours_and_says_what_it_does():
+def test_the_yaml_file_explains_every_default_and_has_slower_detours():
     path = PACKAGE / "config/cepa.yaml"
     config = yaml.safe_load(path.read_text())
     config["speed_fractions"] = fractions(config["speed_fractions"])

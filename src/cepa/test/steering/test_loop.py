@@ -92,7 +92,7 @@ def test_a_reference_counts_for_half_a_second(age_ms, flown):
     assert command.velocity_m_s == flown
 
 
-def test_it_brakes_once_an_answer_is_no_longer_safe_to_fly_and_stamps_never_go_back():
+def test_it_brakes_when_an_answer_is_too_old_and_stamps_never_go_back():
     bench = Bench()
     bench.instant(100)
     assert not bench.odometry(201)  # 0.1 s, and the tolerance of 1 ms
@@ -165,7 +165,7 @@ def test_a_lidar_upside_down_is_asked_as_seen_from_above():
     assert command.velocity_m_s == pytest.approx(left)
 
 
-def test_a_cloud_of_the_lidars_frame_is_taken_as_it_is_and_another_one_is_turned():
+def test_a_cloud_of_another_frame_than_the_lidars_is_turned():
     limits = CloudLimits((-0.3, 0.3), (-math.pi, math.pi), (0.5, 100.0))
     bench = Bench(limits=limits)
     points = np.array([[1.0, 2.0, 3.0]])

@@ -104,7 +104,7 @@ def test_command_says_how_many_relations_were_outside(tmp_path, capsys):
     assert written["exact"]["translation_mean_m"] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_exact_relations_are_those_with_both_stamps_within_a_millisecond_of_a_scan():
+def test_exact_relations_have_both_stamps_within_a_millisecond_of_a_scan():
     relations = Relations(
         np.array([[1.0, 2.0], [1.0009, 1.9991], [1.0, 2.0011], [1.5, 2.0]]), np.zeros((4, 3))
     )

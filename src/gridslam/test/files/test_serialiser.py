@@ -69,7 +69,7 @@ def test_a_tree_comes_back_as_it_was(tree):
     assert_same(unpack(pack(tree), CLASSES), tree)
 
 
-def test_an_array_that_stands_there_twice_is_written_once_and_is_one_array_again():
+def test_an_array_that_stands_twice_is_written_once_and_read_as_one():
     angles = np.linspace(0.0, 1.0, 100)
     packed = pack([angles, Pair(angles, angles.copy())])
     assert packed["float64"].size == 200

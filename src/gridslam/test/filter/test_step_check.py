@@ -74,7 +74,7 @@ def test_wrong_matches_turn_neither_path_nor_map(monkeypatch):
     assert turned == [10, 10, 11, 11]
 
 
-def test_a_saved_state_knows_where_the_next_step_begins_and_a_relocated_vehicle_does_not(tmp_path):
+def test_a_saved_state_knows_its_next_step_a_relocated_vehicle_does_not(tmp_path):
     log = rooms.log()
     slam = rooms.begin(log)
     rooms.run(slam, log, last=30)

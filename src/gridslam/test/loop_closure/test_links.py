@@ -122,7 +122,7 @@ def test_along_a_bare_corridor_a_link_measures_nothing():
     assert abs(found.newer_in_older[1]) < 0.02
 
 
-def test_a_wrong_turn_of_the_filter_is_mended_by_the_prediction_of_odometry():
+def test_odometrys_prediction_mends_a_wrong_turn_of_the_filter():
     # given two scans, and a filter that has turned by a radian too much
     poses = np.array([(1.0, -1.5, 0.0), (1.4, -1.3, 0.2)])
     scans = [scan_from(WALLS, pose, seed) for seed, pose in enumerate(poses)]

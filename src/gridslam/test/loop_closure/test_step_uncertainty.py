@@ -70,7 +70,7 @@ def test_where_scans_say_nothing_steps_get_odometrys_scale():
     np.testing.assert_allclose(edges.newer_in_older[12:], path.steps * (0.98, 0.98, 1.0), atol=1e-12)
 
 
-def test_a_step_that_no_scan_measured_is_as_uncertain_as_odometry_was_found_to_be_wrong():
+def test_an_unmeasured_step_is_as_uncertain_as_odometry_was_wrong():
     # given five steps of a metre by odometry; by the filter the second one is 9 m long
     x = np.arange(6.0)
     by_filter, by_odometry = (np.column_stack([each, np.zeros((6, 2))]) for each in (x + 8.0 * (x > 1.0), x))
@@ -92,7 +92,7 @@ def test_a_step_that_no_scan_measured_is_as_uncertain_as_odometry_was_found_to_b
     np.testing.assert_array_equal(found[[0, 3, 4]], path.covariances[[0, 3, 4]])
 
 
-def test_corrected_poses_leave_the_measured_steps_as_they_are_and_later_ones_follow():
+def test_corrected_poses_keep_the_measured_steps_and_later_ones_follow():
     # given a path of four nodes, whose last three were corrected
     p, maps = LoopClosureParameters(), LocalMaps(LoopClosureParameters())
     measured = np.column_stack([np.arange(6.0), np.zeros((6, 2))])

@@ -79,7 +79,7 @@ def test_thinning_averages_runs_of_neighbours(count, seed, dense):
 
 
 @pytest.mark.parametrize(("count", "at_most"), [(180, 180), (3_600, 800), (10_000, 800)])
-def test_matching_costs_no_more_for_a_lidar_that_sees_the_same_with_more_beams(count, at_most):
+def test_matching_costs_no_more_for_more_beams_of_the_same_view(count, at_most):
     # a circle of 3 m has 377 cells of 5 cm along its circumference; half a cell apart, 754 beams
     rng = np.random.default_rng(0)
     angles = np.linspace(-math.pi, math.pi, count, endpoint=False)

@@ -160,7 +160,7 @@ def test_free_space_that_waits_is_halved_as_if_it_had_not_waited(count, seed):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_free_space_that_waits_is_written_once_for_particles_with_the_same_past(monkeypatch):
+def test_waiting_free_space_is_written_once_for_particles_of_one_past(monkeypatch):
     # given particles that map a place with few surfaces, each from its own pose
     monkeypatch.setattr(free_space, "SCANS", 3)
     rng, nothing = np.random.default_rng(4), np.zeros(60, bool)
@@ -185,7 +185,7 @@ def test_free_space_that_waits_is_written_once_for_particles_with_the_same_past(
     assert maps.pool.tiles.visits[maps.tables[0]].sum() == visits.sum()
 
 
-def test_free_space_waits_where_most_tiles_are_free_and_several_particles_map():
+def test_free_space_waits_if_most_tiles_are_free_and_several_particles_map():
     few = beams_from(np.random.default_rng(5), 30, reach=900.0)
     many = beams_from(np.random.default_rng(6), 300)
     for particles, beams, waits in ((2, few, True), (1, few, False), (2, many, False)):

@@ -100,7 +100,7 @@ def test_without_readings_the_height_is_not_known():
 
 @given(st.floats(0.01, 0.3), st.floats(0.0, 0.9), st.floats(-3.0, 3.0))
 @settings(max_examples=40, deadline=None)
-def test_the_variance_after_a_pause_of_the_imu_is_that_of_the_filters_own_steps(late_s, pause_s, up):
+def test_the_variance_after_an_imu_pause_is_that_of_the_filters_steps(late_s, pause_s, up):
     # Given a flight in which the range finder comes some time after the IMU
     floor = FloorHeight(LidarOdometryParameters())
     for k in range(8):

@@ -132,7 +132,7 @@ def test_a_later_reading_of_the_imu_does_not_count_whenever_it_comes():
     assert leans[0] == leans[1]
 
 
-def test_an_overdue_range_holds_up_a_scan_but_a_silent_range_finder_does_not():
+def test_an_overdue_range_holds_a_scan_but_a_silent_finder_does_not():
     bench = Bench(first_range_m=None)
     bench.imu(0.0)
     bench.scan(0.0)

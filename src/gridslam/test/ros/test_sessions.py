@@ -54,7 +54,7 @@ def test_a_saved_state_is_gone_on_with(state):
     assert made.again == "SLAM begins again with the saved state"
 
 
-def test_localisation_on_a_saved_state_and_again_when_the_clock_has_gone_back(state):
+def test_localisation_on_a_saved_state_also_after_the_clock_went_back(state):
     session, said, made = first({**state, "localisation_only": True})
     for _ in range(2):
         assert session.localisation_only

@@ -105,7 +105,7 @@ def turned(corrected, first=0):
     ]
 
 
-def test_clouds_and_cleared_boxes_that_come_during_a_rebuild_are_in_the_map_afterwards():
+def test_clouds_and_cleared_boxes_during_a_rebuild_are_in_the_map():
     corrected = flown(PATH)
     before = corrected.voxels.values(corrected.voxels.box())
     rebuilding = Rebuilding(corrected, turned(corrected, 4))

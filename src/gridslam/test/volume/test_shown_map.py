@@ -112,7 +112,7 @@ def kind_at_door(corrected, shown):
     return shown.dense(Box(voxel, voxel + 1))[0, 0, 0]
 
 
-def test_a_door_that_opens_is_free_after_five_clouds_although_the_map_has_seen_it_closed():
+def test_a_door_seen_closed_is_free_five_clouds_after_it_opens():
     """Given a door that ten kept clouds have seen closed, when clouds between nodes see through it..."""
     corrected = CorrectedMap(VolumeParameters(resolution_m=RESOLUTION), NodeSpacing(1e9, 1e9, 1.0))
     shown = ShownMap(RESOLUTION)
