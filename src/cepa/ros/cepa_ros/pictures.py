@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Tuple
 
 import numpy as np
 import rospy
@@ -17,8 +16,8 @@ from cepa.scan import Beams
 from cepa_ros import decision_message
 from cepa_ros.decision_message import BRAKING, MOVER, PREDICTED
 
-Rgb = Tuple[float, float, float]
-Rgba = Tuple[float, float, float, float]
+Rgb = tuple[float, float, float]
+Rgba = tuple[float, float, float, float]
 
 WHITE, GREY, RED = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5), (0.9, 0.1, 0.1)
 INNER, OUTER = (1.0, 0.45, 0.1), (0.3, 0.75, 1.0)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import enum
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
-Vector2 = Tuple[float, float]
+Vector2 = tuple[float, float]
 
 
 class Reason(enum.Enum):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Sequence, Tuple
+from typing import Sequence
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from cepa.parameters import CepaParameters
 from cepa.scan import LaserScan2D
 from cepa.thesis.cushion import stopping_distance
 
-Vector3 = Tuple[float, float, float]
+Vector3 = tuple[float, float, float]
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence, Tuple
+from typing import Sequence
 
 import numpy as np
 
 from cepa.errors import MotionError
 
-Vector3 = Tuple[float, float, float]
-Quaternion = Tuple[float, float, float, float]
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)

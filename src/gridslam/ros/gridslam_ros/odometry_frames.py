@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Callable, Sequence, Tuple
+from typing import Callable, Sequence
 
 import rospy
 import tf2_py
@@ -14,7 +14,7 @@ from sensor_msgs.msg import LaserScan
 from gridslam import SlamError
 from node_tools.conversions import xyz, xyzw
 
-Pose = Tuple[Tuple[float, float, float], Tuple[float, float, float, float]]
+Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 """Translation (x, y, z) in m and unit quaternion (x, y, z, w)."""
 
 CACHE_S = 120.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Sequence, Tuple
+from typing import Sequence
 
 import numpy as np
 import scipy  # loads signal and others at their first use; that takes half a second
@@ -24,7 +24,7 @@ COVERED = 0.99
 """Share of the instants whose whole deviations the stated error covers."""
 ACCELERATION_OVER_S = 0.2
 
-Parameters = Tuple[float, float, float, float]
+Parameters = tuple[float, float, float, float]
 """p, i, lag in s, delay in s."""
 
 

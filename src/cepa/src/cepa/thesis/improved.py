@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Tuple
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from cepa.thesis.emergency import improved_flight, is_emergency, original_flight
 from cepa.thesis.kernels.improved import best_velocity, intrusion
 from cepa.thesis.kernels.valid_directions import valid_directions
 
-Weights = Tuple[float, float, float]
+Weights = tuple[float, float, float]
 """The factors of |v| cos(psi), |v| and Omega in equation 6.5."""
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from typing import Tuple
 
 import rospy
 from geometry_msgs.msg import TransformStamped
@@ -11,7 +10,7 @@ from tf2_msgs.msg import TFMessage
 
 from node_tools.conversions import set_yaw, time_of
 
-PlanarPose = Tuple[float, float, float]
+PlanarPose = tuple[float, float, float]
 """x, y in m and yaw in rad."""
 
 APART_NS = 1000

@@ -7,7 +7,7 @@ So walls keep their places. Beams that hit the floor are dropped, because they w
 from __future__ import annotations
 
 import math
-from typing import Sequence, Tuple, Union
+from typing import Sequence
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from gridslam.errors import NoUsableBeamError, ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.scan import PlanarScan
 
-LidarPose = Union[np.ndarray, Tuple[Sequence[float], Sequence[float]]]
+LidarPose = np.ndarray | tuple[Sequence[float], Sequence[float]]
 """A (4, 4) matrix, or translation (x, y, z) and unit quaternion (x, y, z, w)."""
 
 FLOOR_CLEARANCE_M = 0.15

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Callable, NamedTuple, Sequence, Tuple
+from typing import Callable, NamedTuple, Sequence
 
 import numpy as np
 
@@ -18,7 +18,7 @@ READINGS_KEPT = 100
 IMU_LAG_S = 0.0205
 """A little more than the period of an IMU at 50 Hz, as MAVROS sends it."""
 
-Mounting = Tuple[Sequence[float], Sequence[float]]
+Mounting = tuple[Sequence[float], Sequence[float]]
 """Of a sensor in the base frame: translation (x, y, z) in m, and unit quaternion (x, y, z, w)."""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Sequence, Union
+from typing import Sequence
 
 import numpy as np
 
@@ -20,7 +20,7 @@ POINTS_MAX = 4_000_000
 MOVED_VOXELS = 0.5
 """A node is moved in the map when the end of a ray of median length moves by more than this."""
 
-Event = Union[CloudNode, ClearedBox]
+Event = CloudNode | ClearedBox
 
 
 class SettledEvents:

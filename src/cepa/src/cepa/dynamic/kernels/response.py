@@ -8,7 +8,6 @@ velocity, acceleration and integral, and for z position and velocity only. A res
 from __future__ import annotations
 
 import math
-from typing import Tuple
 
 import numpy as np
 
@@ -19,14 +18,14 @@ POSITION, VELOCITY, ACCELERATION, INTEGRAL = 0, 4, 8, 12
 """Of a response: where the row of each begins, with its factors of velocity, acceleration, integral and
 command."""
 ACCELERATION_MAX, CHANGE_MAX, CLIMB_SHARE, STEP = 16, 17, 18, 19
-State = Tuple[Tuple[float, ...], Tuple[float, ...], Tuple[float, ...]]
+State = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """The numbers of a state (3, 4): four for x, four for y, two for z."""
-Law = Tuple[
-    Tuple[float, ...],
-    Tuple[float, ...],
-    Tuple[float, ...],
-    Tuple[float, ...],
-    Tuple[float, float],
+Law = tuple[
+    tuple[float, ...],
+    tuple[float, ...],
+    tuple[float, ...],
+    tuple[float, ...],
+    tuple[float, float],
     float,
     float,
 ]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Tuple
-
 import numpy as np
 
 from cepa.dynamic.constants.distance_fields import FIELD_WINDOW_M
@@ -19,7 +17,7 @@ from cepa.dynamic.remembered.kernels.voxels import NOBODY, Voxels, forget_far, r
 
 REACH_M = np.array([0.5 * FIELD_WINDOW_M, VOXEL_REACH_UP_M])
 
-Picture = Tuple[np.ndarray, float, float, float, int]
+Picture = tuple[np.ndarray, float, float, float, int]
 """The newest cloud's picture, as `recall` takes it: nearest, row_tan, gap, near, misses."""
 
 
