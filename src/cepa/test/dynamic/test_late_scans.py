@@ -68,9 +68,9 @@ def watch(seconds, moves, age_of=lambda t: LATE_S, takes_as_fresh=False, arrives
 
 
 def test_nothing_moves_where_all_stands():
-    assert all(len(segmented.discs) == 0 for _, segmented in watch(3.0, moves=False))
+    assert all(len(segmented.movers) == 0 for _, segmented in watch(3.0, moves=False))
     # With the same odometry taken as fresh, trunks seem to move
-    assert any(len(segmented.discs) for _, segmented in watch(3.0, moves=False, takes_as_fresh=True))
+    assert any(len(segmented.movers) for _, segmented in watch(3.0, moves=False, takes_as_fresh=True))
 
 
 @pytest.mark.parametrize("arrives", [lambda k: True, lambda k: k % 5 != 2], ids=["all", "some_are_lost"])
@@ -79,7 +79,7 @@ def test_what_moves_is_where_it_will_be_when_an_answer_shows_its_effect(arrives)
     for t, segmented in watch(2.3, moves=True, arrives=arrives):
         if t < 0.8:
             continue
-        ((x, y, vx, vy, radius, _),) = segmented.discs
+        ((x, y, vx, vy, radius, _),) = segmented.movers
         place = START + VELOCITY * (t + ahead_s) - (SPEED_M_S * t, 0.0)
         assert (x, y) == pytest.approx(place, abs=0.25)
         assert (vx, vy) == pytest.approx(VELOCITY, abs=0.4)
@@ -105,18 +105,18 @@ def test_odometry_in_time_changes_nothing(age_s):
         assert np.array_equal(segmented.points, points)
         assert np.array_equal(segmented.is_moving, expected.is_moving)
         if len(expected.positions):
-            assert np.array_equal(segmented.discs[:, 2:4], expected.velocities)
+            assert np.array_equal(segmented.movers[:, 2:4], expected.velocities)
 
 
 def test_what_moves_goes_on_for_a_second_when_odometry_stops():
     stops_s = 1.5
     for t, segmented in watch(3.0, moves=True, age_of=lambda t: LATE_S + max(0.0, t - stops_s)):
         if stops_s < t < stops_s - LATE_S + 0.9:
-            ((x, y, *_, radius, _),) = segmented.discs
+            ((x, y, *_, radius, _),) = segmented.movers
             place = START + VELOCITY * (t + PARAMETERS.response.delay_s) - (SPEED_M_S * t, 0.0)
             assert np.hypot(x - place[0], y - place[1]) < radius
         elif t > stops_s - LATE_S + 1.1:
-            assert len(segmented.discs) == 0
+            assert len(segmented.movers) == 0
             assert not segmented.is_moving.any()
 
 

@@ -241,7 +241,7 @@ def test_a_clock_that_goes_back_and_empty_scans_are_no_harm():
 def test_discs_hold_the_thing_with_its_uncertainty():
     world = World(FEW_TRUNKS, circles=[((5.0, -3.0), (0.0, 2.0), 0.4)])
     moving = [moving for _, _, _, moving in watch(world, 1.0, seed=6)][-1]
-    ((x, y, vx, vy, radius, growth),) = moving.discs(np.array([1.0, 1.0]))
+    ((x, y, vx, vy, radius, growth),) = moving.movers(np.array([1.0, 1.0]))
     assert (x, y) == pytest.approx((4.0, -2.0), abs=0.3)
     assert (vx, vy) == pytest.approx((0.0, 2.0), abs=0.3)
     assert 0.35 < radius < 0.7

@@ -1,4 +1,7 @@
-"""The cost of flying a velocity, in the terms of equation 6.5 of the thesis. Change the cost here."""
+"""The cost of flying a velocity, in the terms of equation 6.5 of the thesis. Change the cost here.
+
+The terms are measured along a path by `kernels.rollout.fly_on`. For a further term add a column there.
+"""
 
 from __future__ import annotations
 
@@ -25,21 +28,26 @@ class Cost:
 
     def __init__(self, parameters: CepaParameters):
         self._p = parameters
-        self.progress, self.discomfort = parameters.k2, COST_OF_DISCOMFORT * parameters.k3
+        self._of_progress, self._of_discomfort = parameters.k2, COST_OF_DISCOMFORT * parameters.k3
 
     def of(
-        self, commands: np.ndarray, outcomes: np.ndarray, last: np.ndarray, speed: float, own_speed: float
+        self,
+        commands: np.ndarray,
+        outcomes: np.ndarray,
+        last: np.ndarray,
+        reference_speed: float,
+        own_speed: float,
     ) -> np.ndarray:
         """Return the cost (n,) of each command (n, 3), m/s; outcomes (n, 5): see `roll_out`.
 
-        last: the last command (3,). speed, own_speed: of the reference and of the UAV, m/s.
+        last: the last command (3,). reference_speed, own_speed: of the reference and of the UAV, m/s.
         """
         progress, discomfort, lost, _, hit = outcomes.T
         change = np.hypot(commands[:, 0] - last[0], commands[:, 1] - last[1])
-        k1 = own_speed * self._p.k4 + self._p.k5
-        steady = COST_OF_CHANGE * k1 / (own_speed * USUAL_K4 + USUAL_K5)
-        along = (steady * change - self.progress * progress) / max(speed, SLOWEST_SCALE_M_S)
-        return along + self.discomfort * discomfort + COST_OF_LOSS * lost + COST_OF_BEING_HIT * hit
+        k1 = own_speed * self._p.k4 + self._p.k5  # the thesis's; the parameter k1 belongs to `Original`
+        of_change = COST_OF_CHANGE * k1 / (own_speed * USUAL_K4 + USUAL_K5)
+        flight = (of_change * change - self._of_progress * progress) / max(reference_speed, SLOWEST_SCALE_M_S)
+        return flight + self._of_discomfort * discomfort + COST_OF_LOSS * lost + COST_OF_BEING_HIT * hit
 
     def of_height(
         self, commands: np.ndarray, outcomes: np.ndarray, last: np.ndarray, height_m: float

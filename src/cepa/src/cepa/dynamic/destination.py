@@ -21,7 +21,7 @@ class Destination:
 
     def reset(self) -> None:
         """Forget all references."""
-        self._weight = self._spread_m2 = self._together = self._variance = 0.0
+        self._weight = self._place_variance = self._covariance = self._reference_variance = 0.0
         self._mean_m = self._mean_m_s = self._last_m = (0.0, 0.0)
         self._waiting: list[tuple[float, float, float, float]] = []
 
@@ -38,24 +38,28 @@ class Destination:
         self._waiting.clear()
 
     def _fit(self, x: float, y: float, u: float, v: float) -> None:
+        """Update weighted means, variances (not divided by the weight) and the covariance of x and v_ref."""
         last_x, last_y = self._last_m
         (mean_x, mean_y), (mean_u, mean_v) = self._mean_m, self._mean_m_s
         kept = math.exp(-math.hypot(x - last_x, y - last_y) / FORGOTTEN_M)
-        before = kept * self._weight
-        self._weight, self._last_m = before + 1.0, (x, y)
+        earlier = kept * self._weight
+        self._weight, self._last_m = earlier + 1.0, (x, y)
         share = 1.0 / self._weight
         dx, dy, du, dv = x - mean_x, y - mean_y, u - mean_u, v - mean_v
         self._mean_m = mean_x + share * dx, mean_y + share * dy
         self._mean_m_s = mean_u + share * du, mean_v + share * dv
-        new = before * share
-        self._spread_m2 = kept * self._spread_m2 + new * (dx * dx + dy * dy)
-        self._together = kept * self._together + new * (dx * du + dy * dv)
-        self._variance = kept * self._variance + new * (du * du + dv * dv)
+        new = earlier * share
+        self._place_variance = kept * self._place_variance + new * (dx * dx + dy * dy)
+        self._covariance = kept * self._covariance + new * (dx * du + dy * dv)
+        self._reference_variance = kept * self._reference_variance + new * (du * du + dv * dv)
 
     @property
     def gain_1_s(self) -> float:
         """By how much the reference's speed falls for each metre towards the end; 0: it has none in sight."""
         self._take_in()
-        if self._together >= 0.0 or self._together**2 < LEAST_EXPLAINED * self._spread_m2 * self._variance:
+        if (
+            self._covariance >= 0.0
+            or self._covariance**2 < LEAST_EXPLAINED * self._place_variance * self._reference_variance
+        ):
             return 0.0
-        return -self._together / self._spread_m2
+        return -self._covariance / self._place_variance

@@ -19,7 +19,7 @@ from cepa.dynamic.emergency import Emergency
 from cepa.dynamic.heading import Heading
 from cepa.dynamic.kernels.rollout import DISCOMFORT, LOSS, PROGRESS
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO
-from cepa.dynamic.knowledge import Knowledge, Known, Observation, Outlook
+from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles
 from cepa.dynamic.plane_knowledge import PlaneKnowledge
@@ -39,7 +39,9 @@ class Step(NamedTuple):
     """What one step works with, as soon as it is known what surrounds the UAV."""
 
     knowledge: Knowledge
-    known: Known
+    """Keeps what is known from step to step."""
+    snapshot: Snapshot
+    """What is known at this step."""
     reference: Reference
     heading: Heading
 
@@ -122,8 +124,8 @@ class Dynamic(Algorithm):
         """Return what was known and foreseen at the last answer; None as for ``report``."""
         if self._explanation is None:
             return None
-        foreseen = self._rollouts.response, self._rollouts.horizon(self.commit_s)
-        return view_of(self._explanation, *foreseen)
+        horizon = self._rollouts.horizon(self.commit_s)
+        return view_of(self._explanation, self._rollouts.response, horizon)
 
     def _steer(
         self, scan: LaserScan2D, v_ref: Vector2, v_uav: Vector2, motion: Motion | None, cloud: Cloud | None
@@ -144,11 +146,11 @@ class Dynamic(Algorithm):
         observed = self._observe(beams, scan.range_max, now, told.age_s, state, cloud)  # 2 what moves
         knowledge = self._knowledge_of(observed)
         step = Step(knowledge, knowledge.take_in(observed), reference, heading)  # 2 memory
-        clear = knowledge.clear_reference(step.known, reference, self.commit_s)  # 3 clear?
+        clear = knowledge.clear_reference(step.snapshot, reference, self.commit_s)  # 3 clear?
         if clear is not None:
             return self._answer(step, clear, 0.0, 1, Reason.CUSHION_CLEAR)
         course = course_of(reference, self._destination.gain_1_s, cost_horizon_s(self.parameters))
-        outlook = knowledge.outlook(step.known, reference, course)  # 4 cost-to-go
+        outlook = knowledge.outlook(step.snapshot, reference, course)  # 4 cost-to-go
         if outlook.search_climb:
             return self._climb_on_the_spot(step, outlook)
         return self._least_costly(step, outlook, course)  # 5 to 8
@@ -181,13 +183,24 @@ class Dynamic(Algorithm):
         cloud: Cloud | None,
     ) -> Observation:
         """Tell what moves from what stands; return it with all that came with the scan."""
-        points, free, is_moving, discs = self._moving.take_in(beams, now, age_s, range_max)
+        scan = self._moving.take_in(beams, now, age_s, range_max)
         standing = NOTHING
-        if len(points):
-            standing = points[~is_moving, :2] if len(discs) else points[:, :2].copy()
+        if len(scan.points):
+            standing = scan.points[~scan.is_moving, :2] if len(scan.movers) else scan.points[:, :2].copy()
         rangings, self._rangings = self._rangings, ()
-        seen = points, is_moving, standing, free, discs
-        return Observation(now, state, beams, range_max, *seen, cloud, rangings)
+        return Observation(
+            motion=now,
+            state=state,
+            beams=beams,
+            range_max=range_max,
+            points=scan.points,
+            is_moving=scan.is_moving,
+            standing=standing,
+            free=scan.free,
+            movers=scan.movers,
+            cloud=cloud,
+            rangings=rangings,
+        )
 
     def _knowledge_of(self, observed: Observation) -> Knowledge:
         """Return what takes in an observation: from the first cloud or range on that in space."""
@@ -201,34 +214,29 @@ class Dynamic(Algorithm):
 
     def _least_costly(self, step: Step, outlook: Outlook, course: Course) -> Decision:
         """Return the least costly of the admissible candidates, or the way out of an emergency."""
-        _, known, reference, _ = step
-        around, state = outlook.around, known.state
-        fan_speed = max(reference.speed, EVASION_M_S) if len(known.observed.discs) else reference.speed
+        reference, around, state = step.reference, outlook.around, step.snapshot.state
+        is_threatened = len(step.snapshot.observed.movers) > 0
+        fan_speed = max(reference.speed, EVASION_M_S) if is_threatened else reference.speed
         level = candidates(reference.velocity, self._command, fan_speed)
-        commands = step.knowledge.candidates(level, outlook.climb_m_s)  # 5 candidates
+        commands = step.knowledge.with_climbs(level, outlook.climb_m_s)  # 5 candidates
         assessed = self._rollouts.assess(commands, state, around, course.direction, self.commit_s)
-        is_admissible, outcomes, margin_m = assessed
-        is_admissible &= leads_back(commands, outlook.blind_way)  # 6 admissible
-        remembered = outlook.remembered, outlook.is_hidden
-        considered = Considered(*remembered, int(is_admissible.sum()), margin_m)
+        outcomes = assessed.outcomes
+        is_admissible = assessed.is_admissible & leads_back(commands, outlook.blind_way)  # 6 admissible
         own_speed = math.hypot(state[0, 1], state[1, 1])
         cost = self._cost.of(commands, outcomes, self._command, reference.speed, own_speed)  # 7 cost
         if outlook.height_m is not None:
             cost += self._cost.of_height(commands, outcomes, self._command, outlook.height_m)
         cost[~is_admissible] = math.inf
         best = int(np.argmin(cost)) if outlook.has_way and np.isfinite(cost).any() else STANDSTILL
+        considered = Considered(
+            outlook.remembered, outlook.is_hidden, int(is_admissible.sum()), assessed.braking_margin_m
+        )
         end_m, progress_m = math.hypot(*course.end), float(outcomes[best, PROGRESS])
         if self._emergency.is_needed(around, progress_m, reference.speed, end_m):  # 8 emergency
             return self._leave(step, outlook, considered)
         is_reference = best == REFERENCE and np.array_equal(commands[best, :2], reference.velocity[:2])
         is_clear = is_reference and outcomes[best, DISCOMFORT] == outcomes[best, LOSS] == 0.0
-        reason = Reason.STEERED
-        if not outlook.has_way:
-            reason = Reason.NO_WAY
-        elif is_clear:
-            reason = Reason.CUSHION_CLEAR
-        elif best == STANDSTILL:
-            reason = Reason.BRAKING
+        reason = _reason(outlook.has_way, is_clear, best)
         return self._answer(step, commands[best], float(cost[best]), len(commands), reason, considered)
 
     def _leave(self, step: Step, outlook: Outlook, considered: Considered) -> Decision:
@@ -237,24 +245,26 @@ class Dynamic(Algorithm):
         around = outlook.around._replace(cost_to_go=NO_COST_TO_GO)
         direction = self._emergency.direction(around)
         straight = np.zeros(3) if direction is None else np.array([*(p.v_max * direction), 0.0])
-        commands = step.knowledge.candidates(candidates(straight, self._command, speed), 0.0)
+        commands = step.knowledge.with_climbs(candidates(straight, self._command, speed), 0.0)
         away = np.zeros(2) if direction is None else direction
-        judged = commands, step.known.state, around, away, self.commit_s
-        is_admissible, outcomes, _ = self._rollouts.assess(*judged, is_emergency=True)
-        cost = self._cost.of_leaving(commands, outcomes, self._command, direction is not None)
-        cost[~is_admissible] = math.inf
+        assessed = self._rollouts.assess(
+            commands, step.snapshot.state, around, away, self.commit_s, is_emergency=True
+        )
+        cost = self._cost.of_leaving(commands, assessed.outcomes, self._command, direction is not None)
+        cost[~assessed.is_admissible] = math.inf
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
-        answer = commands[best], float(cost[best]), len(commands), Reason.MARGIN_LOST
-        return self._answer(step, *answer, considered)
+        tested = len(commands)
+        return self._answer(step, commands[best], float(cost[best]), tested, Reason.MARGIN_LOST, considered)
 
     def _climb_on_the_spot(self, step: Step, outlook: Outlook) -> Decision:
         """Climb or sink as fast as may be, to look for a way at other heights."""
         commands = np.zeros((len(SPOT_CLIMBS), 3))
         commands[:, 2] = self.parameters.climb_max * (outlook.search_climb * np.array(SPOT_CLIMBS))
-        state = step.known.state
-        judged = commands, state, outlook.around, np.zeros(2), self.commit_s
-        is_admissible, _, _ = self._rollouts.assess(*judged)
-        tested = len(commands)
+        state, tested = step.snapshot.state, len(commands)
+        nowhere = np.zeros(2)
+        is_admissible = self._rollouts.assess(
+            commands, state, outlook.around, nowhere, self.commit_s
+        ).is_admissible
         if is_admissible.any():
             return self._answer(step, commands[is_admissible.argmax()], 0.0, tested, Reason.STEERED)
         if not np.any(np.abs(state[:, 1]) > STANDS_M_S):
@@ -272,9 +282,9 @@ class Dynamic(Algorithm):
     ) -> Decision:
         """Return a command (3,), m/s, as an answer, and keep what the next step needs of it."""
         self._command = command
-        self._explanation = Explanation(step.knowledge, step.known, command, considered)
+        self._explanation = Explanation(step.knowledge, step.snapshot, command, considered)
         x, y, up = command.tolist()
-        stamp_s = step.known.observed.motion.stamp_s
+        stamp_s = step.snapshot.observed.motion.stamp_s
         self._observer.command(stamp_s, (x, y, up), self.commit_s)
         return Decision(
             step.heading.into_scan(x, y),
@@ -282,6 +292,15 @@ class Dynamic(Algorithm):
             cost,
             tested,
             reason,
-            climb_m_s=up if step.known.space is not None else None,
-            warnings=step.known.warnings,
+            climb_m_s=up if step.snapshot.space is not None else None,
+            warnings=step.snapshot.warnings,
         )
+
+
+def _reason(has_way: bool, is_clear: bool, best: int) -> Reason:
+    """Return why candidate ``best`` is the answer. is_clear: it is the reference, and nothing is near it."""
+    if not has_way:
+        return Reason.NO_WAY
+    if is_clear:
+        return Reason.CUSHION_CLEAR
+    return Reason.BRAKING if best == STANDSTILL else Reason.STEERED

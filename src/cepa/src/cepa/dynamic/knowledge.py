@@ -1,4 +1,8 @@
-"""The one interface of what the UAV knows of its surroundings, in the plane and in space."""
+"""What the UAV knows of its surroundings: one interface, in the plane and in space, and its values.
+
+A scan becomes an `Observation`. `Knowledge` takes it in and returns a `Snapshot`. If the reference is not
+clear, it also returns an `Outlook`: what the candidates are judged by.
+"""
 
 from __future__ import annotations
 
@@ -35,20 +39,20 @@ class Observation(NamedTuple):
     """(m, 2) m: the others."""
     free: FreeRanges
     """How far each direction is free."""
-    discs: np.ndarray
-    """(k, 6): what moves, see kernels/surroundings.py."""
+    movers: np.ndarray
+    """(k, 6): what moves, see `Surroundings`."""
     cloud: Cloud | None = None
     rangings: Sequence[Ranging] = ()
 
 
-class Known(NamedTuple):
-    """What is known once an observation was taken in."""
+class Snapshot(NamedTuple):
+    """What is known at one scan, once its observation was taken in."""
 
     observed: Observation
     near: np.ndarray
     """(n, 2) m: what stands at the height of the body."""
     state: np.ndarray
-    """(3, 4): the observation's, with the height above the middle layer."""
+    """(3, 4): the observation's; in space its height counts from the middle layer of `space`."""
     space: RecalledSpace | None = None
     """What is known in three dimensions; None: the UAV flies in a plane."""
     warnings: tuple[str, ...] = ()
@@ -70,35 +74,35 @@ class Outlook(NamedTuple):
     climb_m_s: float = 0.0
     """Climb of the candidates, towards the height to fly at."""
     height_m: float | None = None
-    """To fly at, in the axes of `Known.state`; None: the UAV stays level."""
+    """To fly at, in the axes of `Snapshot.state`; None: the UAV stays level."""
     search_climb: float = 0.0
     """1.0 or -1.0: it climbs or sinks on the spot, to look for a way at other heights; 0.0: it flies on."""
 
 
 class Knowledge(ABC):
-    """What the UAV knows. `PlaneKnowledge` and `SpaceKnowledge` are the two kinds."""
+    """Keeps what the UAV knows from scan to scan. `PlaneKnowledge` and `SpaceKnowledge` are its two kinds."""
 
     @abstractmethod
-    def take_in(self, observed: Observation) -> Known:
+    def take_in(self, observed: Observation) -> Snapshot:
         """Take in what came with a scan."""
 
     @abstractmethod
-    def clear_reference(self, known: Known, reference: Reference, commit_s: float) -> np.ndarray | None:
+    def clear_reference(self, snapshot: Snapshot, reference: Reference, commit_s: float) -> np.ndarray | None:
         """Return the reference as a command (3,), m/s, if it may be flown as it is; else None.
 
         Its own path must have a clearance of r_UB, and all of it must have been seen free.
         """
 
     @abstractmethod
-    def outlook(self, known: Known, reference: Reference, course: Course) -> Outlook:
+    def outlook(self, snapshot: Snapshot, reference: Reference, course: Course) -> Outlook:
         """Return the clearances, the free space and the cost-to-go around the UAV."""
 
     @abstractmethod
-    def candidates(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
-        """Return the commands (m, 3), m/s, to judge: ``level`` (n, 3), with climbs if it can climb."""
+    def with_climbs(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
+        """Return the commands (m, 3), m/s, to judge: ``level`` (n, 3), with climbs if the UAV can climb."""
 
     @abstractmethod
-    def remembered(self, known: Known) -> tuple[np.ndarray, np.ndarray]:
+    def remembered(self, snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
         """Return all remembered points (n, 3), m, and which are hidden (n,). It changes nothing."""
 
     @abstractmethod

@@ -17,7 +17,7 @@ from cepa.dynamic.kernels.surroundings import (
     FreeSpace,
     Surroundings,
 )
-from cepa.dynamic.knowledge import Knowledge, Known, Observation, Outlook
+from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.remembered.plane_memory import PlaneMemory, RecalledPlane
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.parameters import CepaParameters
@@ -47,10 +47,10 @@ class PlaneKnowledge(Knowledge):
         """Take over what one with other parameters knows."""
         self._memory.take_over(earlier._memory)
 
-    def take_in(self, observed: Observation) -> Known:
+    def take_in(self, observed: Observation) -> Snapshot:
         """Take in what came with a scan."""
         self._memory.keep(observed.standing, observed.free, observed.motion)
-        return Known(observed, observed.standing, observed.state)
+        return Snapshot(observed, observed.standing, observed.state)
 
     def lidar_plane(self, observed: Observation) -> LidarPlane:
         """Take in what came with a scan; return what the lidar's plane shows, for `SpaceKnowledge`.
@@ -61,16 +61,16 @@ class PlaneKnowledge(Knowledge):
         recalled = self._memory.recall(observed.standing, observed.free, observed.motion, patience=1)
         return LidarPlane(observed.free.free_m, self._distances(recalled))
 
-    def clear_reference(self, known: Known, reference: Reference, commit_s: float) -> np.ndarray | None:
+    def clear_reference(self, snapshot: Snapshot, reference: Reference, commit_s: float) -> np.ndarray | None:
         """Return the reference as a command if its path is clear; see `Knowledge`."""
-        p, observed, motion = self._p, known.observed, known.observed.motion
+        p, observed, motion = self._p, snapshot.observed, snapshot.observed.motion
         leads_away = is_leading_away(self._search, reference, p)
-        if len(observed.discs) or leads_away or self._memory.is_astray:
+        if len(observed.movers) or leads_away or self._memory.is_astray:
             return None
         is_clear = self._rollouts.is_clear(
             reference.velocity,
             reference.speed,
-            known.state,
+            snapshot.state,
             observed.standing,
             observed.beams,
             motion.yaw_rad,
@@ -83,27 +83,32 @@ class PlaneKnowledge(Knowledge):
             return None
         return reference.velocity
 
-    def outlook(self, known: Known, reference: Reference, course: Course) -> Outlook:
+    def outlook(self, snapshot: Snapshot, reference: Reference, course: Course) -> Outlook:
         """Return the clearances, the free space and the cost-to-go around the UAV."""
-        observed = known.observed
+        observed = snapshot.observed
         recalled = self._memory.recall(observed.standing, observed.free, observed.motion)
         field = DistanceField(self._distances(recalled), FIELD_CELL_M, 1.0, self.far_m)
         cost_to_go: CostToGo | None = NO_COST_TO_GO
         if self._search is not None and reference.speed >= self._p.reference_speed_min:
             cost_to_go = self._search.search(recalled.obstacles, course, observed.motion).cost_to_go
         free_space = FreeSpace(recalled.reach_m, NOTHING_UNSEEN, 1.0)
-        around = Surroundings(field, free_space, observed.discs, cost_to_go or NO_COST_TO_GO)
-        known_points = recalled.remembered, recalled.is_hidden
-        return Outlook(around, cost_to_go is not None, *known_points, blind_way=recalled.blind_way)
+        around = Surroundings(field, free_space, observed.movers, cost_to_go or NO_COST_TO_GO)
+        return Outlook(
+            around,
+            has_way=cost_to_go is not None,
+            remembered=recalled.remembered,
+            is_hidden=recalled.is_hidden,
+            blind_way=recalled.blind_way,
+        )
 
-    def candidates(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
+    def with_climbs(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
         """Return ``level``: in the plane the UAV does not climb."""
         del climb_m_s
         return level
 
-    def remembered(self, known: Known) -> tuple[np.ndarray, np.ndarray]:
+    def remembered(self, snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
         """Return all remembered points (n, 3), m, and which are hidden (n,). It changes nothing."""
-        observed = known.observed
+        observed = snapshot.observed
         recalled = self._memory.recall(observed.standing, observed.free, observed.motion, forgets=False)
         return recalled.remembered, recalled.is_hidden
 

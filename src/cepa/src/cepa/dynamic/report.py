@@ -10,7 +10,7 @@ import numpy as np
 
 from cepa.dynamic.kernels.response import roll
 from cepa.dynamic.kernels.surroundings import Horizon
-from cepa.dynamic.knowledge import Knowledge, Known
+from cepa.dynamic.knowledge import Knowledge, Snapshot
 from cepa.motion import Motion
 
 HERE = np.zeros((1, 3))
@@ -33,7 +33,7 @@ class Explanation(NamedTuple):
     """All that an answer is explained by."""
 
     knowledge: Knowledge
-    known: Known
+    snapshot: Snapshot
     command: np.ndarray
     """(3,) m/s: the answer, along the odometry's axes."""
     considered: Considered | None
@@ -73,27 +73,27 @@ class View:
 
 def report_of(explanation: Explanation, body_radius: float) -> Report:
     """Return the reasons of the answer."""
-    known, considered = explanation.known, explanation.considered
-    nearest_m = np.sqrt((known.near**2).sum(axis=1).min(initial=math.inf))
+    snapshot, considered = explanation.snapshot, explanation.considered
+    nearest_m = np.sqrt((snapshot.near**2).sum(axis=1).min(initial=math.inf))
     clearance_m = float(nearest_m) - body_radius
     if considered is None:
         return Report(clearance_m)
-    counts = len(considered.remembered), len(known.observed.discs)
+    counts = len(considered.remembered), len(snapshot.observed.movers)
     return Report(clearance_m, considered.admissible, considered.braking_margin_m, *counts)
 
 
 def view_of(explanation: Explanation, response: np.ndarray, horizon: Horizon) -> View:
     """Return what is known and foreseen. response: see `observer.response_of`."""
-    knowledge, known, command, considered = explanation
-    state, motion = known.observed.state, known.observed.motion
+    knowledge, snapshot, command, considered = explanation
+    state, motion = snapshot.observed.state, snapshot.observed.motion
     predicted = np.empty((horizon.cost, 3))
     roll(state, command, response, horizon.cost, predicted)
     braking = np.empty((horizon.commit + horizon.brake, 3))
     braking = braking[: roll(state, command, response, horizon.commit, braking)]
-    into_scan = _turned_back(motion, is_level=known.space is None)
-    remembered, hidden = considered[:2] if considered else knowledge.remembered(known)
+    into_scan = _turned_back(motion, is_level=snapshot.space is None)
+    remembered, hidden = considered[:2] if considered else knowledge.remembered(snapshot)
     remembered = np.pad(remembered, ((0, 0), (0, 3 - remembered.shape[1])))
-    flat, movers = into_scan[:2, :2], known.observed.discs
+    flat, movers = into_scan[:2, :2], snapshot.observed.movers
     return View(
         np.concatenate((HERE, predicted @ into_scan)),
         np.concatenate((HERE, braking @ into_scan)),

@@ -24,7 +24,7 @@ from cepa.dynamic.kernels.surroundings import (
     FreeSpace,
     Surroundings,
 )
-from cepa.dynamic.knowledge import Knowledge, Known, Observation, Outlook
+from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.plane_knowledge import PlaneKnowledge, is_leading_away
 from cepa.dynamic.remembered.space_memory import NO_POINTS, RecalledSpace, SpaceMemory
 from cepa.dynamic.rollouts import Rollouts
@@ -48,7 +48,6 @@ class SpaceKnowledge(Knowledge):
     ):
         self._p, self._rollouts, self._search, self._plane = parameters, rollouts, search, plane
         self._memory, self._heights, self._clouds = SpaceMemory(parameters), HeightSearch(), CloudWatch()
-        self._by_plane = False
         self._full_s = -math.inf  # when there was no room left for points
 
     def take_over(self, earlier: SpaceKnowledge) -> None:
@@ -56,21 +55,20 @@ class SpaceKnowledge(Knowledge):
         self._memory.take_over(earlier._memory)
         self._clouds, self._full_s = earlier._clouds, earlier._full_s
 
-    def take_in(self, observed: Observation) -> Known:
+    def take_in(self, observed: Observation) -> Snapshot:
         """Take in what came with a scan."""
         cloud, motion, p = observed.cloud, observed.motion, self._p
         self._clouds.take_in(cloud, motion.stamp_s)
-        self._by_plane = self._clouds.is_silent or not self._clouds.looks_all_around
-        plane = self._plane.lidar_plane(observed) if self._by_plane else None
-        counts = self._by_plane or cloud is None
+        plane = self._plane.lidar_plane(observed) if self._needs_plane else None
+        counts = self._needs_plane or cloud is None
         beam_ends = observed.points[~observed.is_moving] if counts else NO_POINTS
-        space = self._memory.take_in(cloud, motion, observed.discs, plane, observed.rangings, beam_ends)
+        space = self._memory.take_in(cloud, motion, observed.movers, plane, observed.rangings, beam_ends)
         heights_m = space.points[:, 2]
         near = space.points[(-p.body_below <= heights_m) & (heights_m <= p.body_above), :2]
         state = observed.state.copy()
         state[2, 0] -= space.middle_m
         warnings = (*self._clouds.news(), *self._about_the_memory(motion))
-        return Known(observed, near, state, space, warnings)
+        return Snapshot(observed, near, state, space, warnings)
 
     def _about_the_memory(self, motion: Motion) -> tuple[str, ...]:
         kept_m = self._memory.kept_m
@@ -85,19 +83,25 @@ class SpaceKnowledge(Knowledge):
         )
 
     @property
+    def _needs_plane(self) -> bool:
+        """Whether the planar scan counts: clouds stay away, or do not look all around."""
+        return self._clouds.is_silent or not self._clouds.looks_all_around
+
+    @property
     def _knows_one_height(self) -> bool:
         """Whether ways are known at the height of flight only: all that clouds have shown is forgotten."""
-        return self._by_plane and self._clouds.silence_s > self._p.memory_s
+        return self._needs_plane and self._clouds.silence_s > self._p.memory_s
 
-    def clear_reference(self, known: Known, reference: Reference, commit_s: float) -> np.ndarray | None:
+    def clear_reference(self, snapshot: Snapshot, reference: Reference, commit_s: float) -> np.ndarray | None:
         """Return the reference as a command if its path is clear; see `Knowledge`."""
-        space = _space(known)
+        space = _space(snapshot)
         command = reference.velocity.copy()
         command[2] = np.clip(command[2], -self._p.climb_max, self._p.climb_max)
-        around = self._around(known, NO_COST_TO_GO)
-        judged = known.state, around, reference.direction, commit_s
-        (is_free,), (outcome,), _ = self._rollouts.assess(command[None], *judged)
-        if not (is_free and outcome[DISCOMFORT] == outcome[LOSS] == 0.0):
+        around = self._around(snapshot, NO_COST_TO_GO)
+        (is_admissible,), (outcome,), _ = self._rollouts.assess(
+            command[None], snapshot.state, around, reference.direction, commit_s
+        )
+        if not (is_admissible and outcome[DISCOMFORT] == outcome[LOSS] == 0.0):
             return None
         if self._open_height_m(space, reference) != space.asked_m:
             return None
@@ -105,50 +109,50 @@ class SpaceKnowledge(Knowledge):
             return None
         return command
 
-    def outlook(self, known: Known, reference: Reference, course: Course) -> Outlook:
+    def outlook(self, snapshot: Snapshot, reference: Reference, course: Course) -> Outlook:
         """Return the clearances, the free space and the cost-to-go around the UAV.
 
         Where a plane and range finders have found no way, or only one that leads back, it tries other
         heights.
         """
-        space, motion = _space(known), known.observed.motion
+        space, motion = _space(snapshot), snapshot.observed.motion
         height_m = self._open_height_m(space, reference)
         found, climb = Found(NO_COST_TO_GO, False), 0.0
         if self._search is not None and reference.speed >= self._p.reference_speed_min:
             found = self._search.search_layers(self._layers(space), course, motion)
-            if not self._by_plane or (found.cost_to_go is not None and not found.leads_back):
+            if not self._needs_plane or (found.cost_to_go is not None and not found.leads_back):
                 self._heights.reset()
             else:
                 climb = self._heights.climb(motion.position_m[2], self._next_layers_open(space)) or 0.0
         return Outlook(
-            self._around(known, found.cost_to_go or NO_COST_TO_GO),
-            found.cost_to_go is not None,
-            space.points,
-            space.is_hidden,
+            self._around(snapshot, found.cost_to_go or NO_COST_TO_GO),
+            has_way=found.cost_to_go is not None,
+            remembered=space.points,
+            is_hidden=space.is_hidden,
             climb_m_s=height_m / HEIGHT_GAIN_S,
             height_m=height_m - space.middle_m,
             search_climb=climb,
         )
 
-    def candidates(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
+    def with_climbs(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
         """Return ``level`` (n, 3), m/s, with climbs."""
         return climbing(level, climb_m_s, self._p.climb_max)
 
-    def remembered(self, known: Known) -> tuple[np.ndarray, np.ndarray]:
+    def remembered(self, snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
         """Return all remembered points (n, 3), m, and which are hidden (n,)."""
-        space = _space(known)
+        space = _space(snapshot)
         return space.points, space.is_hidden
 
     def give_up_height(self) -> None:
         """Take in that the UAV cannot climb, or sink, any further in search of a way."""
         self._heights.give_up()
 
-    def _around(self, known: Known, cost_to_go: CostToGo) -> Surroundings:
+    def _around(self, snapshot: Snapshot, cost_to_go: CostToGo) -> Surroundings:
         """Return what is around the UAV; what moves counts at all heights."""
-        space = _space(known)
+        space = _space(snapshot)
         field = DistanceField(space.distance, FIELD_CELL_M, LAYER_M, self._memory.far_m)
         free_space = FreeSpace(space.own_reach_m, space.unseen, SEEN_CELL_M)
-        return Surroundings(field, free_space, known.observed.discs, cost_to_go)
+        return Surroundings(field, free_space, snapshot.observed.movers, cost_to_go)
 
     def _open_height_m(self, space: RecalledSpace, reference: Reference) -> float:
         """Return the height, m above the lidar, at which the way straight ahead is open."""
@@ -178,6 +182,6 @@ class SpaceKnowledge(Knowledge):
         return bool(above), bool(below)
 
 
-def _space(known: Known) -> RecalledSpace:
-    assert known.space is not None  # as SpaceKnowledge takes it in
-    return known.space
+def _space(snapshot: Snapshot) -> RecalledSpace:
+    assert snapshot.space is not None  # as SpaceKnowledge takes it in
+    return snapshot.space

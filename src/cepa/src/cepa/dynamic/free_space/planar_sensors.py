@@ -95,7 +95,7 @@ def stamp_ranges(
             cells.stamps[i[rows], j[columns], k[level]] = motion.stamp_s
 
 
-def place_of(body: Body, radius_m: float, cells: Cells, motion: Motion) -> tuple[np.ndarray, ...]:
+def cells_around(body: Body, radius_m: float, cells: Cells, motion: Motion) -> tuple[np.ndarray, ...]:
     """Return the indices y, x, z of the cells at the body's levels within ``radius_m`` of its middle."""
     i, j, k, x, y, z = cells.around(np.array(motion.position_m))
     rows, columns = np.nonzero(np.hypot(x, y[:, None]) < radius_m)

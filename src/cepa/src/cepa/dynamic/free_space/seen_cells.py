@@ -30,7 +30,7 @@ from cepa.dynamic.free_space.planar_sensors import (
     Body,
     Cells,
     LidarPlane,
-    place_of,
+    cells_around,
     stamp_plane,
     stamp_ranges,
 )
@@ -83,7 +83,7 @@ class SeenCells:
         stamp_ranges(self._cells, rangings, motion, body, body.radius + OWN_PLACE_M)
 
     def unseen_since(self, oldest_s: float, origin: np.ndarray) -> np.ndarray:
-        """Return where a body in each layer would be in the unseen; see `SpaceSnapshot`. It is overwritten.
+        """Return where a body in each layer would be in the unseen; see `RecalledSpace`. It is overwritten.
 
         origin: (3,) m, of the middle layer in the odometry's frame.
         """
@@ -94,19 +94,22 @@ class SeenCells:
         return self._unseen
 
     def open_own_place(
-        self, motion: Motion, middle_m: float, oldest_s: float, origin: np.ndarray
+        self, unseen: np.ndarray, motion: Motion, middle_m: float, oldest_s: float, origin: np.ndarray
     ) -> np.ndarray:
-        """Mark in the unseen where only the own place is; return its reach in equal directions, m."""
-        unseen, middle = self._unseen.copy(), self._unseen.shape[1] // 2
-        is_seen = not unseen[LAYERS // 2, middle, middle]
+        """Mark with BY_REACH where the body would be in its own place only; return its reach, m.
+
+        unseen: what `unseen_since` has just returned. The reach is that in equal directions.
+        """
+        before, middle = unseen.copy(), unseen.shape[1] // 2
         body = self._body(middle_m)
-        place = place_of(body, body.radius + OWN_REACH_M, self._cells, motion)
+        place = cells_around(body, body.radius + OWN_REACH_M, self._cells, motion)
         seen_s = self._stamps_s[place]
         self._stamps_s[place] = motion.stamp_s  # for the next line only: nobody has seen it
-        is_own = unseen > self.unseen_since(oldest_s, origin)
+        is_own = before > self.unseen_since(oldest_s, origin)
         self._stamps_s[place] = seen_s
-        np.copyto(self._unseen, unseen)
-        self._unseen[is_own] = BY_REACH
+        np.copyto(unseen, before)
+        unseen[is_own] = BY_REACH
+        is_seen = not before[LAYERS // 2, middle, middle]
         return self._own_place.follow(origin[:2].copy(), is_seen)
 
     @property

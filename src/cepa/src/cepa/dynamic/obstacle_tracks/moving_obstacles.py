@@ -16,7 +16,7 @@ from cepa.motion import Motion
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams
 
-NO_DISCS, NO_POINTS = np.empty((0, 6)), np.empty(0, np.bool_)
+NO_MOVERS, NO_POINTS = np.empty((0, 6)), np.empty(0, np.bool_)
 
 
 class SegmentedScan(NamedTuple):
@@ -28,7 +28,7 @@ class SegmentedScan(NamedTuple):
     """How far each direction is free."""
     is_moving: np.ndarray
     """(n,) bool: which points belong to what moves."""
-    discs: np.ndarray
+    movers: np.ndarray
     """(k, 6): what moves when an answer shows its effect, see kernels/surroundings.py."""
 
 
@@ -73,10 +73,10 @@ class MovingObstacles:
             self._late.hold(beams, motion.stamp_s)
         since_s = motion.stamp_s - self._moving_s
         if not len(self._moving.radii) or since_s > self._tracker.parameters.forget_s:
-            return SegmentedScan(points, free, nothing_moves(len(points)).is_moving, NO_DISCS)
-        discs = self._moving.discs(np.array(motion.position_m[:2]))
-        is_moving = self._moving.is_moving if in_time else _are_in(_moved_on(discs, since_s), points)
-        return SegmentedScan(points, free, is_moving, _moved_on(discs, since_s + self._p.response.delay_s))
+            return SegmentedScan(points, free, nothing_moves(len(points)).is_moving, NO_MOVERS)
+        movers = self._moving.movers(np.array(motion.position_m[:2]))
+        is_moving = self._moving.is_moving if in_time else _are_in(_moved_on(movers, since_s), points)
+        return SegmentedScan(points, free, is_moving, _moved_on(movers, since_s + self._p.response.delay_s))
 
     def _follow(self, points: np.ndarray, free: FreeRanges, motion: Motion) -> None:
         x, y, z = motion.position_m
@@ -86,15 +86,15 @@ class MovingObstacles:
         self._moving_s = motion.stamp_s
 
 
-def _moved_on(discs: np.ndarray, time_s: float) -> np.ndarray:
+def _moved_on(movers: np.ndarray, time_s: float) -> np.ndarray:
     """Return the discs (k, 6) after a time."""
-    moved = discs.copy()
-    moved[:, :2] += time_s * discs[:, 2:4]
-    moved[:, 4] += time_s * discs[:, 5]
+    moved = movers.copy()
+    moved[:, :2] += time_s * movers[:, 2:4]
+    moved[:, 4] += time_s * movers[:, 5]
     return moved
 
 
-def _are_in(discs: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _are_in(movers: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return which points (n, 3) are in a disc or beside it (n,)."""
-    apart_m = np.hypot(points[:, :1] - discs[:, 0], points[:, 1:2] - discs[:, 1])
-    return np.any(apart_m < discs[:, 4] + BESIDE_DISC_M, axis=1)
+    apart_m = np.hypot(points[:, :1] - movers[:, 0], points[:, 1:2] - movers[:, 1])
+    return np.any(apart_m < movers[:, 4] + BESIDE_DISC_M, axis=1)

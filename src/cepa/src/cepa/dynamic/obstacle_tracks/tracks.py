@@ -81,8 +81,8 @@ class MovingTracks:
     is_moving: np.ndarray
     """(n,) bool: which of the scan's points belong to what moves."""
 
-    def discs(self, origin_xy: np.ndarray, deviations: float = 2.0) -> np.ndarray:
-        """Return what moves as growing discs (k, 6): x, y, vx, vy, radius, growth of the radius in m/s.
+    def movers(self, origin_xy: np.ndarray, deviations: float = 2.0) -> np.ndarray:
+        """Return what moves, as growing discs (k, 6): x, y, vx, vy, radius, growth of the radius in m/s.
 
         The positions count from ``origin_xy``. A disc holds the thing with so many standard deviations.
         """

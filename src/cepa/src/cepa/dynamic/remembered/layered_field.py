@@ -20,7 +20,7 @@ from cepa.parameters import CepaParameters
 
 
 class LayeredField:
-    """Fills one field (LAYERS, n, n), m, again and again."""
+    """Fills one field (LAYERS, n, n), m: how near obstacles are. Each call of `of_points` overwrites it."""
 
     def __init__(self, parameters: CepaParameters):
         self._p = parameters
@@ -38,13 +38,12 @@ class LayeredField:
         distance_layers(above_middle, *grid, *body, self.far_m, self._columns, self._distance)
         return self._distance
 
-    def shade(self, plane: LidarPlane, points: np.ndarray, unseen: np.ndarray) -> None:
-        """Let what is known reach to all heights where nobody has looked.
+    def shade(self, distance: np.ndarray, plane: LidarPlane, points: np.ndarray, unseen: np.ndarray) -> None:
+        """Let what is known reach to all heights of ``distance`` (LAYERS, n, n), m, where nobody has looked.
 
         points (m, 3) m: what is remembered. unseen (LAYERS, k, k): where the body would be in what was not
         seen. In the middle layer what the plane shows always counts.
         """
-        distance = self._distance
         n, k = distance.shape[1], unseen.shape[1]
         finer = SEEN_CELL_M / FIELD_CELL_M
         at = np.clip(np.floor((np.arange(n) - n // 2) / finer + 0.5).astype(int) + k // 2, 0, k - 1)

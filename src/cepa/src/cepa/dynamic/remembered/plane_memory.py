@@ -149,5 +149,5 @@ class PlaneMemory:
 
     @property
     def is_astray(self) -> bool:
-        """Whether the UAV had gone too far where nobody has looked, when `recall` was last called."""
+        """Whether the UAV had gone too far where nobody has looked, at the last `recall` that may forget."""
         return self._blind_way.is_too_long

@@ -20,7 +20,7 @@ from cepa.dynamic.remembered.voxel_memory import VoxelMemory
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 
-NO_DISCS, NO_POINTS, NO_PLACE = np.empty((0, 6)), np.empty((0, 3)), np.empty(0)
+NO_MOVERS, NO_POINTS, NO_PLACE = np.empty((0, 6)), np.empty((0, 3)), np.empty(0)
 
 
 class RecalledSpace(NamedTuple):
@@ -102,14 +102,14 @@ class SpaceMemory:
         self,
         cloud: Cloud | None,
         motion: Motion,
-        discs: np.ndarray = NO_DISCS,
+        movers: np.ndarray = NO_MOVERS,
         plane: LidarPlane | None = None,
         rangings: Sequence[Ranging] = (),
         beam_ends: np.ndarray = NO_POINTS,
     ) -> RecalledSpace:
         """Take in a cloud, or that none came, and return what is known.
 
-        discs: what moves (k, 6), m; what the cloud shows of it is not remembered. plane: what a planar scan
+        movers: what moves (k, 6), m; what the cloud shows of it is not remembered. plane: what a planar scan
         shows, for a cloud that does not look all around, or for none. rangings: of range finders. beam_ends:
         of a planar scan (n, 3), m; obstacles that count whatever the cloud shows.
         """
@@ -118,7 +118,7 @@ class SpaceMemory:
         self._position_m = motion.position_m
         oldest_s = motion.stamp_s - self._p.memory_s
         origin = np.array(motion.position_m)
-        points, is_hidden = self._remember(cloud, motion, oldest_s, discs, rangings, beam_ends)
+        points, is_hidden = self._remember(cloud, motion, oldest_s, movers, rangings, beam_ends)
         level_m = LAYER_M * round(origin[2] / LAYER_M)
         heights_m = level_m - origin[2] + LAYER_M * (np.arange(LAYERS) - LAYERS // 2)
         middle_m = level_m - origin[2]
@@ -128,8 +128,8 @@ class SpaceMemory:
         distance = self._field.of_points(points, heights_m)
         unseen, own_reach_m = self._seen.unseen_since(oldest_s, origin), NO_PLACE
         if plane is not None:
-            own_reach_m = self._seen.open_own_place(motion, middle_m, oldest_s, origin)
-            self._field.shade(plane, points, unseen)
+            own_reach_m = self._seen.open_own_place(unseen, motion, middle_m, oldest_s, origin)
+            self._field.shade(distance, plane, points, unseen)
         asked_m = HEIGHT_GAIN_S * motion.climb_ref_m_s
         detours_m = self._detours_m(heights_m, motion.position_m[2], asked_m)
         return RecalledSpace(points, is_hidden, distance, unseen, own_reach_m, heights_m, detours_m, asked_m)
@@ -139,7 +139,7 @@ class SpaceMemory:
         cloud: Cloud | None,
         motion: Motion,
         oldest_s: float,
-        discs: np.ndarray,
+        movers: np.ndarray,
         rangings: Sequence[Ranging],
         beam_ends: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -149,7 +149,7 @@ class SpaceMemory:
             returns = np.concatenate((returns, beam_ends))
         if rangings:
             returns = np.concatenate((returns, ends_of(rangings, motion, p.body_below, p.body_above)))
-        for x, y, _, _, radius, _ in discs:
+        for x, y, _, _, radius, _ in movers:
             returns = returns[np.hypot(returns[:, 0] - x, returns[:, 1] - y) > radius + BESIDE_DISC_M]
         picture = self._picture.nearest, PICTURE_ROW_TAN, SEEN_PAST_M, NEAR_M, SEEN_THROUGH_CLOUDS
         return self._points.update(returns, np.array(motion.position_m), motion.stamp_s, oldest_s, picture)
