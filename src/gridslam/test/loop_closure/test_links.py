@@ -102,12 +102,12 @@ def test_scans_with_too_few_pairs_are_given_up_at_once():
     assert pose.tolist() == [40.0, 0.0, 0.0]
 
 
-def test_a_step_along_a_bare_corridor_is_not_seen():
+def test_no_link_spans_a_step_along_a_bare_corridor():
     corridor = Walls.from_polygons([np.array([(-50.0, -1.2), (50.0, -1.2), (50.0, 1.2), (-50.0, 1.2)])])
-    for walls, y, is_seen in ((corridor, 0.1, False), (WALLS, -1.5, True)):
+    for walls, y, is_spanned in ((corridor, 0.1, False), (WALLS, -1.5, True)):
         links, poses = ScanLinks(PARAMETERS), np.array([(1.0, y, 0.0), (1.5, y, 0.0)])
         links.extend([scan_from(walls, pose, 1) for pose in poses], path_of(poses))
-        assert links.is_seen().tolist() == [is_seen]
+        assert links.is_spanned().tolist() == [is_spanned]
 
 
 def test_along_a_bare_corridor_a_link_measures_nothing():
@@ -172,7 +172,7 @@ def test_passes_of_a_place_are_linked_and_links_survive_a_saved_state():
     scans = [scan_from(WALLS, pose, seed) for seed, pose in enumerate(poses)]
     links = ScanLinks(PARAMETERS)
     links.extend(scans, path)
-    assert links.is_seen().all()
+    assert links.is_spanned().all()
     assert links.link_passes(poses, path.way_m) > 0
     for edge in links.edges:
         truth = se2.between(poses[edge.older], poses[edge.newer])

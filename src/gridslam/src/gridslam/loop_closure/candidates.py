@@ -63,7 +63,7 @@ def near_candidates(revisit: Revisit, parameters: LoopClosureParameters) -> list
 
     Only a search of all places may tell how far odometry has erred. So all steps count as matched here.
     """
-    p, (path, newer) = parameters, revisit[:2]
+    p, path, newer = parameters, revisit.path, revisit.newer
     distance_m = _distances(revisit)
     is_near = distance_m < p.place_radius_m
     is_near[: revisit.first_in_map] = False
@@ -80,7 +80,7 @@ def near_candidates(revisit: Revisit, parameters: LoopClosureParameters) -> list
             se2.between(path.poses[older], path.poses[newer]),
             min(max(float(spread_m[0]), p.window_min_m), p.window_max_m),
             min(max(float(turn_rad[0]), WINDOW_MIN_RAD), p.window_max_rad),
-            _allowed(covariances[older], p),
+            _window_information(covariances[older], p),
         )
         found.append(Candidate(older, newer, window, covariances[older]))
     return found
@@ -102,7 +102,7 @@ def far_candidates(
         maps: of the path.
         parameters: of the search.
     """
-    p, (path, newer) = parameters, revisit[:2]
+    p, path, newer = parameters, revisit.path, revisit.newer
     nodes, distance_m = np.flatnonzero(_is_old(revisit, p)), _distances(revisit)
     covariances = way_covariances(path, step_covariances, revisit.closures, newer, p.drift_share)
     spread_m, turn_rad = _spread(covariances[nodes], p)
@@ -139,7 +139,7 @@ def _is_old(revisit: Revisit, parameters: LoopClosureParameters) -> np.ndarray:
     return (way_m < way_m[revisit.newer] - parameters.separation_m) & revisit.is_usable
 
 
-def _allowed(covariance: np.ndarray, parameters: LoopClosureParameters) -> np.ndarray:
+def _window_information(covariance: np.ndarray, parameters: LoopClosureParameters) -> np.ndarray:
     """Return the information (3, 3) of `Window` for a prediction of this covariance.
 
     A place that the path's uncertainty excludes is no match, and no rival of one. The window's least size

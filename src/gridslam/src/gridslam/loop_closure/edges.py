@@ -1,4 +1,8 @@
-"""Edges of the pose graph: measurements. Of places found again, matches are candidates, closures count."""
+"""Edges of the pose graph: measured poses of one node in another.
+
+A `Match` is a candidate that has passed all tests. The matches of the consistent set are the closures: inside
+the back end they stay `Match`, and `Closure` is how one is reported, by its stamps.
+"""
 
 from __future__ import annotations
 
@@ -20,14 +24,14 @@ class Edge:
 
 @dataclass(frozen=True, eq=False)
 class Match(Edge):
-    """A place found again. Its covariance is in the newer node's frame."""
+    """A place found again (stage 3). Its covariance is in the newer node's frame."""
 
     score: float
 
 
 @dataclass(frozen=True)
 class Closure:
-    """A closed loop: both moments, the later pose (x m, y m, yaw rad) seen from the earlier, the score."""
+    """The report of a closure: both moments, the later pose (x m, y m, yaw rad) in the earlier, the score."""
 
     stamp_from_s: float
     stamp_to_s: float

@@ -27,9 +27,9 @@ def match(
     maps: LocalMaps,
     parameters: LoopClosureParameters,
 ) -> Match | None:
-    """Place the recent local map on that around the older node. None unless it passes every test.
+    """Place the recent local map (the query) on the earlier one (the reference), around the older node.
 
-    The search for a rival takes longest. So it comes last.
+    Return None unless it passes every test. The search for a rival takes longest. So it comes last.
 
     Args:
         candidate: both nodes, and where to search.

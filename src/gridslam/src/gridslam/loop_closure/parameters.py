@@ -65,7 +65,7 @@ class LoopClosureParameters:
     """rad: the same for the heading."""
 
     score_min: float = 0.7
-    """Least share of comparisons that must agree in a match."""
+    """Share of comparisons that must agree in a match; more than this."""
     overlap_min: float = 0.2
     """Share of the recent local map that must be comparable."""
     rival_distance_m: float = 0.6
@@ -125,7 +125,8 @@ class LoopClosureParameters:
     link_rms_max_m: float = 0.1
     """m: greatest root mean square of the pairs' distances in a link."""
     correction_min_m: float = 0.03
-    """m: correct the path if a new closure moves any pose by more than this, or at the end of the log."""
+    """m: correct the path if a closure that is new or removed differs from it by more. At the end of the log
+    it is corrected in any case."""
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -40,7 +40,11 @@ class StagesState:
 
 
 class Stages:
-    """Snapshot -> candidates -> matches -> consistent set -> correction."""
+    """Snapshot -> candidates -> matches -> consistent set -> correction.
+
+    `on_the_way`, `at_rest` and `at_the_end` run them. Each takes the snapshot, and the nodes whose steps are
+    in doubt. A closure is a match that counts: an index in ``_counted``.
+    """
 
     def __init__(self, parameters: LoopClosureParameters) -> None:
         self._parameters = parameters
@@ -217,7 +221,7 @@ class Stages:
 
     def _step_uncertainty(self, doubtful: DoubtfulNodes) -> StepUncertainty:
         scale = self._links.odometry_scale(self._path.odometry)
-        return step_uncertainty(self._path, self._links.is_seen(), doubtful, self._parameters, scale)
+        return step_uncertainty(self._path, self._links.is_spanned(), doubtful, self._parameters, scale)
 
     def _is_off(self, index: int) -> bool:
         """Return whether the present path differs from a match's measurement."""

@@ -55,9 +55,9 @@ class ScanLinks:
         self._back: dict[tuple[int, int], Edge] = {}
         self._passes: dict[tuple[int, int], Edge] = {}
         self._failed: dict[tuple[int, int], np.ndarray] = {}
-        self._is_seen = bytearray()
+        self._is_spanned = bytearray()
         self._information: list[np.ndarray] = []
-        """(k - 1,) and (k, 3, 3): see `is_seen` and `information`."""
+        """(k - 1,) and (k, 3, 3): see `is_spanned` and `information`."""
         self._stacked = Edges.of([])
         """The first links of ``_back``, as arrays; `_stack` adds the others."""
 
@@ -81,9 +81,9 @@ class ScanLinks:
         p = self._parameters
         return odometry_scale(self._stacked, odometry, p.odometry_m_per_sqrt_m, p.links_back)
 
-    def is_seen(self) -> np.ndarray:
+    def is_spanned(self) -> np.ndarray:
         """Return for each step (k - 1,) whether a link spans it that measures every direction."""
-        return np.frombuffer(bytes(self._is_seen), dtype=bool)
+        return np.frombuffer(bytes(self._is_spanned), dtype=bool)
 
     def information(self) -> np.ndarray:
         """Return (k - 1, 3, 3): what links with scans before it say of each step's newer node."""
@@ -94,7 +94,7 @@ class ScanLinks:
         self._back[older, newer] = edge
         self._information[newer] = self._information[newer] + inverse(edge.covariance)
         if edge.covariance[0, 0] + edge.covariance[1, 1] < OPEN_M**2:
-            self._is_seen[older:newer] = b"\1" * (newer - older)
+            self._is_spanned[older:newer] = b"\1" * (newer - older)
 
     def extend(self, scans: Sequence[PlanarScan], path: MeasuredPath) -> None:
         """Take in the scans at new nodes of a path. Link each with scans just before it.
@@ -108,7 +108,7 @@ class ScanLinks:
         for newer in range(len(self._information), len(scans)):
             self._information.append(NOTHING)
             if newer > 0:
-                self._is_seen.append(0)
+                self._is_spanned.append(0)
             before = self._before(newer, path.way_m)
             pairs = np.array([(older, newer) for older in before], int).reshape(-1, 2)
             predicted = np.stack(
@@ -194,7 +194,7 @@ class ScanLinks:
         for pairs in (*state.back[:2], *state.passes[:2], np.array(state.failed, int)):
             require_indices(pairs, nodes - 1, "the links' nodes")
         self._surfaces, self._stacked = ScanSurfaces(), Edges.of([])
-        self._is_seen, self._information = bytearray(max(0, nodes - 1)), [NOTHING] * nodes
+        self._is_spanned, self._information = bytearray(max(0, nodes - 1)), [NOTHING] * nodes
         self._back = {}
         for edge in state.back.each():
             self._add(edge)

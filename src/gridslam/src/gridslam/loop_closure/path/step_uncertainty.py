@@ -72,7 +72,7 @@ class StepUncertainty:
 
 def step_uncertainty(
     path: MeasuredPath,
-    is_linked: np.ndarray,
+    is_spanned: np.ndarray,
     doubtful: DoubtfulNodes,
     parameters: LoopClosureParameters,
     scale: float = 1.0,
@@ -88,15 +88,15 @@ def step_uncertainty(
 
     Args:
         path: k nodes.
-        is_linked: (k - 1,) whether a link that measures every direction spans the step.
+        is_spanned: (k - 1,) whether a link that measures every direction spans the step.
         doubtful: nodes whose scan does not measure their step.
         parameters: of odometry, and of slip.
         scale: odometry's ways are multiplied by this; see `odometry_scale`.
     """
     p, nodes = parameters, np.arange(1, len(path))
     by_odometry = se2.between(path.odometry[:-1], path.odometry[1:]) * (scale, scale, 1.0)
-    has_slipped = ~is_linked & np.isin(nodes, doubtful.contradicted)
-    is_unknown = has_slipped | ~is_linked & np.isin(nodes, doubtful.unmatched)
+    has_slipped = ~is_spanned & np.isin(nodes, doubtful.contradicted)
+    is_unknown = has_slipped | ~is_spanned & np.isin(nodes, doubtful.unmatched)
     of_odometry = odometry_covariances(by_odometry, p)
     of_odometry[has_slipped] += np.diag([p.slip_m, p.slip_m, p.slip_rad]) ** 2
     off = se2.between(by_odometry, path.steps)
@@ -106,7 +106,7 @@ def step_uncertainty(
         by_odometry,
         of_odometry,
         if_open,
-        is_unknown | ~is_linked & np.isin(nodes, doubtful.guessed),
+        is_unknown | ~is_spanned & np.isin(nodes, doubtful.guessed),
         scale,
     )
 
