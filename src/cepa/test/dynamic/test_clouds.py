@@ -22,6 +22,7 @@ from cepa.dynamic.kernels.response import fly
 from cepa.dynamic.kernels.rollout import roll_out
 from cepa.dynamic.kernels.surroundings import (
     NO_COST_TO_GO,
+    Braking,
     Cushions,
     DistanceField,
     FreeSpace,
@@ -251,15 +252,15 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
     field, free_space = DistanceField(distance, 0.1, LAYER_M, 1.3), FreeSpace(np.empty(0), unseen, 0.2)
     around = Surroundings(field, free_space, np.empty((0, 6)), NO_COST_TO_GO)
     start, keep, ahead = np.zeros((3, 4)), np.full(64, 0.55), np.array([1.0, 0.0])
-    least, most = np.empty(64), np.empty(64)
+    clearance, beyond = np.empty(64), np.empty(64)
     cushions = Cushions(0.5, 1.2, 0.5, 0.55, np.zeros(64))
-    nearest, margin = braking(start, response, around, horizon, cushions, least, most)
+    nearest, margin = braking(start, response, around, horizon, cushions, clearance, beyond)
     admissible, results = np.empty(60, np.bool_), np.zeros((60, 5))
-    rules = horizon, cushions, least, most, nearest
+    rules = horizon, cushions, Braking(clearance, beyond, nearest)
     roll_out(start, commands, response, around, *rules, ahead, admissible, results)
-    assert least.min() >= 0.6  # so braking at once excuses nothing
-    assert margin == least.min() - 0.55
-    assert most.max() <= 0.0
+    assert clearance.min() >= 0.6  # so braking at once excuses nothing
+    assert margin == clearance.min() - 0.55
+    assert beyond.max() <= 0.0
     for command, is_admissible in zip(commands, admissible):
         path, state = [], start.copy()
         given = np.array([[0.0, horizon.commit * PATH_STEP_S, *command]])

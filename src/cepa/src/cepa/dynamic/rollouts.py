@@ -20,7 +20,7 @@ from cepa.dynamic.constants.response import (
 from cepa.dynamic.kernels.admissible import braking
 from cepa.dynamic.kernels.clear_path import is_clear
 from cepa.dynamic.kernels.rollout import OUTCOME_COLUMNS, roll_out
-from cepa.dynamic.kernels.surroundings import Cushions, Horizon, Surroundings
+from cepa.dynamic.kernels.surroundings import Braking, Cushions, Horizon, Surroundings
 from cepa.dynamic.observer import response_of
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams
@@ -80,12 +80,15 @@ class Rollouts:
         horizon = self.horizon(commit_s)
         if len(around.movers):
             horizon = horizon._replace(cost=_steps(MEETING_S))
-        buffers = self._clearance_m, self._beyond_m
-        nearest_m, margin_m = braking(state, self.response, around, horizon, self._usual, *buffers)
+        clearance_m, beyond_m = self._clearance_m, self._beyond_m
+        nearest_m, margin_m = braking(
+            state, self.response, around, horizon, self._usual, clearance_m, beyond_m
+        )
+        at_once = Braking(clearance_m, beyond_m, nearest_m)
+        cushions = self._emergency if is_emergency else self._usual
         is_admissible = np.empty(len(commands), np.bool_)
         outcomes = np.zeros((len(commands), OUTCOME_COLUMNS))
-        cushions = self._emergency if is_emergency else self._usual
-        world = self.response, around, horizon, cushions, *buffers, nearest_m
+        world = self.response, around, horizon, cushions, at_once
         roll_out(state, commands, *world, direction, is_admissible, outcomes)
         return Assessment(is_admissible, outcomes, margin_m)
 

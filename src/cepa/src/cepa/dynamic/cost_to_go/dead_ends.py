@@ -53,7 +53,7 @@ class DeadEnds:
 
     def leave(
         self,
-        way: np.ndarray,
+        length: np.ndarray,
         slowness: np.ndarray,
         cell: tuple[int, int],
         place_xy: tuple[float, float],
@@ -61,13 +61,13 @@ class DeadEnds:
     ) -> None:
         """Close a dead end behind a UAV at ``place_xy``, m, whose way does not begin towards the reference.
 
-        way (n, n): length of the way out from each cell, m; inf: there is none. slowness (n, n): as in
+        length (n, n): of the way out from each cell, m; inf: there is none. slowness (n, n): as in
         `close`. cell: column and row there.
         """
         if math.dist(place_xy, self._last_xy) < DEAD_END_APART_M:
             return
         found = cross_section(
-            way, slowness, DEAD_END_BEHIND_M, DEAD_END_BEHIND_M + DEAD_END_THICK_M, self._cells
+            length, slowness, DEAD_END_BEHIND_M, DEAD_END_BEHIND_M + DEAD_END_THICK_M, self._cells
         )
         if found:
             self._last_xy = place_xy

@@ -10,7 +10,7 @@ from cepa.dynamic.constants.response import FULL_ERROR_M_S, LEAST_ERROR_SHARE
 from cepa.dynamic.kernels.clearance import clearance_of_moving, clearance_of_standing
 from cepa.dynamic.kernels.free_space import beyond_free_space, leaves_reach
 from cepa.dynamic.kernels.response import Law, State, advance, is_at_rest, law_of, state_of
-from cepa.dynamic.kernels.surroundings import Cushions, Horizon, Surroundings
+from cepa.dynamic.kernels.surroundings import Braking, Cushions, Horizon, Surroundings
 from kernel_cache.compiler import njit
 
 
@@ -33,8 +33,7 @@ def braking(
 ) -> tuple[float, float]:
     """Brake at once; return how near what moves comes, and how much more than it must the UAV keeps, m.
 
-    Fill (n,) ``clearance`` of what stands, and ``beyond``, how far beyond the free space, m;
-    n = commit + brake.
+    Fill ``clearance`` and ``beyond``: see `Braking`.
     """
     distance, cell_m, layer_m, far = around.field
     reach, unseen, unseen_cell_m = around.free_space
@@ -58,9 +57,7 @@ def is_admissible(
     around: Surroundings,
     horizon: Horizon,
     cushions: Cushions,
-    least: np.ndarray,
-    most: np.ndarray,
-    nearest: float,
+    at_once: Braking,
     ux: float,
     uy: float,
     uz: float,
@@ -68,12 +65,13 @@ def is_admissible(
 ) -> bool:
     """Whether flying u for the commit time and then braking keeps its distance, within the free space.
 
-    A path that is nowhere worse than braking at once (``least``, ``most``) is admissible, too, and what moves
-    may come as near as it comes to a UAV that brakes at once (``nearest``). path (2, n) is overwritten.
+    A path that is nowhere worse than braking at once is admissible, too, and what moves may come as near as
+    it comes to a UAV that brakes at once. u: m/s. path (2, n) is overwritten.
     """
     distance, cell_m, layer_m, far = around.field
     reach, unseen, unseen_cell_m = around.free_space
     movers = around.movers
+    clearance, beyond, nearest_mover = at_once
     tube, share = cushions.tube, error_share(state[0][1], state[1][1], ux, uy)
     step_s, is_layered, flown = law[-1], unseen.shape[0] > 0, 0
     for k in range(horizon.commit + horizon.brake):
@@ -83,11 +81,13 @@ def is_admissible(
         if k >= horizon.commit and is_at_rest(state):
             break
         keep = max(cushions.least, cushions.hull + share * tube[k])
-        if clearance_of_standing(distance, cell_m, layer_m, far, state) < min(keep, least[k]):
+        if clearance_of_standing(distance, cell_m, layer_m, far, state) < min(keep, clearance[k]):
             return False
-        if clearance_of_moving(movers, state, (k + 1) * step_s) < min(keep, nearest):
+        if clearance_of_moving(movers, state, (k + 1) * step_s) < min(keep, nearest_mover):
             return False
-        if is_layered and beyond_free_space(reach, unseen, unseen_cell_m, layer_m, state) > max(0.0, most[k]):
+        if is_layered and beyond_free_space(reach, unseen, unseen_cell_m, layer_m, state) > max(
+            0.0, beyond[k]
+        ):
             return False
         path[0, k], path[1, k], flown = state[0][0], state[1][0], k + 1
-    return is_layered or not leaves_reach(path, flown, reach, most)
+    return is_layered or not leaves_reach(path, flown, reach, beyond)

@@ -34,7 +34,8 @@ def is_clear(
     All of both paths must lie in sight of the scan. Every ``stride``-th step is looked at. commit, brake,
     cost: see Horizon. points (n, 2): the ends of the beams, m. ranges, seen (N,): a full turn of beams.
     angle_0: direction of beam 0, rad. increment: rad. farthest: beyond it nothing counts as seen, m. radius:
-    of the body.
+    of the body. The arguments are loose, because numba takes microseconds to unpack a named tuple, and in
+    the open this is most of what an answer needs.
     """
     law = law_of(response)
     path, count = np.empty((cost + commit + brake, 2)), 0

@@ -135,14 +135,15 @@ def observe(
     scan_s: float,
     later_s: float,
     response: np.ndarray,
-    way: np.ndarray,
+    moved: np.ndarray,
     later: np.ndarray,
 ) -> int:
     """Advance ``state`` as ``fly`` does to ``told_s``, and correct it by a velocity that was measured then.
 
-    gains (3,): on velocity, acceleration and integral. The position starts again at 0. Fill ``way`` (3,), m,
-    from there to where the UAV is at ``scan_s``, and the state ``later`` (3, 4) at ``later_s``. Its position
-    counts from ``scan_s``. Return the first command that still counts.
+    gains (3,): on velocity, acceleration and integral. The position starts again at 0. Fill ``moved`` (3,),
+    m, from there to where the UAV is at ``scan_s``, and the state ``later`` (3, 4) at ``later_s``. Its
+    position counts from ``scan_s``. Return the first command that still counts. The arguments are loose,
+    because numba takes microseconds to unpack a named tuple, and this runs at every scan.
     """
     if told_s > from_s:
         fly(state, commands, first, last, from_s, told_s, response)
@@ -156,10 +157,10 @@ def observe(
         first += 1
     later[:] = state
     fly(later, commands, first, last, told_s, scan_s, response)
-    way[:] = later[:, 0]
+    moved[:] = later[:, 0]
     later[:] = state
     fly(later, commands, first, last, told_s, later_s, response)
-    later[:, 0] -= way
+    later[:, 0] -= moved
     return first
 
 

@@ -69,6 +69,17 @@ class Horizon(NamedTuple):
     hold: int
 
 
+class Braking(NamedTuple):
+    """How a UAV fares that brakes at once, after each of n = commit + brake steps."""
+
+    clearance: np.ndarray
+    """(n,) m: of what stands."""
+    beyond: np.ndarray
+    """(n,) m: how far it is beyond the free space."""
+    nearest_mover: float
+    """m: how near what moves comes on the whole path."""
+
+
 class Cushions(NamedTuple):
     """The distances to keep, m."""
 

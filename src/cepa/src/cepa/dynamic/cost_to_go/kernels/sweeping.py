@@ -11,10 +11,10 @@ from kernel_cache.compiler import njit
 
 
 @njit(cache=True)
-def _godunov(way: np.ndarray, slowness: float, cell: float, i: int, j: int) -> float:
-    n = way.shape[0]
-    a = min(way[i - 1, j] if i > 0 else math.inf, way[i + 1, j] if i < n - 1 else math.inf)
-    b = min(way[i, j - 1] if j > 0 else math.inf, way[i, j + 1] if j < n - 1 else math.inf)
+def _godunov(length: np.ndarray, slowness: float, cell: float, i: int, j: int) -> float:
+    n = length.shape[0]
+    a = min(length[i - 1, j] if i > 0 else math.inf, length[i + 1, j] if i < n - 1 else math.inf)
+    b = min(length[i, j - 1] if j > 0 else math.inf, length[i, j + 1] if j < n - 1 else math.inf)
     low, high = (a, b) if a < b else (b, a)
     step = slowness * cell
     if high - low >= step:
@@ -23,9 +23,11 @@ def _godunov(way: np.ndarray, slowness: float, cell: float, i: int, j: int) -> f
 
 
 @njit(cache=True)
-def _begin_at(end: np.ndarray, slowness: np.ndarray, cell: float, way: np.ndarray, waits: np.ndarray) -> None:
+def _begin_at(
+    end: np.ndarray, slowness: np.ndarray, cell: float, length: np.ndarray, waits: np.ndarray
+) -> None:
     """Begin the ways at the open cells nearest to ``end`` (2,), if any is within END_REACH_M of it."""
-    n = way.shape[0]
+    n = length.shape[0]
     middle, reach = n // 2, math.ceil(END_REACH_M / cell)
     column, row = middle + round(end[0] / cell), middle + round(end[1] / cell)
     low_i, high_i, low_j, high_j = row - reach, row + reach + 1, column - reach, column + reach + 1
@@ -37,7 +39,7 @@ def _begin_at(end: np.ndarray, slowness: np.ndarray, cell: float, way: np.ndarra
                     continue
                 away = math.hypot((j - middle) * cell - end[0], (i - middle) * cell - end[1])
                 if begins and away <= nearest + cell:
-                    way[i, j] = min(way[i, j], away)
+                    length[i, j] = min(length[i, j], away)
                     waits[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2] = True
                 elif not begins:
                     nearest = min(nearest, away)
@@ -45,9 +47,9 @@ def _begin_at(end: np.ndarray, slowness: np.ndarray, cell: float, way: np.ndarra
 
 @njit(cache=True)
 def sweep(
-    slowness: np.ndarray, cell: float, direction: np.ndarray, end: np.ndarray, way: np.ndarray, rounds: int
+    slowness: np.ndarray, cell: float, direction: np.ndarray, end: np.ndarray, length: np.ndarray, rounds: int
 ) -> None:
-    """Fill ``way`` (n, n) with the length of the shortest way out of the window towards ``direction``, m.
+    """Fill ``length`` (n, n) with the length of the shortest way out of the window towards ``direction``, m.
 
     slowness (n, n): cost of a metre; inf where the UAV does not fit. The way ends on the window's edge. What
     then left to fly along ``direction`` is added, times EXIT_COST, because nobody knows what stands there.
@@ -55,10 +57,10 @@ def sweep(
     The method is fast sweeping (Zhao 2005) of the eikonal equation, which leaves out the cells that have no
     neighbour with a new, shorter way (Bak, McLaughlin and Renzi 2010).
     """
-    n = way.shape[0]
+    n = length.shape[0]
     waits = np.zeros((n, n), np.bool_)
     half = 0.5 * (n - 1) * cell
-    way[:] = math.inf
+    length[:] = math.inf
     reach = half * (abs(direction[0]) + abs(direction[1]))
     has_end = math.isfinite(end[0])
     for i in range(n):
@@ -66,10 +68,10 @@ def sweep(
             if (i == 0 or j == 0 or i == n - 1 or j == n - 1) and not math.isinf(slowness[i, j]):
                 x, y = j * cell - half, i * cell - half
                 left = reach - (x * direction[0] + y * direction[1])
-                way[i, j] = EXIT_COST * (math.hypot(x - end[0], y - end[1]) if has_end else left)
+                length[i, j] = EXIT_COST * (math.hypot(x - end[0], y - end[1]) if has_end else left)
                 waits[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2] = True
     if has_end:
-        _begin_at(end, slowness, cell, way, waits)
+        _begin_at(end, slowness, cell, length, waits)
     for _ in range(rounds):
         change = 0.0
         for sweep in range(4):
@@ -82,12 +84,12 @@ def sweep(
                     waits[i, j] = False
                     if math.isinf(slowness[i, j]):
                         continue
-                    new = _godunov(way, slowness[i, j], cell, i, j)
-                    if new < way[i, j]:
-                        change = max(change, min(way[i, j], 1e6) - new)
-                        way[i, j] = new
+                    new = _godunov(length, slowness[i, j], cell, i, j)
+                    if new < length[i, j]:
+                        change = max(change, min(length[i, j], 1e6) - new)
+                        length[i, j] = new
                         for k, m in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
-                            if 0 <= k < n and 0 <= m < n and way[k, m] > new:
+                            if 0 <= k < n and 0 <= m < n and length[k, m] > new:
                                 waits[k, m] = True
         if change < 0.5 * cell:
             break
