@@ -12,7 +12,7 @@ from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.correlation import FITS, mark_free
 from gridslam.loop_closure.local_maps.correlation import Correlation, Window
-from gridslam.loop_closure.local_maps.local_map import build_local_map, surface_points
+from gridslam.loop_closure.local_maps.local_map import LocalMapSizes, build_local_map, surface_points
 from gridslam.loop_closure.local_maps.refinement import refine
 
 ROOM = Walls.from_polygons(
@@ -30,7 +30,8 @@ def local_map(walls, poses, seed, resolution_m=0.05):
     scans = [scan_at(walls, pose, URG, rng) for pose in poses]
     surfaces = [surface_points(scan, 15.0) for scan in scans]
     in_anchor = se2.between(poses[-1], poses)
-    return build_local_map(0, surfaces, scans, in_anchor, resolution_m, 2.0 * resolution_m, 0.1, 15.0)
+    sizes = LocalMapSizes(resolution_m, 2.0 * resolution_m, 0.1, 15.0)
+    return build_local_map(0, surfaces, scans, in_anchor, sizes)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -13,4 +13,6 @@ Read in this order, with doc/dynamic.md beside it:
 
 To change the cost: ``cost.py`` weighs what ``kernels/rollout.py`` measures along a path; the weights are in
 ``constants/choice.py``. To change a distance to keep: ``rollouts.py``. Every number is in ``constants``.
+Words: the reference is the velocity that is asked for; a mover is a disc that holds an obstacle track that
+moves; a way is a path through the cost-to-go.
 """

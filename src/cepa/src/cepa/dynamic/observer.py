@@ -1,4 +1,4 @@
-"""Where the UAV is when a command shows its effect: what odometry does not tell, and does not tell yet."""
+"""The UAV's state when a command shows its effect, by odometry's velocity and the commands on their way."""
 
 from __future__ import annotations
 

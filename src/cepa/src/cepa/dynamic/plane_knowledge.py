@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from cepa.dynamic.constants.distance_fields import FIELD_CELL_M, FIELD_WINDOW_M
-from cepa.dynamic.constants.free_space import RANGE_MARGIN_M
 from cepa.dynamic.cost_to_go.course import Course, Reference
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
@@ -67,17 +66,7 @@ class PlaneKnowledge(Knowledge):
         leads_away = is_leading_away(self._search, reference, p)
         if len(observed.movers) or leads_away or self._memory.is_astray:
             return None
-        is_clear = self._rollouts.is_clear(
-            reference.velocity,
-            reference.speed,
-            snapshot.state,
-            observed.standing,
-            observed.beams,
-            motion.yaw_rad,
-            observed.range_max - RANGE_MARGIN_M,
-            commit_s,
-        )
-        if not is_clear:
+        if not self._rollouts.is_clear(reference, snapshot, commit_s):
             return None
         if self._memory.knows_near(cost_horizon_s(p) * reference.velocity[:2], motion):
             return None

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cepa.dynamic.constants.choice import LEAST_COMFORT_M, SCAN_NOISE_M
+from cepa.dynamic.constants.free_space import RANGE_MARGIN_M
 from cepa.dynamic.constants.response import (
     BRAKE_S,
     CLEAR_STRIDE,
@@ -17,13 +18,14 @@ from cepa.dynamic.constants.response import (
     MEETING_S,
     PATH_STEP_S,
 )
+from cepa.dynamic.cost_to_go.course import Reference
 from cepa.dynamic.kernels.admissible import braking
 from cepa.dynamic.kernels.clear_path import is_clear
 from cepa.dynamic.kernels.rollout import OUTCOME_COLUMNS, roll_out
 from cepa.dynamic.kernels.surroundings import Braking, Cushions, Horizon, Surroundings
+from cepa.dynamic.knowledge import Snapshot
 from cepa.dynamic.observer import response_of
 from cepa.parameters import CepaParameters
-from cepa.scan import Beams
 
 HALF_STRIDE_S = 0.5 * CLEAR_STRIDE * PATH_STEP_S
 
@@ -92,39 +94,24 @@ class Rollouts:
         roll_out(state, commands, *world, direction, is_admissible, outcomes)
         return Assessment(is_admissible, outcomes, margin_m)
 
-    def is_clear(
-        self,
-        reference: np.ndarray,
-        speed: float,
-        state: np.ndarray,
-        points: np.ndarray,
-        beams: Beams,
-        yaw_rad: float,
-        farthest_m: float,
-        commit_s: float,
-    ) -> bool:
-        """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen.
-
-        speed: of the reference. points: (n, 2) m, the ends of the beams. yaw_rad: of the lidar. farthest_m:
-        beyond it nothing counts as seen.
-        """
-        distance_m = math.hypot(self._r_ub_m, HALF_STRIDE_S * speed)
-        ranges, seen, angle_0, increment, _ = beams
-        commit, brake, cost, _ = self.horizon(commit_s)
+    def is_clear(self, reference: Reference, snapshot: Snapshot, commit_s: float) -> bool:
+        """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""
+        observed, horizon = snapshot.observed, self.horizon(commit_s)
+        beams = observed.beams
         return is_clear(
-            state,
-            reference,
+            snapshot.state,
+            reference.velocity,
             self.response,
-            commit,
-            brake,
-            cost,
-            points,
-            ranges,
-            seen,
-            angle_0 + yaw_rad,
-            increment,
-            farthest_m,
-            distance_m,
+            horizon.commit,
+            horizon.brake,
+            horizon.cost,
+            observed.standing,
+            beams.ranges,
+            beams.seen,
+            beams.angle_0 + observed.motion.yaw_rad,
+            beams.increment,
+            observed.range_max - RANGE_MARGIN_M,
+            math.hypot(self._r_ub_m, HALF_STRIDE_S * reference.speed),
             self._radius_m,
             CLEAR_STRIDE,
         )

@@ -13,7 +13,7 @@ from gridslam.kernels.pose_graph import shortest_ways
 from gridslam.loop_closure.edges import Edge, Edges
 from gridslam.loop_closure.links.scan_pairs import link_pairs
 from gridslam.loop_closure.local_maps.correlation import Correlation, Window
-from gridslam.loop_closure.local_maps.local_map import build_local_map, surface_points
+from gridslam.loop_closure.local_maps.local_map import LocalMapSizes, build_local_map, surface_points
 from gridslam.loop_closure.local_maps.refinement import refine
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.pose_graph import optimise
@@ -31,7 +31,7 @@ def warm_up_loop_closure() -> float:
     ranges = 2.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
     scan = PlanarScan(0.0, angles, ranges, (0.0, 0.0, 0.0), 10.0)
     surface = surface_points(scan, 10.0)
-    local_map = build_local_map(0, [surface], [scan], np.zeros((1, 3)), 0.1, 0.2, 0.1, 10.0)
+    local_map = build_local_map(0, [surface], [scan], np.zeros((1, 3)), LocalMapSizes(0.1, 0.2, 0.1, 10.0))
     Correlation(local_map, local_map, Window(np.zeros(3), 1.0, 0.1)).best(0.5, 0.2)
     refine(surface, surface, np.zeros(3), 0.2)
     steps = [Edge(0, 1, np.zeros(3), np.eye(3)), Edge(1, 2, np.zeros(3), np.eye(3))]

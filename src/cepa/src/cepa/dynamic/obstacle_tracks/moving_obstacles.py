@@ -1,4 +1,4 @@
-"""What moves at each scan, and where it is when an answer shows its effect; also when odometry comes late."""
+"""Finds what moves in each scan, and where it is when an answer shows its effect; also with late odometry."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class MovingObstacles:
         self._moving, self._moving_s = earlier._moving, earlier._moving_s
 
     def tell(self, motion: Motion) -> float:
-        """As `LateScans.tell`."""
+        """Take in what odometry tells at a scan; return the turn since that pose, rad (see `LateScans`)."""
         return self._late.tell(motion)
 
     def take_in(self, beams: Beams, motion: Motion, age_s: float, range_max: float) -> SegmentedScan:

@@ -54,16 +54,17 @@ class ObstacleTracker:
     def reset(self) -> None:
         """Forget everything."""
         self._tracks = np.empty((0, columns.TRACK_COLUMNS))
-        self._surfaces = np.empty((0, EVIDENCE_SCANS, 2))
-        self._moving = np.empty(0, bool)
+        self._surfaces = np.empty((0, EVIDENCE_SCANS, 2))  # of each track: where the frames saw it, m
+        self._moving = np.empty(0, bool)  # which tracks move
         self._stamp_s = math.nan
+        # Frames: earlier scans that are kept as evidence, in a ring. Their stamps, poses and shown ranges:
         self._frames_s = np.full(EVIDENCE_SCANS, -math.inf)
         self._frames = np.zeros((EVIDENCE_SCANS, 3))
         self._frames_bins = np.full((EVIDENCE_SCANS, RANGE_BINS), -1.0)
-        self._frames_free: dict[int, FreeRanges] = {}
-        self._frame, self._frame_s = 0, -math.inf
+        self._frames_free: dict[int, FreeRanges] = {}  # of frames whose ranges nobody has asked for so far
+        self._frame, self._frame_s = 0, -math.inf  # place of the next frame, stamp of the last one
         self._waiting: deque[tuple[int, float, Sequence[float], FreeRanges]] = deque(maxlen=EVIDENCE_SCANS)
-        self._turn, self._shift = 0.0, (0.0, 0.0)
+        self._turn, self._shift = 0.0, (0.0, 0.0)  # the odometry's drift: rad and m
 
     def clear_of_floor(self, points: np.ndarray, floor_m: float, ceiling_m: float) -> np.ndarray:
         """Return which ``points`` (n, 3), m, from the lidar, belong neither to floor nor ceiling (n,).

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,17 +73,28 @@ class LocalMap:
         return (self.surface.points_xy_m - self.origin_xy_m) / self.resolution_m
 
 
+class LocalMapSizes(NamedTuple):
+    """How fine a local map is, and how far its beams reach."""
+
+    resolution_m: float
+    """Cells of the table."""
+    blur_m: float
+    """A point so far from a surface fits by exp(-1/2)."""
+    point_spacing_m: float
+    """About so far apart are the points that are kept."""
+    range_m: float
+    """Beams are used up to here."""
+
+
 def build_local_map(
     anchor: int,
     surfaces: list[SurfacePoints],
     scans: list[PlanarScan],
     poses_in_anchor: np.ndarray,
-    resolution_m: float,
-    blur_m: float,
-    point_spacing_m: float,
-    range_m: float,
+    sizes: LocalMapSizes,
 ) -> LocalMap:
     """Build a local map from scans, their surface points and their poses (k, 3) in the anchor's frame."""
+    resolution_m, blur_m, point_spacing_m, range_m = sizes
     frames = np.repeat(poses_in_anchor, [len(surface.points_xy_m) for surface in surfaces], axis=0)
     points = se2.transform_each(frames, np.concatenate([surface.points_xy_m for surface in surfaces]))
     frames[:, :2] = 0.0

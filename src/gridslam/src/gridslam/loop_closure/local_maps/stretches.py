@@ -9,6 +9,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.loop_closure.local_maps.local_map import (
     LocalMap,
+    LocalMapSizes,
     SurfacePoints,
     build_local_map,
     surface_points,
@@ -62,15 +63,13 @@ class LocalMaps:
     ) -> LocalMap:
         """Build the map that nodes saw, in the anchor's frame, from scans about `spacing_m` apart."""
         kept = _thinned(path, nodes, anchor, spacing_m)
+        sizes = LocalMapSizes(resolution_m, blur_m, 2.0 * resolution_m, self._parameters.range_m)
         return build_local_map(
             anchor,
             [self._surfaces[node] for node in kept],
             [self._scans[node] for node in kept],
             se2.between(path.poses[anchor], path.poses[kept]),
-            resolution_m,
-            blur_m,
-            2.0 * resolution_m,
-            self._parameters.range_m,
+            sizes,
         )
 
 
