@@ -1,4 +1,4 @@
-"""One step of CEPA for a UAV that cannot turn at once (thesis 10.1: "further for vehicle dynamics")."""
+"""One step of CEPA for a UAV that cannot turn at once (thesis 10.1, vehicle dynamics)."""
 
 from __future__ import annotations
 
