@@ -44,10 +44,12 @@ def _two_scans(scan: PlanarScan) -> GridSlam:
 
 
 if __name__ == "__main__":
-    from gridslam.loop_closure.warm_up import (
-        warm_up_loop_closure,  # imported here, because it would slow the node's start
-    )
+    # Imported here, because they would slow the node's start
+    from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
+    from gridslam.loop_closure.warm_up import warm_up_loop_closure
     from gridslam.odometry.warm_up import warm_up_odometry
+    from gridslam.volume.warm_up import warm_up_volume
 
-    seconds = warm_up() + warm_up_loop_closure() + warm_up_odometry()
+    others = warm_up_loop_closure, warm_up_odometry, warm_up_cloud_odometry, warm_up_volume
+    seconds = warm_up() + sum(other() for other in others)
     print(f"gridslam's kernels are ready after {seconds:.1f} s.")

@@ -101,9 +101,39 @@ def test_without_points_it_goes_on_by_prediction_and_says_so():
     o = odometry()
     fly(o, 2.0, rng())
     estimate = o.on_cloud(2.1, np.empty((0, 3)), LEVEL)
-    assert "does not match: 0 %" in estimate.remark
+    assert "does not match: 0 of" in estimate.remark
     assert np.isfinite(estimate.position_xyz).all()
     assert estimate.pose_covariance[0, 0] > 0.0
+
+
+def test_the_map_begins_at_the_height_of_the_first_range():
+    """A map that began at 0 would contradict the range finder for ever."""
+    o, generator = odometry(), rng()
+    points = [cloud(START, heading(yaw_at(0.0)), generator) for _ in range(2)]
+    o.on_cloud(0.0, points[0], LEVEL)
+    assert o.planes.is_empty
+    o.on_range(0.01, START[2], LIMITS_M, DOWN)
+    o.on_range(0.06, START[2], LIMITS_M, DOWN)
+    o.on_cloud(0.1, points[1], LEVEL)
+    assert not o.planes.is_empty
+    estimate = o.on_cloud(0.2, points[0], LEVEL)
+    assert estimate.position_xyz == pytest.approx(START, abs=0.01)
+
+
+def test_few_rings_carry_a_climb_into_what_no_plane_knows_yet():
+    """Of a lidar with 8 rings that stands on the floor, few points find a plane. But they agree with it."""
+
+    def few(place, rotation, generator):
+        points = cloud(place, rotation, generator)
+        return points.reshape(16, -1, 3)[:8].reshape(-1, 3)
+
+    o, generator = odometry(), rng()
+    for tick in range(60):
+        time_s = tick / 10
+        place = (START[0], START[1], 0.2 + 0.5 * max(time_s - 1.0, 0.0))
+        o.on_range(time_s - 0.01, place[2], LIMITS_M, DOWN)
+        estimate = o.on_cloud(time_s, few(np.array(place), heading(yaw_at(0.0)), generator), LEVEL)
+    assert estimate.position_xyz == pytest.approx(place, abs=0.05)
 
 
 def test_nothing_in_range_from_the_start_is_said():
@@ -160,7 +190,7 @@ def test_a_range_beyond_the_limits_does_not_count():
 
 @settings(max_examples=30, deadline=None)
 @given(
-    st.sampled_from(["voxel_m", "match_min", "points_max", "first_reach_m", "drift"]),
+    st.sampled_from(["voxel_m", "agreement_min", "points_max", "first_reach_m", "drift"]),
     st.sampled_from([0, -1.0, math.nan, math.inf, "1", True]),
 )
 def test_parameters_that_make_no_sense_are_refused(name, value):
@@ -174,4 +204,4 @@ def test_parameters_that_do_not_fit_each_other_are_refused():
     with pytest.raises(ParameterError, match="whole number"):
         CloudOdometryParameters(points_max=10.5)
     with pytest.raises(ParameterError, match="at most 1"):
-        CloudOdometryParameters(match_min=1.5)
+        CloudOdometryParameters(agreement_min=1.5)

@@ -115,7 +115,7 @@ def test_normal_equations_are_those_of_numpy():
     expected = slow_planes(patches(np.random.default_rng(6)))
     pose = PoseInSpace(np.array([0.02, -0.03, 0.04]), Rotation.from_rotvec([0.01, -0.02, 0.03]).as_matrix())
     points, weights = patches(rng, 300), rng.uniform(0.5, 2.0, 300)
-    information, pull, count = np.zeros((6, 6)), np.zeros(6), 0
+    information, pull, count, near = np.zeros((6, 6)), np.zeros(6), 0, 0
     for point, weight in zip(points, weights):
         turned = pose.rotation @ point
         there = turned + pose.place
@@ -130,8 +130,9 @@ def test_normal_equations_are_those_of_numpy():
         information += weight * np.outer(jacobian, jacobian)
         pull -= weight * e * jacobian
         count += 1
+        near += abs(e) <= 0.1
     ours, our_pull = np.empty((6, 6)), np.empty(6)
-    found = normal_equations(
+    found, found_near = normal_equations(
         points,
         weights,
         pose.rotation,
@@ -144,6 +145,7 @@ def test_normal_equations_are_those_of_numpy():
         our_pull,
     )
     assert found == count > 100
+    assert found_near == near > 50
     np.testing.assert_allclose(ours, information, rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(our_pull, pull, rtol=1e-6, atol=1e-6)
 
@@ -164,6 +166,7 @@ def test_a_match_finds_the_pose_from_nearby(seed):
     off = found.pose.difference(true)
     told = np.array([True, False, True])  # nothing tells y: floor, wall and slope are all parallel to it
     assert np.abs(off[:3][told]).max() < 0.01
-    assert found.share > 0.6
+    assert found.known > 0.6
+    assert found.agreement > 0.9
     (direction,) = found.untold(P.told_m)
     assert abs(direction[1]) > 0.99

@@ -13,9 +13,10 @@ from gridslam_ros.odometry.messages import odometry_message, transform_of
 from gridslam_ros.odometry_frames import FrameError
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sensor_msgs.msg import Imu, LaserScan, Range
+from sensor_msgs.msg import Imu, LaserScan, PointCloud2, PointField, Range
 from std_msgs.msg import Header
 
+from gridslam.cloud_odometry import CloudOdometry
 from gridslam.odometry import LidarOdometry
 
 BEAMS = 90
@@ -243,3 +244,31 @@ def test_a_message_holds_the_estimate():
     edge = transform_of(message)
     assert edge.transform.rotation == orientation
     assert (edge.header, edge.child_frame_id) == (message.header, "base_frame")
+
+
+def cloud_message(stamp_s, points):
+    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate("xyz")]
+    data = np.asarray(points, "<f4").tobytes()
+    size = {"height": 1, "width": len(points), "point_step": 12, "row_step": 12 * len(points)}
+    return PointCloud2(header=_header(stamp_s, "lidar"), fields=fields, data=data, **size)
+
+
+def test_clouds_get_estimates_of_their_own_stamps_and_a_bad_one_a_sentence():
+    estimates, said = [], []
+    odometry = CloudOdometry(say=said.append)
+    take = lambda stamp, estimate: estimates.append((stamp.to_sec(), estimate))  # noqa: E731
+    feed = OdometryFeed(odometry, lambda frame: MOUNTS[frame], 0.0205, take, said.append)
+    rng = np.random.default_rng(1)
+    walls = rng.uniform(-2.1, 2.1, (4000, 3))
+    walls[np.arange(4000), np.arange(4000) % 3] = 2.1 * rng.choice((-1.0, 1.0), 4000)
+    for tick in range(5):
+        stamp_s = 0.1 * tick
+        feed.on_imu(Imu(header=_header(stamp_s, "base_link"), orientation=Quaternion(0.0, 0.0, 0.0, 1.0)))
+        feed.on_range(Range(header=_header(stamp_s, "finder"), min_range=0.05, max_range=40.0, range=2.05))
+        message = cloud_message(stamp_s, walls - (0.02 * max(tick - 1, 0), 0.0, 0.0))
+        if tick == 3:
+            message.data = message.data[:-5]
+        feed.on_cloud(message)
+    assert [stamp_s for stamp_s, _ in estimates] == pytest.approx([0.0, 0.1, 0.2, 0.4])
+    assert estimates[-1][1].position_xyz[:2] == pytest.approx((0.06, 0.0), abs=0.01)
+    assert [words for words in said if "bytes" in words and words.endswith("The cloud is left out.")]

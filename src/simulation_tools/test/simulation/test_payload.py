@@ -236,3 +236,14 @@ def test_a_range_finder_is_no_lidar():
     assert uav.model.link("range_finder_link")
     bare = load_uav("iris", None, sensors=("range_finder",))
     assert bare.lidar is None
+
+
+def test_all_who_ask_at_one_instant_share_a_reading(make):
+    simulation, sensors = make(sensors=("range_finder",))
+    finder = sensors["range_finder"]
+    first = finder.shared()
+    assert finder.shared() == first
+    assert finder.read() != first  # noise
+    while not any(sensor is finder for sensor in simulation.step().payload):
+        pass
+    assert finder.shared() != first

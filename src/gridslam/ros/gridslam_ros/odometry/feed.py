@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Callable
+from typing import Any, Callable
 
 import numpy as np
 from genpy import Time
-from sensor_msgs.msg import Imu, LaserScan, Range
+from sensor_msgs.msg import Imu, LaserScan, PointCloud2, Range
 
 from gridslam import ScanError
+from gridslam.cloud_odometry import CloudOdometry, SensedCloud
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import InertialReading
 from gridslam.odometry.intake import Answer, OdometryIntake, SensedRange, SensedScan
 from gridslam_ros.odometry_frames import Pose
+from node_tools.clouds import CloudError, points_of
 from node_tools.conversions import time_of, xyz, xyzw
 
 
@@ -22,18 +24,18 @@ class OdometryFeed:
 
     Args:
         odometry, mount, imu_lag_s, say: as for `OdometryIntake`.
-        publish: is called with each estimate and the exact stamp of its scan.
+        publish: is called with each estimate and the exact stamp of its scan or cloud.
     """
 
     def __init__(
         self,
-        odometry: LidarOdometry,
+        odometry: LidarOdometry | CloudOdometry,
         mount: Callable[[str], Pose],
         imu_lag_s: float,
         publish: Callable[[Time, OdometryEstimate], None],
         say: Callable[[str], None],
     ) -> None:
-        self._intake = OdometryIntake(odometry, mount, say, imu_lag_s)
+        self._intake: OdometryIntake[Any] = OdometryIntake(odometry, mount, say, imu_lag_s)
         self._give, self._say = publish, say
         self._imu_began_s = math.inf
 
@@ -65,7 +67,7 @@ class OdometryFeed:
         self._publish(self._intake.on_range(message.header.stamp.to_sec(), sensed))
 
     def on_scan(self, message: LaserScan) -> None:
-        """Take a scan."""
+        """Take a scan, for `LidarOdometry`."""
         stamp = message.header.stamp
         scan = SensedScan(
             stamp.to_nsec(),
@@ -75,7 +77,18 @@ class OdometryFeed:
             (message.range_min, message.range_max),
             message.header.frame_id,
         )
-        self._publish(self._intake.on_scan(scan))
+        self._publish(self._intake.on_lidar(scan))
+
+    def on_cloud(self, message: PointCloud2) -> None:
+        """Take a cloud, for `CloudOdometry`."""
+        stamp = message.header.stamp
+        try:
+            points = points_of(message)
+        except CloudError as error:
+            self._say(f"{error} The cloud is left out.")
+            return
+        cloud = SensedCloud(stamp.to_nsec(), stamp.to_sec(), points, message.header.frame_id)
+        self._publish(self._intake.on_lidar(cloud))
 
     def _publish(self, answers: list[Answer]) -> None:
         for stamp_ns, estimate in answers:

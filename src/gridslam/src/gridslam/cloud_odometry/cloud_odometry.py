@@ -33,6 +33,10 @@ RANGE_AGE_S = 0.1
 """An older range tells nothing about a cloud's instant."""
 POINTS_MIN = 20
 """Fewer points are no cloud."""
+FIRST_HEIGHT_S = 1.0
+"""The map begins so long after the first cloud at most, if the range finder has told no height until then."""
+FIRST_VARIANCE = 1e-6
+"""Of place (m2) and turn (rad2) where the map begins."""
 PLACE, TURN = slice(0, 3), slice(3, 6)
 
 
@@ -64,12 +68,13 @@ class CloudOdometry:
         x, y, yaw = self._start.tolist()
         self._pose = PoseInSpace(np.array((x, y, 0.0)), Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix())
         self._velocity, self._velocity_covariance = np.zeros(3), 0.01 * np.eye(3)
-        self._covariance = np.diag([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6])
+        self._covariance = FIRST_VARIANCE * np.eye(6)
         self._keyframe: PoseInSpace | None = None
         self._floor_point: tuple[float, np.ndarray] | None = None
         self._untold = np.zeros((0, 3))
         self._way_m = 0.0
         self._stamp_s: float | None = None
+        self._began_s: float | None = None  # the first cloud
         self._matched_s = -math.inf
 
     def on_imu(self, reading: InertialReading) -> None:
@@ -104,6 +109,7 @@ class CloudOdometry:
             ScanError: the cloud makes no sense, or is not newer than the last one.
         """
         self._check(stamp_s, points)
+        self._began_s = stamp_s if self._began_s is None else self._began_s
         remarks: list[str] = []
         lean = self._inertial.lean_at(stamp_s)
         if lean is None:
@@ -115,11 +121,13 @@ class CloudOdometry:
         self._move(stamp_s, found, predicted)
         self._way_m += float(np.linalg.norm(self._pose.place - before.place))
         self._stamp_s = stamp_s
-        if self._is_keyframe_due() and len(in_base) >= POINTS_MIN and (found or self.planes.is_empty):
+        if len(in_base) >= POINTS_MIN and self._is_keyframe_due(stamp_s, found):
             self._add_keyframe(stamp_s, in_base)
         if self.planes.is_full:
             remarks.append("The map of planes is full: raise voxels_max to map more.")
-        return self._estimate(stamp_s, lean or LEVEL, found.share if found else 0.0, " ".join(remarks))
+        return self._estimate(
+            stamp_s, lean or LEVEL, found.near / found.points if found else 0.0, " ".join(remarks)
+        )
 
     def _check(self, stamp_s: float, points: np.ndarray) -> None:
         if points.ndim != 2 or points.shape[1] != 3:
@@ -143,19 +151,18 @@ class CloudOdometry:
         """Return the pose by the speed, the gyroscope and the IMU's lean. The covariance grows."""
         _, _, yaw = roll_pitch_yaw_of(self._pose.rotation)
         roll, pitch = (lean.roll_rad, lean.pitch_rad) if lean else roll_pitch_yaw_of(self._pose.rotation)[:2]
-        if self._stamp_s is None:
-            place = self._pose.place
-            if self.height.is_known_at(stamp_s):
-                place = np.array((*place[:2], self.height.at(stamp_s)[0]))
-        else:
+        place = self._pose.place
+        if self._stamp_s is not None:
             dt_s = stamp_s - self._stamp_s
             yaw += self._inertial.motion(self._stamp_s, stamp_s).turn_rad
             self._velocity -= (1.0 - math.exp(-dt_s / self._p.rest_time_s)) * (
                 self._untold.T @ (self._untold @ self._velocity)
             )
-            place = self._pose.place + dt_s * self._velocity
+            place = place + dt_s * self._velocity
             self._covariance[PLACE, PLACE] += self._p.speed_noise**2 * dt_s**3 * np.eye(3)
             self._covariance[5, 5] += self._p.turn_noise**2 * dt_s
+        if self.planes.is_empty and self.height.is_known_at(stamp_s):
+            place = np.array((*place[:2], self.height.at(stamp_s)[0]))
         sigma = self._p.lean_noise_rad if lean else SILENT_LEAN_RAD
         self._covariance[3:5, :] = self._covariance[:, 3:5] = 0.0
         self._covariance[3, 3] = self._covariance[4, 4] = sigma**2
@@ -177,11 +184,13 @@ class CloudOdometry:
         predicted, prior = self._with_height(stamp_s, predicted)
         found = match(self.planes, points, readings, predicted, prior, self._p)
         if (
-            len(in_base) < POINTS_MIN
-            or found.share < self._p.match_min
+            found.found < POINTS_MIN
+            or found.agreement < self._p.agreement_min
             or not np.isfinite(found.pose.place).all()
         ):
-            remarks.append(f"The cloud does not match: {100 * found.share:.0f} % of it finds the map.")
+            remarks.append(
+                f"The cloud does not match: {found.near} of {found.points} points lie on the map's planes."
+            )
             if stamp_s - self._matched_s > LOST_S and len(in_base) >= POINTS_MIN:
                 self._say("No cloud has matched for 2 s; the map begins anew at the predicted place.")
                 self.planes = PlaneMap(self._p)
@@ -220,14 +229,20 @@ class CloudOdometry:
                 )
         self._pose = pose
 
-    def _is_keyframe_due(self) -> bool:
+    def _is_keyframe_due(self, stamp_s: float, found: CloudMatch | None) -> bool:
         if self._keyframe is None or self.planes.is_empty:
-            return True
+            assert self._began_s is not None  # this cloud, if no other
+            return self.height.is_known_at(stamp_s) or stamp_s - self._began_s >= FIRST_HEIGHT_S
+        if found is None:
+            return False
         change = self._pose.difference(self._keyframe)
         moved_m, turned_rad = np.linalg.norm(change[PLACE]), np.linalg.norm(change[TURN])
-        return bool(moved_m > self._p.keyframe_m or turned_rad > self._p.keyframe_rad)
+        is_new = found.known < self._p.known_min and moved_m > self._p.kept_m
+        return bool(is_new or moved_m > self._p.keyframe_m or turned_rad > self._p.keyframe_rad)
 
     def _add_keyframe(self, stamp_s: float, in_base: np.ndarray) -> None:
+        if self._keyframe is None:
+            self._covariance = FIRST_VARIANCE * np.eye(6)  # by definition the map begins here
         self.planes.add(in_base @ self._pose.rotation.T + self._pose.place)
         self._keyframe = self._pose
         self._matched_s = stamp_s

@@ -42,8 +42,22 @@ class CloudMatch:
     pose: PoseInSpace
     information: np.ndarray
     """(6, 6) of the cloud alone: move and turn in the map's axes."""
-    share: float
-    """Of the points that found a plane."""
+    points: int
+    """That were matched."""
+    found: int
+    """Points in voxels that hold a plane."""
+    near: int
+    """Those that lie on it, within `last_reach_m`."""
+
+    @property
+    def known(self) -> float:
+        """Share of the points where the map has a plane."""
+        return self.found / max(self.points, 1)
+
+    @property
+    def agreement(self) -> float:
+        """Share of the points where the map has a plane that lie on it."""
+        return self.near / max(self.found, 1)
 
     def untold(self, told_m: float) -> np.ndarray:
         """Return the directions (k, 3) along which the cloud alone does not tell the place."""
@@ -77,9 +91,9 @@ def match(
     """
     weights = readings / (p.points_per_reading * p.point_noise_m**2)
     information, pull = np.empty((6, 6)), np.empty(6)
-    pose, reach_m, found = predicted, p.first_reach_m, 0
+    pose, reach_m, found, near = predicted, p.first_reach_m, 0, 0
     for _ in range(STEPS_MAX):
-        found = normal_equations(
+        found, near = normal_equations(
             points,
             weights,
             pose.rotation,
@@ -96,4 +110,4 @@ def match(
         if reach_m <= p.last_reach_m and np.abs(step).max() < STILL:
             break
         reach_m = max(SHRINKS * reach_m, p.last_reach_m)
-    return CloudMatch(pose, information, found / max(len(points), 1))
+    return CloudMatch(pose, information, len(points), found, near)

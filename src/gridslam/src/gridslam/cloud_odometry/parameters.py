@@ -26,7 +26,9 @@ class CloudOdometryParameters:
     keyframe_m: float = 0.25
     """m: a cloud enters the map after this much travel ..."""
     keyframe_rad: float = 0.087
-    """rad: ... or this much turning."""
+    """rad: ... or this much turning ..."""
+    known_min: float = 0.5
+    """... or, after kept_m, if the map has a plane for a smaller share of the points."""
     flatness_m: float = 0.03
     """m: the points of a voxel are a plane if they scatter less than this about it."""
     points_max: int = 2000
@@ -41,8 +43,8 @@ class CloudOdometryParameters:
     """So many points err together and count as one reading."""
     floor_readings: float = 30.0
     """The range finder's point counts as so many of the cloud."""
-    match_min: float = 0.2
-    """If a smaller share of the points finds a plane, the cloud does not count."""
+    agreement_min: float = 0.5
+    """If a smaller share of the points in voxels with planes lies on these, the cloud does not count."""
     told_m: float = 0.05
     """m: a cloud tells a direction if it alone gives the place along it to this standard deviation."""
     speed_noise: float = 1.6
@@ -63,8 +65,9 @@ class CloudOdometryParameters:
         for name in ("points_max", "voxels_max"):
             if getattr(self, name) != int(getattr(self, name)):
                 raise ParameterError(f"{name} must be a whole number, not {getattr(self, name):g}.")
-        if self.match_min > 1.0:
-            raise ParameterError(f"match_min is a share and at most 1, not {self.match_min:g}.")
+        for name in ("agreement_min", "known_min"):
+            if getattr(self, name) > 1.0:
+                raise ParameterError(f"{name} is a share and at most 1, not {getattr(self, name):g}.")
         if self.last_reach_m > self.first_reach_m:
             raise ParameterError(
                 f"last_reach_m {self.last_reach_m:g} is more than first_reach_m {self.first_reach_m:g}."

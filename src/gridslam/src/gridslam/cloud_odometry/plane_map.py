@@ -47,7 +47,7 @@ class PlaneMap:
         self.is_full = self._voxels + entries_max > self._p.voxels_max
         if self.is_full:
             return
-        self._reserve(self._voxels + entries_max)
+        self.reserve(self._voxels + entries_max)
         changed = np.empty(entries_max, dtype=np.int64)
         entries, new = add_points(
             points, self.levels_m, POINTS_MIN, self._p.points_max, self.keys, self._moments, changed
@@ -62,7 +62,8 @@ class PlaneMap:
         middles = (places + 0.5) * self.levels_m[levels][:, None]
         fit_planes(slots, middles, levels, self.levels_m, self._p.flatness_m, self._moments, self.planes)
 
-    def _reserve(self, voxels: int) -> None:
+    def reserve(self, voxels: int) -> None:
+        """Make room for so many voxels of all levels."""
         slots = len(self.keys)
         while voxels > FULLEST * slots:
             slots *= 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Callable, NamedTuple, Sequence
+from typing import Callable, Generic, NamedTuple, Protocol, Sequence, TypeVar
 
 import numpy as np
 
@@ -22,11 +22,49 @@ Mounting = tuple[Sequence[float], Sequence[float]]
 """Of a sensor in the base frame: translation (x, y, z) in m, and unit quaternion (x, y, z, w)."""
 
 
+class BodyOdometry(Protocol):
+    """An odometry that takes the IMU's readings and the ranges, whatever its lidar gives."""
+
+    def on_imu(self, reading: InertialReading) -> None:
+        """Take a reading of the IMU."""
+
+    def on_range(
+        self, stamp_s: float, range_m: float, limits_m: tuple[float, float], finder_in_base: Mounting
+    ) -> None:
+        """Take a range; see `BodySensors.on_range`."""
+
+
+Odometry = TypeVar("Odometry", bound=BodyOdometry)
+Told = TypeVar("Told", contravariant=True)
+
+
+class Sensed(Protocol[Told]):
+    """What a lidar gives at one instant: a scan or a cloud. It knows how its odometry takes it."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """Tells one from another, exactly."""
+
+    @property
+    def stamp_s(self) -> float:
+        """The same in s."""
+
+    @property
+    def frame(self) -> str:
+        """Of the lidar."""
+
+    @property
+    def kind(self) -> str:
+        """A word for the user: scan, cloud."""
+
+    def tell(self, odometry: Told, lidar_in_base: Mounting) -> OdometryEstimate:
+        """Give it to the odometry, and return the estimate; raises ScanError if it makes no sense."""
+
+
 class SensedScan(NamedTuple):
     """A scan as a lidar gives it."""
 
     stamp_ns: int
-    """Tells scans apart, exactly."""
     stamp_s: float
     ranges: np.ndarray
     """(n,) m."""
@@ -34,7 +72,15 @@ class SensedScan(NamedTuple):
     """Of the first beam, and from beam to beam."""
     limits_m: tuple[float, float]
     frame: str
-    """Of the lidar."""
+
+    @property
+    def kind(self) -> str:
+        """See `Sensed`."""
+        return "scan"
+
+    def tell(self, odometry: LidarOdometry, lidar_in_base: Mounting) -> OdometryEstimate:
+        """See `Sensed`."""
+        return odometry.on_scan(self.stamp_s, self.ranges, self.angles_rad, self.limits_m, lidar_in_base)
 
 
 class SensedRange(NamedTuple):
@@ -47,19 +93,20 @@ class SensedRange(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The odometry at a scan's stamp."""
+    """The odometry at the stamp of a scan or a cloud."""
 
     stamp_ns: int
     estimate: OdometryEstimate
 
 
-class OdometryIntake:
+class OdometryIntake(Generic[Odometry]):
     """Gives the odometry every reading in the order of the stamps, whichever came first.
 
-    A scan waits for a reading of the IMU that is at most ``imu_lag_s`` older, unless the IMU is silent. The
-    first such reading is the last one that counts for it. `RangeQueue` does the same with ranges. A scan
-    waits until the next scan comes at most. The very first one waits for both sensors. So the estimates
-    depend on the readings alone, not on their order. Every call returns the answers that are due.
+    What holds for a scan holds for a cloud. It waits for a reading of the IMU that is at most ``imu_lag_s``
+    older, unless the IMU is silent. The first such reading is the last one that counts for it. `RangeQueue`
+    does the same with ranges. A scan waits until the next scan comes at most. The very first one waits for
+    both sensors. So the estimates depend on the readings alone, not on their order. Every call returns the
+    answers that are due.
 
     Args:
         odometry: takes the sensors' readings.
@@ -70,14 +117,14 @@ class OdometryIntake:
 
     def __init__(
         self,
-        odometry: LidarOdometry,
+        odometry: Odometry,
         mount_of: Callable[[str], Mounting],
         say: Callable[[str], None],
         imu_lag_s: float = IMU_LAG_S,
     ) -> None:
         self._odometry, self._mount_of, self._say = odometry, mount_of, say
         self._imu_lag_s = imu_lag_s
-        self._scan: SensedScan | None = None
+        self._sensed: Sensed[Odometry] | None = None
         self._answered: Answer | None = None
         self._imu_s: float | None = None
         self._readings: deque[InertialReading] = deque()
@@ -98,43 +145,44 @@ class OdometryIntake:
         self._ranges.add(stamp_s, sensed)
         return self._answer_if_ready()
 
-    def on_scan(self, scan: SensedScan) -> list[Answer]:
-        """Take a scan. One that still waits is used first. One that comes again gets the same answer."""
-        if self._answered is not None and scan.stamp_ns == self._answered.stamp_ns:
+    def on_lidar(self, sensed: Sensed[Odometry]) -> list[Answer]:
+        """Take a scan or a cloud. One that still waits is used first.
+
+        One that comes again gets the same answer.
+        """
+        if self._answered is not None and sensed.stamp_ns == self._answered.stamp_ns:
             return [self._answered]
-        is_next = self._scan is not None and scan.stamp_ns != self._scan.stamp_ns
+        is_next = self._sensed is not None and sensed.stamp_ns != self._sensed.stamp_ns
         answers = self._answer() if is_next else []
-        self._scan = scan
+        self._sensed = sensed
         return answers + self._answer_if_ready()
 
     def _answer_if_ready(self) -> list[Answer]:
-        if self._scan is None or self._must_wait(self._scan.stamp_s):
+        if self._sensed is None or self._must_wait(self._sensed.stamp_s):
             return []
         return self._answer()
 
     def _must_wait(self, stamp_s: float) -> bool:
-        """Whether a reading of the IMU or a range for a scan is still to come."""
+        """Whether a reading of the IMU or a range is still to come."""
         if self._answered is None and (self._imu_s is None or not self._ranges.has_begun):
             return True
         lacks_imu = self._imu_s is not None and self._imu_lag_s < stamp_s - self._imu_s < SILENT_S
         return lacks_imu or self._ranges.lacks(stamp_s)
 
     def _answer(self) -> list[Answer]:
-        """Return the answer to the scan that waits; none if it cannot be used."""
-        scan, self._scan = self._scan, None
-        assert scan is not None  # the callers have looked
-        self._use_readings(scan.stamp_s - self._imu_lag_s)
-        self._use_ranges(scan.stamp_s)
+        """Return the answer to what waits; none if it cannot be used."""
+        sensed, self._sensed = self._sensed, None
+        assert sensed is not None  # the callers have looked
+        self._use_readings(sensed.stamp_s - self._imu_lag_s)
+        self._use_ranges(sensed.stamp_s)
         try:
-            estimate = self._odometry.on_scan(
-                scan.stamp_s, scan.ranges, scan.angles_rad, scan.limits_m, self._mount_of(scan.frame)
-            )
+            estimate = sensed.tell(self._odometry, self._mount_of(sensed.frame))
         except SlamError as error:
-            self._say(f"{error} The scan is left out.")
+            self._say(f"{error} The {sensed.kind} is left out.")
             return []
         if estimate.remark:
             self._say(estimate.remark)
-        self._answered = Answer(scan.stamp_ns, estimate)
+        self._answered = Answer(sensed.stamp_ns, estimate)
         return [self._answered]
 
     def _use_readings(self, until_s: float) -> None:
@@ -145,8 +193,8 @@ class OdometryIntake:
             if reading.stamp_s >= until_s:
                 return
 
-    def _use_ranges(self, scan_s: float) -> None:
-        for stamp_s, sensed in self._ranges.take(scan_s):
+    def _use_ranges(self, until_s: float) -> None:
+        for stamp_s, sensed in self._ranges.take(until_s):
             try:
                 place = self._mount_of(sensed.frame)
                 self._odometry.on_range(stamp_s, sensed.range_m, sensed.limits_m, place)

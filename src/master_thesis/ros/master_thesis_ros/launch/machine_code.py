@@ -30,10 +30,14 @@ THESIS_CEPA, DYNAMIC_CEPA = "cepa.warm_up:warm_up", "cepa.warm_up:warm_up_dynami
 SLAM = "gridslam.warm_up:warm_up"
 LOOP_CLOSURE = "gridslam.loop_closure.warm_up:warm_up_loop_closure"
 ODOMETRY = "gridslam.odometry.warm_up:warm_up_odometry"
-ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY)
+CLOUD_ODOMETRY = "gridslam.cloud_odometry.warm_up:warm_up_cloud_odometry"
+VOLUME = "gridslam.volume.warm_up:warm_up_volume"
+ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY, CLOUD_ODOMETRY, VOLUME)
 """The parts that are compiled one by one: module and function that runs through all kernels of the part."""
 FIRST_FLIGHT = (SIMULATOR, THESIS_CEPA)
 """Those of Experiment 1 with its defaults."""
+CLOUD_LIDARS = ("puck", "m8")
+"""Their clouds are matched without GNSS, in place of scans."""
 NO = ("false", "0")
 EVERY_S = 10.0
 """Between two lines, where no terminal shows them."""
@@ -47,7 +51,9 @@ def needed_by(asked: Mapping[str, str]) -> tuple[str, ...]:
     if "slam_config" in asked and asked.get("slam", "true").lower() not in NO:
         parts += [SLAM, LOOP_CLOSURE]
     if asked.get("gnss", "true").lower() in NO:
-        parts.append(ODOMETRY)
+        parts.append(CLOUD_ODOMETRY if asked.get("lidar") in CLOUD_LIDARS else ODOMETRY)
+    if asked.get("volume", "false").lower() not in NO:
+        parts.append(VOLUME)
     return tuple(parts)
 
 

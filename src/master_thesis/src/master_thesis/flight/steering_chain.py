@@ -146,7 +146,7 @@ def cloud_limits_of(payload: Sequence[PayloadSensor]) -> CloudLimits | None:
 
 def points_of(sensor: PayloadSensor) -> SensedPoints:
     """Measure with a three-dimensional lidar."""
-    turn = sensor.read()
+    turn = sensor.shared()
     assert isinstance(turn, LidarTurn)
     return SensedPoints(turn.points_m.astype(float), mount_of(sensor.mount.pose))
 
@@ -154,7 +154,7 @@ def points_of(sensor: PayloadSensor) -> SensedPoints:
 def ranging_of(sensor: PayloadSensor) -> Ranging:
     """Measure with a range finder, in the body's frame. It looks along the x axis of its own frame."""
     assert isinstance(sensor.device, RangeFinder)
-    range_m, pose = sensor.read(), sensor.mount.pose
+    range_m, pose = sensor.shared(), sensor.mount.pose
     assert isinstance(range_m, float)
     direction: np.ndarray = pose.rotation[:, 0]
     x, y, z = direction.tolist()

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gridslam.cloud_odometry import CloudOdometry, SensedCloud
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import InertialReading
-from gridslam.odometry.intake import OdometryIntake, SensedRange, SensedScan
+from gridslam.odometry.intake import Answer, OdometryIntake, SensedRange, SensedScan
 from inspection_tools.vision_pose import Motion, VisionPose, VisionState
 from master_thesis.errors import FlightError
 from master_thesis.flight.due import Due
@@ -19,10 +20,11 @@ from simulation_tools.geometry import Pose, Quaternion, Vector3, quaternion_from
 from simulation_tools.ned_frames import attitude_to_enu, attitude_to_ned, enu_to_ned, flu_to_frd
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.px4 import Px4
-from simulation_tools.sensors.cloud import CloudLidar
+from simulation_tools.sensors.cloud import Cloud, CloudLidar
 from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.sensors.range_finder import RangeFinder
 from simulation_tools.simulation import Simulation, StepOutput
+from simulation_tools.simulation.payload import PayloadSensor
 
 IMU_PERIOD_US = 20_000
 """Of PX4's ATTITUDE_QUATERNION on the offboard link."""
@@ -70,9 +72,10 @@ class Estimated(NamedTuple):
 class OwnOdometry:
     """Odometry from the simulated lidar, the flight controller's IMU and the range finder.
 
-    A scan waits for its readings and ranges, as in the node.
-    estimates: of all scans. cpu_ms: CPU time of each. told_us: time of the last pose that the flight
-    controller got.
+    A lidar with clouds is followed by these, any other by its scans. These wait for readings and ranges, as
+    in the node.
+    estimates: of all scans or clouds. cpu_ms: CPU time of each. told_us: time of the last pose that the
+    flight controller got.
     """
 
     def __init__(self, simulation: Simulation, px4: Px4) -> None:
@@ -84,8 +87,13 @@ class OwnOdometry:
         self._lidar, self._px4 = lidar, px4
         self._mounts = {sensor.name: sensor.mount.pose for sensor in simulation.payload}
         self._mounts[_LIDAR_FRAME] = lidar.pose_in_body
-        odometry = LidarOdometry(start=(*spawn.position_m[:2], spawn.yaw_rad))
-        self._intake = OdometryIntake(odometry, self._mount_of, say=lambda sentence: None)
+        start = (*spawn.position_m[:2], spawn.yaw_rad)
+        self._uses_clouds = any(isinstance(sensor.device, CloudLidar) for sensor in simulation.payload)
+        self._intake: OdometryIntake = OdometryIntake(
+            CloudOdometry(start=start) if self._uses_clouds else LidarOdometry(start=start),
+            self._mount_of,
+            say=lambda sentence: None,
+        )
         self._vision = VisionPose()
         self._imu_due = Due(IMU_PERIOD_US)
         self.estimates: list[OdometryEstimate] = []
@@ -105,15 +113,24 @@ class OwnOdometry:
         started = time.thread_time()
         answers = self._intake.on_imu(self._inertial(t_s)) if self._imu_due(output.time_us) else []
         for sensor in output.payload:
-            if isinstance(sensor.device, RangeFinder):
-                range_m, limits = sensor.read(), (sensor.device.range_min, sensor.device.range_max)
-                assert isinstance(range_m, float)
-                answers += self._intake.on_range(t_s, SensedRange(range_m, limits, sensor.name))
-        if output.scan is not None:
-            answers += self._intake.on_scan(self._sensed(output.time_us, output.scan))
+            answers += self._on_payload(output.time_us, sensor)
+        if output.scan is not None and not self._uses_clouds:
+            answers += self._intake.on_lidar(self._sensed(output.time_us, output.scan))
         if answers:
             self.cpu_ms.append(1e3 * (time.thread_time() - started) / len(answers))
         return [self._estimated(answer.stamp_ns // 1000, answer.estimate) for answer in answers]
+
+    def _on_payload(self, time_us: int, sensor: PayloadSensor) -> list[Answer]:
+        t_s = 1e-6 * time_us
+        if isinstance(sensor.device, RangeFinder):
+            range_m, limits = sensor.shared(), (sensor.device.range_min, sensor.device.range_max)
+            assert isinstance(range_m, float)
+            return self._intake.on_range(t_s, SensedRange(range_m, limits, sensor.name))
+        if isinstance(sensor.device, CloudLidar):
+            cloud = sensor.shared()
+            assert isinstance(cloud, Cloud)
+            return self._intake.on_lidar(SensedCloud(1000 * time_us, t_s, cloud.points_m, sensor.name))
+        return []
 
     def _mount_of(self, frame: str) -> tuple[Vector3, Quaternion]:
         mount = self._mounts[frame]

@@ -43,10 +43,17 @@ class PayloadSensor:
         self.device = device
         self.schedule = Schedule(mount.sensor.update_rate_hz)
         self._look = look
+        self._shared: tuple[int, Reading] | None = None
 
     def read(self) -> Reading:
         """Return what the sensor measures now."""
         return self._look(self.mount)
+
+    def shared(self) -> Reading:
+        """Return the reading of the instant at which the sensor was due: the same one for all who ask."""
+        if self._shared is None or self._shared[0] != self.schedule.due_us:
+            self._shared = self.schedule.due_us, self.read()
+        return self._shared[1]
 
 
 def payload_sensors(

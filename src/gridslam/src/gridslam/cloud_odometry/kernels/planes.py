@@ -117,17 +117,17 @@ def normal_equations(
     planes: np.ndarray,
     information: np.ndarray,
     pull: np.ndarray,
-) -> int:
+) -> tuple[int, int]:
     """Add up points against the planes of their voxels, the finest level that has one.
 
     points: (n, 3) in the base frame. weights: (n,) 1/m2. rotation (3, 3), place (3,): base to map. Each
     distance e from a plane counts by Geman and McClure's 1 / (1 + (e / reach_m)^2)^2. information: (6, 6),
     pull: (6,): of a move and a small turn about the base, in the map's axes; set here. Return how many
-    points have a plane.
+    points have a plane, and how many of these are within the reach of it.
     """
     information[:] = 0.0
     pull[:] = 0.0
-    found = 0
+    found, near = 0, 0
     j = np.empty(6)
     for index in range(len(points)):
         p, q, r = points[index, 0], points[index, 1], points[index, 2]
@@ -154,8 +154,9 @@ def normal_equations(
                 for column in range(row, 6):
                     information[row, column] += weight * j[row] * j[column]
             found += 1
+            near += abs(e) <= reach_m
             break
     for row in range(6):
         for column in range(row):
             information[row, column] = information[column, row]
-    return found
+    return found, near
